@@ -1,0 +1,399 @@
+//! Errors: one small enum per floor and one umbrella.
+//!
+//! Each message says where, what, and what to do about it.
+
+use thiserror::Error;
+
+/// What is wrong with a shape, a lattice or an integration rule.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum GeometryError {
+    /// A block, map or polygon has no positive extent.
+    #[error("{what} along axis {axis} is {value:e}: give finite corners with max > min")]
+    Degenerate {
+        /// The object.
+        what: &'static str,
+        /// The axis, counted from 0.
+        axis: usize,
+        /// The offending extent.
+        value: f64,
+    },
+    /// A count is too small or too large.
+    #[error("{what}: {count} given, {needed}")]
+    Count {
+        /// What is counted.
+        what: &'static str,
+        /// How many were given.
+        count: usize,
+        /// What would be accepted.
+        needed: &'static str,
+    },
+    /// A number is NaN, infinite or out of its range.
+    #[error("{what} = {value:e}: {needed}")]
+    Number {
+        /// The quantity.
+        what: &'static str,
+        /// The value given.
+        value: f64,
+        /// What would be accepted.
+        needed: &'static str,
+    },
+    /// A cell of the background partition is inverted.
+    #[error(
+        "cell {cell} has measure {measure:e}: the particles at its corners are out of order; reduce the jitter or the distortion of the map"
+    )]
+    InvertedCell {
+        /// Index of the cell.
+        cell: usize,
+        /// Its signed measure.
+        measure: f64,
+    },
+    /// A boundary part does not exist.
+    #[error("no boundary part {part}: this domain has {known}")]
+    UnknownPart {
+        /// The part asked for.
+        part: String,
+        /// The parts that exist.
+        known: String,
+    },
+    /// The kinematics does not fit the domain.
+    #[error("{what} at X = {at:?}: {remedy}")]
+    Kinematics {
+        /// What is wrong.
+        what: &'static str,
+        /// Where.
+        at: Vec<f64>,
+        /// What to do.
+        remedy: &'static str,
+    },
+}
+
+/// What is wrong with particles or shape functions.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ApproximationError {
+    /// The normalised dilation is too small.
+    #[error(
+        "normalised dilation r = {r} (6.1): particles see only themselves at r <= 0.5 and the moment matrix is singular there; use r >= 0.6, or 1.0 for a linear and 1.3 for a quadratic basis"
+    )]
+    Dilation {
+        /// The value given.
+        r: f64,
+    },
+    /// A support is not positive and finite.
+    #[error(
+        "support of particle {particle} is {value:e}: dilations are finite lengths above zero; derive them from the spacing with r >= 0.6 (6.1)"
+    )]
+    Support {
+        /// The particle.
+        particle: usize,
+        /// The dilation given.
+        value: f64,
+    },
+    /// Particles are missing, not finite, or coincide.
+    #[error("particle {particle}: {what}; {remedy}")]
+    Particle {
+        /// The particle.
+        particle: usize,
+        /// What is wrong.
+        what: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Arrays of different length describe the same particles.
+    #[error("{what}: {given} entries for {particles} particles; give one for each")]
+    Length {
+        /// The array.
+        what: &'static str,
+        /// Its length.
+        given: usize,
+        /// The number of particles.
+        particles: usize,
+    },
+    /// Too few particles cover a point.
+    #[error(
+        "X = {at:?} is covered by {covering} particles, the basis has {needed} terms: raise the dilation there (r >= 0.6 for a linear basis on a lattice, 1.1 for a quadratic one) or add particles"
+    )]
+    Uncovered {
+        /// The point.
+        at: Vec<f64>,
+        /// Particles whose support holds the point.
+        covering: usize,
+        /// Terms of the basis.
+        needed: usize,
+    },
+    /// The moment matrix is singular to working precision.
+    #[error(
+        "moment matrix at X = {at:?} has reciprocal condition {rcond:e} < {limit:e} ({covering} particles cover the point, nearly on a line or plane): raise the dilation there or add particles off that line"
+    )]
+    Singular {
+        /// The point.
+        at: Vec<f64>,
+        /// Reciprocal condition number in the 1-norm.
+        rcond: f64,
+        /// The bound it fell below.
+        limit: f64,
+        /// Particles whose support holds the point.
+        covering: usize,
+    },
+    /// A point is not finite.
+    #[error("evaluation point X = {at:?} is not finite")]
+    Point {
+        /// The point.
+        at: Vec<f64>,
+    },
+    /// A point lies outside the elements of a mesh.
+    #[error("X = {at:?} lies in no element of the mesh: evaluate inside the mesh")]
+    Outside {
+        /// The point.
+        at: Vec<f64>,
+    },
+}
+
+/// What is wrong with a material.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MaterialError {
+    /// A constant is out of its range.
+    #[error("material constant {name} = {value:e}: {needed}")]
+    Constant {
+        /// The constant's name.
+        name: String,
+        /// The value given.
+        value: f64,
+        /// What would be accepted.
+        needed: &'static str,
+    },
+    /// No constants were given.
+    #[error("no material constants: give at least one term A_mn with m + n >= 1 (2.9)")]
+    Empty,
+}
+
+/// What is wrong with loads or essential conditions.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum BoundaryError {
+    /// A component is beyond the dimension.
+    #[error("{what}: component {component} asked for, the displacement has {dimension}")]
+    Component {
+        /// The condition or load.
+        what: String,
+        /// The component.
+        component: usize,
+        /// Displacement components of the scene.
+        dimension: usize,
+    },
+    /// Two conditions give one unknown different values.
+    #[error(
+        "conditions {first} and {second} prescribe component {component} at X = {at:?} with different values {values:?}: remove one or make them equal there"
+    )]
+    Conflict {
+        /// The earlier condition.
+        first: String,
+        /// The later condition.
+        second: String,
+        /// The component.
+        component: usize,
+        /// Where.
+        at: Vec<f64>,
+        /// Both values.
+        values: [f64; 2],
+    },
+    /// A row is a combination of others.
+    #[error(
+        "row {row} ({what}) depends on the rows before it (pivot {pivot:e}): each prescribed component may be given once; remove the repeated condition"
+    )]
+    Dependent {
+        /// The row.
+        row: usize,
+        /// The condition it comes from.
+        what: String,
+        /// Relative size of what is left of the row.
+        pivot: f64,
+    },
+    /// A load or target is not finite.
+    #[error("{what}: value {value:e} at load factor {load}; give finite numbers")]
+    Value {
+        /// The load or condition.
+        what: String,
+        /// The value.
+        value: f64,
+        /// The load factor.
+        load: f64,
+    },
+    /// A selection holds nothing.
+    #[error("{what} selects no particle; the nearest one is at X = {nearest:?}")]
+    Empty {
+        /// The selection.
+        what: String,
+        /// The nearest particle.
+        nearest: Vec<f64>,
+    },
+    /// An enforcement can't serve the rows asked of it.
+    #[error("{enforcement}: {reason}")]
+    Unsuitable {
+        /// The enforcement.
+        enforcement: &'static str,
+        /// Why, and what to take instead.
+        reason: String,
+    },
+    /// An amplitude table is unusable.
+    #[error("amplitude table: {what}; give at least two (load factor, value) pairs with growing, finite load factors")]
+    Amplitude {
+        /// What is wrong.
+        what: &'static str,
+    },
+}
+
+/// What went wrong in the linear algebra.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum LinearError {
+    /// The matrix is singular or not definite enough for the method.
+    #[error("factorisation failed at pivot {pivot}: {hint}")]
+    Pivot {
+        /// Index of the pivot, where the method knows it.
+        pivot: usize,
+        /// What this usually means.
+        hint: &'static str,
+    },
+    /// The solution is not finite or does not satisfy the equations.
+    #[error(
+        "relative residual {residual:e} after the linear solve: the matrix is singular to working precision; a rigid motion may be left free"
+    )]
+    Residual {
+        /// ‖b − A x‖ / ‖b‖, NaN where the solution is not finite.
+        residual: f64,
+    },
+    /// The problem is too large for the index type or the method.
+    #[error("{what}: {size} is beyond the limit {limit}; {remedy}")]
+    Size {
+        /// What is too large.
+        what: &'static str,
+        /// Its size.
+        size: usize,
+        /// The limit.
+        limit: usize,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The solver library reported something else.
+    #[error("sparse solver: {what}")]
+    Library {
+        /// The library's words.
+        what: String,
+    },
+}
+
+/// What went wrong in an analysis.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SolveError {
+    /// The first guess is inverted somewhere.
+    #[error(
+        "J = {jacobian:e} at X = {at:?} in the first state: start from a state with J > 0 everywhere (zero displacement is one)"
+    )]
+    InvertedStart {
+        /// det F.
+        jacobian: f64,
+        /// Where.
+        at: Vec<f64>,
+    },
+    /// A vector has the wrong length.
+    #[error("{what} has {given} entries, the model {needed}")]
+    Length {
+        /// The vector.
+        what: &'static str,
+        /// Entries given.
+        given: usize,
+        /// Entries needed.
+        needed: usize,
+    },
+    /// A setting is out of its range.
+    #[error("{what} = {value:e}: {needed}")]
+    Setting {
+        /// The setting.
+        what: &'static str,
+        /// The value given.
+        value: f64,
+        /// What would be accepted.
+        needed: &'static str,
+    },
+    /// The model has nothing to solve.
+    #[error("the model has no {what}: {remedy}")]
+    Empty {
+        /// What is missing.
+        what: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The analysis stalled before its last load.
+    #[error("stalled at load factor {load} after {steps} converged steps: {why}")]
+    Stalled {
+        /// Load factor of the last converged state.
+        load: f64,
+        /// Converged steps.
+        steps: usize,
+        /// The reason of the last rejected step.
+        why: String,
+    },
+}
+
+/// What went wrong while writing results.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The file system refused.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file.
+        path: String,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// Columns or fields have different lengths.
+    #[error("{what}: {given} values where {needed} are needed")]
+    Length {
+        /// The column or field.
+        what: String,
+        /// Values given.
+        given: usize,
+        /// Values needed.
+        needed: usize,
+    },
+    /// Nothing that could be drawn.
+    #[error("chart {title}: {what}")]
+    Chart {
+        /// The chart's title.
+        title: String,
+        /// What is wrong.
+        what: String,
+    },
+}
+
+/// Any error of this crate.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Geometry, cells, rules.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// Particles and shape functions.
+    #[error(transparent)]
+    Approximation(#[from] ApproximationError),
+    /// Materials.
+    #[error(transparent)]
+    Material(#[from] MaterialError),
+    /// Loads and conditions.
+    #[error(transparent)]
+    Boundary(#[from] BoundaryError),
+    /// Linear algebra.
+    #[error(transparent)]
+    Linear(#[from] LinearError),
+    /// Newton and stepping.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    /// Files and charts.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}

@@ -1,0 +1,87 @@
+//! Second- and fourth-order tensors of the physics, always three-dimensional.
+//!
+//! A second-order tensor is a [`Matrix3`]; its nine components are numbered row by row,
+//! $c = 3i + J$. A [`Tangent`] holds $A_{iJkL} = \partial P_{iJ}/\partial F_{kL}$ at row
+//! $3i + J$, column $3k + L$.
+
+use nalgebra::{Matrix3, SMatrix, SVector};
+
+/// $\partial P_{iJ}/\partial F_{kL}$ at row $3i+J$, column $3k+L$ \[stress\].
+pub type Tangent = SMatrix<f64, 9, 9>;
+
+/// The nine components of a second-order tensor, row by row.
+pub type Vector9 = SVector<f64, 9>;
+
+/// The components of `m` row by row, $v_{3i+J} = m_{iJ}$.
+///
+/// ```
+/// let v = rkpm::tensor::components(&rkpm::nalgebra::Matrix3::new(1., 2., 3., 4., 5., 6., 7., 8., 9.));
+/// assert_eq!(v[5], 6.0);
+/// ```
+#[inline]
+pub fn components(m: &Matrix3<f64>) -> Vector9 {
+    // nalgebra stores by columns: the transpose read in memory order is the row order.
+    Vector9::from_column_slice(m.transpose().as_slice())
+}
+
+/// The tensor with components `v` row by row; inverse of [`components`].
+#[inline]
+pub fn from_components(v: &Vector9) -> Matrix3<f64> {
+    Matrix3::from_row_slice(v.as_slice())
+}
+
+/// $\operatorname{cof} F = \partial J/\partial F = J F^{-T}$, defined for singular $F$ too.
+#[inline]
+pub fn cofactor(f: &Matrix3<f64>) -> Matrix3<f64> {
+    Matrix3::new(
+        f.m22 * f.m33 - f.m23 * f.m32,
+        f.m23 * f.m31 - f.m21 * f.m33,
+        f.m21 * f.m32 - f.m22 * f.m31,
+        f.m13 * f.m32 - f.m12 * f.m33,
+        f.m11 * f.m33 - f.m13 * f.m31,
+        f.m12 * f.m31 - f.m11 * f.m32,
+        f.m12 * f.m23 - f.m13 * f.m22,
+        f.m13 * f.m21 - f.m11 * f.m23,
+        f.m11 * f.m22 - f.m12 * f.m21,
+    )
+}
+
+/// Adds $s\,\partial^2 J/\partial F_{iJ}\partial F_{kL} = s\,\epsilon_{ikm}\epsilon_{JLN}F_{mN}$ to `tangent`.
+#[inline]
+pub fn add_determinant_hessian(tangent: &mut Tangent, f: &Matrix3<f64>, s: f64) {
+    for i in 0..3 {
+        for j in 0..3 {
+            // The eight nonzero (k, L) of ε_ikm ε_JLN reduce to four sign patterns per (i, J).
+            let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);
+            let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);
+            let row = 3 * i + j;
+            tangent[(row, 3 * i1 + j1)] += s * f[(i2, j2)];
+            tangent[(row, 3 * i1 + j2)] -= s * f[(i2, j1)];
+            tangent[(row, 3 * i2 + j1)] -= s * f[(i1, j2)];
+            tangent[(row, 3 * i2 + j2)] += s * f[(i1, j1)];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cofactor_is_the_derivative_of_the_determinant() {
+        let f = Matrix3::new(1.1, 0.2, -0.3, 0.05, 0.9, 0.4, -0.2, 0.1, 1.3);
+        let cof = cofactor(&f);
+        let expected = f.try_inverse().unwrap().transpose() * f.determinant();
+        assert!((cof - expected).norm() < 1e-14);
+        let mut hessian = Tangent::zeros();
+        add_determinant_hessian(&mut hessian, &f, 1.0);
+        for c in 0..9 {
+            // The determinant is quadratic in any single entry pair, so a central difference is exact.
+            let mut step = Vector9::zeros();
+            step[c] = 0.5;
+            let d = from_components(&step);
+            let column = components(&(cofactor(&(f + d)) - cofactor(&(f - d))));
+            assert!((hessian.column(c) - column).norm() < 1e-14);
+        }
+    }
+}
