@@ -1,1 +1,37 @@
-//! Output.
+//! Results on disk: tables (CSV), fields (VTU, PVD) and charts (SVG).
+//!
+//! | type | file | made for |
+//! |---|---|---|
+//! | [`Table`] | `.csv` | columns of numbers and words |
+//! | [`Summary`] | `.csv` | an example's results beside their references |
+//! | [`VtkGrid`] | `.vtu` | fields on particles and cells, for ParaView |
+//! | [`PvdCollection`] | `.pvd` | the `.vtu` files of a path in time or load |
+//! | [`Chart`] | `.svg` | curves, work against precision, deformed shapes |
+//!
+//! Each type is data first and a file last: nothing touches the disk before `write`, which makes
+//! missing parent directories and replaces an existing file. Nothing here prints, and whatever is
+//! wrong with the data or with the disk is an [`OutputError`].
+//!
+//! Charts need the feature `chart`.
+
+#[cfg(feature = "chart")]
+pub mod chart;
+pub mod csv;
+pub mod vtk;
+
+#[cfg(feature = "chart")]
+pub use chart::{Chart, Series};
+pub use csv::{Cell, Quantity, Summary, Table};
+pub use vtk::{PvdCollection, PvdEntry, VtkCell, VtkField, VtkGrid, VtkValues};
+
+use crate::error::OutputError;
+use std::path::Path;
+
+/// Writes a text file, with the directories above it.
+fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
+    let refused = |source| OutputError::Io { path: path.display().to_string(), source };
+    if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
+        std::fs::create_dir_all(parent).map_err(refused)?;
+    }
+    std::fs::write(path, text).map_err(refused)
+}

@@ -1,0 +1,7 @@
+//! The model and its sparse system: terms over clusters, summed into one fixed pattern.
+
+mod model;
+mod pattern;
+
+pub use model::{Assembler, Model, System};
+pub use pattern::Pattern;

@@ -1,0 +1,442 @@
+//! Models: terms over one set of nodes, and their assembly.
+
+use crate::geometry::Point;
+use crate::parallel::{for_each_mut, map_with, threads};
+use crate::term::{Element, Term, View};
+
+use super::pattern::Pattern;
+
+/// Floats that the element matrices of one batch may hold: about 16 MB, so that they stay in cache or close.
+const BATCH_FLOATS: usize = 2_000_000;
+/// Unknowns below which everything stays on one thread.
+const SERIAL_BELOW: usize = 400;
+
+/// Terms of a potential over the coefficients of one set of nodes.
+pub struct Model<const D: usize> {
+    positions: Vec<Point<D>>,
+    terms: Vec<Box<dyn Term<D>>>,
+}
+
+/// The assembled system at one state: $r$, $\partial r/\partial\lambda$ and $K$.
+#[derive(Debug, Clone, Default)]
+pub struct System {
+    /// $r = \partial\Pi/\partial d$: internal minus external forces.
+    pub residual: Vec<f64>,
+    /// $\sum|r_e|$ over clusters: what the residual is measured against (reactions included).
+    pub scale: f64,
+    /// $\partial r/\partial\lambda$.
+    pub load_slope: Vec<f64>,
+    /// Symmetric part of $K$, lower triangle in the model's pattern.
+    pub values: Vec<f64>,
+    /// Skew part $N$ of $K$ as (row, column, value) with row > column; $N_{cr} = -N_{rc}$.
+    pub skew: Vec<(u32, u32, f64)>,
+}
+
+impl System {
+    /// $y \mathrel{+}= N x$, the skew part alone.
+    pub fn skew_multiply_add(&self, x: &[f64], y: &mut [f64]) {
+        for &(row, column, value) in &self.skew {
+            y[row as usize] += value * x[column as usize];
+            y[column as usize] -= value * x[row as usize];
+        }
+    }
+}
+
+impl<const D: usize> Model<D> {
+    /// A model without terms over nodes at the given reference positions.
+    pub fn new(positions: Vec<Point<D>>) -> Self {
+        Model { positions, terms: Vec::new() }
+    }
+
+    /// Adds a term.
+    pub fn add(&mut self, term: impl Term<D> + 'static) -> &mut Self {
+        self.terms.push(Box::new(term));
+        self
+    }
+
+    /// The terms.
+    pub fn terms(&self) -> &[Box<dyn Term<D>>] {
+        &self.terms
+    }
+
+    /// Reference positions of the nodes \[length\].
+    pub fn positions(&self) -> &[Point<D>] {
+        &self.positions
+    }
+
+    /// Number of displacement unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.positions.len() * D
+    }
+
+    /// Local unknowns at zero displacement, one vector per term.
+    pub fn start(&self) -> Vec<Vec<f64>> {
+        self.terms
+            .iter()
+            .map(|term| {
+                let total = (0..term.clusters()).map(|c| term.locals(c).end).max().unwrap_or(0);
+                let mut locals = vec![0.0; total];
+                for cluster in 0..term.clusters() {
+                    term.start(cluster, &mut locals[term.locals(cluster)]);
+                }
+                locals
+            })
+            .collect()
+    }
+
+    /// Energy stored in all terms \[stress·length³; per unit length in plane strain\].
+    pub fn energy(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64) -> f64 {
+        let mut energy = 0.0;
+        for (term, locals) in self.terms.iter().zip(locals) {
+            let view = View { displacement, locals, load };
+            for cluster in 0..term.clusters() {
+                energy += term.energy(cluster, view);
+            }
+        }
+        energy
+    }
+
+    /// The largest $|\nabla u|$ of a displacement at any point.
+    pub fn largest_gradient(&self, displacement: &[f64]) -> f64 {
+        let of_term = |term: &dyn Term<D>| {
+            (0..term.clusters()).map(|c| term.largest_gradient(c, displacement)).fold(0.0, f64::max)
+        };
+        self.terms.iter().map(|term| of_term(&**term)).fold(0.0, f64::max)
+    }
+
+    /// The smallest $\det F$ at any point and where, `None` where no term has a deformation gradient.
+    pub fn smallest_jacobian(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64) -> Option<(f64, Vec<f64>)> {
+        let mut smallest: Option<(f64, Vec<f64>)> = None;
+        for (term, locals) in self.terms.iter().zip(locals) {
+            let view = View { displacement, locals, load };
+            for cluster in 0..term.clusters() {
+                if let Some(found) = term.smallest_jacobian(cluster, view)
+                    && smallest.as_ref().is_none_or(|s| found.0 < s.0 || found.0.is_nan())
+                {
+                    smallest = Some(found);
+                }
+            }
+        }
+        smallest
+    }
+
+    /// Increments of the local unknowns for a displacement increment, and the largest admissible step factor.
+    pub fn advance(
+        &self,
+        displacement: &[f64],
+        locals: &[Vec<f64>],
+        load: f64,
+        step: &[f64],
+        locals_step: &mut [Vec<f64>],
+    ) -> f64 {
+        let mut bound: f64 = 1.0;
+        let serial = if self.unknowns() < SERIAL_BELOW { usize::MAX } else { 16 };
+        for ((term, locals), locals_step) in self.terms.iter().zip(locals).zip(locals_step) {
+            let view = View { displacement, locals, load };
+            // One small vector per cluster keeps the writes apart without unsafe code.
+            let results = map_with(term.clusters(), serial, Vec::new, |buffer: &mut Vec<f64>, cluster| {
+                buffer.clear();
+                buffer.resize(term.locals(cluster).len(), 0.0);
+                let bound = term.advance(cluster, view, step, buffer);
+                (bound, buffer.clone())
+            });
+            for (cluster, (limit, values)) in results.into_iter().enumerate() {
+                // min() would drop a NaN.
+                bound = if limit.is_nan() { 0.0 } else { bound.min(limit) };
+                locals_step[term.locals(cluster)].copy_from_slice(&values);
+            }
+        }
+        bound
+    }
+
+    /// The assembler of this model.
+    pub fn assembler(&self) -> Assembler {
+        Assembler::new(self)
+    }
+
+    /// The residual $r$ of the model, without any matrix.
+    pub fn residual(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64) -> Vec<f64> {
+        let mut residual = vec![0.0; self.unknowns()];
+        self.sum_forces(displacement, locals, load, |unknown, force, _| residual[unknown] += force);
+        residual
+    }
+
+    /// Writes $\partial r/\partial\lambda$.
+    pub fn load_slope(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64, slope: &mut [f64]) {
+        slope.fill(0.0);
+        self.sum_forces(displacement, locals, load, |unknown, _, change| slope[unknown] += change);
+    }
+
+    /// Visits residual and load slope of every cluster, unknown by unknown.
+    fn sum_forces(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64, mut add: impl FnMut(usize, f64, f64)) {
+        let mut element = Element::default();
+        for (term, locals) in self.terms.iter().zip(locals) {
+            let view = View { displacement, locals, load };
+            for cluster in 0..term.clusters() {
+                let nodes = term.nodes(cluster);
+                element.reset(nodes.len() * D, false);
+                term.linearize(cluster, view, &mut element);
+                for (a, &node) in nodes.iter().enumerate() {
+                    for i in 0..D {
+                        add(node as usize * D + i, element.residual[a * D + i], element.load_slope[a * D + i]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The fixed pattern of a model and the places of all cluster blocks in it.
+#[derive(Debug, Clone, Default)]
+pub struct Assembler {
+    pattern: Pattern,
+    /// Node columns: first scalar entry and node rows below and on the diagonal.
+    node_columns: Vec<usize>,
+    /// For each term and cluster the first entry in `places`.
+    first_place: Vec<Vec<usize>>,
+    /// For each pair (a ≥ b) of a cluster's nodes, by columns b, the place of the block in its node column.
+    places: Vec<u32>,
+    batches: Vec<Batch>,
+    elements: Vec<Element>,
+}
+
+/// Consecutive clusters of one term whose element matrices are held at the same time.
+#[derive(Debug, Clone)]
+struct Batch {
+    term: usize,
+    clusters: std::ops::Range<usize>,
+}
+
+impl Assembler {
+    fn new<const D: usize>(model: &Model<D>) -> Self {
+        let nodes = model.positions.len();
+        // Clusters that hold each node, so that a column is the union of its clusters' nodes.
+        let mut holders: Vec<Vec<(u32, u32)>> = vec![Vec::new(); nodes];
+        for (t, term) in model.terms.iter().enumerate() {
+            for cluster in 0..term.clusters() {
+                for &node in term.nodes(cluster) {
+                    holders[node as usize].push((t as u32, cluster as u32));
+                }
+            }
+        }
+        let mut node_columns = vec![0usize];
+        let mut node_rows: Vec<u32> = Vec::new();
+        let mut seen = vec![u32::MAX; nodes];
+        for column in 0..nodes {
+            let start = node_rows.len();
+            node_rows.push(column as u32);
+            seen[column] = column as u32;
+            for &(t, cluster) in &holders[column] {
+                for &row in model.terms[t as usize].nodes(cluster as usize) {
+                    if row as usize > column && seen[row as usize] != column as u32 {
+                        seen[row as usize] = column as u32;
+                        node_rows.push(row);
+                    }
+                }
+            }
+            node_rows[start..].sort_unstable();
+            node_columns.push(node_rows.len());
+        }
+        let mut pattern = Pattern { columns: vec![0], rows: Vec::with_capacity(node_rows.len() * D * D) };
+        for column in 0..nodes {
+            let rows = &node_rows[node_columns[column]..node_columns[column + 1]];
+            for j in 0..D {
+                for i in j..D {
+                    pattern.rows.push((column * D + i) as u32);
+                }
+                for &row in &rows[1..] {
+                    for i in 0..D {
+                        pattern.rows.push(row * D as u32 + i as u32);
+                    }
+                }
+                pattern.columns.push(pattern.rows.len());
+            }
+        }
+        let mut first_place = Vec::new();
+        let mut places = Vec::new();
+        let mut batches = Vec::new();
+        let mut widest = 0;
+        for (t, term) in model.terms.iter().enumerate() {
+            let mut firsts = Vec::with_capacity(term.clusters());
+            let mut batch_start = 0;
+            let mut floats = 0;
+            for cluster in 0..term.clusters() {
+                firsts.push(places.len());
+                let list = term.nodes(cluster);
+                for (b, &column) in list.iter().enumerate() {
+                    let rows = &node_rows[node_columns[column as usize]..node_columns[column as usize + 1]];
+                    let mut k = 0;
+                    for &row in &list[b..] {
+                        while rows[k] < row {
+                            k += 1;
+                        }
+                        places.push(k as u32);
+                    }
+                }
+                let size = (list.len() * D).pow(2);
+                if floats > 0 && floats + size > BATCH_FLOATS {
+                    batches.push(Batch { term: t, clusters: batch_start..cluster });
+                    widest = widest.max(cluster - batch_start);
+                    batch_start = cluster;
+                    floats = 0;
+                }
+                floats += size;
+            }
+            if term.clusters() > batch_start {
+                batches.push(Batch { term: t, clusters: batch_start..term.clusters() });
+                widest = widest.max(term.clusters() - batch_start);
+            }
+            first_place.push(firsts);
+        }
+        Assembler { pattern, node_columns, first_place, places, batches, elements: vec![Element::default(); widest] }
+    }
+
+    /// The pattern of the symmetric part.
+    pub fn pattern(&self) -> &Pattern {
+        &self.pattern
+    }
+
+    /// Assembles the system of `model` at a state. The sums run in the order of terms and clusters
+    /// whatever the number of threads.
+    pub fn assemble<const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        displacement: &[f64],
+        locals: &[Vec<f64>],
+        load: f64,
+        system: &mut System,
+    ) {
+        let unknowns = model.unknowns();
+        system.residual.clear();
+        system.residual.resize(unknowns, 0.0);
+        system.load_slope.clear();
+        system.load_slope.resize(unknowns, 0.0);
+        system.values.clear();
+        system.values.resize(self.pattern.entries(), 0.0);
+        system.skew.clear();
+        system.scale = 0.0;
+        let parallel = unknowns >= SERIAL_BELOW && threads() > 1;
+        for batch in &self.batches {
+            let term = &*model.terms[batch.term];
+            let view = View { displacement, locals: &locals[batch.term], load };
+            let elements = &mut self.elements[..batch.clusters.len()];
+            let first = batch.clusters.start;
+            let fill = |k: usize, element: &mut Element| {
+                element.reset(term.nodes(first + k).len() * D, true);
+                term.linearize(first + k, view, element);
+                if !term.is_symmetric() {
+                    symmetrise(element);
+                }
+            };
+            if parallel {
+                for_each_mut(elements, fill);
+            } else {
+                elements.iter_mut().enumerate().for_each(|(k, e)| fill(k, e));
+            }
+            for (k, element) in elements.iter().enumerate() {
+                for (a, &node) in term.nodes(first + k).iter().enumerate() {
+                    for i in 0..D {
+                        let force = element.residual[a * D + i];
+                        system.residual[node as usize * D + i] += force;
+                        system.load_slope[node as usize * D + i] += element.load_slope[a * D + i];
+                        system.scale += force * force;
+                    }
+                }
+                if !term.is_symmetric() {
+                    collect_skew::<D>(term.nodes(first + k), element, &mut system.skew);
+                }
+            }
+            self.scatter(model, batch, &mut system.values, if parallel { threads() } else { 1 });
+        }
+        system.scale = system.scale.sqrt();
+    }
+
+    /// Adds the element matrices of a batch; each task owns a range of columns and adds in cluster order.
+    fn scatter<const D: usize>(&self, model: &Model<D>, batch: &Batch, values: &mut [f64], tasks: usize) {
+        let nodes = model.positions.len();
+        let total = self.pattern.entries();
+        let mut ranges = Vec::with_capacity(tasks);
+        let mut rest = values;
+        let mut start = 0;
+        for task in 0..tasks {
+            // Node columns up to the one that reaches this task's share of the entries.
+            let share = total * (task + 1) / tasks;
+            let end = if task + 1 == tasks {
+                nodes
+            } else {
+                (start..nodes).find(|&c| self.pattern.columns[c * D] >= share).unwrap_or(nodes)
+            };
+            let split = self.pattern.columns[end * D] - self.pattern.columns[start * D];
+            let (mine, others) = rest.split_at_mut(split);
+            ranges.push((start..end, mine));
+            rest = others;
+            start = end;
+        }
+        let term = &*model.terms[batch.term];
+        for_each_mut(&mut ranges, |_, (columns, values)| {
+            let base = self.pattern.columns[columns.start * D];
+            for (k, element) in self.elements[..batch.clusters.len()].iter().enumerate() {
+                let cluster = batch.clusters.start + k;
+                let list = term.nodes(cluster);
+                let size = list.len() * D;
+                let from = list.partition_point(|&n| (n as usize) < columns.start);
+                let to = list.partition_point(|&n| (n as usize) < columns.end);
+                // Blocks of earlier columns: Σ (len − b) for b < from.
+                let mut place =
+                    self.first_place[batch.term][cluster] + from * list.len() - from * from.saturating_sub(1) / 2;
+                for b in from..to {
+                    let column = list[b] as usize;
+                    let blocks = &self.places[place..place + list.len() - b];
+                    place += list.len() - b;
+                    for j in 0..D {
+                        let target = self.pattern.columns[column * D + j] - base;
+                        let source = &element.matrix[(b * D + j) * size..(b * D + j + 1) * size];
+                        for i in j..D {
+                            values[target + i - j] += source[b * D + i];
+                        }
+                        for (a, &block) in blocks.iter().enumerate().skip(1) {
+                            let at = target + D - j + (block as usize - 1) * D;
+                            for i in 0..D {
+                                values[at + i] += source[(b + a) * D + i];
+                            }
+                        }
+                    }
+                }
+            }
+        });
+    }
+
+    /// Bytes held by pattern, places and element buffers.
+    pub fn bytes(&self) -> usize {
+        8 * (self.pattern.columns.len() + self.node_columns.len())
+            + 4 * (self.pattern.rows.len() + self.places.len())
+            + self.elements.iter().map(|e| 8 * (e.matrix.capacity() + e.scratch.capacity())).sum::<usize>()
+    }
+}
+
+/// Replaces the matrix by its symmetric part below and on the diagonal, its skew part above.
+fn symmetrise(element: &mut Element) {
+    let size = element.residual.len();
+    for column in 0..size {
+        for row in column + 1..size {
+            let lower = element.matrix[column * size + row];
+            let upper = element.matrix[row * size + column];
+            element.matrix[column * size + row] = 0.5 * (lower + upper);
+            element.matrix[row * size + column] = 0.5 * (lower - upper);
+        }
+    }
+}
+
+/// Appends the skew part that [`symmetrise`] left above the diagonal.
+fn collect_skew<const D: usize>(nodes: &[u32], element: &Element, skew: &mut Vec<(u32, u32, f64)>) {
+    let size = element.residual.len();
+    let unknown = |local: usize| nodes[local / D] * D as u32 + (local % D) as u32;
+    for column in 0..size {
+        for row in column + 1..size {
+            let value = element.matrix[row * size + column];
+            if value != 0.0 {
+                skew.push((unknown(row), unknown(column), value));
+            }
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! Sparsity patterns: lower triangles by columns.
+
+/// The lower triangle of a symmetric sparse matrix by columns, rows rising, the diagonal first.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Pattern {
+    /// Column $c$ holds the entries `columns[c]..columns[c + 1]`.
+    pub columns: Vec<usize>,
+    /// Row of each entry.
+    pub rows: Vec<u32>,
+}
+
+impl Pattern {
+    /// Number of rows and columns.
+    pub fn size(&self) -> usize {
+        self.columns.len().saturating_sub(1)
+    }
+
+    /// Number of stored entries.
+    pub fn entries(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Rows of a column.
+    pub fn column(&self, column: usize) -> &[u32] {
+        &self.rows[self.columns[column]..self.columns[column + 1]]
+    }
+
+    /// The place of an entry, `None` outside the pattern or above the diagonal.
+    pub fn find(&self, row: usize, column: usize) -> Option<usize> {
+        let rows = self.column(column);
+        rows.binary_search(&(row as u32)).ok().map(|k| self.columns[column] + k)
+    }
+
+    /// The lower pattern from the sorted-or-not rows of each column; the diagonal is always present.
+    pub fn from_columns(columns: Vec<Vec<u32>>) -> Self {
+        let mut pattern = Pattern { columns: vec![0], rows: Vec::new() };
+        for (column, mut rows) in columns.into_iter().enumerate() {
+            rows.push(column as u32);
+            rows.sort_unstable();
+            rows.dedup();
+            pattern.rows.extend(rows.into_iter().filter(|&r| r as usize >= column));
+            pattern.columns.push(pattern.rows.len());
+        }
+        pattern
+    }
+
+    /// $y \mathrel{+}= A x$ for the symmetric matrix with these lower values.
+    pub fn multiply_add(&self, values: &[f64], x: &[f64], y: &mut [f64]) {
+        for column in 0..self.size() {
+            let mut sum = 0.0;
+            for k in self.columns[column]..self.columns[column + 1] {
+                let row = self.rows[k] as usize;
+                sum += values[k] * x[row];
+                if row != column {
+                    y[row] += values[k] * x[column];
+                }
+            }
+            y[column] += sum;
+        }
+    }
+}

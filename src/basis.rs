@@ -1,0 +1,143 @@
+//! Bases $H$ of the correction function (3.11), (3.29).
+
+use crate::geometry::Point;
+
+/// The functions that the correction reproduces.
+///
+/// The argument is shifted and scaled, $\xi = (x - x_I)/L$ with $L$ a local dilation, so that the
+/// moment matrix stays well conditioned far from the origin. The span must not depend on shift and
+/// scale, as that of the polynomials up to an order does not.
+///
+/// ```
+/// use rkpm::{basis::Basis, geometry::Point};
+/// /// 1, x, y and xy.
+/// struct Bilinear;
+/// impl Basis<2> for Bilinear {
+///     fn len(&self) -> usize { 4 }
+///     fn fill(&self, x: &Point<2>, h: &mut [f64], dh: &mut [Point<2>]) {
+///         h.copy_from_slice(&[1.0, x[0], x[1], x[0] * x[1]]);
+///         dh.copy_from_slice(&[[0.0, 0.0].into(), [1.0, 0.0].into(), [0.0, 1.0].into(), [x[1], x[0]].into()]);
+///     }
+/// }
+/// assert_eq!(Bilinear.len(), 4);
+/// ```
+pub trait Basis<const D: usize>: Send + Sync {
+    /// Number of functions.
+    fn len(&self) -> usize;
+
+    /// Whether there is no function at all; a basis needs at least the constant.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Writes $H(\xi)$ and $\partial H/\partial\xi$; both slices have [`len`](Basis::len) entries.
+    fn fill(&self, x: &Point<D>, h: &mut [f64], dh: &mut [Point<D>]);
+}
+
+impl<const D: usize, B: Basis<D> + ?Sized> Basis<D> for std::sync::Arc<B> {
+    fn len(&self) -> usize {
+        (**self).len()
+    }
+
+    fn fill(&self, x: &Point<D>, h: &mut [f64], dh: &mut [Point<D>]) {
+        (**self).fill(x, h, dh);
+    }
+}
+
+/// All monomials $\xi^\alpha$ with $|\alpha| \le N$ (3.29), (3.30), by rising order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polynomial<const D: usize> {
+    exponents: Vec<[u8; D]>,
+}
+
+impl<const D: usize> Polynomial<D> {
+    /// Monomials up to the given order; 0 gives the Shepard functions.
+    pub fn new(order: u8) -> Self {
+        let mut exponents = Vec::new();
+        for total in 0..=order {
+            push_exponents(&mut exponents, [0; D], 0, total);
+        }
+        Polynomial { exponents }
+    }
+
+    /// $1, x_1, \dots, x_D$: what the paper uses throughout §6.
+    pub fn linear() -> Self {
+        Polynomial::new(1)
+    }
+
+    /// Up to second order.
+    pub fn quadratic() -> Self {
+        Polynomial::new(2)
+    }
+
+    /// The multi-indices $\alpha$.
+    pub fn exponents(&self) -> &[[u8; D]] {
+        &self.exponents
+    }
+}
+
+impl<const D: usize> Default for Polynomial<D> {
+    fn default() -> Self {
+        Polynomial::linear()
+    }
+}
+
+/// Appends all multi-indices of one total order, the first axis highest first.
+fn push_exponents<const D: usize>(out: &mut Vec<[u8; D]>, current: [u8; D], axis: usize, left: u8) {
+    let mut next = current;
+    if axis + 1 >= D {
+        if D > 0 {
+            next[D - 1] = left;
+            out.push(next);
+        }
+        return;
+    }
+    for power in (0..=left).rev() {
+        next[axis] = power;
+        push_exponents(out, next, axis + 1, left - power);
+    }
+}
+
+impl<const D: usize> Basis<D> for Polynomial<D> {
+    fn len(&self) -> usize {
+        self.exponents.len()
+    }
+
+    #[inline]
+    fn fill(&self, x: &Point<D>, h: &mut [f64], dh: &mut [Point<D>]) {
+        for ((alpha, h), dh) in self.exponents.iter().zip(h).zip(dh) {
+            let mut value = 1.0;
+            for axis in 0..D {
+                value *= x[axis].powi(alpha[axis] as i32);
+            }
+            *h = value;
+            for k in 0..D {
+                let mut slope = if alpha[k] == 0 { 0.0 } else { alpha[k] as f64 };
+                for axis in 0..D {
+                    let power = alpha[axis] as i32 - i32::from(axis == k);
+                    if power > 0 {
+                        slope *= x[axis].powi(power);
+                    }
+                }
+                dh[k] = slope;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn monomials_by_rising_order() {
+        assert_eq!(Polynomial::<2>::quadratic().exponents(), &[[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]]);
+        assert_eq!(Polynomial::<3>::new(3).len(), 20);
+        assert_eq!(Polynomial::<1>::new(4).len(), 5);
+        let (mut h, mut dh) = ([0.0; 6], [Point::<2>::zeros(); 6]);
+        Polynomial::<2>::quadratic().fill(&Point::<2>::new(2.0, 3.0), &mut h, &mut dh);
+        assert_eq!(h, [1.0, 2.0, 3.0, 4.0, 6.0, 9.0]);
+        assert_eq!(dh[4], Point::<2>::new(3.0, 2.0));
+        assert_eq!(dh[5], Point::<2>::new(0.0, 6.0));
+    }
+}

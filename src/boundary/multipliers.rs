@@ -1,0 +1,188 @@
+//! Lagrange multipliers (4.5)–(4.19).
+
+use crate::assembly::{Pattern, System};
+use crate::error::BoundaryError;
+use crate::linear::MatrixClass;
+
+use super::{Constraints, Enforced, Enforcement};
+
+/// Lagrange multipliers: the saddle point system (4.11),
+/// $$\begin{bmatrix}K + G^T R\,G & G^T\\ G & 0\end{bmatrix}
+///   \begin{bmatrix}\delta d\\ \mu\end{bmatrix} = \begin{bmatrix}-r + G^T R\,\gamma\\ \gamma\end{bmatrix},
+///   \qquad \gamma = g - G d,$$
+/// ordered with the multipliers last. The augmentation $G^T R\,G$ does not change the solution; it makes
+/// the leading block regular where the rows alone hold the body.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LagrangeMultipliers;
+
+struct Bound {
+    full: usize,
+    pattern: Pattern,
+    /// Rows scaled to a largest entry of one, and the scale.
+    rows: Vec<(Vec<(usize, f64)>, f64)>,
+    /// Place of each entry of the full pattern.
+    destination: Vec<u32>,
+    /// (place, row, coefficient product) of the augmentation.
+    augmentation: Vec<(u32, f64)>,
+    /// (place, coefficient) of the rows themselves.
+    entries: Vec<(u32, f64)>,
+    /// Stiffness that the rows were last scaled with.
+    stiffness: f64,
+}
+
+impl Enforcement for LagrangeMultipliers {
+    fn bind(&self, pattern: &Pattern, rows: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
+        let full = pattern.size();
+        let mut columns: Vec<Vec<u32>> = (0..full).map(|c| pattern.column(c).to_vec()).collect();
+        columns.resize(full + rows.len(), Vec::new());
+        let mut scaled = Vec::with_capacity(rows.len());
+        for (r, row) in rows.rows().iter().enumerate() {
+            let largest = row.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
+            if !(largest > 0.0) {
+                return Err(BoundaryError::Dependent { row: r, what: row.label.clone(), pivot: 0.0 });
+            }
+            let entries: Vec<(usize, f64)> =
+                row.entries.iter().filter(|e| e.1 != 0.0).map(|&(k, c)| (k, c / largest)).collect();
+            for &(a, _) in &entries {
+                columns[a].push((full + r) as u32);
+                for &(b, _) in &entries {
+                    if b > a {
+                        columns[a].push(b as u32);
+                    }
+                }
+            }
+            scaled.push((entries, 1.0 / largest));
+        }
+        check_independence(&scaled, rows)?;
+        let saddle = Pattern::from_columns(columns);
+        let place = |row: usize, column: usize| saddle.find(row, column).unwrap_or(0) as u32;
+        let mut destination = Vec::with_capacity(pattern.entries());
+        for column in 0..full {
+            destination.extend(pattern.column(column).iter().map(|&row| place(row as usize, column)));
+        }
+        let mut augmentation = Vec::new();
+        let mut entries = Vec::new();
+        for (r, (row, _)) in scaled.iter().enumerate() {
+            for &(a, ca) in row {
+                entries.push((place(full + r, a), ca));
+                for &(b, cb) in row.iter().filter(|&&(b, _)| b >= a) {
+                    augmentation.push((place(b, a), ca * cb));
+                }
+            }
+        }
+        Ok(Box::new(Bound { full, pattern: saddle, rows: scaled, destination, augmentation, entries, stiffness: 1.0 }))
+    }
+}
+
+/// Finds rows that depend on earlier ones, by orthogonalisation of rows that share unknowns.
+fn check_independence(scaled: &[(Vec<(usize, f64)>, f64)], rows: &Constraints) -> Result<(), BoundaryError> {
+    use std::collections::BTreeMap;
+    // Sparse Gaussian elimination: each reduced row is remembered by its pivot unknown.
+    let mut reduced: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
+    for (r, (row, _)) in scaled.iter().enumerate() {
+        let mut left: BTreeMap<usize, f64> = row.iter().copied().collect();
+        // Eliminate by rising pivot order of creation until no pivot unknown is left.
+        while let Some((unknown, factor)) =
+            left.iter().find(|(k, v)| **v != 0.0 && reduced.contains_key(k)).map(|(k, v)| (*k, *v))
+        {
+            for (k, value) in &reduced[&unknown] {
+                *left.entry(*k).or_insert(0.0) -= factor * value;
+            }
+            left.remove(&unknown);
+        }
+        let largest = left.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map(|(k, v)| (*k, *v));
+        match largest {
+            Some((pivot, size)) if size.abs() > 1e-10 => {
+                let mut row: BTreeMap<usize, f64> = left.into_iter().map(|(k, v)| (k, v / size)).collect();
+                row.insert(pivot, 1.0);
+                // Keep earlier rows free of the new pivot, so that one pass over a row suffices.
+                for other in reduced.values_mut() {
+                    if let Some(factor) = other.get(&pivot).copied().filter(|f| *f != 0.0) {
+                        for (k, value) in &row {
+                            *other.entry(*k).or_insert(0.0) -= factor * value;
+                        }
+                        other.remove(&pivot);
+                    }
+                }
+                reduced.insert(pivot, row);
+            }
+            other => {
+                return Err(BoundaryError::Dependent {
+                    row: r,
+                    what: rows.rows()[r].label.clone(),
+                    pivot: other.map_or(0.0, |(_, v)| v.abs()),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Enforced for Bound {
+    fn pattern(&self) -> &Pattern {
+        &self.pattern
+    }
+
+    fn class(&self) -> MatrixClass {
+        MatrixClass::Saddle { constraints: self.rows.len() }
+    }
+
+    fn unknowns(&self) -> usize {
+        self.full + self.rows.len()
+    }
+
+    fn reduce(&mut self, full: &System, values: &mut Vec<f64>) {
+        values.clear();
+        values.resize(self.pattern.entries(), 0.0);
+        let mut stiffness: f64 = 0.0;
+        for (value, &place) in full.values.iter().zip(&self.destination) {
+            values[place as usize] += value;
+            stiffness = stiffness.max(value.abs());
+        }
+        self.stiffness = if stiffness > 0.0 { stiffness } else { 1.0 };
+        for &(place, product) in &self.augmentation {
+            values[place as usize] += self.stiffness * product;
+        }
+        for &(place, coefficient) in &self.entries {
+            values[place as usize] += self.stiffness * coefficient;
+        }
+    }
+
+    fn restrict(&self, force: &[f64], gap: &[f64], _full: &System, rhs: &mut Vec<f64>) {
+        rhs.clear();
+        rhs.extend_from_slice(force);
+        for ((row, scale), g) in self.rows.iter().zip(gap) {
+            for &(k, c) in row {
+                rhs[k] += self.stiffness * c * scale * g;
+            }
+        }
+        rhs.extend(self.rows.iter().zip(gap).map(|((_, scale), g)| self.stiffness * scale * g));
+    }
+
+    fn project(&self, full: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        out.extend_from_slice(full);
+        out.resize(self.unknowns(), 0.0);
+    }
+
+    fn imbalance(&self, residual: &[f64], multipliers: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        out.extend_from_slice(residual);
+        for ((row, scale), mu) in self.rows.iter().zip(multipliers) {
+            for &(k, c) in row {
+                out[k] += c / scale * mu;
+            }
+        }
+    }
+
+    fn recover(&self, solved: &[f64], _gap: &[f64], step: &mut [f64], multipliers: &mut [f64]) {
+        step.copy_from_slice(&solved[..self.full]);
+        for ((mu, solved), (_, scale)) in multipliers.iter_mut().zip(&solved[self.full..]).zip(&self.rows) {
+            *mu = solved * self.stiffness * scale;
+        }
+    }
+
+    fn full_index(&self, reduced: usize) -> Option<usize> {
+        (reduced < self.full).then_some(reduced)
+    }
+}

@@ -1,0 +1,237 @@
+//! Rows of essential conditions, at particles and over boundaries.
+
+use std::collections::HashMap;
+
+use crate::cells::BoundaryCells;
+use crate::error::{BoundaryError, Error};
+use crate::geometry::Point;
+use crate::kinematics::Kinematics;
+use crate::shape::{Approximation, ShapeFunctions};
+use crate::term::Amplitude;
+
+/// One condition $\sum_k c_k d_k = g\,a(\lambda)$ on the coefficients $d$.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// (unknown, coefficient) pairs.
+    pub entries: Vec<(usize, f64)>,
+    /// The unknown that the row owns: component of the particle it belongs to.
+    pub owner: usize,
+    /// $g$ \[length; length × measure for rows over a boundary\].
+    pub target: f64,
+    /// Its factor $a(\lambda)$.
+    pub amplitude: Amplitude,
+    /// The condition that the row comes from, for messages.
+    pub label: String,
+}
+
+/// The rows of a problem.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Constraints {
+    rows: Vec<Row>,
+    /// Owner and rows of boundary integrals: which part has claimed a particle's component.
+    claimed: HashMap<usize, String>,
+    /// Values at particles by owned unknown, to find repeated and conflicting conditions.
+    at_particles: HashMap<usize, usize>,
+}
+
+impl Constraints {
+    /// No rows.
+    pub fn new() -> Self {
+        Constraints::default()
+    }
+
+    /// The rows, in the order in which they were added.
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether there is no row.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Adds a row as it is.
+    ///
+    /// # Errors
+    /// Where a number is not finite or the row has no entry.
+    pub fn push(&mut self, row: Row) -> Result<(), BoundaryError> {
+        if let Some(&(_, value)) = row.entries.iter().find(|(_, c)| !c.is_finite()) {
+            return Err(BoundaryError::Value { what: row.label, value, load: 1.0 });
+        }
+        if !row.target.is_finite() {
+            return Err(BoundaryError::Value { what: row.label, value: row.target, load: 1.0 });
+        }
+        if row.entries.iter().all(|(_, c)| *c == 0.0) {
+            return Err(BoundaryError::Dependent { row: self.rows.len(), what: row.label, pivot: 0.0 });
+        }
+        self.rows.push(row);
+        Ok(())
+    }
+
+    /// Conditions $u_i(X_J) = g(X_J)\,a(\lambda)$ at particles: the rows $\Psi_I(X_J)$ of the paper's
+    /// transformation (4.29).
+    ///
+    /// A condition given twice with equal values is taken once.
+    ///
+    /// # Errors
+    /// Where two conditions conflict, a component does not exist, or a shape function is not defined.
+    pub fn at_particles<const D: usize, A: Approximation<D>>(
+        &mut self,
+        approximation: &A,
+        particles: &[usize],
+        component: usize,
+        target: &dyn Fn(&Point<D>) -> f64,
+        amplitude: &Amplitude,
+        label: &str,
+    ) -> Result<(), Error> {
+        check_component(component, D, label)?;
+        let mut scratch = A::Scratch::default();
+        let mut psi = ShapeFunctions::default();
+        for &particle in particles {
+            let at = approximation.nodes()[particle];
+            let owner = particle * D + component;
+            let value = target(&at);
+            if let Some(&earlier) = self.at_particles.get(&owner) {
+                let row = &self.rows[earlier];
+                if row.amplitude == *amplitude && same(row.target, value) {
+                    continue;
+                }
+                return Err(BoundaryError::Conflict {
+                    first: row.label.clone(),
+                    second: label.to_string(),
+                    component,
+                    at: at.as_slice().to_vec(),
+                    values: [row.target, value],
+                }
+                .into());
+            }
+            approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
+            let entries = psi.nodes.iter().zip(&psi.values).map(|(&n, &v)| (n as usize * D + component, v)).collect();
+            self.push(Row { entries, owner, target: value, amplitude: amplitude.clone(), label: label.to_string() })?;
+            self.at_particles.insert(owner, self.rows.len() - 1);
+        }
+        Ok(())
+    }
+
+    /// Conditions $\int\Theta_J(u_i - g\,a(\lambda))\,\mathrm d\Gamma = 0$ over a boundary part with its linear
+    /// hats $\Theta_J$, (4.8), (4.16).
+    ///
+    /// Each corner and edge is owned by the part that claims it first; on the others its hat is merged
+    /// into its neighbour's, so that there are as many rows as boundary particles and the hats of each
+    /// part still sum to one. On the axis of a body of revolution the measure is that of the line.
+    ///
+    /// # Errors
+    /// Where a component does not exist or a shape function is not defined.
+    #[allow(clippy::too_many_arguments)]
+    pub fn over_boundary<const D: usize, A: Approximation<D>>(
+        &mut self,
+        approximation: &A,
+        boundary: &BoundaryCells<D>,
+        kinematics: &(impl Kinematics<D> + ?Sized),
+        component: usize,
+        target: &dyn Fn(&Point<D>) -> f64,
+        amplitude: &Amplitude,
+        label: &str,
+    ) -> Result<(), Error> {
+        check_component(component, D, label)?;
+        // Where each hat goes: to its own particle, or to the nearest free one on a shared facet.
+        let mut facets_of: HashMap<u32, Vec<u32>> = HashMap::new();
+        let mut order: Vec<u32> = Vec::new();
+        for group in boundary.points.groups.windows(2) {
+            let mut members: Vec<u32> = Vec::new();
+            for hats in &boundary.hats[group[0]..group[1]] {
+                for &(particle, _) in hats {
+                    if !members.contains(&particle) {
+                        members.push(particle);
+                    }
+                }
+            }
+            for &particle in &members {
+                if !facets_of.contains_key(&particle) {
+                    order.push(particle);
+                }
+                facets_of.entry(particle).or_default().extend(&members);
+            }
+        }
+        let free = |particle: u32| !self.claimed.contains_key(&(particle as usize * D + component));
+        let mut receiver: HashMap<u32, u32> = HashMap::new();
+        for &particle in &order {
+            if free(particle) {
+                receiver.insert(particle, particle);
+                continue;
+            }
+            let at = approximation.nodes()[particle as usize];
+            let nearest = facets_of[&particle].iter().copied().filter(|&other| free(other)).min_by(|&a, &b| {
+                let distance = |n: u32| (approximation.nodes()[n as usize] - at).norm_squared();
+                distance(a).total_cmp(&distance(b)).then(a.cmp(&b))
+            });
+            if let Some(nearest) = nearest {
+                receiver.insert(particle, nearest);
+            }
+        }
+        let mut sums: HashMap<u32, (HashMap<usize, f64>, f64)> = HashMap::new();
+        let mut scratch = A::Scratch::default();
+        let mut psi = ShapeFunctions::default();
+        for group in boundary.points.groups.windows(2) {
+            let on_axis = boundary.points.positions[group[0]..group[1]].iter().all(|x| kinematics.measure(x) == 0.0);
+            for point in group[0]..group[1] {
+                let at = boundary.points.positions[point];
+                approximation.evaluate_values(&at, &mut scratch, &mut psi)?;
+                let measure = if on_axis { 1.0 } else { kinematics.measure(&at) };
+                let value = target(&at);
+                for &(particle, hat) in &boundary.hats[point] {
+                    let Some(&particle) = receiver.get(&particle) else { continue };
+                    let weight = boundary.points.weights[point] * measure * hat;
+                    let (entries, total) = sums.entry(particle).or_default();
+                    for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
+                        *entries.entry(node as usize * D + component).or_default() += weight * psi;
+                    }
+                    *total += weight * value;
+                }
+            }
+        }
+        for particle in order {
+            let Some((entries, target)) = sums.remove(&particle) else { continue };
+            let mut entries: Vec<(usize, f64)> = entries.into_iter().collect();
+            entries.sort_unstable_by_key(|e| e.0);
+            // Rows of one size, whatever the spacing: multipliers become mean tractions.
+            let owner = particle as usize * D + component;
+            self.push(Row { entries, owner, target, amplitude: amplitude.clone(), label: label.to_string() })?;
+            self.claimed.insert(owner, label.to_string());
+        }
+        Ok(())
+    }
+
+    /// Writes $g\,a(\lambda) - Gd$, row by row.
+    pub fn gap(&self, displacement: &[f64], load: f64, gap: &mut Vec<f64>) {
+        gap.clear();
+        gap.extend(self.rows.iter().map(|row| {
+            let value: f64 = row.entries.iter().map(|&(k, c)| c * displacement[k]).sum();
+            row.target * row.amplitude.evaluate(load).0 - value
+        }));
+    }
+
+    /// Writes $g\,a'(\lambda)$, row by row.
+    pub fn load_slope(&self, load: f64, slope: &mut Vec<f64>) {
+        slope.clear();
+        slope.extend(self.rows.iter().map(|row| row.target * row.amplitude.evaluate(load).1));
+    }
+}
+
+fn check_component(component: usize, dimension: usize, label: &str) -> Result<(), BoundaryError> {
+    if component < dimension {
+        Ok(())
+    } else {
+        Err(BoundaryError::Component { what: label.to_string(), component, dimension })
+    }
+}
+
+/// Equal up to rounding.
+fn same(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-12 * a.abs().max(b.abs())
+}

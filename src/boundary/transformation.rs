@@ -1,0 +1,436 @@
+//! The transformation method (4.28)–(4.45), restricted to the constrained unknowns.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::assembly::{Pattern, System};
+use crate::error::BoundaryError;
+use crate::linear::MatrixClass;
+
+use super::{Constraints, Enforced, Enforcement};
+
+/// The mixed transformation: as many unknowns as there are rows are expressed by the others,
+/// $d_p = W d_f + V g$, so that the rows hold exactly and the reduced matrix stays definite.
+///
+/// With rows at particles this is the transformation (4.32), (4.42) of the constrained particles alone.
+/// Rows that share unknowns are eliminated together (Gauss–Jordan with complete pivoting), which
+/// couples a whole constrained face; above [`limit`](MixedTransformation::limit) rows in one such group
+/// take [`LagrangeMultipliers`](super::LagrangeMultipliers).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MixedTransformation {
+    /// Most rows that may be eliminated together; the cost grows with its third power.
+    pub limit: usize,
+}
+
+impl Default for MixedTransformation {
+    /// 2000 rows: about 100 MB and a few seconds.
+    fn default() -> Self {
+        MixedTransformation { limit: 2000 }
+    }
+}
+
+/// What is left of a row below this part of its size counts as nothing.
+const DEPENDENT: f64 = 1e-10;
+
+/// Rows that share unknowns, eliminated together.
+struct Group {
+    /// Rows of the problem.
+    rows: Vec<usize>,
+    /// Eliminated unknowns, one per row.
+    pivots: Vec<usize>,
+    /// Unknowns they are expressed by, as reduced indices.
+    free: Vec<u32>,
+    /// W, `pivots × free` by rows.
+    w: Vec<f64>,
+    /// V, `pivots × rows` by rows.
+    v: Vec<f64>,
+    /// Reduced unknowns that couple with the pivots (a superset of `free`).
+    coupled: Vec<u32>,
+    /// Place of (free, coupled) pairs in the reduced values.
+    places: Vec<u32>,
+    /// Place of each free unknown among the coupled ones.
+    free_in_coupled: Vec<u32>,
+    y: Vec<f64>,
+}
+
+/// Entry of the full matrix that touches pivots.
+enum Touch {
+    /// (entry, group, pivot, place among the coupled).
+    Free(u32, u32, u32, u32),
+    /// (entry, group, pivot, group, pivot).
+    Pivots(u32, [u32; 2], [u32; 2]),
+}
+
+struct Bound {
+    full: Pattern,
+    reduced: Pattern,
+    groups: Vec<Group>,
+    /// Destination of each full entry between free unknowns; `u32::MAX` for others.
+    destination: Vec<u32>,
+    touches: Vec<Touch>,
+    /// Reduced index of each full unknown; `u32::MAX` for pivots.
+    reduced_of: Vec<u32>,
+    full_of: Vec<usize>,
+}
+
+impl Enforcement for MixedTransformation {
+    fn bind(&self, pattern: &Pattern, rows: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
+        let size = pattern.size();
+        let mut groups = eliminate(rows, self.limit)?;
+        let mut reduced_of = vec![0u32; size];
+        let mut pivot_of: BTreeMap<usize, (u32, u32)> = BTreeMap::new();
+        for (g, group) in groups.iter().enumerate() {
+            for (p, &unknown) in group.0.pivots.iter().enumerate() {
+                pivot_of.insert(unknown, (g as u32, p as u32));
+            }
+        }
+        let mut full_of = Vec::with_capacity(size - pivot_of.len());
+        for unknown in 0..size {
+            if pivot_of.contains_key(&unknown) {
+                reduced_of[unknown] = u32::MAX;
+            } else {
+                reduced_of[unknown] = full_of.len() as u32;
+                full_of.push(unknown);
+            }
+        }
+        for (group, free) in &mut groups {
+            group.free = free.iter().map(|&f| reduced_of[f]).collect();
+        }
+        let mut groups: Vec<Group> = groups.into_iter().map(|(group, _)| group).collect();
+
+        // What each group's pivots couple with, directly or through other pivots.
+        let mut coupled: Vec<BTreeSet<u32>> = groups.iter().map(|g| g.free.iter().copied().collect()).collect();
+        let mut columns: Vec<Vec<u32>> = vec![Vec::new(); full_of.len()];
+        for column in 0..size {
+            for &row in pattern.column(column) {
+                let (r, c) = (reduced_of[row as usize], reduced_of[column]);
+                match (r == u32::MAX, c == u32::MAX) {
+                    (false, false) => columns[c as usize].push(r),
+                    (true, false) => {
+                        coupled[pivot_of[&(row as usize)].0 as usize].insert(c);
+                    }
+                    (false, true) => {
+                        coupled[pivot_of[&column].0 as usize].insert(r);
+                    }
+                    (true, true) => {
+                        let (a, b) = (pivot_of[&(row as usize)].0 as usize, pivot_of[&column].0 as usize);
+                        let (from_a, from_b) = (groups[a].free.clone(), groups[b].free.clone());
+                        coupled[a].extend(from_b);
+                        coupled[b].extend(from_a);
+                    }
+                }
+            }
+        }
+        for (group, coupled) in groups.iter_mut().zip(&coupled) {
+            group.coupled = coupled.iter().copied().collect();
+            group.y = vec![0.0; group.pivots.len() * group.coupled.len()];
+            group.free_in_coupled =
+                group.free.iter().map(|f| group.coupled.partition_point(|c| c < f) as u32).collect();
+            for &s in &group.free {
+                for &n in &group.coupled {
+                    columns[s.min(n) as usize].push(s.max(n));
+                }
+            }
+        }
+        let reduced = Pattern::from_columns(columns);
+        for group in &mut groups {
+            for &s in &group.free {
+                for &n in &group.coupled {
+                    // In the pattern by construction.
+                    let place = reduced.find(s.max(n) as usize, s.min(n) as usize).unwrap_or(0);
+                    group.places.push(place as u32);
+                }
+            }
+        }
+        let mut destination = vec![u32::MAX; pattern.entries()];
+        let mut touches = Vec::new();
+        for column in 0..size {
+            let mut place = None;
+            for entry in pattern.columns[column]..pattern.columns[column + 1] {
+                let row = pattern.rows[entry] as usize;
+                let (r, c) = (reduced_of[row], reduced_of[column]);
+                if r != u32::MAX && c != u32::MAX {
+                    // Both columns are sorted: walk along instead of searching.
+                    let mut k = place.unwrap_or(reduced.columns[c as usize]);
+                    while reduced.rows[k] < r {
+                        k += 1;
+                    }
+                    destination[entry] = k as u32;
+                    place = Some(k);
+                } else if r == u32::MAX && c == u32::MAX {
+                    let (a, b) = (pivot_of[&row], pivot_of[&column]);
+                    touches.push(Touch::Pivots(entry as u32, [a.0, a.1], [b.0, b.1]));
+                } else {
+                    let (pivot, free) = if r == u32::MAX { (row, c) } else { (column, r) };
+                    let (group, p) = pivot_of[&pivot];
+                    let at = groups[group as usize].coupled.partition_point(|&n| n < free);
+                    touches.push(Touch::Free(entry as u32, group, p, at as u32));
+                }
+            }
+        }
+        Ok(Box::new(Bound { full: pattern.clone(), reduced, groups, destination, touches, reduced_of, full_of }))
+    }
+}
+
+/// Groups rows that share unknowns and brings each group to reduced echelon form; free unknowns by full index.
+fn eliminate(rows: &Constraints, limit: usize) -> Result<Vec<(Group, Vec<usize>)>, BoundaryError> {
+    // Union of rows through the unknowns they share.
+    let mut leader: Vec<usize> = (0..rows.len()).collect();
+    fn find(leader: &mut [usize], mut i: usize) -> usize {
+        while leader[i] != i {
+            leader[i] = leader[leader[i]];
+            i = leader[i];
+        }
+        i
+    }
+    let mut first_row: BTreeMap<usize, usize> = BTreeMap::new();
+    for (r, row) in rows.rows().iter().enumerate() {
+        for &(unknown, coefficient) in &row.entries {
+            if coefficient != 0.0 {
+                let other = *first_row.entry(unknown).or_insert(r);
+                let (a, b) = (find(&mut leader, r), find(&mut leader, other));
+                leader[a.max(b)] = a.min(b);
+            }
+        }
+    }
+    let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for r in 0..rows.len() {
+        members.entry(find(&mut leader, r)).or_default().push(r);
+    }
+    let mut groups = Vec::with_capacity(members.len());
+    for rows_of in members.into_values() {
+        let m = rows_of.len();
+        if m > limit {
+            return Err(BoundaryError::Unsuitable {
+                enforcement: "mixed transformation",
+                reason: format!(
+                    "{m} rows share unknowns and would be eliminated together, the limit is {limit}; take Lagrange multipliers"
+                ),
+            });
+        }
+        let mut unknowns: Vec<usize> =
+            rows_of.iter().flat_map(|&r| rows.rows()[r].entries.iter().filter(|e| e.1 != 0.0).map(|e| e.0)).collect();
+        unknowns.sort_unstable();
+        unknowns.dedup();
+        let n = unknowns.len();
+        // [G | I], rows scaled to a largest entry of one.
+        let width = n + m;
+        let mut a = vec![0.0; m * width];
+        for (i, &r) in rows_of.iter().enumerate() {
+            let row = &rows.rows()[r];
+            let largest = row.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
+            for &(unknown, coefficient) in &row.entries {
+                if coefficient != 0.0 {
+                    a[i * width + unknowns.partition_point(|&u| u < unknown)] += coefficient / largest;
+                }
+            }
+            a[i * width + n + i] = 1.0 / largest;
+        }
+        let mut pivot_column = vec![usize::MAX; m];
+        for _ in 0..m {
+            let mut best = (0.0, 0, 0);
+            for i in (0..m).filter(|&i| pivot_column[i] == usize::MAX) {
+                for (j, value) in a[i * width..i * width + n].iter().enumerate() {
+                    if value.abs() > best.0 {
+                        best = (value.abs(), i, j);
+                    }
+                }
+            }
+            let (size, i, j) = best;
+            if !(size > DEPENDENT) {
+                let row = (0..m).find(|&i| pivot_column[i] == usize::MAX).map_or(0, |i| rows_of[i]);
+                return Err(BoundaryError::Dependent { row, what: rows.rows()[row].label.clone(), pivot: size });
+            }
+            pivot_column[i] = j;
+            let scale = 1.0 / a[i * width + j];
+            let pivot_row: Vec<f64> = a[i * width..(i + 1) * width].iter().map(|v| v * scale).collect();
+            for k in 0..m {
+                let factor = a[k * width + j];
+                if k != i && factor != 0.0 {
+                    for (entry, pivot) in a[k * width..(k + 1) * width].iter_mut().zip(&pivot_row) {
+                        *entry -= factor * pivot;
+                    }
+                    a[k * width + j] = 0.0;
+                }
+            }
+            a[i * width..(i + 1) * width].copy_from_slice(&pivot_row);
+        }
+        let free_columns: Vec<usize> = (0..n).filter(|j| !pivot_column.contains(j)).collect();
+        let mut w = Vec::with_capacity(m * free_columns.len());
+        let mut v = Vec::with_capacity(m * m);
+        for i in 0..m {
+            w.extend(free_columns.iter().map(|&j| -a[i * width + j]));
+            v.extend_from_slice(&a[i * width + n..(i + 1) * width]);
+        }
+        let group = Group {
+            rows: rows_of,
+            pivots: pivot_column.iter().map(|&j| unknowns[j]).collect(),
+            free: Vec::new(),
+            w,
+            v,
+            coupled: Vec::new(),
+            places: Vec::new(),
+            free_in_coupled: Vec::new(),
+            y: Vec::new(),
+        };
+        groups.push((group, free_columns.iter().map(|&j| unknowns[j]).collect()));
+    }
+    Ok(groups)
+}
+
+impl Bound {
+    /// $V\,\text{gap}$ at the pivots of a group.
+    fn prescribed(group: &Group, gap: &[f64]) -> Vec<f64> {
+        let m = group.rows.len();
+        (0..m).map(|p| group.rows.iter().zip(&group.v[p * m..(p + 1) * m]).map(|(&r, v)| v * gap[r]).sum()).collect()
+    }
+}
+
+impl Enforced for Bound {
+    fn pattern(&self) -> &Pattern {
+        &self.reduced
+    }
+
+    fn class(&self) -> MatrixClass {
+        MatrixClass::Definite
+    }
+
+    fn unknowns(&self) -> usize {
+        self.full_of.len()
+    }
+
+    fn reduce(&mut self, full: &System, values: &mut Vec<f64>) {
+        values.clear();
+        values.resize(self.reduced.entries(), 0.0);
+        for (value, &place) in full.values.iter().zip(&self.destination) {
+            if place != u32::MAX {
+                values[place as usize] += value;
+            }
+        }
+        // Y = K_pf + ½ K_pp W; then K̂ = K_ff + WᵀY + YᵀW.
+        let mut ys: Vec<Vec<f64>> = self.groups.iter_mut().map(|g| std::mem::take(&mut g.y)).collect();
+        for y in &mut ys {
+            y.fill(0.0);
+        }
+        for touch in &self.touches {
+            match *touch {
+                Touch::Free(entry, group, pivot, at) => {
+                    let width = self.groups[group as usize].coupled.len();
+                    ys[group as usize][pivot as usize * width + at as usize] += full.values[entry as usize];
+                }
+                Touch::Pivots(entry, a, b) => {
+                    let half = 0.5 * full.values[entry as usize];
+                    for (to, from) in [(a, b), (b, a)] {
+                        let (target, source) = (&self.groups[to[0] as usize], &self.groups[from[0] as usize]);
+                        let width = target.coupled.len();
+                        let y = &mut ys[to[0] as usize][to[1] as usize * width..(to[1] as usize + 1) * width];
+                        let n = source.free.len();
+                        let w = &source.w[from[1] as usize * n..(from[1] as usize + 1) * n];
+                        if to[0] == from[0] {
+                            for (&at, w) in target.free_in_coupled.iter().zip(w) {
+                                y[at as usize] += half * w;
+                            }
+                        } else {
+                            for (free, w) in source.free.iter().zip(w) {
+                                y[target.coupled.partition_point(|c| c < free)] += half * w;
+                            }
+                        }
+                        if a == b {
+                            break;
+                        }
+                    }
+                }
+            }
+        }
+        let mut block = Vec::new();
+        for (group, y) in self.groups.iter_mut().zip(ys) {
+            let (n, width) = (group.free.len(), group.coupled.len());
+            block.clear();
+            block.resize(n * width, 0.0);
+            for p in 0..group.pivots.len() {
+                let source = &y[p * width..(p + 1) * width];
+                for s in 0..n {
+                    let w = group.w[p * n + s];
+                    if w != 0.0 {
+                        for (b, y) in block[s * width..(s + 1) * width].iter_mut().zip(source) {
+                            *b += w * y;
+                        }
+                    }
+                }
+            }
+            for s in 0..n {
+                for k in 0..width {
+                    let twice = if group.free[s] == group.coupled[k] { 2.0 } else { 1.0 };
+                    values[group.places[s * width + k] as usize] += twice * block[s * width + k];
+                }
+            }
+            group.y = y;
+        }
+    }
+
+    fn restrict(&self, force: &[f64], gap: &[f64], full: &System, rhs: &mut Vec<f64>) {
+        let mut jump = vec![0.0; force.len()];
+        let mut any = false;
+        for group in &self.groups {
+            for (&pivot, value) in group.pivots.iter().zip(Self::prescribed(group, gap)) {
+                jump[pivot] = value;
+                any |= value != 0.0;
+            }
+        }
+        if !any {
+            self.project(force, rhs);
+            return;
+        }
+        let mut product = vec![0.0; force.len()];
+        self.full.multiply_add(&full.values, &jump, &mut product);
+        full.skew_multiply_add(&jump, &mut product);
+        for (p, f) in product.iter_mut().zip(force) {
+            *p = f - *p;
+        }
+        self.project(&product, rhs);
+    }
+
+    fn project(&self, full: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        out.extend(self.full_of.iter().map(|&f| full[f]));
+        for group in &self.groups {
+            let n = group.free.len();
+            for (p, &pivot) in group.pivots.iter().enumerate() {
+                for (&free, w) in group.free.iter().zip(&group.w[p * n..(p + 1) * n]) {
+                    out[free as usize] += w * full[pivot];
+                }
+            }
+        }
+    }
+
+    fn react(&self, residual: &[f64], multipliers: &mut [f64]) {
+        // V G = [I, −W], hence Gᵀ Vᵀ y = [y; −Wᵀ y] balances a residual in equilibrium for y = −r_p.
+        for group in &self.groups {
+            let m = group.rows.len();
+            for (i, &row) in group.rows.iter().enumerate() {
+                multipliers[row] = -group
+                    .pivots
+                    .iter()
+                    .enumerate()
+                    .map(|(p, &unknown)| group.v[p * m + i] * residual[unknown])
+                    .sum::<f64>();
+            }
+        }
+    }
+
+    fn recover(&self, solved: &[f64], gap: &[f64], step: &mut [f64], _multipliers: &mut [f64]) {
+        for (unknown, &reduced) in self.reduced_of.iter().enumerate() {
+            step[unknown] = if reduced == u32::MAX { 0.0 } else { solved[reduced as usize] };
+        }
+        for group in &self.groups {
+            let n = group.free.len();
+            for (p, (&pivot, jump)) in group.pivots.iter().zip(Self::prescribed(group, gap)).enumerate() {
+                let row = &group.w[p * n..(p + 1) * n];
+                step[pivot] = jump + group.free.iter().zip(row).map(|(&f, w)| w * solved[f as usize]).sum::<f64>();
+            }
+        }
+    }
+
+    fn full_index(&self, reduced: usize) -> Option<usize> {
+        self.full_of.get(reduced).copied()
+    }
+}

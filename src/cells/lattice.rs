@@ -1,0 +1,478 @@
+//! Lattices of particles and the cells between them.
+
+use std::fmt;
+use std::sync::Arc;
+
+use crate::error::{ApproximationError, GeometryError};
+use crate::geometry::{Block, Domain, Part, Point, Side};
+use crate::particles::{Particles, Support, check_dilation};
+use crate::quadrature::{Points, gauss_legendre};
+
+/// How the particles of a lattice are spaced in the unit cube.
+#[derive(Clone, Default)]
+pub enum Layout {
+    /// Evenly along each axis.
+    #[default]
+    Regular,
+    /// At $t' = f(\text{axis}, t)$ for evenly spaced $t$; $f$ maps $[0,1]$ onto itself and rises.
+    Graded(Arc<dyn Fn(usize, f64) -> f64 + Send + Sync>),
+    /// Inner particles moved by up to `amount` of the spacing in each direction.
+    Jittered {
+        /// Largest move as a part of the spacing, below 0.5.
+        amount: f64,
+        /// Seed of the random numbers.
+        seed: u64,
+    },
+}
+
+impl fmt::Debug for Layout {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Layout::Regular => write!(f, "Regular"),
+            Layout::Graded(_) => write!(f, "Graded(..)"),
+            Layout::Jittered { amount, seed } => write!(f, "Jittered {{ amount: {amount}, seed: {seed} }}"),
+        }
+    }
+}
+
+/// A partition of the cells into zones that share a pressure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Zones {
+    /// Cells ordered by zone.
+    pub cells: Vec<u32>,
+    /// Zone $z$ holds `cells[offsets[z]..offsets[z + 1]]`.
+    pub offsets: Vec<usize>,
+}
+
+/// A lattice of nodes, axis 0 running fastest, and the cells between neighbouring nodes.
+///
+/// Cells are intervals, straight-edged quadrilaterals and bricks with bilinear faces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lattice<const D: usize> {
+    counts: [usize; D],
+    positions: Vec<Point<D>>,
+}
+
+/// Nodes beyond which a lattice is refused, so that a mistyped count is an error and not a crash.
+const NODE_LIMIT: usize = 20_000_000;
+
+impl<const D: usize> Block<D> {
+    /// A regular lattice of nodes over the block.
+    ///
+    /// # Errors
+    /// For a degenerate block or fewer than two nodes along an axis.
+    pub fn lattice(&self, counts: [usize; D]) -> Result<Lattice<D>, GeometryError> {
+        Lattice::new(self, counts, &Layout::Regular)
+    }
+
+    /// Regular particles with box supports of normalised dilation `r` (6.1).
+    ///
+    /// # Errors
+    /// As [`lattice`](Block::lattice), and for $r \le \tfrac12$.
+    pub fn particles(&self, counts: [usize; D], r: f64) -> Result<Particles<D>, crate::Error> {
+        Ok(self.lattice(counts)?.particles(r)?)
+    }
+}
+
+impl<const D: usize> Lattice<D> {
+    /// A lattice over a domain with `counts` nodes along each axis of the unit cube.
+    ///
+    /// # Errors
+    /// For a degenerate domain, fewer than two nodes along an axis, a jitter outside $[0, 0.5)$, a
+    /// grading that does not rise from 0 to 1, or cells turned inside out.
+    pub fn new(domain: &(impl Domain<D> + ?Sized), counts: [usize; D], layout: &Layout) -> Result<Self, GeometryError> {
+        domain.validate()?;
+        let mut total = 1usize;
+        for &count in &counts {
+            if count < 2 {
+                return Err(GeometryError::Count {
+                    what: "nodes along an axis",
+                    count,
+                    needed: "at least 2 are needed",
+                });
+            }
+            total = total.saturating_mul(count);
+        }
+        if total > NODE_LIMIT {
+            return Err(GeometryError::Count {
+                what: "nodes of a lattice",
+                count: total,
+                needed: "at most 2e7 are accepted",
+            });
+        }
+        if let Layout::Jittered { amount, .. } = layout
+            && !(*amount >= 0.0 && *amount < 0.5)
+        {
+            return Err(GeometryError::Number {
+                what: "jitter",
+                value: *amount,
+                needed: "give 0 up to, not including, 0.5",
+            });
+        }
+        let mut random = match layout {
+            Layout::Jittered { seed, .. } => fastrand::Rng::with_seed(*seed),
+            _ => fastrand::Rng::with_seed(0),
+        };
+        let mut positions = Vec::with_capacity(total);
+        for node in 0..total {
+            let index = unravel(node, &counts);
+            let mut unit = Point::<D>::from_fn(|i, _| index[i] as f64 / (counts[i] - 1) as f64);
+            match layout {
+                Layout::Regular => {}
+                Layout::Graded(grade) => {
+                    for i in 0..D {
+                        let t = unit[i];
+                        let graded = grade(i, t);
+                        let end_moved = (t == 0.0 || t == 1.0) && (graded - t).abs() > 1e-12;
+                        if end_moved || !graded.is_finite() {
+                            return Err(GeometryError::Number {
+                                what: "graded coordinate",
+                                value: graded,
+                                needed: "a grading maps 0 to 0 and 1 to 1 and rises in between",
+                            });
+                        }
+                        unit[i] = if t == 0.0 || t == 1.0 { t } else { graded };
+                    }
+                }
+                Layout::Jittered { amount, .. } => {
+                    let inner = (0..D).all(|i| index[i] > 0 && index[i] + 1 < counts[i]);
+                    for i in 0..D {
+                        // Drawn for all nodes, so that a node's move does not depend on the others' kind.
+                        let draw = 2.0 * random.f64() - 1.0;
+                        if inner {
+                            unit[i] += amount * draw / (counts[i] - 1) as f64;
+                        }
+                    }
+                }
+            }
+            positions.push(domain.position(&unit));
+        }
+        let lattice = Lattice { counts, positions };
+        lattice.validate()?;
+        Ok(lattice)
+    }
+
+    /// A lattice of given node positions, axis 0 running fastest.
+    ///
+    /// # Errors
+    /// Where the number of positions is not the product of the counts, or a cell is inverted.
+    pub fn from_positions(counts: [usize; D], positions: Vec<Point<D>>) -> Result<Self, GeometryError> {
+        let total = counts.iter().fold(1usize, |product, &count| product.saturating_mul(count));
+        if counts.iter().any(|&c| c < 2) || total != positions.len() {
+            return Err(GeometryError::Count {
+                what: "lattice positions",
+                count: positions.len(),
+                needed: "the product of the counts (each at least 2) is needed",
+            });
+        }
+        let lattice = Lattice { counts, positions };
+        lattice.validate()?;
+        Ok(lattice)
+    }
+
+    fn validate(&self) -> Result<(), GeometryError> {
+        for cell in 0..self.cell_count() {
+            let corners = self.corners(cell);
+            // The Jacobian at the corners decides for intervals and quadrilaterals, and nearly so for bricks.
+            for corner in 0..1 << D {
+                let at = Point::<D>::from_fn(|i, _| ((corner >> i) & 1) as f64);
+                let (_, jacobian) = multilinear(&corners, &at);
+                let measure = determinant(&jacobian);
+                if !(measure > 0.0 && measure.is_finite()) {
+                    return Err(GeometryError::InvertedCell { cell, measure });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Nodes along each axis.
+    pub fn counts(&self) -> [usize; D] {
+        self.counts
+    }
+
+    /// Node positions \[length\], axis 0 running fastest.
+    pub fn positions(&self) -> &[Point<D>] {
+        &self.positions
+    }
+
+    /// Cells along each axis.
+    pub fn cell_counts(&self) -> [usize; D] {
+        self.counts.map(|c| c - 1)
+    }
+
+    /// Number of cells.
+    pub fn cell_count(&self) -> usize {
+        self.cell_counts().iter().product()
+    }
+
+    /// The node at a multi-index.
+    pub fn node(&self, index: [usize; D]) -> usize {
+        ravel(&index, &self.counts)
+    }
+
+    /// The $2^D$ corners of a cell, axis 0 running fastest (unused entries are zero).
+    pub(crate) fn corner_nodes(&self, cell: usize) -> [usize; 8] {
+        let base = unravel(cell, &self.cell_counts());
+        let mut corners = [0; 8];
+        for (corner, node) in corners.iter_mut().enumerate().take(1 << D) {
+            *node = self.node(std::array::from_fn(|i| base[i] + ((corner >> i) & 1)));
+        }
+        corners
+    }
+
+    fn corners(&self, cell: usize) -> [Point<D>; 8] {
+        self.corner_nodes(cell).map(|node| self.positions[node])
+    }
+
+    /// Box supports from the local spacing: half-widths $a_i = 2 r d_i$ (6.1) with $d_i$ the largest
+    /// distance along coordinate $i$ to a neighbour on the lattice, particle by particle.
+    ///
+    /// # Errors
+    /// For $r \le \tfrac12$.
+    pub fn particles(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
+        let dilations = vec![r; self.positions.len()];
+        self.particles_with(&dilations)
+    }
+
+    /// As [`particles`](Lattice::particles) with a normalised dilation for each particle.
+    ///
+    /// # Errors
+    /// For $r \le \tfrac12$ and a wrong number of dilations.
+    pub fn particles_with(&self, dilations: &[f64]) -> Result<Particles<D>, ApproximationError> {
+        if dilations.len() != self.positions.len() {
+            return Err(ApproximationError::Length {
+                what: "dilations",
+                given: dilations.len(),
+                particles: self.positions.len(),
+            });
+        }
+        let mut supports = Vec::with_capacity(self.positions.len());
+        for (node, &r) in dilations.iter().enumerate() {
+            check_dilation(r)?;
+            supports.push(Support::Box(self.local_spacing(node) * (2.0 * r)));
+        }
+        Particles::new(self.positions.clone(), supports)
+    }
+
+    /// The largest distance along each coordinate from a node to its neighbours on the lattice.
+    pub fn local_spacing(&self, node: usize) -> Point<D> {
+        let index = unravel(node, &self.counts);
+        let mut spacing = Point::<D>::zeros();
+        for axis in 0..D {
+            for up in [false, true] {
+                let mut other = index;
+                if up && index[axis] + 1 < self.counts[axis] {
+                    other[axis] += 1;
+                } else if !up && index[axis] > 0 {
+                    other[axis] -= 1;
+                } else {
+                    continue;
+                }
+                let offset = self.positions[self.node(other)] - self.positions[node];
+                spacing = spacing.zip_map(&offset, |s, o| s.max(o.abs()));
+            }
+        }
+        spacing
+    }
+
+    /// Box supports from the largest spacing of the whole set: $a_i = 2 r d_i^{\max}$ (6.1), as the paper has it.
+    ///
+    /// # Errors
+    /// For $r \le \tfrac12$.
+    pub fn particles_global(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
+        check_dilation(r)?;
+        let mut spacing = Point::<D>::zeros();
+        for node in 0..self.positions.len() {
+            spacing = spacing.zip_map(&self.local_spacing(node), f64::max);
+        }
+        let supports = vec![Support::Box(spacing * (2.0 * r)); self.positions.len()];
+        Particles::new(self.positions.clone(), supports)
+    }
+
+    /// The lattice with each cell cut into `parts` per direction, new nodes by multilinear interpolation.
+    ///
+    /// # Errors
+    /// For no part, or where the lattice would grow too large.
+    pub fn refined(&self, parts: usize) -> Result<Lattice<D>, GeometryError> {
+        if parts == 0 {
+            return Err(GeometryError::Count {
+                what: "sub-cells per direction",
+                count: 0,
+                needed: "at least 1 is needed",
+            });
+        }
+        let counts = self.counts.map(|c| (c - 1) * parts + 1);
+        let total = counts.iter().fold(1usize, |product, &count| product.saturating_mul(count));
+        if total > NODE_LIMIT {
+            return Err(GeometryError::Count {
+                what: "nodes of a lattice",
+                count: total,
+                needed: "at most 2e7 are accepted",
+            });
+        }
+        let mut positions = Vec::with_capacity(total);
+        for node in 0..total {
+            let index = unravel(node, &counts);
+            let cell: [usize; D] = std::array::from_fn(|i| (index[i] / parts).min(self.counts[i] - 2));
+            let at = Point::<D>::from_fn(|i, _| (index[i] - cell[i] * parts) as f64 / parts as f64);
+            let corners = self.corners(ravel(&cell, &self.cell_counts()));
+            positions.push(multilinear(&corners, &at).0);
+        }
+        Ok(Lattice { counts, positions })
+    }
+
+    /// The lattice that keeps every `parts`-th node along each axis; left-over cells join the last one.
+    pub fn coarsened(&self, parts: usize) -> Lattice<D> {
+        let starts: [Vec<usize>; D] = std::array::from_fn(|i| block_starts(self.counts[i] - 1, parts.max(1)));
+        let counts: [usize; D] = std::array::from_fn(|i| starts[i].len());
+        let total: usize = counts.iter().product();
+        let positions = (0..total)
+            .map(|node| {
+                let index = unravel(node, &counts);
+                self.positions[self.node(std::array::from_fn(|i| starts[i][index[i]]))]
+            })
+            .collect();
+        Lattice { counts, positions }
+    }
+
+    /// Zones of `size` cells per direction; left-over cells join their neighbour's zone, because a
+    /// macro cell of one fails the inf-sup test.
+    pub fn zones(&self, size: usize) -> Zones {
+        let cells = self.cell_counts();
+        let starts: [Vec<usize>; D] = std::array::from_fn(|i| block_starts(cells[i], size.max(1)));
+        let zone_counts: [usize; D] = std::array::from_fn(|i| starts[i].len() - 1);
+        let total: usize = zone_counts.iter().product();
+        let mut zones = Zones { cells: Vec::with_capacity(self.cell_count()), offsets: vec![0] };
+        for zone in 0..total {
+            let index = unravel(zone, &zone_counts);
+            let low: [usize; D] = std::array::from_fn(|i| starts[i][index[i]]);
+            let widths: [usize; D] = std::array::from_fn(|i| starts[i][index[i] + 1] - low[i]);
+            for inner in 0..widths.iter().product() {
+                let offset = unravel(inner, &widths);
+                zones.cells.push(ravel(&std::array::from_fn(|i| low[i] + offset[i]), &cells) as u32);
+            }
+            zones.offsets.push(zones.cells.len());
+        }
+        zones
+    }
+
+    /// Gauss–Legendre points, `n` per direction in each cell, grouped by cell.
+    ///
+    /// # Errors
+    /// For an impossible number of points.
+    pub fn gauss(&self, n: usize) -> Result<Points<D>, GeometryError> {
+        self.gauss_in(n, &self.zones(1))
+    }
+
+    /// Gauss–Legendre points, `n` per direction in each cell, grouped by zone.
+    ///
+    /// # Errors
+    /// For an impossible number of points.
+    pub fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<D>, GeometryError> {
+        let (abscissae, weights) = gauss_legendre(n)?;
+        let shape = [n; D];
+        let per_cell = n.pow(D as u32);
+        let mut points = Points::empty();
+        for zone in zones.offsets.windows(2) {
+            for &cell in &zones.cells[zone[0]..zone[1]] {
+                let corners = self.corners(cell as usize);
+                for point in 0..per_cell {
+                    let index = unravel(point, &shape);
+                    let at = Point::<D>::from_fn(|i, _| abscissae[index[i]]);
+                    let (position, jacobian) = multilinear(&corners, &at);
+                    let weight: f64 = index.iter().map(|&i| weights[i]).product();
+                    points.positions.push(position);
+                    points.weights.push(weight * determinant(&jacobian));
+                }
+            }
+            points.close_group();
+        }
+        Ok(points)
+    }
+
+    /// The faces a part consists of.
+    ///
+    /// # Errors
+    /// Where the part does not exist.
+    pub(crate) fn faces(&self, part: &Part) -> Result<Vec<(usize, Side)>, GeometryError> {
+        match part {
+            Part::Face { axis, side } if *axis < D => Ok(vec![(*axis, *side)]),
+            Part::Whole => Ok((0..D).flat_map(|axis| [(axis, Side::Min), (axis, Side::Max)]).collect()),
+            _ => Err(GeometryError::UnknownPart {
+                part: part.to_string(),
+                known: format!("faces (axis, Side) with axis below {D}, and the whole boundary"),
+            }),
+        }
+    }
+
+    /// Nodes on a boundary part, by rising index.
+    ///
+    /// # Errors
+    /// Where the part does not exist.
+    pub fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
+        let faces = self.faces(part)?;
+        Ok((0..self.positions.len())
+            .filter(|&node| {
+                let index = unravel(node, &self.counts);
+                faces.iter().any(|&(axis, side)| match side {
+                    Side::Min => index[axis] == 0,
+                    Side::Max => index[axis] + 1 == self.counts[axis],
+                })
+            })
+            .collect())
+    }
+}
+
+/// First cell of each block of `size`, and the end; the left-over cells belong to the last block.
+fn block_starts(cells: usize, size: usize) -> Vec<usize> {
+    let blocks = (cells / size).max(1);
+    let mut starts: Vec<usize> = (0..blocks).map(|b| b * size).collect();
+    starts.push(cells);
+    starts
+}
+
+/// The multi-index of a linear index, axis 0 running fastest.
+#[inline]
+pub(crate) fn unravel<const D: usize>(mut linear: usize, counts: &[usize; D]) -> [usize; D] {
+    std::array::from_fn(|i| {
+        let index = linear % counts[i];
+        linear /= counts[i];
+        index
+    })
+}
+
+/// The linear index of a multi-index, axis 0 running fastest.
+#[inline]
+pub(crate) fn ravel<const D: usize>(index: &[usize; D], counts: &[usize; D]) -> usize {
+    (0..D).rev().fold(0, |linear, i| linear * counts[i] + index[i])
+}
+
+/// Position and derivative columns $\partial X/\partial\xi_i$ of the multilinear map of $2^D$ corners.
+pub(crate) fn multilinear<const D: usize>(corners: &[Point<D>; 8], at: &Point<D>) -> (Point<D>, [Point<D>; D]) {
+    let mut position = Point::zeros();
+    let mut columns = [Point::zeros(); D];
+    for (corner, x) in corners.iter().enumerate().take(1 << D) {
+        let factor = |i: usize| if (corner >> i) & 1 == 1 { at[i] } else { 1.0 - at[i] };
+        let weight: f64 = (0..D).map(factor).product();
+        position += x * weight;
+        for (k, column) in columns.iter_mut().enumerate() {
+            let sign = if (corner >> k) & 1 == 1 { 1.0 } else { -1.0 };
+            let slope: f64 = (0..D).filter(|&i| i != k).map(factor).product();
+            *column += x * (sign * slope);
+        }
+    }
+    (position, columns)
+}
+
+/// The determinant of `D` column vectors, `D` ≤ 3.
+pub(crate) fn determinant<const D: usize>(columns: &[Point<D>; D]) -> f64 {
+    match D {
+        1 => columns[0][0],
+        2 => columns[0][0] * columns[1][1] - columns[0][1] * columns[1][0],
+        _ => {
+            let (a, b, c) = (&columns[0], &columns[1], &columns[2]);
+            a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! Smoothed sub-cells and boundary cells of a lattice, sharing their facet points.
+
+use crate::error::GeometryError;
+use crate::geometry::{Part, Point, Side};
+use crate::quadrature::{Points, gauss_legendre};
+
+use super::lattice::{Lattice, Zones, determinant, multilinear, ravel, unravel};
+
+/// Sub-cells over which gradients are averaged, $\langle\Psi_{,j}\rangle = \frac1V\oint\Psi\,n_j\,\mathrm dA$,
+/// with the facets between neighbours stored once.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Smoothing<const D: usize> {
+    /// Points on all facets.
+    pub facet_points: Vec<Point<D>>,
+    /// $n\,\mathrm dA$ at each facet point, in the direction in which the facet is stored.
+    pub facet_areas: Vec<Point<D>>,
+    /// Facet points per facet.
+    pub points_per_facet: usize,
+    /// Facets of each sub-cell with the sign that turns the stored direction outward.
+    pub cells: Vec<Vec<(u32, f64)>>,
+    /// Interior points of each sub-cell and their weights, exact to degree 2; for hoop strains.
+    pub interior: Vec<Vec<(Point<D>, f64)>>,
+    /// Centres of the sub-cells.
+    pub centres: Vec<Point<D>>,
+    /// Offsets of the groups of sub-cells that share a pressure.
+    pub groups: Vec<usize>,
+}
+
+/// Boundary facets of a lattice with the linear hat functions $\Theta_J$ of the particles on them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BoundaryCells<const D: usize> {
+    /// Points, weights and outward normals, grouped by facet of the particle lattice.
+    pub points: Points<D>,
+    /// At each point the particles with a nonzero hat, and its value.
+    pub hats: Vec<Vec<(u32, f64)>>,
+}
+
+impl<const D: usize> Lattice<D> {
+    /// `parts` sub-cells per direction in each cell, `gauss` points per direction on each facet,
+    /// grouped by zone.
+    ///
+    /// # Errors
+    /// For an impossible number of parts or points.
+    pub fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<D>, GeometryError> {
+        let fine = self.refined(parts)?;
+        let (abscissae, weights) = gauss_legendre(gauss)?;
+        let points_per_facet = gauss.pow(D as u32 - 1);
+        let mut facet_points = Vec::new();
+        let mut facet_areas = Vec::new();
+        let mut first_facet = [0usize; D];
+        let mut facet_counts = [[0usize; D]; D];
+        for axis in 0..D {
+            first_facet[axis] = facet_points.len() / points_per_facet;
+            facet_counts[axis] = fine.counts().map(|c| c - 1);
+            facet_counts[axis][axis] += 1;
+            for facet in 0..facet_counts[axis].iter().product() {
+                let mut index = unravel(facet, &facet_counts[axis]);
+                // The facet lies on the lower end of this cell, or on the upper end of the last one.
+                let upper = index[axis] == fine.counts()[axis] - 1;
+                if upper {
+                    index[axis] -= 1;
+                }
+                let corners = fine.corner_nodes(ravel(&index, &fine.cell_counts())).map(|n| fine.positions()[n]);
+                for point in 0..points_per_facet {
+                    let (at, weight) = facet_point::<D>(axis, f64::from(upper), point, &abscissae, &weights);
+                    let (position, columns) = multilinear(&corners, &at);
+                    facet_points.push(position);
+                    facet_areas.push(area_vector(axis, &columns) * weight);
+                }
+            }
+        }
+        let fine_cells = fine.cell_counts();
+        let sub_shape = [parts; D];
+        let mut smoothing = Smoothing {
+            facet_points,
+            facet_areas,
+            points_per_facet,
+            cells: Vec::new(),
+            interior: Vec::new(),
+            centres: Vec::new(),
+            groups: vec![0],
+        };
+        for zone in zones.offsets.windows(2) {
+            for &cell in &zones.cells[zone[0]..zone[1]] {
+                let base = unravel(cell as usize, &self.cell_counts());
+                for sub in 0..parts.pow(D as u32) {
+                    let offset = unravel(sub, &sub_shape);
+                    let index: [usize; D] = std::array::from_fn(|i| base[i] * parts + offset[i]);
+                    let mut facets = Vec::with_capacity(2 * D);
+                    for axis in 0..D {
+                        let lower = ravel(&index, &facet_counts[axis]);
+                        let mut next = index;
+                        next[axis] += 1;
+                        let upper = ravel(&next, &facet_counts[axis]);
+                        facets.push(((first_facet[axis] + lower) as u32, -1.0));
+                        facets.push(((first_facet[axis] + upper) as u32, 1.0));
+                    }
+                    smoothing.cells.push(facets);
+                    let corners = fine.corner_nodes(ravel(&index, &fine_cells)).map(|n| fine.positions()[n]);
+                    smoothing.centres.push(multilinear(&corners, &Point::repeat(0.5)).0);
+                    smoothing.interior.push(interior_rule(&corners));
+                }
+            }
+            smoothing.groups.push(smoothing.cells.len());
+        }
+        Ok(smoothing)
+    }
+
+    /// The facets of a boundary part, each cut into `parts` per direction with `gauss` points per
+    /// direction: the edge points of [`smoothing`](Lattice::smoothing) with the same numbers.
+    ///
+    /// # Errors
+    /// Where the part does not exist or the numbers are impossible.
+    pub fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
+        if parts == 0 {
+            return Err(GeometryError::Count {
+                what: "sub-cells per direction",
+                count: 0,
+                needed: "at least 1 is needed",
+            });
+        }
+        let (abscissae, weights) = gauss_legendre(gauss)?;
+        let mut cells = BoundaryCells { points: Points::empty(), hats: Vec::new() };
+        for (axis, side) in self.faces(part)? {
+            let end = f64::from(side == Side::Max);
+            let mut shape = self.cell_counts();
+            shape[axis] = 1;
+            let mut sub_shape = [parts; D];
+            sub_shape[axis] = 1;
+            for face in 0..shape.iter().product() {
+                let mut index = unravel(face, &shape);
+                if side == Side::Max {
+                    index[axis] = self.cell_counts()[axis] - 1;
+                }
+                let nodes = self.corner_nodes(ravel(&index, &self.cell_counts()));
+                let corners = nodes.map(|n| self.positions()[n]);
+                for sub in 0..sub_shape.iter().product() {
+                    let offset = unravel(sub, &sub_shape);
+                    for point in 0..gauss.pow(D as u32 - 1) {
+                        let (local, weight) = facet_point::<D>(axis, 0.0, point, &abscissae, &weights);
+                        let at = Point::<D>::from_fn(|i, _| {
+                            if i == axis { end } else { (offset[i] as f64 + local[i]) / parts as f64 }
+                        });
+                        let (position, columns) = multilinear(&corners, &at);
+                        let share = weight / (parts as f64).powi(D as i32 - 1);
+                        let area = area_vector(axis, &columns) * (share * (2.0 * end - 1.0));
+                        let size = area.norm();
+                        cells.points.positions.push(position);
+                        cells.points.weights.push(size);
+                        cells.points.normals.push(area / size);
+                        let hats = (0..1usize << D)
+                            .filter(|corner| ((corner >> axis) & 1) as f64 == end)
+                            .map(|corner| {
+                                let value =
+                                    (0..D).map(|i| if (corner >> i) & 1 == 1 { at[i] } else { 1.0 - at[i] }).product();
+                                (nodes[corner] as u32, value)
+                            })
+                            .collect();
+                        cells.hats.push(hats);
+                    }
+                }
+                cells.points.close_group();
+            }
+        }
+        Ok(cells)
+    }
+}
+
+/// Unit-cube coordinates and weight of one Gauss point on the facet normal to `axis`.
+fn facet_point<const D: usize>(
+    axis: usize,
+    end: f64,
+    mut point: usize,
+    abscissae: &[f64],
+    weights: &[f64],
+) -> (Point<D>, f64) {
+    let mut at = Point::<D>::repeat(end);
+    let mut weight = 1.0;
+    for i in (0..D).filter(|&i| i != axis) {
+        at[i] = abscissae[point % abscissae.len()];
+        weight *= weights[point % abscissae.len()];
+        point /= abscissae.len();
+    }
+    (at, weight)
+}
+
+/// $n\,\mathrm dA$ of the facet normal to lattice axis `axis`: the cofactor column of the map.
+fn area_vector<const D: usize>(axis: usize, columns: &[Point<D>; D]) -> Point<D> {
+    Point::from_fn(|i, _| {
+        let mut replaced = *columns;
+        replaced[axis] = Point::zeros();
+        replaced[axis][i] = 1.0;
+        determinant(&replaced)
+    })
+}
+
+/// Interior points exact to degree 2 on an interval or a quadrilateral; none are needed in 3D.
+fn interior_rule<const D: usize>(corners: &[Point<D>; 8]) -> Vec<(Point<D>, f64)> {
+    match D {
+        1 => {
+            let length = corners[1][0] - corners[0][0];
+            let half = 0.5 - 0.5 / 3f64.sqrt();
+            [half, 1.0 - half].iter().map(|&t| (corners[0] * (1.0 - t) + corners[1] * t, 0.5 * length)).collect()
+        }
+        2 => {
+            // Two triangles with the mid-edge rule; corners run 0, 1, 3, 2 around the cell.
+            let mut points = Vec::with_capacity(6);
+            for [a, b, c] in [[0, 1, 3], [0, 3, 2]] {
+                let (p, q) = (corners[b] - corners[a], corners[c] - corners[a]);
+                let area = 0.5 * (p[0] * q[1] - p[1] * q[0]);
+                for (s, t) in [(a, b), (b, c), (c, a)] {
+                    points.push(((corners[s] + corners[t]) * 0.5, area / 3.0));
+                }
+            }
+            points
+        }
+        _ => Vec::new(),
+    }
+}

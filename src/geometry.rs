@@ -1,0 +1,164 @@
+//! Points, blocks and the names of boundary parts.
+
+use std::fmt;
+use std::sync::Arc;
+
+use nalgebra::SVector;
+
+use crate::error::GeometryError;
+
+/// A point or vector in `D` dimensions \[length\].
+pub type Point<const D: usize> = SVector<f64, D>;
+
+/// One end of an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Side {
+    /// The end with the smaller coordinate.
+    Min,
+    /// The end with the larger coordinate.
+    Max,
+}
+
+/// The name of a boundary part.
+///
+/// Lattices have the two faces of each axis of their unit cube; `Side::Min.into()` is the face of
+/// axis 0 (all there is in one dimension), `(1, Side::Max).into()` the upper face of axis 1.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Part {
+    /// The face of a lattice at one end of an axis.
+    Face {
+        /// The axis, counted from 0.
+        axis: usize,
+        /// Which end.
+        side: Side,
+    },
+    /// All of the boundary.
+    Whole,
+}
+
+impl From<Side> for Part {
+    fn from(side: Side) -> Self {
+        Part::Face { axis: 0, side }
+    }
+}
+
+impl From<(usize, Side)> for Part {
+    fn from((axis, side): (usize, Side)) -> Self {
+        Part::Face { axis, side }
+    }
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Part::Face { axis, side } => write!(f, "face ({axis}, {side:?})"),
+            Part::Whole => write!(f, "whole boundary"),
+        }
+    }
+}
+
+/// An axis-aligned block $\prod_i [\min_i, \max_i]$ \[length\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Block<const D: usize> {
+    /// The corner with the smallest coordinates.
+    pub min: Point<D>,
+    /// The corner with the largest coordinates.
+    pub max: Point<D>,
+}
+
+impl<const D: usize> Block<D> {
+    /// The block between two corners.
+    pub fn new(min: [f64; D], max: [f64; D]) -> Self {
+        Block { min: min.into(), max: max.into() }
+    }
+
+    /// Refuses a block without a finite positive extent along each axis.
+    pub fn validate(&self) -> Result<(), GeometryError> {
+        for axis in 0..D {
+            let extent = self.max[axis] - self.min[axis];
+            // The negation also catches NaN.
+            if !(extent > 0.0 && extent.is_finite()) {
+                return Err(GeometryError::Degenerate { what: "block", axis, value: extent });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A region that is the image of the unit cube $[0,1]^D$.
+///
+/// ```
+/// use rkpm::geometry::{Domain, Point};
+/// /// A quarter ring in polar coordinates: axis 0 radial, axis 1 along the arc.
+/// struct QuarterRing { inner: f64, outer: f64 }
+/// impl Domain<2> for QuarterRing {
+///     fn position(&self, unit: &Point<2>) -> Point<2> {
+///         let radius = self.inner + (self.outer - self.inner) * unit[0];
+///         let angle = std::f64::consts::FRAC_PI_2 * (1.0 - unit[1]);
+///         Point::<2>::new(radius * angle.cos(), radius * angle.sin())
+///     }
+/// }
+/// assert!((QuarterRing { inner: 1.0, outer: 2.0 }.position(&Point::<2>::new(1.0, 1.0))[0] - 2.0).abs() < 1e-15);
+/// ```
+pub trait Domain<const D: usize>: Send + Sync {
+    /// The position $X(\xi)$ \[length\] of a point $\xi \in [0,1]^D$; orientation-preserving.
+    fn position(&self, unit: &Point<D>) -> Point<D>;
+
+    /// Refuses a domain that can't be discretised; the default accepts all (cells are checked later).
+    fn validate(&self) -> Result<(), GeometryError> {
+        Ok(())
+    }
+}
+
+impl<const D: usize> Domain<D> for Block<D> {
+    fn position(&self, unit: &Point<D>) -> Point<D> {
+        // Both ends come out exact, so that boundary particles lie on the boundary to the bit.
+        Point::from_fn(|i, _| self.min[i] * (1.0 - unit[i]) + self.max[i] * unit[i])
+    }
+
+    fn validate(&self) -> Result<(), GeometryError> {
+        Block::validate(self)
+    }
+}
+
+impl<const D: usize, T: Domain<D> + ?Sized> Domain<D> for Arc<T> {
+    fn position(&self, unit: &Point<D>) -> Point<D> {
+        (**self).position(unit)
+    }
+
+    fn validate(&self) -> Result<(), GeometryError> {
+        (**self).validate()
+    }
+}
+
+/// A block deformed by a smooth map of the unit cube, $X = f(\xi)$.
+#[derive(Clone, Copy)]
+pub struct Mapped<F>(
+    /// The map from $[0,1]^D$ to the body.
+    pub F,
+);
+
+impl<const D: usize, F: Fn(&Point<D>) -> Point<D> + Send + Sync> Domain<D> for Mapped<F> {
+    fn position(&self, unit: &Point<D>) -> Point<D> {
+        (self.0)(unit)
+    }
+}
+
+/// The quadrilateral with four corners, counter-clockwise from the image of (0, 0), mapped bilinearly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quadrilateral {
+    /// The images of (0,0), (1,0), (1,1), (0,1) \[length\].
+    pub corners: [[f64; 2]; 4],
+}
+
+impl Domain<2> for Quadrilateral {
+    fn position(&self, unit: &Point<2>) -> Point<2> {
+        let (s, t) = (unit[0], unit[1]);
+        let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t];
+        let mut x = Point::<2>::zeros();
+        for (w, c) in weights.iter().zip(&self.corners) {
+            x += Point::<2>::from(*c) * *w;
+        }
+        x
+    }
+}

@@ -1,0 +1,162 @@
+//! Kernel functions $\Phi(z)$ of the normalised distance $z = \|x - x_I\|/a$, eqs. (3.3), (3.25).
+
+/// A kernel function of the normalised distance.
+///
+/// Kernels are even, largest at 0 and zero for $z \ge 1$. Their scale is irrelevant: it cancels in
+/// the moment matrix.
+///
+/// ```
+/// use rkpm::kernel::Kernel;
+/// /// (1 − z²)³, zero with two derivatives at the end of the support.
+/// struct Bump;
+/// impl Kernel for Bump {
+///     fn value_and_slope(&self, z: f64) -> (f64, f64) {
+///         if z >= 1.0 {
+///             return (0.0, 0.0);
+///         }
+///         let q = 1.0 - z * z;
+///         (q.powi(3), -6.0 * z * q * q)
+///     }
+/// }
+/// assert_eq!(Bump.value_and_slope(0.0), (1.0, 0.0));
+/// ```
+pub trait Kernel: Send + Sync {
+    /// $\Phi(z)$ and $\mathrm d\Phi/\mathrm dz$ for $z \ge 0$; both zero for $z \ge 1$.
+    fn value_and_slope(&self, z: f64) -> (f64, f64);
+}
+
+impl<K: Kernel + ?Sized> Kernel for std::sync::Arc<K> {
+    fn value_and_slope(&self, z: f64) -> (f64, f64) {
+        (**self).value_and_slope(z)
+    }
+}
+
+impl<K: Kernel + ?Sized> Kernel for &K {
+    fn value_and_slope(&self, z: f64) -> (f64, f64) {
+        (**self).value_and_slope(z)
+    }
+}
+
+/// The cubic B-spline (3.25), $C^2$:
+/// $\tfrac23 - 4z^2 + 4z^3$ up to $z = \tfrac12$, $\tfrac43(1-z)^3$ beyond.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct CubicSpline;
+
+impl Kernel for CubicSpline {
+    #[inline]
+    fn value_and_slope(&self, z: f64) -> (f64, f64) {
+        if z <= 0.5 {
+            (2.0 / 3.0 + z * z * (4.0 * z - 4.0), z * (12.0 * z - 8.0))
+        } else if z < 1.0 {
+            let q = 1.0 - z;
+            (4.0 / 3.0 * q * q * q, -4.0 * q * q)
+        } else {
+            (0.0, 0.0)
+        }
+    }
+}
+
+/// The quintic B-spline, $C^4$: $(3-3z)_+^5 - 6(2-3z)_+^5 + 15(1-3z)_+^5$, divided by 120.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct QuinticSpline;
+
+impl Kernel for QuinticSpline {
+    #[inline]
+    fn value_and_slope(&self, z: f64) -> (f64, f64) {
+        let mut value = 0.0;
+        let mut slope = 0.0;
+        for (weight, knot) in [(1.0, 3.0), (-6.0, 2.0), (15.0, 1.0)] {
+            let q: f64 = knot - 3.0 * z;
+            if q > 0.0 {
+                let q4 = q.powi(4);
+                value += weight * q4 * q;
+                slope -= 15.0 * weight * q4;
+            }
+        }
+        (value / 120.0, slope / 120.0)
+    }
+}
+
+/// The Gaussian, truncated and shifted to zero at the end of the support:
+/// $(e^{-(z/c)^2} - e^{-1/c^2})/(1 - e^{-1/c^2})$, $C^0$ at $z = 1$.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gaussian {
+    /// The width $c$ as a part of the dilation.
+    pub width: f64,
+}
+
+impl Default for Gaussian {
+    /// $c = 0.4$, the width usual in element-free Galerkin methods.
+    fn default() -> Self {
+        Gaussian { width: 0.4 }
+    }
+}
+
+impl Kernel for Gaussian {
+    #[inline]
+    fn value_and_slope(&self, z: f64) -> (f64, f64) {
+        if z >= 1.0 {
+            return (0.0, 0.0);
+        }
+        let c2 = self.width * self.width;
+        let end = (-1.0 / c2).exp();
+        let bell = (-z * z / c2).exp();
+        ((bell - end) / (1.0 - end), -2.0 * z / c2 * bell / (1.0 - end))
+    }
+}
+
+/// Wendland's $C^2$ function $(1-z)_+^4(4z+1)$.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct WendlandC2;
+
+impl Kernel for WendlandC2 {
+    #[inline]
+    fn value_and_slope(&self, z: f64) -> (f64, f64) {
+        if z >= 1.0 {
+            return (0.0, 0.0);
+        }
+        let q = 1.0 - z;
+        let q3 = q * q * q;
+        (q3 * q * (4.0 * z + 1.0), -20.0 * z * q3)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kernels_are_smooth_positive_and_end_at_one() {
+        let kernels: [&dyn Kernel; 4] = [&CubicSpline, &QuinticSpline, &Gaussian::default(), &WendlandC2];
+        for kernel in kernels {
+            assert_eq!(kernel.value_and_slope(1.0), (0.0, 0.0));
+            assert_eq!(kernel.value_and_slope(1.5), (0.0, 0.0));
+            assert_eq!(kernel.value_and_slope(0.0).1, 0.0);
+            for i in 1..100 {
+                let z = i as f64 / 100.0 - 0.005;
+                let (value, slope) = kernel.value_and_slope(z);
+                assert!(value > 0.0 && slope <= 0.0);
+                let step = 1e-6;
+                let difference =
+                    (kernel.value_and_slope(z + step).0 - kernel.value_and_slope(z - step).0) / (2.0 * step);
+                assert!((difference - slope).abs() < 1e-7, "{z}");
+            }
+        }
+    }
+
+    #[test]
+    fn cubic_spline_has_the_moments_of_the_paper() {
+        // ∫Φ = 1/2 and ∫z²Φ = 1/24 over [−1, 1] for (3.25); the trapezoidal rule of a C² function.
+        let n = 4000;
+        let (mut m0, mut m2) = (0.0, 0.0);
+        for i in 0..=n {
+            let z = i as f64 / n as f64;
+            let w = if i == 0 || i == n { 1.0 } else { 2.0 } / n as f64;
+            let value = CubicSpline.value_and_slope(z).0;
+            m0 += w * value;
+            m2 += w * z * z * value;
+        }
+        assert!((m0 - 0.5).abs() < 1e-9);
+        assert!((m2 - 1.0 / 24.0).abs() < 1e-7);
+    }
+}

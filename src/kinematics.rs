@@ -1,0 +1,110 @@
+//! How a displacement in `D` dimensions becomes a 3×3 deformation gradient, and what a point measures.
+//!
+//! Bodies of revolution are whole: their measure is $2\pi R$ (or $4\pi R^2$), so that loads, reactions
+//! and energies are those of the full part. Divide by $2\pi$ for values per radian.
+
+use std::f64::consts::PI;
+
+use crate::geometry::Point;
+
+/// A kinematics: the in-plane block of $F$ is $\delta_{ij} + \partial u_i/\partial X_j$, `hoops` names the
+/// diagonal entries that hold the hoop stretch $1 + u_1/X_1$, all others are those of the identity.
+///
+/// ```
+/// use rkpm::{geometry::Point, kinematics::Kinematics};
+/// /// A straight bar of given cross-section whose sides are held: uniaxial strain.
+/// struct HeldBar { area: f64 }
+/// impl Kinematics<1> for HeldBar {
+///     fn hoops(&self) -> &'static [usize] { &[] }
+///     fn measure(&self, _: &Point<1>) -> f64 { self.area }
+/// }
+/// assert_eq!(HeldBar { area: 2.0 }.measure(&Point::<1>::new(0.3)), 2.0);
+/// ```
+pub trait Kinematics<const D: usize>: Send + Sync {
+    /// Diagonal entries of $F$ that hold the hoop stretch (none, one or two, all $\ge D$).
+    fn hoops(&self) -> &'static [usize];
+
+    /// The factor of the coordinate measure at $X$: $1$, $2\pi R$, $4\pi R^2$, an area or a thickness.
+    fn measure(&self, at: &Point<D>) -> f64;
+}
+
+/// Plane strain, per unit thickness.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PlaneStrain;
+
+/// Axisymmetric without torsion, coordinates $(R, Z)$, the hoop at $F_{33}$; measure $2\pi R$.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Axisymmetric;
+
+/// A body in three dimensions.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Solid;
+
+/// The radial motion of a long cylinder in plane strain, coordinate $R$, hoop at $F_{22}$;
+/// measure $2\pi R$ per unit length.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RadialCylinder;
+
+/// The radial motion of a sphere, coordinate $R$, hoops at $F_{22}$ and $F_{33}$; measure $4\pi R^2$.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RadialSphere;
+
+impl Kinematics<2> for PlaneStrain {
+    fn hoops(&self) -> &'static [usize] {
+        &[]
+    }
+
+    fn measure(&self, _: &Point<2>) -> f64 {
+        1.0
+    }
+}
+
+impl Kinematics<2> for Axisymmetric {
+    fn hoops(&self) -> &'static [usize] {
+        &[2]
+    }
+
+    fn measure(&self, at: &Point<2>) -> f64 {
+        2.0 * PI * at[0]
+    }
+}
+
+impl Kinematics<3> for Solid {
+    fn hoops(&self) -> &'static [usize] {
+        &[]
+    }
+
+    fn measure(&self, _: &Point<3>) -> f64 {
+        1.0
+    }
+}
+
+impl Kinematics<1> for RadialCylinder {
+    fn hoops(&self) -> &'static [usize] {
+        &[1]
+    }
+
+    fn measure(&self, at: &Point<1>) -> f64 {
+        2.0 * PI * at[0]
+    }
+}
+
+impl Kinematics<1> for RadialSphere {
+    fn hoops(&self) -> &'static [usize] {
+        &[1, 2]
+    }
+
+    fn measure(&self, at: &Point<1>) -> f64 {
+        4.0 * PI * at[0] * at[0]
+    }
+}
+
+impl<const D: usize, K: Kinematics<D> + ?Sized> Kinematics<D> for std::sync::Arc<K> {
+    fn hoops(&self) -> &'static [usize] {
+        (**self).hoops()
+    }
+
+    fn measure(&self, at: &Point<D>) -> f64 {
+        (**self).measure(at)
+    }
+}

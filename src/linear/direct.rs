@@ -1,0 +1,357 @@
+//! faer's sparse Cholesky family behind the traits of this crate; the only file that names faer.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::perm::PermRef;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, IntranodeLbltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky, supernodal::SupernodalIntranodeLbltRef,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par, Side, Spec};
+
+use crate::assembly::Pattern;
+use crate::error::LinearError;
+
+use super::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
+
+/// Sparse direct solution: Cholesky where the matrix is definite, Bunch–Kaufman ($LBL^T$ with pivoting
+/// inside supernodes) where it is not.
+///
+/// Factors are computed on one thread: those of $LBL^T$ and solves with many threads were not bit-equal.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Direct;
+
+/// Entries that 32-bit indices can address.
+const ENTRY_LIMIT: usize = i32::MAX as usize;
+
+impl LinearSolver for Direct {
+    fn analyze(
+        &self,
+        pattern: &Pattern,
+        class: MatrixClass,
+        order: Option<&[usize]>,
+    ) -> Result<Box<dyn Factorizer>, LinearError> {
+        if pattern.entries() > ENTRY_LIMIT {
+            return Err(LinearError::Size {
+                what: "matrix entries",
+                size: pattern.entries(),
+                limit: ENTRY_LIMIT,
+                remedy: "take fewer particles or a smaller dilation",
+            });
+        }
+        let n = pattern.size();
+        let columns: Vec<u32> = pattern.columns.iter().map(|&c| c as u32).collect();
+        let order = match order {
+            Some(order) if order.len() == n => {
+                let mut inverse = vec![u32::MAX; n];
+                for (new, &old) in order.iter().enumerate() {
+                    if old >= n || inverse[old] != u32::MAX {
+                        return Err(LinearError::Library { what: "the elimination order is no permutation".into() });
+                    }
+                    inverse[old] = new as u32;
+                }
+                Some((order.iter().map(|&o| o as u32).collect(), inverse))
+            }
+            Some(order) => {
+                return Err(LinearError::Library {
+                    what: format!("an order of {} unknowns for a matrix of {n}", order.len()),
+                });
+            }
+            None => None,
+        };
+        let mut factorizer = CholeskyFactorizer {
+            columns,
+            rows: pattern.rows.clone(),
+            n,
+            order,
+            class,
+            definite: None,
+            indefinite: None,
+            values: Vec::new(),
+            subdiagonal: Vec::new(),
+            forward: Vec::new(),
+            inverse: Vec::new(),
+            memory: MemBuffer::try_new(faer::dyn_stack::StackReq::empty())
+                .map_err(|_| LinearError::Library { what: "out of memory".into() })?,
+        };
+        // Fail here, in the symbolic phase, and not at the first factorisation.
+        match class {
+            MatrixClass::Definite => factorizer.definite = Some(factorizer.symbolic(false)?),
+            MatrixClass::Saddle { .. } => factorizer.indefinite = Some(factorizer.symbolic(true)?),
+        }
+        Ok(Box::new(factorizer))
+    }
+}
+
+struct CholeskyFactorizer {
+    columns: Vec<u32>,
+    rows: Vec<u32>,
+    n: usize,
+    order: Option<(Vec<u32>, Vec<u32>)>,
+    class: MatrixClass,
+    definite: Option<SymbolicCholesky<u32>>,
+    indefinite: Option<SymbolicCholesky<u32>>,
+    values: Vec<f64>,
+    subdiagonal: Vec<f64>,
+    forward: Vec<u32>,
+    inverse: Vec<u32>,
+    memory: MemBuffer,
+}
+
+impl CholeskyFactorizer {
+    fn symbolic(&self, supernodal: bool) -> Result<SymbolicCholesky<u32>, LinearError> {
+        let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &self.columns, None, &self.rows);
+        let ordering = match (&self.order, self.class) {
+            (Some((forward, inverse)), _) => SymmetricOrdering::Custom(PermRef::new_checked(forward, inverse, self.n)),
+            // Minimum degree would move the multipliers forward, where their pivots are zero.
+            (None, MatrixClass::Saddle { .. }) => SymmetricOrdering::Identity,
+            (None, MatrixClass::Definite) => SymmetricOrdering::Amd,
+        };
+        let mut params = CholeskySymbolicParams::default();
+        if supernodal {
+            // On a simplicial structure LBLᵀ silently becomes LDLᵀ without pivoting.
+            params.supernodal_flop_ratio_threshold = SupernodalThreshold::FORCE_SUPERNODAL;
+        }
+        factorize_symbolic_cholesky(pattern, Side::Lower, ordering, params)
+            .map_err(|e| LinearError::Library { what: format!("{e:?}") })
+    }
+
+    fn reserve(memory: &mut MemBuffer, request: faer::dyn_stack::StackReq) -> Result<(), LinearError> {
+        if memory.len() < request.unaligned_bytes_required() {
+            *memory = MemBuffer::try_new(request).map_err(|_| LinearError::Library { what: "out of memory".into() })?;
+        }
+        Ok(())
+    }
+}
+
+impl Factorizer for CholeskyFactorizer {
+    fn factorize(&mut self, values: &[f64]) -> Result<Box<dyn Factors + '_>, LinearError> {
+        if let Some(place) = values.iter().position(|v| !v.is_finite()) {
+            return Err(LinearError::Pivot { pivot: place, hint: "the matrix has entries that are not finite" });
+        }
+        if self.definite.is_some() && self.cholesky(values)? {
+            let symbolic = self.definite.as_ref().ok_or(LinearError::Library { what: "no symbolic factor".into() })?;
+            return Ok(Box::new(Definite { symbolic, values: &self.values }));
+        }
+        if self.indefinite.is_none() {
+            self.indefinite = Some(self.symbolic(true)?);
+        }
+        let symbolic = self.indefinite.as_ref().ok_or(LinearError::Library { what: "no symbolic factor".into() })?;
+        let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &self.columns, None, &self.rows);
+        let matrix = SparseColMatRef::new(pattern, values);
+        self.values.clear();
+        self.values.resize(symbolic.len_val(), 0.0);
+        self.subdiagonal.clear();
+        self.subdiagonal.resize(self.n, 0.0);
+        self.forward.resize(self.n, 0);
+        self.inverse.resize(self.n, 0);
+        Self::reserve(
+            &mut self.memory,
+            symbolic.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Spec::default()),
+        )?;
+        symbolic.factorize_numeric_intranode_lblt(
+            &mut self.values,
+            &mut self.subdiagonal,
+            &mut self.forward,
+            &mut self.inverse,
+            matrix,
+            Side::Lower,
+            Par::Seq,
+            MemStack::new(&mut self.memory),
+            Spec::default(),
+        );
+        if self.values.iter().any(|v| !v.is_finite()) {
+            return Err(LinearError::Pivot {
+                pivot: 0,
+                hint: "a pivot is zero: a rigid motion is left free, or conditions depend on each other",
+            });
+        }
+        Ok(Box::new(Indefinite {
+            symbolic,
+            values: &self.values,
+            subdiagonal: &self.subdiagonal,
+            forward: &self.forward,
+            inverse: &self.inverse,
+        }))
+    }
+}
+
+impl CholeskyFactorizer {
+    /// Tries $LL^T$; `false` where the matrix is not positive definite.
+    fn cholesky(&mut self, values: &[f64]) -> Result<bool, LinearError> {
+        let Some(symbolic) = &self.definite else { return Ok(false) };
+        let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &self.columns, None, &self.rows);
+        let matrix = SparseColMatRef::new(pattern, values);
+        self.values.clear();
+        self.values.resize(symbolic.len_val(), 0.0);
+        Self::reserve(&mut self.memory, symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()))?;
+        let result = symbolic.factorize_numeric_llt(
+            &mut self.values,
+            matrix,
+            Side::Lower,
+            LltRegularization::default(),
+            Par::Seq,
+            MemStack::new(&mut self.memory),
+            Spec::default(),
+        );
+        Ok(result.is_ok())
+    }
+}
+
+struct Definite<'a> {
+    symbolic: &'a SymbolicCholesky<u32>,
+    values: &'a [f64],
+}
+
+struct Indefinite<'a> {
+    symbolic: &'a SymbolicCholesky<u32>,
+    values: &'a [f64],
+    subdiagonal: &'a [f64],
+    forward: &'a [u32],
+    inverse: &'a [u32],
+}
+
+fn finite(rhs: &[f64]) -> Result<(), LinearError> {
+    if rhs.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(LinearError::Residual { residual: f64::NAN }) }
+}
+
+fn solve_memory(symbolic: &SymbolicCholesky<u32>) -> Result<MemBuffer, LinearError> {
+    MemBuffer::try_new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))
+        .map_err(|_| LinearError::Library { what: "out of memory".into() })
+}
+
+impl Factors for Definite<'_> {
+    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
+        let mut memory = solve_memory(self.symbolic)?;
+        let n = rhs.len();
+        LltRef::<'_, u32, f64>::new(self.symbolic, self.values).solve_in_place_with_conj(
+            Conj::No,
+            MatMut::from_column_major_slice_mut(rhs, n, 1),
+            Par::Seq,
+            MemStack::new(&mut memory),
+        );
+        finite(rhs)
+    }
+
+    fn inertia(&self) -> Option<Inertia> {
+        Some(Inertia { positive: self.symbolic.nrows(), negative: 0 })
+    }
+}
+
+impl Factors for Indefinite<'_> {
+    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
+        let mut memory = solve_memory(self.symbolic)?;
+        let n = rhs.len();
+        IntranodeLbltRef::<'_, u32, f64>::new(
+            self.symbolic,
+            self.values,
+            self.subdiagonal,
+            PermRef::new_checked(self.forward, self.inverse, n),
+        )
+        .solve_in_place_with_conj(
+            Conj::No,
+            MatMut::from_column_major_slice_mut(rhs, n, 1),
+            Par::Seq,
+            MemStack::new(&mut memory),
+        );
+        finite(rhs)
+    }
+
+    fn inertia(&self) -> Option<Inertia> {
+        let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() else { return None };
+        let factor = SupernodalIntranodeLbltRef::<'_, u32, f64>::new(
+            symbolic,
+            self.values,
+            self.subdiagonal,
+            PermRef::new_checked(self.forward, self.inverse, symbolic.nrows()),
+        );
+        let mut inertia = Inertia { positive: 0, negative: 0 };
+        for s in 0..symbolic.n_supernodes() {
+            let supernode = factor.supernode(s);
+            let block = supernode.val();
+            let mut k = 0;
+            while k < block.ncols() {
+                let off = self.subdiagonal[supernode.start() + k];
+                if off != 0.0 && k + 1 < block.ncols() {
+                    // A 2×2 pivot: the determinant tells one of each sign from two of the trace's sign.
+                    let (a, c) = (block[(k, k)], block[(k + 1, k + 1)]);
+                    if a * c - off * off < 0.0 {
+                        inertia.positive += 1;
+                        inertia.negative += 1;
+                    } else if a + c > 0.0 {
+                        inertia.positive += 2;
+                    } else {
+                        inertia.negative += 2;
+                    }
+                    k += 2;
+                } else {
+                    if block[(k, k)] > 0.0 {
+                        inertia.positive += 1;
+                    } else {
+                        inertia.negative += 1;
+                    }
+                    k += 1;
+                }
+            }
+        }
+        Some(inertia)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linear::nested_dissection;
+
+    /// A path graph's Laplacian plus `shift` on the diagonal, as lower pattern and values.
+    fn chain(n: usize, shift: f64) -> (Pattern, Vec<f64>) {
+        let pattern =
+            Pattern::from_columns((0..n).map(|c| if c + 1 < n { vec![c as u32 + 1] } else { vec![] }).collect());
+        let mut values = Vec::new();
+        for c in 0..n {
+            values.push(2.0 + shift);
+            if c + 1 < n {
+                values.push(-1.0);
+            }
+        }
+        (pattern, values)
+    }
+
+    #[test]
+    fn definite_and_indefinite_matrices_are_solved_and_counted() {
+        let n = 200;
+        for (shift, order) in [(0.0, false), (0.1, true), (-0.5, false), (-1.7, true)] {
+            let (pattern, values) = chain(n, shift);
+            let order = order.then(|| nested_dissection(&pattern, n, |i| [i as f64]));
+            let mut solver = Direct.analyze(&pattern, MatrixClass::Definite, order.as_deref()).unwrap();
+            let factors = solver.factorize(&values).unwrap();
+            // Eigenvalues of the chain: 2 + shift − 2 cos(π k/(n+1)).
+            let negative = (1..=n)
+                .filter(|&k| 2.0 + shift - 2.0 * (std::f64::consts::PI * k as f64 / (n + 1) as f64).cos() < 0.0)
+                .count();
+            assert_eq!(factors.inertia().unwrap(), Inertia { positive: n - negative, negative });
+            let b: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
+            let mut x = b.clone();
+            factors.solve_in_place(&mut x).unwrap();
+            let mut product = vec![0.0; n];
+            pattern.multiply_add(&values, &x, &mut product);
+            for i in 0..n {
+                assert!((product[i] - b[i]).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn a_singular_matrix_is_an_error() {
+        let pattern = Pattern::from_columns(vec![vec![1], vec![]]);
+        let mut solver = Direct.analyze(&pattern, MatrixClass::Definite, None).unwrap();
+        let singular = match solver.factorize(&[0.0, 0.0, 0.0]) {
+            Err(_) => true,
+            Ok(factors) => factors.solve_in_place(&mut [1.0, 1.0]).is_err(),
+        };
+        assert!(singular);
+        assert!(solver.factorize(&[f64::NAN, 0.0, 1.0]).is_err());
+    }
+}

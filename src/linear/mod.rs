@@ -1,0 +1,104 @@
+//! Sparse direct solvers behind traits of our own; faer is named in one private file.
+
+mod direct;
+mod ordering;
+
+pub use direct::Direct;
+pub use ordering::nested_dissection;
+
+use crate::assembly::Pattern;
+use crate::error::LinearError;
+
+/// What is known of a matrix before it is factorised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MatrixClass {
+    /// Symmetric, expected to be positive definite near stable states; may be indefinite.
+    Definite,
+    /// Symmetric saddle point; the last `constraints` rows belong to Lagrange multipliers.
+    Saddle {
+        /// Number of multipliers.
+        constraints: usize,
+    },
+}
+
+/// Signs of the pivots of a factorisation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Inertia {
+    /// Positive pivots.
+    pub positive: usize,
+    /// Negative pivots: as many as constraints on a stable saddle point, none on a stable definite matrix.
+    pub negative: usize,
+}
+
+/// A sparse solver: pattern in, factoriser out.
+///
+/// ```
+/// use rkpm::assembly::Pattern;
+/// use rkpm::error::LinearError;
+/// use rkpm::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
+/// /// Solves diagonal systems.
+/// struct Diagonal;
+/// struct Entries(Pattern, Vec<f64>);
+/// impl LinearSolver for Diagonal {
+///     fn analyze(&self, pattern: &Pattern, _: MatrixClass, _: Option<&[usize]>) -> Result<Box<dyn Factorizer>, LinearError> {
+///         Ok(Box::new(Entries(pattern.clone(), Vec::new())))
+///     }
+/// }
+/// impl Factorizer for Entries {
+///     fn factorize(&mut self, values: &[f64]) -> Result<Box<dyn Factors + '_>, LinearError> {
+///         self.1 = self.0.columns[..self.0.size()].iter().map(|&c| values[c]).collect();
+///         Ok(Box::new(&*self))
+///     }
+/// }
+/// impl Factors for &Entries {
+///     fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
+///         rhs.iter_mut().zip(&self.1).for_each(|(b, a)| *b /= a);
+///         Ok(())
+///     }
+///     fn inertia(&self) -> Option<Inertia> { None }
+/// }
+/// let pattern = Pattern::from_columns(vec![vec![], vec![]]);
+/// let mut factorizer = Diagonal.analyze(&pattern, MatrixClass::Definite, None)?;
+/// let mut x = [2.0, 6.0];
+/// factorizer.factorize(&[2.0, 3.0])?.solve_in_place(&mut x)?;
+/// assert_eq!(x, [1.0, 2.0]);
+/// # Ok::<(), LinearError>(())
+/// ```
+pub trait LinearSolver: Send + Sync {
+    /// The symbolic phase, once per pattern. `order` is an elimination order (old index at each new
+    /// place) where the caller knows a good one.
+    ///
+    /// # Errors
+    /// Where the pattern is too large or malformed.
+    fn analyze(
+        &self,
+        pattern: &Pattern,
+        class: MatrixClass,
+        order: Option<&[usize]>,
+    ) -> Result<Box<dyn Factorizer>, LinearError>;
+}
+
+/// The numeric phase, repeated for each set of values.
+///
+/// Implemented as shown at [`LinearSolver`].
+pub trait Factorizer: Send {
+    /// Factorises the matrix with these lower values.
+    ///
+    /// # Errors
+    /// Where the matrix is singular or not finite.
+    fn factorize(&mut self, values: &[f64]) -> Result<Box<dyn Factors + '_>, LinearError>;
+}
+
+/// A factorised matrix.
+///
+/// Implemented as shown at [`LinearSolver`].
+pub trait Factors {
+    /// Solves $Ax = b$ in place.
+    ///
+    /// # Errors
+    /// Where the result is not finite.
+    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError>;
+
+    /// Signs of the pivots, where the method knows them.
+    fn inertia(&self) -> Option<Inertia>;
+}

@@ -1,0 +1,415 @@
+//! Charts as SVG: curves, work against precision, deformed shapes.
+//!
+//! A [`Chart`] says what is shown; where things go is worked out while drawing: ranges from the
+//! data, ticks that fit beside each other, margins from the labels, and a legend in an empty corner
+//! or else beneath the plot.
+//!
+//! ```
+//! use rkpm::output::Chart;
+//! let exact = [(0.0, 0.0), (1.0, 0.11), (2.0, 0.19), (3.0, 0.25)];
+//! let particles = [(1.0, 0.112), (2.0, 0.191)];
+//! let svg = Chart::new("Inflated tube")
+//!     .x("bore displacement u [cm]")
+//!     .y("pressure p [MPa]")
+//!     .line("exact", &exact)
+//!     .markers("RKPM, 9 particles", &particles)
+//!     .to_svg()?;
+//! assert!(svg.contains("RKPM, 9 particles"));
+//! # Ok::<(), rkpm::error::OutputError>(())
+//! ```
+
+mod draw;
+mod layout;
+mod text;
+mod ticks;
+
+use super::write_text;
+use crate::error::OutputError;
+use std::path::Path;
+
+/// How an axis measures its values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scale {
+    /// Equal differences take equal room.
+    #[default]
+    Linear,
+    /// Equal ratios take equal room; values that are not positive are skipped.
+    Logarithmic,
+}
+
+impl Scale {
+    /// The coordinate in which the axis is even; NaN for what cannot be shown.
+    fn forward(self, value: f64) -> f64 {
+        match self {
+            // Beyond this bound a difference of two values could overflow.
+            Self::Linear if value.abs() <= 1e300 => value,
+            Self::Logarithmic if value > 0.0 && value.is_finite() => value.log10(),
+            _ => f64::NAN,
+        }
+    }
+}
+
+/// One axis.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Axis {
+    /// What it measures, with the unit in brackets.
+    pub label: String,
+    /// Linear or logarithmic.
+    pub scale: Scale,
+    /// Lower and upper end; from the data where none is given.
+    pub range: Option<(f64, f64)>,
+}
+
+/// How the points of a series are joined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Stroke {
+    /// Not at all.
+    None,
+    /// By a solid line.
+    #[default]
+    Solid,
+    /// By a dashed line.
+    Dashed,
+}
+
+/// How the points of a series are marked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Marker {
+    /// Not at all.
+    #[default]
+    None,
+    /// By the next shape in turn, so that marked series differ without their colours.
+    Automatic,
+    /// ●
+    Circle,
+    /// ■
+    Square,
+    /// ▲
+    Triangle,
+    /// ◆
+    Diamond,
+    /// ✕
+    Cross,
+}
+
+/// The colour of a series: the palette of Okabe and Ito, which colour-blind readers can tell apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Colour {
+    /// The next one of the palette.
+    #[default]
+    Automatic,
+    /// Black: for what the rest is compared with.
+    Black,
+    /// Grey: for what stands in the background, such as an undeformed shape.
+    Grey,
+    /// Blue.
+    Blue,
+    /// Vermilion.
+    Vermilion,
+    /// Bluish green.
+    Green,
+    /// Reddish purple.
+    Purple,
+    /// Orange.
+    Orange,
+    /// Sky blue.
+    Sky,
+    /// Any other: red, green, blue.
+    Rgb(u8, u8, u8),
+}
+
+/// One entry of the legend and the points that belong to it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Series {
+    /// Its name in the legend; an empty one has no entry there.
+    pub name: String,
+    /// Polylines, or one list of points. A point that is not finite, or not positive on a
+    /// logarithmic axis, is skipped, and the line broken there.
+    pub paths: Vec<Vec<[f64; 2]>>,
+    /// How the points are joined.
+    pub stroke: Stroke,
+    /// How the points are marked.
+    pub marker: Marker,
+    /// The colour of both.
+    pub colour: Colour,
+}
+
+impl Series {
+    /// A solid line through the points.
+    pub fn line<P: Copy + Into<[f64; 2]>>(name: impl Into<String>, points: &[P]) -> Self {
+        Self { name: name.into(), paths: vec![points.iter().map(|&p| p.into()).collect()], ..Self::default() }
+    }
+
+    /// Several polylines under one name: the outlines and grid lines of a shape.
+    pub fn outlines<P: Copy + Into<[f64; 2]>>(name: impl Into<String>, paths: &[Vec<P>]) -> Self {
+        let points = |path: &Vec<P>| path.iter().map(|&p| p.into()).collect();
+        Self { name: name.into(), paths: paths.iter().map(points).collect(), ..Self::default() }
+    }
+
+    /// The points, marked and not joined.
+    pub fn markers<P: Copy + Into<[f64; 2]>>(name: impl Into<String>, points: &[P]) -> Self {
+        Self::line(name, points).stroke(Stroke::None).marker(Marker::Automatic)
+    }
+
+    /// The same series, joined otherwise.
+    #[must_use]
+    pub fn stroke(self, stroke: Stroke) -> Self {
+        Self { stroke, ..self }
+    }
+
+    /// The same series, marked otherwise.
+    #[must_use]
+    pub fn marker(self, marker: Marker) -> Self {
+        Self { marker, ..self }
+    }
+
+    /// The same series in another colour.
+    #[must_use]
+    pub fn colour(self, colour: Colour) -> Self {
+        Self { colour, ..self }
+    }
+}
+
+/// The way a reference line runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// At one value of y.
+    Horizontal,
+    /// At one value of x.
+    Vertical,
+}
+
+/// A dashed line across the plot at a value to compare with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// Its name in the legend; an empty one has no entry there.
+    pub name: String,
+    /// Where it runs, in the unit of the axis it crosses.
+    pub value: f64,
+    /// The way it runs.
+    pub direction: Direction,
+}
+
+/// A grey band across the plot: a reference and its uncertainty.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Band {
+    /// Its name in the legend; an empty one has no entry there.
+    pub name: String,
+    /// Lower end, in the unit of y.
+    pub lower: f64,
+    /// Upper end, in the unit of y.
+    pub upper: f64,
+}
+
+/// How the two axes relate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Aspect {
+    /// Each fills its side of the plot.
+    #[default]
+    Free,
+    /// A unit is equally long on both: for shapes. Needs linear axes.
+    Equal,
+}
+
+/// Where the legend stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Legend {
+    /// Where it covers no data: in the plot if there is room, else beneath it.
+    #[default]
+    Automatic,
+    /// Beneath the plot.
+    Beneath,
+    /// Nowhere.
+    None,
+}
+
+/// A chart: what is shown, not yet drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chart {
+    /// The title; an empty one takes no room.
+    pub title: String,
+    /// The axis to the right.
+    pub x: Axis,
+    /// The axis upwards.
+    pub y: Axis,
+    /// The series, drawn in this order.
+    pub series: Vec<Series>,
+    /// Lines to compare with.
+    pub references: Vec<Reference>,
+    /// Grey bands behind everything else.
+    pub bands: Vec<Band>,
+    /// How the axes relate.
+    pub aspect: Aspect,
+    /// Where the legend stands.
+    pub legend: Legend,
+    /// Width and height in pixels, at least 320 by 240. A title or labels of several lines and a
+    /// legend beneath the plot add to the height; a shape drawn to scale may take less of it.
+    pub size: (u32, u32),
+}
+
+impl Default for Chart {
+    fn default() -> Self {
+        Self {
+            title: String::new(),
+            x: Axis::default(),
+            y: Axis::default(),
+            series: Vec::new(),
+            references: Vec::new(),
+            bands: Vec::new(),
+            aspect: Aspect::Free,
+            legend: Legend::Automatic,
+            size: (680, 440),
+        }
+    }
+}
+
+impl Chart {
+    /// An empty chart with a title.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), ..Self::default() }
+    }
+
+    /// Labels the axis to the right, linear.
+    #[must_use]
+    pub fn x(mut self, label: impl Into<String>) -> Self {
+        (self.x.label, self.x.scale) = (label.into(), Scale::Linear);
+        self
+    }
+
+    /// Labels the axis to the right, logarithmic.
+    #[must_use]
+    pub fn x_log(mut self, label: impl Into<String>) -> Self {
+        (self.x.label, self.x.scale) = (label.into(), Scale::Logarithmic);
+        self
+    }
+
+    /// Labels the axis upwards, linear.
+    #[must_use]
+    pub fn y(mut self, label: impl Into<String>) -> Self {
+        (self.y.label, self.y.scale) = (label.into(), Scale::Linear);
+        self
+    }
+
+    /// Labels the axis upwards, logarithmic.
+    #[must_use]
+    pub fn y_log(mut self, label: impl Into<String>) -> Self {
+        (self.y.label, self.y.scale) = (label.into(), Scale::Logarithmic);
+        self
+    }
+
+    /// Fixes the range of the axis to the right; what lies outside is cut off.
+    #[must_use]
+    pub fn x_range(mut self, lower: f64, upper: f64) -> Self {
+        self.x.range = Some((lower, upper));
+        self
+    }
+
+    /// Fixes the range of the axis upwards; what lies outside is cut off.
+    #[must_use]
+    pub fn y_range(mut self, lower: f64, upper: f64) -> Self {
+        self.y.range = Some((lower, upper));
+        self
+    }
+
+    /// Adds a series.
+    #[must_use]
+    pub fn with(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+
+    /// Adds a solid line.
+    #[must_use]
+    pub fn line<P: Copy + Into<[f64; 2]>>(self, name: impl Into<String>, points: &[P]) -> Self {
+        self.with(Series::line(name, points))
+    }
+
+    /// Adds markers that are not joined.
+    #[must_use]
+    pub fn markers<P: Copy + Into<[f64; 2]>>(self, name: impl Into<String>, points: &[P]) -> Self {
+        self.with(Series::markers(name, points))
+    }
+
+    /// Adds markers joined by a solid line.
+    #[must_use]
+    pub fn marked_line<P: Copy + Into<[f64; 2]>>(self, name: impl Into<String>, points: &[P]) -> Self {
+        self.with(Series::line(name, points).marker(Marker::Automatic))
+    }
+
+    /// Adds a black dashed line to compare with: another solution, a slope.
+    #[must_use]
+    pub fn dashed<P: Copy + Into<[f64; 2]>>(self, name: impl Into<String>, points: &[P]) -> Self {
+        let series = Series::line(name, points);
+        self.with(series.stroke(Stroke::Dashed).colour(Colour::Black))
+    }
+
+    /// Adds several polylines under one name: the outlines and grid lines of a shape.
+    #[must_use]
+    pub fn outlines<P: Copy + Into<[f64; 2]>>(self, name: impl Into<String>, paths: &[Vec<P>]) -> Self {
+        self.with(Series::outlines(name, paths))
+    }
+
+    /// Adds a dashed line at one value of y.
+    #[must_use]
+    pub fn horizontal(mut self, name: impl Into<String>, value: f64) -> Self {
+        self.references.push(Reference { name: name.into(), value, direction: Direction::Horizontal });
+        self
+    }
+
+    /// Adds a dashed line at one value of x.
+    #[must_use]
+    pub fn vertical(mut self, name: impl Into<String>, value: f64) -> Self {
+        self.references.push(Reference { name: name.into(), value, direction: Direction::Vertical });
+        self
+    }
+
+    /// Adds a grey band between two values of y.
+    #[must_use]
+    pub fn band(mut self, name: impl Into<String>, lower: f64, upper: f64) -> Self {
+        self.bands.push(Band { name: name.into(), lower, upper });
+        self
+    }
+
+    /// Draws a unit equally long on both axes, as a picture of a shape needs it.
+    #[must_use]
+    pub fn equal_aspect(mut self) -> Self {
+        self.aspect = Aspect::Equal;
+        self
+    }
+
+    /// Places the legend.
+    #[must_use]
+    pub fn legend(mut self, legend: Legend) -> Self {
+        self.legend = legend;
+        self
+    }
+
+    /// Sets width and height in pixels.
+    #[must_use]
+    pub fn size(mut self, width: u32, height: u32) -> Self {
+        self.size = (width, height);
+        self
+    }
+
+    /// The chart as the text of an SVG file.
+    ///
+    /// # Errors
+    /// [`OutputError::Chart`] where no point of any series can be shown, a range, band or reference
+    /// line cannot be, or equal aspect is asked of a logarithmic axis.
+    pub fn to_svg(&self) -> Result<String, OutputError> {
+        draw::svg(self)
+    }
+
+    /// Writes the chart as an SVG file, with the directories above it.
+    ///
+    /// # Errors
+    /// As [`to_svg`](Self::to_svg), and [`OutputError::Io`] where the file system refuses.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
+        write_text(path.as_ref(), &self.to_svg()?)
+    }
+
+    /// What is wrong with this chart.
+    fn error(&self, what: impl Into<String>) -> OutputError {
+        OutputError::Chart { title: self.title.clone(), what: what.into() }
+    }
+}

@@ -1,0 +1,410 @@
+//! Where everything goes: ranges, ticks, margins and the legend, in pixels from the upper left.
+
+use super::text::{width, wrap};
+use super::ticks::Ticks;
+use super::{Aspect, Axis, Chart, Direction, Legend, Scale};
+use crate::error::OutputError;
+
+/// Sizes of the fonts in pixels.
+pub(super) const TITLE: f64 = 15.0;
+pub(super) const LABEL: f64 = 13.0;
+pub(super) const TICK: f64 = 12.0;
+pub(super) const ENTRY: f64 = 12.0;
+/// Distance between two lines of text relative to the size of the font.
+pub(super) const LEADING: f64 = 1.3;
+/// Width of the sample of a line or marker in the legend, and the gap behind it.
+pub(super) const SAMPLE: f64 = 28.0;
+pub(super) const GAP: f64 = 8.0;
+/// Free room at the edges of the picture.
+const EDGE: f64 = 10.0;
+/// Distance between an axis and its tick labels.
+pub(super) const TICK_GAP: f64 = 7.0;
+
+/// A rectangle.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Frame {
+    pub left: f64,
+    pub top: f64,
+    pub width: f64,
+    pub height: f64,
+}
+
+impl Frame {
+    pub(super) fn right(&self) -> f64 {
+        self.left + self.width
+    }
+
+    pub(super) fn bottom(&self) -> f64 {
+        self.top + self.height
+    }
+
+    fn contains(&self, [x, y]: [f64; 2]) -> bool {
+        (self.left..=self.right()).contains(&x) && (self.top..=self.bottom()).contains(&y)
+    }
+}
+
+/// The plot and the axes around it.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Layout {
+    /// The whole picture, without a legend beneath.
+    pub size: [f64; 2],
+    pub plot: Frame,
+    /// Ranges of x and y in the coordinates in which the axes are even.
+    pub ranges: [(f64, f64); 2],
+    scales: [Scale; 2],
+    pub ticks: [Ticks; 2],
+    pub title: Vec<String>,
+    pub x_label: Vec<String>,
+    pub y_label: Vec<String>,
+    /// Right edge of the label of the upward axis.
+    pub y_label_right: f64,
+}
+
+impl Layout {
+    pub(super) fn new(chart: &Chart) -> Result<Self, OutputError> {
+        let scales = [chart.x.scale, chart.y.scale];
+        if chart.aspect == Aspect::Equal && scales != [Scale::Linear; 2] {
+            return Err(chart.error("equal aspect needs two linear axes"));
+        }
+        let data = ranges(chart)?;
+        let [canvas, height] = [f64::from(chart.size.0.max(320)), f64::from(chart.size.1.max(240))];
+        let line = |size: f64, lines: usize| size * LEADING * lines as f64;
+        let above = |lines: usize| EDGE + line(TITLE, lines) + 6.0;
+        let beneath = |lines: usize| TICK_GAP + TICK * LEADING + line(LABEL, lines) + EDGE;
+        let room = height - above(1) - beneath(1);
+
+        // Margins depend on the labels, these on the ticks and those on the margins: three rounds
+        // settle it, because labels hardly change in width from one to the next.
+        let (mut left, mut right) = (60.0, 20.0);
+        let mut layout = Self::default();
+        for _ in 0..3 {
+            let mut plot = Frame { left, top: 0.0, width: (canvas - left - right).max(100.0), height: room.max(100.0) };
+            let mut ranges = data;
+            if chart.aspect == Aspect::Equal {
+                ranges = equalise(data, &mut plot);
+            }
+            // Centred above and beneath the plot, text must end before the nearer edge.
+            let middle = plot.left + plot.width / 2.0;
+            let span = 2.0 * (middle.min(canvas - middle) - EDGE);
+            let title = wrap(&chart.title, TITLE, span);
+            let x_label = wrap(&chart.x.label, LABEL, span);
+            plot.top = above(title.len());
+            let y_label = wrap(&chart.y.label, LABEL, plot.height + plot.top - EDGE);
+
+            let x_ticks = spaced(scales[0], ranges[0], plot.width, 9, |label| width(label, TICK) + 14.0);
+            let most = (plot.height / 42.0) as usize;
+            let y_ticks = spaced(scales[1], ranges[1], plot.height, most, |_| TICK * 1.6);
+            let widest = |ticks: &Ticks| {
+                let widths = ticks.major.iter().map(|(_, label)| width(label, TICK));
+                widths.fold(0.0, f64::max)
+            };
+            let labels = widest(&y_ticks) + TICK_GAP;
+            let mut margin = EDGE + line(LABEL, y_label.len()) + labels;
+            if !y_label.is_empty() {
+                margin += 4.0;
+            }
+            let overhang = widest(&x_ticks) / 2.0 + 4.0;
+            (left, right) = (margin.max(overhang), overhang.max(18.0));
+            layout = Self {
+                size: [canvas, plot.bottom() + beneath(x_label.len())],
+                plot,
+                ranges,
+                scales,
+                ticks: [x_ticks, y_ticks],
+                title,
+                x_label,
+                y_label,
+                y_label_right: plot.left - labels - 4.0,
+            };
+        }
+        Ok(layout)
+    }
+
+    /// Where a value of the data lies; none where it cannot be shown.
+    pub(super) fn place(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+        let at = [self.across(self.scales[0].forward(x)), self.up(self.scales[1].forward(y))];
+        at.iter().all(|value| value.is_finite()).then_some(at)
+    }
+
+    /// Pixel of an even coordinate along the axis to the right.
+    pub(super) fn across(&self, x: f64) -> f64 {
+        let (low, high) = self.ranges[0];
+        self.plot.left + (x - low) / (high - low) * self.plot.width
+    }
+
+    /// Pixel of an even coordinate along the axis upwards.
+    pub(super) fn up(&self, y: f64) -> f64 {
+        let (low, high) = self.ranges[1];
+        self.plot.bottom() - (y - low) / (high - low) * self.plot.height
+    }
+
+    /// The part of a segment that lies in the plot (Liang and Barsky).
+    pub(super) fn clip(&self, a: [f64; 2], b: [f64; 2]) -> Option<[[f64; 2]; 2]> {
+        let lower = [self.plot.left, self.plot.top];
+        let upper = [self.plot.right(), self.plot.bottom()];
+        let (mut enter, mut leave) = (0.0f64, 1.0f64);
+        for axis in 0..2 {
+            let run = b[axis] - a[axis];
+            // Half a tenth of a pixel of grace: rounding must not cut a line along the frame.
+            let (p, q) = (lower[axis] - 0.05 - a[axis], upper[axis] + 0.05 - a[axis]);
+            if run == 0.0 {
+                if p > 0.0 || q < 0.0 {
+                    return None;
+                }
+                continue;
+            }
+            let (t0, t1) = (p / run, q / run);
+            enter = enter.max(t0.min(t1));
+            leave = leave.min(t0.max(t1));
+        }
+        if enter > leave {
+            return None;
+        }
+        let at = |t: f64| [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
+        let start = if enter == 0.0 { a } else { at(enter) };
+        Some([start, if leave == 1.0 { b } else { at(leave) }])
+    }
+
+    pub(super) fn contains(&self, at: [f64; 2]) -> bool {
+        let Frame { left, top, width, height } = self.plot;
+        Frame { left: left - 0.5, top: top - 0.5, width: width + 1.0, height: height + 1.0 }.contains(at)
+    }
+
+    /// Places the legend, given the names and the pixels that the data cover.
+    pub(super) fn legend(&self, names: &[&str], ink: &[[f64; 2]], wish: Legend) -> Option<LegendLayout> {
+        if names.is_empty() || wish == Legend::None {
+            return None;
+        }
+        if wish == Legend::Automatic
+            && let Some(inside) = self.legend_inside(names, ink)
+        {
+            return Some(inside);
+        }
+        Some(self.legend_beneath(names))
+    }
+
+    fn legend_inside(&self, names: &[&str], ink: &[[f64; 2]]) -> Option<LegendLayout> {
+        let text = names.iter().map(|n| width(n, ENTRY)).fold(0.0, f64::max);
+        let row = ENTRY * 1.5;
+        let (pad, margin) = (8.0, 10.0);
+        let (w, h) = (2.0 * pad + SAMPLE + GAP + text, 2.0 * pad + row * names.len() as f64 - (row - ENTRY));
+        let plot = self.plot;
+        if w > 0.65 * plot.width || h > 0.65 * plot.height {
+            return None;
+        }
+        let columns = [plot.right() - margin - w, plot.left + margin, plot.left + (plot.width - w) / 2.0];
+        let rows = [plot.top + margin, plot.bottom() - margin - h, plot.top + (plot.height - h) / 2.0];
+        let air = 5.0;
+        for reach in [2, 3] {
+            for &top in &rows[..reach] {
+                for &left in &columns[..reach] {
+                    let around =
+                        Frame { left: left - air, top: top - air, width: w + 2.0 * air, height: h + 2.0 * air };
+                    if ink.iter().any(|&at| around.contains(at)) {
+                        continue;
+                    }
+                    let entries = names.iter().enumerate().map(|(k, name)| LegendEntry {
+                        left: left + pad,
+                        middle: top + pad + ENTRY / 2.0 + row * k as f64,
+                        lines: vec![(*name).to_owned()],
+                    });
+                    return Some(LegendLayout {
+                        frame: Some(Frame { left, top, width: w, height: h }),
+                        entries: entries.collect(),
+                        height: 0.0,
+                    });
+                }
+            }
+        }
+        None
+    }
+
+    fn legend_beneath(&self, names: &[&str]) -> LegendLayout {
+        let room = self.size[0] - 2.0 * EDGE;
+        let spacing = 24.0;
+        let lines: Vec<Vec<String>> = names.iter().map(|name| wrap(name, ENTRY, room - SAMPLE - GAP)).collect();
+        let widths = lines.iter().flatten().map(|line| width(line, ENTRY));
+        let column = SAMPLE + GAP + widths.fold(0.0, f64::max);
+        let most = ((room + spacing) / (column + spacing)).max(1.0) as usize;
+        // As many rows as needed, and then no more columns than fill them.
+        let rows = names.len().div_ceil(most.min(names.len()));
+        let columns = names.len().div_ceil(rows);
+        let total = columns as f64 * (column + spacing) - spacing;
+        let first = (self.size[0] - total) / 2.0;
+        let (mut top, mut entries) = (self.size[1], Vec::new());
+        for row in lines.chunks(columns) {
+            let tallest = row.iter().map(Vec::len).max().unwrap_or(1).max(1);
+            for (k, lines) in row.iter().enumerate() {
+                entries.push(LegendEntry {
+                    left: first + k as f64 * (column + spacing),
+                    middle: top + ENTRY / 2.0,
+                    lines: lines.clone(),
+                });
+            }
+            top += tallest as f64 * ENTRY * LEADING + 4.0;
+        }
+        LegendLayout { frame: None, entries, height: top + EDGE - self.size[1] }
+    }
+}
+
+/// A legend in its place.
+#[derive(Debug, Clone)]
+pub(super) struct LegendLayout {
+    /// Its frame, where it stands inside the plot.
+    pub frame: Option<Frame>,
+    pub entries: Vec<LegendEntry>,
+    /// What it adds to the height of the picture.
+    pub height: f64,
+}
+
+/// One entry of a legend.
+#[derive(Debug, Clone)]
+pub(super) struct LegendEntry {
+    pub left: f64,
+    /// Height of the sample and of the middle of the first line.
+    pub middle: f64,
+    pub lines: Vec<String>,
+}
+
+/// Ticks whose labels don't touch: fewer, until they fit.
+fn spaced(scale: Scale, range: (f64, f64), length: f64, most: usize, extent: impl Fn(&str) -> f64) -> Ticks {
+    let pixels = |position: f64| (position - range.0) / (range.1 - range.0) * length;
+    let fits =
+        |a: &(f64, String), b: &(f64, String)| (pixels(b.0) - pixels(a.0)).abs() >= (extent(&a.1) + extent(&b.1)) / 2.0;
+    let mut ticks = Ticks::default();
+    for count in (2..=most.max(2)).rev() {
+        ticks = Ticks::new(scale, range, count);
+        if ticks.major.windows(2).all(|pair| fits(&pair[0], &pair[1])) {
+            return ticks;
+        }
+    }
+    let mut kept: Vec<(f64, String)> = Vec::new();
+    for tick in ticks.major.drain(..) {
+        if kept.last().is_none_or(|last| fits(last, &tick)) {
+            kept.push(tick);
+        }
+    }
+    ticks.major = kept;
+    ticks
+}
+
+/// Gives both axes the same pixels per unit: shrinks the plot as far as it stays readable, then
+/// widens a range.
+fn equalise(ranges: [(f64, f64); 2], plot: &mut Frame) -> [(f64, f64); 2] {
+    let span = ranges.map(|(low, high)| high - low);
+    let scale = (plot.width / span[0]).min(plot.height / span[1]);
+    let (width, height) = ((span[0] * scale).max(plot.width.min(180.0)), (span[1] * scale).max(plot.height.min(140.0)));
+    plot.left += (plot.width - width) / 2.0;
+    (plot.width, plot.height) = (width, height);
+    let widened = |(low, high): (f64, f64), pixels: f64| {
+        let (middle, half) = ((low + high) / 2.0, pixels / scale / 2.0);
+        (middle - half, middle + half)
+    };
+    [widened(ranges[0], width), widened(ranges[1], height)]
+}
+
+/// Ranges of both axes in their even coordinates, from what is fixed and from the data.
+fn ranges(chart: &Chart) -> Result<[(f64, f64); 2], OutputError> {
+    let scales = [chart.x.scale, chart.y.scale];
+    let fixed = [fixed(chart, &chart.x, "x")?, fixed(chart, &chart.y, "y")?];
+    let inside = |axis: usize, t: f64| fixed[axis].is_none_or(|(a, b)| (a..=b).contains(&t));
+
+    // A fixed range of one axis selects the points that decide the other one; where it selects
+    // none, a line may still cross it, so all points count.
+    let (mut found, mut all) = ([Extent::default(); 2], [Extent::default(); 2]);
+    for &[x, y] in chart.series.iter().flat_map(|s| &s.paths).flatten() {
+        let t = [scales[0].forward(x), scales[1].forward(y)];
+        if t.iter().all(|t| t.is_finite()) {
+            all[0].include(t[0]);
+            all[1].include(t[1]);
+            if inside(0, t[0]) && inside(1, t[1]) {
+                found[0].include(t[0]);
+                found[1].include(t[1]);
+            }
+        }
+    }
+    if all[0].0.is_none() {
+        let logarithmic = scales.contains(&Scale::Logarithmic);
+        let skipped = if logarithmic { " or not positive on a logarithmic axis" } else { "" };
+        return Err(chart.error(format!("no point to draw: there is none, or each is not finite{skipped}")));
+    }
+    if found[0].0.is_none() {
+        found = all;
+    }
+    for reference in &chart.references {
+        let axis = usize::from(reference.direction == Direction::Horizontal);
+        let t = scales[axis].forward(reference.value);
+        if !t.is_finite() {
+            return Err(chart.error(format!(
+                "reference {:?} at {:e} cannot be shown on its axis",
+                reference.name, reference.value
+            )));
+        }
+        found[axis].include(t);
+    }
+    for band in &chart.bands {
+        let upper = scales[1].forward(band.upper);
+        // A band may reach down to nothing on a logarithmic axis, but not up.
+        let order = band.lower <= band.upper && band.lower.is_finite();
+        if !order || !upper.is_finite() {
+            return Err(chart.error(format!(
+                "band {:?} from {:e} to {:e} cannot be shown: give finite ends, the lower first, the upper positive on a logarithmic axis",
+                band.name, band.lower, band.upper
+            )));
+        }
+        found[1].include(upper);
+        let lower = scales[1].forward(band.lower);
+        if lower.is_finite() {
+            found[1].include(lower);
+        }
+    }
+    Ok(std::array::from_fn(|axis| fixed[axis].unwrap_or_else(|| found[axis].padded(scales[axis], chart.aspect))))
+}
+
+/// A range set by the user, in the even coordinate.
+fn fixed(chart: &Chart, axis: &Axis, name: &str) -> Result<Option<(f64, f64)>, OutputError> {
+    let Some((low, high)) = axis.range else {
+        return Ok(None);
+    };
+    let range = (axis.scale.forward(low), axis.scale.forward(high));
+    // The comparison of spans keeps ticks apart in double precision.
+    let resolved = (range.1 - range.0) > 1e-9 * range.0.abs().max(range.1.abs());
+    if resolved && range.0.is_finite() && range.1.is_finite() {
+        return Ok(Some(range));
+    }
+    Err(chart.error(format!(
+        "range of {name} from {low:e} to {high:e} cannot be shown: give finite ends, the lower first, both positive on a logarithmic axis"
+    )))
+}
+
+/// Smallest and largest coordinate seen.
+#[derive(Debug, Clone, Copy, Default)]
+struct Extent(Option<(f64, f64)>);
+
+impl Extent {
+    fn include(&mut self, t: f64) {
+        let (low, high) = self.0.unwrap_or((t, t));
+        self.0 = Some((low.min(t), high.max(t)));
+    }
+
+    /// The range with some air; an end at zero stays there, as curves from the origin ask for it.
+    fn padded(self, scale: Scale, aspect: Aspect) -> (f64, f64) {
+        let (low, high) = self.0.unwrap_or((0.0, 1.0));
+        let (span, largest) = (high - low, low.abs().max(high.abs()));
+        let flat = match scale {
+            Scale::Linear => span <= 1e-9 * largest || span == 0.0,
+            Scale::Logarithmic => span <= 1e-3,
+        };
+        if flat {
+            let half = match scale {
+                Scale::Linear if largest > 0.0 => 0.05 * largest,
+                Scale::Linear => 1.0,
+                Scale::Logarithmic => 0.5,
+            };
+            return (low - half, high + half);
+        }
+        let air = 0.05 * span;
+        let origin = |end: f64| end == 0.0 && scale == Scale::Linear && aspect == Aspect::Free;
+        (if origin(low) { low } else { low - air }, if origin(high) { high } else { high + air })
+    }
+}

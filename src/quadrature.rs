@@ -1,0 +1,136 @@
+//! Gauss–Legendre rules and sets of weighted points.
+
+use std::f64::consts::PI;
+
+use crate::error::GeometryError;
+use crate::geometry::Point;
+
+/// Abscissae and weights of the `n`-point Gauss–Legendre rule on $[0, 1]$, exact to degree $2n-1$.
+///
+/// # Errors
+/// For no point, and for more than 64 per direction, where another rule should be taken.
+///
+/// ```
+/// let (x, w) = rkpm::quadrature::gauss_legendre(3)?;
+/// let fifth: f64 = x.iter().zip(&w).map(|(x, w)| w * x.powi(5)).sum();
+/// assert!((fifth - 1.0 / 6.0).abs() < 1e-15);
+/// # Ok::<(), rkpm::Error>(())
+/// ```
+pub fn gauss_legendre(n: usize) -> Result<(Vec<f64>, Vec<f64>), GeometryError> {
+    if n == 0 || n > 64 {
+        return Err(GeometryError::Count {
+            what: "integration points per direction",
+            count: n,
+            needed: "1 to 64 are possible",
+        });
+    }
+    let mut abscissae = vec![0.0; n];
+    let mut weights = vec![0.0; n];
+    for i in 0..n.div_ceil(2) {
+        // Newton from Tricomi's first guess converges in a few steps for any n.
+        let mut z = (PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
+        let mut slope = 1.0;
+        for _ in 0..100 {
+            let (mut p, mut before) = (1.0, 0.0);
+            for k in 0..n {
+                let next = ((2 * k + 1) as f64 * z * p - k as f64 * before) / (k + 1) as f64;
+                before = p;
+                p = next;
+            }
+            slope = n as f64 * (z * p - before) / (z * z - 1.0);
+            let step = p / slope;
+            z -= step;
+            if step.abs() < 1e-15 {
+                break;
+            }
+        }
+        if 2 * i + 1 == n {
+            z = 0.0;
+        }
+        let weight = 1.0 / ((1.0 - z * z) * slope * slope);
+        abscissae[i] = 0.5 - 0.5 * z;
+        abscissae[n - 1 - i] = 0.5 + 0.5 * z;
+        weights[i] = weight;
+        weights[n - 1 - i] = weight;
+    }
+    Ok((abscissae, weights))
+}
+
+/// Weighted points in a body or on its boundary, grouped by cell or zone.
+///
+/// Weights are coordinate measures (length, area, volume); the kinematics adds its own factor when a
+/// table is built.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Points<const D: usize> {
+    /// Positions $X_p$ \[length\].
+    pub positions: Vec<Point<D>>,
+    /// Weights $w_p$ \[length^d\].
+    pub weights: Vec<f64>,
+    /// Outward unit normals $N_p$ on a boundary, empty inside a body.
+    pub normals: Vec<Point<D>>,
+    /// Offsets of the groups: group $g$ holds the points `groups[g]..groups[g + 1]`.
+    pub groups: Vec<usize>,
+}
+
+impl<const D: usize> Points<D> {
+    /// A set without points.
+    pub fn empty() -> Self {
+        Points { positions: Vec::new(), weights: Vec::new(), normals: Vec::new(), groups: vec![0] }
+    }
+
+    /// One point of weight 1: the carrier of a point load.
+    pub fn single(at: Point<D>) -> Self {
+        Points { positions: vec![at], weights: vec![1.0], normals: Vec::new(), groups: vec![0, 1] }
+    }
+
+    /// Closes the current group.
+    pub fn close_group(&mut self) {
+        self.groups.push(self.positions.len());
+    }
+
+    /// Appends the groups of another set of the same kind.
+    pub fn append(&mut self, other: Points<D>) {
+        let shift = self.positions.len();
+        self.positions.extend(other.positions);
+        self.weights.extend(other.weights);
+        self.normals.extend(other.normals);
+        self.groups.extend(other.groups[1..].iter().map(|g| g + shift));
+    }
+
+    /// Refuses sets whose arrays do not fit together or hold numbers that are not finite.
+    pub fn validate(&self) -> Result<(), GeometryError> {
+        let n = self.positions.len();
+        let lengths_fit = self.weights.len() == n && (self.normals.is_empty() || self.normals.len() == n);
+        let groups_fit = self.groups.first() == Some(&0)
+            && self.groups.last() == Some(&n)
+            && self.groups.windows(2).all(|w| w[0] <= w[1]);
+        if !lengths_fit || !groups_fit {
+            return Err(GeometryError::Count {
+                what: "entries of a point set",
+                count: self.weights.len(),
+                needed: "positions, weights and normals have one entry per point, groups rise from 0 to their number",
+            });
+        }
+        if let Some(&value) = self.weights.iter().find(|w| !w.is_finite()) {
+            return Err(GeometryError::Number { what: "integration weight", value, needed: "give finite weights" });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rules_are_exact_to_their_degree() {
+        for n in 1..=20 {
+            let (x, w) = gauss_legendre(n).unwrap();
+            for degree in 0..2 * n {
+                let sum: f64 = x.iter().zip(&w).map(|(x, w)| w * x.powi(degree as i32)).sum();
+                assert!((sum - 1.0 / (degree + 1) as f64).abs() < 1e-14, "{n} {degree}");
+            }
+        }
+        assert!(gauss_legendre(0).is_err());
+    }
+}

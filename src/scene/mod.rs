@@ -1,0 +1,247 @@
+//! Scenes and schemes: what is asked, and how it is answered.
+//!
+//! A [`Scene`] holds domain, kinematics, material, conditions and loads by boundary part and knows
+//! nothing of particles. A [`Scheme`] holds particles, order, kernel, dilation, rule, zones, rows and
+//! stepping and knows nothing of the scene. One scene runs under every scheme.
+//!
+//! ```
+//! use rkpm::prelude::*;
+//! let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?; // MPa
+//! let tube = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, rubber).pressure(Side::Min, 0.46); // cm, MPa
+//! let problem = tube.discretize(&Scheme::default().particles([9]))?;
+//! let path = problem.run(&mut ())?.completed()?;
+//! let bore = problem.displacement(path.last(), &[6.0].into())?[0];
+//! assert!((bore / 15.0023846431 - 1.0).abs() < 5e-6);
+//! # Ok::<(), rkpm::Error>(())
+//! ```
+
+mod discretize;
+mod problem;
+mod scheme;
+
+pub use problem::Problem;
+pub use scheme::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule, Scheme, Volume};
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use crate::error::{BoundaryError, Error, GeometryError};
+use crate::geometry::{Domain, Part, Point};
+use crate::kinematics::Kinematics;
+use crate::material::Material;
+use crate::term::Amplitude;
+
+/// A value that may vary over a boundary part.
+pub(crate) type Field<const D: usize> = Arc<dyn Fn(&Point<D>) -> f64 + Send + Sync>;
+
+/// Where a condition or load acts.
+#[derive(Clone)]
+pub(crate) enum Place<const D: usize> {
+    Part(Part),
+    Particle(Point<D>),
+    Body,
+}
+
+/// A prescribed displacement component.
+#[derive(Clone)]
+pub(crate) struct Condition<const D: usize> {
+    pub place: Place<D>,
+    pub component: usize,
+    pub value: Field<D>,
+    pub amplitude: Amplitude,
+    pub label: String,
+}
+
+/// A load.
+#[derive(Clone)]
+pub(crate) struct Load<const D: usize> {
+    pub place: Place<D>,
+    pub kind: LoadKind,
+    pub amplitude: Amplitude,
+    pub label: String,
+}
+
+/// What kind of load.
+#[derive(Clone)]
+pub(crate) enum LoadKind {
+    Dead(Vector3<f64>),
+    Pressure(f64),
+}
+
+/// What was added last, so that [`Scene::with_amplitude`] knows what to change.
+#[derive(Clone, Copy)]
+enum Last {
+    Nothing,
+    Condition,
+    Load,
+}
+
+/// What is to be solved: domain, kinematics, material, conditions and loads by boundary part.
+///
+/// Loads and prescribed values follow the load factor $\lambda \in [0, 1]$ as a ramp unless
+/// [`with_amplitude`](Scene::with_amplitude) says otherwise.
+#[derive(Clone)]
+pub struct Scene<const D: usize> {
+    pub(crate) domain: Arc<dyn Domain<D>>,
+    pub(crate) kinematics: Arc<dyn Kinematics<D>>,
+    pub(crate) material: Arc<dyn Material>,
+    pub(crate) conditions: Vec<Condition<D>>,
+    pub(crate) loads: Vec<Load<D>>,
+    last: Last,
+}
+
+impl<const D: usize> Scene<D> {
+    /// A free, unloaded body.
+    pub fn new(
+        domain: impl Domain<D> + 'static,
+        kinematics: impl Kinematics<D> + 'static,
+        material: impl Material + 'static,
+    ) -> Self {
+        Scene {
+            domain: Arc::new(domain),
+            kinematics: Arc::new(kinematics),
+            material: Arc::new(material),
+            conditions: Vec::new(),
+            loads: Vec::new(),
+            last: Last::Nothing,
+        }
+    }
+
+    fn condition(mut self, place: Place<D>, component: usize, value: Field<D>, label: String) -> Self {
+        self.conditions.push(Condition { place, component, value, amplitude: Amplitude::Ramp, label });
+        self.last = Last::Condition;
+        self
+    }
+
+    fn load(mut self, place: Place<D>, kind: LoadKind, label: String) -> Self {
+        self.loads.push(Load { place, kind, amplitude: Amplitude::Ramp, label });
+        self.last = Last::Load;
+        self
+    }
+
+    /// Prescribes displacement component `component` \[length\] on a boundary part.
+    pub fn prescribe(self, part: impl Into<Part>, component: usize, value: f64) -> Self {
+        self.prescribe_field(part, component, move |_| value)
+    }
+
+    /// Prescribes a displacement component on a boundary part as a function of $X$.
+    pub fn prescribe_field(
+        self,
+        part: impl Into<Part>,
+        component: usize,
+        value: impl Fn(&Point<D>) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        let part = part.into();
+        let label = format!("u_{component} on {part}");
+        self.condition(Place::Part(part), component, Arc::new(value), label)
+    }
+
+    /// Holds all displacement components on a boundary part.
+    pub fn hold(self, part: impl Into<Part>) -> Self {
+        let part = part.into();
+        (0..D).fold(self, |scene, component| scene.prescribe(part.clone(), component, 0.0))
+    }
+
+    /// Prescribes a displacement component at the particle that lies at a point.
+    pub fn prescribe_at(self, at: [f64; D], component: usize, value: f64) -> Self {
+        let label = format!("u_{component} at {at:?}");
+        self.condition(Place::Particle(at.into()), component, Arc::new(move |_| value), label)
+    }
+
+    /// A pressure \[stress\] that follows a boundary part, positive inwards.
+    pub fn pressure(self, part: impl Into<Part>, pressure: f64) -> Self {
+        let part = part.into();
+        let label = format!("pressure on {part}");
+        self.load(Place::Part(part), LoadKind::Pressure(pressure), label)
+    }
+
+    /// A dead traction \[stress\] per reference area on a boundary part.
+    pub fn traction(self, part: impl Into<Part>, traction: [f64; D]) -> Self {
+        let part = part.into();
+        let label = format!("traction on {part}");
+        self.load(Place::Part(part), LoadKind::Dead(pad(&traction)), label)
+    }
+
+    /// A body force \[stress/length\] per reference volume.
+    pub fn body_force(self, force: [f64; D]) -> Self {
+        self.load(Place::Body, LoadKind::Dead(pad(&force)), "body force".into())
+    }
+
+    /// A point load \[force\] on the displacement at a point of the body.
+    pub fn point_load(self, at: [f64; D], force: [f64; D]) -> Self {
+        let label = format!("point load at {at:?}");
+        self.load(Place::Particle(at.into()), LoadKind::Dead(pad(&force)), label)
+    }
+
+    /// Changes the amplitude of the condition or load that was added last; a [`hold`](Scene::hold) needs none, its values are zero.
+    pub fn with_amplitude(mut self, amplitude: Amplitude) -> Self {
+        match self.last {
+            Last::Nothing => {}
+            Last::Condition => {
+                if let Some(last) = self.conditions.last_mut() {
+                    last.amplitude = amplitude;
+                }
+            }
+            Last::Load => {
+                if let Some(last) = self.loads.last_mut() {
+                    last.amplitude = amplitude;
+                }
+            }
+        }
+        self
+    }
+
+    /// The material.
+    pub fn material(&self) -> &dyn Material {
+        &*self.material
+    }
+
+    /// Turns the scene into a problem under a scheme.
+    ///
+    /// # Errors
+    /// Any bad input of scene or scheme: geometry, particles, supports, selections, rows, loads.
+    pub fn discretize(&self, scheme: &Scheme) -> Result<Problem<D>, Error> {
+        self.validate()?;
+        discretize::discretize(self, scheme)
+    }
+
+    /// Refuses conditions and loads that no scheme could serve.
+    fn validate(&self) -> Result<(), Error> {
+        self.domain.validate()?;
+        for condition in &self.conditions {
+            if condition.component >= D {
+                return Err(BoundaryError::Component {
+                    what: condition.label.clone(),
+                    component: condition.component,
+                    dimension: D,
+                }
+                .into());
+            }
+        }
+        for load in &self.loads {
+            let value = match &load.kind {
+                LoadKind::Dead(force) => force.iter().copied().find(|v| !v.is_finite()),
+                LoadKind::Pressure(pressure) => Some(*pressure).filter(|p| !p.is_finite()),
+            };
+            if let Some(value) = value {
+                return Err(BoundaryError::Value { what: load.label.clone(), value, load: 1.0 }.into());
+            }
+        }
+        for hoop in self.kinematics.hoops() {
+            if *hoop < D || *hoop > 2 {
+                return Err(GeometryError::Kinematics {
+                    what: "a hoop on a diagonal entry that belongs to the plane",
+                    at: vec![*hoop as f64],
+                    remedy: "hoops are entries D to 2",
+                }
+                .into());
+            }
+        }
+        Ok(())
+    }
+}
+
+fn pad<const D: usize>(v: &[f64; D]) -> Vector3<f64> {
+    Vector3::from_fn(|i, _| if i < D { v[i] } else { 0.0 })
+}

@@ -1,0 +1,116 @@
+//! Problems: a scene under a scheme, ready to run and to ask.
+
+use std::sync::Arc;
+
+use crate::assembly::Model;
+use crate::boundary::Constraints;
+use crate::cells::Lattice;
+use crate::error::{ApproximationError, Error};
+use crate::geometry::Point;
+use crate::material::Material;
+use crate::shape::{Approximation, ShapeFunctions};
+use crate::solve::{Analysis, Observer, Path, State};
+use crate::term::Body;
+
+/// Shape functions of any approximation, with the type erased.
+pub(crate) trait Evaluate<const D: usize>: Send + Sync {
+    fn shape_functions_at(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError>;
+}
+
+impl<const D: usize, A: Approximation<D> + Send> Evaluate<D> for A {
+    fn shape_functions_at(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError> {
+        self.shape_functions(at)
+    }
+}
+
+/// A discretised scene: model, rows and analysis, and the fields of its states.
+pub struct Problem<const D: usize> {
+    /// The terms.
+    pub model: Model<D>,
+    /// The essential conditions.
+    pub rows: Constraints,
+    /// Strategies and stepping.
+    pub analysis: Analysis,
+    /// The body, also a term of the model.
+    pub body: Arc<Body<D, Arc<dyn Material>>>,
+    /// The lattice of particles.
+    pub lattice: Lattice<D>,
+    pub(crate) approximation: Box<dyn Evaluate<D>>,
+}
+
+impl<const D: usize> Problem<D> {
+    /// Runs the analysis from rest to load factor 1.
+    ///
+    /// # Errors
+    /// As [`Analysis::run`]; a stalled analysis returns its path.
+    pub fn run(&self, observer: &mut dyn Observer) -> Result<Path, Error> {
+        self.analysis.run(&self.model, &self.rows, observer)
+    }
+
+    /// The displacement $u(X) = \sum_I\Psi_I(X)\,d_I$ \[length\] at a point of the body.
+    ///
+    /// # Errors
+    /// Where the point is not covered.
+    pub fn displacement(&self, state: &State, at: &Point<D>) -> Result<Point<D>, Error> {
+        let psi = self.approximation.shape_functions_at(at)?;
+        let mut u = Point::zeros();
+        for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
+            for i in 0..D {
+                u[i] += value * state.displacement[node as usize * D + i];
+            }
+        }
+        Ok(u)
+    }
+
+    /// Displacements at all particles \[length\].
+    ///
+    /// # Errors
+    /// Where a particle is not covered.
+    pub fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
+        self.lattice.positions().iter().map(|x| self.displacement(state, x)).collect()
+    }
+
+    /// Energy stored in a state; of the whole revolution for bodies of revolution.
+    pub fn energy(&self, state: &State) -> f64 {
+        self.model.energy(&state.displacement, &state.locals, state.load)
+    }
+
+    /// The force on the body by the conditions whose label starts with `label` ("u_0 on face (0, Max)"),
+    /// component by component: $-\sum_J \mu_J \sum_k c_{Jk}$ over their rows.
+    pub fn reaction(&self, state: &State, label: &str) -> Point<D> {
+        let mut force = Point::zeros();
+        for (row, mu) in self.rows.rows().iter().zip(&state.multipliers) {
+            if row.label.starts_with(label) {
+                for &(k, c) in &row.entries {
+                    force[k % D] -= mu * c;
+                }
+            }
+        }
+        force
+    }
+
+    /// The moment about axis `axis` (through the origin, current positions) of the forces by the conditions
+    /// whose label holds `place`. Only bodies in three dimensions have one; zero elsewhere.
+    pub fn moment(&self, state: &State, place: &str, axis: usize) -> f64 {
+        if D != 3 || axis > 2 {
+            return 0.0;
+        }
+        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+        let mut moment = 0.0;
+        for (row, mu) in self.rows.rows().iter().zip(&state.multipliers) {
+            if row.label.contains(place) {
+                for &(k, c) in &row.entries {
+                    // The coefficients X + d reproduce the current position exactly.
+                    let node = k / D;
+                    let x = |m: usize| self.lattice.positions()[node][m] + state.displacement[node * D + m];
+                    if k % D == j {
+                        moment -= mu * c * x(i);
+                    } else if k % D == i {
+                        moment += mu * c * x(j);
+                    }
+                }
+            }
+        }
+        moment
+    }
+}

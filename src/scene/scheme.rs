@@ -1,0 +1,264 @@
+//! Schemes: how a scene is discretised and solved.
+
+use std::fmt;
+use std::sync::Arc;
+
+use crate::cells::Layout;
+use crate::kernel::{CubicSpline, Kernel};
+use crate::solve::{Newton, Stepping};
+use crate::term::PressureField;
+
+/// How many particles.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Resolution {
+    /// Particles along each axis; one number stands for all axes.
+    Counts(Vec<usize>),
+    /// The largest spacing of particles \[length\].
+    Spacing(f64),
+}
+
+/// How supports follow from the spacing: $a_i = 2 r d_i$ (6.1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Dilation {
+    /// Local spacing, $r$ by basis and dimension: 1 (linear), 0.75 (linear, 3D), 1.3 (quadratic).
+    Auto,
+    /// $d_i$ is the largest distance from the particle to its neighbours.
+    Local(f64),
+    /// $d_i$ is the largest spacing of the whole set, as in the paper.
+    Global(f64),
+}
+
+/// How the domain is integrated.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Rule {
+    /// Gauss points in 1D, smoothed sub-cells beyond.
+    Auto,
+    /// Gauss points, `points` per direction in each of `zones` equal zones along each axis. `None`
+    /// for the points means particles per direction in the zone + 2 (the paper's rule), `None` for
+    /// the zones one zone per cell.
+    Gauss {
+        /// Zones along each axis.
+        zones: Option<Vec<usize>>,
+        /// Points per direction in a zone.
+        points: Option<usize>,
+    },
+    /// Gradients averaged over `parts` sub-cells per direction of each cell.
+    Smoothed {
+        /// Sub-cells per direction; one alone has spurious modes.
+        parts: usize,
+    },
+}
+
+/// How the volumetric energy is treated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Volume {
+    /// Linear pressures on macro cells of two cells per direction; constant per cell where only one
+    /// cell spans a thickness.
+    Auto,
+    /// A field of one's own choice on zones of `size` cells per direction.
+    Field {
+        /// The field.
+        field: PressureField,
+        /// Cells per direction in a zone.
+        size: usize,
+    },
+}
+
+/// Where rows of essential conditions come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RowKind {
+    /// At particles in 1D, over boundaries beyond.
+    Auto,
+    /// Values at particles: the paper's transformation (4.29).
+    AtParticles,
+    /// Boundary integrals with linear hats: the paper's multipliers (4.16).
+    OverBoundary,
+}
+
+/// Which strategy enforces the rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Enforcing {
+    /// Mixed transformation where few unknowns are constrained together, multipliers above.
+    Auto,
+    /// Lagrange multipliers.
+    Multipliers,
+    /// Mixed transformation.
+    Transformation,
+}
+
+/// Which shape functions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Functions {
+    /// Reproducing kernel particles.
+    Particles,
+    /// Lagrange finite elements of the scheme's order, for comparison: with the default volumetric
+    /// treatment Q1/P0 (order 1) and Q2/P1 (order 2), Gauss points, conditions at nodes.
+    Elements,
+}
+
+/// How a scene is discretised and solved. [`Scheme::default`] is the one default; set the particles.
+#[derive(Clone)]
+pub struct Scheme {
+    /// Which shape functions.
+    pub functions: Functions,
+    /// How many particles.
+    pub resolution: Resolution,
+    /// How they are spaced.
+    pub layout: Layout,
+    /// Order of the basis.
+    pub order: u8,
+    /// The kernel.
+    pub kernel: Arc<dyn Kernel>,
+    /// Supports.
+    pub dilation: Dilation,
+    /// Domain integration.
+    pub rule: Rule,
+    /// Volumetric energy.
+    pub volume: Volume,
+    /// Essential conditions.
+    pub rows: RowKind,
+    /// Their enforcement.
+    pub enforcing: Enforcing,
+    /// Newton's method.
+    pub newton: Newton,
+    /// Load stepping.
+    pub stepping: Stepping,
+}
+
+impl fmt::Debug for Scheme {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Scheme")
+            .field("functions", &self.functions)
+            .field("resolution", &self.resolution)
+            .field("layout", &self.layout)
+            .field("order", &self.order)
+            .field("dilation", &self.dilation)
+            .field("rule", &self.rule)
+            .field("volume", &self.volume)
+            .field("rows", &self.rows)
+            .field("enforcing", &self.enforcing)
+            .field("newton", &self.newton)
+            .field("stepping", &self.stepping)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Default for Scheme {
+    /// Linear basis, cubic spline, consistent integration, projected pressures; 9 particles along each
+    /// axis unless set.
+    fn default() -> Self {
+        Scheme {
+            functions: Functions::Particles,
+            resolution: Resolution::Counts(vec![9]),
+            layout: Layout::Regular,
+            order: 1,
+            kernel: Arc::new(CubicSpline),
+            dilation: Dilation::Auto,
+            rule: Rule::Auto,
+            volume: Volume::Auto,
+            rows: RowKind::Auto,
+            enforcing: Enforcing::Auto,
+            newton: Newton::default(),
+            stepping: Stepping::default(),
+        }
+    }
+}
+
+impl Scheme {
+    /// The paper's scheme: Gauss points (particles per direction in the zone + 2), zones as given by
+    /// [`zones`](Scheme::zones), no cure against locking, transformation at particles, supports from
+    /// the largest spacing with normalised dilation `r`.
+    ///
+    /// Pressures at points are iterates of Newton, which changes its path but not its solution.
+    pub fn paper(r: f64) -> Self {
+        Scheme {
+            dilation: Dilation::Global(r),
+            rule: Rule::Gauss { zones: None, points: None },
+            volume: Volume::Field { field: PressureField::Pointwise, size: 1 },
+            rows: RowKind::AtParticles,
+            enforcing: Enforcing::Transformation,
+            ..Scheme::default()
+        }
+    }
+
+    /// Finite elements of order 1 or 2 in place of particles; counts are those of the nodes.
+    pub fn elements(order: u8) -> Self {
+        Scheme { functions: Functions::Elements, order, ..Scheme::default() }
+    }
+
+    /// Sets the particles along each axis; one number stands for all axes.
+    pub fn particles(mut self, counts: impl Into<Vec<usize>>) -> Self {
+        self.resolution = Resolution::Counts(counts.into());
+        self
+    }
+
+    /// Sets the largest spacing of particles \[length\].
+    pub fn spacing(mut self, spacing: f64) -> Self {
+        self.resolution = Resolution::Spacing(spacing);
+        self
+    }
+
+    /// Sets how the particles are spaced.
+    pub fn layout(mut self, layout: Layout) -> Self {
+        self.layout = layout;
+        self
+    }
+
+    /// Sets the order of the basis.
+    pub fn order(mut self, order: u8) -> Self {
+        self.order = order;
+        self
+    }
+
+    /// Sets the kernel.
+    pub fn kernel(mut self, kernel: impl Kernel + 'static) -> Self {
+        self.kernel = Arc::new(kernel);
+        self
+    }
+
+    /// Sets the normalised dilation over the local spacing.
+    pub fn dilation(mut self, r: f64) -> Self {
+        self.dilation = Dilation::Local(r);
+        self
+    }
+
+    /// Sets the integration zones along each axis of a Gauss rule; other rules become one.
+    pub fn zones(mut self, zones: impl Into<Vec<usize>>) -> Self {
+        let points = match self.rule {
+            Rule::Gauss { points, .. } => points,
+            _ => None,
+        };
+        self.rule = Rule::Gauss { zones: Some(zones.into()), points };
+        self
+    }
+
+    /// Sets the domain integration.
+    pub fn rule(mut self, rule: Rule) -> Self {
+        self.rule = rule;
+        self
+    }
+
+    /// Sets the treatment of the volumetric energy on zones of `size` cells per direction.
+    pub fn volume(mut self, field: PressureField, size: usize) -> Self {
+        self.volume = Volume::Field { field, size };
+        self
+    }
+
+    /// Sets where rows come from.
+    pub fn rows(mut self, rows: RowKind) -> Self {
+        self.rows = rows;
+        self
+    }
+
+    /// Sets the enforcement.
+    pub fn enforcing(mut self, enforcing: Enforcing) -> Self {
+        self.enforcing = enforcing;
+        self
+    }
+
+    /// Sets the stepping.
+    pub fn stepping(mut self, stepping: Stepping) -> Self {
+        self.stepping = stepping;
+        self
+    }
+}

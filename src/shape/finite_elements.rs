@@ -1,0 +1,306 @@
+//! Lagrange finite elements on lattices: the second implementer of [`Approximation`], to compare with.
+
+use crate::cells::{Lattice, determinant, ravel, unravel};
+use crate::error::{ApproximationError, Error, GeometryError};
+use crate::geometry::{Part, Point, Side};
+use crate::kinematics::Kinematics;
+use crate::quadrature::{Points, gauss_legendre};
+use crate::table::ShapeTable;
+
+use super::{Approximation, ShapeFunctions};
+
+/// Lagrange elements on a lattice of nodes: order 1 (2-node lines, 4-node quadrilaterals, 8-node
+/// bricks) or order 2 (3, 9, 27 nodes), isoparametric.
+///
+/// Tables are built from (mesh, rule): a bare point on an edge between elements has two gradients.
+/// With one pressure per element they are Q1/P0, with linear pressures Q2/P1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FiniteElements<const D: usize> {
+    lattice: Lattice<D>,
+    order: usize,
+    elements: [usize; D],
+}
+
+/// Points that know their element.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ElementPoints<const D: usize> {
+    /// Positions, weights, normals; one group per element or element face.
+    pub points: Points<D>,
+    /// Element of each point.
+    pub elements: Vec<usize>,
+    /// Coordinates of each point in the unit cube of its element.
+    pub local: Vec<Point<D>>,
+}
+
+impl<const D: usize> FiniteElements<D> {
+    /// Elements of order 1 or 2 on a lattice of nodes.
+    ///
+    /// # Errors
+    /// For other orders, and where the cells along an axis are no multiple of the order.
+    pub fn new(lattice: Lattice<D>, order: usize) -> Result<Self, GeometryError> {
+        if order != 1 && order != 2 {
+            return Err(GeometryError::Count {
+                what: "order of finite elements",
+                count: order,
+                needed: "1 or 2 are built",
+            });
+        }
+        let cells = lattice.cell_counts();
+        if let Some(&count) = cells.iter().find(|&&c| c % order != 0) {
+            return Err(GeometryError::Count {
+                what: "lattice cells along an axis",
+                count,
+                needed: "an even number is needed for elements of order 2",
+            });
+        }
+        let elements = cells.map(|c| c / order);
+        Ok(FiniteElements { lattice, order, elements })
+    }
+
+    /// The lattice of nodes.
+    pub fn lattice(&self) -> &Lattice<D> {
+        &self.lattice
+    }
+
+    /// Number of elements.
+    pub fn element_count(&self) -> usize {
+        self.elements.iter().product()
+    }
+
+    /// Gauss points, `n` per direction in each element, one group per element.
+    ///
+    /// # Errors
+    /// For an impossible number of points or an inverted element.
+    pub fn gauss(&self, n: usize) -> Result<ElementPoints<D>, GeometryError> {
+        let (abscissae, weights) = gauss_legendre(n)?;
+        let mut out = ElementPoints { points: Points::empty(), elements: Vec::new(), local: Vec::new() };
+        let shape = [n; D];
+        for element in 0..self.element_count() {
+            for point in 0..n.pow(D as u32) {
+                let index = unravel(point, &shape);
+                let local = Point::<D>::from_fn(|i, _| abscissae[index[i]]);
+                let (position, columns) = self.map(element, &local);
+                let measure = determinant(&columns);
+                if !(measure > 0.0 && measure.is_finite()) {
+                    return Err(GeometryError::InvertedCell { cell: element, measure });
+                }
+                out.points.positions.push(position);
+                out.points.weights.push(measure * index.iter().map(|&i| weights[i]).product::<f64>());
+                out.elements.push(element);
+                out.local.push(local);
+            }
+            out.points.close_group();
+        }
+        Ok(out)
+    }
+
+    /// Gauss points on the element faces of a boundary part, one group per face, outward normals.
+    ///
+    /// # Errors
+    /// Where the part does not exist or the number of points is impossible.
+    pub fn boundary(&self, part: &Part, n: usize) -> Result<ElementPoints<D>, GeometryError> {
+        let (abscissae, weights) = gauss_legendre(n)?;
+        let mut out = ElementPoints { points: Points::empty(), elements: Vec::new(), local: Vec::new() };
+        for (axis, side) in self.lattice.faces(part)? {
+            let end = f64::from(side == Side::Max);
+            for element in 0..self.element_count() {
+                let index = unravel(element, &self.elements);
+                let wanted = if side == Side::Max { self.elements[axis] - 1 } else { 0 };
+                if index[axis] != wanted {
+                    continue;
+                }
+                let mut shape = [n; D];
+                shape[axis] = 1;
+                for point in 0..shape.iter().product() {
+                    let at = unravel(point, &shape);
+                    let local = Point::<D>::from_fn(|i, _| if i == axis { end } else { abscissae[at[i]] });
+                    let weight: f64 = (0..D).filter(|&i| i != axis).map(|i| weights[at[i]]).product();
+                    let (position, columns) = self.map(element, &local);
+                    let area = Point::<D>::from_fn(|i, _| {
+                        let mut replaced = columns;
+                        replaced[axis] = Point::zeros();
+                        replaced[axis][i] = 1.0;
+                        determinant(&replaced)
+                    }) * (weight * (2.0 * end - 1.0));
+                    let size = area.norm();
+                    out.points.positions.push(position);
+                    out.points.weights.push(size);
+                    out.points.normals.push(area / size);
+                    out.elements.push(element);
+                    out.local.push(local);
+                }
+                out.points.close_group();
+            }
+        }
+        Ok(out)
+    }
+
+    /// Tabulates the elements at points that know their element.
+    ///
+    /// # Errors
+    /// Where a hoop is needed at $R < 0$.
+    pub fn table(
+        &self,
+        points: &ElementPoints<D>,
+        kinematics: &(impl Kinematics<D> + ?Sized),
+    ) -> Result<ShapeTable<D>, Error> {
+        ShapeTable::tabulate::<()>(self.lattice.positions().len(), &points.points, kinematics, |_, point, psi| {
+            self.fill(points.elements[point], &points.local[point], psi);
+            Ok(())
+        })
+    }
+
+    /// The nodes of an element, axis 0 running fastest.
+    fn element_nodes(&self, element: usize) -> impl Iterator<Item = usize> + '_ {
+        let base = unravel(element, &self.elements);
+        let shape = [self.order + 1; D];
+        (0..shape.iter().product::<usize>()).map(move |k| {
+            let offset = unravel(k, &shape);
+            ravel(&std::array::from_fn(|i| base[i] * self.order + offset[i]), &self.lattice.counts())
+        })
+    }
+
+    /// Position and derivative columns of the isoparametric map.
+    fn map(&self, element: usize, local: &Point<D>) -> (Point<D>, [Point<D>; D]) {
+        let mut position = Point::zeros();
+        let mut columns = [Point::zeros(); D];
+        for (k, node) in self.element_nodes(element).enumerate() {
+            let (value, slopes) = self.lagrange(k, local);
+            let x = self.lattice.positions()[node];
+            position += x * value;
+            for (column, slope) in columns.iter_mut().zip(slopes.iter()) {
+                *column += x * *slope;
+            }
+        }
+        (position, columns)
+    }
+
+    /// Value and local gradient of an element's `k`-th function.
+    fn lagrange(&self, k: usize, local: &Point<D>) -> (f64, Point<D>) {
+        let offset = unravel(k, &[self.order + 1; D]);
+        let mut factors = [(0.0, 0.0); D];
+        for i in 0..D {
+            let t = local[i];
+            factors[i] = match (self.order, offset[i]) {
+                (1, 0) => (1.0 - t, -1.0),
+                (1, _) => (t, 1.0),
+                (_, 0) => ((1.0 - t) * (1.0 - 2.0 * t), 4.0 * t - 3.0),
+                (_, 1) => (4.0 * t * (1.0 - t), 4.0 - 8.0 * t),
+                _ => (t * (2.0 * t - 1.0), 4.0 * t - 1.0),
+            };
+        }
+        let value = factors.iter().map(|f| f.0).product();
+        let slopes = Point::from_fn(|j, _| (0..D).map(|i| if i == j { factors[i].1 } else { factors[i].0 }).product());
+        (value, slopes)
+    }
+
+    /// Writes the functions of one element at a local point, nodes by rising index.
+    fn fill(&self, element: usize, local: &Point<D>, out: &mut ShapeFunctions<D>) {
+        let (_, columns) = self.map(element, local);
+        let jacobian = nalgebra::SMatrix::<f64, D, D>::from_columns(&columns);
+        // Inverted elements were refused with the rule; a singular corner of a degenerate one gives zeros.
+        let inverse = invert(&jacobian);
+        out.nodes.clear();
+        out.values.clear();
+        out.gradients.clear();
+        for (k, node) in self.element_nodes(element).enumerate() {
+            let (value, slopes) = self.lagrange(k, local);
+            out.nodes.push(node as u32);
+            out.values.push(value);
+            out.gradients.push(inverse.tr_mul(&slopes));
+        }
+        out.rcond = 1.0;
+    }
+}
+
+/// The inverse by cofactors; zeros for a singular matrix.
+fn invert<const D: usize>(m: &nalgebra::SMatrix<f64, D, D>) -> nalgebra::SMatrix<f64, D, D> {
+    let columns: [Point<D>; D] = std::array::from_fn(|i| m.column(i).into_owned());
+    let det = determinant(&columns);
+    if det == 0.0 {
+        return nalgebra::SMatrix::zeros();
+    }
+    nalgebra::SMatrix::from_fn(|i, j| {
+        // Cramer: column i replaced by the j-th unit vector.
+        let mut replaced = columns;
+        replaced[i] = Point::zeros();
+        replaced[i][j] = 1.0;
+        determinant(&replaced) / det
+    })
+}
+
+impl<const D: usize> Approximation<D> for FiniteElements<D> {
+    type Scratch = ();
+
+    fn nodes(&self) -> &[Point<D>] {
+        self.lattice.positions()
+    }
+
+    fn evaluate_at_node(&self, node: usize, _: &mut (), out: &mut ShapeFunctions<D>) -> Result<(), ApproximationError> {
+        out.nodes.clear();
+        out.nodes.push(node as u32);
+        out.values.clear();
+        out.values.push(1.0);
+        out.rcond = 1.0;
+        Ok(())
+    }
+
+    /// The element that holds the point is searched for; on an edge between elements the first one counts.
+    fn evaluate(&self, at: &Point<D>, _: &mut (), out: &mut ShapeFunctions<D>) -> Result<(), ApproximationError> {
+        if !at.iter().all(|x| x.is_finite()) {
+            return Err(ApproximationError::Point { at: at.as_slice().to_vec() });
+        }
+        // Slack in local coordinates, so that points on the boundary are inside whatever the rounding.
+        const SLACK: f64 = 1e-9;
+        for element in 0..self.element_count() {
+            let mut low = Point::<D>::repeat(f64::INFINITY);
+            let mut high = Point::<D>::repeat(f64::NEG_INFINITY);
+            for node in self.element_nodes(element) {
+                low = low.zip_map(&self.lattice.positions()[node], f64::min);
+                high = high.zip_map(&self.lattice.positions()[node], f64::max);
+            }
+            let margin = (high - low) * 0.25;
+            if (0..D).any(|i| at[i] < low[i] - margin[i] || at[i] > high[i] + margin[i]) {
+                continue;
+            }
+            let mut local = Point::<D>::repeat(0.5);
+            for _ in 0..30 {
+                let (x, columns) = self.map(element, &local);
+                let step = invert(&nalgebra::SMatrix::<f64, D, D>::from_columns(&columns)) * (at - x);
+                local += step;
+                if step.norm() < 1e-14 {
+                    break;
+                }
+            }
+            if local.iter().all(|t| *t >= -SLACK && *t <= 1.0 + SLACK) {
+                self.fill(element, &local, out);
+                return Ok(());
+            }
+        }
+        Err(ApproximationError::Outside { at: at.as_slice().to_vec() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Block;
+
+    #[test]
+    fn elements_reproduce_their_polynomials() {
+        let lattice = Block::new([0.0, 0.0], [2.0, 1.0]).lattice([5, 5]).unwrap();
+        for order in [1, 2] {
+            let elements = FiniteElements::new(lattice.clone(), order).unwrap();
+            let psi = elements.shape_functions(&Point::<2>::new(0.77, 0.31)).unwrap();
+            let field = |x: &Point<2>| if order == 1 { x[0] * x[1] } else { x[0] * x[0] * x[1] };
+            let value: f64 =
+                psi.nodes.iter().zip(&psi.values).map(|(&n, v)| v * field(&elements.nodes()[n as usize])).sum();
+            assert!((value - field(&Point::<2>::new(0.77, 0.31))).abs() < 1e-14);
+            let slope: f64 =
+                psi.nodes.iter().zip(&psi.gradients).map(|(&n, g)| g[0] * field(&elements.nodes()[n as usize])).sum();
+            let exact = if order == 1 { 0.31 } else { 2.0 * 0.77 * 0.31 };
+            assert!((slope - exact).abs() < 1e-13);
+            assert!(elements.shape_functions(&Point::<2>::new(2.5, 0.3)).is_err());
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! Shape functions: the trait [`Approximation`] and the reproducing kernel functions.
+
+mod finite_elements;
+mod reproducing;
+
+pub use finite_elements::{ElementPoints, FiniteElements};
+pub use reproducing::{KernelScratch, ReproducingKernel};
+
+use crate::error::ApproximationError;
+use crate::geometry::Point;
+
+/// Shape functions at one point, in the caller's buffers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ShapeFunctions<const D: usize> {
+    /// Nodes with a nonzero function, by rising index.
+    pub nodes: Vec<u32>,
+    /// Values $\Psi_I(X)$.
+    pub values: Vec<f64>,
+    /// Gradients $\partial\Psi_I/\partial X$ \[1/length\].
+    pub gradients: Vec<Point<D>>,
+    /// Reciprocal condition number of the moment matrix (1-norm); 1 where there is none.
+    pub rcond: f64,
+}
+
+/// A set of shape functions attached to nodes.
+///
+/// ```
+/// use rkpm::error::ApproximationError;
+/// use rkpm::geometry::Point;
+/// use rkpm::shape::{Approximation, ShapeFunctions};
+/// /// Linear finite elements on an interval.
+/// struct Hats(Vec<Point<1>>);
+/// impl Approximation<1> for Hats {
+///     type Scratch = ();
+///     fn nodes(&self) -> &[Point<1>] { &self.0 }
+///     fn evaluate(&self, at: &Point<1>, _: &mut (), out: &mut ShapeFunctions<1>) -> Result<(), ApproximationError> {
+///         let right = self.0.partition_point(|n| n[0] < at[0]).clamp(1, self.0.len() - 1);
+///         let (a, b) = (self.0[right - 1][0], self.0[right][0]);
+///         let t = (at[0] - a) / (b - a);
+///         out.nodes = vec![right as u32 - 1, right as u32];
+///         out.values = vec![1.0 - t, t];
+///         out.gradients = vec![Point::<1>::new(-1.0 / (b - a)), Point::<1>::new(1.0 / (b - a))];
+///         out.rcond = 1.0;
+///         Ok(())
+///     }
+/// }
+/// let hats = Hats(vec![Point::<1>::new(0.0), Point::<1>::new(2.0)]);
+/// assert_eq!(hats.shape_functions(&Point::<1>::new(0.5))?.values, [0.75, 0.25]);
+/// # Ok::<(), ApproximationError>(())
+/// ```
+pub trait Approximation<const D: usize>: Sync {
+    /// Buffers that are reused from point to point, so that nothing is allocated after warm-up.
+    type Scratch: Default + Send;
+
+    /// Positions of the nodes \[length\].
+    fn nodes(&self) -> &[Point<D>];
+
+    /// Writes values and gradients at `at`, nodes by rising index.
+    ///
+    /// # Errors
+    /// Where the functions are not defined: the point is not covered, or the moment matrix is singular.
+    fn evaluate(
+        &self,
+        at: &Point<D>,
+        scratch: &mut Self::Scratch,
+        out: &mut ShapeFunctions<D>,
+    ) -> Result<(), ApproximationError>;
+
+    /// Writes values alone; gradients are left as they are. Cheaper where it matters (smoothed tables).
+    ///
+    /// # Errors
+    /// As [`evaluate`](Approximation::evaluate).
+    fn evaluate_values(
+        &self,
+        at: &Point<D>,
+        scratch: &mut Self::Scratch,
+        out: &mut ShapeFunctions<D>,
+    ) -> Result<(), ApproximationError> {
+        self.evaluate(at, scratch, out)
+    }
+
+    /// Writes values alone at a node; interpolating functions know them without looking.
+    ///
+    /// # Errors
+    /// As [`evaluate`](Approximation::evaluate).
+    fn evaluate_at_node(
+        &self,
+        node: usize,
+        scratch: &mut Self::Scratch,
+        out: &mut ShapeFunctions<D>,
+    ) -> Result<(), ApproximationError> {
+        self.evaluate_values(&self.nodes()[node], scratch, out)
+    }
+
+    /// Values and gradients at one point, freshly allocated.
+    ///
+    /// # Errors
+    /// As [`evaluate`](Approximation::evaluate).
+    fn shape_functions(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError> {
+        let mut out = ShapeFunctions::default();
+        self.evaluate(at, &mut Self::Scratch::default(), &mut out)?;
+        Ok(out)
+    }
+}

@@ -1,0 +1,79 @@
+//! Clusters of points that are assembled together.
+
+/// Points of one cell or zone with the nodes they see between them.
+///
+/// A cluster plays the part of a finite element: its points are summed into one dense matrix over its
+/// nodes, which is then added to the sparse one. Points of a cluster share most of their nodes, so the
+/// sparse matrix is touched once per cluster and not once per point.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Clusters {
+    points: Vec<usize>,
+    node_offsets: Vec<usize>,
+    nodes: Vec<u32>,
+    local: Vec<u16>,
+    offsets: Vec<usize>,
+}
+
+impl Clusters {
+    /// Clusters from groups of points (`groups` as in [`Points`](crate::quadrature::Points)) and the
+    /// compressed rows of their nodes.
+    pub(crate) fn new(groups: &[usize], offsets: &[usize], nodes: &[u32]) -> Self {
+        let mut clusters = Clusters {
+            points: groups.to_vec(),
+            node_offsets: vec![0],
+            nodes: Vec::new(),
+            local: vec![0; nodes.len()],
+            offsets: offsets.to_vec(),
+        };
+        let mut union: Vec<u32> = Vec::new();
+        for group in groups.windows(2) {
+            let range = offsets[group[0]]..offsets[group[1]];
+            union.clear();
+            union.extend_from_slice(&nodes[range.clone()]);
+            union.sort_unstable();
+            union.dedup();
+            for entry in range {
+                // Present by construction; a cluster of more than 65536 nodes would not fit in memory.
+                clusters.local[entry] = union.partition_point(|&n| n < nodes[entry]) as u16;
+            }
+            clusters.nodes.extend_from_slice(&union);
+            clusters.node_offsets.push(clusters.nodes.len());
+        }
+        clusters
+    }
+
+    /// Number of clusters.
+    pub fn len(&self) -> usize {
+        self.points.len().saturating_sub(1)
+    }
+
+    /// Whether there is no cluster.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The points of a cluster.
+    #[inline]
+    pub fn points(&self, cluster: usize) -> std::ops::Range<usize> {
+        self.points[cluster]..self.points[cluster + 1]
+    }
+
+    /// The nodes of a cluster, by rising index.
+    #[inline]
+    pub fn nodes(&self, cluster: usize) -> &[u32] {
+        &self.nodes[self.node_offsets[cluster]..self.node_offsets[cluster + 1]]
+    }
+
+    /// For each node of a point, its place among the nodes of the point's cluster.
+    #[inline]
+    pub fn local(&self, point: usize) -> &[u16] {
+        &self.local[self.offsets[point]..self.offsets[point + 1]]
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        8 * (self.points.len() + self.node_offsets.len() + self.offsets.len())
+            + 4 * self.nodes.len()
+            + 2 * self.local.len()
+    }
+}

@@ -1,0 +1,389 @@
+//! Shape tables: the only cache. Shape functions are evaluated once, because the kernel is material.
+
+mod clusters;
+
+pub use clusters::Clusters;
+
+use nalgebra::Matrix3;
+
+use crate::cells::Smoothing;
+use crate::error::{ApproximationError, Error, GeometryError};
+use crate::geometry::Point;
+use crate::kinematics::Kinematics;
+use crate::parallel::map_with;
+use crate::quadrature::Points;
+use crate::shape::{Approximation, ShapeFunctions};
+
+/// Points below which tabulation stays on one thread: waking the pool costs more than this many points.
+const SERIAL_BELOW: usize = 64;
+
+/// Shape functions tabulated at points: nodes, values, gradients and weights in compressed rows.
+///
+/// At each point the gradients are stored by *slot*, the neighbours running fastest: slots
+/// $0..D$ hold $\partial\Psi_I/\partial X_s$, one further slot holds $\Psi_I/R$ where the kinematics
+/// has hoops.
+#[derive(Debug, Clone)]
+pub struct ShapeTable<const D: usize> {
+    node_count: usize,
+    offsets: Vec<usize>,
+    nodes: Vec<u32>,
+    values: Vec<f64>,
+    slots: usize,
+    gradients: Vec<f64>,
+    hoops: &'static [usize],
+    weights: Vec<f64>,
+    positions: Vec<Point<D>>,
+    normals: Vec<Point<D>>,
+    clusters: Clusters,
+    smallest_rcond: f64,
+}
+
+/// One point's row before the rows are joined.
+struct Row {
+    nodes: Vec<u32>,
+    values: Vec<f64>,
+    gradients: Vec<f64>,
+    weight: f64,
+    rcond: f64,
+}
+
+impl<const D: usize> ShapeTable<D> {
+    /// Tabulates an approximation at points; weights get the factor of the kinematics.
+    ///
+    /// # Errors
+    /// Where a point is not covered, or a hoop is needed at $R \le 0$ with a weight.
+    pub fn new<A: Approximation<D>>(
+        approximation: &A,
+        points: &Points<D>,
+        kinematics: &(impl Kinematics<D> + ?Sized),
+    ) -> Result<Self, Error> {
+        ShapeTable::tabulate::<A::Scratch>(approximation.nodes().len(), points, kinematics, |scratch, point, psi| {
+            approximation.evaluate(&points.positions[point], scratch, psi)
+        })
+    }
+
+    /// Tabulates whatever `evaluate(scratch, point, out)` gives; the way in for approximations that know
+    /// more of a point than its position (the element it lies in).
+    ///
+    /// # Errors
+    /// Those of `evaluate`, and where a hoop is needed at $R \le 0$ with a weight.
+    pub fn tabulate<S: Default + Send>(
+        node_count: usize,
+        points: &Points<D>,
+        kinematics: &(impl Kinematics<D> + ?Sized),
+        evaluate: impl Fn(&mut S, usize, &mut ShapeFunctions<D>) -> Result<(), ApproximationError> + Sync + Send,
+    ) -> Result<Self, Error> {
+        points.validate()?;
+        let hoops = kinematics.hoops();
+        let rows = map_with(
+            points.positions.len(),
+            SERIAL_BELOW,
+            <(S, ShapeFunctions<D>)>::default,
+            |(scratch, psi), point| -> Result<Row, Error> {
+                let at = points.positions[point];
+                evaluate(scratch, point, psi)?;
+                let measure = kinematics.measure(&at);
+                let weight = points.weights[point] * measure;
+                let mut gradients = Vec::with_capacity((D + usize::from(!hoops.is_empty())) * psi.nodes.len());
+                for slot in 0..D {
+                    gradients.extend(psi.gradients.iter().map(|g| g[slot]));
+                }
+                if !hoops.is_empty() {
+                    let inverse = inverse_radius(at[0], at.as_slice(), measure)?;
+                    gradients.extend(psi.values.iter().map(|v| v * inverse));
+                }
+                Ok(Row { nodes: psi.nodes.clone(), values: psi.values.clone(), gradients, weight, rcond: psi.rcond })
+            },
+        );
+        ShapeTable::join(
+            node_count,
+            rows,
+            hoops,
+            points.positions.clone(),
+            points.normals.clone(),
+            &points.groups,
+            true,
+        )
+    }
+
+    /// Tabulates gradients averaged over sub-cells,
+    /// $$\langle\Psi_{,j}\rangle = \frac1V\Big(\oint\Psi\,m\,n_j\,\mathrm dA - \int\Psi\,m_{,j}\,\mathrm dV\Big),\quad
+    ///   \langle\Psi/R\rangle = \frac1V\int\frac{\Psi}{R}\,m\,\mathrm dV,\quad V = \int m\,\mathrm dV,$$
+    /// with the measure $m$ of the kinematics ($1$, $2\pi R$). Values are not stored: loads have tables of their own.
+    ///
+    /// # Errors
+    /// Where a facet point is not covered, a sub-cell is inverted, or it reaches over the axis.
+    pub fn smoothed<A: Approximation<D>>(
+        approximation: &A,
+        smoothing: &Smoothing<D>,
+        kinematics: &(impl Kinematics<D> + ?Sized),
+    ) -> Result<Self, Error> {
+        let hoops = kinematics.hoops();
+        // Values at facet points, each evaluated once and shared by both neighbours.
+        let facets = map_with(
+            smoothing.facet_points.len(),
+            SERIAL_BELOW,
+            <(A::Scratch, ShapeFunctions<D>)>::default,
+            |(scratch, psi), point| -> Result<(Vec<u32>, Vec<f64>, f64), ApproximationError> {
+                approximation.evaluate_values(&smoothing.facet_points[point], scratch, psi)?;
+                Ok((psi.nodes.clone(), psi.values.clone(), psi.rcond))
+            },
+        )
+        .into_iter()
+        .collect::<Result<Vec<_>, _>>()?;
+
+        let node_count = approximation.nodes().len();
+        let slots = D + usize::from(!hoops.is_empty());
+        let rows = map_with(
+            smoothing.cells.len(),
+            SERIAL_BELOW,
+            || {
+                (
+                    A::Scratch::default(),
+                    ShapeFunctions::<D>::default(),
+                    vec![u32::MAX; node_count],
+                    Vec::<[f64; 4]>::new(),
+                )
+            },
+            |(scratch, psi, place, sums), cell| -> Result<Row, Error> {
+                let mut nodes: Vec<u32> = Vec::new();
+                let mut rcond = f64::INFINITY;
+                sums.clear();
+                // The measure of the cell from the divergence theorem along axis 0, so that V and the
+                // gradients come from the same numbers.
+                let mut volume = 0.0;
+                let dimension = (1 + hoops.len()) as f64;
+                let mut add = |nodes: &mut Vec<u32>, sums: &mut Vec<[f64; 4]>, node: u32| -> usize {
+                    if place[node as usize] == u32::MAX {
+                        place[node as usize] = nodes.len() as u32;
+                        nodes.push(node);
+                        sums.push([0.0; 4]);
+                    }
+                    place[node as usize] as usize
+                };
+                for &(facet, sign) in &smoothing.cells[cell] {
+                    let first = facet as usize * smoothing.points_per_facet;
+                    for point in first..first + smoothing.points_per_facet {
+                        let (facet_nodes, values, facet_rcond) = &facets[point];
+                        rcond = rcond.min(*facet_rcond);
+                        let at = smoothing.facet_points[point];
+                        let area = smoothing.facet_areas[point] * (sign * kinematics.measure(&at));
+                        volume += at[0] * area[0] / dimension;
+                        for (&node, value) in facet_nodes.iter().zip(values) {
+                            let k = add(&mut nodes, sums, node);
+                            for j in 0..D {
+                                sums[k][j] += value * area[j];
+                            }
+                        }
+                    }
+                }
+                if !hoops.is_empty() {
+                    for (at, weight) in &smoothing.interior[cell] {
+                        // m/R has a limit on the axis: 2π for the measure 2πR.
+                        let mut off_axis = *at;
+                        if at[0] == 0.0 {
+                            off_axis[0] = 1e-8 * weight.abs().sqrt();
+                        }
+                        let measure = kinematics.measure(&off_axis);
+                        let inverse = inverse_radius(off_axis[0], at.as_slice(), measure)?;
+                        approximation.evaluate_values(at, scratch, psi)?;
+                        for (&node, value) in psi.nodes.iter().zip(&psi.values) {
+                            let k = add(&mut nodes, sums, node);
+                            // m,R = (number of hoops) m / R for the measures 2πR and 4πR².
+                            let hoop = value * weight * measure * inverse;
+                            sums[k][0] -= hoops.len() as f64 * hoop;
+                            sums[k][D] += hoop;
+                        }
+                    }
+                }
+                for &node in &nodes {
+                    place[node as usize] = u32::MAX;
+                }
+                if !(volume > 0.0 && volume.is_finite()) {
+                    return Err(GeometryError::InvertedCell { cell, measure: volume }.into());
+                }
+                let mut order: Vec<usize> = (0..nodes.len()).collect();
+                order.sort_unstable_by_key(|&k| nodes[k]);
+                let mut gradients = Vec::with_capacity(slots * nodes.len());
+                for slot in 0..slots {
+                    gradients.extend(order.iter().map(|&k| sums[k][slot] / volume));
+                }
+                let nodes = order.iter().map(|&k| nodes[k]).collect();
+                Ok(Row { nodes, values: Vec::new(), gradients, weight: volume, rcond })
+            },
+        );
+        ShapeTable::join(node_count, rows, hoops, smoothing.centres.clone(), Vec::new(), &smoothing.groups, false)
+    }
+
+    /// Joins rows into compressed storage.
+    fn join(
+        node_count: usize,
+        rows: Vec<Result<Row, Error>>,
+        hoops: &'static [usize],
+        positions: Vec<Point<D>>,
+        normals: Vec<Point<D>>,
+        groups: &[usize],
+        with_values: bool,
+    ) -> Result<Self, Error> {
+        let slots = D + usize::from(!hoops.is_empty());
+        let rows = rows.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let total: usize = rows.iter().map(|r| r.nodes.len()).sum();
+        let mut table = ShapeTable {
+            node_count,
+            offsets: Vec::with_capacity(rows.len() + 1),
+            nodes: Vec::with_capacity(total),
+            values: Vec::with_capacity(if with_values { total } else { 0 }),
+            slots,
+            gradients: Vec::with_capacity(total * slots),
+            hoops,
+            weights: Vec::with_capacity(rows.len()),
+            positions,
+            normals,
+            clusters: Clusters::default(),
+            smallest_rcond: 1.0,
+        };
+        table.offsets.push(0);
+        for row in rows {
+            table.nodes.extend(row.nodes);
+            table.values.extend(row.values);
+            table.gradients.extend(row.gradients);
+            table.weights.push(row.weight);
+            table.smallest_rcond = table.smallest_rcond.min(row.rcond);
+            table.offsets.push(table.nodes.len());
+        }
+        table.clusters = Clusters::new(groups, &table.offsets, &table.nodes);
+        Ok(table)
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// Whether there is no point.
+    pub fn is_empty(&self) -> bool {
+        self.weights.is_empty()
+    }
+
+    /// Number of nodes of the approximation.
+    pub fn node_count(&self) -> usize {
+        self.node_count
+    }
+
+    /// Nodes with a nonzero function at a point, by rising index.
+    #[inline]
+    pub fn nodes(&self, point: usize) -> &[u32] {
+        &self.nodes[self.offsets[point]..self.offsets[point + 1]]
+    }
+
+    /// Values $\Psi_I$ at a point; empty in smoothed tables.
+    #[inline]
+    pub fn values(&self, point: usize) -> &[f64] {
+        if self.values.is_empty() { &[] } else { &self.values[self.offsets[point]..self.offsets[point + 1]] }
+    }
+
+    /// Gradients at a point by slot, `slots × nodes`, neighbours running fastest.
+    #[inline]
+    pub fn gradients(&self, point: usize) -> &[f64] {
+        &self.gradients[self.offsets[point] * self.slots..self.offsets[point + 1] * self.slots]
+    }
+
+    /// Gradient slots: $D$, and one for the hoop where there is one.
+    #[inline]
+    pub fn slots(&self) -> usize {
+        self.slots
+    }
+
+    /// Diagonal entries of $F$ that hold the hoop stretch.
+    #[inline]
+    pub fn hoops(&self) -> &'static [usize] {
+        self.hoops
+    }
+
+    /// Weights with the measure of the kinematics.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// Positions \[length\]; centres of the sub-cells in smoothed tables.
+    pub fn positions(&self) -> &[Point<D>] {
+        &self.positions
+    }
+
+    /// Outward unit normals; empty inside a body.
+    pub fn normals(&self) -> &[Point<D>] {
+        &self.normals
+    }
+
+    /// The clusters of points that are assembled together.
+    pub fn clusters(&self) -> &Clusters {
+        &self.clusters
+    }
+
+    /// The smallest reciprocal condition number met while tabulating.
+    pub fn smallest_rcond(&self) -> f64 {
+        self.smallest_rcond
+    }
+
+    /// Bytes held by the table.
+    pub fn bytes(&self) -> usize {
+        8 * (self.offsets.len() + self.values.len() + self.gradients.len() + self.weights.len())
+            + 4 * self.nodes.len()
+            + 8 * D * (self.positions.len() + self.normals.len())
+            + self.clusters.bytes()
+    }
+
+    /// The gradient of a coefficient vector `d` (node by node, `D` components each) at a point, padded
+    /// to 3×3: $\nabla u$ with hoops on the diagonal; $F = I + \nabla u$.
+    #[inline]
+    pub fn displacement_gradient(&self, point: usize, d: &[f64]) -> Matrix3<f64> {
+        let nodes = self.nodes(point);
+        let gradients = self.gradients(point);
+        let n = nodes.len();
+        let mut h = [[0.0; 3]; 3];
+        let mut hoop = 0.0;
+        for (a, &node) in nodes.iter().enumerate() {
+            let u = &d[node as usize * D..node as usize * D + D];
+            for j in 0..D {
+                let g = gradients[j * n + a];
+                for i in 0..D {
+                    h[i][j] += u[i] * g;
+                }
+            }
+            if self.slots > D {
+                hoop += u[0] * gradients[D * n + a];
+            }
+        }
+        for &k in self.hoops {
+            h[k][k] = hoop;
+        }
+        Matrix3::from_fn(|i, j| h[i][j])
+    }
+
+    /// The displacement $u = \sum_I \Psi_I d_I$ at a point; zero in smoothed tables, which hold no values.
+    #[inline]
+    pub fn displacement(&self, point: usize, d: &[f64]) -> Point<D> {
+        let mut u = Point::zeros();
+        for (&node, &value) in self.nodes(point).iter().zip(self.values(point)) {
+            for i in 0..D {
+                u[i] += value * d[node as usize * D + i];
+            }
+        }
+        u
+    }
+}
+
+/// $1/R$, zero at a point on the axis that carries no weight.
+fn inverse_radius(radius: f64, at: &[f64], measure: f64) -> Result<f64, GeometryError> {
+    if radius > 0.0 {
+        Ok(1.0 / radius)
+    } else if radius == 0.0 && measure == 0.0 {
+        Ok(0.0)
+    } else {
+        Err(GeometryError::Kinematics {
+            what: "negative radius",
+            at: at.to_vec(),
+            remedy: "coordinate 0 of a body of revolution is the distance from the axis and may not be negative",
+        })
+    }
+}

@@ -1,0 +1,235 @@
+//! Integrands: what is summed over the points of a table.
+
+use nalgebra::{Matrix3, SMatrix, Vector3};
+
+use crate::table::ShapeTable;
+use crate::tensor::Tangent;
+
+use super::body::{Contraction, reduce_stress, reduce_tangent};
+use super::guard::largest_step;
+use super::{Element, Term, View};
+
+/// What an integrand sees at a point; always three-dimensional.
+#[derive(Debug, Clone, Copy)]
+pub struct PointState {
+    /// Reference position $X$ \[length\], padded by zeros.
+    pub position: Vector3<f64>,
+    /// Displacement $u$ \[length\], padded by zeros.
+    pub displacement: Vector3<f64>,
+    /// Deformation gradient $F$.
+    pub deformation: Matrix3<f64>,
+    /// Outward unit normal $N$ of the reference body; zero inside it.
+    pub normal: Vector3<f64>,
+    /// Load factor $\lambda$.
+    pub load: f64,
+}
+
+/// First and second derivatives of a density $\pi(F, u; \lambda)$, in the caller's buffer.
+///
+/// Loads that have no density (follower pressure) give the force that the virtual work asks for.
+#[derive(Debug, Clone)]
+pub struct Flux {
+    /// Stored energy density.
+    pub energy: f64,
+    /// $P = \partial\pi/\partial F$.
+    pub stress: Matrix3<f64>,
+    /// $\partial P/\partial F$.
+    pub stress_by_gradient: Tangent,
+    /// $\partial\pi/\partial u$: minus the external force.
+    pub force: Vector3<f64>,
+    /// $\partial\,\text{force}/\partial F$, column $3k + L$.
+    pub force_by_gradient: SMatrix<f64, 3, 9>,
+    /// $\partial\,\text{force}/\partial u$.
+    pub force_by_displacement: Matrix3<f64>,
+    /// $\partial\,\text{force}/\partial\lambda$.
+    pub force_by_load: Vector3<f64>,
+}
+
+impl Default for Flux {
+    fn default() -> Self {
+        Flux {
+            energy: 0.0,
+            stress: Matrix3::zeros(),
+            stress_by_gradient: Tangent::zeros(),
+            force: Vector3::zeros(),
+            force_by_gradient: SMatrix::zeros(),
+            force_by_displacement: Matrix3::zeros(),
+            force_by_load: Vector3::zeros(),
+        }
+    }
+}
+
+/// Which blocks of a [`Flux`] an integrand fills; the others are neither stored nor summed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Blocks {
+    /// `stress` and `stress_by_gradient`.
+    pub stress: bool,
+    /// `force` and `force_by_load`.
+    pub force: bool,
+    /// `force_by_gradient`.
+    pub force_by_gradient: bool,
+    /// `force_by_displacement`.
+    pub force_by_displacement: bool,
+}
+
+/// A density summed over points.
+///
+/// ```
+/// use rkpm::term::{Blocks, Flux, Integrand, PointState};
+/// /// Springs that hold the body in place, ½ k |u|².
+/// struct Bedding(f64);
+/// impl Integrand for Bedding {
+///     fn blocks(&self) -> Blocks {
+///         Blocks { force: true, force_by_displacement: true, ..Blocks::default() }
+///     }
+///     fn evaluate(&self, at: &PointState, flux: &mut Flux) {
+///         flux.energy = 0.5 * self.0 * at.displacement.norm_squared();
+///         flux.force = at.displacement * self.0;
+///         flux.force_by_displacement.fill_diagonal(self.0);
+///     }
+/// }
+/// assert!(Bedding(1.0).is_symmetric());
+/// ```
+pub trait Integrand: Send + Sync {
+    /// The blocks that [`evaluate`](Integrand::evaluate) fills.
+    fn blocks(&self) -> Blocks;
+
+    /// Fills the declared blocks of a zeroed flux.
+    fn evaluate(&self, at: &PointState, flux: &mut Flux);
+
+    /// Whether the second derivatives are symmetric.
+    fn is_symmetric(&self) -> bool {
+        true
+    }
+}
+
+/// An integrand over a table, as a term.
+pub struct Pointwise<const D: usize, I> {
+    table: ShapeTable<D>,
+    integrand: I,
+}
+
+impl<const D: usize, I: Integrand> Pointwise<D, I> {
+    /// Sums `integrand` over the points of `table`.
+    pub fn new(table: ShapeTable<D>, integrand: I) -> Self {
+        Pointwise { table, integrand }
+    }
+
+    /// The table.
+    pub fn table(&self) -> &ShapeTable<D> {
+        &self.table
+    }
+
+    fn state(&self, point: usize, view: &View<'_>) -> PointState {
+        let pad = |p: &crate::geometry::Point<D>| Vector3::from_fn(|i, _| if i < D { p[i] } else { 0.0 });
+        PointState {
+            position: pad(&self.table.positions()[point]),
+            displacement: pad(&self.table.displacement(point, view.displacement)),
+            deformation: Matrix3::identity() + self.table.displacement_gradient(point, view.displacement),
+            normal: self.table.normals().get(point).map_or_else(Vector3::zeros, pad),
+            load: view.load,
+        }
+    }
+}
+
+impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
+    fn clusters(&self) -> usize {
+        self.table.clusters().len()
+    }
+
+    fn nodes(&self, cluster: usize) -> &[u32] {
+        self.table.clusters().nodes(cluster)
+    }
+
+    fn is_symmetric(&self) -> bool {
+        self.integrand.is_symmetric()
+    }
+
+    fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
+        let blocks = self.integrand.blocks();
+        let table = &self.table;
+        let size = table.clusters().nodes(cluster).len() * D;
+        let contraction = Contraction::of(table);
+        for point in table.clusters().points(cluster) {
+            let mut flux = Flux::default();
+            self.integrand.evaluate(&self.state(point, &view), &mut flux);
+            let weight = table.weights()[point];
+            let local = table.clusters().local(point);
+            let values = table.values(point);
+            let gradients = table.gradients(point);
+            let n = local.len();
+            if blocks.force {
+                for (&l, value) in local.iter().zip(values) {
+                    for i in 0..D {
+                        out.residual[l as usize * D + i] += weight * value * flux.force[i];
+                        out.load_slope[l as usize * D + i] += weight * value * flux.force_by_load[i];
+                    }
+                }
+            }
+            if blocks.stress {
+                let stress = reduce_stress::<D>(&flux.stress, table.hoops());
+                contraction.add_forces(table, point, &stress, weight, &mut out.residual);
+            }
+            if !out.with_matrix {
+                continue;
+            }
+            if blocks.stress {
+                let tangent = reduce_tangent::<D>(&flux.stress_by_gradient, table.hoops());
+                contraction.add_matrix(table, point, &tangent, weight, size, self.is_symmetric(), out);
+            }
+            if !blocks.force_by_gradient && !blocks.force_by_displacement {
+                continue;
+            }
+            for b in 0..n {
+                for j in 0..D {
+                    // ∂force/∂d_bj by the chain rule through F and u.
+                    let mut slope = Vector3::zeros();
+                    if blocks.force_by_gradient {
+                        for s in 0..D {
+                            slope += flux.force_by_gradient.column(3 * j + s) * gradients[s * n + b];
+                        }
+                        if j == 0 {
+                            for &k in table.hoops() {
+                                slope += flux.force_by_gradient.column(4 * k) * gradients[D * n + b];
+                            }
+                        }
+                    }
+                    if blocks.force_by_displacement {
+                        slope += flux.force_by_displacement.column(j) * values[b];
+                    }
+                    let column = (local[b] as usize * D + j) * size;
+                    for (a, value) in values.iter().enumerate() {
+                        let row = local[a] as usize * D;
+                        for i in 0..D {
+                            out.matrix[column + row + i] += weight * value * slope[i];
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], _locals_step: &mut [f64]) -> f64 {
+        if !self.integrand.blocks().stress {
+            return 1.0;
+        }
+        let mut bound: f64 = 1.0;
+        for point in self.table.clusters().points(cluster) {
+            let f = Matrix3::identity() + self.table.displacement_gradient(point, view.displacement);
+            bound = bound.min(largest_step(&f, &self.table.displacement_gradient(point, step)));
+        }
+        bound
+    }
+
+    fn energy(&self, cluster: usize, view: View<'_>) -> f64 {
+        self.table
+            .clusters()
+            .points(cluster)
+            .map(|point| {
+                let mut flux = Flux::default();
+                self.integrand.evaluate(&self.state(point, &view), &mut flux);
+                self.table.weights()[point] * flux.energy
+            })
+            .sum()
+    }
+}

@@ -1,0 +1,169 @@
+//! Terms of the potential: what is summed over clusters of points.
+
+mod amplitude;
+mod body;
+mod guard;
+mod integrand;
+mod load;
+
+pub use amplitude::Amplitude;
+pub use body::{Body, PressureField};
+pub use guard::largest_step;
+pub use integrand::{Blocks, Flux, Integrand, PointState, Pointwise};
+pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
+
+/// What a term sees of the state of an analysis.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    /// Coefficients $d$, node by node, `D` components each \[length\].
+    pub displacement: &'a [f64],
+    /// Local unknowns of this term, all clusters.
+    pub locals: &'a [f64],
+    /// Load factor $\lambda$.
+    pub load: f64,
+}
+
+/// The contribution of one cluster: gradient and Hessian of the potential over the cluster's unknowns.
+///
+/// Unknown $aD + i$ is component $i$ of the cluster's $a$-th node. The matrix is stored by columns;
+/// symmetric terms need only fill blocks on and below the diagonal.
+#[derive(Debug, Clone, Default)]
+pub struct Element {
+    /// $\partial\Pi/\partial d$, internal minus external forces.
+    pub residual: Vec<f64>,
+    /// $\partial^2\Pi/\partial d\,\partial\lambda$.
+    pub load_slope: Vec<f64>,
+    /// $\partial^2\Pi/\partial d\,\partial d$, `size × size` by columns; empty where only forces are asked for.
+    pub matrix: Vec<f64>,
+    /// Whether the matrix is asked for.
+    pub with_matrix: bool,
+    /// Buffer for the term's own use.
+    pub scratch: Vec<f64>,
+}
+
+impl Element {
+    /// Zeroes the buffers for a cluster of `size` unknowns.
+    pub fn reset(&mut self, size: usize, with_matrix: bool) {
+        self.residual.clear();
+        self.residual.resize(size, 0.0);
+        self.load_slope.clear();
+        self.load_slope.resize(size, 0.0);
+        self.matrix.clear();
+        self.matrix.resize(if with_matrix { size * size } else { 0 }, 0.0);
+        self.with_matrix = with_matrix;
+    }
+}
+
+/// A term of the potential $\Pi(d, \text{locals}; \lambda)$, summed over clusters of nodes.
+///
+/// A term may carry local unknowns (pressures): it condenses them in [`linearize`](Term::linearize)
+/// and recovers their increments in [`advance`](Term::advance).
+///
+/// ```
+/// use rkpm::term::{Element, Term, View};
+/// /// A linear spring of stiffness k between component 0 of two nodes in one dimension.
+/// struct Spring { nodes: [u32; 2], stiffness: f64 }
+/// impl Term<1> for Spring {
+///     fn clusters(&self) -> usize { 1 }
+///     fn nodes(&self, _: usize) -> &[u32] { &self.nodes }
+///     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
+///         let d = |a: usize| view.displacement[self.nodes[a] as usize];
+///         let force = self.stiffness * (d(1) - d(0));
+///         out.residual.copy_from_slice(&[-force, force]);
+///         if out.with_matrix {
+///             out.matrix.copy_from_slice(&[1.0, -1.0, -1.0, 1.0].map(|s| s * self.stiffness));
+///         }
+///     }
+///     fn energy(&self, _: usize, view: View<'_>) -> f64 {
+///         let stretch = view.displacement[self.nodes[1] as usize] - view.displacement[self.nodes[0] as usize];
+///         0.5 * self.stiffness * stretch * stretch
+///     }
+/// }
+/// assert!(Spring { nodes: [0, 1], stiffness: 2.0 }.is_symmetric());
+/// ```
+pub trait Term<const D: usize>: Send + Sync {
+    /// Number of clusters.
+    fn clusters(&self) -> usize;
+
+    /// Nodes of a cluster, by rising index.
+    fn nodes(&self, cluster: usize) -> &[u32];
+
+    /// Whether the matrix is symmetric in every cluster.
+    fn is_symmetric(&self) -> bool {
+        true
+    }
+
+    /// Where the local unknowns of a cluster stand among those of the term.
+    fn locals(&self, _cluster: usize) -> std::ops::Range<usize> {
+        0..0
+    }
+
+    /// Writes the local unknowns of a cluster that belong to zero displacement.
+    fn start(&self, _cluster: usize, _locals: &mut [f64]) {}
+
+    /// Adds the cluster's forces, load slope and, where asked for, its matrix to zeroed buffers.
+    fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element);
+
+    /// For the Newton increment `step` of the displacement, writes the increments of the cluster's
+    /// local unknowns and returns the largest step factor in $[0, 1]$ that keeps the path admissible.
+    fn advance(&self, _cluster: usize, _view: View<'_>, _step: &[f64], _locals_step: &mut [f64]) -> f64 {
+        1.0
+    }
+
+    /// Energy stored in the cluster; zero for loads.
+    fn energy(&self, _cluster: usize, _view: View<'_>) -> f64 {
+        0.0
+    }
+
+    /// The largest $|\nabla u|$ (Frobenius) of a displacement in the cluster; tells how far from linear it is.
+    fn largest_gradient(&self, _cluster: usize, _displacement: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// The smallest determinant of $F$ in the cluster and where, for terms that have one.
+    fn smallest_jacobian(&self, _cluster: usize, _view: View<'_>) -> Option<(f64, Vec<f64>)> {
+        None
+    }
+}
+
+impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
+    fn clusters(&self) -> usize {
+        (**self).clusters()
+    }
+
+    fn nodes(&self, cluster: usize) -> &[u32] {
+        (**self).nodes(cluster)
+    }
+
+    fn is_symmetric(&self) -> bool {
+        (**self).is_symmetric()
+    }
+
+    fn locals(&self, cluster: usize) -> std::ops::Range<usize> {
+        (**self).locals(cluster)
+    }
+
+    fn start(&self, cluster: usize, locals: &mut [f64]) {
+        (**self).start(cluster, locals);
+    }
+
+    fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
+        (**self).linearize(cluster, view, out);
+    }
+
+    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], locals_step: &mut [f64]) -> f64 {
+        (**self).advance(cluster, view, step, locals_step)
+    }
+
+    fn energy(&self, cluster: usize, view: View<'_>) -> f64 {
+        (**self).energy(cluster, view)
+    }
+
+    fn largest_gradient(&self, cluster: usize, displacement: &[f64]) -> f64 {
+        (**self).largest_gradient(cluster, displacement)
+    }
+
+    fn smallest_jacobian(&self, cluster: usize, view: View<'_>) -> Option<(f64, Vec<f64>)> {
+        (**self).smallest_jacobian(cluster, view)
+    }
+}
