@@ -213,7 +213,7 @@ impl Analysis {
             spent: 0,
         };
         for &target in targets {
-            if !march.to_value(functional, target) {
+            if !march.reach(functional, target) {
                 break;
             }
         }
@@ -455,7 +455,7 @@ impl<const D: usize> March<'_, '_, D> {
     }
 
     /// Brings a functional to a value, halving where needed; `false` ends the run.
-    fn to_value(&mut self, functional: &dyn Functional, target: f64) -> bool {
+    fn reach(&mut self, functional: &dyn Functional, target: f64) -> bool {
         let start = functional.value(&self.state.displacement);
         let mut part = 1.0;
         while self.steps_left() {
