@@ -334,7 +334,9 @@ impl<const D: usize> March<'_, '_, D> {
     /// Tries one state; on success it becomes the current one. `None` ends the run.
     fn attempt(&mut self, mut attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
         let before = self.workspace.iterations;
-        let outcome = self.workspace.newton(&self.analysis.newton, &mut attempt, control, self.observer, self.scale);
+        let near = self.previous.is_some() && self.analysis.stepping.predict;
+        let outcome =
+            self.workspace.newton(&self.analysis.newton, &mut attempt, control, self.observer, self.scale, near);
         self.spent += self.workspace.iterations - before;
         self.path.iterations = self.workspace.iterations;
         if outcome.is_err() {
@@ -380,6 +382,8 @@ impl<const D: usize> March<'_, '_, D> {
     fn by_load(&mut self) {
         let stepping = self.analysis.stepping;
         let mut increment = stepping.first;
+        // After a rejection one step keeps its increment, or the next one would be rejected again.
+        let mut rejected = false;
         while self.state.load < 1.0 && self.steps_left() {
             let mut target = self.state.load + increment;
             // A rest smaller than a rounding of the load is part of this step.
@@ -392,11 +396,13 @@ impl<const D: usize> March<'_, '_, D> {
                     if !self.accept(state) {
                         return;
                     }
-                    if iterations <= stepping.quick {
+                    if iterations <= stepping.quick && !rejected {
                         increment = (increment * stepping.growth).min(stepping.largest);
                     }
+                    rejected = false;
                 }
                 Err(rejection) => {
+                    rejected = true;
                     increment = 0.5 * (target - self.state.load);
                     if increment < stepping.smallest {
                         self.path.ending = Ending::Stalled(rejection.to_string());
@@ -411,6 +417,7 @@ impl<const D: usize> March<'_, '_, D> {
     fn by_deflection(&mut self, deflection: &Deflection, first: f64) {
         let stepping = self.analysis.stepping;
         let mut increment = first;
+        let mut rejected = false;
         while self.state.load < 1.0 && self.steps_left() {
             let now = deflection.value(&self.state.displacement);
             let before = self.previous.as_ref().map(|p| deflection.value(&p.displacement));
@@ -439,11 +446,13 @@ impl<const D: usize> March<'_, '_, D> {
                     if !self.accept(state) {
                         return;
                     }
-                    if iterations <= stepping.quick {
+                    if iterations <= stepping.quick && !rejected {
                         increment *= stepping.growth;
                     }
+                    rejected = false;
                 }
                 Err(rejection) => {
+                    rejected = true;
                     increment *= 0.5;
                     if increment < stepping.smallest * first {
                         self.path.ending = Ending::Stalled(rejection.to_string());

@@ -3,7 +3,9 @@
 mod analysis;
 mod newton;
 mod path;
+mod volume;
 
 pub use analysis::{Analysis, StepControl, Stepping};
 pub use newton::{Control, Deflection, Functional, Newton, Rejection};
 pub use path::{Ending, Iteration, Observer, Path, State, Step};
+pub use volume::EnclosedVolume;

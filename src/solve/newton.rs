@@ -84,6 +84,11 @@ pub enum Rejection {
         /// The last step factor.
         factor: f64,
     },
+    /// The increments grow although the state was predicted from others.
+    Diverging {
+        /// The last increment relative to the displacement.
+        increment: f64,
+    },
     /// Numbers that are not finite: a material left its domain.
     NotFinite,
     /// The linear solve failed.
@@ -99,6 +104,12 @@ impl fmt::Display for Rejection {
             Rejection::Guarded { factor } => {
                 write!(f, "the path guard cut every step (factor {factor:.3}): the next state is too far away")
             }
+            Rejection::Diverging { increment } => {
+                write!(
+                    f,
+                    "the increments grow (now {increment:.1e} of the displacement): the next state is too far away"
+                )
+            }
             Rejection::NotFinite => write!(f, "forces are not finite: a material left its domain"),
             Rejection::Linear(error) => write!(f, "{error}"),
             Rejection::Control => write!(f, "the controlled quantity does not change with the load"),
@@ -110,6 +121,11 @@ impl fmt::Display for Rejection {
 const SMALL_FACTOR: f64 = 0.3;
 /// Small factors in a row before the attempt is given up.
 const SMALL_FACTORS: usize = 3;
+/// A predicted attempt whose increments grow beyond this multiple of the first one is too far away; those
+/// that converged on the way through the disk's inflation stayed below 1.5.
+const GROWN: f64 = 2.0;
+/// Increments below this part of the displacement may grow all the same.
+const GROWN_LEAST: f64 = 1e-2;
 /// Sweeps over the skew part per linear solve; each reduces the error by the ratio of skew to stiffness.
 const SKEW_SWEEPS: usize = 40;
 
@@ -139,6 +155,7 @@ struct Buffers {
 
 impl<const D: usize> Workspace<'_, D> {
     /// Iterates `state` to an equilibrium; on rejection the state is left where the attempt ended.
+    /// `near` says that the state was predicted from others, so that increments must not grow.
     pub fn newton(
         &mut self,
         settings: &Newton,
@@ -146,6 +163,7 @@ impl<const D: usize> Workspace<'_, D> {
         control: Control<'_>,
         observer: &mut dyn Observer,
         scale: f64,
+        near: bool,
     ) -> Result<usize, Rejection> {
         let unknowns = self.model.unknowns();
         let mut buffers = Buffers::default();
@@ -161,6 +179,7 @@ impl<const D: usize> Workspace<'_, D> {
             state.load = load;
         }
         let mut small = 0;
+        let mut first = f64::INFINITY;
         for number in 1..=settings.iterations {
             self.assembler.assemble(self.model, &state.displacement, &state.locals, state.load, &mut self.system);
             self.iterations += 1;
@@ -224,6 +243,11 @@ impl<const D: usize> Workspace<'_, D> {
             observer.iteration(&Iteration { load: state.load, number, residual, increment, factor });
             if factor == 1.0 && increment <= settings.tolerance {
                 return Ok(number);
+            }
+            if number == 1 {
+                first = increment;
+            } else if near && increment > (GROWN * first).max(GROWN_LEAST) {
+                return Err(Rejection::Diverging { increment });
             }
             small = if number >= 2 && factor < SMALL_FACTOR { small + 1 } else { 0 };
             if small >= SMALL_FACTORS {
