@@ -142,8 +142,8 @@ pub enum ApproximationError {
         /// The point.
         at: Vec<f64>,
     },
-    /// A point lies outside the elements of a mesh.
-    #[error("X = {at:?} lies in no element of the mesh: evaluate inside the mesh")]
+    /// A point lies outside the body.
+    #[error("X = {at:?} lies outside of the body: evaluate inside it")]
     Outside {
         /// The point.
         at: Vec<f64>,
@@ -228,6 +228,14 @@ pub enum BoundaryError {
         what: String,
         /// The nearest particle.
         nearest: Vec<f64>,
+    },
+    /// A load acts beside the body.
+    #[error("{what}: X = {at:?} lies outside of the body; give a point in it")]
+    Outside {
+        /// The load.
+        what: String,
+        /// Where.
+        at: Vec<f64>,
     },
     /// An enforcement can't serve the rows asked of it.
     #[error("{enforcement}: {reason}")]

@@ -104,6 +104,9 @@ pub mod output;
 // Floor 10
 #[cfg(feature = "solve")]
 pub mod scene;
+// Floor 11
+#[cfg(feature = "solve")]
+pub mod check;
 
 pub use error::Error;
 

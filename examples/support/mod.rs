@@ -3,6 +3,13 @@
 
 use std::path::PathBuf;
 
+use rkpm::Error;
+use rkpm::cells::Lattice;
+use rkpm::geometry::Point;
+use rkpm::output::{VtkCell, VtkField, VtkGrid};
+use rkpm::scene::Problem;
+use rkpm::solve::State;
+
 /// The directory of the results of example `name`: `target/rkpm/NAME`, or what `--out DIR` says.
 ///
 /// Ends the program with exit code 2 and a word about usage on any other argument.
@@ -46,4 +53,85 @@ pub fn csv_value(text: &str, name: &str) -> f64 {
 /// The lines that are neither empty nor comments; a comment with commas may stand in quotes.
 fn csv_lines(text: &str) -> impl Iterator<Item = &str> {
     text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#') && !line.starts_with("\"#"))
+}
+
+/// Current positions of all particles: reference positions and displacements.
+pub fn deformed<const D: usize>(problem: &Problem<D>, state: &State) -> Result<Vec<Point<D>>, Error> {
+    let moves = problem.particle_displacements(state)?;
+    Ok(problem.lattice.positions().iter().zip(&moves).map(|(x, u)| x + u).collect())
+}
+
+/// Current courses of the lines of particles along all axes: what a drawn grid on the body would turn
+/// into. Each line is sampled at `parts` points per cell, so that it bends where the body does.
+pub fn grid_lines<const D: usize>(
+    problem: &Problem<D>,
+    state: &State,
+    parts: usize,
+) -> Result<Vec<Vec<Point<D>>>, Error> {
+    let fine = problem.lattice.refined(parts)?;
+    let counts = fine.counts();
+    let mut lines = Vec::new();
+    for axis in 0..D {
+        // A line starts at each particle of the lower face of its axis.
+        for node in 0..fine.positions().len() {
+            let index = multi_index(node, counts);
+            if index[axis] != 0 || (0..D).any(|i| index[i] % parts != 0) {
+                continue;
+            }
+            let along = (0..counts[axis]).map(|k| {
+                let mut at = index;
+                at[axis] = k;
+                let x = fine.positions()[fine.node(at)];
+                Ok(x + problem.displacement(state, &x)?)
+            });
+            lines.push(along.collect::<Result<_, Error>>()?);
+        }
+    }
+    Ok(lines)
+}
+
+/// The same lines at rest.
+pub fn grid_lines_at_rest<const D: usize>(lattice: &Lattice<D>) -> Vec<Vec<Point<D>>> {
+    let counts = lattice.counts();
+    let starts =
+        |axis: usize| (0..lattice.positions().len()).map(move |n| multi_index(n, counts)).filter(move |i| i[axis] == 0);
+    let line = |axis: usize, start: [usize; D]| {
+        (0..counts[axis]).map(move |k| {
+            let mut at = start;
+            at[axis] = k;
+            lattice.positions()[lattice.node(at)]
+        })
+    };
+    (0..D).flat_map(|axis| starts(axis).map(move |start| line(axis, start).collect())).collect()
+}
+
+/// Particles and the cells between them in their current positions, with the displacement as a field.
+pub fn vtk_grid<const D: usize>(problem: &Problem<D>, state: &State) -> Result<VtkGrid, Error> {
+    let lattice = &problem.lattice;
+    let cells = (0..lattice.cell_count()).map(|cell| {
+        let base = multi_index(cell, lattice.cell_counts());
+        // VTK runs around a face where a lattice counts along its axes.
+        let corner = |corner: usize| {
+            let around = corner ^ ((corner >> 1) & 1);
+            lattice.node(std::array::from_fn(|i| base[i] + ((around >> i) & 1)))
+        };
+        match D {
+            1 => VtkCell::Line(std::array::from_fn(corner)),
+            2 => VtkCell::Quad(std::array::from_fn(corner)),
+            _ => VtkCell::Hexahedron(std::array::from_fn(corner)),
+        }
+    });
+    let mut grid = VtkGrid::new(&deformed(problem, state)?, cells.collect());
+    grid.point_data.push(VtkField::vectors("displacement", &problem.particle_displacements(state)?));
+    Ok(grid)
+}
+
+/// The multi-index of a number, axis 0 running fastest.
+fn multi_index<const D: usize>(number: usize, counts: [usize; D]) -> [usize; D] {
+    let mut rest = number;
+    counts.map(|count| {
+        let index = rest % count;
+        rest /= count;
+        index
+    })
 }

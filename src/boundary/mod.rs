@@ -1,11 +1,13 @@
 //! Essential conditions: rows, and the strategies that enforce them.
 
+mod full;
 mod multipliers;
 mod rows;
 mod transformation;
 
+pub use full::FullTransformation;
 pub use multipliers::LagrangeMultipliers;
-pub use rows::{Constraints, Row};
+pub use rows::{Constraints, Motion, Row};
 pub use transformation::MixedTransformation;
 
 use crate::assembly::{Pattern, System};

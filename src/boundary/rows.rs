@@ -1,6 +1,7 @@
 //! Rows of essential conditions, at particles and over boundaries.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use crate::cells::BoundaryCells;
 use crate::error::{BoundaryError, Error};
@@ -24,12 +25,35 @@ pub struct Row {
     pub label: String,
 }
 
+/// A displacement component as a function of $X$ and the load factor.
+pub type Motion<const D: usize> = Arc<dyn Fn(&Point<D>, f64) -> f64 + Send + Sync>;
+
+/// The value of a row that weighs the given points: $g$ and $a(\lambda)$.
+type Value<'a, const D: usize> = &'a dyn Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude);
+
+/// $g\,a(\lambda)$ with $g = \sum w\,g(X)$.
+fn scaled<'a, const D: usize>(
+    target: &'a dyn Fn(&Point<D>) -> f64,
+    amplitude: &'a Amplitude,
+) -> impl Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude) + 'a {
+    move |points| (points.iter().map(|(x, w)| w * target(x)).sum(), amplitude.clone())
+}
+
+/// $\sum w\,g(X, \lambda)$, all of it in the amplitude.
+fn moved<'a, const D: usize>(motion: &'a Motion<D>) -> impl Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude) + 'a {
+    move |points| {
+        let motion = motion.clone();
+        let sum = move |load: f64| points.iter().map(|(x, w)| w * motion(x, load)).sum();
+        (1.0, Amplitude::Function(Arc::new(sum)))
+    }
+}
+
 /// The rows of a problem.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Constraints {
     rows: Vec<Row>,
     /// Owner and rows of boundary integrals: which part has claimed a particle's component.
-    claimed: HashMap<usize, String>,
+    claimed: HashMap<usize, (String, f64, Amplitude)>,
     /// Values at particles by owned unknown, to find repeated and conflicting conditions.
     at_particles: HashMap<usize, usize>,
 }
@@ -63,8 +87,11 @@ impl Constraints {
         if let Some(&(_, value)) = row.entries.iter().find(|(_, c)| !c.is_finite()) {
             return Err(BoundaryError::Value { what: row.label, value, load: 1.0 });
         }
-        if !row.target.is_finite() {
-            return Err(BoundaryError::Value { what: row.label, value: row.target, load: 1.0 });
+        for load in [0.0, 1.0] {
+            let value = row.target * row.amplitude.evaluate(load).0;
+            if !value.is_finite() {
+                return Err(BoundaryError::Value { what: row.label, value, load });
+            }
         }
         if row.entries.iter().all(|(_, c)| *c == 0.0) {
             return Err(BoundaryError::Dependent { row: self.rows.len(), what: row.label, pivot: 0.0 });
@@ -89,16 +116,43 @@ impl Constraints {
         amplitude: &Amplitude,
         label: &str,
     ) -> Result<(), Error> {
+        self.collocate(approximation, particles, component, &scaled(target, amplitude), label)
+    }
+
+    /// Conditions $u_i(X_J) = g(X_J, \lambda)$ at particles: as [`at_particles`](Constraints::at_particles)
+    /// for values that do not grow in proportion, such as those of a rotation.
+    ///
+    /// # Errors
+    /// As [`at_particles`](Constraints::at_particles).
+    pub fn motion_at_particles<const D: usize, A: Approximation<D>>(
+        &mut self,
+        approximation: &A,
+        particles: &[usize],
+        component: usize,
+        motion: &Motion<D>,
+        label: &str,
+    ) -> Result<(), Error> {
+        self.collocate(approximation, particles, component, &moved(motion), label)
+    }
+
+    fn collocate<const D: usize, A: Approximation<D>>(
+        &mut self,
+        approximation: &A,
+        particles: &[usize],
+        component: usize,
+        value: Value<'_, D>,
+        label: &str,
+    ) -> Result<(), Error> {
         check_component(component, D, label)?;
         let mut scratch = A::Scratch::default();
         let mut psi = ShapeFunctions::default();
         for &particle in particles {
             let at = approximation.nodes()[particle];
             let owner = particle * D + component;
-            let value = target(&at);
+            let (target, amplitude) = value(vec![(at, 1.0)]);
             if let Some(&earlier) = self.at_particles.get(&owner) {
                 let row = &self.rows[earlier];
-                if row.amplitude == *amplitude && same(row.target, value) {
+                if agree((row.target, &row.amplitude), (target, &amplitude)) {
                     continue;
                 }
                 return Err(BoundaryError::Conflict {
@@ -106,13 +160,13 @@ impl Constraints {
                     second: label.to_string(),
                     component,
                     at: at.as_slice().to_vec(),
-                    values: [row.target, value],
+                    values: [row.target * row.amplitude.evaluate(1.0).0, target * amplitude.evaluate(1.0).0],
                 }
                 .into());
             }
             approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
             let entries = psi.nodes.iter().zip(&psi.values).map(|(&n, &v)| (n as usize * D + component, v)).collect();
-            self.push(Row { entries, owner, target: value, amplitude: amplitude.clone(), label: label.to_string() })?;
+            self.push(Row { entries, owner, target, amplitude, label: label.to_string() })?;
             self.at_particles.insert(owner, self.rows.len() - 1);
         }
         Ok(())
@@ -136,6 +190,35 @@ impl Constraints {
         component: usize,
         target: &dyn Fn(&Point<D>) -> f64,
         amplitude: &Amplitude,
+        label: &str,
+    ) -> Result<(), Error> {
+        self.integrate(approximation, boundary, kinematics, component, &scaled(target, amplitude), label)
+    }
+
+    /// Conditions $\int\Theta_J(u_i - g(X, \lambda))\,\mathrm d\Gamma = 0$: as
+    /// [`over_boundary`](Constraints::over_boundary) for values that do not grow in proportion.
+    ///
+    /// # Errors
+    /// As [`over_boundary`](Constraints::over_boundary).
+    pub fn motion_over_boundary<const D: usize, A: Approximation<D>>(
+        &mut self,
+        approximation: &A,
+        boundary: &BoundaryCells<D>,
+        kinematics: &(impl Kinematics<D> + ?Sized),
+        component: usize,
+        motion: &Motion<D>,
+        label: &str,
+    ) -> Result<(), Error> {
+        self.integrate(approximation, boundary, kinematics, component, &moved(motion), label)
+    }
+
+    fn integrate<const D: usize, A: Approximation<D>>(
+        &mut self,
+        approximation: &A,
+        boundary: &BoundaryCells<D>,
+        kinematics: &(impl Kinematics<D> + ?Sized),
+        component: usize,
+        value: Value<'_, D>,
         label: &str,
     ) -> Result<(), Error> {
         check_component(component, D, label)?;
@@ -172,9 +255,23 @@ impl Constraints {
             });
             if let Some(nearest) = nearest {
                 receiver.insert(particle, nearest);
+            } else if let Some((first, target, amplitude)) = self.claimed.get(&(particle as usize * D + component)) {
+                // The hat has nowhere to go: it says again what an earlier condition said, or contradicts it.
+                let (again, other) = value(vec![(at, 1.0)]);
+                if !agree((*target, amplitude), (again, &other)) {
+                    return Err(BoundaryError::Conflict {
+                        first: first.clone(),
+                        second: label.to_string(),
+                        component,
+                        at: at.as_slice().to_vec(),
+                        values: [target * amplitude.evaluate(1.0).0, again * other.evaluate(1.0).0],
+                    }
+                    .into());
+                }
             }
         }
-        let mut sums: HashMap<u32, (HashMap<usize, f64>, f64)> = HashMap::new();
+        type Sum<const D: usize> = (HashMap<usize, f64>, Vec<(Point<D>, f64)>);
+        let mut sums: HashMap<u32, Sum<D>> = HashMap::new();
         let mut scratch = A::Scratch::default();
         let mut psi = ShapeFunctions::default();
         for group in boundary.points.groups.windows(2) {
@@ -183,26 +280,27 @@ impl Constraints {
                 let at = boundary.points.positions[point];
                 approximation.evaluate_values(&at, &mut scratch, &mut psi)?;
                 let measure = if on_axis { 1.0 } else { kinematics.measure(&at) };
-                let value = target(&at);
                 for &(particle, hat) in &boundary.hats[point] {
                     let Some(&particle) = receiver.get(&particle) else { continue };
                     let weight = boundary.points.weights[point] * measure * hat;
-                    let (entries, total) = sums.entry(particle).or_default();
+                    let (entries, points) = sums.entry(particle).or_default();
                     for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
                         *entries.entry(node as usize * D + component).or_default() += weight * psi;
                     }
-                    *total += weight * value;
+                    points.push((at, weight));
                 }
             }
         }
         for particle in order {
-            let Some((entries, target)) = sums.remove(&particle) else { continue };
+            let Some((entries, points)) = sums.remove(&particle) else { continue };
+            let (target, amplitude) = value(points);
             let mut entries: Vec<(usize, f64)> = entries.into_iter().collect();
             entries.sort_unstable_by_key(|e| e.0);
             // Rows of one size, whatever the spacing: multipliers become mean tractions.
             let owner = particle as usize * D + component;
-            self.push(Row { entries, owner, target, amplitude: amplitude.clone(), label: label.to_string() })?;
-            self.claimed.insert(owner, label.to_string());
+            self.push(Row { entries, owner, target, amplitude, label: label.to_string() })?;
+            let (target, amplitude) = value(vec![(approximation.nodes()[particle as usize], 1.0)]);
+            self.claimed.insert(owner, (label.to_string(), target, amplitude));
         }
         Ok(())
     }
@@ -228,6 +326,17 @@ fn check_component(component: usize, dimension: usize, label: &str) -> Result<()
         Ok(())
     } else {
         Err(BoundaryError::Component { what: label.to_string(), component, dimension })
+    }
+}
+
+/// Whether two values are the same at all loads; functions are compared at a few of them.
+fn agree(first: (f64, &Amplitude), second: (f64, &Amplitude)) -> bool {
+    let at = |(target, amplitude): (f64, &Amplitude), load: f64| target * amplitude.evaluate(load).0;
+    match (first.1, second.1) {
+        (Amplitude::Function(_), Amplitude::Function(_)) => {
+            [0.0, 0.21, 0.47, 0.76, 1.0].iter().all(|&load| same(at(first, load), at(second, load)))
+        }
+        _ => first.1 == second.1 && same(first.0, second.0),
     }
 }
 

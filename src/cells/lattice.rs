@@ -225,6 +225,40 @@ impl<const D: usize> Lattice<D> {
         self.corner_nodes(cell).map(|node| self.positions[node])
     }
 
+    /// Whether a point lies in the body, up to a tenth of a cell: the cells cut the corners of curved boundaries.
+    pub fn contains(&self, at: &Point<D>) -> bool {
+        const SLACK: f64 = 0.1;
+        if !at.iter().all(|x| x.is_finite()) {
+            return false;
+        }
+        (0..self.cell_count()).any(|cell| {
+            let corners = self.corners(cell);
+            let used = &corners[..1 << D];
+            let low = used.iter().fold(Point::<D>::repeat(f64::INFINITY), |low, x| low.zip_map(x, f64::min));
+            let high = used.iter().fold(Point::<D>::repeat(f64::NEG_INFINITY), |high, x| high.zip_map(x, f64::max));
+            let margin = (high - low) * SLACK;
+            if (0..D).any(|i| at[i] < low[i] - margin[i] || at[i] > high[i] + margin[i]) {
+                return false;
+            }
+            // Newton on the multilinear map, by Cramer's rule; a few steps from the middle.
+            let mut local = Point::<D>::repeat(0.5);
+            for _ in 0..20 {
+                let (x, columns) = multilinear(&corners, &local);
+                let total = determinant(&columns);
+                let step = Point::<D>::from_fn(|i, _| {
+                    let mut replaced = columns;
+                    replaced[i] = at - x;
+                    determinant(&replaced) / total
+                });
+                local += step;
+                if step.norm() < 1e-12 {
+                    break;
+                }
+            }
+            local.iter().all(|t| *t >= -SLACK && *t <= 1.0 + SLACK)
+        })
+    }
+
     /// Box supports from the local spacing: half-widths $a_i = 2 r d_i$ (6.1) with $d_i$ the largest
     /// distance along coordinate $i$ to a neighbour on the lattice, particle by particle.
     ///

@@ -59,6 +59,11 @@ impl LinearSolver for Direct {
                     what: format!("an order of {} unknowns for a matrix of {n}", order.len()),
                 });
             }
+            // Minimum degree would move the multipliers forward, where their pivots are zero. An identity order is
+            // spelt out: faer's own `Identity` reads the lower triangle as the upper one.
+            None if matches!(class, MatrixClass::Saddle { .. }) => {
+                Some(((0..n as u32).collect(), (0..n as u32).collect()))
+            }
             None => None,
         };
         let mut factorizer = CholeskyFactorizer {
@@ -66,7 +71,6 @@ impl LinearSolver for Direct {
             rows: pattern.rows.clone(),
             n,
             order,
-            class,
             definite: None,
             indefinite: None,
             values: Vec::new(),
@@ -90,7 +94,6 @@ struct CholeskyFactorizer {
     rows: Vec<u32>,
     n: usize,
     order: Option<(Vec<u32>, Vec<u32>)>,
-    class: MatrixClass,
     definite: Option<SymbolicCholesky<u32>>,
     indefinite: Option<SymbolicCholesky<u32>>,
     values: Vec<f64>,
@@ -103,11 +106,9 @@ struct CholeskyFactorizer {
 impl CholeskyFactorizer {
     fn symbolic(&self, supernodal: bool) -> Result<SymbolicCholesky<u32>, LinearError> {
         let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &self.columns, None, &self.rows);
-        let ordering = match (&self.order, self.class) {
-            (Some((forward, inverse)), _) => SymmetricOrdering::Custom(PermRef::new_checked(forward, inverse, self.n)),
-            // Minimum degree would move the multipliers forward, where their pivots are zero.
-            (None, MatrixClass::Saddle { .. }) => SymmetricOrdering::Identity,
-            (None, MatrixClass::Definite) => SymmetricOrdering::Amd,
+        let ordering = match &self.order {
+            Some((forward, inverse)) => SymmetricOrdering::Custom(PermRef::new_checked(forward, inverse, self.n)),
+            None => SymmetricOrdering::Amd,
         };
         let mut params = CholeskySymbolicParams::default();
         if supernodal {

@@ -1,177 +1,180 @@
-//! Energies of the reduced invariants $\bar I_1 = I_1 J^{-2/3}$, $\bar I_2 = I_2 J^{-4/3}$ (2.11), (2.12).
+//! Energies of the reduced invariants and their derivatives with respect to F.
 
 use nalgebra::Matrix3;
 
-use crate::error::MaterialError;
-use crate::tensor::{Tangent, Vector9, add_determinant_hessian, cofactor, components, from_components};
-
 use super::{Material, Response};
+use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components};
 
-/// An energy of the reduced invariants and its derivatives \[stress\]: $\bar W$, $\bar K_n$ (2.14), $\bar H_{mn}$ (A.3).
+/// A distortional energy and its derivatives with respect to the reduced invariants \[stress\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Distortion {
     /// $\bar W$.
     pub energy: f64,
-    /// $\bar K_1 = \partial\bar W/\partial\bar I_1$.
+    /// $\bar K_1 = \partial\bar W/\partial\bar I_1$ (2.14).
     pub w1: f64,
-    /// $\bar K_2 = \partial\bar W/\partial\bar I_2$.
+    /// $\bar K_2 = \partial\bar W/\partial\bar I_2$ (2.14).
     pub w2: f64,
-    /// $\bar H_{11}$.
+    /// $\bar H_{11} = \partial^2\bar W/\partial\bar I_1^2$.
     pub w11: f64,
-    /// $\bar H_{12}$.
+    /// $\bar H_{12} = \partial^2\bar W/\partial\bar I_1\partial\bar I_2$.
     pub w12: f64,
-    /// $\bar H_{22}$.
+    /// $\bar H_{22} = \partial^2\bar W/\partial\bar I_2^2$.
     pub w22: f64,
 }
 
-/// An energy $\bar W(\bar I_1, \bar I_2)$.
-///
-/// ```
-/// use rkpm::material::{Distortion, InvariantEnergy};
-/// /// The exponential energy a (exp(b (Ī₁ − 3)) − 1).
-/// struct Exponential { a: f64, b: f64 }
-/// impl InvariantEnergy for Exponential {
-///     fn evaluate(&self, i1: f64, _: f64) -> Distortion {
-///         let e = (self.b * (i1 - 3.0)).exp();
-///         Distortion {
-///             energy: self.a * (e - 1.0),
-///             w1: self.a * self.b * e,
-///             w11: self.a * self.b * self.b * e,
-///             ..Distortion::default()
-///         }
-///     }
-/// }
-/// assert_eq!(Exponential { a: 2.0, b: 1.0 }.evaluate(3.0, 3.0).w1, 2.0);
-/// ```
-pub trait InvariantEnergy: Send + Sync {
-    /// $\bar W$ and its derivatives.
-    fn evaluate(&self, i1: f64, i2: f64) -> Distortion;
+impl Distortion {
+    /// NaN in every component: the answer outside the domain of an energy.
+    pub fn undefined() -> Self {
+        Self { energy: f64::NAN, w1: f64::NAN, w2: f64::NAN, w11: f64::NAN, w12: f64::NAN, w22: f64::NAN }
+    }
 }
 
-/// Turns an [`InvariantEnergy`] into a [`Material`].
+/// A distortional energy $\bar W(\bar I_1, \bar I_2)$ of the reduced invariants (2.11), (2.12).
 ///
-/// $\bar W$ is taken as a function of $(I_1, I_2, J)$, whose derivatives with respect to $F$ are polynomials:
-/// $P = \sum_a W_a\,\partial_F a$ and $\partial P/\partial F = \sum_{ab} W_{ab}\,\partial_F a\otimes\partial_F b
-/// + \sum_a W_a\,\partial^2_F a$, without any inverse. The same as $P = FS$ with (2.13).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Invariants<E>(
-    /// The energy.
-    pub E,
-);
+/// Both are 3 in the undeformed state and at least 3 elsewhere; the energy should vanish there.
+/// [`Invariants`] makes a [`Material`] of it. The Fung-type energy
+/// $\bar W = \frac{\mu}{2b}\left(e^{b(\bar I_1-3)} - 1\right)$:
+///
+/// ```
+/// use rkpm::material::{Distortion, InvariantEnergy, Invariants, initial_shear_modulus};
+///
+/// struct Fung { mu: f64, b: f64 }
+///
+/// impl InvariantEnergy for Fung {
+///     fn evaluate(&self, i1: f64, _i2: f64) -> Distortion {
+///         let x = self.b * (i1 - 3.0);
+///         let w1 = 0.5 * self.mu * x.exp();
+///         Distortion { energy: 0.5 * self.mu / self.b * x.exp_m1(), w1, w11: self.b * w1, ..Distortion::default() }
+///     }
+/// }
+///
+/// let tissue = Invariants(Fung { mu: 0.01, b: 2.0 });
+/// assert!((initial_shear_modulus(&tissue) - 0.01).abs() < 1e-15);
+/// ```
+pub trait InvariantEnergy: Send + Sync {
+    /// The energy and its derivatives at the reduced invariants $\bar I_1$, $\bar I_2$.
+    fn evaluate(&self, i1: f64, i2: f64) -> Distortion;
 
-/// $J^{-2/3}$ and both reduced invariants; NaN for $J \le 0$.
-#[inline]
-fn reduced(f: &Matrix3<f64>, g: &Matrix3<f64>) -> (f64, f64, f64, f64, f64) {
-    let j = f.determinant();
-    // A cube root would be real for J < 0 and hide the inversion.
-    let s = if j > 0.0 { 1.0 / (j * j).cbrt() } else { f64::NAN };
-    let i1 = g.trace();
-    let i2 = 0.5 * (i1 * i1 - g.norm_squared());
-    (j, s, i1, i1 * s, i2 * s * s)
+    /// The same at the excesses $e_1 = \bar I_1 - 3$ and $e_2 = \bar I_2 - 3$.
+    ///
+    /// [`Invariants`] calls this one, because it knows the excesses to full relative precision where
+    /// $\bar I_1 - 3$ has lost it: they are quadratic in the strain. An energy written in the
+    /// excesses keeps that precision by overriding it.
+    fn evaluate_excess(&self, e1: f64, e2: f64) -> Distortion {
+        self.evaluate(3.0 + e1, 3.0 + e2)
+    }
+}
+
+/// The material of an energy of the reduced invariants, $W(F) = \bar W(\bar I_1, \bar I_2)$.
+///
+/// With $N = \operatorname{cof}F/J = F^{-T}$, $I_1 = F:F$ and $I_2 = |\operatorname{cof}F|^2$,
+/// $$g_1 = \frac{\partial\bar I_1}{\partial F} = 2\left(J^{-2/3}F - \tfrac13\bar I_1N\right),\qquad
+///   g_2 = \frac{\partial\bar I_2}{\partial F} = 2\left(J^{-4/3}(I_1F - FF^TF) - \tfrac23\bar I_2N\right)$$
+/// give the stress $P = \bar K_1g_1 + \bar K_2g_2$, which is $FS$ with the distortional part of (2.13),
+/// and the tangent that carries (2.16) and the geometric stiffness in one block.
+/// No inverse, no eigenvalue and no allocation is needed. NaN for $J \le 0$.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Invariants<E>(pub E);
+
+/// The reduced invariants of a deformation gradient with J > 0 and what they were made from.
+struct Reduced {
+    /// J.
+    j: f64,
+    /// J^(-2/3).
+    c: f64,
+    /// cof F.
+    cofactor: Matrix3<f64>,
+    /// G = FᵀF.
+    green: Matrix3<f64>,
+    /// Ī1 - 3 and Ī2 - 3.
+    excess: [f64; 2],
+}
+
+impl Reduced {
+    #[inline]
+    fn new(f: &Matrix3<f64>) -> Option<Self> {
+        let cofactor = cofactor(f);
+        let j = f.m11 * cofactor.m11 + f.m12 * cofactor.m12 + f.m13 * cofactor.m13;
+        if j.is_nan() || j <= 0.0 {
+            return None;
+        }
+        let c = j.cbrt().powi(-2);
+        let green = f.transpose() * f;
+        let i1 = c * green.trace();
+        // Below this bound e2 + e3 doesn't cancel; above it, Ī1 - 3 has lost less than one digit.
+        let excess = if i1 < 3.5 {
+            // With ē = c G - δ, det(δ + ē) = 1 means tr ē = -(e2 + e3): the excesses follow from
+            // terms quadratic in the strain, and round-off stays relative to them.
+            let e = c * green - Matrix3::identity();
+            let e2 = e.m11 * e.m22 - e.m12 * e.m12 + e.m11 * e.m33 - e.m13 * e.m13 + e.m22 * e.m33 - e.m23 * e.m23;
+            let e3 = e.determinant();
+            [-(e2 + e3), -(e2 + 2.0 * e3)]
+        } else {
+            [i1 - 3.0, c * c * cofactor.norm_squared() - 3.0]
+        };
+        Some(Self { j, c, cofactor, green, excess })
+    }
 }
 
 impl<E: InvariantEnergy> Material for Invariants<E> {
     fn energy(&self, f: &Matrix3<f64>) -> f64 {
-        let (_, _, _, b1, b2) = reduced(f, &(f.transpose() * f));
-        self.0.evaluate(b1, b2).energy
+        Reduced::new(f).map_or(f64::NAN, |reduced| self.0.evaluate_excess(reduced.excess[0], reduced.excess[1]).energy)
     }
 
     fn response(&self, f: &Matrix3<f64>) -> Response {
-        let g = f.transpose() * f;
-        let (j, s, i1, b1, b2) = reduced(f, &g);
-        let d = self.0.evaluate(b1, b2);
-        // Derivatives of the reduced invariants: Ī₁ = s I₁, Ī₂ = s² I₂ with s = J^(-2/3).
-        let cof = cofactor(f);
-        let c = components(&cof);
-        let f9 = components(f);
-        let fg = f * g;
-        let u2: Vector9 = (f9 * i1 - components(&fg)) * 2.0;
-        let (j1, j2) = (-2.0 / 3.0 * b1 / j, -4.0 / 3.0 * b2 / j);
-        let a1: Vector9 = f9 * (2.0 * s) + c * j1;
-        let a2: Vector9 = u2 * (s * s) + c * j2;
-        let stress = from_components(&(a1 * d.w1 + a2 * d.w2));
+        let Some(reduced) = Reduced::new(f) else {
+            return Response::undefined();
+        };
+        let Reduced { j, c, cofactor, green, excess } = reduced;
+        let Distortion { w1, w2, w11, w12, w22, .. } = self.0.evaluate_excess(excess[0], excess[1]);
+        let (i1, i2) = (3.0 + excess[0], 3.0 + excess[1]);
 
+        // N = F⁻ᵀ; g1, g2: gradients of the reduced invariants.
+        let normal = cofactor / j;
+        let g1 = 2.0 * (c * f - (i1 / 3.0) * normal);
+        let g2 = 2.0 * (c * i1 * f - (c * c) * (f * green) - (2.0 / 3.0 * i2) * normal);
+        let stress = w1 * g1 + w2 * g2;
+
+        // The dyads of A = Σ H̄_ab g_a⊗g_b + Σ K̄_a ∂²Ī_a. Differentiating Ī1 = c I1 and
+        // Ī2 = c² I2 once more gives dyads of F, FG and N, all in the span of g1, g2 and N:
+        //   ∂²Ī1 ∋ -2/3 (g1⊗N + N⊗g1) + 2/9 Ī1 N⊗N
+        //   ∂²Ī2 ∋ -4/3 (g2⊗N + N⊗g2) - 4/9 Ī2 N⊗N + 4 c² F⊗F, F = (g1/2 + Ī1 N/3)/c
+        let k11 = w11 + w2;
+        let k1n = 2.0 / 3.0 * (i1 * w2 - w1);
+        let k2n = -4.0 / 3.0 * w2;
+        let knn = 2.0 / 9.0 * (i1 * w1 - 2.0 * i2 * w2 + 2.0 * i1 * i1 * w2);
+        let (a1, a2, an) = (components(&g1), components(&g2), components(&normal));
+        let b1 = k11 * a1 + w12 * a2 + k1n * an;
+        let b2 = w12 * a1 + w22 * a2 + k2n * an;
+        let bn = k1n * a1 + k2n * a2 + knn * an;
         let mut tangent = Tangent::zeros();
-        // Rank-one parts: (Ī₁, Ī₂) twice, and the cross terms of s and J.
-        let v1: Vector9 = a1 * d.w11 + a2 * d.w12;
-        let v2: Vector9 = a1 * d.w12 + a2 * d.w22;
-        let cross: Vector9 = f9 * (d.w1 * -4.0 / 3.0 * s / j) + u2 * (d.w2 * -4.0 / 3.0 * s * s / j);
-        let jj = d.w1 * 10.0 / 9.0 * b1 / (j * j) + d.w2 * 28.0 / 9.0 * b2 / (j * j);
-        for col in 0..9 {
+        for column in 0..9 {
+            let (s1, s2, sn) = (b1[column], b2[column], bn[column]);
             for row in 0..9 {
-                tangent[(row, col)] = a1[row] * v1[col]
-                    + a2[row] * v2[col]
-                    + cross[row] * c[col]
-                    + c[row] * cross[col]
-                    + jj * c[row] * c[col];
+                tangent[(row, column)] = a1[row] * s1 + a2[row] * s2 + an[row] * sn;
             }
         }
-        // ∂²I₁ = 2 δδ, ∂²I₂ = 2 (2 F⊗F + I₁ δδ − δ_ik G_JL − F_iL F_kJ − (FFᵀ)_ik δ_JL).
-        let (w1, w2) = (d.w1 * s, d.w2 * s * s);
-        if w2 != 0.0 {
-            let b = f * f.transpose();
-            for i in 0..3 {
-                for jj in 0..3 {
-                    let row = 3 * i + jj;
-                    for k in 0..3 {
-                        for l in 0..3 {
-                            let mut value = 2.0 * f[(i, jj)] * f[(k, l)] - f[(i, l)] * f[(k, jj)];
-                            if i == k {
-                                value -= g[(jj, l)];
-                            }
-                            if jj == l {
-                                value -= b[(i, k)];
-                            }
-                            tangent[(row, 3 * k + l)] += 2.0 * w2 * value;
-                        }
+
+        // What is left of ∂²Ī1 is 2c δ_ik δ_JL, and of ∂²Ī2
+        // 2c² [δ_ik (I1 δ_JL - G_JL) - B_ik δ_JL - F_iL F_kJ], B = F Fᵀ.
+        let q = 2.0 * c * c * w2;
+        let unit = 2.0 * c * w1 + 2.0 * c * i1 * w2;
+        let left = f * f.transpose();
+        for i in 0..3 {
+            for k in 0..3 {
+                for l in 0..3 {
+                    for m in 0..3 {
+                        tangent[(3 * i + m, 3 * k + l)] -= q * f[(i, l)] * f[(k, m)];
                     }
+                    tangent[(3 * i + l, 3 * k + l)] -= q * left[(i, k)];
+                    tangent[(3 * i + k, 3 * i + l)] -= q * green[(k, l)];
                 }
             }
         }
-        for row in 0..9 {
-            tangent[(row, row)] += 2.0 * (w1 + w2 * i1);
+        for component in 0..9 {
+            tangent[(component, component)] += unit;
         }
-        add_determinant_hessian(&mut tangent, f, d.w1 * j1 + d.w2 * j2);
+        add_determinant_hessian(&mut tangent, f, -2.0 / 3.0 * (i1 * w1 + 2.0 * i2 * w2) / j);
         Response { stress, tangent }
-    }
-}
-
-/// Gent's energy $-\tfrac{\mu J_m}{2}\ln\big(1 - (\bar I_1 - 3)/J_m\big)$: chains that lock at $\bar I_1 = 3 + J_m$.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gent {
-    shear: f64,
-    limit: f64,
-}
-
-impl Gent {
-    /// With shear modulus $\mu$ \[stress\] and limit $J_m$.
-    ///
-    /// # Errors
-    /// Where one is not a positive number.
-    pub fn new(shear: f64, limit: f64) -> Result<Self, MaterialError> {
-        for (name, value) in [("mu", shear), ("J_m", limit)] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(MaterialError::Constant {
-                    name: name.into(),
-                    value,
-                    needed: "give a finite number above zero",
-                });
-            }
-        }
-        Ok(Gent { shear, limit })
-    }
-}
-
-impl InvariantEnergy for Gent {
-    fn evaluate(&self, i1: f64, _i2: f64) -> Distortion {
-        let left = 1.0 - (i1 - 3.0) / self.limit;
-        // Beyond the limit the logarithm is NaN; so must be the stress, or the solver would not notice.
-        let left = if left > 0.0 { left } else { f64::NAN };
-        Distortion {
-            energy: -0.5 * self.shear * self.limit * left.ln(),
-            w1: 0.5 * self.shear / left,
-            w11: 0.5 * self.shear / (self.limit * left * left),
-            ..Distortion::default()
-        }
     }
 }

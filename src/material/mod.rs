@@ -1,107 +1,218 @@
-//! Materials: hyperelastic energies of the deformation gradient.
+//! Hyperelastic materials: a stored energy $W(F)$ with its stress and tangent, always three-dimensional.
 //!
-//! A [`Material`] gives $P = \partial W/\partial F$ and $\partial P/\partial F$ together. Nearly incompressible
-//! rubber is [`NearlyIncompressible`]: a distortional energy of $\bar F = J^{-1/3}F$ plus a volumetric
-//! energy $U(J)$ (2.8); the split is what the default scheme's cure against locking needs.
+//! | layer | trait | comes with |
+//! |---|---|---|
+//! | anything with a stored energy | [`Material`] | [`NearlyIncompressible`], [`Invariants`], [`PrincipalStretches`] |
+//! | $\bar W(\bar I_1, \bar I_2)$ | [`InvariantEnergy`] | [`RivlinPolynomial`] (2.9), [`Gent`] |
+//! | $\bar W(\bar\lambda_1, \bar\lambda_2, \bar\lambda_3)$ | [`PrincipalEnergy`] | [`Ogden`], [`Hencky`] |
+//! | $\tilde W(J)$ | [`VolumetricEnergy`] | [`QuadraticVolume`] (2.10), [`MixedLogarithmicVolume`], [`LogarithmicVolume`], [`HartmannNeffVolume`] |
+//!
+//! [`Rubber`] is the paper's material in one call:
+//!
+//! ```
+//! use rkpm::material::{Material, Rubber, initial_shear_modulus};
+//! use rkpm::nalgebra::Matrix3;
+//!
+//! let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?;          // MPa, the material of the paper's §6
+//! let shear = Matrix3::new(1.0, 0.3, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+//! assert!(rubber.energy(&shear) > 0.0);
+//! assert!((initial_shear_modulus(&rubber) - 0.746).abs() < 1e-12); // 2 (A10 + A01)
+//! # Ok::<(), rkpm::error::MaterialError>(())
+//! ```
+//!
+//! A material never panics: where its energy is undefined ($J \le 0$, a stretch beyond a limit) it
+//! answers with NaN, which a solver takes as a reason to shorten its step.
 
+mod existence;
+mod gent;
 mod invariants;
+mod principal;
 mod rivlin;
+mod rubber;
 mod volumetric;
 
-pub use invariants::{Distortion, Gent, InvariantEnergy, Invariants};
-pub use rivlin::RivlinPolynomial;
-pub use volumetric::{LogarithmicVolume, MixedLogarithmicVolume, QuadraticVolume, Volumetric, VolumetricEnergy};
+use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
-use crate::error::MaterialError;
 use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components};
 
-/// Stress and tangent at one deformation gradient.
+pub use existence::{Condition, ExistenceReport, Verdict, existence};
+pub use gent::Gent;
+pub use invariants::{Distortion, InvariantEnergy, Invariants};
+pub use principal::{Hencky, Ogden, Principal, PrincipalEnergy, PrincipalStretches};
+pub use rivlin::RivlinPolynomial;
+pub use rubber::Rubber;
+pub use volumetric::{
+    HartmannNeffVolume, LogarithmicVolume, MixedLogarithmicVolume, QuadraticVolume, Volumetric, VolumetricEnergy,
+    VolumetricShape,
+};
+
+/// Stress and tangent of a material at one deformation gradient.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
-    /// First Piola–Kirchhoff stress $P = \partial W/\partial F$ \[stress\].
+    /// First Piola–Kirchhoff stress $P_{iJ} = \partial W/\partial F_{iJ}$ \[stress\].
     pub stress: Matrix3<f64>,
-    /// $\partial P/\partial F$ \[stress\].
+    /// $A_{iJkL} = \partial P_{iJ}/\partial F_{kL}$ at row $3i+J$, column $3k+L$ \[stress\].
     pub tangent: Tangent,
 }
 
-/// A hyperelastic material.
+impl Response {
+    /// The answer of a material outside the domain of its energy: NaN in every component.
+    pub fn undefined() -> Self {
+        Self { stress: Matrix3::repeat(f64::NAN), tangent: Tangent::repeat(f64::NAN) }
+    }
+}
+
+/// A hyperelastic material: a stored energy per reference volume and its first two derivatives.
 ///
-/// A deformation outside the material's domain ($J \le 0$, a locked chain) gives numbers that are not
-/// finite; the solver then rejects the step. Nothing panics.
+/// The contract: $W(QF) = W(F)$ for every rotation $Q$, `stress` is $\partial W/\partial F$, `tangent`
+/// is $\partial^2 W/\partial F\partial F$ (hence symmetric), and where $W$ is undefined the answer is
+/// NaN ([`Response::undefined`]), never a panic.
+///
+/// A St. Venant–Kirchhoff solid, $W = \frac\lambda2 (\operatorname{tr}E)^2 + \mu\,E:E$ with $E$ of (2.3):
 ///
 /// ```
 /// use rkpm::material::{Material, Response};
 /// use rkpm::nalgebra::Matrix3;
 /// use rkpm::tensor::Tangent;
-/// /// W = c/2 |F − I|²: springs; not frame-indifferent, good for tests.
-/// struct Springs(f64);
-/// impl Material for Springs {
-///     fn energy(&self, f: &Matrix3<f64>) -> f64 {
-///         0.5 * self.0 * (f - Matrix3::identity()).norm_squared()
-///     }
-///     fn response(&self, f: &Matrix3<f64>) -> Response {
-///         Response { stress: (f - Matrix3::identity()) * self.0, tangent: Tangent::identity() * self.0 }
+///
+/// struct StVenant { lambda: f64, mu: f64 }
+///
+/// impl StVenant {
+///     fn strain_and_second_stress(&self, f: &Matrix3<f64>) -> (Matrix3<f64>, Matrix3<f64>) {
+///         let e = 0.5 * (f.transpose() * f - Matrix3::identity());
+///         (e, self.lambda * e.trace() * Matrix3::identity() + 2.0 * self.mu * e)
 ///     }
 /// }
-/// assert_eq!(Springs(2.0).response(&Matrix3::identity()).stress, Matrix3::zeros());
+///
+/// impl Material for StVenant {
+///     fn energy(&self, f: &Matrix3<f64>) -> f64 {
+///         let (e, s) = self.strain_and_second_stress(f);
+///         0.5 * s.dot(&e)
+///     }
+///     fn response(&self, f: &Matrix3<f64>) -> Response {
+///         let (_, s) = self.strain_and_second_stress(f);
+///         let b = f * f.transpose();
+///         let tangent = Tangent::from_fn(|row, column| {
+///             let (i, j, k, l) = (row / 3, row % 3, column / 3, column % 3);
+///             let geometric = if i == k { s[(j, l)] } else { 0.0 };
+///             let shear = f[(i, l)] * f[(k, j)] + if j == l { b[(i, k)] } else { 0.0 };
+///             geometric + self.lambda * f[(i, j)] * f[(k, l)] + self.mu * shear
+///         });
+///         Response { stress: f * s, tangent }
+///     }
+/// }
+///
+/// let solid = StVenant { lambda: 1.0, mu: 0.5 };
+/// assert_eq!(solid.response(&Matrix3::identity()).stress, Matrix3::zeros());
+/// assert!((rkpm::material::initial_bulk_modulus(&solid) - (1.0 + 2.0 / 3.0 * 0.5)).abs() < 1e-15);
 /// ```
 pub trait Material: Send + Sync {
-    /// Energy $W(F)$ per reference volume \[stress\].
+    /// Stored energy $W(F)$ per reference volume \[stress\].
     fn energy(&self, f: &Matrix3<f64>) -> f64;
 
-    /// Stress and tangent.
+    /// First Piola–Kirchhoff stress $P = \partial W/\partial F$ and tangent $\partial P/\partial F$ \[stress\].
     fn response(&self, f: &Matrix3<f64>) -> Response;
 
-    /// Distortional and volumetric part, where $W = \bar W(F) + U(J)$; `None` where the energy can't be split.
+    /// The parts $\bar W$ and $\tilde W$ of (2.8), where the material is such a sum.
+    ///
+    /// Schemes that project the volumetric energy onto pressure zones need it; a material that
+    /// answers `None` is integrated as it is.
     fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
         None
     }
 }
 
-macro_rules! forward_material {
+/// Forwards a material trait through the pointers that trait objects travel in.
+macro_rules! forward {
     ($($pointer:ty),*) => {$(
         impl<T: Material + ?Sized> Material for $pointer {
             fn energy(&self, f: &Matrix3<f64>) -> f64 {
                 (**self).energy(f)
             }
-
             fn response(&self, f: &Matrix3<f64>) -> Response {
                 (**self).response(f)
             }
-
             fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
                 (**self).split()
+            }
+        }
+        impl<T: VolumetricEnergy + ?Sized> VolumetricEnergy for $pointer {
+            fn evaluate(&self, j: f64) -> Volumetric {
+                (**self).evaluate(j)
+            }
+            fn shape(&self) -> Option<VolumetricShape> {
+                (**self).shape()
+            }
+        }
+        impl<T: InvariantEnergy + ?Sized> InvariantEnergy for $pointer {
+            fn evaluate(&self, i1: f64, i2: f64) -> Distortion {
+                (**self).evaluate(i1, i2)
+            }
+            fn evaluate_excess(&self, e1: f64, e2: f64) -> Distortion {
+                (**self).evaluate_excess(e1, e2)
+            }
+        }
+        impl<T: PrincipalEnergy + ?Sized> PrincipalEnergy for $pointer {
+            fn evaluate(&self, logarithms: [f64; 3]) -> Principal {
+                (**self).evaluate(logarithms)
             }
         }
     )*};
 }
 
-forward_material!(&T, Box<T>, std::sync::Arc<T>);
+forward!(&T, Box<T>, Arc<T>);
 
-/// $W = \bar W(F) + U(J)$ (2.8).
+/// The split (2.8), $W = \bar W + \tilde W(J)$: a distortional energy beside a volumetric one.
+///
+/// With $p = \tilde W'(J)$ (2.15) and $\operatorname{cof}F = \partial J/\partial F$,
+/// $$P = \frac{\partial\bar W}{\partial F} + p\operatorname{cof}F,\qquad
+/// \frac{\partial P}{\partial F} = \frac{\partial^2\bar W}{\partial F\partial F}
+/// {}+ \tilde W''\operatorname{cof}F\otimes\operatorname{cof}F
+/// {}+ p\,\frac{\partial^2 J}{\partial F\partial F}.$$
+///
+/// `distortional` is expected to depend on $\bar F = J^{-1/3}F$ alone ([`Invariants`] and
+/// [`PrincipalStretches`] see to it); then $p$ is the mean Cauchy stress. NaN for $J \le 0$.
+///
+/// ```
+/// use rkpm::material::{Gent, Invariants, NearlyIncompressible, MixedLogarithmicVolume};
+///
+/// let rubber = NearlyIncompressible {
+///     distortional: Invariants(Gent::new(0.746, 80.0)?),
+///     volumetric: MixedLogarithmicVolume::new(1e3)?,
+/// };
+/// # let _ = rubber;
+/// # Ok::<(), rkpm::error::MaterialError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearlyIncompressible<W, U> {
-    /// The energy of the distortion.
+    /// The energy $\bar W$ of the distortion.
     pub distortional: W,
-    /// The energy of the volume change.
+    /// The energy $\tilde W(J)$ of the change of volume.
     pub volumetric: U,
 }
 
 impl<W: Material, U: VolumetricEnergy> Material for NearlyIncompressible<W, U> {
     fn energy(&self, f: &Matrix3<f64>) -> f64 {
-        self.distortional.energy(f) + self.volumetric.evaluate(f.determinant()).energy
+        let j = f.determinant();
+        // (2.10) is finite at J <= 0, so the guard can't be left to the energies.
+        if j > 0.0 { self.distortional.energy(f) + self.volumetric.evaluate(j).energy } else { f64::NAN }
     }
 
     fn response(&self, f: &Matrix3<f64>) -> Response {
+        let j = f.determinant();
+        // Written so that a NaN determinant is caught too.
+        if j.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+            return Response::undefined();
+        }
         let mut response = self.distortional.response(f);
-        let volume = self.volumetric.evaluate(f.determinant());
+        let Volumetric { slope, curvature, .. } = self.volumetric.evaluate(j);
         let cof = cofactor(f);
-        response.stress += cof * volume.slope;
-        let c = components(&cof);
-        response.tangent.ger(volume.curvature, &c, &c, 1.0);
-        add_determinant_hessian(&mut response.tangent, f, volume.slope);
+        response.stress += slope * cof;
+        let cof = components(&cof);
+        response.tangent.ger(curvature, &cof, &cof, 1.0);
+        add_determinant_hessian(&mut response.tangent, f, slope);
         response
     }
 
@@ -110,58 +221,20 @@ impl<W: Material, U: VolumetricEnergy> Material for NearlyIncompressible<W, U> {
     }
 }
 
-/// The rubber of the paper: a polynomial in the reduced invariants (2.9) and $\tfrac k2(J-1)^2$ (2.10).
-pub type Rubber = NearlyIncompressible<Invariants<RivlinPolynomial>, QuadraticVolume>;
-
-impl Rubber {
-    /// Any polynomial: terms $((m, n), A_{mn})$ and bulk modulus $k$ \[stress\].
-    ///
-    /// # Errors
-    /// For no term, $m + n = 0$, numbers that are not finite, or $k \le 0$.
-    ///
-    /// ```
-    /// let rubber = rkpm::material::Rubber::polynomial([((1, 0), 0.4), ((0, 1), 0.1), ((1, 1), 0.01)], 1e3)?;
-    /// # Ok::<(), rkpm::error::MaterialError>(())
-    /// ```
-    pub fn polynomial(terms: impl IntoIterator<Item = ((u32, u32), f64)>, k: f64) -> Result<Self, MaterialError> {
-        Ok(NearlyIncompressible {
-            distortional: Invariants(RivlinPolynomial::new(terms)?),
-            volumetric: QuadraticVolume::new(k)?,
-        })
-    }
-
-    /// $A_{10}(\bar I_1 - 3)$; the shear modulus is $2A_{10}$.
-    ///
-    /// # Errors
-    /// As [`polynomial`](Rubber::polynomial).
-    pub fn neo_hookean(a10: f64, k: f64) -> Result<Self, MaterialError> {
-        Rubber::polynomial([((1, 0), a10)], k)
-    }
-
-    /// $A_{10}(\bar I_1 - 3) + A_{01}(\bar I_2 - 3)$; the shear modulus is $2(A_{10} + A_{01})$.
-    ///
-    /// # Errors
-    /// As [`polynomial`](Rubber::polynomial).
-    pub fn mooney_rivlin(a10: f64, a01: f64, k: f64) -> Result<Self, MaterialError> {
-        Rubber::polynomial([((1, 0), a10), ((0, 1), a01)], k)
-    }
-
-    /// $\sum_{m=1}^3 A_{m0}(\bar I_1 - 3)^m$: the paper's rubber is (0.373, −0.031, 0.005) MPa with $k = 10^5$ MPa.
-    ///
-    /// # Errors
-    /// As [`polynomial`](Rubber::polynomial).
-    pub fn yeoh(a10: f64, a20: f64, a30: f64, k: f64) -> Result<Self, MaterialError> {
-        Rubber::polynomial([((1, 0), a10), ((2, 0), a20), ((3, 0), a30)], k)
-    }
-}
-
-/// The shear modulus $\mu_0$ at $F = I$ \[stress\]: $\partial P_{12}/\partial F_{12}$.
+/// The initial shear modulus $\mu_0 = A_{1212}$ at $F = \delta$ \[stress\].
+///
+/// For an isotropic material free of stress at $F = \delta$; $2(A_{10}+A_{01})$ for (2.9).
 pub fn initial_shear_modulus(material: &(impl Material + ?Sized)) -> f64 {
+    // Component iJ = 12 has index 3·0 + 1.
     material.response(&Matrix3::identity()).tangent[(1, 1)]
 }
 
-/// The bulk modulus at $F = I$ \[stress\]: $\tfrac19\,\partial P_{ii}/\partial F_{jj}$.
+/// The initial bulk modulus $\kappa_0 = \frac19\sum_{iK} A_{iiKK}$ at $F = \delta$ \[stress\].
+///
+/// $k$ for every volumetric energy of this crate.
 pub fn initial_bulk_modulus(material: &(impl Material + ?Sized)) -> f64 {
     let tangent = material.response(&Matrix3::identity()).tangent;
-    (0..3).map(|i| (0..3).map(|j| tangent[(4 * i, 4 * j)]).sum::<f64>()).sum::<f64>() / 9.0
+    // The diagonal components 11, 22, 33 have the indices 0, 4, 8.
+    let sum: f64 = [0, 4, 8].iter().flat_map(|&row| [0, 4, 8].map(|column| tangent[(row, column)])).sum();
+    sum / 9.0
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::assembly::Model;
 use crate::basis::Polynomial;
-use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
+use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation, Motion};
 use crate::cells::{Lattice, Layout};
 use crate::error::{BoundaryError, Error, GeometryError};
 use crate::geometry::{Part, Point};
@@ -15,11 +15,11 @@ use crate::quadrature::Points;
 use crate::shape::{Approximation, FiniteElements, ReproducingKernel};
 use crate::solve::Analysis;
 use crate::table::ShapeTable;
-use crate::term::{Body, DeadLoad, FollowerPressure, Pointwise, PressureField};
+use crate::term::{Amplitude, Body, DeadLoad, FollowerPressure, Pointwise, PressureField};
 
 use super::problem::Evaluate;
 use super::scheme::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule, Scheme, Volume};
-use super::{LoadKind, Place, Problem, Scene};
+use super::{LoadKind, Place, Problem, Scene, Value};
 
 /// Rows up to which the mixed transformation is the default: beyond, its dense faces cost more than multipliers.
 const TRANSFORMATION_ROWS: usize = 600;
@@ -52,8 +52,11 @@ fn particles<const D: usize>(scene: &Scene<D>, scheme: &Scheme, lattice: Lattice
         Dilation::Local(r) => lattice.particles(r)?,
         Dilation::Global(r) => lattice.particles_global(r)?,
     };
-    let approximation: ReproducingKernel<D, Arc<dyn Kernel>, Polynomial<D>> =
+    let mut approximation: ReproducingKernel<D, Arc<dyn Kernel>, Polynomial<D>> =
         ReproducingKernel::new(particles, scheme.kernel.clone(), Polynomial::new(scheme.order))?;
+    if let Some(limit) = scheme.rcond_limit {
+        approximation = approximation.with_rcond_limit(limit);
+    }
     let kinematics = &*scene.kinematics;
     let (table, facets, field) = body_table(scene, scheme, &lattice, &approximation)?;
     let body = Body::new(table, scene.material.clone(), field);
@@ -67,7 +70,7 @@ fn particles<const D: usize>(scene: &Scene<D>, scheme: &Scheme, lattice: Lattice
             ShapeTable::new(&approximation, &points, kinematics)
         },
     };
-    let model = model(scene, body, lattice.positions(), &approximation, &tables)?;
+    let model = model(scene, body, &lattice, &approximation, &tables)?;
     let over_boundary = match scheme.rows {
         RowKind::Auto => D > 1,
         RowKind::AtParticles => false,
@@ -106,14 +109,14 @@ fn elements<const D: usize>(scene: &Scene<D>, scheme: &Scheme, lattice: Lattice<
         Volume::Auto => PressureField::Linear,
         Volume::Field { field, .. } => field,
     };
-    let table = elements.table(&elements.gauss(points)?, kinematics)?;
+    let table = ShapeTable::of_elements(&elements, &elements.gauss(points)?, kinematics)?;
     // Q1/P0 and Q2/P1 as the literature has them: all of the volumetric energy projected.
     let body = Body::zonal(table, scene.material.clone(), field, 0.0);
     let tables = Tables {
-        boundary: &|part| elements.table(&elements.boundary(part, points)?, kinematics),
-        body: &|| elements.table(&elements.gauss(points)?, kinematics),
+        boundary: &|part| ShapeTable::of_elements(&elements, &elements.boundary(part, points)?, kinematics),
+        body: &|| ShapeTable::of_elements(&elements, &elements.gauss(points)?, kinematics),
     };
-    let model = model(scene, body, lattice.positions(), &elements, &tables)?;
+    let model = model(scene, body, &lattice, &elements, &tables)?;
     let rows = rows(scene, &lattice, &elements, None)?;
     finish(scheme, model, rows, lattice, Box::new(elements))
 }
@@ -124,18 +127,24 @@ type SceneModel<const D: usize> = (Model<D>, Arc<Body<D, Arc<dyn Material>>>);
 fn model<const D: usize, A: Approximation<D>>(
     scene: &Scene<D>,
     body: Body<D, Arc<dyn Material>>,
-    positions: &[Point<D>],
+    lattice: &Lattice<D>,
     approximation: &A,
     tables: &Tables<'_, D>,
 ) -> Result<SceneModel<D>, Error> {
     let body = Arc::new(body);
-    let mut model = Model::new(positions.to_vec());
+    let mut model = Model::new(lattice.positions().to_vec());
     model.add(body.clone());
     for load in &scene.loads {
         let table = match &load.place {
             Place::Part(part) => (tables.boundary)(part)?,
             // A point load is a force already: it takes no measure.
-            Place::Particle(at) => ShapeTable::new(approximation, &Points::single(*at), &Unmeasured)?,
+            Place::Particle(at) => {
+                if !lattice.contains(at) {
+                    let what = load.label.clone();
+                    return Err(BoundaryError::Outside { what, at: at.as_slice().to_vec() }.into());
+                }
+                ShapeTable::new(approximation, &Points::single(*at), &Unmeasured)?
+            }
             Place::Body => (tables.body)()?,
         };
         match &load.kind {
@@ -312,27 +321,50 @@ fn rows<const D: usize, A: Approximation<D>>(
 ) -> Result<Constraints, Error> {
     let mut rows = Constraints::new();
     for condition in &scene.conditions {
-        let (component, amplitude, label) = (condition.component, &condition.amplitude, &condition.label);
-        let value = &*condition.value;
-        match (&condition.place, facets) {
+        let (component, amplitude, label) = (condition.component, &condition.amplitude, condition.label.as_str());
+        let nodes = match (&condition.place, facets) {
             (Place::Part(part), Some(facets)) => {
                 for part in single_faces::<D>(part) {
                     let cells = lattice.boundary(&part, facets.parts, facets.gauss)?;
-                    rows.over_boundary(approximation, &cells, &*scene.kinematics, component, value, amplitude, label)?;
+                    let kinematics = &*scene.kinematics;
+                    match &condition.value {
+                        Value::Field(field) => {
+                            rows.over_boundary(
+                                approximation,
+                                &cells,
+                                kinematics,
+                                component,
+                                &**field,
+                                amplitude,
+                                label,
+                            )?;
+                        }
+                        Value::Motion(motion) => {
+                            let motion = along(motion, amplitude);
+                            rows.motion_over_boundary(approximation, &cells, kinematics, component, &motion, label)?;
+                        }
+                    }
                 }
+                continue;
             }
-            (Place::Part(part), None) => {
-                let nodes = lattice.boundary_nodes(part)?;
-                rows.at_particles(approximation, &nodes, component, value, amplitude, label)?;
+            (Place::Part(part), None) => lattice.boundary_nodes(part)?,
+            (Place::Particle(at), _) => vec![particle_at(lattice, at, label)?],
+            (Place::Body, _) => continue,
+        };
+        match &condition.value {
+            Value::Field(field) => rows.at_particles(approximation, &nodes, component, &**field, amplitude, label)?,
+            Value::Motion(motion) => {
+                rows.motion_at_particles(approximation, &nodes, component, &along(motion, amplitude), label)?;
             }
-            (Place::Particle(at), _) => {
-                let node = particle_at(lattice, at, label)?;
-                rows.at_particles(approximation, &[node], component, value, amplitude, label)?;
-            }
-            (Place::Body, _) => {}
         }
     }
     Ok(rows)
+}
+
+/// A motion whose load factor follows an amplitude.
+fn along<const D: usize>(motion: &Motion<D>, amplitude: &Amplitude) -> Motion<D> {
+    let (motion, amplitude) = (motion.clone(), amplitude.clone());
+    Arc::new(move |x, load| motion(x, amplitude.evaluate(load).0))
 }
 
 /// The faces of a part one by one, so that each claims its corners in turn.

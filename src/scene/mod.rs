@@ -26,6 +26,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use crate::boundary::Motion;
 use crate::error::{BoundaryError, Error, GeometryError};
 use crate::geometry::{Domain, Part, Point};
 use crate::kinematics::Kinematics;
@@ -48,9 +49,16 @@ pub(crate) enum Place<const D: usize> {
 pub(crate) struct Condition<const D: usize> {
     pub place: Place<D>,
     pub component: usize,
-    pub value: Field<D>,
+    pub value: Value<D>,
     pub amplitude: Amplitude,
     pub label: String,
+}
+
+/// What a condition prescribes: a value in proportion to its amplitude, or a motion along it.
+#[derive(Clone)]
+pub(crate) enum Value<const D: usize> {
+    Field(Field<D>),
+    Motion(Motion<D>),
 }
 
 /// A load.
@@ -108,7 +116,12 @@ impl<const D: usize> Scene<D> {
         }
     }
 
-    fn condition(mut self, place: Place<D>, component: usize, value: Field<D>, label: String) -> Self {
+    /// The body alone: domain, kinematics and material.
+    pub(crate) fn without_conditions(&self) -> Self {
+        Scene { conditions: Vec::new(), loads: Vec::new(), last: Last::Nothing, ..self.clone() }
+    }
+
+    fn condition(mut self, place: Place<D>, component: usize, value: Value<D>, label: String) -> Self {
         self.conditions.push(Condition { place, component, value, amplitude: Amplitude::Ramp, label });
         self.last = Last::Condition;
         self
@@ -134,7 +147,35 @@ impl<const D: usize> Scene<D> {
     ) -> Self {
         let part = part.into();
         let label = format!("u_{component} on {part}");
-        self.condition(Place::Part(part), component, Arc::new(value), label)
+        self.condition(Place::Part(part), component, Value::Field(Arc::new(value)), label)
+    }
+
+    /// Prescribes a displacement component on a boundary part as a function of $X$ and the load factor,
+    /// for what does not grow in proportion: a part that turns runs along circles.
+    ///
+    /// An amplitude given to it takes the place of the load factor.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// let rubber = Rubber::neo_hookean(0.5, 1e3)?;
+    /// // A quarter turn of the upper end about the origin.
+    /// let turn = |load: f64| (load * std::f64::consts::FRAC_PI_2).sin_cos();
+    /// let scene = Scene::new(Block::new([0.0, 0.0], [1.0, 2.0]), PlaneStrain, rubber)
+    ///     .hold((1, Side::Min))
+    ///     .prescribe_motion((1, Side::Max), 0, move |x, load| x[0] * (turn(load).1 - 1.0) - x[1] * turn(load).0)
+    ///     .prescribe_motion((1, Side::Max), 1, move |x, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0));
+    /// # let _ = scene.discretize(&Scheme::default().particles([3, 5]))?;
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn prescribe_motion(
+        self,
+        part: impl Into<Part>,
+        component: usize,
+        motion: impl Fn(&Point<D>, f64) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        let part = part.into();
+        let label = format!("u_{component} on {part}");
+        self.condition(Place::Part(part), component, Value::Motion(Arc::new(motion)), label)
     }
 
     /// Holds all displacement components on a boundary part.
@@ -146,7 +187,7 @@ impl<const D: usize> Scene<D> {
     /// Prescribes a displacement component at the particle that lies at a point.
     pub fn prescribe_at(self, at: [f64; D], component: usize, value: f64) -> Self {
         let label = format!("u_{component} at {at:?}");
-        self.condition(Place::Particle(at.into()), component, Arc::new(move |_| value), label)
+        self.condition(Place::Particle(at.into()), component, Value::Field(Arc::new(move |_| value)), label)
     }
 
     /// A pressure \[stress\] that follows a boundary part, positive inwards.
@@ -210,6 +251,7 @@ impl<const D: usize> Scene<D> {
     fn validate(&self) -> Result<(), Error> {
         self.domain.validate()?;
         for condition in &self.conditions {
+            condition.amplitude.validate()?;
             if condition.component >= D {
                 return Err(BoundaryError::Component {
                     what: condition.label.clone(),
@@ -220,6 +262,7 @@ impl<const D: usize> Scene<D> {
             }
         }
         for load in &self.loads {
+            load.amplitude.validate()?;
             let value = match &load.kind {
                 LoadKind::Dead(force) => force.iter().copied().find(|v| !v.is_finite()),
                 LoadKind::Pressure(pressure) => Some(*pressure).filter(|p| !p.is_finite()),

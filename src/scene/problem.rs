@@ -2,24 +2,36 @@
 
 use std::sync::Arc;
 
+use nalgebra::Matrix3;
+
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::Lattice;
 use crate::error::{ApproximationError, Error};
 use crate::geometry::Point;
+use crate::kinematics::Kinematics;
 use crate::material::Material;
+use crate::quadrature::Points;
 use crate::shape::{Approximation, ShapeFunctions};
 use crate::solve::{Analysis, Observer, Path, State};
-use crate::term::Body;
+use crate::table::ShapeTable;
+use crate::term::{Body, View};
 
 /// Shape functions of any approximation, with the type erased.
 pub(crate) trait Evaluate<const D: usize>: Send + Sync {
     fn shape_functions_at(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError>;
+
+    /// A table at points inside cells; on edges between finite elements gradients are ambiguous.
+    fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error>;
 }
 
 impl<const D: usize, A: Approximation<D> + Send> Evaluate<D> for A {
     fn shape_functions_at(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError> {
         self.shape_functions(at)
+    }
+
+    fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error> {
+        ShapeTable::new(self, points, kinematics)
     }
 }
 
@@ -31,7 +43,7 @@ pub struct Problem<const D: usize> {
     pub rows: Constraints,
     /// Strategies and stepping.
     pub analysis: Analysis,
-    /// The body, also a term of the model.
+    /// The body, also the first term of the model.
     pub body: Arc<Body<D, Arc<dyn Material>>>,
     /// The lattice of particles.
     pub lattice: Lattice<D>,
@@ -50,8 +62,15 @@ impl<const D: usize> Problem<D> {
     /// The displacement $u(X) = \sum_I\Psi_I(X)\,d_I$ \[length\] at a point of the body.
     ///
     /// # Errors
-    /// Where the point is not covered.
+    /// Where the point lies outside the body by more than a tenth of a cell, though supports reach there.
     pub fn displacement(&self, state: &State, at: &Point<D>) -> Result<Point<D>, Error> {
+        if !self.lattice.contains(at) {
+            return Err(ApproximationError::Outside { at: at.as_slice().to_vec() }.into());
+        }
+        self.displacement_near(state, at)
+    }
+
+    fn displacement_near(&self, state: &State, at: &Point<D>) -> Result<Point<D>, Error> {
         let psi = self.approximation.shape_functions_at(at)?;
         let mut u = Point::zeros();
         for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
@@ -67,12 +86,25 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// Where a particle is not covered.
     pub fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
-        self.lattice.positions().iter().map(|x| self.displacement(state, x)).collect()
+        self.lattice.positions().iter().map(|x| self.displacement_near(state, x)).collect()
     }
 
     /// Energy stored in a state; of the whole revolution for bodies of revolution.
     pub fn energy(&self, state: &State) -> f64 {
         self.model.energy(&state.displacement, &state.locals, state.load)
+    }
+
+    /// Deformation gradients at the points of the body's table, whose positions are
+    /// `problem.body.table().positions()`.
+    pub fn deformation_gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
+        let points = 0..self.body.table().len();
+        points.map(|point| self.body.deformation_gradient(point, &state.displacement)).collect()
+    }
+
+    /// Hydrostatic pressures \[stress\] at the points of the body's table, see [`Body::pressures`].
+    pub fn pressures(&self, state: &State) -> Option<Vec<f64>> {
+        let locals = state.locals.first()?;
+        self.body.pressures(View { displacement: &state.displacement, locals, load: state.load })
     }
 
     /// The force on the body by the conditions whose label starts with `label` ("u_0 on face (0, Max)"),

@@ -111,6 +111,10 @@ pub struct Scheme {
     pub kernel: Arc<dyn Kernel>,
     /// Supports.
     pub dilation: Dilation,
+    /// Reciprocal condition number of the moment matrix below which a point is refused; `None` for the
+    /// limit that keeps gradients to eight digits, see
+    /// [`with_rcond_limit`](crate::shape::ReproducingKernel::with_rcond_limit).
+    pub rcond_limit: Option<f64>,
     /// Domain integration.
     pub rule: Rule,
     /// Volumetric energy.
@@ -133,6 +137,7 @@ impl fmt::Debug for Scheme {
             .field("layout", &self.layout)
             .field("order", &self.order)
             .field("dilation", &self.dilation)
+            .field("rcond_limit", &self.rcond_limit)
             .field("rule", &self.rule)
             .field("volume", &self.volume)
             .field("rows", &self.rows)
@@ -154,6 +159,7 @@ impl Default for Scheme {
             order: 1,
             kernel: Arc::new(CubicSpline),
             dilation: Dilation::Auto,
+            rcond_limit: None,
             rule: Rule::Auto,
             volume: Volume::Auto,
             rows: RowKind::Auto,
@@ -219,6 +225,12 @@ impl Scheme {
     /// Sets the normalised dilation over the local spacing.
     pub fn dilation(mut self, r: f64) -> Self {
         self.dilation = Dilation::Local(r);
+        self
+    }
+
+    /// Sets the reciprocal condition number of the moment matrix below which a point is refused.
+    pub fn rcond_limit(mut self, limit: f64) -> Self {
+        self.rcond_limit = Some(limit);
         self
     }
 

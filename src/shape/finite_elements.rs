@@ -1,18 +1,16 @@
 //! Lagrange finite elements on lattices: the second implementer of [`Approximation`], to compare with.
 
 use crate::cells::{Lattice, determinant, ravel, unravel};
-use crate::error::{ApproximationError, Error, GeometryError};
+use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Part, Point, Side};
-use crate::kinematics::Kinematics;
 use crate::quadrature::{Points, gauss_legendre};
-use crate::table::ShapeTable;
 
 use super::{Approximation, ShapeFunctions};
 
 /// Lagrange elements on a lattice of nodes: order 1 (2-node lines, 4-node quadrilaterals, 8-node
 /// bricks) or order 2 (3, 9, 27 nodes), isoparametric.
 ///
-/// Tables are built from (mesh, rule): a bare point on an edge between elements has two gradients.
+/// Tables are built from (mesh, rule) by [`ShapeTable::of_elements`](crate::table::ShapeTable::of_elements): a bare point on an edge between elements has two gradients.
 /// With one pressure per element they are Q1/P0, with linear pressures Q2/P1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FiniteElements<const D: usize> {
@@ -135,21 +133,6 @@ impl<const D: usize> FiniteElements<D> {
         Ok(out)
     }
 
-    /// Tabulates the elements at points that know their element.
-    ///
-    /// # Errors
-    /// Where a hoop is needed at $R < 0$.
-    pub fn table(
-        &self,
-        points: &ElementPoints<D>,
-        kinematics: &(impl Kinematics<D> + ?Sized),
-    ) -> Result<ShapeTable<D>, Error> {
-        ShapeTable::tabulate::<()>(self.lattice.positions().len(), &points.points, kinematics, |_, point, psi| {
-            self.fill(points.elements[point], &points.local[point], psi);
-            Ok(())
-        })
-    }
-
     /// The nodes of an element, axis 0 running fastest.
     fn element_nodes(&self, element: usize) -> impl Iterator<Item = usize> + '_ {
         let base = unravel(element, &self.elements);
@@ -195,7 +178,7 @@ impl<const D: usize> FiniteElements<D> {
     }
 
     /// Writes the functions of one element at a local point, nodes by rising index.
-    fn fill(&self, element: usize, local: &Point<D>, out: &mut ShapeFunctions<D>) {
+    pub fn fill(&self, element: usize, local: &Point<D>, out: &mut ShapeFunctions<D>) {
         let (_, columns) = self.map(element, local);
         let jacobian = nalgebra::SMatrix::<f64, D, D>::from_columns(&columns);
         // Inverted elements were refused with the rule; a singular corner of a degenerate one gives zeros.

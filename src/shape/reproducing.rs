@@ -101,7 +101,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
 
     /// $\Phi_a(x - x_I)$ (3.26), (3.27) and, if asked for, its gradient; `None` outside the support.
     #[inline]
-    fn kernel_at(&self, particle: usize, at: &Point<D>, slopes: bool) -> Option<(f64, Point<D>)> {
+    pub(super) fn kernel_at(&self, particle: usize, at: &Point<D>, slopes: bool) -> Option<(f64, Point<D>)> {
         let offset = at - self.particles.positions()[particle];
         let (mut value, mut gradient) = match &self.particles.supports()[particle] {
             Support::Ball(radius) => {
@@ -147,6 +147,11 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
             gradient *= density;
         }
         Some((value, gradient))
+    }
+
+    /// Particles that may cover a point, by rising index.
+    pub(super) fn covering(&self, at: &Point<D>) -> impl Iterator<Item = u32> + '_ {
+        self.bins.candidates(at).iter().copied()
     }
 
     /// Everything of [`Approximation::evaluate`]; gradients only where asked for.

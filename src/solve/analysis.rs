@@ -547,6 +547,24 @@ fn check_state<const D: usize>(model: &Model<D>, rows: &Constraints, state: &Sta
             return Err(SolveError::Length { what, given, needed }.into());
         }
     }
+    // Term by term: as many in all, otherwise shared out, would be read beyond their ends.
+    let start = model.start();
+    if state.locals.len() != start.len() {
+        return Err(
+            SolveError::Length { what: "local unknowns", given: state.locals.len(), needed: start.len() }.into()
+        );
+    }
+    if let Some((given, needed)) = state.locals.iter().zip(&start).find(|(given, needed)| given.len() != needed.len()) {
+        return Err(SolveError::Length { what: "local unknowns", given: given.len(), needed: needed.len() }.into());
+    }
+    if !state.load.is_finite() {
+        return Err(SolveError::Setting {
+            what: "load factor of the first state",
+            value: state.load,
+            needed: "give a finite number; 0 is the state at rest",
+        }
+        .into());
+    }
     if let Some(row) = rows.rows().iter().find(|r| r.entries.iter().any(|e| e.0 >= model.unknowns())) {
         return Err(BoundaryError::Unsuitable {
             enforcement: "row",

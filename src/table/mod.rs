@@ -12,7 +12,7 @@ use crate::geometry::Point;
 use crate::kinematics::Kinematics;
 use crate::parallel::map_with;
 use crate::quadrature::Points;
-use crate::shape::{Approximation, ShapeFunctions};
+use crate::shape::{Approximation, ElementPoints, FiniteElements, ShapeFunctions};
 
 /// Points below which tabulation stays on one thread: waking the pool costs more than this many points.
 const SERIAL_BELOW: usize = 64;
@@ -106,6 +106,21 @@ impl<const D: usize> ShapeTable<D> {
         )
     }
 
+    /// Tabulates finite elements at points that know their element.
+    ///
+    /// # Errors
+    /// Where a hoop is needed at $R < 0$.
+    pub fn of_elements(
+        elements: &FiniteElements<D>,
+        points: &ElementPoints<D>,
+        kinematics: &(impl Kinematics<D> + ?Sized),
+    ) -> Result<Self, Error> {
+        ShapeTable::tabulate::<()>(elements.nodes().len(), &points.points, kinematics, |_, point, psi| {
+            elements.fill(points.elements[point], &points.local[point], psi);
+            Ok(())
+        })
+    }
+
     /// Tabulates gradients averaged over sub-cells,
     /// $$\langle\Psi_{,j}\rangle = \frac1V\Big(\oint\Psi\,m\,n_j\,\mathrm dA - \int\Psi\,m_{,j}\,\mathrm dV\Big),\quad
     ///   \langle\Psi/R\rangle = \frac1V\int\frac{\Psi}{R}\,m\,\mathrm dV,\quad V = \int m\,\mathrm dV,$$
@@ -142,11 +157,15 @@ impl<const D: usize> ShapeTable<D> {
                     A::Scratch::default(),
                     ShapeFunctions::<D>::default(),
                     vec![u32::MAX; node_count],
+                    Vec::<u32>::new(),
                     Vec::<[f64; 4]>::new(),
                 )
             },
-            |(scratch, psi, place, sums), cell| -> Result<Row, Error> {
-                let mut nodes: Vec<u32> = Vec::new();
+            |(scratch, psi, place, nodes, sums), cell| -> Result<Row, Error> {
+                // Here and not at the end: a cell that failed has left its places behind.
+                for node in nodes.drain(..) {
+                    place[node as usize] = u32::MAX;
+                }
                 let mut rcond = f64::INFINITY;
                 sums.clear();
                 // The measure of the cell from the divergence theorem along axis 0, so that V and the
@@ -170,7 +189,7 @@ impl<const D: usize> ShapeTable<D> {
                         let area = smoothing.facet_areas[point] * (sign * kinematics.measure(&at));
                         volume += at[0] * area[0] / dimension;
                         for (&node, value) in facet_nodes.iter().zip(values) {
-                            let k = add(&mut nodes, sums, node);
+                            let k = add(nodes, sums, node);
                             for j in 0..D {
                                 sums[k][j] += value * area[j];
                             }
@@ -188,16 +207,13 @@ impl<const D: usize> ShapeTable<D> {
                         let inverse = inverse_radius(off_axis[0], at.as_slice(), measure)?;
                         approximation.evaluate_values(at, scratch, psi)?;
                         for (&node, value) in psi.nodes.iter().zip(&psi.values) {
-                            let k = add(&mut nodes, sums, node);
+                            let k = add(nodes, sums, node);
                             // m,R = (number of hoops) m / R for the measures 2πR and 4πR².
                             let hoop = value * weight * measure * inverse;
                             sums[k][0] -= hoops.len() as f64 * hoop;
                             sums[k][D] += hoop;
                         }
                     }
-                }
-                for &node in &nodes {
-                    place[node as usize] = u32::MAX;
                 }
                 if !(volume > 0.0 && volume.is_finite()) {
                     return Err(GeometryError::InvertedCell { cell, measure: volume }.into());
@@ -370,6 +386,44 @@ impl<const D: usize> ShapeTable<D> {
             }
         }
         u
+    }
+}
+
+impl<const D: usize> ShapeTable<D> {
+    /// The table referred to the current configuration: gradients
+    /// $\partial\Psi_I/\partial x_i = \partial\Psi_I/\partial X_j\,F^{-1}_{ji}$ (4.48), hoops over the current
+    /// radius, weights $J\,w$, positions $x$ where the table holds values.
+    ///
+    /// The kernel stays the material one (4.47): the same particles are seen however far they move.
+    ///
+    /// # Errors
+    /// Where $\det F \le 0$.
+    pub fn pushed_forward(&self, d: &[f64]) -> Result<Self, Error> {
+        let mut current = self.clone();
+        for point in 0..self.len() {
+            let f = Matrix3::identity() + self.displacement_gradient(point, d);
+            let jacobian = f.determinant();
+            let inverse = match f.try_inverse() {
+                Some(inverse) if jacobian > 0.0 => inverse,
+                _ => return Err(GeometryError::InvertedCell { cell: point, measure: jacobian }.into()),
+            };
+            let n = self.nodes(point).len();
+            let start = self.offsets[point] * self.slots;
+            let old = self.gradients(point);
+            for a in 0..n {
+                for i in 0..D {
+                    current.gradients[start + i * n + a] = (0..D).map(|j| old[j * n + a] * inverse[(j, i)]).sum();
+                }
+                if let Some(&k) = self.hoops.first() {
+                    current.gradients[start + D * n + a] = old[D * n + a] * inverse[(k, k)];
+                }
+            }
+            current.weights[point] *= jacobian;
+            if !self.values.is_empty() {
+                current.positions[point] += self.displacement(point, d);
+            }
+        }
+        Ok(current)
     }
 }
 

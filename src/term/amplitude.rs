@@ -1,9 +1,12 @@
 //! Amplitudes: how a load or a prescribed value follows the load factor.
 
+use std::fmt;
+use std::sync::Arc;
+
 use crate::error::BoundaryError;
 
 /// The factor of a load as a function of the load factor $\lambda$.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Clone, Default)]
 pub enum Amplitude {
     /// $\lambda$ itself.
     #[default]
@@ -12,6 +15,34 @@ pub enum Amplitude {
     Constant,
     /// Straight lines between (load factor, value) pairs, constant outside.
     Table(Vec<(f64, f64)>),
+    /// Any smooth function of $\lambda$; its slope is taken by central differences.
+    Function(Arc<dyn Fn(f64) -> f64 + Send + Sync>),
+}
+
+/// Half the interval of the central difference: where rounding and truncation of a smooth function meet.
+const DIFFERENCE: f64 = 1e-5;
+
+impl PartialEq for Amplitude {
+    /// Functions are equal where they are the same one.
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Amplitude::Ramp, Amplitude::Ramp) | (Amplitude::Constant, Amplitude::Constant) => true,
+            (Amplitude::Table(a), Amplitude::Table(b)) => a == b,
+            (Amplitude::Function(a), Amplitude::Function(b)) => Arc::ptr_eq(a, b),
+            _ => false,
+        }
+    }
+}
+
+impl fmt::Debug for Amplitude {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Amplitude::Ramp => write!(f, "Ramp"),
+            Amplitude::Constant => write!(f, "Constant"),
+            Amplitude::Table(pairs) => f.debug_tuple("Table").field(pairs).finish(),
+            Amplitude::Function(_) => write!(f, "Function(..)"),
+        }
+    }
 }
 
 impl Amplitude {
@@ -20,6 +51,17 @@ impl Amplitude {
     /// # Errors
     /// For fewer than two pairs, numbers that are not finite, or load factors that do not rise.
     pub fn table(pairs: Vec<(f64, f64)>) -> Result<Self, BoundaryError> {
+        let table = Amplitude::Table(pairs);
+        table.validate()?;
+        Ok(table)
+    }
+
+    /// Refuses tables that were put together without [`table`](Amplitude::table)'s check.
+    ///
+    /// # Errors
+    /// As [`table`](Amplitude::table).
+    pub fn validate(&self) -> Result<(), BoundaryError> {
+        let Amplitude::Table(pairs) = self else { return Ok(()) };
         if pairs.len() < 2 {
             return Err(BoundaryError::Amplitude { what: "fewer than two pairs" });
         }
@@ -29,7 +71,7 @@ impl Amplitude {
         if pairs.windows(2).any(|w| w[1].0 <= w[0].0) {
             return Err(BoundaryError::Amplitude { what: "the load factors do not rise" });
         }
-        Ok(Amplitude::Table(pairs))
+        Ok(())
     }
 
     /// Value and slope at a load factor; at a kink the slope to the left.
@@ -37,6 +79,10 @@ impl Amplitude {
         match self {
             Amplitude::Ramp => (load, 1.0),
             Amplitude::Constant => (1.0, 0.0),
+            Amplitude::Function(function) => {
+                let slope = (function(load + DIFFERENCE) - function(load - DIFFERENCE)) / (2.0 * DIFFERENCE);
+                (function(load), slope)
+            }
             Amplitude::Table(pairs) => {
                 let next = pairs.partition_point(|p| p.0 < load);
                 if next == 0 {
@@ -66,5 +112,15 @@ mod tests {
         assert!(Amplitude::table(vec![(0.0, 1.0)]).is_err());
         assert!(Amplitude::table(vec![(0.0, 1.0), (0.0, 2.0)]).is_err());
         assert!(Amplitude::table(vec![(0.0, 1.0), (1.0, f64::NAN)]).is_err());
+    }
+
+    #[test]
+    fn functions_have_slopes() {
+        let sine = Amplitude::Function(Arc::new(f64::sin));
+        let (value, slope) = sine.evaluate(0.7);
+        assert_eq!(value, 0.7f64.sin());
+        assert!((slope - 0.7f64.cos()).abs() < 1e-9);
+        assert_eq!(sine, sine.clone());
+        assert_ne!(sine, Amplitude::Function(Arc::new(f64::sin)));
     }
 }

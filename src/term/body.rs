@@ -87,6 +87,28 @@ impl<const D: usize, M: Material> Body<D, M> {
         self.field
     }
 
+    /// The hydrostatic pressures $p = U'$ (2.15) \[stress\] at the points of the table, positive in tension;
+    /// those of the zones where pressures are projected. `None` for a material that can't be split.
+    pub fn pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
+        let (_, volumetric) = self.material.split()?;
+        let pointwise = |point| volumetric.evaluate(self.deformation_gradient(point, view.displacement).determinant());
+        let mut pressures = Vec::with_capacity(self.table.len());
+        for cluster in 0..self.table.clusters().len() {
+            for point in self.table.clusters().points(cluster) {
+                pressures.push(match self.field {
+                    PressureField::Displacement => pointwise(point).slope,
+                    PressureField::Pointwise => view.locals[2 * point + 1],
+                    PressureField::Constant | PressureField::Linear => {
+                        let pi = &view.locals[self.locals(cluster)][self.functions..];
+                        let projected: f64 = self.phi(point).iter().zip(pi).map(|(p, pi)| p * pi).sum();
+                        projected + self.share * pointwise(point).slope
+                    }
+                });
+            }
+        }
+        Some(pressures)
+    }
+
     /// Orthonormal constants or linear functions on each cluster, by Gram–Schmidt over its points.
     fn tabulate_zone_functions(&mut self, functions: usize) {
         self.functions = functions;
@@ -133,12 +155,19 @@ impl<const D: usize, M: Material> Body<D, M> {
         }
     }
 
+    /// Values of the orthonormal zone functions $\varphi_k$ of the point's cluster, $\int\varphi_k\varphi_l = \delta_{kl}$;
+    /// empty where pressures are not projected. A cluster of too few points has zeros in place of the last ones.
+    pub fn zone_functions(&self, point: usize) -> &[f64] {
+        self.phi(point)
+    }
+
     fn phi(&self, point: usize) -> &[f64] {
         &self.phi[point * self.functions..(point + 1) * self.functions]
     }
 
-    fn deformation(&self, point: usize, d: &[f64]) -> Matrix3<f64> {
-        Matrix3::identity() + self.table.displacement_gradient(point, d)
+    /// The deformation gradient $F$ at a point of the table.
+    pub fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
+        Matrix3::identity() + self.table.displacement_gradient(point, displacement)
     }
 
     /// Residuals of the local equations and the Hessian of a zone, at the current state.
@@ -156,7 +185,7 @@ impl<const D: usize, M: Material> Body<D, M> {
         for point in self.table.clusters().points(cluster) {
             let phi = self.phi(point);
             let weight = self.table.weights()[point];
-            let j = self.deformation(point, view.displacement).determinant();
+            let j = self.deformation_gradient(point, view.displacement).determinant();
             let projected: f64 = phi.iter().zip(theta).map(|(p, t)| p * t).sum();
             let u = volumetric.evaluate(projected);
             for k in 0..n {
@@ -184,14 +213,14 @@ impl<const D: usize, M: Material> Body<D, M> {
                 .table
                 .clusters()
                 .points(cluster)
-                .map(|p| self.table.weights()[p] * self.material.energy(&self.deformation(p, d)))
+                .map(|p| self.table.weights()[p] * self.material.energy(&self.deformation_gradient(p, d)))
                 .sum();
         };
         let n = self.functions;
         let mut theta = [0.0; 4];
         let mut energy = 0.0;
         for point in self.table.clusters().points(cluster) {
-            let f = self.deformation(point, d);
+            let f = self.deformation_gradient(point, d);
             let weight = self.table.weights()[point];
             let j = f.determinant();
             energy += weight * distortional.energy(&f);
@@ -284,7 +313,7 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
             volume_slopes.resize(2 * n * size, 0.0);
         }
         for point in table.clusters().points(cluster) {
-            let f = self.deformation(point, view.displacement);
+            let f = self.deformation_gradient(point, view.displacement);
             let weight = table.weights()[point];
             let (mut stress, mut tangent) = match (self.field, split) {
                 (PressureField::Displacement, _) | (_, None) => {
@@ -379,7 +408,7 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
         let mut theta_step = zone.of_pi;
         let first = self.table.clusters().points(cluster).start;
         for point in self.table.clusters().points(cluster) {
-            let f = self.deformation(point, view.displacement);
+            let f = self.deformation_gradient(point, view.displacement);
             let df = self.table.displacement_gradient(point, step);
             bound = bound.min(largest_step(&f, &df));
             let change = || cofactor(&f).dot(&df);
@@ -421,7 +450,7 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
         self.table
             .clusters()
             .points(cluster)
-            .map(|point| (self.deformation(point, view.displacement).determinant(), point))
+            .map(|point| (self.deformation_gradient(point, view.displacement).determinant(), point))
             // A NaN counts as the smallest of all.
             .min_by(|a, b| if a.0.is_nan() { std::cmp::Ordering::Less } else { a.0.total_cmp(&b.0) })
             .map(|(j, point)| (j, self.table.positions()[point].as_slice().to_vec()))

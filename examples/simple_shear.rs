@@ -1,0 +1,99 @@
+//! A rubber block sheared to 200 % (paper §6.2): the volume stays, so that the exact stress is that of an
+//! incompressible material, σ₁₂ = 2 K₁ γ.
+//!
+//! `cargo run --release --example simple_shear [-- --out DIR]` prints a table and writes `summary.csv`,
+//! the stress curve and the sheared shapes. Lengths in cm, stresses in MPa.
+
+mod support;
+
+use std::error::Error;
+
+use rkpm::output::chart::{Colour, Legend, Series};
+use rkpm::output::{Chart, Summary, Table};
+use rkpm::prelude::*;
+use rkpm::solve::State;
+
+/// Engineering shear strain at the full load.
+const SHEAR: f64 = 2.0;
+/// Equal steps on the way: γ = 0.05, 0.1, … 2, the strains of the reference.
+const STEPS: usize = 40;
+
+/// A sheet whose whole boundary follows F = I + γ e₁ ⊗ e₂.
+fn sheet() -> Result<Scene<2>, rkpm::Error> {
+    let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?;
+    Ok(Scene::new(Block::new([0.0, 0.0], [1.0, 0.25]), PlaneStrain, rubber)
+        .prescribe_field(Part::Whole, 0, |x| SHEAR * x[1])
+        .prescribe(Part::Whole, 1, 0.0))
+}
+
+/// Cauchy stress σ₁₂ at the point of the body where it is farthest from `exact`.
+fn worst_stress(problem: &Problem<2>, state: &State, exact: f64) -> f64 {
+    let stresses = problem.deformation_gradients(state).into_iter().map(|f| {
+        let stress = problem.body.material().response(&f).stress;
+        (stress * f.transpose())[(0, 1)] / f.determinant()
+    });
+    stresses.max_by(|a, b| (a - exact).abs().total_cmp(&(b - exact).abs())).unwrap_or(f64::NAN)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let out = support::out_dir("simple_shear");
+    let reference = support::csv_columns(include_str!("../tests/reference/simple_shear.csv"));
+    let (strains, exact) = (&reference[0].1, &reference[1].1);
+
+    let scheme = Scheme::default().particles([9, 3]).stepping(Stepping::equal(STEPS));
+    let irregular = Layout::Jittered { amount: 0.3, seed: 1 };
+    let mut curves = Vec::new();
+    let mut problems = Vec::new();
+    for layout in [Layout::Regular, irregular] {
+        let problem = sheet()?.discretize(&scheme.clone().layout(layout))?;
+        let path = problem.run(&mut ())?.completed()?;
+        let steps = path.steps.iter().zip(exact);
+        curves.push(steps.map(|(step, &exact)| worst_stress(&problem, &step.state, exact)).collect::<Vec<_>>());
+        problems.push((problem, path));
+    }
+
+    let mut table = Table::new(["gamma", "sigma12_regular_MPa", "sigma12_irregular_MPa", "sigma12_exact_MPa"]);
+    for (row, (&strain, &exact)) in strains.iter().zip(exact).enumerate() {
+        table.push([strain, curves[0][row], curves[1][row], exact])?;
+    }
+    table.write(out.join("curve.csv"))?;
+
+    let mut summary = Summary::new();
+    for strain in [0.5, 1.0, 1.5, 2.0] {
+        // The worse of both sets of particles.
+        let row = (strain / SHEAR * STEPS as f64).round() as usize - 1;
+        let off = |k: usize| (curves[k][row] - exact[row]).abs();
+        let worse = if off(1) > off(0) { 1 } else { 0 };
+        summary.record(format!("sigma12_{strain}"), curves[worse][row], exact[row])?;
+    }
+    print!("{summary}");
+    summary.write(out.join("summary.csv"))?;
+
+    let line = |values: &[f64]| -> Vec<[f64; 2]> { strains.iter().zip(values).map(|(&x, &y)| [x, y]).collect() };
+    // Regular and irregular in turn, so that markers do not cover each other.
+    let every = |k: usize| -> Vec<[f64; 2]> { line(&curves[k]).into_iter().skip(1 + 2 * k).step_by(4).collect() };
+    Chart::new("Simple shear of rubber, 9 × 3 particles")
+        .x("shear strain γ")
+        .y("shear stress σ₁₂ [MPa]")
+        .line("exact", &line(exact))
+        .markers("RKPM, regular", &every(0))
+        .markers("RKPM, irregular", &every(1))
+        .write(out.join("curve.svg"))?;
+
+    // The shapes above each other.
+    let (problem, path) = &problems[1];
+    let mut chart = Chart::new("Irregular particles in simple shear").x("x [cm]").y("y [cm]");
+    for (place, colour) in [Colour::Grey, Colour::Blue, Colour::Vermilion].into_iter().enumerate() {
+        let step = place * STEPS / 2;
+        let state = if step == 0 { &path.start } else { &path.steps[step - 1].state };
+        let moved = |x: &Point<2>| [x[0], x[1] - 0.35 * place as f64];
+        let lines = support::grid_lines(problem, state, 1)?;
+        let lines: Vec<Vec<_>> = lines.iter().map(|line| line.iter().map(moved).collect()).collect();
+        let name = format!("γ = {:.1}", SHEAR * state.load);
+        chart = chart.with(Series::outlines(name, &lines).colour(colour));
+    }
+    chart.equal_aspect().legend(Legend::Beneath).write(out.join("shapes.svg"))?;
+    support::vtk_grid(problem, path.last())?.write(out.join("sheared.vtu"))?;
+    println!("results in {}", out.display());
+    Ok(())
+}

@@ -1,0 +1,243 @@
+//! The paper's transformation of all particles (4.28)–(4.45).
+
+use nalgebra::DMatrix;
+
+use crate::assembly::{Pattern, System};
+use crate::error::{BoundaryError, Error, LinearError};
+use crate::linear::MatrixClass;
+use crate::shape::{Approximation, ShapeFunctions};
+
+use super::{Constraints, Enforced, Enforcement};
+
+/// The full transformation: all coefficients are exchanged for values at particles, $\hat d = A^T d$ with
+/// $A_{IJ} = \Psi_I(X_J)$ (4.31), so that $\hat\Psi_I(X_J) = \delta_{IJ}$ (4.33) and prescribed values are simply
+/// struck out: $\hat K = \Lambda^{-1} K \Lambda^{-T}$ (4.42).
+///
+/// $\Lambda^{-1}$ is dense, and so is $\hat K$: memory grows with the square and time with the cube of the
+/// number of unknowns. It spans the same space as
+/// [`MixedTransformation`](super::MixedTransformation), which transforms the constrained particles alone.
+/// Only rows at particles can be served.
+#[derive(Debug, Clone)]
+pub struct FullTransformation {
+    /// $A^{-T}$: coefficients for unit values at particles, `particles × particles`.
+    inverse: DMatrix<f64>,
+}
+
+/// Particles beyond which $\Lambda$ is refused: 2000 need 32 MB for it and 130 MB for a plane $\hat K$.
+const PARTICLE_LIMIT: usize = 2000;
+
+impl FullTransformation {
+    /// Inverts $\Lambda$ for the particles of an approximation.
+    ///
+    /// # Errors
+    /// For more than 2000 particles, where a shape function is not defined, and where $\Lambda$ is singular.
+    pub fn new<const D: usize, A: Approximation<D>>(approximation: &A) -> Result<Self, Error> {
+        let n = approximation.nodes().len();
+        if n > PARTICLE_LIMIT {
+            return Err(LinearError::Size {
+                what: "particles of the dense transformation",
+                size: n,
+                limit: PARTICLE_LIMIT,
+                remedy: "take the mixed transformation, which spans the same space",
+            }
+            .into());
+        }
+        let mut at_particles = DMatrix::zeros(n, n);
+        let mut scratch = A::Scratch::default();
+        let mut psi = ShapeFunctions::default();
+        for particle in 0..n {
+            approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
+            for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
+                at_particles[(particle, node as usize)] = value;
+            }
+        }
+        let inverse = at_particles
+            .try_inverse()
+            .ok_or(LinearError::Pivot { pivot: 0, hint: "values at particles do not determine the coefficients" })?;
+        Ok(FullTransformation { inverse })
+    }
+
+    /// The transformed functions $\hat\Psi_K(X) = \sum_I A^{-1}_{KI}\Psi_I(X)$ (4.33) for given $\Psi_I(X)$,
+    /// one for each particle.
+    pub fn transformed(&self, nodes: &[u32], values: &[f64]) -> Vec<f64> {
+        (0..self.inverse.ncols())
+            .map(|k| nodes.iter().zip(values).map(|(&i, v)| self.inverse[(i as usize, k)] * v).sum())
+            .collect()
+    }
+}
+
+struct Bound {
+    full: Pattern,
+    pattern: Pattern,
+    inverse: DMatrix<f64>,
+    dimension: usize,
+    /// Values at particles that are unknown, and the row that prescribes each of the others.
+    free: Vec<usize>,
+    prescribed: Vec<(usize, usize, f64)>,
+}
+
+impl Enforcement for FullTransformation {
+    fn bind(&self, pattern: &Pattern, rows: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
+        let particles = self.inverse.nrows();
+        let size = pattern.size();
+        let unsuitable = |reason: String| BoundaryError::Unsuitable { enforcement: "full transformation", reason };
+        if particles == 0 || !size.is_multiple_of(particles) {
+            return Err(unsuitable(format!("{particles} particles were transformed, the model has {size} unknowns")));
+        }
+        let dimension = size / particles;
+        let mut row_of = vec![None; size];
+        for (r, row) in rows.rows().iter().enumerate() {
+            let component = row.owner % dimension;
+            if row.entries.iter().any(|e| e.0 % dimension != component) {
+                return Err(unsuitable(format!("{} couples components; take multipliers", row.label)));
+            }
+            // G d = G A^{-T} d̂: a row at a particle picks one value alone.
+            let mut picked = vec![0.0; particles];
+            for &(unknown, c) in &row.entries {
+                for (k, p) in picked.iter_mut().enumerate() {
+                    *p += c * self.inverse[(unknown / dimension, k)];
+                }
+            }
+            let owner = row.owner / dimension;
+            let scale = picked[owner];
+            let other =
+                picked.iter().enumerate().filter(|(k, _)| *k != owner).map(|(_, p)| p.abs()).fold(0.0, f64::max);
+            // Rounding of the inverse.
+            if !(other <= 1e-9 * scale.abs()) {
+                return Err(unsuitable(format!("{} is no row at a particle; take multipliers", row.label)));
+            }
+            if row_of[row.owner].replace((r, scale)).is_some() {
+                return Err(BoundaryError::Dependent { row: r, what: row.label.clone(), pivot: 0.0 });
+            }
+        }
+        let free: Vec<usize> = (0..size).filter(|&u| row_of[u].is_none()).collect();
+        let prescribed = (0..size).filter_map(|u| row_of[u].map(|(r, scale)| (u, r, scale))).collect();
+        let n = free.len();
+        let dense = Pattern::from_columns((0..n).map(|c| (c as u32..n as u32).collect()).collect());
+        Ok(Box::new(Bound {
+            full: pattern.clone(),
+            pattern: dense,
+            inverse: self.inverse.clone(),
+            dimension,
+            free,
+            prescribed,
+        }))
+    }
+}
+
+impl Bound {
+    /// $d = A^{-T}\hat d$, component by component.
+    fn coefficients(&self, values: &[f64], out: &mut [f64]) {
+        let d = self.dimension;
+        out.fill(0.0);
+        for k in 0..self.inverse.ncols() {
+            for i in 0..self.inverse.nrows() {
+                let t = self.inverse[(i, k)];
+                for c in 0..d {
+                    out[i * d + c] += t * values[k * d + c];
+                }
+            }
+        }
+    }
+
+    /// $A^{-1} f$, component by component: the nodal forces $\Lambda^{-1}f$ of (4.43).
+    fn nodal(&self, force: &[f64]) -> Vec<f64> {
+        let d = self.dimension;
+        let mut out = vec![0.0; force.len()];
+        for k in 0..self.inverse.ncols() {
+            for i in 0..self.inverse.nrows() {
+                let t = self.inverse[(i, k)];
+                for c in 0..d {
+                    out[k * d + c] += t * force[i * d + c];
+                }
+            }
+        }
+        out
+    }
+}
+
+impl Enforced for Bound {
+    fn pattern(&self) -> &Pattern {
+        &self.pattern
+    }
+
+    fn class(&self) -> MatrixClass {
+        MatrixClass::Definite
+    }
+
+    fn unknowns(&self) -> usize {
+        self.free.len()
+    }
+
+    fn reduce(&mut self, full: &System, values: &mut Vec<f64>) {
+        let size = self.full.size();
+        let d = self.dimension;
+        let mut k = DMatrix::zeros(size, size);
+        for column in 0..size {
+            for entry in self.full.columns[column]..self.full.columns[column + 1] {
+                let row = self.full.rows[entry] as usize;
+                k[(row, column)] = full.values[entry];
+                k[(column, row)] = full.values[entry];
+            }
+        }
+        let particles = self.inverse.nrows();
+        let mut transformation = DMatrix::zeros(size, size);
+        for i in 0..particles {
+            for j in 0..particles {
+                for c in 0..d {
+                    transformation[(i * d + c, j * d + c)] = self.inverse[(i, j)];
+                }
+            }
+        }
+        let reduced = transformation.tr_mul(&(k * &transformation));
+        values.clear();
+        for (c, &column) in self.free.iter().enumerate() {
+            values.extend(self.free[c..].iter().map(|&row| reduced[(row, column)]));
+        }
+    }
+
+    fn restrict(&self, force: &[f64], gap: &[f64], full: &System, rhs: &mut Vec<f64>) {
+        let size = self.full.size();
+        let mut values = vec![0.0; size];
+        for &(unknown, row, scale) in &self.prescribed {
+            values[unknown] = gap[row] / scale;
+        }
+        let mut jump = vec![0.0; size];
+        self.coefficients(&values, &mut jump);
+        let mut product = vec![0.0; size];
+        self.full.multiply_add(&full.values, &jump, &mut product);
+        full.skew_multiply_add(&jump, &mut product);
+        for (p, f) in product.iter_mut().zip(force) {
+            *p = f - *p;
+        }
+        self.project(&product, rhs);
+    }
+
+    fn project(&self, full: &[f64], out: &mut Vec<f64>) {
+        let nodal = self.nodal(full);
+        out.clear();
+        out.extend(self.free.iter().map(|&u| nodal[u]));
+    }
+
+    fn react(&self, residual: &[f64], multipliers: &mut [f64]) {
+        let nodal = self.nodal(residual);
+        for &(unknown, row, scale) in &self.prescribed {
+            multipliers[row] = -nodal[unknown] / scale;
+        }
+    }
+
+    fn recover(&self, solved: &[f64], gap: &[f64], step: &mut [f64], _multipliers: &mut [f64]) {
+        let mut values = vec![0.0; self.full.size()];
+        for (&unknown, value) in self.free.iter().zip(solved) {
+            values[unknown] = *value;
+        }
+        for &(unknown, row, scale) in &self.prescribed {
+            values[unknown] = gap[row] / scale;
+        }
+        self.coefficients(&values, step);
+    }
+
+    fn full_index(&self, reduced: usize) -> Option<usize> {
+        self.free.get(reduced).copied()
+    }
+}

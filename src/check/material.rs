@@ -1,0 +1,229 @@
+//! The contract of materials.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use crate::material::{Material, Response};
+use crate::tensor::{Tangent, Vector9, components, from_components};
+
+use super::{Law, Report, signed};
+
+/// Random deformations that are sampled.
+const SAMPLES: usize = 60;
+/// Principal stretches of the samples go from this to its inverse: inside the domain of any rubber.
+const STRETCH: f64 = 0.8;
+/// Step of the differences; with the four-point formula the truncation is $h^4$.
+const STEP: f64 = 1e-4;
+/// What differences leave of exact derivatives.
+const TOLERANCE: f64 = 1e-6;
+/// What rounding leaves of identities.
+const ROUNDING: f64 = 1e-10;
+
+/// Checks the contract of [`Material`] at rest and at random $F$ with principal stretches between 0.8 and
+/// 1.25: $P = \partial W/\partial F$, the tangent $= \partial P/\partial F$ and symmetric, frame indifference,
+/// no stress at rest and a tangent that is not negative there, and the split: its parts sum to the whole,
+/// $\bar W(sF) = \bar W(F)$, $U'$ and $U''$ are derivatives.
+///
+/// Violations are relative to the size of stress or tangent (whichever of $|P|$ and $|A|\,|F - I|$ is larger).
+///
+/// ```
+/// use rkpm::{check, material::Rubber};
+/// assert!(check::material(&Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?).holds());
+/// # Ok::<(), rkpm::error::MaterialError>(())
+/// ```
+pub fn material(material: &dyn Material) -> Report {
+    let mut random = fastrand::Rng::with_seed(2);
+    let samples: Vec<Matrix3<f64>> = (0..SAMPLES).map(|_| deformation(&mut random)).collect();
+    let rest = material.response(&Matrix3::identity());
+    let stiffness = rest.tangent.norm();
+
+    let mut free = Law::new("no stress at rest", ROUNDING);
+    free.see(rest.stress.norm() / stiffness, || "F = I".into());
+    let mut stable = Law::new("the tangent at rest is not negative", ROUNDING);
+    let symmetric = (rest.tangent + rest.tangent.transpose()) * 0.5;
+    if symmetric.iter().all(|v| v.is_finite()) {
+        let lowest = symmetric.symmetric_eigenvalues().min();
+        stable.see((-lowest / stiffness).max(0.0), || "F = I".into());
+    } else {
+        stable.see(f64::NAN, || "F = I".into());
+    }
+    let mut laws = derivatives(material, &samples, stiffness);
+    laws.extend(frames(material, &samples, stiffness, &mut random));
+    let report = Report::default().with([free, stable]).with(laws);
+    if material.split().is_some() {
+        report.with(split(material, &samples, stiffness))
+    } else {
+        report.unchecked("split: the material has none and runs in displacement form, uncured against locking")
+    }
+}
+
+/// $P$ and tangent against differences.
+fn derivatives(material: &dyn Material, samples: &[Matrix3<f64>], stiffness: f64) -> Vec<Law> {
+    let mut stress = Law::new("P is the derivative of W", TOLERANCE);
+    let mut tangent = Law::new("the tangent is the derivative of P", TOLERANCE);
+    let mut symmetry = Law::new("the tangent is symmetric", ROUNDING);
+    for f in samples {
+        let Response { stress: p, tangent: a } = material.response(f);
+        let place = || place(f);
+        let (mut p_differences, mut a_differences) = (Vector9::zeros(), Tangent::zeros());
+        for c in 0..9 {
+            let mut unit = Vector9::zeros();
+            unit[c] = 1.0;
+            let along = |t: f64| f + from_components(&unit) * t;
+            p_differences[c] = difference(|t| Vector9::repeat(material.energy(&along(t))))[0];
+            a_differences.set_column(c, &difference(|t| components(&material.response(&along(t)).stress)));
+        }
+        let size = stress_size(&p, f, stiffness);
+        stress.see((p_differences - components(&p)).norm() / size, place);
+        tangent.see((a_differences - a).norm() / stiffness.max(a.norm()), place);
+        symmetry.see((a - a.transpose()).norm() / stiffness.max(a.norm()), place);
+    }
+    vec![stress, tangent, symmetry]
+}
+
+/// $W(QF) = W(F)$ and $P(QF) = QP(F)$.
+fn frames(material: &dyn Material, samples: &[Matrix3<f64>], stiffness: f64, random: &mut fastrand::Rng) -> Vec<Law> {
+    let mut energy = Law::new("W does not depend on the frame", ROUNDING);
+    let mut stress = Law::new("P turns with the frame", ROUNDING);
+    for f in samples {
+        let q = rotation(random);
+        let turned = q * f;
+        let place = || format!("Q = {:.4?}, {}", q.as_slice(), place(f));
+        let change = material.energy(&turned) - material.energy(f);
+        energy.see(change.abs() / (stiffness * (f - Matrix3::identity()).norm_squared()), place);
+        let p = material.response(f).stress;
+        let error = material.response(&turned).stress - q * p;
+        stress.see(error.norm() / stress_size(&p, f, stiffness), place);
+    }
+    vec![energy, stress]
+}
+
+/// The parts against the whole and against what each part is.
+fn split(material: &dyn Material, samples: &[Matrix3<f64>], stiffness: f64) -> Vec<Law> {
+    let mut sum = Law::new("the parts of the split sum to the whole", ROUNDING);
+    let mut volume = Law::new("the distortional energy does not depend on the volume", ROUNDING);
+    let mut slopes = Law::new("U' and U'' are derivatives of U", TOLERANCE);
+    let Some((distortional, volumetric)) = material.split() else { return Vec::new() };
+    for f in samples {
+        let place = || place(f);
+        let j = f.determinant();
+        let u = volumetric.evaluate(j);
+        let strain = (f - Matrix3::identity()).norm_squared();
+        let energy = distortional.energy(f) + u.energy - material.energy(f);
+        let whole = material.response(f);
+        let stress = distortional.response(f).stress + crate::tensor::cofactor(f) * u.slope - whole.stress;
+        let size = stress_size(&whole.stress, f, stiffness);
+        sum.see((energy.abs() / (stiffness * strain)).max(stress.norm() / size), place);
+        let change = distortional.energy(&(f * 1.1)) - distortional.energy(f);
+        volume.see(change.abs() / (stiffness * strain), place);
+        let first = difference(|t| Vector9::repeat(volumetric.evaluate(j + t).energy))[0];
+        let second = difference(|t| Vector9::repeat(volumetric.evaluate(j + t).slope))[0];
+        let bulk = volumetric.evaluate(1.0).curvature.abs();
+        slopes.see((first - u.slope).abs().max((second - u.curvature).abs()) / bulk, place);
+    }
+    vec![sum, volume, slopes]
+}
+
+/// $f'(0)$ by the four-point central difference.
+fn difference(f: impl Fn(f64) -> Vector9) -> Vector9 {
+    ((f(STEP) - f(-STEP)) * 8.0 - (f(2.0 * STEP) - f(-2.0 * STEP))) / (12.0 * STEP)
+}
+
+/// What an error of the stress is measured against.
+fn stress_size(p: &Matrix3<f64>, f: &Matrix3<f64>, stiffness: f64) -> f64 {
+    p.norm().max(stiffness * (f - Matrix3::identity()).norm())
+}
+
+fn place(f: &Matrix3<f64>) -> String {
+    format!("F = {:.4?} (row by row)", components(f).as_slice())
+}
+
+fn rotation(random: &mut fastrand::Rng) -> Matrix3<f64> {
+    let axis = Vector3::from_fn(|_, _| 3.0 * signed(random));
+    Rotation3::new(axis).into_inner()
+}
+
+/// A random deformation: rotations around random principal stretches.
+fn deformation(random: &mut fastrand::Rng) -> Matrix3<f64> {
+    let stretches = Vector3::from_fn(|_, _| STRETCH.powf(signed(random)));
+    rotation(random) * Matrix3::from_diagonal(&stretches) * rotation(random)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::{
+        Gent, Invariants, LogarithmicVolume, MixedLogarithmicVolume, NearlyIncompressible, QuadraticVolume, Rubber,
+        VolumetricEnergy,
+    };
+
+    fn broken(report: &Report) -> Vec<&str> {
+        report.violations().map(|f| f.law).collect()
+    }
+
+    #[test]
+    fn the_materials_of_the_crate_hold() {
+        let gent = Invariants(Gent::new(1.0, 30.0).unwrap());
+        let pieces: [&dyn Material; 5] = [
+            &Rubber::neo_hookean(0.5, 5.0 / 3.0).unwrap(),
+            &Rubber::yeoh(0.373, -0.031, 0.005, 1e5).unwrap(),
+            &Rubber::polynomial([((1, 0), 0.4), ((0, 1), 0.1), ((1, 1), 0.01)], 1e6).unwrap(),
+            &NearlyIncompressible { distortional: gent, volumetric: MixedLogarithmicVolume::new(1e3).unwrap() },
+            &NearlyIncompressible { distortional: gent, volumetric: LogarithmicVolume::new(1e3).unwrap() },
+        ];
+        for piece in pieces {
+            let report = material(piece);
+            assert!(report.holds() && report.unchecked.is_empty(), "{report}");
+        }
+    }
+
+    /// Springs: not frame-indifferent.
+    struct Springs;
+
+    impl Material for Springs {
+        fn energy(&self, f: &Matrix3<f64>) -> f64 {
+            0.5 * (f - Matrix3::identity()).norm_squared()
+        }
+        fn response(&self, f: &Matrix3<f64>) -> Response {
+            Response { stress: f - Matrix3::identity(), tangent: Tangent::identity() }
+        }
+    }
+
+    #[test]
+    fn each_broken_law_is_named() {
+        let report = material(&Springs);
+        assert_eq!(broken(&report), ["W does not depend on the frame", "P turns with the frame"]);
+        assert_eq!(report.unchecked.len(), 1);
+
+        /// A rubber whose stress is off by a factor.
+        struct Scaled(Rubber, f64, f64);
+        impl Material for Scaled {
+            fn energy(&self, f: &Matrix3<f64>) -> f64 {
+                self.0.energy(f)
+            }
+            fn response(&self, f: &Matrix3<f64>) -> Response {
+                let Response { stress, tangent } = self.0.response(f);
+                Response { stress: stress * self.1, tangent: tangent * self.2 }
+            }
+        }
+        let rubber = Rubber::neo_hookean(0.5, 10.0).unwrap();
+        assert!(broken(&material(&Scaled(rubber.clone(), 1.01, 1.01))).contains(&"P is the derivative of W"));
+        assert_eq!(broken(&material(&Scaled(rubber.clone(), 1.0, 1.01))), ["the tangent is the derivative of P"]);
+
+        /// Takes the whole for the distortional part.
+        struct Twice(Rubber, QuadraticVolume);
+        impl Material for Twice {
+            fn energy(&self, f: &Matrix3<f64>) -> f64 {
+                self.0.energy(f)
+            }
+            fn response(&self, f: &Matrix3<f64>) -> Response {
+                self.0.response(f)
+            }
+            fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
+                Some((&self.0, &self.1))
+            }
+        }
+        let expected =
+            ["the parts of the split sum to the whole", "the distortional energy does not depend on the volume"];
+        assert_eq!(broken(&material(&Twice(rubber, QuadraticVolume::new(10.0).unwrap()))), expected);
+    }
+}

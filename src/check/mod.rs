@@ -1,0 +1,145 @@
+//! Certificates: what a scheme, and each piece of one's own, must pass.
+//!
+//! * [`patch_test`]: are homogeneous fields reproduced?
+//! * [`spurious_modes`]: does the integration rule see every deformation?
+//! * [`inf_sup`]: are the pressures stable?
+//! * [`kernel`], [`basis`], [`material`], [`term`], [`solver`]: does a piece keep the contract of its trait?
+//!
+//! Certificates use dense linear algebra and small problems (at most [`SIZE_LIMIT`] unknowns): what they
+//! tell of a scheme does not depend on the size. Contract checks sample the piece, with fixed seeds, and
+//! report every law with its largest violation; nothing panics.
+//!
+//! ```
+//! use rkpm::check;
+//! use rkpm::kernel::{CubicSpline, Kernel};
+//! assert!(check::kernel(&CubicSpline).holds());
+//! /// Forgets to end at z = 1.
+//! struct Endless;
+//! impl Kernel for Endless {
+//!     fn value_and_slope(&self, z: f64) -> (f64, f64) {
+//!         ((-z * z).exp(), -2.0 * z * (-z * z).exp())
+//!     }
+//! }
+//! let report = check::kernel(&Endless);
+//! assert_eq!(report.violations().next().map(|f| f.law), Some("value and slope are zero for z >= 1"));
+//! ```
+
+mod algebra;
+mod inf_sup;
+mod material;
+mod patch;
+mod shape;
+mod solver;
+mod stability;
+mod term;
+
+pub use inf_sup::{InfSup, inf_sup};
+pub use material::material;
+pub use patch::{PatchTest, patch_test};
+pub use shape::{basis, kernel};
+pub use solver::solver;
+pub use stability::{Stability, spurious_modes};
+pub use term::term;
+
+use std::fmt;
+
+/// Unknowns up to which certificates are computed: dense matrices of 72 MB, spectra in under a minute.
+pub const SIZE_LIMIT: usize = 3000;
+
+/// One law of a contract and how well it was kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// The law.
+    pub law: &'static str,
+    /// Largest violation met, relative to the size of what is compared; NaN where numbers were not finite.
+    pub violation: f64,
+    /// Largest violation that rounding and differences explain.
+    pub tolerance: f64,
+    /// Where the largest violation was met.
+    pub at: String,
+}
+
+impl Finding {
+    /// Whether the law was kept.
+    pub fn holds(&self) -> bool {
+        self.violation <= self.tolerance
+    }
+}
+
+/// What a contract check found.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Report {
+    /// The laws that were checked.
+    pub findings: Vec<Finding>,
+    /// Laws that could not be checked, and why.
+    pub unchecked: Vec<String>,
+}
+
+impl Report {
+    /// Whether every checked law was kept.
+    pub fn holds(&self) -> bool {
+        self.findings.iter().all(Finding::holds)
+    }
+
+    /// The laws that were broken.
+    pub fn violations(&self) -> impl Iterator<Item = &Finding> {
+        self.findings.iter().filter(|f| !f.holds())
+    }
+
+    /// The finding of a law, `None` where it was not checked.
+    pub fn finding(&self, law: &str) -> Option<&Finding> {
+        self.findings.iter().find(|f| f.law == law)
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for finding in &self.findings {
+            let word = if finding.holds() { "holds" } else { "BROKEN" };
+            writeln!(f, "{word:>9}  {}: {:.1e} (tolerance {:.0e})", finding.law, finding.violation, finding.tolerance)?;
+            if !finding.holds() {
+                writeln!(f, "           at {}", finding.at)?;
+            }
+        }
+        for law in &self.unchecked {
+            writeln!(f, "unchecked  {law}")?;
+        }
+        Ok(())
+    }
+}
+
+/// The largest violation of one law while it is sampled.
+struct Law {
+    finding: Finding,
+}
+
+impl Law {
+    fn new(law: &'static str, tolerance: f64) -> Self {
+        Law { finding: Finding { law, violation: 0.0, tolerance, at: String::new() } }
+    }
+
+    /// Takes note of a sample; a NaN counts as larger than any number.
+    fn see(&mut self, violation: f64, at: impl FnOnce() -> String) {
+        if !(violation <= self.finding.violation) && !self.finding.violation.is_nan() {
+            self.finding.violation = violation;
+            self.finding.at = at();
+        }
+    }
+}
+
+impl Report {
+    fn with(mut self, laws: impl IntoIterator<Item = Law>) -> Self {
+        self.findings.extend(laws.into_iter().map(|law| law.finding));
+        self
+    }
+
+    fn unchecked(mut self, law: impl Into<String>) -> Self {
+        self.unchecked.push(law.into());
+        self
+    }
+}
+
+/// A random number between −1 and 1.
+fn signed(random: &mut fastrand::Rng) -> f64 {
+    2.0 * random.f64() - 1.0
+}

@@ -1,0 +1,274 @@
+//! The contract of terms.
+
+use crate::error::{Error, SolveError};
+use crate::term::{Element, Term, View};
+
+use super::{Law, Report, signed};
+
+/// Random directions per cluster along which derivatives are compared.
+const DIRECTIONS: usize = 3;
+/// Step of the central differences relative to the size of the displacement.
+const STEP: f64 = 1e-5;
+/// What differences leave of exact derivatives.
+const TOLERANCE: f64 = 1e-6;
+/// Sweeps of the local equations before they count as unsolvable.
+const SWEEPS: usize = 30;
+/// Change of the local unknowns, relative to their size, at which they count as solved.
+const SOLVED: f64 = 1e-12;
+
+/// Checks the contract of [`Term`] around a state, cluster by cluster: the residual is the derivative of
+/// the energy (where there is one), the matrix that of the residual, the load slope that of the residual
+/// by the load factor; nodes rise, and [`advance`](Term::advance) allows a step of nothing in full.
+///
+/// `displacement` holds the coefficients of all nodes, `D` components each: a small admissible state that
+/// is not at rest, where errors hide. Terms with local unknowns are checked with these solved
+/// (by [`advance`](Term::advance) with a step of nothing) at each state: then the condensed residual is the
+/// derivative of the energy, the condensed matrix that of the residual, and the increments by
+/// `advance` are the derivatives of the solved unknowns along the step. How such a term converges from
+/// local unknowns that are not solved is not checked.
+///
+/// # Errors
+/// Where the displacement is too short for the term's nodes or not finite.
+///
+/// ```
+/// use rkpm::check;
+/// use rkpm::prelude::*;
+/// let block = Block::new([0.0, 0.0], [1.0, 1.0]);
+/// let lattice = block.lattice([4, 4])?;
+/// let functions = ReproducingKernel::new(lattice.particles(1.0)?, CubicSpline, Polynomial::linear())?;
+/// let table = ShapeTable::new(&functions, &lattice.gauss_in(2, &lattice.zones(3))?, &PlaneStrain)?;
+/// let body = Body::new(table, Rubber::neo_hookean(0.5, 100.0)?, PressureField::Linear);
+/// let displacement: Vec<f64> = (0..32).map(|k| 0.02 * (k as f64).sin()).collect();
+/// let report = check::term(&body, &displacement, 1.0)?;
+/// assert!(report.holds(), "{report}");
+/// # Ok::<(), rkpm::Error>(())
+/// ```
+pub fn term<const D: usize>(term: &dyn Term<D>, displacement: &[f64], load: f64) -> Result<Report, Error> {
+    if let Some(&value) = displacement.iter().chain([&load]).find(|v| !v.is_finite()) {
+        return Err(
+            SolveError::Setting { what: "state to check a term at", value, needed: "give finite values" }.into()
+        );
+    }
+    let clusters = term.clusters();
+    let highest = (0..clusters).flat_map(|c| term.nodes(c)).max().map_or(0, |&n| n as usize + 1);
+    if displacement.len() < highest * D {
+        let (given, needed) = (displacement.len(), highest * D);
+        return Err(SolveError::Length { what: "displacement to check a term at", given, needed }.into());
+    }
+    let probe = Probe::new(term, displacement, load);
+    let mut order = Law::new("the nodes of a cluster rise", 0.0);
+    let mut still = Law::new("a step of nothing is allowed in full", 0.0);
+    for cluster in 0..clusters {
+        let rising = term.nodes(cluster).windows(2).all(|w| w[0] < w[1]);
+        order.see(f64::from(u8::from(!rising)), || format!("cluster {cluster}"));
+    }
+    let report = Report::default();
+    let Some(base) = probe.solved(displacement, load) else {
+        return Ok(report
+            .with([order])
+            .unchecked("all derivatives: the local unknowns were not solved by advance() with a step of nothing"));
+    };
+    for cluster in 0..clusters {
+        let factor = probe.advance(cluster, displacement, load, &base, &probe.nothing, &mut Vec::new());
+        still.see((factor - 1.0).abs(), || format!("cluster {cluster}"));
+    }
+    let report = report.with([order, still]);
+    Ok(probe.derivatives(report, &base))
+}
+
+/// A term at a state.
+struct Probe<'a, const D: usize> {
+    term: &'a dyn Term<D>,
+    displacement: &'a [f64],
+    load: f64,
+    locals: usize,
+    nothing: Vec<f64>,
+    step: f64,
+}
+
+impl<'a, const D: usize> Probe<'a, D> {
+    fn new(term: &'a dyn Term<D>, displacement: &'a [f64], load: f64) -> Self {
+        let locals = (0..term.clusters()).map(|c| term.locals(c).end).max().unwrap_or(0);
+        let size = displacement.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let step = STEP * if size > 0.0 { size } else { 1.0 };
+        Probe { term, displacement, load, locals, nothing: vec![0.0; displacement.len()], step }
+    }
+
+    fn advance(
+        &self,
+        cluster: usize,
+        displacement: &[f64],
+        load: f64,
+        locals: &[f64],
+        step: &[f64],
+        out: &mut Vec<f64>,
+    ) -> f64 {
+        out.clear();
+        out.resize(self.term.locals(cluster).len(), 0.0);
+        self.term.advance(cluster, View { displacement, locals, load }, step, out)
+    }
+
+    /// The local unknowns that belong to a displacement; `None` where they are not found.
+    fn solved(&self, displacement: &[f64], load: f64) -> Option<Vec<f64>> {
+        let mut locals = vec![0.0; self.locals];
+        let mut change = Vec::new();
+        for cluster in 0..self.term.clusters() {
+            let range = self.term.locals(cluster);
+            if range.is_empty() {
+                continue;
+            }
+            self.term.start(cluster, &mut locals[range.clone()]);
+            let mut found = false;
+            for _ in 0..SWEEPS {
+                self.advance(cluster, displacement, load, &locals, &self.nothing, &mut change);
+                let own = &mut locals[range.clone()];
+                let size = own.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+                let moved = change.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+                own.iter_mut().zip(&change).for_each(|(l, c)| *l += c);
+                found = moved <= SOLVED * size.max(1e-300);
+                if found {
+                    break;
+                }
+            }
+            if !found {
+                return None;
+            }
+        }
+        Some(locals)
+    }
+
+    fn linearize(&self, cluster: usize, displacement: &[f64], load: f64, locals: &[f64], matrix: bool) -> Element {
+        let mut element = Element::default();
+        element.reset(self.term.nodes(cluster).len() * D, matrix);
+        self.term.linearize(cluster, View { displacement, locals, load }, &mut element);
+        element
+    }
+
+    fn energy(&self, cluster: usize, displacement: &[f64], locals: &[f64]) -> f64 {
+        self.term.energy(cluster, View { displacement, locals, load: self.load })
+    }
+
+    /// The displacement moved by `t` along a direction of one cluster.
+    fn moved(&self, cluster: usize, direction: &[f64], t: f64) -> Vec<f64> {
+        let mut displacement = self.displacement.to_vec();
+        for (a, &node) in self.term.nodes(cluster).iter().enumerate() {
+            for i in 0..D {
+                displacement[node as usize * D + i] += t * direction[a * D + i];
+            }
+        }
+        displacement
+    }
+
+    /// Compares all derivatives, cluster by cluster.
+    fn derivatives(&self, report: Report, base: &[f64]) -> Report {
+        let mut residual = Law::new("the residual is the derivative of the energy", TOLERANCE);
+        let mut matrix = Law::new("the matrix is the derivative of the residual", TOLERANCE);
+        let mut slope = Law::new("the load slope is the derivative of the residual", TOLERANCE);
+        let mut locals = Law::new("advance() follows the solved local unknowns", TOLERANCE);
+        let mut random = fastrand::Rng::with_seed(3);
+        let (mut stored, mut solved_all) = (false, true);
+        for cluster in 0..self.term.clusters() {
+            let place = || format!("cluster {cluster}");
+            let element = self.linearize(cluster, self.displacement, self.load, base, true);
+            let full = full_matrix::<D>(&element, self.term.is_symmetric());
+            let forces = norm(&element.residual);
+            for _ in 0..DIRECTIONS {
+                let direction: Vec<f64> = element.residual.iter().map(|_| signed(&mut random)).collect();
+                let (plus, minus) =
+                    (self.moved(cluster, &direction, self.step), self.moved(cluster, &direction, -self.step));
+                let (Some(l_plus), Some(l_minus)) = (self.solved(&plus, self.load), self.solved(&minus, self.load))
+                else {
+                    solved_all = false;
+                    continue;
+                };
+                let energies = [self.energy(cluster, &plus, &l_plus), self.energy(cluster, &minus, &l_minus)];
+                if energies != [0.0; 2] {
+                    stored = true;
+                    let work: f64 = element.residual.iter().zip(&direction).map(|(r, v)| r * v).sum();
+                    let error = (energies[0] - energies[1]) / (2.0 * self.step) - work;
+                    let size = forces * norm(&direction) + (energies[0].abs() + energies[1].abs()) * 1e-10 / self.step;
+                    residual.see(error.abs() / size, place);
+                }
+                let above = self.linearize(cluster, &plus, self.load, &l_plus, false).residual;
+                let below = self.linearize(cluster, &minus, self.load, &l_minus, false).residual;
+                let product = multiply(&full, &direction);
+                let change: Vec<f64> = above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * self.step)).collect();
+                // Rounding of the forces counts too: that of a difference of two large numbers.
+                let size = norm(&product) + forces * 1e-10 / self.step;
+                matrix.see(relative(&change, &product, size), place);
+
+                let range = self.term.locals(cluster);
+                if !range.is_empty() {
+                    let step: Vec<f64> = plus.iter().zip(&minus).map(|(a, b)| (a - b) / (2.0 * self.step)).collect();
+                    let mut increments = Vec::new();
+                    self.advance(cluster, self.displacement, self.load, base, &step, &mut increments);
+                    let change: Vec<f64> =
+                        range.clone().map(|k| (l_plus[k] - l_minus[k]) / (2.0 * self.step)).collect();
+                    let size = norm(&increments) + norm(&base[range]) * 1e-10 / self.step;
+                    locals.see(relative(&change, &increments, size), place);
+                }
+            }
+            let (above, below) = (self.load + STEP, self.load - STEP);
+            if let (Some(l_above), Some(l_below)) =
+                (self.solved(self.displacement, above), self.solved(self.displacement, below))
+            {
+                let above = self.linearize(cluster, self.displacement, above, &l_above, false).residual;
+                let below = self.linearize(cluster, self.displacement, below, &l_below, false).residual;
+                let change: Vec<f64> = above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * STEP)).collect();
+                let size = norm(&element.load_slope) + forces * 1e-10 / STEP;
+                slope.see(relative(&change, &element.load_slope, size), place);
+            } else {
+                solved_all = false;
+            }
+        }
+        let mut report = report.with([matrix, slope]);
+        if stored {
+            report = report.with([residual]);
+        } else {
+            report = report.unchecked("residual against energy: the term stores none");
+        }
+        if self.locals > 0 {
+            report = report.with([locals]);
+            report = report.unchecked("convergence from local unknowns that are not solved");
+        }
+        if !solved_all {
+            report = report.unchecked("some directions: the local unknowns were not solved there");
+        }
+        report
+    }
+}
+
+/// The matrix with the blocks above the diagonal that symmetric terms leave out, by columns.
+fn full_matrix<const D: usize>(element: &Element, symmetric: bool) -> Vec<f64> {
+    let size = element.residual.len();
+    let mut full = element.matrix.clone();
+    if symmetric {
+        for column in 0..size {
+            for row in (column / D + 1) * D..size {
+                full[row * size + column] = element.matrix[column * size + row];
+            }
+        }
+    }
+    full
+}
+
+fn multiply(matrix: &[f64], x: &[f64]) -> Vec<f64> {
+    let size = x.len();
+    let mut product = vec![0.0; size];
+    for (column, x) in x.iter().enumerate() {
+        for (row, p) in product.iter_mut().enumerate() {
+            *p += matrix[column * size + row] * x;
+        }
+    }
+    product
+}
+
+fn norm(v: &[f64]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// $|a - b|$ over a size; zero where both are.
+fn relative(a: &[f64], b: &[f64], size: f64) -> f64 {
+    let error = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+    if error == 0.0 { 0.0 } else { error / size }
+}

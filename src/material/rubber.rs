@@ -1,0 +1,64 @@
+//! The paper's material in one call.
+
+use super::{
+    ExistenceReport, Invariants, NearlyIncompressible, QuadraticVolume, RivlinPolynomial, VolumetricEnergy, existence,
+};
+use crate::error::MaterialError;
+
+/// The paper's material (2.8)–(2.10): the polynomial $\bar W(\bar I_1,\bar I_2)$ with $\frac k2(J-1)^2$.
+///
+/// ```
+/// use rkpm::material::Rubber;
+///
+/// let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?; // MPa
+/// let same = Rubber::polynomial([((1, 0), 0.373), ((2, 0), -0.031), ((3, 0), 0.005)], 1e5)?;
+/// assert_eq!(rubber, same);
+/// assert!(Rubber::neo_hookean(0.5, f64::NAN).is_err());
+/// # Ok::<(), rkpm::error::MaterialError>(())
+/// ```
+pub type Rubber = NearlyIncompressible<Invariants<RivlinPolynomial>, QuadraticVolume>;
+
+impl NearlyIncompressible<Invariants<RivlinPolynomial>, QuadraticVolume> {
+    /// $A_{10}(\bar I_1-3) + \frac k2(J-1)^2$, constants in \[stress\].
+    ///
+    /// # Errors
+    /// Those of [`RivlinPolynomial::neo_hookean`] and [`QuadraticVolume::new`].
+    pub fn neo_hookean(a10: f64, bulk: f64) -> Result<Self, MaterialError> {
+        Self::of(RivlinPolynomial::neo_hookean(a10)?, bulk)
+    }
+
+    /// $A_{10}(\bar I_1-3) + A_{01}(\bar I_2-3) + \frac k2(J-1)^2$, constants in \[stress\].
+    ///
+    /// # Errors
+    /// Those of [`RivlinPolynomial::mooney_rivlin`] and [`QuadraticVolume::new`].
+    pub fn mooney_rivlin(a10: f64, a01: f64, bulk: f64) -> Result<Self, MaterialError> {
+        Self::of(RivlinPolynomial::mooney_rivlin(a10, a01)?, bulk)
+    }
+
+    /// $\sum_{m=1}^3 A_{m0}(\bar I_1-3)^m + \frac k2(J-1)^2$, constants in \[stress\].
+    ///
+    /// # Errors
+    /// Those of [`RivlinPolynomial::yeoh`] and [`QuadraticVolume::new`].
+    pub fn yeoh(a10: f64, a20: f64, a30: f64, bulk: f64) -> Result<Self, MaterialError> {
+        Self::of(RivlinPolynomial::yeoh(a10, a20, a30)?, bulk)
+    }
+
+    /// Any polynomial (2.9) with terms $((m, n), A_{mn})$ and $\frac k2(J-1)^2$, constants in \[stress\].
+    ///
+    /// # Errors
+    /// Those of [`RivlinPolynomial::new`] and [`QuadraticVolume::new`].
+    pub fn polynomial(terms: impl IntoIterator<Item = ((u32, u32), f64)>, bulk: f64) -> Result<Self, MaterialError> {
+        Self::of(RivlinPolynomial::new(terms)?, bulk)
+    }
+
+    fn of(polynomial: RivlinPolynomial, bulk: f64) -> Result<Self, MaterialError> {
+        Ok(Self { distortional: Invariants(polynomial), volumetric: QuadraticVolume::new(bulk)? })
+    }
+}
+
+impl<U: VolumetricEnergy> NearlyIncompressible<Invariants<RivlinPolynomial>, U> {
+    /// Which of the existence conditions (5.6)–(5.13) this material satisfies; see [`existence`].
+    pub fn existence(&self) -> ExistenceReport {
+        existence(&self.distortional.0, &self.volumetric)
+    }
+}

@@ -1,0 +1,372 @@
+//! Essential conditions: two exact strategies agree, conditions hold, forces balance; what ends an analysis;
+//! the same bits for any number of threads.
+#![cfg(feature = "solve")]
+
+use std::ops::ControlFlow;
+
+use proptest::prelude::*;
+use proptest::test_runner::{RngSeed, TestCaseError, TestRunner};
+use rkpm::prelude::*;
+use rkpm::scene::{Enforcing, RowKind};
+use rkpm::solve::{Iteration, Path, State, Step};
+
+fn config(seed: u64) -> ProptestConfig {
+    ProptestConfig {
+        cases: 256,
+        rng_seed: RngSeed::Fixed(seed),
+        failure_persistence: None,
+        // A seed does not get simpler by getting smaller: shrink the rest of the recipe, briefly.
+        max_shrink_iters: 64,
+        ..Default::default()
+    }
+}
+
+/// The rubber of §6 of the paper [MPa].
+fn rubber(k: f64) -> Rubber {
+    Rubber::yeoh(0.373, -0.031, 0.005, k).unwrap()
+}
+
+/// What a random case is drawn from.
+#[derive(Debug, Clone, Copy)]
+struct Recipe {
+    seed: u64,
+    at_particles: bool,
+    revolution: bool,
+    bulk: f64,
+}
+
+fn on_cases(seed: u64, law: impl Fn(&Recipe, &mut fastrand::Rng) -> Result<(), TestCaseError>) {
+    let recipes = (any::<u64>(), any::<bool>(), any::<bool>(), 1.0..3.0f64).prop_map(
+        |(seed, at_particles, revolution, decades)| Recipe {
+            seed,
+            at_particles,
+            revolution,
+            bulk: 10f64.powf(decades),
+        },
+    );
+    let result =
+        TestRunner::new(config(seed)).run(&recipes, |recipe| law(&recipe, &mut fastrand::Rng::with_seed(recipe.seed)));
+    if let Err(error) = result {
+        panic!("{error}");
+    }
+}
+
+fn signed(random: &mut fastrand::Rng) -> f64 {
+    2.0 * random.f64() - 1.0
+}
+
+fn largest(v: &[f64]) -> f64 {
+    v.iter().map(|x| x.abs()).fold(0.0, f64::max)
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+fn solved<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<(Problem<D>, State), TestCaseError> {
+    let fail = |e: &dyn std::fmt::Display| TestCaseError::fail(e.to_string());
+    let problem = scene.discretize(scheme).map_err(|e| fail(&e))?;
+    let path = problem.run(&mut ()).map_err(|e| fail(&e))?.completed().map_err(|e| fail(&e))?;
+    let state = path.last().clone();
+    Ok((problem, state))
+}
+
+/// Displacements, pressures and multipliers of both strategies are the same.
+fn strategies_agree<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<(Problem<D>, State), TestCaseError> {
+    let (_, multipliers) = solved(scene, &scheme.clone().enforcing(Enforcing::Multipliers))?;
+    let (problem, transformed) = solved(scene, &scheme.clone().enforcing(Enforcing::Transformation))?;
+    // The bound. Both span one space and Newton ends quadratically, so that what is left is the
+    // rounding of the factors: ε times the condition of K, some 1e4 here.
+    let tolerance = 1e-9;
+    let (a, b) = (&multipliers.displacement, &transformed.displacement);
+    prop_assert!(distance(a, b) <= tolerance * largest(a), "displacement {:e} of {:e}", distance(a, b), largest(a));
+    let (a, b) = (&multipliers.multipliers, &transformed.multipliers);
+    prop_assert!(!a.is_empty() && largest(a) > 0.0);
+    prop_assert!(distance(a, b) <= tolerance * largest(a), "multipliers {:e} of {:e}", distance(a, b), largest(a));
+    for (a, b) in multipliers.locals.iter().zip(&transformed.locals) {
+        prop_assert!(distance(a, b) <= tolerance * largest(a).max(1.0));
+    }
+    Ok((problem, transformed))
+}
+
+/// Both row kinds, a random jitter and few particles.
+fn scheme(recipe: &Recipe, counts: impl Into<Vec<usize>>, random: &mut fastrand::Rng) -> Scheme {
+    Scheme::default()
+        .particles(counts)
+        .layout(Layout::Jittered { amount: 0.15, seed: random.u64(..) })
+        .rows(if recipe.at_particles { RowKind::AtParticles } else { RowKind::OverBoundary })
+}
+
+#[test]
+fn multipliers_and_transformation_agree_in_2d() {
+    on_cases(301, |recipe, random| {
+        let block = Block::new([1.0, 0.0], [2.0, 1.0]);
+        let scene = if recipe.revolution {
+            Scene::new(block, Axisymmetric, rubber(recipe.bulk))
+        } else {
+            Scene::new(block, PlaneStrain, rubber(recipe.bulk))
+        };
+        let (dead, pull) = ([0.02 * signed(random), 0.02 * signed(random)], 0.1 * signed(random));
+        let scene = scene
+            .hold((1, Side::Min))
+            .prescribe((1, Side::Max), 1, 0.2 * signed(random))
+            .prescribe_field((1, Side::Max), 0, move |x| pull * (x[0] - 1.5))
+            .traction((0, Side::Max), dead)
+            .pressure((0, Side::Min), 0.02 * random.f64());
+        let (problem, state) = strategies_agree(&scene, &scheme(recipe, [5], random))?;
+        let mut gap = Vec::new();
+        problem.rows.gap(&state.displacement, state.load, &mut gap);
+        // Rows hold to the rounding of the elimination, whatever Newton does.
+        prop_assert!(largest(&gap) <= 1e-12, "{:e}", largest(&gap));
+        if recipe.at_particles {
+            for node in problem.lattice.boundary_nodes(&(1, Side::Max).into()).unwrap() {
+                let x = problem.lattice.positions()[node];
+                let u = problem.displacement(&state, &x).unwrap();
+                // The value at a particle, not its coefficient, is what is prescribed; as above.
+                prop_assert!((u[0] - pull * (x[0] - 1.5)).abs() <= 1e-12);
+            }
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn multipliers_and_transformation_agree_in_1d() {
+    on_cases(302, |recipe, random| {
+        let block = Block::new([6.0], [8.0]);
+        let scene = if recipe.revolution {
+            Scene::new(block, RadialCylinder, rubber(10.0 * recipe.bulk))
+        } else {
+            Scene::new(block, RadialSphere, rubber(10.0 * recipe.bulk))
+        };
+        // Half a centimetre at least: reactions far below k ε would be rounding.
+        let bore = 0.5 + 2.5 * random.f64();
+        let scene = scene.prescribe(Side::Min, 0, bore).pressure(Side::Max, 0.02 * random.f64());
+        strategies_agree(&scene, &scheme(recipe, [9], random)).map(drop)
+    });
+}
+
+#[test]
+fn multipliers_and_transformation_agree_in_3d() {
+    on_cases(303, |recipe, random| {
+        let push = -0.15 * random.f64();
+        // At particles the shared edge would be held and pushed at once.
+        let recipe = Recipe { at_particles: false, ..*recipe };
+        let scene = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber(recipe.bulk))
+            .hold((2, Side::Min))
+            .prescribe((2, Side::Max), 2, push)
+            .prescribe_field((2, Side::Max), 0, move |x| push * (x[1] - 0.5))
+            .prescribe((0, Side::Min), 0, 0.0)
+            .traction((1, Side::Max), [0.0, 0.02 * signed(random), 0.0]);
+        strategies_agree(&scene, &scheme(&recipe, [3, 3, 3], random)).map(drop)
+    });
+}
+
+#[test]
+fn multipliers_and_transformation_agree_in_3d_at_particles() {
+    on_cases(304, |recipe, random| {
+        let scene = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber(recipe.bulk))
+            .hold((2, Side::Min))
+            .prescribe((2, Side::Max), 2, -0.15 * random.f64())
+            .traction((1, Side::Max), [0.0, 0.02 * signed(random), 0.0]);
+        let recipe = Recipe { at_particles: true, ..*recipe };
+        strategies_agree(&scene, &scheme(&recipe, [3, 3, 3], random)).map(drop)
+    });
+}
+
+#[test]
+fn reactions_balance_the_loads() {
+    on_cases(305, |recipe, random| {
+        let dead = [0.03 * signed(random), 0.03 * signed(random)];
+        let weight = 0.02 * signed(random);
+        let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber(recipe.bulk))
+            .hold(Side::Min)
+            .traction(Side::Max, dead)
+            .point_load([2.0, 1.0], [0.01, 0.0])
+            .body_force([0.0, weight]);
+        let (problem, state) = strategies_agree(&scene, &scheme(recipe, [7, 5], random))?;
+        let reaction =
+            problem.reaction(&state, "u_0 on face (0, Min)") + problem.reaction(&state, "u_1 on face (0, Min)");
+        // The face has length 1, the body area 2; ΣΨ = 1 makes the sum of the coefficients' forces exact up
+        // to what Newton leaves: its last increment, 1e-8 at most, squared, times the bulk modulus.
+        let tolerance = 1e-11 * recipe.bulk;
+        prop_assert!((reaction[0] + dead[0] + 0.01).abs() <= tolerance, "{}", reaction[0] + dead[0] + 0.01);
+        prop_assert!(
+            (reaction[1] + dead[1] + 2.0 * weight).abs() <= tolerance,
+            "{}",
+            reaction[1] + dead[1] + 2.0 * weight
+        );
+        Ok(())
+    });
+}
+
+#[test]
+fn linear_fields_over_the_whole_boundary_are_the_solution_within() {
+    // The patch test: smoothed cells and rows built on the same edge points are consistent.
+    on_cases(306, |recipe, random| {
+        let h = [0.2 * signed(random), 0.2 * signed(random), 0.2 * signed(random), 0.2 * signed(random)];
+        let field = move |x: &Point<2>| Point::<2>::new(h[0] * x[0] + h[1] * x[1], h[2] * x[0] + h[3] * x[1]);
+        let scene = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber(recipe.bulk))
+            .prescribe_field(Part::Whole, 0, move |x| field(x)[0])
+            .prescribe_field(Part::Whole, 1, move |x| field(x)[1]);
+        let scheme = scheme(&Recipe { at_particles: false, ..*recipe }, [6], random);
+        let (problem, state) = strategies_agree(&scene, &scheme)?;
+        for x in problem.lattice.positions() {
+            let error = (problem.displacement(&state, x).unwrap() - field(x)).amax();
+            // Integration and rows are consistent, so the field solves the equations to rounding.
+            prop_assert!(error <= 1e-11, "{error:e}");
+        }
+        Ok(())
+    });
+}
+
+// --- What ends an analysis -----------------------------------------------------------------------------------
+
+fn tube(material: Rubber, pressure: f64) -> Problem<1> {
+    Scene::new(Block::new([6.0], [8.0]), RadialCylinder, material)
+        .pressure(Side::Min, pressure)
+        .discretize(&Scheme::default().particles([9]))
+        .unwrap()
+}
+
+/// Counts iterations and breaks off after a number of steps.
+#[derive(Default)]
+struct Watch {
+    iterations: usize,
+    steps: usize,
+    stop_after: Option<usize>,
+}
+
+impl Observer for Watch {
+    fn iteration(&mut self, iteration: &Iteration) {
+        self.iterations += 1;
+        assert!(iteration.factor > 0.0 && iteration.factor <= 1.0);
+    }
+
+    fn step(&mut self, step: &Step) -> ControlFlow<()> {
+        self.steps += 1;
+        assert!(step.iterations > 0 && step.energy > 0.0);
+        if self.stop_after == Some(self.steps) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+#[test]
+fn an_observer_breaks_off_and_the_path_so_far_is_kept() {
+    let mut problem = tube(rubber(1e5), 0.3);
+    problem.analysis.stepping = Stepping::equal(10);
+    let mut watch = Watch { stop_after: Some(3), ..Watch::default() };
+    let path = problem.run(&mut watch).unwrap();
+    assert_eq!(path.ending, Ending::Stopped);
+    assert_eq!((path.steps.len(), watch.steps), (3, 3));
+    // Three tenths, added up.
+    assert!((path.last().load - 0.3).abs() < 1e-12);
+    assert_eq!(path.iterations, watch.iterations);
+    let error = path.completed().unwrap_err();
+    assert!(error.to_string().contains("after 3 converged steps: an observer broke off"), "{error}");
+    // Without the break the same analysis is complete.
+    let mut watch = Watch::default();
+    let path = problem.run(&mut watch).unwrap().completed().unwrap();
+    assert_eq!((path.steps.len(), watch.steps, path.last().load), (10, 10, 1.0));
+    assert_eq!(path.steps.iter().map(|s| s.iterations).sum::<usize>(), path.iterations);
+}
+
+#[test]
+fn a_stalled_analysis_returns_the_path_so_far_and_why() {
+    // A neo-Hookean tube carries p = µ ln(B/A) = 2 · 0.373 · ln(8/6) = 0.2146 MPa at most.
+    let problem = tube(Rubber::neo_hookean(0.373, 1e5).unwrap(), 0.46);
+    let path = problem.run(&mut ()).unwrap();
+    let Ending::Stalled(why) = &path.ending else { panic!("{:?}", path.ending) };
+    assert!(!why.is_empty());
+    let bound = 2.0 * 0.373 * (8.0f64 / 6.0).ln() / 0.46;
+    let reached = path.last().load;
+    // Up to 1 % beyond it: nine particles are a little too stiff.
+    assert!(reached > 0.8 * bound && reached < 1.01 * bound, "{reached} of {bound}");
+    assert!(!path.steps.is_empty() && path.rejected > 0);
+    // What is there of the path is sound: states in equilibrium, loads rising, the last one usable.
+    assert!(path.steps.windows(2).all(|w| w[0].state.load < w[1].state.load));
+    let bore = problem.displacement(path.last(), &[6.0].into()).unwrap()[0];
+    assert!(bore > 3.0, "{bore}");
+    let (load, steps) = (reached, path.steps.len());
+    let error = path.completed().unwrap_err();
+    match &error {
+        rkpm::error::SolveError::Stalled { load: l, steps: s, why } => {
+            assert_eq!((*l, *s), (load, steps));
+            assert!(!why.is_empty());
+        }
+        other => panic!("{other}"),
+    }
+    assert!(error.to_string().contains("stalled at load factor"), "{error}");
+}
+
+#[test]
+fn a_body_left_free_stalls_and_says_so() {
+    let scene =
+        Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber(1e3)).traction(Side::Max, [0.1, 0.0]);
+    let path = scene.discretize(&Scheme::default().particles([5])).unwrap().run(&mut ()).unwrap();
+    let Ending::Stalled(why) = &path.ending else { panic!("{:?}", path.ending) };
+    assert!(why.contains("rigid motion"), "{why}");
+}
+
+// --- Threads -------------------------------------------------------------------------------------------------
+
+/// Every number of a path, as bits.
+fn bits(path: &Path) -> Vec<u64> {
+    let mut bits = vec![path.iterations as u64, path.rejected as u64];
+    for step in &path.steps {
+        let state = &step.state;
+        let numbers = state.displacement.iter().chain(state.locals.iter().flatten()).chain(&state.multipliers);
+        bits.extend(numbers.map(|x| x.to_bits()));
+        bits.extend([state.load.to_bits(), step.energy.to_bits(), step.iterations as u64]);
+        bits.extend(step.inertia.iter().flat_map(|i| [i.positive as u64, i.negative as u64]));
+    }
+    bits
+}
+
+#[cfg(feature = "rayon")]
+fn same_bits<const D: usize>(scene: &Scene<D>, scheme: &Scheme) {
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            assert_eq!(rayon::current_num_threads(), threads);
+            let path = scene.discretize(scheme).unwrap().run(&mut ()).unwrap();
+            assert!(!path.steps.is_empty(), "{:?}", path.ending);
+            bits(&path)
+        })
+    };
+    let one = run(1);
+    for threads in [2, 3] {
+        let others = run(threads);
+        assert_eq!(one.len(), others.len());
+        let different = one.iter().zip(&others).filter(|(a, b)| a != b).count();
+        assert_eq!(different, 0, "{different} of {} numbers differ with {threads} threads", one.len());
+    }
+}
+
+#[cfg(feature = "rayon")]
+#[test]
+fn one_and_more_threads_give_the_same_bits_in_2d() {
+    let scene = Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber(1e4))
+        .hold((0, Side::Min))
+        .prescribe((0, Side::Max), 1, 0.2)
+        .pressure((1, Side::Max), 0.05);
+    let scheme = Scheme::default().particles([41]);
+    same_bits(&scene, &scheme.clone().enforcing(Enforcing::Transformation));
+    same_bits(&scene, &scheme.enforcing(Enforcing::Multipliers));
+    let round = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), Axisymmetric, rubber(1e4))
+        .prescribe((0, Side::Min), 0, 0.0)
+        .hold((1, Side::Min))
+        .traction((1, Side::Max), [0.0, 0.1]);
+    same_bits(&round, &Scheme::default().particles([21]));
+}
+
+#[cfg(feature = "rayon")]
+#[test]
+fn one_and_more_threads_give_the_same_bits_in_3d() {
+    let scene = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber(1e4)).hold((2, Side::Min)).prescribe(
+        (2, Side::Max),
+        2,
+        -0.1,
+    );
+    same_bits(&scene, &Scheme::default().particles([9]));
+}

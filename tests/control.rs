@@ -1,0 +1,168 @@
+//! Control by a functional of the displacement: falling branches, enclosed volumes, deflections.
+
+use rkpm::prelude::*;
+use rkpm::solve::{Deflection, EnclosedVolume, Functional, State, StepControl};
+
+/// A spherical shell, inner radius 1, outer 1.1, neo-Hookean µ = 1, k = 1e5, by hand from the layers.
+fn shell() -> (Model<1>, ShapeTable<1>) {
+    let lattice = Block::new([1.0], [1.1]).lattice([9]).unwrap();
+    let rk = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let body = ShapeTable::new(&rk, &lattice.coarsened(2).gauss(5).unwrap(), &RadialSphere).unwrap();
+    let points = lattice.boundary(&Side::Min.into(), 1, 1).unwrap().points;
+    let inner = ShapeTable::new(&rk, &points, &RadialSphere).unwrap();
+    let mut model = Model::new(rk.nodes().to_vec());
+    model.add(Body::new(body, Rubber::neo_hookean(0.5, 1e5).unwrap(), PressureField::Linear));
+    model.add(Pointwise::new(inner.clone(), FollowerPressure { pressure: 1.0, amplitude: Amplitude::Ramp }));
+    (model, inner)
+}
+
+fn rest(model: &Model<1>) -> State {
+    State { displacement: vec![0.0; model.unknowns()], locals: model.start(), multipliers: Vec::new(), load: 0.0 }
+}
+
+/// The incompressible pressure at inner stretch λ: p = ∫ 2µ(λ² − λ⁻⁴) R²/r³ dR, by the midpoint rule.
+fn exact_pressure(stretch: f64) -> f64 {
+    let n = 20_000;
+    let width = 0.1 / n as f64;
+    (0..n)
+        .map(|i| {
+            let reference = 1.0 + width * (i as f64 + 0.5);
+            let radius = (reference.powi(3) + stretch.powi(3) - 1.0).cbrt();
+            let hoop = radius / reference;
+            2.0 * (hoop * hoop - hoop.powi(-4)) * reference * reference / radius.powi(3) * width
+        })
+        .sum()
+}
+
+#[test]
+fn a_balloon_is_followed_past_its_limit_by_volume() {
+    let (model, inner) = shell();
+    let volume = EnclosedVolume::new(inner.clone());
+    let full = 4.0 / 3.0 * std::f64::consts::PI;
+    let stretches: [f64; 6] = [1.1, 1.2, 1.38, 1.6, 2.0, 4.0];
+    let targets = stretches.map(|s| full * (s.powi(3) - 1.0));
+    let path = Analysis::default()
+        .run_controlled(&model, &Constraints::new(), rest(&model), &volume, &targets, &mut ())
+        .unwrap();
+    assert_eq!(path.ending, Ending::Completed);
+    for step in &path.steps {
+        let stretch = 1.0 + inner.displacement(0, &step.state.displacement)[0];
+        // k/µ = 1e5 changes the pressure by about 6e-5 at λ = 4, far less below.
+        assert!((step.state.load / exact_pressure(stretch) - 1.0).abs() < 1e-4, "{stretch}");
+        // One pivot turns negative where the pressure falls.
+        assert_eq!(step.inertia.unwrap().negative, usize::from(stretch > 1.4), "{stretch}");
+    }
+}
+
+#[test]
+fn volume_has_its_gradient_and_its_sphere() {
+    let (model, inner) = shell();
+    let volume = EnclosedVolume::new(inner.clone());
+    let mut random = fastrand::Rng::with_seed(4);
+    let d: Vec<f64> = (0..model.unknowns()).map(|_| 0.2 * random.f64()).collect();
+    let radius = 1.0 + inner.displacement(0, &d)[0];
+    // Exact for a sphere up to rounding.
+    assert!((volume.value(&d) - 4.0 / 3.0 * std::f64::consts::PI * (radius.powi(3) - 1.0)).abs() < 1e-12);
+    check_gradient(&volume, &d);
+
+    let lattice = Block::new([1.0, 0.0], [2.0, 1.0]).lattice([4, 4]).unwrap();
+    let rk = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let points = lattice.boundary(&(1, Side::Min).into(), 2, 2).unwrap().points;
+    let d: Vec<f64> = (0..32).map(|_| 0.2 * random.f64()).collect();
+    check_gradient(&EnclosedVolume::new(ShapeTable::new(&rk, &points, &Axisymmetric).unwrap()), &d);
+    check_gradient(&EnclosedVolume::new(ShapeTable::new(&rk, &points, &PlaneStrain).unwrap()), &d);
+}
+
+fn check_gradient(functional: &dyn Functional, d: &[f64]) {
+    let mut gradient = vec![0.0; d.len()];
+    functional.gradient(d, &mut gradient);
+    for k in 0..d.len() {
+        // The volume is a cubic: central differences with step h err by h²/6 of its third derivative.
+        let at = |h: f64| {
+            let mut moved = d.to_vec();
+            moved[k] += h;
+            functional.value(&moved)
+        };
+        let difference = (at(1e-4) - at(-1e-4)) / 2e-4;
+        assert!((difference - gradient[k]).abs() < 1e-7, "{k}: {difference} {}", gradient[k]);
+    }
+}
+
+/// The disk of the paper (§6.4) under a pressure, edge held.
+fn disk(pressure: f64) -> Scene<2> {
+    let rubber = Rubber::mooney_rivlin(0.5516, 0.1379, 689.5).unwrap();
+    Scene::new(Block::new([0.0, 0.0], [18.923, 0.635]), Axisymmetric, rubber)
+        .prescribe((0, Side::Min), 0, 0.0)
+        .hold((0, Side::Max))
+        .pressure((1, Side::Min), pressure)
+}
+
+#[test]
+fn thin_sheets_are_led_by_their_deflection() {
+    let by = |control| {
+        let stepping = Stepping { control, ..Stepping::default() };
+        let problem = disk(0.0207).discretize(&Scheme::default().particles([11, 2]).stepping(stepping)).unwrap();
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let deflection = problem.displacement(path.last(), &[0.0, 0.0].into()).unwrap()[1];
+        (deflection, path.iterations)
+    };
+    let (auto, iterations) = by(StepControl::Auto);
+    let (load, iterations_load) = by(StepControl::Load);
+    // One equilibrium, reached twice to the tolerance of Newton.
+    assert!((auto / load - 1.0).abs() < 1e-8);
+    assert!(iterations < iterations_load, "{iterations} {iterations_load}");
+    // Finite elements, edge held: 6.7085 cm ± 3e-5; 22 particles are asked to come within 1 %.
+    assert!((auto / 6.708548 - 1.0).abs() < 0.01, "{auto}");
+}
+
+#[test]
+fn a_displacement_at_a_point_can_be_prescribed_by_the_load() {
+    let problem = disk(0.1).discretize(&Scheme::default().particles([11, 2])).unwrap();
+    let psi = {
+        let lattice = &problem.lattice;
+        let rk = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+        rk.shape_functions(&[0.0, 0.0].into()).unwrap()
+    };
+    let mut weights = vec![0.0; problem.model.unknowns()];
+    for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
+        weights[2 * node as usize + 1] = value;
+    }
+    let start = State {
+        displacement: vec![0.0; problem.model.unknowns()],
+        locals: problem.model.start(),
+        multipliers: vec![0.0; problem.rows.len()],
+        load: 0.0,
+    };
+    let path = problem
+        .analysis
+        .run_controlled(&problem.model, &problem.rows, start, &Deflection { weights }, &[1.0, 3.0, 5.0], &mut ())
+        .unwrap()
+        .completed()
+        .unwrap();
+    let reached = problem.displacement(path.last(), &[0.0, 0.0].into()).unwrap()[1];
+    // Linear control equation: met to rounding.
+    assert!((reached - 5.0).abs() < 1e-10, "{reached}");
+}
+
+/// The pressed ring that wrinkles inside macro cells without a pointwise share of the volumetric energy.
+#[test]
+fn a_pressed_ring_is_stable_and_smooth() {
+    for (n, m) in [(7, 8), (13, 15)] {
+        let ring =
+            Scene::new(Block::new([1.6, 0.0], [5.2, 3.0]), Axisymmetric, Rubber::neo_hookean(2.298, 1e3).unwrap())
+                .prescribe((0, Side::Min), 0, 0.33)
+                .prescribe((0, Side::Max), 0, -0.83)
+                .prescribe((1, Side::Min), 1, 0.0);
+        let problem = ring.discretize(&Scheme::default().particles([n, m])).unwrap();
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        assert_eq!(path.steps.last().unwrap().inertia.unwrap().negative, 0);
+        let u = |x: f64| problem.displacement(path.last(), &[x, 3.0].into()).unwrap()[1];
+        // 1.74 cm: finite elements with Q2/P1; the issue of the ring asks for half a percent.
+        assert!((u(5.2) / 1.74 - 1.0).abs() < 5e-3, "{}", u(5.2));
+        // A zigzag changes the sign of the second difference at every particle; a smooth edge does not.
+        let free: Vec<f64> = (0..n).map(|i| u(1.6 + 3.6 * i as f64 / (n - 1) as f64)).collect();
+        let bends: Vec<f64> = free.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
+        let alternations = bends.windows(2).filter(|b| b[0] * b[1] < 0.0).count();
+        assert!(alternations < bends.len() - 1, "{free:?}");
+    }
+}

@@ -1,0 +1,660 @@
+//! Bad input: each class is refused by a typed error that says where and what to do.
+#![cfg(feature = "solve")]
+
+use rkpm::boundary::Row;
+use rkpm::cells::Lattice;
+use rkpm::error::{ApproximationError, BoundaryError, GeometryError, MaterialError, SolveError};
+use rkpm::prelude::*;
+use rkpm::quadrature::gauss_legendre;
+use rkpm::scene::{Enforcing, RowKind, Rule};
+use rkpm::solve::{Newton, State};
+
+const NAN: f64 = f64::NAN;
+const INFINITY: f64 = f64::INFINITY;
+
+fn rubber() -> Rubber {
+    Rubber::yeoh(0.373, -0.031, 0.005, 1e3).unwrap()
+}
+
+/// A held block that is pulled: sound, until one thing about it is changed.
+fn sound() -> Scene<2> {
+    Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold(Side::Min).prescribe(Side::Max, 0, 0.1)
+}
+
+fn coarse() -> Scheme {
+    Scheme::default().particles([5, 4])
+}
+
+/// The error of discretising and running, which must not come out as a path.
+fn refusal<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Error {
+    match scene.discretize(scheme) {
+        Err(error) => error,
+        Ok(problem) => match problem.run(&mut ()) {
+            Err(error) => error,
+            Ok(path) => panic!("accepted, and ended with {:?}", path.ending),
+        },
+    }
+}
+
+/// Requires a variant, and that the message holds all of the words: the place, and what to do.
+#[track_caller]
+fn says(error: &impl std::fmt::Display, words: &[&str]) {
+    let text = error.to_string();
+    for word in words {
+        assert!(text.contains(word), "“{word}” is missing in: {text}");
+    }
+}
+
+/// An error of a given class and variant whose message holds the words.
+macro_rules! refused {
+    ($error:expr, $variant:pat, $words:expr) => {{
+        let error = $error;
+        assert!(matches!(error, $variant), "{error:?}");
+        says(&error, &$words);
+    }};
+}
+
+#[test]
+fn the_sound_scene_runs() {
+    // What all the tests below change one thing of.
+    sound().discretize(&coarse()).unwrap().run(&mut ()).unwrap().completed().unwrap();
+}
+
+#[test]
+fn geometry() {
+    let on = |block: Block<2>| refusal(&Scene::new(block, PlaneStrain, rubber()).hold(Side::Min), &coarse());
+    refused!(
+        on(Block::new([0.0, 1.0], [2.0, 1.0])),
+        Error::Geometry(GeometryError::Degenerate { axis: 1, .. }),
+        ["block along axis 1 is 0e0", "give finite corners with max > min"]
+    );
+    refused!(
+        on(Block::new([0.0, 0.0], [-2.0, 1.0])),
+        Error::Geometry(GeometryError::Degenerate { axis: 0, .. }),
+        ["axis 0 is -2e0", "max > min"]
+    );
+    for bad in [NAN, INFINITY] {
+        refused!(
+            on(Block::new([0.0, 0.0], [2.0, bad])),
+            Error::Geometry(GeometryError::Degenerate { axis: 1, .. }),
+            ["axis 1", "finite corners"]
+        );
+    }
+    // A map that turns cells inside out.
+    let mirrored = Mapped(|x: &Point<2>| Point::<2>::new(-x[0], x[1]));
+    refused!(
+        refusal(&Scene::new(mirrored, PlaneStrain, rubber()).hold(Side::Min), &coarse()),
+        Error::Geometry(GeometryError::InvertedCell { cell: 0, .. }),
+        ["cell 0", "distortion of the map"]
+    );
+    let nowhere = Mapped(|x: &Point<2>| Point::<2>::new(x[0] / 0.0 - x[0] / 0.0, x[1]));
+    assert!(matches!(
+        refusal(&Scene::new(nowhere, PlaneStrain, rubber()).hold(Side::Min), &coarse()),
+        Error::Geometry(_)
+    ));
+    // Quadrilaterals whose corners run the wrong way round.
+    let clockwise = Quadrilateral { corners: [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]] };
+    refused!(
+        refusal(&Scene::new(clockwise, PlaneStrain, rubber()).hold(Side::Min), &coarse()),
+        Error::Geometry(GeometryError::InvertedCell { .. }),
+        ["measure"]
+    );
+}
+
+#[test]
+fn bodies_over_the_axis_of_revolution() {
+    let across = Scene::new(Block::new([-1.0, 0.0], [1.0, 1.0]), Axisymmetric, rubber()).hold((1, Side::Min));
+    refused!(
+        refusal(&across, &coarse()),
+        Error::Geometry(GeometryError::Kinematics { .. }),
+        ["negative radius at X = [-", "distance from the axis"]
+    );
+}
+
+#[test]
+fn counts_and_layouts() {
+    let with = |scheme: Scheme| refusal(&sound(), &scheme);
+    refused!(
+        with(Scheme::default().particles([5, 1])),
+        Error::Geometry(GeometryError::Count { count: 1, .. }),
+        ["nodes along an axis: 1 given", "at least 2"]
+    );
+    refused!(
+        with(Scheme::default().particles([5, 4, 3])),
+        Error::Geometry(GeometryError::Count { count: 3, .. }),
+        ["particle counts: 3 given", "one number for each axis"]
+    );
+    refused!(
+        with(Scheme::default().particles([1_000_000, 1_000_000])),
+        Error::Geometry(GeometryError::Count { .. }),
+        ["nodes of a lattice", "at most 2e7"]
+    );
+    for spacing in [0.0, -1.0, NAN] {
+        refused!(
+            with(Scheme::default().spacing(spacing)),
+            Error::Geometry(GeometryError::Number { .. }),
+            ["particle spacing", "finite length above zero"]
+        );
+    }
+    for amount in [0.5, -0.1, NAN] {
+        refused!(
+            with(coarse().layout(Layout::Jittered { amount, seed: 1 })),
+            Error::Geometry(GeometryError::Number { what: "jitter", .. }),
+            ["jitter", "0.5"]
+        );
+    }
+    let folded = Layout::Graded(std::sync::Arc::new(|_, t| if t > 0.3 && t < 0.7 { 1.5 - t } else { t }));
+    assert!(matches!(with(coarse().layout(folded)), Error::Geometry(GeometryError::InvertedCell { .. })));
+    let short = Layout::Graded(std::sync::Arc::new(|_, t| 0.5 * t));
+    refused!(
+        with(coarse().layout(short)),
+        Error::Geometry(GeometryError::Number { .. }),
+        ["graded coordinate", "maps 0 to 0 and 1 to 1"]
+    );
+    let few = Lattice::from_positions([2, 2], vec![Point::<2>::zeros(); 3]).unwrap_err();
+    refused!(few, GeometryError::Count { count: 3, .. }, ["lattice positions: 3 given", "product of the counts"]);
+}
+
+#[test]
+fn particles() {
+    let ball = |n: usize| vec![Support::<2>::Ball(1.0); n];
+    let at = |x: f64, y: f64| Point::<2>::new(x, y);
+    refused!(
+        Particles::<2>::new(vec![], vec![]).unwrap_err(),
+        ApproximationError::Particle { .. },
+        ["empty", "at least as many particles as the basis has terms"]
+    );
+    refused!(
+        Particles::new(vec![at(0.0, 0.0), at(1.0, 0.0), at(0.0, 0.0)], ball(3)).unwrap_err(),
+        ApproximationError::Particle { particle: 2, .. },
+        ["particle 2", "same position", "remove one"]
+    );
+    for bad in [NAN, INFINITY] {
+        refused!(
+            Particles::new(vec![at(0.0, 0.0), at(1.0, bad)], ball(2)).unwrap_err(),
+            ApproximationError::Particle { particle: 1, .. },
+            ["particle 1", "not finite", "finite coordinates"]
+        );
+    }
+    // −0 and 0 are the same place.
+    assert!(Particles::new(vec![at(0.0, 0.0), at(-0.0, 0.0)], ball(2)).is_err());
+    for r in [0.5, 0.3, -1.0, NAN, INFINITY] {
+        refused!(
+            refusal(&sound(), &coarse().dilation(r)),
+            Error::Approximation(ApproximationError::Dilation { .. }),
+            [&format!("r = {r}"), "use r >= 0.6"]
+        );
+        refused!(
+            refusal(&sound(), &Scheme::paper(r).particles([5, 4])),
+            Error::Approximation(ApproximationError::Dilation { .. }),
+            ["(6.1)", "use r >= 0.6"]
+        );
+    }
+    let few = Particles::new(vec![at(0.0, 0.0), at(1.0, 0.0)], ball(2)).unwrap();
+    refused!(
+        ReproducingKernel::new(few, CubicSpline, Polynomial::linear()).err().unwrap(),
+        ApproximationError::Uncovered { covering: 2, needed: 3, .. },
+        ["2 particles", "3 terms", "add particles"]
+    );
+}
+
+#[test]
+fn supports() {
+    let positions = vec![Point::<2>::new(0.0, 0.0), Point::<2>::new(1.0, 0.0)];
+    let with = |supports: Vec<Support<2>>| Particles::new(positions.clone(), supports).unwrap_err();
+    for bad in [0.0, -1.0, NAN, INFINITY] {
+        for support in [Support::Ball(bad), Support::Box(Point::<2>::new(1.0, bad))] {
+            refused!(
+                with(vec![Support::Ball(1.0), support]),
+                ApproximationError::Support { particle: 1, .. },
+                ["support of particle 1", "finite lengths above zero", "r >= 0.6"]
+            );
+        }
+    }
+    refused!(
+        with(vec![Support::Ball(1.0); 3]),
+        ApproximationError::Length { given: 3, particles: 2, .. },
+        ["supports: 3 entries for 2 particles", "one for each"]
+    );
+    let particles = || Particles::new(positions.clone(), vec![Support::Ball(1.0); 2]).unwrap();
+    refused!(
+        particles().with_volumes(vec![1.0]).unwrap_err(),
+        ApproximationError::Length { given: 1, .. },
+        ["volumes: 1 entries for 2"]
+    );
+    for bad in [0.0, -1.0, NAN] {
+        refused!(
+            particles().with_volumes(vec![1.0, bad]).unwrap_err(),
+            ApproximationError::Particle { particle: 1, .. },
+            ["particle 1", "volume", "give the volume"]
+        );
+    }
+    let lattice = Block::new([0.0, 0.0], [1.0, 1.0]).lattice([3, 3]).unwrap();
+    refused!(
+        lattice.particles_with(&[1.0; 4]).unwrap_err(),
+        ApproximationError::Length { given: 4, particles: 9, .. },
+        ["dilations: 4 entries for 9"]
+    );
+}
+
+#[test]
+fn uncovered_and_singular_points() {
+    // A hole in the cover: the point and the remedy are named.
+    let positions: Vec<_> = [0.0, 0.2, 0.4, 2.0, 2.2, 2.4].map(Point::<1>::new).into();
+    let particles = Particles::new(positions, vec![Support::Ball(0.5); 6]).unwrap();
+    let approximation = ReproducingKernel::new(particles, CubicSpline, Polynomial::linear()).unwrap();
+    refused!(
+        approximation.shape_functions(&Point::<1>::new(1.25)).unwrap_err(),
+        ApproximationError::Uncovered { covering: 0, needed: 2, .. },
+        ["X = [1.25]", "covered by 0 particles", "raise the dilation"]
+    );
+    // The same where a table meets it.
+    let points = Block::new([0.0], [2.4]).lattice([2]).unwrap().gauss(3).unwrap();
+    let error = ShapeTable::new(&approximation, &points, &RadialCylinder).unwrap_err();
+    refused!(error, Error::Approximation(ApproximationError::Uncovered { .. }), ["X = [1.2", "raise the dilation"]);
+    for bad in [NAN, INFINITY] {
+        refused!(
+            approximation.shape_functions(&Point::<1>::new(bad)).unwrap_err(),
+            ApproximationError::Point { .. },
+            ["evaluation point X = [", "not finite"]
+        );
+    }
+    // Dilations that carry a linear basis but no quadratic one.
+    let error = refusal(&sound(), &coarse().order(2).dilation(0.7));
+    assert!(
+        matches!(
+            error,
+            Error::Approximation(ApproximationError::Uncovered { .. } | ApproximationError::Singular { .. })
+        ),
+        "{error:?}"
+    );
+    says(&error, &["X = [", "raise the dilation there"]);
+    // A guard set beyond reach names what it found.
+    let particles = Block::new([0.0, 0.0], [1.0, 1.0]).particles([4, 4], 1.0).unwrap();
+    let guarded = ReproducingKernel::new(particles, CubicSpline, Polynomial::linear()).unwrap().with_rcond_limit(0.99);
+    refused!(
+        guarded.shape_functions(&Point::<2>::new(0.5, 0.25)).unwrap_err(),
+        ApproximationError::Singular { .. },
+        ["X = [0.5, 0.25]", "reciprocal condition", "raise the dilation"]
+    );
+}
+
+#[test]
+fn selections() {
+    let on = |scene: Scene<2>| refusal(&scene, &coarse());
+    let unknown = "no boundary part face (2, Min)";
+    let known = "faces (axis, Side) with axis below 2";
+    for scene in [
+        sound().hold((2, Side::Min)),
+        sound().pressure((2, Side::Min), 0.1),
+        sound().traction((2, Side::Min), [0.1, 0.0]),
+    ] {
+        refused!(on(scene), Error::Geometry(GeometryError::UnknownPart { .. }), [unknown, known]);
+    }
+    refused!(
+        on(sound().prescribe((1, Side::Max), 2, 0.1)),
+        Error::Boundary(BoundaryError::Component { component: 2, dimension: 2, .. }),
+        ["u_2 on face (1, Max)", "component 2", "the displacement has 2"]
+    );
+    // No particle at the point: the nearest one is named.
+    refused!(
+        on(sound().prescribe_at([0.6, 0.3], 1, 0.1)),
+        Error::Boundary(BoundaryError::Empty { .. }),
+        ["u_1 at [0.6, 0.3] selects no particle", "nearest one is at X = [0.5, 0.333"]
+    );
+    refused!(
+        on(sound().prescribe_at([NAN, 0.3], 1, 0.1)),
+        Error::Boundary(BoundaryError::Empty { .. }),
+        ["selects no particle"]
+    );
+    // A point load far from the body, and nowhere.
+    for at in [[9.0, 0.5], [NAN, 0.5]] {
+        let error = on(sound().point_load(at, [0.0, 0.1]));
+        assert!(matches!(error, Error::Boundary(_) | Error::Approximation(_)), "{error:?}");
+    }
+}
+
+#[test]
+fn point_loads_just_outside_of_the_body() {
+    // Supports reach over the boundary; the body does not.
+    let error = refusal(&sound().point_load([2.1, 0.5], [0.0, 0.1]), &coarse());
+    assert!(matches!(error, Error::Boundary(_) | Error::Approximation(_)), "{error:?}");
+    says(&error, &["2.1"]);
+}
+
+#[test]
+fn rows_that_conflict() {
+    let at_particles = coarse().rows(RowKind::AtParticles);
+    refused!(
+        refusal(&sound().prescribe((1, Side::Min), 0, 0.3), &at_particles),
+        Error::Boundary(BoundaryError::Conflict { component: 0, .. }),
+        [
+            "u_0 on face (0, Min) and u_0 on face (1, Min)",
+            "component 0 at X = [0.0, 0.0]",
+            "[0.0, 0.3]",
+            "remove one or make them equal"
+        ]
+    );
+    refused!(
+        refusal(&sound().prescribe_at([2.0, 1.0], 0, 0.2), &at_particles),
+        Error::Boundary(BoundaryError::Conflict { .. }),
+        ["u_0 at [2.0, 1.0]", "X = [2.0, 1.0]", "[0.1, 0.2]"]
+    );
+    // Equal values at different rates conflict on the way.
+    let scene = sound().prescribe_at([2.0, 1.0], 0, 0.1).with_amplitude(Amplitude::Constant);
+    assert!(matches!(refusal(&scene, &at_particles), Error::Boundary(BoundaryError::Conflict { .. })));
+    // Equal conditions are taken once.
+    let twice = sound().prescribe(Side::Max, 0, 0.1).prescribe((1, Side::Min), 1, 0.0);
+    twice.discretize(&at_particles).unwrap().run(&mut ()).unwrap().completed().unwrap();
+}
+
+#[test]
+fn rows_over_one_face_that_conflict() {
+    // One face, one component, two values; the second may not be dropped in silence.
+    let over = coarse().rows(RowKind::OverBoundary);
+    let error = refusal(&sound().prescribe(Side::Max, 0, 0.2), &over);
+    assert!(
+        matches!(error, Error::Boundary(BoundaryError::Conflict { .. } | BoundaryError::Dependent { .. })),
+        "{error:?}"
+    );
+    says(&error, &["u_0 on face (0, Max)", "remove"]);
+}
+
+#[test]
+fn rows_that_depend_on_each_other() {
+    // A row and its double, whichever way rows are enforced.
+    for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
+        let mut problem = sound().discretize(&coarse().enforcing(enforcing)).unwrap();
+        let mut row = problem.rows.rows()[3].clone();
+        row.entries.iter_mut().for_each(|e| e.1 *= -2.0);
+        row.label = "the double of a row".into();
+        problem.rows.push(row).unwrap();
+        let rows = problem.rows.len();
+        let error = problem.run(&mut ()).unwrap_err();
+        let Error::Boundary(BoundaryError::Dependent { row, .. }) = &error else { panic!("{error:?}") };
+        assert!(*row == rows - 1 || *row == 3, "{error}");
+        says(&error, &["depends on the rows", "remove the repeated condition"]);
+        // A sum of rows is found as well.
+        let mut problem = sound().discretize(&coarse().enforcing(enforcing)).unwrap();
+        let (a, b) = (problem.rows.rows()[0].clone(), problem.rows.rows()[1].clone());
+        let entries = a.entries.iter().chain(&b.entries).copied().collect();
+        problem.rows.push(Row { entries, label: "a sum of rows".into(), ..a }).unwrap();
+        let error = problem.run(&mut ()).unwrap_err();
+        assert!(matches!(error, Error::Boundary(BoundaryError::Dependent { .. })), "{error:?}");
+    }
+    // A row of nothing is refused on the spot.
+    let mut rows = Constraints::new();
+    let empty =
+        Row { entries: vec![(0, 0.0)], owner: 0, target: 0.0, amplitude: Amplitude::Ramp, label: "nothing".into() };
+    refused!(rows.push(empty.clone()).unwrap_err(), BoundaryError::Dependent { .. }, ["nothing", "remove"]);
+    let bad = Row { entries: vec![(0, NAN)], label: "bad".into(), ..empty.clone() };
+    refused!(rows.push(bad).unwrap_err(), BoundaryError::Value { .. }, ["bad", "finite"]);
+    // A row beyond the model names itself.
+    let mut problem = sound().discretize(&coarse()).unwrap();
+    problem.rows.push(Row { entries: vec![(1000, 1.0)], label: "far row".into(), ..empty }).unwrap();
+    refused!(
+        problem.run(&mut ()).unwrap_err(),
+        Error::Boundary(BoundaryError::Unsuitable { .. }),
+        ["far row", "beyond the 40 of the model"]
+    );
+    // Over a boundary and at all of the same particles: more rows than the face can bear apart.
+    let mut scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold(Side::Min);
+    for particle in 0..4 {
+        scene = scene.prescribe_at([0.0, f64::from(particle) / 3.0], 0, 0.0);
+    }
+    for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
+        let error = refusal(&scene, &coarse().rows(RowKind::OverBoundary).enforcing(enforcing));
+        assert!(
+            matches!(error, Error::Boundary(BoundaryError::Dependent { .. } | BoundaryError::Conflict { .. })),
+            "{error:?}"
+        );
+    }
+    // Everything prescribed: nothing to solve.
+    let mut all = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, rubber());
+    for x in [6.0, 7.0, 8.0] {
+        all = all.prescribe_at([x], 0, 0.1 * x);
+    }
+    refused!(
+        refusal(&all, &Scheme::default().particles([3]).enforcing(Enforcing::Transformation)),
+        Error::Solve(SolveError::Empty { what: "free unknowns", .. }),
+        ["free unknowns", "every displacement is prescribed"]
+    );
+    // A transformation beyond its limit names the other way.
+    let mut problem = sound().discretize(&coarse()).unwrap();
+    problem.analysis.enforcement = Box::new(MixedTransformation { limit: 2 });
+    refused!(
+        problem.run(&mut ()).unwrap_err(),
+        Error::Boundary(BoundaryError::Unsuitable { .. }),
+        ["the limit is 2", "Lagrange multipliers"]
+    );
+}
+
+#[test]
+fn material_constants() {
+    for k in [0.0, -1.0, NAN, INFINITY] {
+        refused!(
+            Rubber::neo_hookean(0.4, k).unwrap_err(),
+            MaterialError::Constant { .. },
+            ["material constant k = ", "finite number above zero"]
+        );
+    }
+    refused!(
+        Rubber::yeoh(0.4, NAN, 0.0, 1e3).unwrap_err(),
+        MaterialError::Constant { .. },
+        ["A_20 = NaN", "finite number"]
+    );
+    refused!(Rubber::mooney_rivlin(0.4, INFINITY, 1e3).unwrap_err(), MaterialError::Constant { .. }, ["A_01 = inf"]);
+    refused!(Rubber::polynomial([], 1e3).unwrap_err(), MaterialError::Empty, ["give at least one term A_mn"]);
+    refused!(
+        Rubber::polynomial([((0, 0), 1.0)], 1e3).unwrap_err(),
+        MaterialError::Constant { .. },
+        ["A_00", "m + n >= 1"]
+    );
+    refused!(
+        Rubber::polynomial([((400, 0), 1.0)], 1e3).unwrap_err(),
+        MaterialError::Constant { .. },
+        ["A_4000", "exponents up to 12"]
+    );
+}
+
+#[test]
+fn loads() {
+    let on = |scene: Scene<2>| refusal(&scene, &coarse());
+    for bad in [NAN, INFINITY] {
+        for (scene, label) in [
+            (sound().pressure((1, Side::Max), bad), "pressure on face (1, Max)"),
+            (sound().traction((1, Side::Max), [0.0, bad]), "traction on face (1, Max)"),
+            (sound().body_force([bad, 0.0]), "body force"),
+            (sound().point_load([2.0, 1.0], [bad, 0.0]), "point load at [2.0, 1.0]"),
+            (sound().prescribe((1, Side::Max), 1, bad), "u_1 on face (1, Max)"),
+            (sound().prescribe_at([2.0, 1.0], 1, bad), "u_1 at [2.0, 1.0]"),
+            (sound().prescribe_field((1, Side::Max), 1, move |x| if x[0] > 1.0 { bad } else { 0.0 }), "u_1 on face"),
+        ] {
+            refused!(on(scene), Error::Boundary(BoundaryError::Value { .. }), [label, "give finite numbers"]);
+        }
+    }
+}
+
+#[test]
+fn amplitudes() {
+    let table = |pairs: &[(f64, f64)]| Amplitude::table(pairs.to_vec()).unwrap_err();
+    let remedy = "at least two (load factor, value) pairs with growing, finite load factors";
+    refused!(table(&[]), BoundaryError::Amplitude { .. }, ["fewer than two pairs", remedy]);
+    refused!(table(&[(0.0, 0.0)]), BoundaryError::Amplitude { .. }, ["fewer than two pairs", remedy]);
+    refused!(table(&[(0.0, 0.0), (1.0, NAN)]), BoundaryError::Amplitude { .. }, ["not finite", remedy]);
+    refused!(table(&[(0.0, 0.0), (INFINITY, 1.0)]), BoundaryError::Amplitude { .. }, ["not finite", remedy]);
+    refused!(table(&[(0.0, 0.0), (0.0, 1.0)]), BoundaryError::Amplitude { .. }, ["do not rise", remedy]);
+    refused!(table(&[(0.5, 0.0), (0.2, 1.0)]), BoundaryError::Amplitude { .. }, ["do not rise", remedy]);
+}
+
+#[test]
+fn amplitudes_put_together_without_the_check() {
+    // The scene must look at them again.
+    for bad in [vec![], vec![(0.0, 0.0), (1.0, NAN)], vec![(1.0, 0.0), (0.0, 1.0)]] {
+        for scene in [
+            sound().pressure((1, Side::Max), 0.1).with_amplitude(Amplitude::Table(bad.clone())),
+            sound().prescribe((1, Side::Max), 1, 0.1).with_amplitude(Amplitude::Table(bad.clone())),
+        ] {
+            let error = refusal(&scene, &coarse());
+            assert!(
+                matches!(error, Error::Boundary(BoundaryError::Amplitude { .. } | BoundaryError::Value { .. })),
+                "{error:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn integration() {
+    let gauss = |zones: Option<Vec<usize>>, points| refusal(&sound(), &coarse().rule(Rule::Gauss { zones, points }));
+    for error in [gauss(None, Some(0)), gauss(Some(vec![2]), Some(0)), gauss(None, Some(65))] {
+        refused!(
+            error,
+            Error::Geometry(GeometryError::Count { .. }),
+            ["integration points per direction: ", "1 to 64 are possible"]
+        );
+    }
+    refused!(
+        gauss(Some(vec![0]), None),
+        Error::Geometry(GeometryError::Count { count: 0, .. }),
+        ["integration zones: 0 given", "at least 1"]
+    );
+    refused!(
+        gauss(Some(vec![1, 2, 3]), None),
+        Error::Geometry(GeometryError::Count { count: 3, .. }),
+        ["integration zones: 3 given", "one number for each axis"]
+    );
+    refused!(
+        refusal(&sound(), &coarse().rule(Rule::Smoothed { parts: 0 })),
+        Error::Geometry(GeometryError::Count { count: 0, .. }),
+        ["sub-cells per direction: 0 given", "at least 1"]
+    );
+    refused!(gauss_legendre(0).unwrap_err(), GeometryError::Count { count: 0, .. }, ["0 given"]);
+}
+
+/// The state at rest of a problem.
+fn rest<const D: usize>(problem: &Problem<D>) -> State {
+    State {
+        displacement: vec![0.0; problem.model.unknowns()],
+        locals: problem.model.start(),
+        multipliers: vec![0.0; problem.rows.len()],
+        load: 0.0,
+    }
+}
+
+#[test]
+fn first_guesses() {
+    let problem = sound().discretize(&coarse()).unwrap();
+    let run = |start: State| problem.analysis.run_from(&problem.model, &problem.rows, start, &mut ());
+    run(rest(&problem)).unwrap().completed().unwrap();
+    // Mirrored about x = 0: J = −1 everywhere.
+    let mut inverted = rest(&problem);
+    for (d, x) in inverted.displacement.chunks_exact_mut(2).zip(problem.lattice.positions()) {
+        d[0] = -2.0 * x[0];
+    }
+    let error = run(inverted).unwrap_err();
+    let Error::Solve(SolveError::InvertedStart { jacobian, at }) = &error else { panic!("{error:?}") };
+    assert!((jacobian + 1.0).abs() < 1e-12 && at.len() == 2);
+    says(&error, &["J = -", "at X = [", "zero displacement is one"]);
+    // Inverted at one particle alone: the place is near it.
+    let mut pinched = rest(&problem);
+    let corner = problem.lattice.node([4, 3]);
+    pinched.displacement[2 * corner] = -3.0;
+    let error = run(pinched).unwrap_err();
+    let Error::Solve(SolveError::InvertedStart { at, .. }) = &error else { panic!("{error:?}") };
+    assert!(at[0] > 1.0 && at[1] > 0.5, "{at:?}");
+    let mut nowhere = rest(&problem);
+    nowhere.displacement[7] = NAN;
+    assert!(matches!(run(nowhere).unwrap_err(), Error::Solve(SolveError::InvertedStart { .. })));
+    // Vectors of the wrong length.
+    let mut short = rest(&problem);
+    short.displacement.pop();
+    refused!(
+        run(short).unwrap_err(),
+        Error::Solve(SolveError::Length { what: "displacement", given: 39, needed: 40 }),
+        ["displacement has 39 entries, the model 40"]
+    );
+    let mut short = rest(&problem);
+    short.multipliers.push(0.0);
+    assert!(matches!(run(short).unwrap_err(), Error::Solve(SolveError::Length { what: "multipliers", .. })));
+    let mut short = rest(&problem);
+    short.locals[0].pop();
+    assert!(matches!(run(short).unwrap_err(), Error::Solve(SolveError::Length { what: "local unknowns", .. })));
+    // Pressures that are no numbers end the run, and do not panic.
+    let mut bad = rest(&problem);
+    bad.locals[0].fill(NAN);
+    let path = run(bad).unwrap();
+    assert!(matches!(path.ending, Ending::Stalled(_)) && path.steps.is_empty(), "{:?}", path.ending);
+    // A model without terms.
+    let empty = Model::<2>::new(problem.lattice.positions().to_vec());
+    refused!(
+        Analysis::default().run(&empty, &Constraints::new(), &mut ()).unwrap_err(),
+        Error::Solve(SolveError::Empty { what: "terms", .. }),
+        ["no terms", "add at least a body"]
+    );
+}
+
+#[test]
+fn local_unknowns_of_other_terms() {
+    // As many in all as the model has, but not those of its terms.
+    let loaded = sound().pressure((1, Side::Max), 0.01).discretize(&coarse()).unwrap();
+    let mut swapped = rest(&loaded);
+    swapped.locals.reverse();
+    let error = loaded.analysis.run_from(&loaded.model, &loaded.rows, swapped, &mut ()).unwrap_err();
+    assert!(matches!(error, Error::Solve(SolveError::Length { what: "local unknowns", .. })), "{error:?}");
+    let mut few = rest(&loaded);
+    few.locals.pop();
+    let error = loaded.analysis.run_from(&loaded.model, &loaded.rows, few, &mut ()).unwrap_err();
+    assert!(matches!(error, Error::Solve(SolveError::Length { what: "local unknowns", .. })), "{error:?}");
+}
+
+#[test]
+fn load_factors_that_are_no_numbers() {
+    // They must not pass for a complete analysis.
+    let problem = sound().discretize(&coarse()).unwrap();
+    let start = State { load: NAN, ..rest(&problem) };
+    match problem.analysis.run_from(&problem.model, &problem.rows, start, &mut ()) {
+        Err(error) => assert!(matches!(error, Error::Solve(SolveError::Setting { .. })), "{error:?}"),
+        Ok(path) => panic!("accepted, and ended with {:?}", path.ending),
+    }
+}
+
+#[test]
+fn settings() {
+    let run = |newton: Newton, stepping: Stepping| {
+        let mut problem = sound().discretize(&coarse()).unwrap();
+        problem.analysis.newton = newton;
+        problem.analysis.stepping = stepping;
+        problem.run(&mut ()).unwrap_err()
+    };
+    let (newton, stepping) = (Newton::default(), Stepping::default());
+    for tolerance in [0.0, -1e-8, 1.0, NAN] {
+        refused!(
+            run(Newton { tolerance, ..newton }, stepping),
+            Error::Solve(SolveError::Setting { what: "Newton tolerance", .. }),
+            ["Newton tolerance", "between 0 and 1"]
+        );
+    }
+    refused!(
+        run(Newton { iterations: 0, ..newton }, stepping),
+        Error::Solve(SolveError::Setting { .. }),
+        ["at least one iteration"]
+    );
+    for (bad, what) in [
+        (Stepping { first: 0.0, ..stepping }, "first load increment"),
+        (Stepping { first: 2.0, ..stepping }, "first load increment"),
+        (Stepping { first: NAN, ..stepping }, "first load increment"),
+        (Stepping { smallest: 0.0, ..stepping }, "smallest load increment"),
+        (Stepping { smallest: 0.5, first: 0.1, ..stepping }, "smallest load increment"),
+        (Stepping { largest: 0.1, ..stepping }, "largest load increment"),
+        (Stepping { largest: INFINITY, ..stepping }, "largest load increment"),
+        (Stepping { growth: 0.9, ..stepping }, "growth of the load increment"),
+        (Stepping { growth: NAN, ..stepping }, "growth of the load increment"),
+    ] {
+        refused!(
+            run(newton, bad),
+            Error::Solve(SolveError::Setting { .. }),
+            [what, "increments are above 0", "growth is at least 1"]
+        );
+    }
+}
