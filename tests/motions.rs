@@ -22,7 +22,8 @@ fn turned(angle: f64) -> Result<Scene<2>, rkpm::Error> {
 #[test]
 fn a_rigid_turn_of_both_ends_turns_the_body() -> Result<(), rkpm::Error> {
     for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
-        let scheme = Scheme::default().particles([4, 5]).rows(rows);
+        // Small turns: Newton from half a turn away may end in a wrinkled equilibrium.
+        let scheme = Scheme::default().particles([4, 5]).rows(rows).stepping(Stepping::equal(8));
         let problem = turned(PI)?.discretize(&scheme)?;
         let path = problem.run(&mut ())?.completed()?;
         for (x, u) in problem.lattice.positions().iter().zip(problem.particle_displacements(path.last())?) {

@@ -73,6 +73,7 @@ impl LinearSolver for Direct {
             order,
             definite: None,
             indefinite: None,
+            matrix: Vec::new(),
             values: Vec::new(),
             subdiagonal: Vec::new(),
             forward: Vec::new(),
@@ -94,6 +95,8 @@ struct CholeskyFactorizer {
     rows: Vec<u32>,
     n: usize,
     order: Option<(Vec<u32>, Vec<u32>)>,
+    /// The matrix last factorised, for the residual of solutions.
+    matrix: Vec<f64>,
     definite: Option<SymbolicCholesky<u32>>,
     indefinite: Option<SymbolicCholesky<u32>>,
     values: Vec<f64>,
@@ -132,9 +135,12 @@ impl Factorizer for CholeskyFactorizer {
         if let Some(place) = values.iter().position(|v| !v.is_finite()) {
             return Err(LinearError::Pivot { pivot: place, hint: "the matrix has entries that are not finite" });
         }
+        self.matrix.clear();
+        self.matrix.extend_from_slice(values);
         if self.definite.is_some() && self.cholesky(values)? {
             let symbolic = self.definite.as_ref().ok_or(LinearError::Library { what: "no symbolic factor".into() })?;
-            return Ok(Box::new(Definite { symbolic, values: &self.values }));
+            let matrix = Matrix { columns: &self.columns, rows: &self.rows, values: &self.matrix };
+            return Ok(Box::new(Definite { symbolic, values: &self.values, matrix }));
         }
         if self.indefinite.is_none() {
             self.indefinite = Some(self.symbolic(true)?);
@@ -171,6 +177,7 @@ impl Factorizer for CholeskyFactorizer {
         }
         Ok(Box::new(Indefinite {
             symbolic,
+            matrix: Matrix { columns: &self.columns, rows: &self.rows, values: &self.matrix },
             values: &self.values,
             subdiagonal: &self.subdiagonal,
             forward: &self.forward,
@@ -201,21 +208,56 @@ impl CholeskyFactorizer {
     }
 }
 
+/// The lower triangle of what was factorised.
+#[derive(Clone, Copy)]
+struct Matrix<'a> {
+    columns: &'a [u32],
+    rows: &'a [u32],
+    values: &'a [f64],
+}
+
+/// Relative residual beyond which a solution is refused. A backward stable solution of a regular system
+/// leaves about 1e-16 times its condition number; that of a singular one leaves 1 and more.
+const RESIDUAL: f64 = 1e-2;
+
+impl Matrix<'_> {
+    /// Refuses a solution that is not finite or does not satisfy the equations.
+    fn check(&self, solution: &[f64], mut rhs: Vec<f64>) -> Result<(), LinearError> {
+        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let size = norm(&rhs);
+        for (column, ends) in self.columns.windows(2).enumerate() {
+            let mut sum = 0.0;
+            for k in ends[0] as usize..ends[1] as usize {
+                let row = self.rows[k] as usize;
+                sum += self.values[k] * solution[row];
+                if row != column {
+                    rhs[row] -= self.values[k] * solution[column];
+                }
+            }
+            rhs[column] -= sum;
+        }
+        let residual = norm(&rhs);
+        // The negation also refuses NaN.
+        if !(residual <= RESIDUAL * size) {
+            return Err(LinearError::Residual { residual: residual / size });
+        }
+        Ok(())
+    }
+}
+
 struct Definite<'a> {
     symbolic: &'a SymbolicCholesky<u32>,
     values: &'a [f64],
+    matrix: Matrix<'a>,
 }
 
 struct Indefinite<'a> {
     symbolic: &'a SymbolicCholesky<u32>,
+    matrix: Matrix<'a>,
     values: &'a [f64],
     subdiagonal: &'a [f64],
     forward: &'a [u32],
     inverse: &'a [u32],
-}
-
-fn finite(rhs: &[f64]) -> Result<(), LinearError> {
-    if rhs.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(LinearError::Residual { residual: f64::NAN }) }
 }
 
 fn solve_memory(symbolic: &SymbolicCholesky<u32>) -> Result<MemBuffer, LinearError> {
@@ -227,13 +269,14 @@ impl Factors for Definite<'_> {
     fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
         let mut memory = solve_memory(self.symbolic)?;
         let n = rhs.len();
+        let given = rhs.to_vec();
         LltRef::<'_, u32, f64>::new(self.symbolic, self.values).solve_in_place_with_conj(
             Conj::No,
             MatMut::from_column_major_slice_mut(rhs, n, 1),
             Par::Seq,
             MemStack::new(&mut memory),
         );
-        finite(rhs)
+        self.matrix.check(rhs, given)
     }
 
     fn inertia(&self) -> Option<Inertia> {
@@ -245,6 +288,7 @@ impl Factors for Indefinite<'_> {
     fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
         let mut memory = solve_memory(self.symbolic)?;
         let n = rhs.len();
+        let given = rhs.to_vec();
         IntranodeLbltRef::<'_, u32, f64>::new(
             self.symbolic,
             self.values,
@@ -257,7 +301,7 @@ impl Factors for Indefinite<'_> {
             Par::Seq,
             MemStack::new(&mut memory),
         );
-        finite(rhs)
+        self.matrix.check(rhs, given)
     }
 
     fn inertia(&self) -> Option<Inertia> {

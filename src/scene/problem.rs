@@ -21,6 +21,9 @@ use crate::term::{Body, View};
 pub(crate) trait Evaluate<const D: usize>: Send + Sync {
     fn shape_functions_at(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError>;
 
+    /// Values at a node; interpolating functions know them without looking.
+    fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<D>, ApproximationError>;
+
     /// A table at points inside cells; on edges between finite elements gradients are ambiguous.
     fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error>;
 }
@@ -30,9 +33,26 @@ impl<const D: usize, A: Approximation<D> + Send> Evaluate<D> for A {
         self.shape_functions(at)
     }
 
+    fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<D>, ApproximationError> {
+        let mut out = ShapeFunctions::default();
+        self.evaluate_at_node(node, &mut A::Scratch::default(), &mut out)?;
+        Ok(out)
+    }
+
     fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error> {
         ShapeTable::new(self, points, kinematics)
     }
+}
+
+/// $\sum_I \Psi_I d_I$.
+fn weighted<const D: usize>(psi: &ShapeFunctions<D>, state: &State) -> Point<D> {
+    let mut u = Point::zeros();
+    for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
+        for i in 0..D {
+            u[i] += value * state.displacement[node as usize * D + i];
+        }
+    }
+    u
 }
 
 /// A discretised scene: model, rows and analysis, and the fields of its states.
@@ -67,18 +87,7 @@ impl<const D: usize> Problem<D> {
         if !self.lattice.contains(at) {
             return Err(ApproximationError::Outside { at: at.as_slice().to_vec() }.into());
         }
-        self.displacement_near(state, at)
-    }
-
-    fn displacement_near(&self, state: &State, at: &Point<D>) -> Result<Point<D>, Error> {
-        let psi = self.approximation.shape_functions_at(at)?;
-        let mut u = Point::zeros();
-        for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
-            for i in 0..D {
-                u[i] += value * state.displacement[node as usize * D + i];
-            }
-        }
-        Ok(u)
+        Ok(weighted(&self.approximation.shape_functions_at(at)?, state))
     }
 
     /// Displacements at all particles \[length\].
@@ -86,7 +95,8 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// Where a particle is not covered.
     pub fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
-        self.lattice.positions().iter().map(|x| self.displacement_near(state, x)).collect()
+        let particles = 0..self.lattice.positions().len();
+        particles.map(|p| Ok(weighted(&self.approximation.values_at_node(p)?, state))).collect()
     }
 
     /// Energy stored in a state; of the whole revolution for bodies of revolution.

@@ -247,15 +247,19 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
                 continue;
             }
             let mut local = Point::<D>::repeat(0.5);
+            let mut miss = f64::INFINITY;
             for _ in 0..30 {
                 let (x, columns) = self.map(element, &local);
+                miss = (at - x).norm();
                 let step = invert(&nalgebra::SMatrix::<f64, D, D>::from_columns(&columns)) * (at - x);
                 local += step;
                 if step.norm() < 1e-14 {
                     break;
                 }
             }
-            if local.iter().all(|t| *t >= -SLACK && *t <= 1.0 + SLACK) {
+            // The map of a distorted element may lead Newton astray: only a point that maps back counts.
+            let found = miss <= 1e-9 * (high - low).norm();
+            if found && local.iter().all(|t| *t >= -SLACK && *t <= 1.0 + SLACK) {
                 self.fill(element, &local, out);
                 return Ok(());
             }
