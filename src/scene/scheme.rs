@@ -223,6 +223,9 @@ impl Scheme {
     }
 
     /// Sets the normalised dilation over the local spacing.
+    ///
+    /// For $r$ above about 1.5 on irregular sets [`Dilation::Global`] is more accurate: wide supports of
+    /// unequal size cost a digit.
     pub fn dilation(mut self, r: f64) -> Self {
         self.dilation = Dilation::Local(r);
         self
