@@ -85,7 +85,7 @@ impl<const D: usize> Block<D> {
     }
 }
 
-/// A region that is the image of the unit cube $[0,1]^D$.
+/// A region that is the image of the unit cube $\[0,1\]^D$.
 ///
 /// ```
 /// use rkpm::geometry::{Domain, Point};
@@ -101,7 +101,7 @@ impl<const D: usize> Block<D> {
 /// assert!((QuarterRing { inner: 1.0, outer: 2.0 }.position(&Point::<2>::new(1.0, 1.0))[0] - 2.0).abs() < 1e-15);
 /// ```
 pub trait Domain<const D: usize>: Send + Sync {
-    /// The position $X(\xi)$ \[length\] of a point $\xi \in [0,1]^D$; orientation-preserving.
+    /// The position $X(\xi)$ \[length\] of a point $\xi \in \[0,1\]^D$; orientation-preserving.
     fn position(&self, unit: &Point<D>) -> Point<D>;
 
     /// Refuses a domain that can't be discretised; the default accepts all (cells are checked later).
@@ -134,7 +134,7 @@ impl<const D: usize, T: Domain<D> + ?Sized> Domain<D> for Arc<T> {
 /// A block deformed by a smooth map of the unit cube, $X = f(\xi)$.
 #[derive(Clone, Copy)]
 pub struct Mapped<F>(
-    /// The map from $[0,1]^D$ to the body.
+    /// The map from $\[0,1\]^D$ to the body.
     pub F,
 );
 

@@ -14,7 +14,7 @@ pub enum Layout {
     /// Evenly along each axis.
     #[default]
     Regular,
-    /// At $t' = f(\text{axis}, t)$ for evenly spaced $t$; $f$ maps $[0,1]$ onto itself and rises.
+    /// At $t' = f(\text{axis}, t)$ for evenly spaced $t$; $f$ maps $\[0,1\]$ onto itself and rises.
     Graded(Arc<dyn Fn(usize, f64) -> f64 + Send + Sync>),
     /// Inner particles moved by up to `amount` of the spacing in each direction.
     Jittered {
