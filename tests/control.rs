@@ -16,10 +16,6 @@ fn shell() -> (Model<1>, ShapeTable<1>) {
     (model, inner)
 }
 
-fn rest(model: &Model<1>) -> State {
-    State { displacement: vec![0.0; model.unknowns()], locals: model.start(), multipliers: Vec::new(), load: 0.0 }
-}
-
 /// The incompressible pressure at inner stretch λ: p = ∫ 2µ(λ² − λ⁻⁴) R²/r³ dR, by the midpoint rule.
 fn exact_pressure(stretch: f64) -> f64 {
     let n = 20_000;
@@ -41,8 +37,9 @@ fn a_balloon_is_followed_past_its_limit_by_volume() {
     let full = 4.0 / 3.0 * std::f64::consts::PI;
     let stretches: [f64; 6] = [1.1, 1.2, 1.38, 1.6, 2.0, 4.0];
     let targets = stretches.map(|s| full * (s.powi(3) - 1.0));
+    let rows = Constraints::new();
     let path = Analysis::default()
-        .run_controlled(&model, &Constraints::new(), rest(&model), &volume, &targets, &mut ())
+        .run_controlled(&model, &rows, State::at_rest(&model, &rows), &volume, &targets, &mut ())
         .unwrap();
     assert_eq!(path.ending, Ending::Completed);
     for step in &path.steps {
@@ -127,12 +124,7 @@ fn a_displacement_at_a_point_can_be_prescribed_by_the_load() {
     for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
         weights[2 * node as usize + 1] = value;
     }
-    let start = State {
-        displacement: vec![0.0; problem.model.unknowns()],
-        locals: problem.model.start(),
-        multipliers: vec![0.0; problem.rows.len()],
-        load: 0.0,
-    };
+    let start = State::at_rest(&problem.model, &problem.rows);
     let path = problem
         .analysis
         .run_controlled(&problem.model, &problem.rows, start, &Deflection { weights }, &[1.0, 3.0, 5.0], &mut ())

@@ -132,12 +132,7 @@ impl Analysis {
         rows: &Constraints,
         observer: &mut dyn Observer,
     ) -> Result<Path, Error> {
-        let start = State {
-            displacement: vec![0.0; model.unknowns()],
-            locals: model.start(),
-            multipliers: vec![0.0; rows.len()],
-            load: 0.0,
-        };
+        let start = State::at_rest(model, rows);
         self.run_from(model, rows, start, observer)
     }
 
@@ -153,22 +148,7 @@ impl Analysis {
         observer: &mut dyn Observer,
     ) -> Result<Path, Error> {
         self.validate(model, rows, &start)?;
-        let mut march = March {
-            analysis: self,
-            workspace: self.workspace(model, rows)?,
-            observer,
-            scale: extent(model),
-            path: Path {
-                start: start.clone(),
-                steps: Vec::new(),
-                ending: Ending::Completed,
-                iterations: 0,
-                rejected: 0,
-            },
-            previous: None,
-            state: start,
-            spent: 0,
-        };
+        let mut march = March::new(self, model, rows, start, observer)?;
         match march.deflection()? {
             Some((deflection, first)) => march.by_deflection(&deflection, first),
             None => march.by_load(),
@@ -196,22 +176,7 @@ impl Analysis {
         if let Some(&value) = targets.iter().find(|t| !t.is_finite()) {
             return Err(SolveError::Setting { what: "control target", value, needed: "give finite values" }.into());
         }
-        let mut march = March {
-            analysis: self,
-            workspace: self.workspace(model, rows)?,
-            observer,
-            scale: extent(model),
-            path: Path {
-                start: start.clone(),
-                steps: Vec::new(),
-                ending: Ending::Completed,
-                iterations: 0,
-                rejected: 0,
-            },
-            previous: None,
-            state: start,
-            spent: 0,
-        };
+        let mut march = March::new(self, model, rows, start, observer)?;
         for &target in targets {
             if !march.reach(functional, target) {
                 break;
@@ -222,13 +187,14 @@ impl Analysis {
 
     fn validate<const D: usize>(&self, model: &Model<D>, rows: &Constraints, start: &State) -> Result<(), Error> {
         self.stepping.validate()?;
-        if !(self.newton.tolerance > 0.0 && self.newton.tolerance < 1.0) || self.newton.iterations == 0 {
-            return Err(SolveError::Setting {
-                what: "Newton tolerance",
-                value: self.newton.tolerance,
-                needed: "give a tolerance between 0 and 1 and at least one iteration",
+        let Newton { tolerance, iterations } = self.newton;
+        for (what, value, ok, needed) in [
+            ("Newton tolerance", tolerance, tolerance > 0.0 && tolerance < 1.0, "give a tolerance between 0 and 1"),
+            ("Newton iterations", iterations as f64, iterations > 0, "give at least one iteration"),
+        ] {
+            if !ok {
+                return Err(SolveError::Setting { what, value, needed }.into());
             }
-            .into());
         }
         if model.terms().is_empty() {
             return Err(SolveError::Empty { what: "terms", remedy: "add at least a body" }.into());
@@ -297,7 +263,20 @@ const FAR: f64 = 1.0;
 /// $|\nabla u|$ of the linear answer at the first deflection step.
 const FIRST_GRADIENT: f64 = 0.25;
 
-impl<const D: usize> March<'_, '_, D> {
+impl<'a, 'o, const D: usize> March<'a, 'o, D> {
+    fn new(
+        analysis: &'a Analysis,
+        model: &'a Model<D>,
+        rows: &'a Constraints,
+        start: State,
+        observer: &'o mut dyn Observer,
+    ) -> Result<Self, Error> {
+        let path =
+            Path { start: start.clone(), steps: Vec::new(), ending: Ending::Completed, iterations: 0, rejected: 0 };
+        let workspace = analysis.workspace(model, rows)?;
+        Ok(March { analysis, workspace, observer, scale: extent(model), path, previous: None, state: start, spent: 0 })
+    }
+
     /// The generalised deflection to control and its first increment, where the load should not be controlled.
     fn deflection(&mut self) -> Result<Option<(Deflection, f64)>, Error> {
         if self.analysis.stepping.control == StepControl::Load {

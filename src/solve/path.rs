@@ -2,6 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use crate::assembly::Model;
+use crate::boundary::Constraints;
 use crate::error::SolveError;
 use crate::linear::Inertia;
 
@@ -16,6 +18,18 @@ pub struct State {
     pub multipliers: Vec<f64>,
     /// Load factor $\lambda$.
     pub load: f64,
+}
+
+impl State {
+    /// The state of a model at rest: no displacement, local unknowns to match, load factor 0.
+    pub fn at_rest<const D: usize>(model: &Model<D>, rows: &Constraints) -> Self {
+        State {
+            displacement: vec![0.0; model.unknowns()],
+            locals: model.start(),
+            multipliers: vec![0.0; rows.len()],
+            load: 0.0,
+        }
+    }
 }
 
 /// A converged state and what it cost.
