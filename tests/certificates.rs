@@ -267,8 +267,8 @@ fn all_seeds_and_dilations_in_three_dimensions() {
     println!("default, 20 seeds: {default:?}");
     assert!(default.smallest >= 0.45 && default.zero_modes == 0, "{default:?}");
     for r in [0.75, 1.0, 1.25, 1.5] {
-        let other = stability(&scene, &Scheme::default().dilation(r), 0.2, 0..3);
-        println!("r = {r}, 3 seeds: {other:?}");
+        let other = stability(&scene, &Scheme::default().dilation(r), 0.2, 0..20);
+        println!("r = {r}, 20 seeds: {other:?}");
         assert!(other.smallest >= 0.25 && other.zero_modes == 0, "r = {r}: {other:?}");
     }
 }
