@@ -296,7 +296,7 @@ impl Constraints {
             let (target, amplitude) = value(points);
             let mut entries: Vec<(usize, f64)> = entries.into_iter().collect();
             entries.sort_unstable_by_key(|e| e.0);
-            // Rows of one size, whatever the spacing: multipliers become mean tractions.
+            // The hats carry their measure: a multiplier is a traction [stress], whatever the spacing.
             let owner = particle as usize * D + component;
             self.push(Row { entries, owner, target, amplitude, label: label.to_string() })?;
             let (target, amplitude) = value(vec![(approximation.nodes()[particle as usize], 1.0)]);
