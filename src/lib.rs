@@ -48,7 +48,7 @@
 //! | 8 | `solve` | `Observer`, `Functional` |
 //! | 9 | [`output`] | |
 //! | 10 | `scene` | |
-//! | 11 | `check` | |
+//! | 11 | `check`, `study` | |
 //!
 //! Floors 7, 8, 10 and 11 need the feature `solve`.
 //!
@@ -107,6 +107,8 @@ pub mod scene;
 // Floor 11
 #[cfg(feature = "solve")]
 pub mod check;
+#[cfg(feature = "solve")]
+pub mod study;
 
 pub use error::Error;
 

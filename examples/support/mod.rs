@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use rkpm::Error;
 use rkpm::cells::Lattice;
 use rkpm::geometry::Point;
-use rkpm::output::{VtkCell, VtkField, VtkGrid};
+use rkpm::output::{Chart, VtkCell, VtkField, VtkGrid};
 use rkpm::scene::Problem;
 use rkpm::solve::State;
 
@@ -124,6 +124,29 @@ pub fn vtk_grid<const D: usize>(problem: &Problem<D>, state: &State) -> Result<V
     let mut grid = VtkGrid::new(&deformed(problem, state)?, cells.collect());
     grid.point_data.push(VtkField::vectors("displacement", &problem.particle_displacements(state)?));
     Ok(grid)
+}
+
+/// Several charts beside each other as one picture.
+///
+/// # Errors
+/// As [`Chart::to_svg`].
+pub fn panels(charts: &[Chart]) -> Result<String, Error> {
+    let (mut width, mut height) = (0.0f64, 0.0f64);
+    let mut inner = String::new();
+    for chart in charts {
+        let svg = chart.to_svg()?;
+        let length = |name: &str| -> f64 {
+            let cell = svg.split_once(&format!("{name}=\"")).and_then(|(_, rest)| rest.split('"').next());
+            cell.and_then(|number| number.parse().ok()).unwrap_or_default()
+        };
+        // Charts begin with their own element: all it lacks is a place.
+        let start = svg.find("<svg").unwrap_or_default();
+        inner.push_str(&svg[start..].replacen("<svg", &format!("<svg x=\"{width}\""), 1));
+        width += length("width");
+        height = height.max(length("height"));
+    }
+    let open = format!("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\">");
+    Ok(format!("{open}\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n{inner}</svg>\n"))
 }
 
 /// The multi-index of a number, axis 0 running fastest.

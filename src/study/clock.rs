@@ -1,0 +1,116 @@
+//! Where the time goes: a linear solver that is timed from outside.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use crate::assembly::Pattern;
+use crate::error::LinearError;
+use crate::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
+
+/// Seconds of one analysis by phase.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Phases {
+    /// Particles, cells, tables, rows, terms.
+    pub discretize: f64,
+    /// Symbolic factorisation, once.
+    pub analyze: f64,
+    /// Numeric factorisations.
+    pub factorize: f64,
+    /// Triangular solves.
+    pub solve: f64,
+    /// Patterns, assembly, enforcement, path guard, energy: the rest.
+    pub assemble: f64,
+}
+
+impl Phases {
+    /// Seconds of the whole analysis, from particles to the last state.
+    pub fn total(&self) -> f64 {
+        self.discretize + self.analyze + self.factorize + self.solve + self.assemble
+    }
+}
+
+/// Nanoseconds spent in the linear solver, and the size of what it was given.
+#[derive(Debug, Default)]
+pub(super) struct Meter {
+    analyze: AtomicU64,
+    factorize: AtomicU64,
+    solve: AtomicU64,
+    unknowns: AtomicU64,
+    entries: AtomicU64,
+}
+
+impl Meter {
+    /// Seconds by phase, of an analysis that took `run` seconds after `discretize` seconds of preparation.
+    pub fn phases(&self, discretize: f64, run: f64) -> Phases {
+        let seconds = |counter: &AtomicU64| counter.load(Ordering::Relaxed) as f64 * 1e-9;
+        let (analyze, factorize, solve) = (seconds(&self.analyze), seconds(&self.factorize), seconds(&self.solve));
+        Phases { discretize, analyze, factorize, solve, assemble: (run - analyze - factorize - solve).max(0.0) }
+    }
+
+    /// Unknowns of the systems that were solved.
+    pub fn unknowns(&self) -> usize {
+        self.unknowns.load(Ordering::Relaxed) as usize
+    }
+
+    /// Entries of their lower triangles.
+    pub fn entries(&self) -> usize {
+        self.entries.load(Ordering::Relaxed) as usize
+    }
+}
+
+/// Adds the time of a call to a counter.
+fn timed<T>(counter: &AtomicU64, call: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = call();
+    counter.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+    result
+}
+
+/// A solver whose time is taken.
+pub(super) struct Timed {
+    pub inner: Box<dyn LinearSolver>,
+    pub meter: Arc<Meter>,
+}
+
+struct TimedFactorizer {
+    inner: Box<dyn Factorizer>,
+    meter: Arc<Meter>,
+}
+
+struct TimedFactors<'a> {
+    inner: Box<dyn Factors + 'a>,
+    meter: &'a Meter,
+}
+
+impl LinearSolver for Timed {
+    fn analyze(
+        &self,
+        pattern: &Pattern,
+        class: MatrixClass,
+        order: Option<&[usize]>,
+    ) -> Result<Box<dyn Factorizer>, LinearError> {
+        self.meter.unknowns.store(pattern.size() as u64, Ordering::Relaxed);
+        self.meter.entries.store(pattern.entries() as u64, Ordering::Relaxed);
+        let inner = timed(&self.meter.analyze, || self.inner.analyze(pattern, class, order))?;
+        Ok(Box::new(TimedFactorizer { inner, meter: self.meter.clone() }))
+    }
+}
+
+impl Factorizer for TimedFactorizer {
+    fn factorize(&mut self, values: &[f64]) -> Result<Box<dyn Factors + '_>, LinearError> {
+        let meter = &*self.meter;
+        let inner = timed(&meter.factorize, || self.inner.factorize(values))?;
+        Ok(Box::new(TimedFactors { inner, meter }))
+    }
+}
+
+impl Factors for TimedFactors<'_> {
+    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
+        timed(&self.meter.solve, || self.inner.solve_in_place(rhs))
+    }
+
+    fn inertia(&self) -> Option<Inertia> {
+        self.inner.inertia()
+    }
+}

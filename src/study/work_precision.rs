@@ -1,0 +1,352 @@
+//! Work against precision: one scene under many schemes.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::error::{Error, SolveError};
+#[cfg(feature = "chart")]
+use crate::output::Chart;
+#[cfg(feature = "chart")]
+use crate::output::chart::{Colour, Marker, Series, Stroke};
+use crate::output::{Cell, Table};
+use crate::scene::{Scene, Scheme};
+
+use super::clock::{Meter, Phases, Timed};
+use super::quantity::Quantity;
+
+/// What a quantity is compared with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reference {
+    /// A value known from elsewhere.
+    Given {
+        /// The value.
+        value: f64,
+        /// Its own relative uncertainty.
+        uncertainty: f64,
+    },
+    /// The run with the most unknowns of all series, its uncertainty being its distance from the run
+    /// before it in its series.
+    Finest,
+}
+
+/// Repetitions of a run of less than [`SHORT`] seconds; the median counts.
+const REPEATS: usize = 20;
+/// Repetitions of a longer run.
+const REPEATS_LONG: usize = 5;
+/// Seconds up to which a run is short.
+const SHORT: f64 = 0.1;
+
+/// A scene, series of schemes, quantities with their references: runs each, and keeps error and time.
+///
+/// The error of a run is the *worst* relative error of all quantities. A series is credited at each run
+/// with the worst error of that run and of all finer ones behind it, so that the lucky zero crossing of a
+/// signed error counts for nothing ([`Run::credited`]).
+#[derive(Clone)]
+pub struct WorkPrecision<const D: usize> {
+    name: String,
+    scene: Scene<D>,
+    quantities: Vec<(Quantity<D>, Reference)>,
+    series: Vec<(String, Vec<Scheme>)>,
+    repeats: Option<usize>,
+}
+
+/// One scheme's run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// The series it belongs to.
+    pub series: String,
+    /// Particles or nodes.
+    pub particles: usize,
+    /// Unknowns of the linear systems, multipliers included.
+    pub unknowns: usize,
+    /// Integration points of the body.
+    pub points: usize,
+    /// Converged steps.
+    pub steps: usize,
+    /// Iterations (factorisations), those of rejected steps included.
+    pub iterations: usize,
+    /// Bytes of the body's table and of the matrix, without its factor.
+    pub bytes: usize,
+    /// Seconds of the whole analysis from particles to the last state: the median of the repetitions.
+    pub seconds: f64,
+    /// Seconds by phase, of the last repetition.
+    pub phases: Phases,
+    /// Values of the quantities; empty where the analysis failed.
+    pub values: Vec<f64>,
+    /// Signed relative errors of the quantities; empty where the analysis failed.
+    pub errors: Vec<f64>,
+    /// The largest of their magnitudes; NaN where the analysis failed.
+    pub error: f64,
+    /// The largest `error` of this run and of those behind it in its series.
+    pub credited: f64,
+    /// Why the analysis failed, where it did.
+    pub failure: Option<String>,
+}
+
+impl Default for Run {
+    /// Nothing measured yet.
+    fn default() -> Self {
+        Run {
+            series: String::new(),
+            particles: 0,
+            unknowns: 0,
+            points: 0,
+            steps: 0,
+            iterations: 0,
+            bytes: 0,
+            seconds: f64::NAN,
+            phases: Phases::default(),
+            values: Vec::new(),
+            errors: Vec::new(),
+            error: f64::NAN,
+            credited: f64::NAN,
+            failure: None,
+        }
+    }
+}
+
+/// What a [`WorkPrecision`] found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Study {
+    /// The name of the problem.
+    pub name: String,
+    /// Names of the quantities.
+    pub quantities: Vec<String>,
+    /// The runs, series by series, in the order in which they were given.
+    pub runs: Vec<Run>,
+    /// Largest relative uncertainty of the references: below it nothing is claimed.
+    pub uncertainty: f64,
+    /// Threads at work.
+    pub threads: usize,
+}
+
+impl<const D: usize> WorkPrecision<D> {
+    /// A study of a scene, without schemes or quantities yet.
+    pub fn new(name: impl Into<String>, scene: Scene<D>) -> Self {
+        WorkPrecision { name: name.into(), scene, quantities: Vec::new(), series: Vec::new(), repeats: None }
+    }
+
+    /// Adds a quantity and what it is compared with.
+    pub fn quantity(mut self, quantity: Quantity<D>, reference: Reference) -> Self {
+        self.quantities.push((quantity, reference));
+        self
+    }
+
+    /// Adds a series of schemes, from coarse to fine.
+    pub fn series(mut self, name: impl Into<String>, schemes: impl IntoIterator<Item = Scheme>) -> Self {
+        self.series.push((name.into(), schemes.into_iter().collect()));
+        self
+    }
+
+    /// Sets the repetitions of each run; otherwise 20, or 5 where one takes over 0.1 s, after a warm-up.
+    pub fn repeated(mut self, repeats: usize) -> Self {
+        self.repeats = Some(repeats.max(1));
+        self
+    }
+
+    /// Runs every scheme and compares. An analysis that fails is kept as a run with its reason.
+    ///
+    /// # Errors
+    /// Where there is nothing to run or to ask, or no run can serve as reference.
+    pub fn run(&self) -> Result<Study, Error> {
+        if self.quantities.is_empty() || self.series.iter().all(|(_, schemes)| schemes.is_empty()) {
+            let what = "schemes or quantities of a study";
+            return Err(SolveError::Empty { what, remedy: "add at least one quantity and one series" }.into());
+        }
+        let mut runs = Vec::new();
+        for (name, schemes) in &self.series {
+            for scheme in schemes {
+                runs.push(self.measure(name, scheme));
+            }
+        }
+        let mut uncertainty: f64 = 0.0;
+        for k in 0..self.quantities.len() {
+            let (value, own) = self.reference(k, &runs)?;
+            uncertainty = uncertainty.max(own);
+            for run in runs.iter_mut().filter(|run| run.failure.is_none()) {
+                run.errors.push(run.values[k] / value - 1.0);
+            }
+        }
+        for run in runs.iter_mut().filter(|run| run.failure.is_none()) {
+            run.error = run.errors.iter().fold(0.0, |worst, e| f64::max(worst, e.abs()));
+        }
+        let quantities = self.quantities.iter().map(|(q, _)| q.name().to_string()).collect();
+        let threads = crate::parallel::threads();
+        let mut study = Study { name: self.name.clone(), quantities, runs: Vec::new(), uncertainty, threads };
+        study.include(runs);
+        Ok(study)
+    }
+
+    /// Value and relative uncertainty of a quantity's reference.
+    fn reference(&self, quantity: usize, runs: &[Run]) -> Result<(f64, f64), Error> {
+        if let Reference::Given { value, uncertainty } = self.quantities[quantity].1 {
+            return if value != 0.0 && value.is_finite() && uncertainty >= 0.0 {
+                Ok((value, uncertainty))
+            } else {
+                let needed =
+                    "relative errors need a finite reference other than zero, and an uncertainty of at least 0";
+                Err(SolveError::Setting { what: "reference of a quantity", value, needed }.into())
+            };
+        }
+        let solved = || runs.iter().filter(|run| run.failure.is_none());
+        // The first of the largest: series given first are trusted first.
+        let finest = solved().reduce(|best, run| if run.unknowns > best.unknowns { run } else { best });
+        let before = finest.and_then(|finest| {
+            solved()
+                .filter(|run| run.series == finest.series && run.unknowns < finest.unknowns)
+                .max_by_key(|run| run.unknowns)
+        });
+        match (finest, before) {
+            (Some(finest), Some(before)) if finest.values[quantity] != 0.0 => {
+                let value = finest.values[quantity];
+                Ok((value, (before.values[quantity] / value - 1.0).abs()))
+            }
+            _ => Err(SolveError::Empty {
+                what: "runs to take a reference from",
+                remedy: "the finest series needs two completed runs of different size with values other than zero",
+            }
+            .into()),
+        }
+    }
+
+    /// Runs one scheme, warm and repeated.
+    fn measure(&self, series: &str, scheme: &Scheme) -> Run {
+        let mut run = Run { series: series.to_string(), ..Run::default() };
+        // The first repetition warms caches and tells how many more are worth it.
+        match self.once(scheme, &mut run) {
+            Ok(first) => {
+                let repeats = self.repeats.unwrap_or(if first < SHORT { REPEATS } else { REPEATS_LONG });
+                let mut seconds: Vec<f64> = (0..repeats).filter_map(|_| self.once(scheme, &mut run).ok()).collect();
+                seconds.sort_by(f64::total_cmp);
+                run.seconds = seconds.get(seconds.len() / 2).copied().unwrap_or(first);
+            }
+            Err(error) => run.failure = Some(error.to_string()),
+        }
+        run
+    }
+
+    /// One analysis; its seconds.
+    fn once(&self, scheme: &Scheme, run: &mut Run) -> Result<f64, Error> {
+        let meter = Arc::new(Meter::default());
+        let start = Instant::now();
+        let mut problem = self.scene.discretize(scheme)?;
+        let discretized = start.elapsed().as_secs_f64();
+        let inner = std::mem::replace(&mut problem.analysis.solver, Box::new(crate::linear::Direct));
+        problem.analysis.solver = Box::new(Timed { inner, meter: meter.clone() });
+        let path = problem.run(&mut ())?;
+        let seconds = start.elapsed().as_secs_f64();
+        run.phases = meter.phases(discretized, seconds - discretized);
+        run.particles = problem.model.positions().len();
+        run.unknowns = meter.unknowns();
+        run.points = problem.body.table().len();
+        // A value and a row index per entry.
+        run.bytes = problem.body.table().bytes() + 12 * meter.entries();
+        run.steps = path.steps.len();
+        run.iterations = path.iterations;
+        let path = path.completed()?;
+        run.values = self
+            .quantities
+            .iter()
+            .map(|(quantity, _)| quantity.evaluate(&problem, path.last()))
+            .collect::<Result<_, _>>()?;
+        Ok(seconds)
+    }
+}
+
+impl Study {
+    /// Takes in runs of any origin (another program's, say), each series from coarse to fine, and credits
+    /// every run anew.
+    pub fn include(&mut self, runs: impl IntoIterator<Item = Run>) {
+        self.runs.extend(runs);
+        for last in (0..self.runs.len()).rev() {
+            let behind = self.runs[last + 1..]
+                .iter()
+                .find(|run| run.series == self.runs[last].series && run.credited.is_finite());
+            let worst = behind.map_or(0.0, |run| run.credited);
+            let run = &mut self.runs[last];
+            run.credited = if run.error.is_finite() { run.error.max(worst) } else { f64::NAN };
+        }
+    }
+
+    /// Seconds of the cheapest run of a series that is credited with at most this error.
+    pub fn seconds_at(&self, series: &str, error: f64) -> Option<f64> {
+        let runs = self.runs.iter().filter(|run| run.series == series && run.credited <= error);
+        runs.map(|run| run.seconds).min_by(f64::total_cmp)
+    }
+
+    /// The columns `problem, scheme, particles, unknowns, steps, iterations, error, seconds`, a row per run;
+    /// `error` is that of the run itself.
+    pub fn points(&self) -> Table {
+        let mut table =
+            Table::new(["problem", "scheme", "particles", "unknowns", "steps", "iterations", "error", "seconds"]);
+        table.rows.extend(self.runs.iter().map(|run| {
+            let words = [Cell::from(self.name.as_str()), Cell::from(run.series.as_str())];
+            let counts = [run.particles, run.unknowns, run.steps, run.iterations].map(Cell::from);
+            words.into_iter().chain(counts).chain([run.error, run.seconds].map(Cell::from)).collect()
+        }));
+        table
+    }
+
+    /// All that was recorded: the signed error of each quantity, seconds by phase, points, bytes, failures.
+    pub fn table(&self) -> Table {
+        let mut table = self.points();
+        table.header.extend(self.quantities.iter().map(|name| format!("error of {name}")));
+        let phases = ["discretize_s", "analyze_s", "factorize_s", "solve_s", "assemble_s"];
+        table.header.extend(["credited", "points", "bytes"].iter().chain(&phases).map(|name| name.to_string()));
+        table.header.push("failure".into());
+        for (row, run) in table.rows.iter_mut().zip(&self.runs) {
+            row.extend((0..self.quantities.len()).map(|k| Cell::from(run.errors.get(k).copied())));
+            row.extend([Cell::from(run.credited), Cell::from(run.points), Cell::from(run.bytes)]);
+            let Phases { discretize, analyze, factorize, solve, assemble } = run.phases;
+            row.extend([discretize, analyze, factorize, solve, assemble].map(Cell::from));
+            row.push(Cell::from(run.failure.clone()));
+        }
+        table
+    }
+
+    /// The runs that no other run beats in both time and credited error, by rising time.
+    pub fn front(&self) -> Vec<&Run> {
+        let mut runs: Vec<&Run> = self.runs.iter().filter(|run| run.credited.is_finite()).collect();
+        runs.sort_by(|a, b| a.seconds.total_cmp(&b.seconds).then(a.credited.total_cmp(&b.credited)));
+        let mut best = f64::INFINITY;
+        runs.retain(|run| {
+            let better = run.credited < best;
+            best = best.min(run.credited);
+            better
+        });
+        runs
+    }
+
+    /// Credited error over seconds, log-log: a line per series, the front dashed, and a grey band up to the
+    /// uncertainty of the references, within which nothing is claimed.
+    #[cfg(feature = "chart")]
+    pub fn chart(&self) -> Chart {
+        let threads = if self.threads == 1 { "1 thread".to_string() } else { format!("{} threads", self.threads) };
+        let mut chart = Chart::new(format!("{}: error against time, {threads}", self.name))
+            .x_log("seconds of the whole analysis")
+            .y_log("worst relative error");
+        let drawn = || self.runs.iter().filter(|run| run.credited > 0.0 && run.seconds > 0.0);
+        let least = drawn().map(|run| run.credited).fold(f64::INFINITY, f64::min);
+        if self.uncertainty > 0.0 && least.is_finite() {
+            // Deep enough to be seen, not so deep that it takes the chart.
+            let lower = (0.5 * least).min(0.5 * self.uncertainty);
+            chart = chart.band("uncertainty of the reference", lower, self.uncertainty);
+        }
+        let front: Vec<[f64; 2]> = self.front().iter().map(|run| [run.seconds, run.credited]).collect();
+        let stairs: Vec<[f64; 2]> =
+            front.windows(2).flat_map(|w| [w[0], [w[1][0], w[0][1]]]).chain(front.last().copied()).collect();
+        chart = chart.with(Series::line("front", &stairs).stroke(Stroke::Dashed).colour(Colour::Grey));
+        let mut names: Vec<&str> = Vec::new();
+        for run in drawn() {
+            if !names.contains(&run.series.as_str()) {
+                names.push(&run.series);
+            }
+        }
+        for name in names {
+            let points: Vec<[f64; 2]> =
+                drawn().filter(|run| run.series == name).map(|run| [run.seconds, run.credited]).collect();
+            chart = chart.with(Series::line(name, &points).marker(Marker::Automatic));
+        }
+        chart
+    }
+}
