@@ -79,7 +79,8 @@ def timed(problem, run):
         try:
             begin = time.perf_counter()
             result = run(first)
-            repeats = 20 if time.perf_counter() - begin < 0.1 else 5
+            first_run = time.perf_counter() - begin
+            repeats = 20 if first_run < 0.1 else 5 if first_run < 0.5 else 2
             for _ in range(repeats):
                 begin = time.perf_counter()
                 result = run(first)
