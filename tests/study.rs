@@ -1,0 +1,95 @@
+//! Laws of studies: what a series is credited with, references, failures kept as data.
+
+use rkpm::prelude::*;
+use rkpm::study::{Quantity, Reference, Run, Study, WorkPrecision};
+
+fn tube() -> Scene<1> {
+    let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5).unwrap();
+    Scene::new(Block::new([6.0], [8.0]), RadialCylinder, rubber).pressure(Side::Min, 0.46)
+}
+
+fn exact() -> Reference {
+    Reference::Given { value: 15.0023846431, uncertainty: 1e-10 }
+}
+
+fn bore() -> Quantity<1> {
+    Quantity::displacement([6.0], 0).named("bore")
+}
+
+#[test]
+fn every_run_is_measured_and_credited_with_the_worst_behind_it() {
+    let study = WorkPrecision::new("tube", tube())
+        .quantity(bore(), exact())
+        .quantity(Quantity::volume(), Reference::Finest)
+        .series("default", [3, 5, 9, 17].map(|n| Scheme::default().particles([n])))
+        .series("elements", [3, 5].map(|n| Scheme::elements(2).particles([n])))
+        .repeated(1)
+        .run()
+        .unwrap();
+    assert_eq!(study.runs.len(), 6);
+    for run in &study.runs {
+        assert_eq!(run.failure, None);
+        assert!(run.credited >= run.error && run.error >= run.errors[0].abs());
+        assert!(run.seconds > 0.0 && run.unknowns > 0 && run.points > 0 && run.bytes > 0 && run.iterations > 0);
+        // All phases are timed, and none twice.
+        let phases = run.phases;
+        assert!(phases.discretize > 0.0 && phases.factorize > 0.0 && phases.solve > 0.0 && phases.assemble > 0.0);
+    }
+    let default: Vec<&Run> = study.runs.iter().filter(|run| run.series == "default").collect();
+    assert!(default.windows(2).all(|w| w[0].credited >= w[1].credited));
+    assert!(default[3].error < 1e-5 && default[0].error > default[3].error);
+    // The reference of the volume is the finest run of all, whose own error in it is therefore zero.
+    assert_eq!(default[3].errors[1], 0.0);
+    assert!(study.uncertainty >= default[2].errors[1].abs());
+    // The front: later is better, and nothing beats it.
+    let front = study.front();
+    assert!(front.windows(2).all(|w| w[0].seconds <= w[1].seconds && w[0].credited > w[1].credited));
+    for run in &study.runs {
+        assert!(front.iter().any(|f| f.seconds <= run.seconds && f.credited <= run.credited));
+    }
+    let header = "problem,scheme,particles,unknowns,steps,iterations,error,seconds\n";
+    assert!(study.points().to_csv().unwrap().starts_with(header));
+    assert_eq!(study.table().rows.len(), 6);
+}
+
+#[test]
+fn zero_crossings_count_for_nothing() {
+    let run = |error: f64, seconds: f64| Run { series: "lucky".into(), error, seconds, ..Run::default() };
+    let mut study = Study { name: String::new(), quantities: vec![], runs: vec![], uncertainty: 0.0, threads: 1 };
+    study.include([run(1e-2, 1.0), run(1e-9, 2.0), run(f64::NAN, 3.0), run(1e-3, 4.0)]);
+    let credited: Vec<f64> = study.runs.iter().map(|run| run.credited).collect();
+    assert_eq!((credited[0], credited[1], credited[3]), (1e-2, 1e-3, 1e-3));
+    assert!(credited[2].is_nan());
+    assert_eq!(study.seconds_at("lucky", 1e-3), Some(2.0));
+    assert_eq!(study.seconds_at("lucky", 1e-6), None);
+    assert_eq!(study.seconds_at("other", 1.0), None);
+}
+
+#[test]
+fn failures_are_data_and_bad_questions_are_errors() {
+    let never = Stepping { steps: 1, first: 1e-3, largest: 1e-3, ..Stepping::equal(1000) };
+    let study = WorkPrecision::new("tube", tube())
+        .quantity(bore(), exact())
+        .series("stalls", [Scheme::default().particles([5]).stepping(never)])
+        .series("refused", [Scheme::default().particles([0])])
+        .repeated(1)
+        .run()
+        .unwrap();
+    assert!(study.runs[0].failure.as_ref().unwrap().contains("stalled"), "{:?}", study.runs[0].failure);
+    assert!(study.runs[1].failure.is_some());
+    assert!(study.runs.iter().all(|run| run.error.is_nan() && run.credited.is_nan()));
+    assert!(study.front().is_empty());
+
+    let scheme = || Scheme::default().particles([5]);
+    assert!(WorkPrecision::new("nothing asked", tube()).series("s", [scheme()]).run().is_err());
+    assert!(WorkPrecision::new("nothing run", tube()).quantity(bore(), exact()).run().is_err());
+    let zero = Reference::Given { value: 0.0, uncertainty: 0.0 };
+    assert!(
+        WorkPrecision::new("zero", tube()).quantity(bore(), zero).series("s", [scheme()]).repeated(1).run().is_err()
+    );
+    let alone = WorkPrecision::new("one run", tube()).quantity(bore(), Reference::Finest).series("s", [scheme()]);
+    assert!(alone.repeated(1).run().is_err());
+    let outside = Quantity::displacement([60.0], 0);
+    let study = WorkPrecision::new("outside", tube()).quantity(outside, exact()).series("s", [scheme()]).repeated(1);
+    assert!(study.run().unwrap().runs[0].failure.is_some());
+}
