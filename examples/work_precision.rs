@@ -78,8 +78,7 @@ fn cook() -> Result<Study, rkpm::Error> {
     let reference = include_str!("../tests/reference/cook_membrane.csv");
     let given = |name| Reference::Given { value: support::csv_value(reference, name), uncertainty: 2e-4 };
     let counts = [5, 7, 9, 11, 13, 17, 21, 25, 33];
-    let with =
-        |scheme: Scheme, most: usize| counts[..most].to_vec().into_iter().map(move |n| scheme.clone().particles([n]));
+    let with = |scheme: Scheme, most: usize| counts.into_iter().take(most).map(move |n| scheme.clone().particles([n]));
     WorkPrecision::new("cook", scene)
         .quantity(Quantity::displacement([48.0, 60.0], 1).named("tip"), given("uy_48_60"))
         .quantity(Quantity::displacement([48.0, 52.0], 1).named("mid"), given("uy_48_52"))
