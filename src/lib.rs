@@ -72,6 +72,7 @@ mod dense;
 pub mod error;
 pub mod geometry;
 mod parallel;
+mod simd;
 pub mod tensor;
 // Floor 1
 pub mod basis;

@@ -39,6 +39,18 @@ where
     (0..count).map(|i| f(&mut s, i)).collect()
 }
 
+/// Maps consecutive ranges that cover `0..count`; results in order. Below `serial_below` there is one range.
+pub(crate) fn map_ranges<T: Send>(
+    count: usize,
+    serial_below: usize,
+    f: impl Fn(std::ops::Range<usize>) -> T + Sync + Send,
+) -> Vec<T> {
+    // Several ranges per thread even out ranges of unequal work.
+    const RANGES_PER_THREAD: usize = 8;
+    let parts = if threads() < 2 || count < serial_below { 1 } else { (RANGES_PER_THREAD * threads()).min(count) };
+    map_with(parts, 2, || (), |(), part| f(count * part / parts..count * (part + 1) / parts))
+}
+
 /// Calls `f` on each item, on all threads where there are more than one item.
 #[cfg(feature = "rayon")]
 pub(crate) fn for_each_mut<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync + Send) {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 /// Modules by floor, lowest first, as `src/lib.rs` and `docs/architecture.md` have them.
 const FLOORS: [&[&str]; 12] = [
-    &["error", "geometry", "tensor", "dense", "parallel"],
+    &["error", "geometry", "tensor", "dense", "parallel", "simd"],
     &["basis", "kernel", "kinematics", "material"],
     &["cells", "neighbours", "particles", "quadrature"],
     &["shape"],

@@ -23,17 +23,35 @@
 pub trait Kernel: Send + Sync {
     /// $\Phi(z)$ and $\mathrm d\Phi/\mathrm dz$ for $z \ge 0$; both zero for $z \ge 1$.
     fn value_and_slope(&self, z: f64) -> (f64, f64);
+
+    /// Writes $\Phi$ and $\mathrm d\Phi/\mathrm dz$ at several distances; all slices have one length.
+    ///
+    /// Nothing needs to be written for it: behind `dyn Kernel` it is one call for all neighbours of a point
+    /// in place of one for each.
+    fn fill(&self, z: &[f64], values: &mut [f64], slopes: &mut [f64]) {
+        for ((z, value), slope) in z.iter().zip(values).zip(slopes) {
+            (*value, *slope) = self.value_and_slope(*z);
+        }
+    }
 }
 
 impl<K: Kernel + ?Sized> Kernel for std::sync::Arc<K> {
     fn value_and_slope(&self, z: f64) -> (f64, f64) {
         (**self).value_and_slope(z)
     }
+
+    fn fill(&self, z: &[f64], values: &mut [f64], slopes: &mut [f64]) {
+        (**self).fill(z, values, slopes);
+    }
 }
 
 impl<K: Kernel + ?Sized> Kernel for &K {
     fn value_and_slope(&self, z: f64) -> (f64, f64) {
         (**self).value_and_slope(z)
+    }
+
+    fn fill(&self, z: &[f64], values: &mut [f64], slopes: &mut [f64]) {
+        (**self).fill(z, values, slopes);
     }
 }
 
@@ -45,14 +63,12 @@ pub struct CubicSpline;
 impl Kernel for CubicSpline {
     #[inline]
     fn value_and_slope(&self, z: f64) -> (f64, f64) {
-        if z <= 0.5 {
-            (2.0 / 3.0 + z * z * (4.0 * z - 4.0), z * (12.0 * z - 8.0))
-        } else if z < 1.0 {
-            let q = 1.0 - z;
-            (4.0 / 3.0 * q * q * q, -4.0 * q * q)
-        } else {
-            (0.0, 0.0)
-        }
+        // The truncated powers of both pieces, 4/3 [(1-z)₊³ - 4 (1/2-z)₊³]: without branches a loop over
+        // neighbours fills whole registers.
+        let outer = if z < 1.0 { 1.0 - z } else { 0.0 };
+        let inner = if z < 0.5 { 0.5 - z } else { 0.0 };
+        let (outer2, inner2) = (outer * outer, inner * inner);
+        (4.0 / 3.0 * (outer2 * outer - 4.0 * inner2 * inner), 16.0 * inner2 - 4.0 * outer2)
     }
 }
 

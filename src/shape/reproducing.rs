@@ -1,12 +1,13 @@
 //! Reproducing kernel shape functions (3.22)–(3.32).
 
 use crate::basis::Basis;
-use crate::dense::{cholesky, cholesky_solve, one_norm};
+use crate::dense::{invert, one_norm, solve};
 use crate::error::ApproximationError;
 use crate::geometry::Point;
 use crate::kernel::Kernel;
 use crate::neighbours::BinGrid;
 use crate::particles::{Particles, Support};
+use crate::simd::{Arithmetic, Task, dispatch};
 
 use super::{Approximation, ShapeFunctions};
 
@@ -41,17 +42,14 @@ pub struct ReproducingKernel<const D: usize, K, B> {
 /// Buffers of [`ReproducingKernel`].
 #[derive(Debug, Clone, Default)]
 pub struct KernelScratch<const D: usize> {
-    /// Kernel value and gradient of each covering particle.
-    weights: Vec<f64>,
-    slopes: Vec<Point<D>>,
-    /// Basis and its gradient at each covering particle, one after the other.
-    basis: Vec<f64>,
-    basis_slopes: Vec<Point<D>>,
-    moment: Vec<f64>,
-    factor: Vec<f64>,
-    column: Vec<f64>,
-    coefficients: Vec<f64>,
-    coefficient_slopes: Vec<f64>,
+    /// Of each covering particle $x - x_I$ and the half-widths of its support.
+    offsets: Vec<Point<D>>,
+    half_widths: Vec<Point<D>>,
+    /// Distances, kernel values and slopes by axis, neighbours running fastest.
+    distances: Vec<f64>,
+    factors: Vec<f64>,
+    factor_slopes: Vec<f64>,
+    sums: Sums,
 }
 
 impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
@@ -166,141 +164,371 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
             return Err(ApproximationError::Point { at: at.as_slice().to_vec() });
         }
         let terms = self.basis.len();
-        out.nodes.clear();
-        out.values.clear();
-        scratch.weights.clear();
-        scratch.slopes.clear();
-        let mut scale = Point::<D>::zeros();
-        for &particle in self.bins.candidates(at) {
-            if let Some((value, slope)) = self.kernel_at(particle as usize, at, gradients) {
-                // A kernel that underflows to zero inside its support adds nothing.
-                if value > 0.0 {
-                    out.nodes.push(particle);
-                    scratch.weights.push(value);
-                    scratch.slopes.push(slope);
-                    let half = self.particles.supports()[particle as usize].half_widths();
-                    scale = scale.zip_map(&half, f64::max);
-                }
-            }
+        self.collect(at, scratch, out);
+        // A particle whose kernel underflows to zero inside its support adds nothing; met at its very edge.
+        if !self.weigh(scratch, out, gradients) {
+            self.drop_weightless(at, scratch, out);
+            self.weigh(scratch, out, gradients);
         }
         let covering = out.nodes.len();
         if covering < terms {
             return Err(ApproximationError::Uncovered { at: at.as_slice().to_vec(), covering, needed: terms });
         }
+        let scale = scratch.half_widths.iter().fold(Point::<D>::zeros(), |scale, half| scale.zip_map(half, f64::max));
         let inverse_scale = scale.map(|s| 1.0 / s);
-
-        scratch.basis.resize(covering * terms, 0.0);
-        scratch.basis_slopes.resize(covering * terms, Point::zeros());
-        scratch.moment.clear();
-        scratch.moment.resize(terms * terms, 0.0);
-        for (a, &particle) in out.nodes.iter().enumerate() {
-            let offset = (at - self.particles.positions()[particle as usize]).component_mul(&inverse_scale);
-            let h = &mut scratch.basis[a * terms..(a + 1) * terms];
-            self.basis.fill(&offset, h, &mut scratch.basis_slopes[a * terms..(a + 1) * terms]);
-            let weight = scratch.weights[a];
-            for i in 0..terms {
-                let weighted = weight * h[i];
-                for j in 0..=i {
-                    scratch.moment[i * terms + j] += weighted * h[j];
-                }
+        let stride = padded(covering);
+        resize(&mut scratch.sums.scaled, D * stride);
+        for (a, offset) in scratch.offsets.iter().enumerate() {
+            for k in 0..D {
+                scratch.sums.scaled[k * stride + a] = offset[k] * inverse_scale[k];
             }
         }
-        for i in 0..terms {
-            for j in 0..i {
-                scratch.moment[j * terms + i] = scratch.moment[i * terms + j];
-            }
+        for k in 0..D {
+            scratch.sums.scaled[k * stride + covering..(k + 1) * stride].fill(0.0);
         }
-        let norm = one_norm(&scratch.moment, terms);
-        scratch.factor.clear();
-        scratch.factor.extend_from_slice(&scratch.moment);
-        let definite = cholesky(&mut scratch.factor, terms);
-        let mut inverse_norm = f64::INFINITY;
-        if definite {
-            inverse_norm = 0.0f64;
-            for j in 0..terms {
-                scratch.column.clear();
-                scratch.column.resize(terms, 0.0);
-                scratch.column[j] = 1.0;
-                cholesky_solve(&scratch.factor, terms, &mut scratch.column);
-                inverse_norm = inverse_norm.max(scratch.column.iter().map(|v| v.abs()).sum());
-            }
-        }
-        out.rcond = 1.0 / (norm * inverse_norm);
+        let sums = &mut scratch.sums;
+        out.rcond = dispatch(Correction {
+            basis: &self.basis,
+            inverse_scale,
+            stride,
+            sums,
+            gradients,
+            rcond_limit: self.rcond_limit,
+        });
         // The negation also refuses NaN.
         if !(out.rcond >= self.rcond_limit) {
             let rcond = if out.rcond.is_finite() { out.rcond } else { 0.0 };
             let limit = self.rcond_limit;
             return Err(ApproximationError::Singular { at: at.as_slice().to_vec(), rcond, limit, covering });
         }
+        out.values.clear();
+        out.values.extend_from_slice(&scratch.sums.values[..covering]);
+        if gradients {
+            let slopes = &scratch.sums.slopes;
+            out.gradients.clear();
+            out.gradients.extend((0..covering).map(|a| Point::from_fn(|k, _| slopes[k * stride + a])));
+        }
+        Ok(())
+    }
+
+    /// Finds the particles that cover a point.
+    fn collect(&self, at: &Point<D>, scratch: &mut KernelScratch<D>, out: &mut ShapeFunctions<D>) {
+        out.nodes.clear();
+        scratch.offsets.clear();
+        scratch.half_widths.clear();
+        for &particle in self.bins.candidates(at) {
+            let offset = at - self.particles.positions()[particle as usize];
+            let (inside, half) = match &self.particles.supports()[particle as usize] {
+                Support::Ball(radius) => (offset.norm() < *radius, Point::repeat(*radius)),
+                // As the kernel will see it: z < 1 may differ from |x| < a in the last bit.
+                Support::Box(half) => ((0..D).all(|k| offset[k].abs() / half[k] < 1.0), *half),
+            };
+            if inside {
+                out.nodes.push(particle);
+                scratch.offsets.push(offset);
+                scratch.half_widths.push(half);
+            }
+        }
+    }
+
+    /// Removes particles whose kernel vanishes at the point.
+    fn drop_weightless(&self, at: &Point<D>, scratch: &mut KernelScratch<D>, out: &mut ShapeFunctions<D>) {
+        let mut kept = 0;
+        for a in 0..out.nodes.len() {
+            if self.kernel_at(out.nodes[a] as usize, at, false).is_some_and(|(value, _)| value > 0.0) {
+                out.nodes[kept] = out.nodes[a];
+                scratch.offsets[kept] = scratch.offsets[a];
+                scratch.half_widths[kept] = scratch.half_widths[a];
+                kept += 1;
+            }
+        }
+        out.nodes.truncate(kept);
+        scratch.offsets.truncate(kept);
+        scratch.half_widths.truncate(kept);
+    }
+
+    /// Kernel values and, if asked for, gradients of the collected particles, as [`kernel_at`](Self::kernel_at)
+    /// has them; `false` where a value is not positive.
+    fn weigh(&self, scratch: &mut KernelScratch<D>, out: &ShapeFunctions<D>, gradients: bool) -> bool {
+        let covering = out.nodes.len();
+        let stride = padded(covering);
+        let KernelScratch { offsets, half_widths, distances, factors, factor_slopes, sums } = scratch;
+        let supports = self.particles.supports();
+        resize(&mut sums.weights, stride);
+        resize(&mut sums.slopes, D * stride);
+        sums.weights[covering..stride].fill(0.0);
+        for k in 0..D {
+            sums.slopes[k * stride + covering..(k + 1) * stride].fill(0.0);
+        }
+        // A ball has one distance and one factor, a box one for each axis.
+        let is_ball = |a: usize| matches!(supports[out.nodes[a] as usize], Support::Ball(_));
+        let axes = if (0..covering).all(is_ball) { 1 } else { D };
+        resize(distances, D * covering);
+        resize(factors, D * covering);
+        resize(factor_slopes, D * covering);
+        for a in 0..covering {
+            if is_ball(a) {
+                distances[a] = offsets[a].norm() / half_widths[a][0];
+                for k in 1..axes {
+                    distances[k * covering + a] = 0.0;
+                }
+            } else {
+                for k in 0..D {
+                    distances[k * covering + a] = offsets[a][k].abs() / half_widths[a][k];
+                }
+            }
+        }
+        let used = axes * covering;
+        self.kernel.fill(&distances[..used], &mut factors[..used], &mut factor_slopes[..used]);
+        let mut positive = true;
+        for a in 0..covering {
+            let mut weight = 1.0;
+            if is_ball(a) {
+                weight = factors[a];
+                if gradients {
+                    // The kernel is even: its slope vanishes at the centre, where the direction is undefined.
+                    let distance = offsets[a].norm();
+                    let slope = factor_slopes[a] / half_widths[a][0];
+                    let scale = if distance > 0.0 { slope / distance } else { 0.0 };
+                    for k in 0..D {
+                        sums.slopes[k * stride + a] = offsets[a][k] * scale;
+                    }
+                }
+            } else {
+                for k in 0..D {
+                    weight *= factors[k * covering + a];
+                }
+                if gradients {
+                    for k in 0..D {
+                        let mut slope = factor_slopes[k * covering + a] * offsets[a][k].signum() / half_widths[a][k];
+                        for other in (0..D).filter(|&other| other != k) {
+                            slope *= factors[other * covering + a];
+                        }
+                        sums.slopes[k * stride + a] = slope;
+                    }
+                }
+            }
+            if let Some(volume) = self.particles.volumes().get(out.nodes[a] as usize) {
+                // With volumes inside the sum the kernel is a density: (3.3), (3.26).
+                let density = volume / half_widths[a].iter().product::<f64>();
+                weight *= density;
+                for k in 0..D {
+                    sums.slopes[k * stride + a] *= density;
+                }
+            }
+            sums.weights[a] = weight;
+            positive &= weight > 0.0;
+        }
+        positive
+    }
+}
+
+/// Neighbours are summed in groups of this many, so that sums fill whole registers.
+const LANES: usize = 8;
+
+fn padded(count: usize) -> usize {
+    count.next_multiple_of(LANES)
+}
+
+/// Grows a buffer; what it holds is overwritten by its user.
+fn resize(buffer: &mut Vec<f64>, length: usize) {
+    if buffer.len() < length {
+        buffer.resize(length, 0.0);
+    }
+}
+
+/// What the correction is made of at one point, neighbours running fastest in rows of a padded length; weights
+/// and slopes of the padding are zero.
+#[derive(Debug, Clone, Default)]
+struct Sums {
+    /// $(x - x_I)/L$ by axis.
+    scaled: Vec<f64>,
+    /// Kernel values and, by axis, gradients; the latter become those of the shape functions.
+    weights: Vec<f64>,
+    slopes: Vec<f64>,
+    values: Vec<f64>,
+    basis: Vec<f64>,
+    basis_slopes: Vec<f64>,
+    /// $\Phi H$ and $\Phi\,(b\cdot H)$.
+    weighted: Vec<f64>,
+    carried: Vec<f64>,
+    moment: Vec<f64>,
+    factor: Vec<f64>,
+    inverse: Vec<f64>,
+    /// $b$, $H(0)$ and buffers of their length.
+    coefficients: Vec<f64>,
+    column: Vec<f64>,
+}
+
+/// The correction of the kernel (3.19)–(3.22) at one point.
+struct Correction<'a, const D: usize, B> {
+    basis: &'a B,
+    inverse_scale: Point<D>,
+    stride: usize,
+    sums: &'a mut Sums,
+    gradients: bool,
+    rcond_limit: f64,
+}
+
+/// $\sum_a x_a y_a$ over rows of a padded length.
+#[inline(always)]
+fn dot<A: Arithmetic>(x: &[f64], y: &[f64]) -> f64 {
+    let mut lanes = [0.0; LANES];
+    for (x, y) in x.as_chunks::<LANES>().0.iter().zip(y.as_chunks::<LANES>().0) {
+        for l in 0..LANES {
+            lanes[l] = A::multiply_add(x[l], y[l], lanes[l]);
+        }
+    }
+    let mut half = [0.0; LANES / 2];
+    for l in 0..LANES / 2 {
+        half[l] = lanes[l] + lanes[l + LANES / 2];
+    }
+    (half[0] + half[2]) + (half[1] + half[3])
+}
+
+/// $y \mathrel{+}= s x$ over rows of a padded length.
+#[inline(always)]
+fn add_scaled<A: Arithmetic>(s: f64, x: &[f64], y: &mut [f64]) {
+    for (x, y) in x.as_chunks::<LANES>().0.iter().zip(y.as_chunks_mut::<LANES>().0) {
+        for l in 0..LANES {
+            y[l] = A::multiply_add(s, x[l], y[l]);
+        }
+    }
+}
+
+/// $z = x y$, entry by entry.
+#[inline(always)]
+fn multiply(x: &[f64], y: &[f64], z: &mut [f64]) {
+    for ((x, y), z) in x.iter().zip(y).zip(z) {
+        *z = x * y;
+    }
+}
+
+impl<const D: usize, B: Basis<D>> Task for Correction<'_, D, B> {
+    /// The reciprocal condition number of the moment matrix; where it is too small nothing else is written.
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<A: Arithmetic>(self) -> f64 {
+        let Correction { basis, inverse_scale, stride: n, sums, gradients, rcond_limit } = self;
+        let terms = basis.len();
+        let square = terms * terms;
+        let Sums {
+            scaled,
+            weights,
+            slopes,
+            values,
+            basis: h,
+            basis_slopes: dh,
+            weighted,
+            carried,
+            moment,
+            factor,
+            inverse,
+            coefficients,
+            column,
+        } = sums;
+        resize(values, n);
+        resize(h, terms * n);
+        resize(weighted, terms * n);
+        resize(moment, square);
+        resize(factor, square);
+        resize(inverse, square);
+        resize(coefficients, terms);
+        resize(column, 2 * terms);
+        if gradients {
+            resize(dh, terms * D * n);
+            resize(carried, 2 * n);
+        }
+        let weights = &weights[..n];
+        let (h, weighted) = (&mut h[..terms * n], &mut weighted[..terms * n]);
+        let dh = &mut dh[..if gradients { terms * D * n } else { 0 }];
+        basis.fill_many(n, &scaled[..D * n], h, dh);
+        let (h, dh) = (&*h, &*dh);
+        let row = |i: usize| i * n..(i + 1) * n;
+        for i in 0..terms {
+            multiply(weights, &h[row(i)], &mut weighted[row(i)]);
+        }
+        let moment = &mut moment[..square];
+        for i in 0..terms {
+            for j in 0..=i {
+                let sum = dot::<A>(&weighted[row(i)], &h[row(j)]);
+                moment[i * terms + j] = sum;
+                moment[j * terms + i] = sum;
+            }
+        }
+        let inverse = &mut inverse[..square];
+        if !invert(moment, terms, factor, inverse) {
+            return 0.0;
+        }
+        let rcond = 1.0 / (one_norm(moment, terms) * one_norm(inverse, terms));
+        // The negation also refuses NaN.
+        if !(rcond >= rcond_limit) {
+            return rcond;
+        }
 
         // b = M⁻¹ H(0), eq. (3.21); one step of refinement brings the reproducing conditions to rounding.
-        scratch.coefficients.clear();
-        scratch.coefficients.resize(terms, 0.0);
-        scratch.column.clear();
-        scratch.column.resize(terms, 0.0);
-        // The slopes buffer is free until the second pass: use it for ∂H(0), which is not needed.
-        scratch.basis_slopes.resize((covering + 1) * terms, Point::zeros());
-        self.basis.fill(&Point::zeros(), &mut scratch.column, &mut scratch.basis_slopes[covering * terms..]);
-        scratch.coefficients.copy_from_slice(&scratch.column);
-        cholesky_solve(&scratch.factor, terms, &mut scratch.coefficients);
-        for i in 0..terms {
-            let row = &scratch.moment[i * terms..(i + 1) * terms];
-            let product: f64 = row.iter().zip(&scratch.coefficients).map(|(m, b)| m * b).sum();
-            scratch.column[i] -= product;
+        let (at_zero, left) = column[..2 * terms].split_at_mut(terms);
+        basis.fill_many(1, &[0.0; D], at_zero, &mut []);
+        let b = &mut coefficients[..terms];
+        b.copy_from_slice(at_zero);
+        solve(factor, terms, b);
+        product::<A>(moment, b, left);
+        for (left, h) in left.iter_mut().zip(&*at_zero) {
+            *left = h - *left;
         }
-        cholesky_solve(&scratch.factor, terms, &mut scratch.column);
-        for (b, correction) in scratch.coefficients.iter_mut().zip(&scratch.column) {
+        solve(factor, terms, left);
+        for (b, correction) in b.iter_mut().zip(&*left) {
             *b += correction;
         }
 
-        for a in 0..covering {
-            let h = &scratch.basis[a * terms..(a + 1) * terms];
-            let correction: f64 = h.iter().zip(&scratch.coefficients).map(|(h, b)| h * b).sum();
-            out.values.push(correction * scratch.weights[a]);
+        let values = &mut values[..n];
+        values.fill(0.0);
+        for i in 0..terms {
+            add_scaled::<A>(b[i], &weighted[row(i)], values);
         }
         if !gradients {
-            return Ok(());
+            return rcond;
         }
 
         // ∂b/∂x_k = −M⁻¹ (∂M/∂x_k b); the product is summed directly, without the matrix ∂M/∂x_k.
-        scratch.coefficient_slopes.clear();
-        scratch.coefficient_slopes.resize(D * terms, 0.0);
-        out.gradients.clear();
-        for a in 0..covering {
-            let h = &scratch.basis[a * terms..(a + 1) * terms];
-            let dh = &scratch.basis_slopes[a * terms..(a + 1) * terms];
-            let mut correction = 0.0;
-            let mut correction_slope = Point::<D>::zeros();
-            for i in 0..terms {
-                correction += h[i] * scratch.coefficients[i];
-                correction_slope += dh[i] * scratch.coefficients[i];
-            }
-            correction_slope.component_mul_assign(&inverse_scale);
-            let weight = scratch.weights[a];
-            let slope = scratch.slopes[a];
-            let total = correction_slope * weight + slope * correction;
-            for k in 0..D {
-                let dm = &mut scratch.coefficient_slopes[k * terms..(k + 1) * terms];
-                let along = correction * weight * inverse_scale[k];
-                for i in 0..terms {
-                    dm[i] -= h[i] * total[k] + dh[i][k] * along;
-                }
-            }
-            out.gradients.push(total);
+        let (correction, slope) = carried[..2 * n].split_at_mut(n);
+        correction.fill(0.0);
+        for i in 0..terms {
+            add_scaled::<A>(b[i], &h[row(i)], correction);
         }
         for k in 0..D {
-            cholesky_solve(&scratch.factor, terms, &mut scratch.coefficient_slopes[k * terms..(k + 1) * terms]);
-        }
-        for a in 0..covering {
-            let h = &scratch.basis[a * terms..(a + 1) * terms];
-            let weight = scratch.weights[a];
-            for k in 0..D {
-                let db = &scratch.coefficient_slopes[k * terms..(k + 1) * terms];
-                let sum: f64 = h.iter().zip(db).map(|(h, b)| h * b).sum();
-                out.gradients[a][k] += sum * weight;
+            // The slope of the product Φ (b·H), b held: what is written back is the slope of the function.
+            slope.fill(0.0);
+            for i in 0..terms {
+                add_scaled::<A>(b[i] * inverse_scale[k], &dh[row(i * D + k)], slope);
+            }
+            let total = &mut slopes[row(k)];
+            for a in 0..n {
+                total[a] = A::multiply_add(slope[a], weights[a], total[a] * correction[a]);
+            }
+            for i in 0..terms {
+                left[i] = -dot::<A>(&h[row(i)], total) - inverse_scale[k] * dot::<A>(&dh[row(i * D + k)], values);
+            }
+            solve(factor, terms, left);
+            for i in 0..terms {
+                add_scaled::<A>(left[i], &weighted[row(i)], total);
             }
         }
-        Ok(())
+        rcond
+    }
+}
+
+/// $y = A x$ for a row-major square matrix.
+#[inline(always)]
+fn product<A: Arithmetic>(a: &[f64], x: &[f64], y: &mut [f64]) {
+    let n = x.len();
+    for (row, y) in a.chunks_exact(n).zip(y) {
+        let mut sum = 0.0;
+        for (a, x) in row.iter().zip(x) {
+            sum = A::multiply_add(*a, *x, sum);
+        }
+        *y = sum;
     }
 }
 

@@ -15,31 +15,16 @@ pub struct Clusters {
 }
 
 impl Clusters {
-    /// Clusters from groups of points (`groups` as in [`Points`](crate::quadrature::Points)) and the
-    /// compressed rows of their nodes.
-    pub(crate) fn new(groups: &[usize], offsets: &[usize], nodes: &[u32]) -> Self {
-        let mut clusters = Clusters {
-            points: groups.to_vec(),
-            node_offsets: vec![0],
-            nodes: Vec::new(),
-            local: vec![0; nodes.len()],
-            offsets: offsets.to_vec(),
-        };
-        let mut union: Vec<u32> = Vec::new();
-        for group in groups.windows(2) {
-            let range = offsets[group[0]]..offsets[group[1]];
-            union.clear();
-            union.extend_from_slice(&nodes[range.clone()]);
-            union.sort_unstable();
-            union.dedup();
-            for entry in range {
-                // Present by construction; a cluster of more than 65536 nodes would not fit in memory.
-                clusters.local[entry] = union.partition_point(|&n| n < nodes[entry]) as u16;
-            }
-            clusters.nodes.extend_from_slice(&union);
-            clusters.node_offsets.push(clusters.nodes.len());
-        }
-        clusters
+    /// Clusters of consecutive points: first point and first node of each, their nodes by rising index, and for
+    /// each node of each point (rows from `offsets`) its place among those of the cluster.
+    pub(super) fn new(
+        points: Vec<usize>,
+        node_offsets: Vec<usize>,
+        nodes: Vec<u32>,
+        local: Vec<u16>,
+        offsets: Vec<usize>,
+    ) -> Self {
+        Clusters { points, node_offsets, nodes, local, offsets }
     }
 
     /// Number of clusters.
@@ -68,6 +53,12 @@ impl Clusters {
     #[inline]
     pub fn local(&self, point: usize) -> &[u16] {
         &self.local[self.offsets[point]..self.offsets[point + 1]]
+    }
+
+    /// The entries of a point in compressed rows.
+    #[inline]
+    pub(super) fn entries(&self, point: usize) -> std::ops::Range<usize> {
+        self.offsets[point]..self.offsets[point + 1]
     }
 
     /// Bytes held.

@@ -1,6 +1,8 @@
 //! Shape tables: the only cache. Shape functions are evaluated once, because the kernel is material.
 
+mod build;
 mod clusters;
+mod smooth;
 
 pub use clusters::Clusters;
 
@@ -10,12 +12,8 @@ use crate::cells::Smoothing;
 use crate::error::{ApproximationError, Error, GeometryError};
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
-use crate::parallel::map_with;
 use crate::quadrature::Points;
 use crate::shape::{Approximation, ElementPoints, FiniteElements, ShapeFunctions};
-
-/// Points below which tabulation stays on one thread: waking the pool costs more than this many points.
-const SERIAL_BELOW: usize = 64;
 
 /// Shape functions tabulated at points: nodes, values, gradients and weights in compressed rows.
 ///
@@ -25,7 +23,6 @@ const SERIAL_BELOW: usize = 64;
 #[derive(Debug, Clone)]
 pub struct ShapeTable<const D: usize> {
     node_count: usize,
-    offsets: Vec<usize>,
     nodes: Vec<u32>,
     values: Vec<f64>,
     slots: usize,
@@ -36,15 +33,6 @@ pub struct ShapeTable<const D: usize> {
     normals: Vec<Point<D>>,
     clusters: Clusters,
     smallest_rcond: f64,
-}
-
-/// One point's row before the rows are joined.
-struct Row {
-    nodes: Vec<u32>,
-    values: Vec<f64>,
-    gradients: Vec<f64>,
-    weight: f64,
-    rcond: f64,
 }
 
 impl<const D: usize> ShapeTable<D> {
@@ -75,35 +63,29 @@ impl<const D: usize> ShapeTable<D> {
     ) -> Result<Self, Error> {
         points.validate()?;
         let hoops = kinematics.hoops();
-        let rows = map_with(
-            points.positions.len(),
-            SERIAL_BELOW,
+        let (rows, clusters) = build::rows(
+            &points.groups,
             <(S, ShapeFunctions<D>)>::default,
-            |(scratch, psi), point| -> Result<Row, Error> {
+            |(scratch, psi), point, rows| -> Result<(), Error> {
                 let at = points.positions[point];
                 evaluate(scratch, point, psi)?;
                 let measure = kinematics.measure(&at);
-                let weight = points.weights[point] * measure;
-                let mut gradients = Vec::with_capacity((D + usize::from(!hoops.is_empty())) * psi.nodes.len());
+                rows.nodes.extend_from_slice(&psi.nodes);
+                rows.values.extend_from_slice(&psi.values);
                 for slot in 0..D {
-                    gradients.extend(psi.gradients.iter().map(|g| g[slot]));
+                    rows.gradients.extend(psi.gradients.iter().map(|g| g[slot]));
                 }
                 if !hoops.is_empty() {
                     let inverse = inverse_radius(at[0], at.as_slice(), measure)?;
-                    gradients.extend(psi.values.iter().map(|v| v * inverse));
+                    rows.gradients.extend(psi.values.iter().map(|v| v * inverse));
                 }
-                Ok(Row { nodes: psi.nodes.clone(), values: psi.values.clone(), gradients, weight, rcond: psi.rcond })
+                rows.weights.push(points.weights[point] * measure);
+                rows.rcond = rows.rcond.min(psi.rcond);
+                Ok(())
             },
-        );
-        ShapeTable::join(
-            node_count,
-            rows,
-            hoops,
-            points.positions.clone(),
-            points.normals.clone(),
-            &points.groups,
-            true,
-        )
+        )?;
+        let (positions, normals) = (points.positions.clone(), points.normals.clone());
+        Ok(ShapeTable::of_rows(node_count, rows, clusters, hoops, positions, normals))
     }
 
     /// Tabulates finite elements at points that know their element.
@@ -133,142 +115,32 @@ impl<const D: usize> ShapeTable<D> {
         smoothing: &Smoothing<D>,
         kinematics: &(impl Kinematics<D> + ?Sized),
     ) -> Result<Self, Error> {
-        let hoops = kinematics.hoops();
-        // Values at facet points, each evaluated once and shared by both neighbours.
-        let facets = map_with(
-            smoothing.facet_points.len(),
-            SERIAL_BELOW,
-            <(A::Scratch, ShapeFunctions<D>)>::default,
-            |(scratch, psi), point| -> Result<(Vec<u32>, Vec<f64>, f64), ApproximationError> {
-                approximation.evaluate_values(&smoothing.facet_points[point], scratch, psi)?;
-                Ok((psi.nodes.clone(), psi.values.clone(), psi.rcond))
-            },
-        )
-        .into_iter()
-        .collect::<Result<Vec<_>, _>>()?;
-
-        let node_count = approximation.nodes().len();
-        let slots = D + usize::from(!hoops.is_empty());
-        let rows = map_with(
-            smoothing.cells.len(),
-            SERIAL_BELOW,
-            || {
-                (
-                    A::Scratch::default(),
-                    ShapeFunctions::<D>::default(),
-                    vec![u32::MAX; node_count],
-                    Vec::<u32>::new(),
-                    Vec::<[f64; 4]>::new(),
-                )
-            },
-            |(scratch, psi, place, nodes, sums), cell| -> Result<Row, Error> {
-                // Here and not at the end: a cell that failed has left its places behind.
-                for node in nodes.drain(..) {
-                    place[node as usize] = u32::MAX;
-                }
-                let mut rcond = f64::INFINITY;
-                sums.clear();
-                // The measure of the cell from the divergence theorem along axis 0, so that V and the
-                // gradients come from the same numbers.
-                let mut volume = 0.0;
-                let dimension = (1 + hoops.len()) as f64;
-                let mut add = |nodes: &mut Vec<u32>, sums: &mut Vec<[f64; 4]>, node: u32| -> usize {
-                    if place[node as usize] == u32::MAX {
-                        place[node as usize] = nodes.len() as u32;
-                        nodes.push(node);
-                        sums.push([0.0; 4]);
-                    }
-                    place[node as usize] as usize
-                };
-                for &(facet, sign) in &smoothing.cells[cell] {
-                    let first = facet as usize * smoothing.points_per_facet;
-                    for point in first..first + smoothing.points_per_facet {
-                        let (facet_nodes, values, facet_rcond) = &facets[point];
-                        rcond = rcond.min(*facet_rcond);
-                        let at = smoothing.facet_points[point];
-                        let area = smoothing.facet_areas[point] * (sign * kinematics.measure(&at));
-                        volume += at[0] * area[0] / dimension;
-                        for (&node, value) in facet_nodes.iter().zip(values) {
-                            let k = add(nodes, sums, node);
-                            for j in 0..D {
-                                sums[k][j] += value * area[j];
-                            }
-                        }
-                    }
-                }
-                if !hoops.is_empty() {
-                    for (at, weight) in &smoothing.interior[cell] {
-                        // m/R has a limit on the axis: 2π for the measure 2πR.
-                        let mut off_axis = *at;
-                        if at[0] == 0.0 {
-                            off_axis[0] = 1e-8 * weight.abs().sqrt();
-                        }
-                        let measure = kinematics.measure(&off_axis);
-                        let inverse = inverse_radius(off_axis[0], at.as_slice(), measure)?;
-                        approximation.evaluate_values(at, scratch, psi)?;
-                        for (&node, value) in psi.nodes.iter().zip(&psi.values) {
-                            let k = add(nodes, sums, node);
-                            // m,R = (number of hoops) m / R for the measures 2πR and 4πR².
-                            let hoop = value * weight * measure * inverse;
-                            sums[k][0] -= hoops.len() as f64 * hoop;
-                            sums[k][D] += hoop;
-                        }
-                    }
-                }
-                if !(volume > 0.0 && volume.is_finite()) {
-                    return Err(GeometryError::InvertedCell { cell, measure: volume }.into());
-                }
-                let mut order: Vec<usize> = (0..nodes.len()).collect();
-                order.sort_unstable_by_key(|&k| nodes[k]);
-                let mut gradients = Vec::with_capacity(slots * nodes.len());
-                for slot in 0..slots {
-                    gradients.extend(order.iter().map(|&k| sums[k][slot] / volume));
-                }
-                let nodes = order.iter().map(|&k| nodes[k]).collect();
-                Ok(Row { nodes, values: Vec::new(), gradients, weight: volume, rcond })
-            },
-        );
-        ShapeTable::join(node_count, rows, hoops, smoothing.centres.clone(), Vec::new(), &smoothing.groups, false)
+        let (rows, clusters) = smooth::smoothed(approximation, smoothing, kinematics)?;
+        let (node_count, positions) = (approximation.nodes().len(), smoothing.centres.clone());
+        Ok(ShapeTable::of_rows(node_count, rows, clusters, kinematics.hoops(), positions, Vec::new()))
     }
 
-    /// Joins rows into compressed storage.
-    fn join(
+    fn of_rows(
         node_count: usize,
-        rows: Vec<Result<Row, Error>>,
+        rows: build::Rows,
+        clusters: Clusters,
         hoops: &'static [usize],
         positions: Vec<Point<D>>,
         normals: Vec<Point<D>>,
-        groups: &[usize],
-        with_values: bool,
-    ) -> Result<Self, Error> {
-        let slots = D + usize::from(!hoops.is_empty());
-        let rows = rows.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let total: usize = rows.iter().map(|r| r.nodes.len()).sum();
-        let mut table = ShapeTable {
+    ) -> Self {
+        ShapeTable {
             node_count,
-            offsets: Vec::with_capacity(rows.len() + 1),
-            nodes: Vec::with_capacity(total),
-            values: Vec::with_capacity(if with_values { total } else { 0 }),
-            slots,
-            gradients: Vec::with_capacity(total * slots),
+            nodes: rows.nodes,
+            values: rows.values,
+            slots: D + usize::from(!hoops.is_empty()),
+            gradients: rows.gradients,
             hoops,
-            weights: Vec::with_capacity(rows.len()),
+            weights: rows.weights,
             positions,
             normals,
-            clusters: Clusters::default(),
-            smallest_rcond: 1.0,
-        };
-        table.offsets.push(0);
-        for row in rows {
-            table.nodes.extend(row.nodes);
-            table.values.extend(row.values);
-            table.gradients.extend(row.gradients);
-            table.weights.push(row.weight);
-            table.smallest_rcond = table.smallest_rcond.min(row.rcond);
-            table.offsets.push(table.nodes.len());
+            clusters,
+            smallest_rcond: rows.rcond,
         }
-        table.clusters = Clusters::new(groups, &table.offsets, &table.nodes);
-        Ok(table)
     }
 
     /// Number of points.
@@ -289,19 +161,20 @@ impl<const D: usize> ShapeTable<D> {
     /// Nodes with a nonzero function at a point, by rising index.
     #[inline]
     pub fn nodes(&self, point: usize) -> &[u32] {
-        &self.nodes[self.offsets[point]..self.offsets[point + 1]]
+        &self.nodes[self.clusters.entries(point)]
     }
 
     /// Values $\Psi_I$ at a point; empty in smoothed tables.
     #[inline]
     pub fn values(&self, point: usize) -> &[f64] {
-        if self.values.is_empty() { &[] } else { &self.values[self.offsets[point]..self.offsets[point + 1]] }
+        if self.values.is_empty() { &[] } else { &self.values[self.clusters.entries(point)] }
     }
 
     /// Gradients at a point by slot, `slots × nodes`, neighbours running fastest.
     #[inline]
     pub fn gradients(&self, point: usize) -> &[f64] {
-        &self.gradients[self.offsets[point] * self.slots..self.offsets[point + 1] * self.slots]
+        let entries = self.clusters.entries(point);
+        &self.gradients[entries.start * self.slots..entries.end * self.slots]
     }
 
     /// Gradient slots: $D$, and one for the hoop where there is one.
@@ -343,7 +216,7 @@ impl<const D: usize> ShapeTable<D> {
 
     /// Bytes held by the table.
     pub fn bytes(&self) -> usize {
-        8 * (self.offsets.len() + self.values.len() + self.gradients.len() + self.weights.len())
+        8 * (self.values.len() + self.gradients.len() + self.weights.len())
             + 4 * self.nodes.len()
             + 8 * D * (self.positions.len() + self.normals.len())
             + self.clusters.bytes()
@@ -408,7 +281,7 @@ impl<const D: usize> ShapeTable<D> {
                 _ => return Err(GeometryError::InvertedCell { cell: point, measure: jacobian }.into()),
             };
             let n = self.nodes(point).len();
-            let start = self.offsets[point] * self.slots;
+            let start = self.clusters.entries(point).start * self.slots;
             let old = self.gradients(point);
             for a in 0..n {
                 for i in 0..D {

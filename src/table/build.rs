@@ -1,0 +1,190 @@
+//! How tables are built: runs of clusters, each into buffers of its own, joined in order.
+
+use crate::error::Error;
+use crate::parallel::map_ranges;
+
+use super::Clusters;
+
+/// Points below which a table is built on one thread: waking the pool costs more than this many points.
+pub(super) const SERIAL_BELOW: usize = 64;
+
+/// Rows of consecutive clusters; buffers grow from run to run and not from point to point.
+#[derive(Debug, Default)]
+pub(super) struct Rows {
+    pub nodes: Vec<u32>,
+    pub values: Vec<f64>,
+    pub gradients: Vec<f64>,
+    pub weights: Vec<f64>,
+    /// End of each row in `nodes`.
+    pub ends: Vec<usize>,
+    /// The smallest reciprocal condition number met.
+    pub rcond: f64,
+    local: Vec<u16>,
+    cluster_nodes: Vec<u32>,
+    cluster_ends: Vec<usize>,
+    /// Rows that belong to closed clusters.
+    closed: usize,
+    union: Vec<u32>,
+    merged: Vec<u32>,
+}
+
+impl Rows {
+    /// Room for `points` rows as wide as the first one turns out to be.
+    fn reserve(&mut self, points: usize) {
+        let width = self.ends[0] + self.ends[0] / 8;
+        let slots = self.gradients.len().checked_div(self.ends[0]).unwrap_or(0);
+        self.nodes.reserve(points * width);
+        self.local.reserve(points * width);
+        self.gradients.reserve(points * width * slots);
+        if !self.values.is_empty() {
+            self.values.reserve(points * width);
+        }
+    }
+
+    /// The entries of a row.
+    fn row(&self, row: usize) -> std::ops::Range<usize> {
+        if row == 0 { 0..self.ends[0] } else { self.ends[row - 1]..self.ends[row] }
+    }
+
+    /// Ends a cluster: its nodes are those of the rows since the last one ended.
+    fn close(&mut self) {
+        self.union.clear();
+        for row in self.closed..self.ends.len() {
+            let entries = self.row(row);
+            let again = row > self.closed && self.nodes[self.row(row - 1)] == self.nodes[entries.clone()];
+            if !again {
+                merge(&self.union, &self.nodes[entries], &mut self.merged);
+                std::mem::swap(&mut self.union, &mut self.merged);
+            }
+        }
+        for row in self.closed..self.ends.len() {
+            let entries = self.row(row);
+            if row > self.closed && self.nodes[self.row(row - 1)] == self.nodes[entries.clone()] {
+                self.local.extend_from_within(self.row(row - 1));
+                continue;
+            }
+            let mut place = 0;
+            for &node in &self.nodes[entries] {
+                while self.union[place] < node {
+                    place += 1;
+                }
+                // A cluster of more than 65536 nodes would not fit in memory.
+                self.local.push(place as u16);
+            }
+        }
+        self.cluster_nodes.extend_from_slice(&self.union);
+        self.cluster_ends.push(self.cluster_nodes.len());
+        self.closed = self.ends.len();
+    }
+}
+
+/// The sorted union of two sorted lists.
+fn merge(a: &[u32], b: &[u32], out: &mut Vec<u32>) {
+    out.clear();
+    let (mut i, mut j) = (0, 0);
+    while i < a.len() && j < b.len() {
+        out.push(a[i].min(b[j]));
+        let (x, y) = (a[i], b[j]);
+        i += usize::from(x <= y);
+        j += usize::from(y <= x);
+    }
+    out.extend_from_slice(&a[i..]);
+    out.extend_from_slice(&b[j..]);
+}
+
+/// Fills the rows of all points, cluster by cluster: `fill(scratch, point, rows)` appends one row.
+///
+/// `groups` are the clusters, as in [`Points`](crate::quadrature::Points). Each row is computed by one thread
+/// from its point alone, so that its bits do not depend on how the clusters are shared out.
+pub(super) fn rows<S>(
+    groups: &[usize],
+    scratch: impl Fn() -> S + Sync + Send,
+    fill: impl Fn(&mut S, usize, &mut Rows) -> Result<(), Error> + Sync + Send,
+) -> Result<(Rows, Clusters), Error> {
+    let clusters = groups.len().saturating_sub(1);
+    let points = groups.last().copied().unwrap_or(0);
+    let serial_below = if points < SERIAL_BELOW { usize::MAX } else { 2 };
+    let runs = map_ranges(clusters, serial_below, |range| -> Result<Rows, Error> {
+        let mut scratch = scratch();
+        let mut rows = Rows { rcond: 1.0, ..Rows::default() };
+        let first = groups.get(range.start).copied().unwrap_or(0);
+        for cluster in range.clone() {
+            for point in groups[cluster]..groups[cluster + 1] {
+                fill(&mut scratch, point, &mut rows)?;
+                rows.ends.push(rows.nodes.len());
+                if point == first {
+                    rows.reserve(groups[range.end] - first);
+                }
+            }
+            rows.close();
+        }
+        Ok(rows)
+    });
+    let mut runs = runs.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let mut all = if runs.is_empty() { Rows::default() } else { runs.remove(0) };
+    let total = |of: &dyn Fn(&Rows) -> usize| runs.iter().map(of).sum::<usize>();
+    all.nodes.reserve_exact(total(&|r| r.nodes.len()));
+    all.values.reserve_exact(total(&|r| r.values.len()));
+    all.gradients.reserve_exact(total(&|r| r.gradients.len()));
+    all.local.reserve_exact(total(&|r| r.local.len()));
+    all.cluster_nodes.reserve_exact(total(&|r| r.cluster_nodes.len()));
+    for run in runs {
+        let (entries, nodes) = (all.nodes.len(), all.cluster_nodes.len());
+        all.nodes.extend(run.nodes);
+        all.values.extend(run.values);
+        all.gradients.extend(run.gradients);
+        all.weights.extend(run.weights);
+        all.local.extend(run.local);
+        all.cluster_nodes.extend(run.cluster_nodes);
+        all.ends.extend(run.ends.iter().map(|end| entries + end));
+        all.cluster_ends.extend(run.cluster_ends.iter().map(|end| nodes + end));
+        all.rcond = all.rcond.min(run.rcond);
+    }
+    // What was reserved for wider rows is given back; the table lives as long as the problem.
+    all.nodes.shrink_to_fit();
+    all.values.shrink_to_fit();
+    all.gradients.shrink_to_fit();
+    all.local.shrink_to_fit();
+    let offsets = |ends: &[usize]| std::iter::once(0).chain(ends.iter().copied()).collect::<Vec<_>>();
+    let clusters = Clusters::new(
+        groups.to_vec(),
+        offsets(&all.cluster_ends),
+        std::mem::take(&mut all.cluster_nodes),
+        std::mem::take(&mut all.local),
+        offsets(&all.ends),
+    );
+    Ok((all, clusters))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clusters_know_their_nodes_and_the_places_of_each_point() {
+        let lists: [&[u32]; 5] = [&[1, 4, 6], &[1, 4, 6], &[0, 4, 9], &[7], &[2, 3]];
+        let groups = [0, 3, 3, 5];
+        let (rows, clusters) = rows(
+            &groups,
+            || (),
+            |(), point, rows| {
+                rows.nodes.extend_from_slice(lists[point]);
+                rows.weights.push(1.0);
+                Ok(())
+            },
+        )
+        .unwrap();
+        assert_eq!(rows.ends, [3, 6, 9, 10, 12]);
+        assert_eq!(clusters.len(), 3);
+        assert_eq!(clusters.nodes(0), [0, 1, 4, 6, 9]);
+        assert!(clusters.nodes(1).is_empty());
+        assert_eq!(clusters.nodes(2), [2, 3, 7]);
+        for cluster in 0..3 {
+            for point in clusters.points(cluster) {
+                let found: Vec<u32> =
+                    clusters.local(point).iter().map(|&l| clusters.nodes(cluster)[l as usize]).collect();
+                assert_eq!(found, lists[point]);
+            }
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Gradients averaged over sub-cells, from values on their facets.
+
+use crate::cells::Smoothing;
+use crate::error::{ApproximationError, Error, GeometryError};
+use crate::geometry::Point;
+use crate::kinematics::Kinematics;
+use crate::parallel::map_ranges;
+use crate::shape::{Approximation, ShapeFunctions};
+
+use super::build::{Rows, SERIAL_BELOW, rows};
+use super::{Clusters, inverse_radius};
+
+/// $\int\Psi_I\,m\,n\,\mathrm dA$ over each facet, in the direction in which the facet is stored.
+struct Facets<const D: usize> {
+    ends: Vec<usize>,
+    nodes: Vec<u32>,
+    sums: Vec<Point<D>>,
+    /// $\int m\,x_0 n_0\,\mathrm dA$: the facet's part in the measure of its cells.
+    volumes: Vec<f64>,
+    rcond: f64,
+}
+
+impl<const D: usize> Facets<D> {
+    fn get(&self, facet: usize) -> (&[u32], &[Point<D>]) {
+        let entries = if facet == 0 { 0..self.ends[0] } else { self.ends[facet - 1]..self.ends[facet] };
+        (&self.nodes[entries.clone()], &self.sums[entries])
+    }
+
+    /// Facets are integrated once, and each serves both its neighbours.
+    fn integrate<A: Approximation<D>>(
+        approximation: &A,
+        smoothing: &Smoothing<D>,
+        kinematics: &(impl Kinematics<D> + ?Sized),
+    ) -> Result<Self, ApproximationError> {
+        let count = smoothing.facet_points.len() / smoothing.points_per_facet.max(1);
+        let dimension = (1 + kinematics.hoops().len()) as f64;
+        let runs = map_ranges(count, SERIAL_BELOW, |range| -> Result<Self, ApproximationError> {
+            let mut facets = Facets {
+                ends: Vec::with_capacity(range.len()),
+                nodes: Vec::new(),
+                sums: Vec::new(),
+                volumes: Vec::with_capacity(range.len()),
+                rcond: 1.0,
+            };
+            let mut scratch = A::Scratch::default();
+            let mut psi = ShapeFunctions::default();
+            let mut list = List::default();
+            for facet in range.clone() {
+                let first = facet * smoothing.points_per_facet;
+                let mut volume = 0.0;
+                list.clear();
+                for point in first..first + smoothing.points_per_facet {
+                    let at = &smoothing.facet_points[point];
+                    approximation.evaluate_values(at, &mut scratch, &mut psi)?;
+                    facets.rcond = facets.rcond.min(psi.rcond);
+                    let area = smoothing.facet_areas[point] * kinematics.measure(at);
+                    volume += at[0] * area[0] / dimension;
+                    list.add(Point::zeros(), &psi.nodes, |a, sum| *sum += area * psi.values[a]);
+                }
+                facets.nodes.extend_from_slice(&list.nodes);
+                facets.sums.extend_from_slice(&list.sums);
+                facets.ends.push(facets.nodes.len());
+                facets.volumes.push(volume);
+                if facet == range.start {
+                    // As wide as the first one, and some.
+                    let width = list.nodes.len() + list.nodes.len() / 8;
+                    facets.nodes.reserve(width * range.len());
+                    facets.sums.reserve(width * range.len());
+                }
+            }
+            Ok(facets)
+        });
+        let mut runs = runs.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter();
+        let mut all = runs.next().unwrap_or(Facets {
+            ends: Vec::new(),
+            nodes: Vec::new(),
+            sums: Vec::new(),
+            volumes: Vec::new(),
+            rcond: 1.0,
+        });
+        for run in runs {
+            let entries = all.nodes.len();
+            all.nodes.extend(run.nodes);
+            all.sums.extend(run.sums);
+            all.volumes.extend(run.volumes);
+            all.ends.extend(run.ends.iter().map(|end| entries + end));
+            all.rcond = all.rcond.min(run.rcond);
+        }
+        Ok(all)
+    }
+}
+
+/// Nodes by rising index, each with a sum.
+struct List<T> {
+    nodes: Vec<u32>,
+    sums: Vec<T>,
+    merged_nodes: Vec<u32>,
+    merged_sums: Vec<T>,
+}
+
+impl<T> Default for List<T> {
+    fn default() -> Self {
+        List { nodes: Vec::new(), sums: Vec::new(), merged_nodes: Vec::new(), merged_sums: Vec::new() }
+    }
+}
+
+impl<T: Copy> List<T> {
+    fn clear(&mut self) {
+        self.nodes.clear();
+        self.sums.clear();
+    }
+
+    /// Adds to the sums of further nodes, also by rising index: `add(a, sum)` for the a-th of them.
+    #[inline(always)]
+    fn add(&mut self, zero: T, nodes: &[u32], add: impl Fn(usize, &mut T)) {
+        // Points of a facet mostly see the same particles, and so do facets of a cell.
+        if self.nodes != nodes {
+            self.merged_nodes.clear();
+            self.merged_sums.clear();
+            let (mut i, mut j) = (0, 0);
+            while i < self.nodes.len() && j < nodes.len() {
+                let (x, y) = (self.nodes[i], nodes[j]);
+                self.merged_nodes.push(x.min(y));
+                self.merged_sums.push(if x <= y { self.sums[i] } else { zero });
+                i += usize::from(x <= y);
+                j += usize::from(y <= x);
+            }
+            self.merged_nodes.extend_from_slice(&self.nodes[i..]);
+            self.merged_sums.extend_from_slice(&self.sums[i..]);
+            self.merged_nodes.extend_from_slice(&nodes[j..]);
+            self.merged_sums.resize(self.merged_nodes.len(), zero);
+            std::mem::swap(&mut self.nodes, &mut self.merged_nodes);
+            std::mem::swap(&mut self.sums, &mut self.merged_sums);
+        }
+        let mut place = 0;
+        for (a, &node) in nodes.iter().enumerate() {
+            while self.nodes[place] < node {
+                place += 1;
+            }
+            add(a, &mut self.sums[place]);
+        }
+    }
+}
+
+/// Rows of averaged gradients; see [`ShapeTable::smoothed`](super::ShapeTable::smoothed).
+pub(super) fn smoothed<const D: usize, A: Approximation<D>>(
+    approximation: &A,
+    smoothing: &Smoothing<D>,
+    kinematics: &(impl Kinematics<D> + ?Sized),
+) -> Result<(Rows, Clusters), Error> {
+    let hoops = kinematics.hoops();
+    let slots = D + usize::from(!hoops.is_empty());
+    let facets = Facets::integrate(approximation, smoothing, kinematics)?;
+    type Scratch<S, const D: usize> = (S, ShapeFunctions<D>, List<[f64; 4]>);
+    let (mut rows, clusters) = rows(
+        &smoothing.groups,
+        <Scratch<A::Scratch, D>>::default,
+        |(scratch, psi, list), cell, rows: &mut Rows| -> Result<(), Error> {
+            list.clear();
+            // The measure of the cell from the divergence theorem along axis 0, so that V and the
+            // gradients come from the same numbers.
+            let mut volume = 0.0;
+            for &(facet, sign) in &smoothing.cells[cell] {
+                let (nodes, sums) = facets.get(facet as usize);
+                volume += sign * facets.volumes[facet as usize];
+                list.add([0.0; 4], nodes, |a, sum| {
+                    for j in 0..D {
+                        sum[j] += sign * sums[a][j];
+                    }
+                });
+            }
+            if !hoops.is_empty() {
+                for (at, weight) in &smoothing.interior[cell] {
+                    // m/R has a limit on the axis: 2π for the measure 2πR.
+                    let mut off_axis = *at;
+                    if at[0] == 0.0 {
+                        off_axis[0] = 1e-8 * weight.abs().sqrt();
+                    }
+                    let measure = kinematics.measure(&off_axis);
+                    let inverse = inverse_radius(off_axis[0], at.as_slice(), measure)?;
+                    approximation.evaluate_values(at, scratch, psi)?;
+                    list.add([0.0; 4], &psi.nodes, |a, sum| {
+                        // m,R = (number of hoops) m / R for the measures 2πR and 4πR².
+                        let hoop = psi.values[a] * weight * measure * inverse;
+                        sum[0] -= hoops.len() as f64 * hoop;
+                        sum[D] += hoop;
+                    });
+                }
+            }
+            if !(volume > 0.0 && volume.is_finite()) {
+                return Err(GeometryError::InvertedCell { cell, measure: volume }.into());
+            }
+            let inverse = 1.0 / volume;
+            rows.nodes.extend_from_slice(&list.nodes);
+            for slot in 0..slots {
+                rows.gradients.extend(list.sums.iter().map(|sum| sum[slot] * inverse));
+            }
+            rows.weights.push(volume);
+            Ok(())
+        },
+    )?;
+    rows.rcond = rows.rcond.min(facets.rcond);
+    Ok((rows, clusters))
+}
