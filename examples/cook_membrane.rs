@@ -176,7 +176,10 @@ fn shape(out: &FilePath) -> Result<(), Box<dyn Error>> {
     Chart::new("Cook's membrane, 9 × 9 particles")
         .x("x [mm]")
         .y("y [mm]")
-        .with(Series::outlines("at rest", &support::grid_lines_at_rest(&problem.lattice)).colour(Colour::Grey))
+        .with(
+            Series::outlines("at rest", &support::grid_lines_at_rest(problem.lattice().expect("a lattice")))
+                .colour(Colour::Grey),
+        )
         .with(Series::outlines("", &support::grid_lines(&problem, state, 4)?).colour(Colour::Blue))
         .with(
             Series::markers("particles under load", &support::deformed(&problem, state)?)

@@ -119,7 +119,7 @@ fn picture(out: &FilePath, problem: &Problem<3>, state: &State) -> Result<(), Bo
     let ahead = Point::<3>::new(1.0, 2.0, -0.7).normalize();
     let right = ahead.cross(&Point::<3>::z()).normalize();
     let up = right.cross(&ahead);
-    let lattice = &problem.lattice;
+    let lattice = problem.lattice().expect("a scene on a block has a lattice");
     let outlines = |positions: &[Point<3>], shift: f64| {
         let mut facets: Vec<Vec<[f64; 2]>> = Vec::new();
         for axis in 0..3 {

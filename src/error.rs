@@ -56,6 +56,14 @@ pub enum GeometryError {
         /// The parts that exist.
         known: String,
     },
+    /// The cells can't serve what is asked of them.
+    #[error("{what}: these cells can't serve it, it needs {needed}")]
+    Unsuited {
+        /// What was asked.
+        what: &'static str,
+        /// What it needs.
+        needed: &'static str,
+    },
     /// The kinematics does not fit the domain.
     #[error("{what} at X = {at:?}: {remedy}")]
     Kinematics {

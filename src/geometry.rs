@@ -22,7 +22,8 @@ pub enum Side {
 /// The name of a boundary part.
 ///
 /// Lattices have the two faces of each axis of their unit cube; `Side::Min.into()` is the face of
-/// axis 0 (all there is in one dimension), `(1, Side::Max).into()` the upper face of axis 1.
+/// axis 0 (all there is in one dimension), `(1, Side::Max).into()` the upper face of axis 1. Drawn
+/// outlines have the names they were drawn with; `"hole".into()` is one.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Part {
     /// The face of a lattice at one end of an axis.
@@ -34,6 +35,14 @@ pub enum Part {
     },
     /// All of the boundary.
     Whole,
+    /// The lines and arcs drawn under a name.
+    Named(String),
+}
+
+impl From<&str> for Part {
+    fn from(name: &str) -> Self {
+        Part::Named(name.to_string())
+    }
 }
 
 impl From<Side> for Part {
@@ -53,6 +62,7 @@ impl fmt::Display for Part {
         match self {
             Part::Face { axis, side } => write!(f, "face ({axis}, {side:?})"),
             Part::Whole => write!(f, "whole boundary"),
+            Part::Named(name) => write!(f, "{name}"),
         }
     }
 }

@@ -39,7 +39,7 @@
 //! |---|---|---|
 //! | 0 | [`error`], [`geometry`], [`tensor`] | [`Domain`](geometry::Domain) |
 //! | 1 | [`kernel`], [`basis`], [`kinematics`], [`material`] | [`Kernel`](kernel::Kernel), [`Basis`](basis::Basis), [`Kinematics`](kinematics::Kinematics), [`Material`](material::Material), [`InvariantEnergy`](material::InvariantEnergy), [`VolumetricEnergy`](material::VolumetricEnergy) |
-//! | 2 | [`particles`], [`cells`], [`quadrature`] | |
+//! | 2 | [`particles`], [`cells`], [`quadrature`] | [`Cells`](cells::Cells) |
 //! | 3 | [`shape`] | [`Approximation`](shape::Approximation) |
 //! | 4 | [`table`] | |
 //! | 5 | [`term`] | [`Term`](term::Term), [`Integrand`](term::Integrand) |
@@ -119,7 +119,7 @@ pub mod prelude {
     pub use crate::basis::{Basis, Polynomial};
     #[cfg(feature = "solve")]
     pub use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
-    pub use crate::cells::{Lattice, Layout};
+    pub use crate::cells::{Cells, Lattice, Layout};
     pub use crate::error::Error;
     pub use crate::geometry::{Block, Domain, Mapped, Part, Point, Quadrilateral, Side};
     pub use crate::kernel::{CubicSpline, Gaussian, Kernel, QuinticSpline, WendlandC2};

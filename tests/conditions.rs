@@ -120,8 +120,8 @@ fn multipliers_and_transformation_agree_in_2d() {
         // Rows hold to the rounding of the elimination, whatever Newton does.
         prop_assert!(largest(&gap) <= 1e-12, "{:e}", largest(&gap));
         if recipe.at_particles {
-            for node in problem.lattice.boundary_nodes(&(1, Side::Max).into()).unwrap() {
-                let x = problem.lattice.positions()[node];
+            for node in problem.cells.boundary_nodes(&(1, Side::Max).into()).unwrap() {
+                let x = problem.cells.positions()[node];
                 let u = problem.displacement(&state, &x).unwrap();
                 // The value at a particle, not its coefficient, is what is prescribed; as above.
                 prop_assert!((u[0] - pull * (x[0] - 1.5)).abs() <= 1e-12);
@@ -212,7 +212,7 @@ fn linear_fields_over_the_whole_boundary_are_the_solution_within() {
             .prescribe_field(Part::Whole, 1, move |x| field(x)[1]);
         let scheme = scheme(&Recipe { at_particles: false, ..*recipe }, [6], random);
         let (problem, state) = strategies_agree(&scene, &scheme)?;
-        for x in problem.lattice.positions() {
+        for x in problem.cells.positions() {
             let error = (problem.displacement(&state, x).unwrap() - field(x)).amax();
             // Integration and rows are consistent, so the field solves the equations to rounding.
             prop_assert!(error <= 1e-11, "{error:e}");

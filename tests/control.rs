@@ -116,7 +116,7 @@ fn thin_sheets_are_led_by_their_deflection() {
 fn a_displacement_at_a_point_can_be_prescribed_by_the_load() {
     let problem = disk(0.1).discretize(&Scheme::default().particles([11, 2])).unwrap();
     let psi = {
-        let lattice = &problem.lattice;
+        let lattice = &problem.cells;
         let rk = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
         rk.shape_functions(&[0.0, 0.0].into()).unwrap()
     };

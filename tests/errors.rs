@@ -549,7 +549,7 @@ fn first_guesses() {
     run(rest(&problem)).unwrap().completed().unwrap();
     // Mirrored about x = 0: J = −1 everywhere.
     let mut inverted = rest(&problem);
-    for (d, x) in inverted.displacement.chunks_exact_mut(2).zip(problem.lattice.positions()) {
+    for (d, x) in inverted.displacement.chunks_exact_mut(2).zip(problem.cells.positions()) {
         d[0] = -2.0 * x[0];
     }
     let error = run(inverted).unwrap_err();
@@ -558,7 +558,7 @@ fn first_guesses() {
     says(&error, &["J = -", "at X = [", "zero displacement is one"]);
     // Inverted at one particle alone: the place is near it.
     let mut pinched = rest(&problem);
-    let corner = problem.lattice.node([4, 3]);
+    let corner = problem.lattice().unwrap().node([4, 3]);
     pinched.displacement[2 * corner] = -3.0;
     let error = run(pinched).unwrap_err();
     let Error::Solve(SolveError::InvertedStart { at, .. }) = &error else { panic!("{error:?}") };
@@ -586,7 +586,7 @@ fn first_guesses() {
     let path = run(bad).unwrap();
     assert!(matches!(path.ending, Ending::Stalled(_)) && path.steps.is_empty(), "{:?}", path.ending);
     // A model without terms.
-    let empty = Model::<2>::new(problem.lattice.positions().to_vec());
+    let empty = Model::<2>::new(problem.cells.positions().to_vec());
     refused!(
         Analysis::default().run(&empty, &Constraints::new(), &mut ()).unwrap_err(),
         Error::Solve(SolveError::Empty { what: "terms", .. }),

@@ -26,7 +26,7 @@ fn a_rigid_turn_of_both_ends_turns_the_body() -> Result<(), rkpm::Error> {
         let scheme = Scheme::default().particles([4, 5]).rows(rows).stepping(Stepping::equal(8));
         let problem = turned(PI)?.discretize(&scheme)?;
         let path = problem.run(&mut ())?.completed()?;
-        for (x, u) in problem.lattice.positions().iter().zip(problem.particle_displacements(path.last())?) {
+        for (x, u) in problem.cells.positions().iter().zip(problem.particle_displacements(path.last())?) {
             assert!((u + 2.0 * x).norm() < 1e-10, "{rows:?}: {x} moved by {u}");
         }
         assert!(problem.energy(path.last()) < 1e-15);

@@ -101,8 +101,7 @@ fn full_transformation_interpolates_and_agrees() {
         .point_load([2.0, 1.0], [0.0, 0.05]);
     let mut problem = scene.discretize(&scheme).unwrap();
     let mixed = problem.run(&mut ()).unwrap().completed().unwrap();
-    let rk =
-        ReproducingKernel::new(problem.lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let rk = ReproducingKernel::new(problem.cells.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
     problem.analysis.enforcement = Box::new(FullTransformation::new(&rk).unwrap());
     let full = problem.run(&mut ()).unwrap().completed().unwrap();
     // One space, one solution: the tolerance of Newton and rounding of the dense inverse.

@@ -256,7 +256,7 @@ impl Integrand for Bedding {
 fn a_users_integrand_joins_the_terms_of_a_scene() {
     let run = |bedding: Option<f64>, own: bool| {
         let mut problem = tube(yeoh(), 0.1).discretize(&Scheme::default().particles([9])).unwrap();
-        let wall = &problem.lattice;
+        let wall = problem.lattice().unwrap();
         let rk = ReproducingKernel::new(wall.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
         let outside = wall.boundary(&Side::Max.into(), 1, 1).unwrap().points;
         let table = ShapeTable::new(&rk, &outside, &RadialCylinder).unwrap();

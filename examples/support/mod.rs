@@ -58,7 +58,7 @@ fn csv_lines(text: &str) -> impl Iterator<Item = &str> {
 /// Current positions of all particles: reference positions and displacements.
 pub fn deformed<const D: usize>(problem: &Problem<D>, state: &State) -> Result<Vec<Point<D>>, Error> {
     let moves = problem.particle_displacements(state)?;
-    Ok(problem.lattice.positions().iter().zip(&moves).map(|(x, u)| x + u).collect())
+    Ok(problem.cells.positions().iter().zip(&moves).map(|(x, u)| x + u).collect())
 }
 
 /// Current courses of the lines of particles along all axes: what a drawn grid on the body would turn
@@ -68,7 +68,7 @@ pub fn grid_lines<const D: usize>(
     state: &State,
     parts: usize,
 ) -> Result<Vec<Vec<Point<D>>>, Error> {
-    let fine = problem.lattice.refined(parts)?;
+    let fine = problem.lattice().expect("a scene on a domain has a lattice").refined(parts)?;
     let counts = fine.counts();
     let mut lines = Vec::new();
     for axis in 0..D {
@@ -107,7 +107,7 @@ pub fn grid_lines_at_rest<const D: usize>(lattice: &Lattice<D>) -> Vec<Vec<Point
 
 /// Particles and the cells between them in their current positions, with the displacement as a field.
 pub fn vtk_grid<const D: usize>(problem: &Problem<D>, state: &State) -> Result<VtkGrid, Error> {
-    let lattice = &problem.lattice;
+    let lattice = problem.lattice().expect("a scene on a domain has a lattice");
     let cells = (0..lattice.cell_count()).map(|cell| {
         let base = multi_index(cell, lattice.cell_counts());
         // VTK runs around a face where a lattice counts along its axes.

@@ -44,6 +44,13 @@ pub struct Zones {
     pub offsets: Vec<usize>,
 }
 
+impl Zones {
+    /// Each of `count` cells a zone of its own.
+    pub fn single(count: usize) -> Self {
+        Zones { cells: (0..count as u32).collect(), offsets: (0..=count).collect() }
+    }
+}
+
 /// A lattice of nodes, axis 0 running fastest, and the cells between neighbouring nodes.
 ///
 /// Cells are intervals, straight-edged quadrilaterals and bricks with bilinear faces.

@@ -1,4 +1,4 @@
-//! Smoothed sub-cells and boundary cells of a lattice, sharing their facet points.
+//! Smoothed sub-cells and boundary cells, sharing their facet points.
 
 use crate::error::GeometryError;
 use crate::geometry::{Part, Point, Side};
@@ -26,10 +26,64 @@ pub struct Smoothing<const D: usize> {
     pub groups: Vec<usize>,
 }
 
-/// Boundary facets of a lattice with the linear hat functions $\Theta_J$ of the particles on them.
+impl<const D: usize> Smoothing<D> {
+    /// Coordinate measures of the sub-cells \[length^d\], $V = \frac1D\oint x\cdot n\,\mathrm dA$.
+    pub fn volumes(&self) -> Vec<f64> {
+        let volume = |facets: &Vec<(u32, f64)>| {
+            let flux = |&(facet, sign): &(u32, f64)| -> f64 {
+                let first = facet as usize * self.points_per_facet;
+                let points = first..first + self.points_per_facet;
+                points.map(|p| sign * self.facet_points[p].dot(&self.facet_areas[p])).sum()
+            };
+            facets.iter().map(flux).sum::<f64>() / D as f64
+        };
+        self.cells.iter().map(volume).collect()
+    }
+
+    /// One point for each sub-cell at the given positions, weighted by the sub-cell's measure.
+    pub fn nodal(&self, positions: &[Point<D>]) -> Points<D> {
+        Points {
+            positions: positions.to_vec(),
+            weights: self.volumes(),
+            normals: Vec::new(),
+            groups: (0..=self.cells.len()).collect(),
+        }
+    }
+
+    /// Sub-cells of one owner joined, in the order of owners, each in a group of its own; facets inside the unions
+    /// drop out. `owners` has one entry per sub-cell, `centres` one point per owner.
+    pub(crate) fn merged(mut self, owners: &[u32], centres: &[Point<D>]) -> Self {
+        let mut cells: Vec<Vec<(u32, f64)>> = vec![Vec::new(); centres.len()];
+        let mut interior: Vec<Vec<(Point<D>, f64)>> = vec![Vec::new(); centres.len()];
+        for ((facets, points), &owner) in self.cells.iter().zip(&self.interior).zip(owners) {
+            cells[owner as usize].extend(facets);
+            interior[owner as usize].extend(points);
+        }
+        for facets in &mut cells {
+            facets.sort_unstable_by_key(|f| f.0);
+            // Both sides of a facet inside a union have its signs −1 and 1.
+            let mut kept: Vec<(u32, f64)> = Vec::with_capacity(facets.len());
+            for &(facet, sign) in facets.iter() {
+                if kept.last().is_some_and(|last| last.0 == facet) {
+                    kept.pop();
+                } else {
+                    kept.push((facet, sign));
+                }
+            }
+            *facets = kept;
+        }
+        self.groups = (0..=cells.len()).collect();
+        self.cells = cells;
+        self.interior = interior;
+        self.centres = centres.to_vec();
+        self
+    }
+}
+
+/// Boundary facets with the linear hat functions $\Theta_J$ of the particles on them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoundaryCells<const D: usize> {
-    /// Points, weights and outward normals, grouped by facet of the particle lattice.
+    /// Points, weights and outward normals, grouped by facet between particles.
     pub points: Points<D>,
     /// At each point the particles with a nonzero hat, and its value.
     pub hats: Vec<Vec<(u32, f64)>>,
@@ -104,6 +158,23 @@ impl<const D: usize> Lattice<D> {
             smoothing.groups.push(smoothing.cells.len());
         }
         Ok(smoothing)
+    }
+
+    /// One cell around each particle, the union of the $2^D$ halves of its cells that touch it; in the order of
+    /// particles, each in a group of its own.
+    ///
+    /// # Errors
+    /// For an impossible number of points.
+    pub fn dual(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError> {
+        let zones = self.zones(1);
+        let halves = self.smoothing(2, gauss, &zones)?;
+        // Sub-cells run like corners: sub-cell k of a cell touches its corner k.
+        let owners: Vec<u32> = zones
+            .cells
+            .iter()
+            .flat_map(|&cell| self.corner_nodes(cell as usize).into_iter().take(1 << D).map(|n| n as u32))
+            .collect();
+        Ok(halves.merged(&owners, self.positions()))
     }
 
     /// The facets of a boundary part, each cut into `parts` per direction with `gauss` points per

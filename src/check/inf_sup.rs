@@ -54,7 +54,7 @@ pub struct InfSup {
 /// ```
 pub fn inf_sup<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<InfSup, Error> {
     let problem = scene.without_conditions().hold(Part::Whole).discretize(scheme)?;
-    let nodes = problem.lattice.positions().len();
+    let nodes = problem.cells.positions().len();
     check_size("particles of the inf-sup test", nodes)?;
     let table = problem.body.table();
     let pressures = Pressures::of(&problem.body);

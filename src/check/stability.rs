@@ -62,7 +62,7 @@ pub struct Stability {
 /// ```
 pub fn spurious_modes<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Stability, Error> {
     let problem = scene.without_conditions().discretize(scheme)?;
-    let positions = problem.lattice.positions();
+    let positions = problem.cells.positions();
     let unknowns = positions.len() * D;
     check_size("unknowns of the test for spurious modes", unknowns)?;
 
@@ -74,7 +74,7 @@ pub fn spurious_modes<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Resu
     let mut rule = DMatrix::zeros(unknowns, unknowns);
     tangent_of(problem.body.table().clone(), &mut rule);
     let mut reference = DMatrix::zeros(unknowns, unknowns);
-    for points in portions(&problem.lattice.gauss(REFERENCE_POINTS)?) {
+    for points in portions(&problem.cells.gauss(REFERENCE_POINTS)?) {
         tangent_of(problem.approximation.tabulate(&points, &*scene.kinematics)?, &mut reference);
     }
 

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use crate::assembly::Model;
 use crate::basis::Polynomial;
 use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation, Motion};
-use crate::cells::{Lattice, Layout};
+use crate::cells::{Cells, Lattice, Layout};
 use crate::error::{BoundaryError, Error, GeometryError};
-use crate::geometry::{Part, Point};
+use crate::geometry::{Domain, Part, Point};
 use crate::kernel::Kernel;
 use crate::linear::Direct;
 use crate::material::Material;
@@ -19,7 +19,7 @@ use crate::term::{Amplitude, Body, DeadLoad, FollowerPressure, Pointwise, Pressu
 
 use super::problem::Evaluate;
 use super::scheme::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule, Scheme, Volume};
-use super::{LoadKind, Place, Problem, Scene, Value};
+use super::{LoadKind, Place, Problem, Region, Scene, Value};
 
 /// Rows up to which the mixed transformation is the default: beyond, its dense faces cost more than multipliers.
 const TRANSFORMATION_ROWS: usize = 600;
@@ -32,10 +32,13 @@ struct FacetRule {
 }
 
 pub(super) fn discretize<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Problem<D>, Error> {
-    let lattice = Lattice::new(&*scene.domain, counts(scene, scheme)?, &scheme.layout)?;
+    let cells: Arc<dyn Cells<D>> = match &scene.region {
+        Region::Domain(domain) => Arc::new(Lattice::new(&**domain, counts(&**domain, scheme)?, &scheme.layout)?),
+        Region::Cells(cells) => cells.clone(),
+    };
     match scheme.functions {
-        Functions::Particles => particles(scene, scheme, lattice),
-        Functions::Elements => elements(scene, scheme, lattice),
+        Functions::Particles => particles(scene, scheme, cells),
+        Functions::Elements => elements(scene, scheme, cells),
     }
 }
 
@@ -46,11 +49,11 @@ struct Tables<'a, const D: usize> {
 }
 
 /// Reproducing kernel particles.
-fn particles<const D: usize>(scene: &Scene<D>, scheme: &Scheme, lattice: Lattice<D>) -> Result<Problem<D>, Error> {
+fn particles<const D: usize>(scene: &Scene<D>, scheme: &Scheme, cells: Arc<dyn Cells<D>>) -> Result<Problem<D>, Error> {
     let particles = match scheme.dilation {
-        Dilation::Auto => lattice.particles(default_dilation::<D>(scheme.order))?,
-        Dilation::Local(r) => lattice.particles(r)?,
-        Dilation::Global(r) => lattice.particles_global(r)?,
+        Dilation::Auto => cells.particles(default_dilation::<D>(scheme.order))?,
+        Dilation::Local(r) => cells.particles(r)?,
+        Dilation::Global(r) => cells.particles_global(r)?,
     };
     let mut approximation: ReproducingKernel<D, Arc<dyn Kernel>, Polynomial<D>> =
         ReproducingKernel::new(particles, scheme.kernel.clone(), Polynomial::new(scheme.order))?;
@@ -58,30 +61,30 @@ fn particles<const D: usize>(scene: &Scene<D>, scheme: &Scheme, lattice: Lattice
         approximation = approximation.with_rcond_limit(limit);
     }
     let kinematics = &*scene.kinematics;
-    let (table, facets, field) = body_table(scene, scheme, &lattice, &approximation)?;
+    let (table, facets, field) = body_table(scene, scheme, &*cells, &approximation)?;
     let body = Body::new(table, scene.material.clone(), field);
     let tables = Tables {
         boundary: &|part| {
-            let points = lattice.boundary(part, facets.parts, facets.gauss)?.points;
+            let points = cells.boundary(part, facets.parts, facets.gauss)?.points;
             ShapeTable::new(&approximation, &points, kinematics)
         },
         body: &|| {
-            let points = lattice.gauss(2 + usize::from(scheme.order > 1))?;
+            let points = cells.gauss(2 + usize::from(scheme.order > 1))?;
             ShapeTable::new(&approximation, &points, kinematics)
         },
     };
-    let model = model(scene, body, &lattice, &approximation, &tables)?;
+    let model = model(scene, body, &*cells, &approximation, &tables)?;
     let over_boundary = match scheme.rows {
         RowKind::Auto => D > 1,
         RowKind::AtParticles => false,
         RowKind::OverBoundary => true,
     };
-    let rows = rows(scene, &lattice, &approximation, over_boundary.then_some(facets))?;
-    finish(scheme, model, rows, lattice, Box::new(approximation))
+    let rows = rows(scene, &*cells, &approximation, over_boundary.then_some(facets))?;
+    finish(scheme, model, rows, cells, Box::new(approximation))
 }
 
 /// Finite elements on the same lattice.
-fn elements<const D: usize>(scene: &Scene<D>, scheme: &Scheme, lattice: Lattice<D>) -> Result<Problem<D>, Error> {
+fn elements<const D: usize>(scene: &Scene<D>, scheme: &Scheme, cells: Arc<dyn Cells<D>>) -> Result<Problem<D>, Error> {
     if scheme.rows == RowKind::OverBoundary {
         return Err(BoundaryError::Unsuitable {
             enforcement: "rows over boundaries",
@@ -90,7 +93,7 @@ fn elements<const D: usize>(scene: &Scene<D>, scheme: &Scheme, lattice: Lattice<
         .into());
     }
     let order = usize::from(scheme.order);
-    let elements = FiniteElements::new(lattice.clone(), order)?;
+    let elements = FiniteElements::new(lattice_of(&*cells, "finite elements")?.clone(), order)?;
     let kinematics = &*scene.kinematics;
     let points = match &scheme.rule {
         Rule::Auto => order + 1,
@@ -116,9 +119,9 @@ fn elements<const D: usize>(scene: &Scene<D>, scheme: &Scheme, lattice: Lattice<
         boundary: &|part| ShapeTable::of_elements(&elements, &elements.boundary(part, points)?, kinematics),
         body: &|| ShapeTable::of_elements(&elements, &elements.gauss(points)?, kinematics),
     };
-    let model = model(scene, body, &lattice, &elements, &tables)?;
-    let rows = rows(scene, &lattice, &elements, None)?;
-    finish(scheme, model, rows, lattice, Box::new(elements))
+    let model = model(scene, body, &*cells, &elements, &tables)?;
+    let rows = rows(scene, &*cells, &elements, None)?;
+    finish(scheme, model, rows, cells, Box::new(elements))
 }
 
 type SceneModel<const D: usize> = (Model<D>, Arc<Body<D, Arc<dyn Material>>>);
@@ -127,19 +130,19 @@ type SceneModel<const D: usize> = (Model<D>, Arc<Body<D, Arc<dyn Material>>>);
 fn model<const D: usize, A: Approximation<D>>(
     scene: &Scene<D>,
     body: Body<D, Arc<dyn Material>>,
-    lattice: &Lattice<D>,
+    cells: &dyn Cells<D>,
     approximation: &A,
     tables: &Tables<'_, D>,
 ) -> Result<SceneModel<D>, Error> {
     let body = Arc::new(body);
-    let mut model = Model::new(lattice.positions().to_vec());
+    let mut model = Model::new(cells.positions().to_vec());
     model.add(body.clone());
     for load in &scene.loads {
         let table = match &load.place {
             Place::Part(part) => (tables.boundary)(part)?,
             // A point load is a force already: it takes no measure.
             Place::Particle(at) => {
-                if !lattice.contains(at) {
+                if !cells.contains(at) {
                     let what = load.label.clone();
                     return Err(BoundaryError::Outside { what, at: at.as_slice().to_vec() }.into());
                 }
@@ -165,7 +168,7 @@ fn finish<const D: usize>(
     scheme: &Scheme,
     (model, body): SceneModel<D>,
     rows: Constraints,
-    lattice: Lattice<D>,
+    cells: Arc<dyn Cells<D>>,
     approximation: Box<dyn Evaluate<D>>,
 ) -> Result<Problem<D>, Error> {
     let transform = match scheme.enforcing {
@@ -180,7 +183,19 @@ fn finish<const D: usize>(
     };
     analysis.newton = scheme.newton;
     analysis.stepping = scheme.stepping;
-    Ok(Problem { model, rows, analysis, body, lattice, approximation })
+    Ok(Problem { model, rows, analysis, body, cells, approximation })
+}
+
+/// The lattice of the cells, for what needs one.
+fn lattice_of<'a, const D: usize>(
+    cells: &'a dyn Cells<D>,
+    what: &'static str,
+) -> Result<&'a Lattice<D>, GeometryError> {
+    cells.lattice().ok_or_else(|| no_lattice(what))
+}
+
+fn no_lattice(what: &'static str) -> GeometryError {
+    GeometryError::Unsuited { what, needed: "a lattice: make the scene with Scene::new on a block or mapped block" }
 }
 
 /// The default normalised dilation: best value for work by measurement.
@@ -194,7 +209,7 @@ fn default_dilation<const D: usize>(order: u8) -> f64 {
 }
 
 /// Particles along each axis.
-fn counts<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<[usize; D], Error> {
+fn counts<const D: usize>(domain: &dyn Domain<D>, scheme: &Scheme) -> Result<[usize; D], Error> {
     match &scheme.resolution {
         Resolution::Counts(counts) => per_axis(counts, "particle counts"),
         Resolution::Spacing(spacing) => {
@@ -212,11 +227,11 @@ fn counts<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<[usize; D
                 for edge in 0..1usize << D {
                     let corner = Point::<D>::from_fn(|i, _| if i == axis { 0.0 } else { ((edge >> i) & 1) as f64 });
                     let mut length = 0.0;
-                    let mut before = scene.domain.position(&corner);
+                    let mut before = domain.position(&corner);
                     for piece in 1..=16 {
                         let mut at = corner;
                         at[axis] = piece as f64 / 16.0;
-                        let next = scene.domain.position(&at);
+                        let next = domain.position(&at);
                         length += (next - before).norm();
                         before = next;
                     }
@@ -242,14 +257,15 @@ fn per_axis<const D: usize>(given: &[usize], what: &'static str) -> Result<[usiz
 fn body_table<const D: usize, A: Approximation<D>>(
     scene: &Scene<D>,
     scheme: &Scheme,
-    lattice: &Lattice<D>,
+    cells: &dyn Cells<D>,
     approximation: &A,
 ) -> Result<(ShapeTable<D>, FacetRule, PressureField), Error> {
     // The quadratic basis asks for one sub-cell or point more per direction.
     let more = usize::from(scheme.order > 1);
-    let thick = lattice.cell_counts().iter().all(|&c| c > 1);
     let (field, size) = match scheme.volume {
-        Volume::Auto if thick => (PressureField::Linear, 2),
+        // One point for each particle: a pressure there is one constraint for two unknowns already.
+        Volume::Auto if matches!(scheme.rule, Rule::Scni | Rule::Nodal) => (PressureField::Pointwise, 1),
+        Volume::Auto if !cells.is_thin() => (PressureField::Linear, 2),
         Volume::Auto => (PressureField::Constant, 1),
         Volume::Field { field, size } => (field, size),
     };
@@ -257,41 +273,55 @@ fn body_table<const D: usize, A: Approximation<D>>(
     match &scheme.rule {
         Rule::Auto if D == 1 => {
             // Gauss points over whole zones, which end at particles.
-            let points = lattice.coarsened(size).gauss(5 + more)?;
+            let points = match cells.lattice() {
+                Some(lattice) => lattice.coarsened(size).gauss(5 + more)?,
+                None => cells.gauss_in(5 + more, &cells.zones(size))?,
+            };
             let table = ShapeTable::new(approximation, &points, kinematics)?;
             Ok((table, FacetRule { parts: 1, gauss: 1 }, field))
         }
         Rule::Auto | Rule::Smoothed { .. } => {
             let parts = if let Rule::Smoothed { parts } = scheme.rule { parts } else { 2 + more };
             let gauss = 2 + more;
-            let smoothing = lattice.smoothing(parts, gauss, &lattice.zones(size))?;
+            let smoothing = cells.smoothing(parts, gauss, &cells.zones(size))?;
             let table = ShapeTable::smoothed(approximation, &smoothing, kinematics)?;
             Ok((table, FacetRule { parts, gauss }, field))
         }
+        Rule::Scni => {
+            let gauss = 2 + more;
+            let table = ShapeTable::smoothed(approximation, &cells.dual(gauss)?, kinematics)?;
+            Ok((table, FacetRule { parts: 2, gauss }, field))
+        }
+        Rule::Nodal => {
+            let gauss = 2 + more;
+            let points = cells.dual(gauss)?.nodal(cells.positions());
+            let table = ShapeTable::new(approximation, &points, kinematics)?;
+            Ok((table, FacetRule { parts: 2, gauss }, field))
+        }
         Rule::Gauss { zones, points } => {
-            let per_cell = zones.is_none();
-            let zone_counts: [usize; D] = match zones {
-                Some(zones) => per_axis(zones, "integration zones")?,
-                None => lattice.cell_counts(),
-            };
-            if zone_counts.contains(&0) {
-                return Err(GeometryError::Count {
-                    what: "integration zones",
-                    count: 0,
-                    needed: "at least 1 is needed",
+            let (gauss, points) = match (zones, &scene.region) {
+                (None, _) => {
+                    // Two particles per direction and cell, and two more.
+                    let points = points.unwrap_or(4);
+                    (cells.gauss_in(points, &cells.zones(size))?, points)
                 }
-                .into());
-            }
-            let points = points.unwrap_or_else(|| {
-                let cells = lattice.cell_counts();
-                (0..D).map(|i| cells[i].div_ceil(zone_counts[i]) + 3).max().unwrap_or(5)
-            });
-            let gauss = if per_cell {
-                lattice.gauss_in(points, &lattice.zones(size))?
-            } else {
                 // Equal zones of the domain, whatever the particles.
-                let zones = Lattice::new(&*scene.domain, zone_counts.map(|z| z + 1), &Layout::Regular)?;
-                zones.gauss(points)?
+                (Some(zones), Region::Domain(domain)) => {
+                    let counts: [usize; D] = per_axis(zones, "integration zones")?;
+                    if counts.contains(&0) {
+                        return Err(GeometryError::Count {
+                            what: "integration zones",
+                            count: 0,
+                            needed: "at least 1 is needed",
+                        }
+                        .into());
+                    }
+                    let along = lattice_of(cells, "integration zones")?.cell_counts();
+                    let default = (0..D).map(|i| along[i].div_ceil(counts[i]) + 3).max().unwrap_or(5);
+                    let points = points.unwrap_or(default);
+                    (Lattice::new(&**domain, counts.map(|z| z + 1), &Layout::Regular)?.gauss(points)?, points)
+                }
+                (Some(_), Region::Cells(_)) => return Err(no_lattice("equal integration zones").into()),
             };
             let table = ShapeTable::new(approximation, &gauss, kinematics)?;
             Ok((table, FacetRule { parts: 1, gauss: points }, field))
@@ -315,7 +345,7 @@ impl<const D: usize> crate::kinematics::Kinematics<D> for Unmeasured {
 /// Rows over boundaries with the given facet rule, or at particles without one.
 fn rows<const D: usize, A: Approximation<D>>(
     scene: &Scene<D>,
-    lattice: &Lattice<D>,
+    cells: &dyn Cells<D>,
     approximation: &A,
     facets: Option<FacetRule>,
 ) -> Result<Constraints, Error> {
@@ -324,8 +354,10 @@ fn rows<const D: usize, A: Approximation<D>>(
         let (component, amplitude, label) = (condition.component, &condition.amplitude, condition.label.as_str());
         let nodes = match (&condition.place, facets) {
             (Place::Part(part), Some(facets)) => {
-                for part in single_faces::<D>(part) {
-                    let cells = lattice.boundary(&part, facets.parts, facets.gauss)?;
+                // One by one, so that each part claims its corners in turn.
+                let parts = if *part == Part::Whole { cells.boundary_parts() } else { vec![part.clone()] };
+                for part in parts {
+                    let cells = cells.boundary(&part, facets.parts, facets.gauss)?;
                     let kinematics = &*scene.kinematics;
                     match &condition.value {
                         Value::Field(field) => {
@@ -347,8 +379,8 @@ fn rows<const D: usize, A: Approximation<D>>(
                 }
                 continue;
             }
-            (Place::Part(part), None) => lattice.boundary_nodes(part)?,
-            (Place::Particle(at), _) => vec![particle_at(lattice, at, label)?],
+            (Place::Part(part), None) => cells.boundary_nodes(part)?,
+            (Place::Particle(at), _) => vec![particle_at(cells, at, label)?],
             (Place::Body, _) => continue,
         };
         match &condition.value {
@@ -367,26 +399,14 @@ fn along<const D: usize>(motion: &Motion<D>, amplitude: &Amplitude) -> Motion<D>
     Arc::new(move |x, load| motion(x, amplitude.evaluate(load).0))
 }
 
-/// The faces of a part one by one, so that each claims its corners in turn.
-fn single_faces<const D: usize>(part: &Part) -> Vec<Part> {
-    match part {
-        Part::Whole => (0..D)
-            .flat_map(|axis| {
-                [crate::geometry::Side::Min, crate::geometry::Side::Max].map(|side| Part::Face { axis, side })
-            })
-            .collect(),
-        other => vec![other.clone()],
-    }
-}
-
 /// The particle that lies at a point, to a thousandth of its spacing.
-fn particle_at<const D: usize>(lattice: &Lattice<D>, at: &Point<D>, label: &str) -> Result<usize, Error> {
-    let distance = |node: usize| (lattice.positions()[node] - at).norm();
-    let nearest = (0..lattice.positions().len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
-    if distance(nearest) <= 1e-3 * lattice.local_spacing(nearest).norm() {
+fn particle_at<const D: usize>(cells: &dyn Cells<D>, at: &Point<D>, label: &str) -> Result<usize, Error> {
+    let distance = |node: usize| (cells.positions()[node] - at).norm();
+    let nearest = (0..cells.positions().len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
+    if distance(nearest) <= 1e-3 * cells.local_spacing(nearest) {
         Ok(nearest)
     } else {
-        let nearest = lattice.positions()[nearest].as_slice().to_vec();
+        let nearest = cells.positions()[nearest].as_slice().to_vec();
         Err(BoundaryError::Empty { what: label.to_string(), nearest }.into())
     }
 }

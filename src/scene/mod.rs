@@ -27,6 +27,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use crate::boundary::Motion;
+use crate::cells::Cells;
 use crate::error::{BoundaryError, Error, GeometryError};
 use crate::geometry::{Domain, Part, Point};
 use crate::kinematics::Kinematics;
@@ -85,13 +86,20 @@ enum Last {
     Load,
 }
 
+/// What is discretised: the image of a unit cube, or whatever hands out its own cells.
+#[derive(Clone)]
+pub(crate) enum Region<const D: usize> {
+    Domain(Arc<dyn Domain<D>>),
+    Cells(Arc<dyn Cells<D>>),
+}
+
 /// What is to be solved: domain, kinematics, material, conditions and loads by boundary part.
 ///
 /// Loads and prescribed values follow the load factor $\lambda \in [0, 1]$ as a ramp unless
 /// [`with_amplitude`](Scene::with_amplitude) says otherwise.
 #[derive(Clone)]
 pub struct Scene<const D: usize> {
-    pub(crate) domain: Arc<dyn Domain<D>>,
+    pub(crate) region: Region<D>,
     pub(crate) kinematics: Arc<dyn Kinematics<D>>,
     pub(crate) material: Arc<dyn Material>,
     pub(crate) conditions: Vec<Condition<D>>,
@@ -106,8 +114,21 @@ impl<const D: usize> Scene<D> {
         kinematics: impl Kinematics<D> + 'static,
         material: impl Material + 'static,
     ) -> Self {
+        Scene::of(Region::Domain(Arc::new(domain)), kinematics, material)
+    }
+
+    /// A free, unloaded body over given particles and cells; the scheme's resolution and layout are left out.
+    pub fn over(
+        cells: Arc<dyn Cells<D>>,
+        kinematics: impl Kinematics<D> + 'static,
+        material: impl Material + 'static,
+    ) -> Self {
+        Scene::of(Region::Cells(cells), kinematics, material)
+    }
+
+    fn of(region: Region<D>, kinematics: impl Kinematics<D> + 'static, material: impl Material + 'static) -> Self {
         Scene {
-            domain: Arc::new(domain),
+            region,
             kinematics: Arc::new(kinematics),
             material: Arc::new(material),
             conditions: Vec::new(),
@@ -249,7 +270,9 @@ impl<const D: usize> Scene<D> {
 
     /// Refuses conditions and loads that no scheme could serve.
     fn validate(&self) -> Result<(), Error> {
-        self.domain.validate()?;
+        if let Region::Domain(domain) = &self.region {
+            domain.validate()?;
+        }
         for condition in &self.conditions {
             condition.amplitude.validate()?;
             if condition.component >= D {

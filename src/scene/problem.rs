@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 
 use crate::assembly::Model;
 use crate::boundary::Constraints;
-use crate::cells::Lattice;
+use crate::cells::{Cells, Lattice};
 use crate::error::{ApproximationError, Error};
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
@@ -65,12 +65,17 @@ pub struct Problem<const D: usize> {
     pub analysis: Analysis,
     /// The body, also the first term of the model.
     pub body: Arc<Body<D, Arc<dyn Material>>>,
-    /// The lattice of particles.
-    pub lattice: Lattice<D>,
+    /// The particles and the cells between them.
+    pub cells: Arc<dyn Cells<D>>,
     pub(crate) approximation: Box<dyn Evaluate<D>>,
 }
 
 impl<const D: usize> Problem<D> {
+    /// The lattice of particles, where they are on one.
+    pub fn lattice(&self) -> Option<&Lattice<D>> {
+        self.cells.lattice()
+    }
+
     /// Runs the analysis from rest to load factor 1.
     ///
     /// # Errors
@@ -84,7 +89,7 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// Where the point lies outside the body by more than a tenth of a cell, though supports reach there.
     pub fn displacement(&self, state: &State, at: &Point<D>) -> Result<Point<D>, Error> {
-        if !self.lattice.contains(at) {
+        if !self.cells.contains(at) {
             return Err(ApproximationError::Outside { at: at.as_slice().to_vec() }.into());
         }
         Ok(weighted(&self.approximation.shape_functions_at(at)?, state))
@@ -95,7 +100,7 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// Where a particle is not covered.
     pub fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
-        let particles = 0..self.lattice.positions().len();
+        let particles = 0..self.cells.positions().len();
         particles.map(|p| Ok(weighted(&self.approximation.values_at_node(p)?, state))).collect()
     }
 
@@ -144,7 +149,7 @@ impl<const D: usize> Problem<D> {
                 for &(k, c) in &row.entries {
                     // The coefficients X + d reproduce the current position exactly.
                     let node = k / D;
-                    let x = |m: usize| self.lattice.positions()[node][m] + state.displacement[node * D + m];
+                    let x = |m: usize| self.cells.positions()[node][m] + state.displacement[node * D + m];
                     if k % D == j {
                         moment -= mu * c * x(i);
                     } else if k % D == i {

@@ -47,6 +47,13 @@ pub enum Rule {
         /// Sub-cells per direction; one alone has spurious modes.
         parts: usize,
     },
+    /// Stabilised conforming nodal integration: gradients averaged over one cell around each particle
+    /// ([`Cells::dual`](crate::cells::Cells::dual)). Passes the patch test; weak modes remain, and pressures
+    /// are not projected.
+    Scni,
+    /// Direct nodal integration: gradients at particles, weighted by the cell around each. Neither passes the
+    /// patch test nor sees all deformations; for comparison.
+    Nodal,
 }
 
 /// How the volumetric energy is treated.

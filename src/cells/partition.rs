@@ -1,0 +1,206 @@
+//! The trait of background partitions.
+
+use crate::error::{ApproximationError, GeometryError};
+use crate::geometry::{Part, Point};
+use crate::particles::Particles;
+use crate::quadrature::Points;
+
+use super::{BoundaryCells, Lattice, Smoothing, Zones};
+
+/// Particles and the background cells between them: one partition hands out everything that must agree.
+///
+/// What makes the patch test exact: [`smoothing`](Cells::smoothing) and [`boundary`](Cells::boundary) with
+/// the same numbers use the same points on the boundary, and neighbouring sub-cells share theirs.
+///
+/// ```
+/// use std::sync::Arc;
+/// use rkpm::cells::{BoundaryCells, Cells, Smoothing, Zones};
+/// use rkpm::error::{ApproximationError, GeometryError};
+/// use rkpm::prelude::*;
+/// /// A bar whose ends have names.
+/// struct Bar(Lattice<1>);
+/// fn end(part: &Part) -> Part {
+///     match part {
+///         Part::Named(name) if name == "wall" => Side::Min.into(),
+///         Part::Named(name) if name == "grip" => Side::Max.into(),
+///         other => other.clone(),
+///     }
+/// }
+/// impl Cells<1> for Bar {
+///     fn positions(&self) -> &[Point<1>] { self.0.positions() }
+///     fn cell_count(&self) -> usize { self.0.cell_count() }
+///     fn corners(&self, cell: usize) -> Vec<usize> { Cells::corners(&self.0, cell) }
+///     fn local_spacing(&self, particle: usize) -> f64 { self.0.local_spacing(particle)[0] }
+///     fn particles(&self, r: f64) -> Result<Particles<1>, ApproximationError> { self.0.particles(r) }
+///     fn particles_global(&self, r: f64) -> Result<Particles<1>, ApproximationError> { self.0.particles_global(r) }
+///     fn is_thin(&self) -> bool { self.0.is_thin() }
+///     fn zones(&self, size: usize) -> Zones { self.0.zones(size) }
+///     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<1>, GeometryError> { self.0.gauss_in(n, zones) }
+///     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<1>, GeometryError> {
+///         self.0.smoothing(parts, gauss, zones)
+///     }
+///     fn dual(&self, gauss: usize) -> Result<Smoothing<1>, GeometryError> { self.0.dual(gauss) }
+///     fn boundary_parts(&self) -> Vec<Part> { vec!["wall".into(), "grip".into()] }
+///     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<1>, GeometryError> {
+///         self.0.boundary(&end(part), parts, gauss)
+///     }
+///     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> { self.0.boundary_nodes(&end(part)) }
+///     fn contains(&self, at: &Point<1>) -> bool { self.0.contains(at) }
+/// }
+/// let bar = Bar(Block::new([0.0], [2.0]).lattice([5])?);
+/// let rubber = Rubber::neo_hookean(0.5, 10.0)?;
+/// let scene = Scene::over(Arc::new(bar), RadialCylinder, rubber).prescribe("wall", 0, 0.0).prescribe("grip", 0, 0.1);
+/// let problem = scene.discretize(&Scheme::default())?;
+/// let path = problem.run(&mut ())?.completed()?;
+/// assert!((problem.displacement(path.last(), &[2.0].into())?[0] - 0.1).abs() < 1e-12);
+/// # Ok::<(), rkpm::Error>(())
+/// ```
+pub trait Cells<const D: usize>: Send + Sync {
+    /// Positions of the particles \[length\].
+    fn positions(&self) -> &[Point<D>];
+
+    /// Number of cells.
+    fn cell_count(&self) -> usize;
+
+    /// The particles at the corners of a cell: axis 0 running fastest in cells of lattices, around the cell
+    /// in polygons.
+    fn corners(&self, cell: usize) -> Vec<usize>;
+
+    /// The distance from a particle to its neighbours \[length\].
+    fn local_spacing(&self, particle: usize) -> f64;
+
+    /// Particles with supports of normalised dilation `r` (6.1) times the local spacing.
+    ///
+    /// # Errors
+    /// For $r \le \tfrac12$.
+    fn particles(&self, r: f64) -> Result<Particles<D>, ApproximationError>;
+
+    /// Particles with supports of normalised dilation `r` (6.1) times the largest spacing.
+    ///
+    /// # Errors
+    /// For $r \le \tfrac12$.
+    fn particles_global(&self, r: f64) -> Result<Particles<D>, ApproximationError>;
+
+    /// Whether a single cell spans a thickness of the body: linear pressures on zones are not stable then.
+    fn is_thin(&self) -> bool;
+
+    /// Zones of cells that share a pressure, about `size` cells wide.
+    fn zones(&self, size: usize) -> Zones;
+
+    /// Gauss points, `n` per direction in each cell, grouped by zone.
+    ///
+    /// # Errors
+    /// For an impossible number of points.
+    fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<D>, GeometryError>;
+
+    /// Gauss points, `n` per direction in each cell, grouped by cell.
+    ///
+    /// # Errors
+    /// For an impossible number of points.
+    fn gauss(&self, n: usize) -> Result<Points<D>, GeometryError> {
+        self.gauss_in(n, &Zones::single(self.cell_count()))
+    }
+
+    /// Sub-cells, `parts` per direction in each cell, `gauss` points per direction on each facet, grouped by zone.
+    ///
+    /// # Errors
+    /// For an impossible number of parts or points.
+    fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<D>, GeometryError>;
+
+    /// One cell around each particle, in the order of particles and each in a group of its own, `gauss` points
+    /// per direction on each facet; boundary facets are those of [`boundary`](Cells::boundary) with 2 parts.
+    ///
+    /// # Errors
+    /// For an impossible number of points.
+    fn dual(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError>;
+
+    /// The parts that the whole boundary consists of.
+    fn boundary_parts(&self) -> Vec<Part>;
+
+    /// Facets of a boundary part, each cut into `parts` per direction with `gauss` points per direction.
+    ///
+    /// # Errors
+    /// Where the part does not exist or the numbers are impossible.
+    fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError>;
+
+    /// Particles on a boundary part, by rising index.
+    ///
+    /// # Errors
+    /// Where the part does not exist.
+    fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError>;
+
+    /// Whether a point lies in the body, up to a tenth of a cell.
+    fn contains(&self, at: &Point<D>) -> bool;
+
+    /// The lattice, where the cells are one: finite elements and equal integration zones need it.
+    fn lattice(&self) -> Option<&Lattice<D>> {
+        None
+    }
+}
+
+impl<const D: usize> Cells<D> for Lattice<D> {
+    fn positions(&self) -> &[Point<D>] {
+        self.positions()
+    }
+
+    fn cell_count(&self) -> usize {
+        self.cell_count()
+    }
+
+    fn corners(&self, cell: usize) -> Vec<usize> {
+        self.corner_nodes(cell)[..1 << D].to_vec()
+    }
+
+    fn local_spacing(&self, particle: usize) -> f64 {
+        self.local_spacing(particle).norm()
+    }
+
+    fn particles(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
+        self.particles(r)
+    }
+
+    fn particles_global(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
+        self.particles_global(r)
+    }
+
+    fn is_thin(&self) -> bool {
+        self.cell_counts().contains(&1)
+    }
+
+    fn zones(&self, size: usize) -> Zones {
+        self.zones(size)
+    }
+
+    fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<D>, GeometryError> {
+        self.gauss_in(n, zones)
+    }
+
+    fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<D>, GeometryError> {
+        self.smoothing(parts, gauss, zones)
+    }
+
+    fn dual(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError> {
+        self.dual(gauss)
+    }
+
+    fn boundary_parts(&self) -> Vec<Part> {
+        use crate::geometry::Side;
+        (0..D).flat_map(|axis| [Side::Min, Side::Max].map(|side| Part::Face { axis, side })).collect()
+    }
+
+    fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
+        self.boundary(part, parts, gauss)
+    }
+
+    fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
+        self.boundary_nodes(part)
+    }
+
+    fn contains(&self, at: &Point<D>) -> bool {
+        self.contains(at)
+    }
+
+    fn lattice(&self) -> Option<&Lattice<D>> {
+        Some(self)
+    }
+}
