@@ -355,7 +355,7 @@ pub enum SolveError {
     },
 }
 
-/// What went wrong while writing results.
+/// What went wrong while writing or reading results.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum OutputError {
@@ -376,6 +376,16 @@ pub enum OutputError {
         given: usize,
         /// Values needed.
         needed: usize,
+    },
+    /// A journal holds something else than it should.
+    #[error("{path}, line {line}: {what}")]
+    Journal {
+        /// The file.
+        path: String,
+        /// The line, from 1; 0 for the file as a whole.
+        line: usize,
+        /// What is wrong.
+        what: String,
     },
     /// Nothing that could be drawn.
     #[error("chart {title}: {what}")]

@@ -58,6 +58,7 @@
 //! | `solve` | yes | conditions, sparse solvers (faer), Newton, scenes |
 //! | `rayon` | yes | tabulation and assembly on all cores, same bits for any number of threads |
 //! | `chart` | yes | SVG charts (plotters) |
+//! | `serde` | no | states and paths as data, journals of runs that are resumed after a kill |
 //!
 //! # Conventions
 //! Lengths, forces and stresses are in any consistent units. $F_{iJ}$ is stored at row $i$, column $J$;

@@ -23,6 +23,7 @@ pub enum MatrixClass {
 
 /// Signs of the pivots of a factorisation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Inertia {
     /// Positive pivots.
     pub positive: usize,

@@ -7,21 +7,27 @@
 //! | [`VtkGrid`] | `.vtu` | fields on particles and cells, for ParaView |
 //! | [`PvdCollection`] | `.pvd` | the `.vtu` files of a path in time or load |
 //! | [`Chart`] | `.svg` | curves, work against precision, deformed shapes |
+//! | `Journal` | `.jsonl` | a run while it runs, to be read and resumed |
 //!
 //! Each type is data first and a file last: nothing touches the disk before `write`, which makes
 //! missing parent directories and replaces an existing file. Nothing here prints, and whatever is
-//! wrong with the data or with the disk is an [`OutputError`].
+//! wrong with the data or with the disk is an [`OutputError`]. Only a journal is written as it grows, and
+//! never over another one.
 //!
-//! Charts need the feature `chart`.
+//! Charts need the feature `chart`, journals `serde` and `solve`.
 
 #[cfg(feature = "chart")]
 pub mod chart;
 pub mod csv;
+#[cfg(all(feature = "serde", feature = "solve"))]
+pub mod journal;
 pub mod vtk;
 
 #[cfg(feature = "chart")]
 pub use chart::{Chart, Series};
 pub use csv::{Cell, Quantity, Summary, Table};
+#[cfg(all(feature = "serde", feature = "solve"))]
+pub use journal::{Flush, Journal};
 pub use vtk::{PvdCollection, PvdEntry, VtkCell, VtkField, VtkGrid, VtkValues};
 
 use crate::error::OutputError;

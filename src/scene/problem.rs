@@ -84,6 +84,19 @@ impl<const D: usize> Problem<D> {
         self.analysis.run(&self.model, &self.rows, observer)
     }
 
+    /// The state at rest, from which [`run`](Problem::run) starts.
+    pub fn at_rest(&self) -> State {
+        State::at_rest(&self.model, &self.rows)
+    }
+
+    /// Goes on from the last step of a path, with the same bits as if it had never been broken off.
+    ///
+    /// # Errors
+    /// As [`Analysis::resume`].
+    pub fn resume(&self, path: Path, observer: &mut dyn Observer) -> Result<Path, Error> {
+        self.analysis.resume(&self.model, &self.rows, path, observer)
+    }
+
     /// The displacement $u(X) = \sum_I\Psi_I(X)\,d_I$ \[length\] at a point of the body.
     ///
     /// # Errors

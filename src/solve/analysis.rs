@@ -6,7 +6,7 @@ use crate::error::{BoundaryError, Error, SolveError};
 use crate::linear::{Direct, LinearSolver, nested_dissection};
 
 use super::newton::{Control, Deflection, Functional, Newton, Rejection, Workspace};
-use super::path::{Ending, Observer, Path, State, Step};
+use super::path::{Ending, Observer, Pace, Path, State, Step};
 
 /// What is controlled while the load factor goes from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -147,8 +147,27 @@ impl Analysis {
         start: State,
         observer: &mut dyn Observer,
     ) -> Result<Path, Error> {
-        self.validate(model, rows, &start)?;
-        let mut march = March::new(self, model, rows, start, observer)?;
+        self.resume(model, rows, Path::new(start), observer)
+    }
+
+    /// Goes on from the last step of a path that [`run`](Analysis::run) or [`run_from`](Analysis::run_from)
+    /// left unfinished, with the same bits as if it had never been broken off (on the same machine and build).
+    ///
+    /// The path comes back with the new steps behind the old ones; only the first and the last two of its states
+    /// are used. A path that has reached its last load comes back as it is. Nothing but the path is needed:
+    /// factors and scalings are made afresh within every step.
+    ///
+    /// # Errors
+    /// As [`run_from`](Analysis::run_from).
+    pub fn resume<const D: usize>(
+        &self,
+        model: &Model<D>,
+        rows: &Constraints,
+        path: Path,
+        observer: &mut dyn Observer,
+    ) -> Result<Path, Error> {
+        self.validate(model, rows, &path)?;
+        let mut march = March::new(self, model, rows, path, observer)?;
         match march.deflection()? {
             Some((deflection, first)) => march.by_deflection(&deflection, first),
             None => march.by_load(),
@@ -172,20 +191,38 @@ impl Analysis {
         targets: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<Path, Error> {
-        self.validate(model, rows, &start)?;
+        self.resume_controlled(model, rows, Path::new(start), functional, targets, observer)
+    }
+
+    /// Goes on from the last step of a path that [`run_controlled`](Analysis::run_controlled) left unfinished, as
+    /// [`resume`](Analysis::resume) does; functional and targets are those of the first run.
+    ///
+    /// # Errors
+    /// As [`run_controlled`](Analysis::run_controlled).
+    pub fn resume_controlled<const D: usize>(
+        &self,
+        model: &Model<D>,
+        rows: &Constraints,
+        path: Path,
+        functional: &dyn Functional,
+        targets: &[f64],
+        observer: &mut dyn Observer,
+    ) -> Result<Path, Error> {
+        self.validate(model, rows, &path)?;
         if let Some(&value) = targets.iter().find(|t| !t.is_finite()) {
             return Err(SolveError::Setting { what: "control target", value, needed: "give finite values" }.into());
         }
-        let mut march = March::new(self, model, rows, start, observer)?;
-        for &target in targets {
-            if !march.reach(functional, target) {
+        let mut march = March::new(self, model, rows, path, observer)?;
+        let reached = march.pace().map_or(0, |pace| pace.reached);
+        for (index, &target) in targets.iter().enumerate().skip(reached) {
+            if !march.reach(functional, index, target) {
                 break;
             }
         }
         Ok(march.path)
     }
 
-    fn validate<const D: usize>(&self, model: &Model<D>, rows: &Constraints, start: &State) -> Result<(), Error> {
+    fn validate<const D: usize>(&self, model: &Model<D>, rows: &Constraints, path: &Path) -> Result<(), Error> {
         self.stepping.validate()?;
         let Newton { tolerance, iterations } = self.newton;
         for (what, value, ok, needed) in [
@@ -199,7 +236,20 @@ impl Analysis {
         if model.terms().is_empty() {
             return Err(SolveError::Empty { what: "terms", remedy: "add at least a body" }.into());
         }
-        check_state(model, rows, start)
+        check_state(model, rows, &path.start)?;
+        for step in path.steps.iter().rev().take(2) {
+            check_state(model, rows, &step.state)?;
+            let increment = step.pace.increment;
+            if !increment.is_finite() {
+                return Err(SolveError::Setting {
+                    what: "increment at the last step of the path",
+                    value: increment,
+                    needed: "resume a path as a run left it",
+                }
+                .into());
+            }
+        }
+        Ok(())
     }
 
     /// Binds conditions and solver to the pattern of the model.
@@ -255,6 +305,8 @@ struct March<'a, 'o, const D: usize> {
     state: State,
     /// Iterations since the last converged state.
     spent: usize,
+    /// Rejected attempts since the last converged state.
+    rejected: usize,
 }
 
 /// The linear answer has $|\nabla u|$ beyond this: a thin sheet under pressure, whose load says little
@@ -268,13 +320,27 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         analysis: &'a Analysis,
         model: &'a Model<D>,
         rows: &'a Constraints,
-        start: State,
+        mut path: Path,
         observer: &'o mut dyn Observer,
     ) -> Result<Self, Error> {
-        let path =
-            Path { start: start.clone(), steps: Vec::new(), ending: Ending::Completed, iterations: 0, rejected: 0 };
-        let workspace = analysis.workspace(model, rows)?;
-        Ok(March { analysis, workspace, observer, scale: extent(model), path, previous: None, state: start, spent: 0 })
+        // What was spent on attempts after the last step is spent again.
+        (path.iterations, path.rejected) = path.spent();
+        path.ending = Ending::Completed;
+        let mut workspace = analysis.workspace(model, rows)?;
+        workspace.iterations = path.iterations;
+        let state = path.last().clone();
+        let previous = match path.steps.as_slice() {
+            [] => None,
+            [_] => Some(path.start.clone()),
+            [.., before, _] => Some(before.state.clone()),
+        };
+        let scale = extent(model);
+        Ok(March { analysis, workspace, observer, scale, path, previous, state, spent: 0, rejected: 0 })
+    }
+
+    /// How the stepping goes on where the path already has steps.
+    fn pace(&self) -> Option<Pace> {
+        self.path.steps.last().map(|step| step.pace)
     }
 
     /// The generalised deflection to control and its first increment, where the load should not be controlled.
@@ -282,30 +348,34 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         if self.analysis.stepping.control == StepControl::Load {
             return Ok(None);
         }
-        let loads = {
-            let state = &self.state;
-            let mut slope = vec![0.0; self.workspace.model.unknowns()];
-            self.workspace.model.load_slope(&state.displacement, &state.locals, state.load, &mut slope);
-            slope
-        };
+        // At the first state, wherever the path has come to by now: a resumed run controls the same deflection.
+        let start = &self.path.start;
+        let mut loads = vec![0.0; self.workspace.model.unknowns()];
+        self.workspace.model.load_slope(&start.displacement, &start.locals, start.load, &mut loads);
         let total: f64 = loads.iter().map(|f| f.abs()).sum();
         if total == 0.0 {
             // Driven by prescribed displacements alone.
             return Ok(None);
         }
         let before = self.workspace.iterations;
-        let probe = self.workspace.probe(&self.state);
-        self.spent += self.workspace.iterations - before;
-        self.path.iterations = self.workspace.iterations;
+        let probe = self.workspace.probe(start);
+        if self.path.steps.is_empty() {
+            self.spent += self.workspace.iterations - before;
+            self.path.iterations = self.workspace.iterations;
+        } else {
+            // Counted by the first run.
+            self.workspace.iterations = before;
+        }
+        let rest = 1.0 - self.path.start.load;
         // A probe that fails (a mechanism stiffened only by its loads) leaves the load in control.
         let Ok(probe) = probe else { return Ok(None) };
-        let gradient = self.workspace.model.largest_gradient(&probe) * (1.0 - self.state.load);
+        let gradient = self.workspace.model.largest_gradient(&probe) * rest;
         if gradient <= FAR || !gradient.is_finite() {
             return Ok(None);
         }
         // The mean displacement along the load: positive for a positive load.
         let deflection = Deflection { weights: loads.iter().map(|f| -f / total).collect() };
-        let full = deflection.value(&probe) * (1.0 - self.state.load);
+        let full = deflection.value(&probe) * rest;
         let first = full * FIRST_GRADIENT / gradient;
         Ok((first > 0.0 && first.is_finite()).then_some((deflection, first)))
     }
@@ -319,17 +389,26 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         self.spent += self.workspace.iterations - before;
         self.path.iterations = self.workspace.iterations;
         if outcome.is_err() {
+            self.rejected += 1;
             self.path.rejected += 1;
         }
         outcome.map(|iterations| (iterations, attempt))
     }
 
     /// Takes a converged state into the path; `false` where the observer breaks off.
-    fn accept(&mut self, mut state: State) -> bool {
+    ///
+    /// `pace` holds whatever the rule carries on to the next step: what is not in it would be lost to a resumed run.
+    fn accept(&mut self, mut state: State, pace: Pace) -> bool {
         self.workspace.react(&mut state);
         let energy = self.workspace.model.energy(&state.displacement, &state.locals, state.load);
-        let step = Step { state: state.clone(), iterations: self.spent, energy, inertia: self.workspace.inertia };
-        self.spent = 0;
+        let step = Step {
+            state: state.clone(),
+            iterations: std::mem::take(&mut self.spent),
+            rejected: std::mem::take(&mut self.rejected),
+            energy,
+            inertia: self.workspace.inertia,
+            pace,
+        };
         let flow = self.observer.step(&step);
         self.path.steps.push(step);
         self.previous = Some(std::mem::replace(&mut self.state, state));
@@ -360,7 +439,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
     /// Load control: the full load first, halved on failure.
     fn by_load(&mut self) {
         let stepping = self.analysis.stepping;
-        let mut increment = stepping.first;
+        let mut increment = self.pace().map_or(stepping.first, |pace| pace.increment);
         // After a rejection one step keeps its increment, or the next one would be rejected again.
         let mut rejected = false;
         while self.state.load < 1.0 && self.steps_left() {
@@ -372,13 +451,13 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
             let ratio = self.previous.as_ref().map_or(0.0, |p| (target - self.state.load) / (self.state.load - p.load));
             match self.attempt(self.predicted(ratio), Control::Load(target)) {
                 Ok((iterations, state)) => {
-                    if !self.accept(state) {
-                        return;
-                    }
                     if iterations <= stepping.quick && !rejected {
                         increment = (increment * stepping.growth).min(stepping.largest);
                     }
                     rejected = false;
+                    if !self.accept(state, Pace { increment, reached: 0 }) {
+                        return;
+                    }
                 }
                 Err(rejection) => {
                     rejected = true;
@@ -395,7 +474,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
     /// Deflection control until the load factor passes 1, then the last step under the full load.
     fn by_deflection(&mut self, deflection: &Deflection, first: f64) {
         let stepping = self.analysis.stepping;
-        let mut increment = first;
+        let mut increment = self.pace().map_or(first, |pace| pace.increment);
         let mut rejected = false;
         while self.state.load < 1.0 && self.steps_left() {
             let now = deflection.value(&self.state.displacement);
@@ -422,13 +501,13 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
             };
             match outcome {
                 Ok((iterations, state)) => {
-                    if !self.accept(state) {
-                        return;
-                    }
                     if iterations <= stepping.quick && !rejected {
                         increment *= stepping.growth;
                     }
                     rejected = false;
+                    if !self.accept(state, Pace { increment, reached: 0 }) {
+                        return;
+                    }
                 }
                 Err(rejection) => {
                     rejected = true;
@@ -443,9 +522,9 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
     }
 
     /// Brings a functional to a value, halving where needed; `false` ends the run.
-    fn reach(&mut self, functional: &dyn Functional, target: f64) -> bool {
-        let start = functional.value(&self.state.displacement);
-        let mut part = 1.0;
+    fn reach(&mut self, functional: &dyn Functional, index: usize, target: f64) -> bool {
+        let start = functional.value(&self.path.start.displacement);
+        let mut part = self.pace().filter(|pace| pace.reached == index).map_or(1.0, |pace| pace.increment);
         while self.steps_left() {
             let now = functional.value(&self.state.displacement);
             let rest = target - now;
@@ -457,16 +536,17 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
                 self.previous.as_ref().map_or(0.0, |p| (next - now) / (now - functional.value(&p.displacement)));
             match self.attempt(self.predicted(ratio), Control::Functional(functional, next)) {
                 Ok((iterations, state)) => {
-                    if !self.accept(state) {
-                        return false;
-                    }
-                    if next == target {
-                        return true;
-                    }
+                    let arrived = next == target;
                     // The part is one of what is left: keep the same increment, grow when quick.
                     let growth =
                         if iterations <= self.analysis.stepping.quick { self.analysis.stepping.growth } else { 1.0 };
-                    part = (growth * (next - now) / (target - next)).min(1.0);
+                    part = if arrived { 1.0 } else { (growth * (next - now) / (target - next)).min(1.0) };
+                    if !self.accept(state, Pace { increment: part, reached: index + usize::from(arrived) }) {
+                        return false;
+                    }
+                    if arrived {
+                        return true;
+                    }
                 }
                 Err(rejection) => {
                     part *= 0.5;

@@ -7,5 +7,5 @@ mod volume;
 
 pub use analysis::{Analysis, StepControl, Stepping};
 pub use newton::{Control, Deflection, Functional, Newton, Rejection};
-pub use path::{Ending, Iteration, Observer, Path, State, Step};
+pub use path::{Ending, Iteration, Observer, Pace, Path, State, Step};
 pub use volume::EnclosedVolume;

@@ -9,6 +9,7 @@ use crate::linear::Inertia;
 
 /// Everything that an analysis iterates on; predicted, halved and kept as a whole.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
     /// Coefficients $d$, node by node \[length\].
     pub displacement: Vec<f64>,
@@ -32,17 +33,52 @@ impl State {
     }
 }
 
+/// What a stepping rule carries from one converged step to the next, beside the states themselves.
+///
+/// It is part of the [`Step`], so that [`Analysis::resume`](super::Analysis::resume) goes on with the same
+/// bits as a run that was never broken off.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Pace {
+    /// The next increment: of the load factor, of the deflection in control \[its own unit\], or, on the way
+    /// to a target, the part of what is left.
+    pub increment: f64,
+    /// Targets of a controlled run that have been reached.
+    pub reached: usize,
+}
+
 /// A converged state and what it cost.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Step {
     /// The state.
     pub state: State,
     /// Newton iterations (factorisations) since the last converged state, rejected attempts included.
     pub iterations: usize,
+    /// Rejected attempts since the last converged state.
+    pub rejected: usize,
     /// Energy stored in the body.
+    #[cfg_attr(feature = "serde", serde(with = "finite"))]
     pub energy: f64,
     /// Signs of the pivots at the last iteration, where the solver knows them.
     pub inertia: Option<Inertia>,
+    /// How the stepping goes on from here.
+    pub pace: Pace,
+}
+
+/// Numbers that a material may leave undefined: what is not finite is stored as nothing and read as NaN,
+/// because JSON knows neither NaN nor infinities.
+#[cfg(feature = "serde")]
+mod finite {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        value.is_finite().then_some(*value).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+    }
 }
 
 /// One Newton iteration, as an observer sees it.
@@ -87,8 +123,33 @@ pub trait Observer {
 
 impl Observer for () {}
 
+/// Both watch, the first one first; either ends the analysis.
+impl<A: Observer, B: Observer> Observer for (A, B) {
+    fn iteration(&mut self, iteration: &Iteration) {
+        self.0.iteration(iteration);
+        self.1.iteration(iteration);
+    }
+
+    fn step(&mut self, step: &Step) -> ControlFlow<()> {
+        // Both see the step, whatever the first one says of it.
+        let (first, second) = (self.0.step(step), self.1.step(step));
+        if first.is_break() { first } else { second }
+    }
+}
+
+impl<T: Observer + ?Sized> Observer for &mut T {
+    fn iteration(&mut self, iteration: &Iteration) {
+        (**self).iteration(iteration);
+    }
+
+    fn step(&mut self, step: &Step) -> ControlFlow<()> {
+        (**self).step(step)
+    }
+}
+
 /// How an analysis ended.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Ending {
     /// The last load was reached.
     Completed,
@@ -96,10 +157,13 @@ pub enum Ending {
     Stopped,
     /// No further state could be found; the reason of the last rejected attempt.
     Stalled(String),
+    /// It did not: the run goes on elsewhere, or was killed. What a record without an ending reads as.
+    Interrupted,
 }
 
 /// The converged states of an analysis, however it ended.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Path {
     /// The first state, before any step.
     pub start: State,
@@ -114,6 +178,20 @@ pub struct Path {
 }
 
 impl Path {
+    /// A path that has yet to take its first step.
+    pub fn new(start: State) -> Self {
+        Path { start, steps: Vec::new(), ending: Ending::Interrupted, iterations: 0, rejected: 0 }
+    }
+
+    /// Iterations and rejected attempts up to the last step.
+    pub(crate) fn spent(&self) -> (usize, usize) {
+        // Far below overflow, whatever a damaged record says: a resumed run counts on from here.
+        const MOST: usize = usize::MAX / 2;
+        let total =
+            |count: fn(&Step) -> usize| self.steps.iter().fold(0, |n: usize, s| n.saturating_add(count(s)).min(MOST));
+        (total(|s| s.iterations), total(|s| s.rejected))
+    }
+
     /// The last converged state.
     pub fn last(&self) -> &State {
         self.steps.last().map_or(&self.start, |s| &s.state)
@@ -128,6 +206,7 @@ impl Path {
             Ending::Completed => return Ok(self),
             Ending::Stopped => "an observer broke off".to_string(),
             Ending::Stalled(why) => why.clone(),
+            Ending::Interrupted => "the run was broken off; resume it".to_string(),
         };
         Err(SolveError::Stalled { load: self.last().load, steps: self.steps.len(), why })
     }

@@ -1,0 +1,275 @@
+//! The journal of a run: one line per converged step, written while it runs, read and resumed after it was killed.
+//!
+//! A journal is a text file of JSON lines, each with a checksum over its record:
+//! ```text
+//! {"check":"<16 hex digits>","record":{"start":{"version":1,"state":{…}}}}
+//! {"check":"<16 hex digits>","record":{"step":{"state":{…},"iterations":5,…}}}
+//! {"check":"<16 hex digits>","record":{"end":{"ending":"Completed",…}}}
+//! ```
+//! Numbers are spelt with the fewest digits that read back to the same bits. The file appears with its first
+//! line complete; each step is handed to the system in one piece before the analysis goes on. So whenever the
+//! process dies, the file holds every converged step but at most a piece of the last, which a reader ignores.
+//!
+//! ```
+//! use rkpm::output::Journal;
+//! use rkpm::prelude::*;
+//! # let folder = std::env::temp_dir().join(format!("rkpm-journal-{}", std::process::id()));
+//! # std::fs::create_dir_all(&folder).unwrap();
+//! let file = folder.join("tube.jsonl");
+//! let tube = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, Rubber::neo_hookean(0.373, 1e5)?);
+//! let problem = tube.pressure(Side::Min, 0.1).discretize(&Scheme::default().particles([5]))?;
+//! let mut journal = Journal::create(&file, &problem.at_rest())?;
+//! let path = problem.run(&mut journal)?;
+//! journal.close(&path)?;
+//! assert_eq!(Journal::read(&file)?, path);
+//! // After a kill: what there is, and on.
+//! let (mut journal, so_far) = Journal::reopen(&file)?;
+//! let path = problem.resume(so_far, &mut journal)?;
+//! journal.close(&path)?;
+//! # std::fs::remove_dir_all(&folder).unwrap();
+//! # Ok::<(), rkpm::Error>(())
+//! ```
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{BufRead, BufReader, Seek, SeekFrom, Write};
+use std::ops::ControlFlow;
+use std::path::{Path as FilePath, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::OutputError;
+use crate::solve::{Ending, Observer, Path, State, Step};
+
+/// The layout of the records; files of others are refused.
+const VERSION: u32 = 1;
+/// What stands before and behind the checksum and behind the record on every line.
+const BEFORE: &str = "{\"check\":\"";
+const BETWEEN: &str = "\",\"record\":";
+const BEHIND: &str = "}\n";
+/// Hexadecimal digits of a checksum.
+const DIGITS: usize = 16;
+
+/// How far a record is brought before the analysis goes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Flush {
+    /// To the disk (`fsync`): it survives a loss of power, and costs some milliseconds a step.
+    #[default]
+    Disk,
+    /// To the operating system: it survives the death of the process, however sudden.
+    System,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "lowercase")]
+enum Line<'a> {
+    Start { version: u32, state: &'a State },
+    Step(&'a Step),
+    End { ending: &'a Ending, iterations: usize, rejected: usize },
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Record {
+    Start { version: u32, state: State },
+    Step(Step),
+    End { ending: Ending, iterations: usize, rejected: usize },
+}
+
+/// Writes a run to a file while it runs: an [`Observer`] to hand to it, beside another one as `(&mut journal, other)`.
+///
+/// Where the disk refuses, the run stops with [`Ending::Stopped`] and [`close`](Journal::close) says why.
+#[derive(Debug)]
+pub struct Journal {
+    file: File,
+    path: PathBuf,
+    flush: Flush,
+    /// Buffer of a line.
+    line: Vec<u8>,
+    failure: Option<std::io::Error>,
+}
+
+impl Journal {
+    /// Begins a journal with the first state of a run, with the directories above it.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`] where the file exists — it may be all that is left of a run: resume or remove
+    /// it — and where the file system refuses.
+    pub fn create(path: impl AsRef<FilePath>, start: &State) -> Result<Self, OutputError> {
+        let path = path.as_ref();
+        let refused = |source| io_error(path, source);
+        if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
+            fs::create_dir_all(parent).map_err(refused)?;
+        }
+        if path.try_exists().map_err(refused)? {
+            let why = "a journal of this name exists: resume it, or remove it first";
+            return Err(refused(std::io::Error::new(std::io::ErrorKind::AlreadyExists, why)));
+        }
+        // The first line is written under another name: whoever finds the file finds it complete.
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(".new");
+        let beside = path.with_file_name(name);
+        let file = File::create(&beside).map_err(refused)?;
+        let mut journal =
+            Journal { file, path: path.to_path_buf(), flush: Flush::default(), line: Vec::new(), failure: None };
+        journal.append(&Line::Start { version: VERSION, state: start }).map_err(refused)?;
+        fs::rename(&beside, path).map_err(refused)?;
+        Ok(journal)
+    }
+
+    /// Opens a journal to go on with: the path it holds, and the journal behind its last whole record.
+    ///
+    /// # Errors
+    /// As [`read`](Journal::read), and where the file can't be written to.
+    pub fn reopen(path: impl AsRef<FilePath>) -> Result<(Self, Path), OutputError> {
+        let path = path.as_ref();
+        let refused = |source| io_error(path, source);
+        let (so_far, length) = read(path)?;
+        let mut file = OpenOptions::new().write(true).open(path).map_err(refused)?;
+        file.set_len(length).map_err(refused)?;
+        file.seek(SeekFrom::End(0)).map_err(refused)?;
+        let journal =
+            Journal { file, path: path.to_path_buf(), flush: Flush::default(), line: Vec::new(), failure: None };
+        Ok((journal, so_far))
+    }
+
+    /// The path that a journal holds, also of a run that still goes on; a torn last record is left out.
+    ///
+    /// The ending is [`Ending::Interrupted`] where none was written.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`] where the file can't be read, [`OutputError::Journal`] where it is no journal, or
+    /// whole records stand behind a damaged one.
+    pub fn read(path: impl AsRef<FilePath>) -> Result<Path, OutputError> {
+        Ok(read(path.as_ref())?.0)
+    }
+
+    /// Sets how far a record is brought before the analysis goes on.
+    #[must_use]
+    pub fn flush(mut self, flush: Flush) -> Self {
+        self.flush = flush;
+        self
+    }
+
+    /// Writes how the run ended.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`] where the file system refused this or any earlier record.
+    pub fn close(mut self, path: &Path) -> Result<(), OutputError> {
+        if let Some(failure) = self.failure.take() {
+            return Err(io_error(&self.path, failure));
+        }
+        let Path { ending, iterations, rejected, .. } = path;
+        self.append(&Line::End { ending, iterations: *iterations, rejected: *rejected })
+            .map_err(|source| io_error(&self.path, source))
+    }
+
+    /// Appends a record in one piece.
+    fn append(&mut self, record: &Line<'_>) -> std::io::Result<()> {
+        self.line.clear();
+        self.line.extend_from_slice(BEFORE.as_bytes());
+        self.line.extend_from_slice(&[b'0'; DIGITS]);
+        self.line.extend_from_slice(BETWEEN.as_bytes());
+        let body = self.line.len();
+        serde_json::to_writer(&mut self.line, record)?;
+        let check = format!("{:016x}", checksum(&self.line[body..]));
+        self.line[BEFORE.len()..BEFORE.len() + DIGITS].copy_from_slice(check.as_bytes());
+        self.line.extend_from_slice(BEHIND.as_bytes());
+        self.file.write_all(&self.line)?;
+        match self.flush {
+            Flush::Disk => self.file.sync_data(),
+            Flush::System => Ok(()),
+        }
+    }
+}
+
+impl Observer for Journal {
+    fn step(&mut self, step: &Step) -> ControlFlow<()> {
+        if self.failure.is_none() {
+            self.failure = self.append(&Line::Step(step)).err();
+        }
+        if self.failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+fn io_error(path: &FilePath, source: std::io::Error) -> OutputError {
+    OutputError::Io { path: path.display().to_string(), source }
+}
+
+/// FNV-1a in 64 bits (offset basis and prime of Fowler, Noll and Vo).
+fn checksum(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+/// The record of a whole line, or what is wrong with it.
+fn parse(line: &[u8]) -> Result<Record, String> {
+    let damaged = || "no whole record with its checksum".to_string();
+    let rest = line.strip_prefix(BEFORE.as_bytes()).ok_or_else(damaged)?;
+    let (check, rest) = rest.split_at_checked(DIGITS).ok_or_else(damaged)?;
+    let rest = rest.strip_prefix(BETWEEN.as_bytes()).ok_or_else(damaged)?;
+    let body = rest.strip_suffix(BEHIND.as_bytes()).ok_or_else(damaged)?;
+    if check != format!("{:016x}", checksum(body)).as_bytes() {
+        return Err("the checksum does not fit the record".into());
+    }
+    serde_json::from_slice(body).map_err(|e| e.to_string())
+}
+
+/// The path in a file and the length of its whole records.
+fn read(path: &FilePath) -> Result<(Path, u64), OutputError> {
+    let refused = |source| io_error(path, source);
+    let wrong = |line: usize, what: String| OutputError::Journal { path: path.display().to_string(), line, what };
+    let file = File::open(path).map_err(refused)?;
+    // A device or a pipe may never end.
+    if !file.metadata().map_err(refused)?.is_file() {
+        return Err(wrong(0, "not a file".into()));
+    }
+    let mut reader = BufReader::new(file);
+    let mut so_far: Option<Path> = None;
+    let mut length = 0;
+    let mut damage: Option<(usize, String)> = None;
+    let mut line = Vec::new();
+    for number in 1.. {
+        line.clear();
+        let bytes = reader.read_until(b'\n', &mut line).map_err(refused)?;
+        if bytes == 0 {
+            break;
+        }
+        let record = match parse(&line) {
+            // Nothing is torn in the middle of a file.
+            Ok(_) if let Some((number, what)) = damage => {
+                return Err(wrong(number, format!("{what}; the lines before it are sound: keep them alone to go on")));
+            }
+            Ok(record) => record,
+            Err(what) => {
+                damage.get_or_insert((number, what));
+                continue;
+            }
+        };
+        match (&mut so_far, record) {
+            (None, Record::Start { version: VERSION, state }) => so_far = Some(Path::new(state)),
+            (None, Record::Start { version, .. }) => {
+                return Err(wrong(number, format!("version {version} of the layout, this crate reads {VERSION}")));
+            }
+            (None, _) => return Err(wrong(number, "the first record is not the start of a run".into())),
+            (Some(_), Record::Start { .. }) => return Err(wrong(number, "a second start".into())),
+            (Some(so_far), Record::Step(step)) => {
+                so_far.steps.push(step);
+                // Behind an ending, this is a run that was resumed; its own ending follows.
+                so_far.ending = Ending::Interrupted;
+            }
+            (Some(so_far), Record::End { ending, iterations, rejected }) => {
+                (so_far.ending, so_far.iterations, so_far.rejected) = (ending, iterations, rejected);
+            }
+        }
+        length += bytes as u64;
+    }
+    match (so_far, damage) {
+        (Some(mut so_far), _) => {
+            if so_far.ending == Ending::Interrupted {
+                (so_far.iterations, so_far.rejected) = so_far.spent();
+            }
+            Ok((so_far, length))
+        }
+        (None, Some((number, what))) => Err(wrong(number, what)),
+        (None, None) => Err(wrong(0, "the file is empty".into())),
+    }
+}

@@ -1,0 +1,293 @@
+//! Losing nothing: journals hold whole steps whenever a run dies, and resumed runs differ in no bit.
+#![cfg(all(feature = "serde", feature = "solve"))]
+
+#[path = "../examples/support/killed.rs"]
+mod killed;
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+use killed::differences;
+use rkpm::error::{OutputError, SolveError};
+use rkpm::output::{Flush, Journal};
+use rkpm::prelude::*;
+use rkpm::scene::Enforcing;
+use rkpm::solve::{EnclosedVolume, Newton, State, StepControl};
+
+/// A folder of this test's own, emptied first.
+fn folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("resume").join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn rubber() -> Rubber {
+    Rubber::yeoh(0.373, -0.031, 0.005, 1e3).unwrap()
+}
+
+/// A held block that is pulled, in steps that grow.
+fn pulled(enforcing: Enforcing) -> Problem<2> {
+    Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+        .hold(Side::Min)
+        .prescribe(Side::Max, 0, 0.8)
+        .traction((1, Side::Max), [0.0, 0.05])
+        .discretize(&Scheme::default().particles([5, 3]).enforcing(enforcing).stepping(Stepping {
+            first: 0.1,
+            control: StepControl::Load,
+            ..Stepping::default()
+        }))
+        .unwrap()
+}
+
+/// Takes a path back to its first steps, by way of a file.
+fn broken_off(path: &Path, steps: usize, folder: &std::path::Path) -> Path {
+    let file = folder.join(format!("{steps}.jsonl"));
+    let mut journal = Journal::create(&file, &path.start).unwrap().flush(Flush::System);
+    for step in &path.steps[..steps] {
+        assert!(journal.step(step).is_continue());
+    }
+    drop(journal);
+    let read = Journal::read(&file).unwrap();
+    assert_eq!((read.steps.len(), &read.ending), (steps, &Ending::Interrupted));
+    read
+}
+
+/// Resumes after each of the steps and requires the whole path again.
+fn resumes_everywhere(name: &str, whole: &Path, resume: impl Fn(Path) -> Path) {
+    let folder = folder(name);
+    assert!(whole.steps.len() >= 3, "{name}: {} steps", whole.steps.len());
+    for steps in 0..=whole.steps.len() {
+        let resumed = resume(broken_off(whole, steps, &folder));
+        assert_eq!(differences(&resumed, whole), 0, "{name}, resumed after {steps} steps");
+    }
+}
+
+#[test]
+fn load_steps_resume_to_the_bit() {
+    for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
+        let problem = pulled(enforcing);
+        let whole = problem.run(&mut ()).unwrap().completed().unwrap();
+        resumes_everywhere("load", &whole, |path| problem.resume(path, &mut ()).unwrap());
+    }
+}
+
+#[test]
+fn steps_after_rejections_resume_to_the_bit() {
+    // Few iterations are allowed, so that attempts are rejected on the way.
+    let mut problem = pulled(Enforcing::Transformation);
+    problem.analysis.stepping = Stepping { first: 1.0, control: StepControl::Load, ..Stepping::default() };
+    problem.analysis.newton = Newton { iterations: 4, ..Newton::default() };
+    let whole = problem.run(&mut ()).unwrap().completed().unwrap();
+    assert!(whole.rejected > 0 && whole.rejected == whole.steps.iter().map(|s| s.rejected).sum::<usize>());
+    resumes_everywhere("rejections", &whole, |path| problem.resume(path, &mut ()).unwrap());
+}
+
+#[test]
+fn deflection_control_resumes_to_the_bit() {
+    let problem = killed::problem().unwrap();
+    let whole = problem.run(&mut ()).unwrap().completed().unwrap();
+    // The first step is a part of the load that no load stepping would take: the deflection is in control.
+    assert!(whole.steps[0].state.load < 0.5 && whole.steps[0].pace.increment > 0.0);
+    resumes_everywhere("deflection", &whole, |path| problem.resume(path, &mut ()).unwrap());
+}
+
+#[test]
+fn controlled_runs_resume_to_the_bit() {
+    // A spherical shell past its limit pressure; the second target needs halving.
+    let lattice = Block::new([1.0], [1.1]).lattice([5]).unwrap();
+    let rk = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let body = ShapeTable::new(&rk, &lattice.coarsened(2).gauss(5).unwrap(), &RadialSphere).unwrap();
+    let points = lattice.boundary(&Side::Min.into(), 1, 1).unwrap().points;
+    let inner = ShapeTable::new(&rk, &points, &RadialSphere).unwrap();
+    let mut model = Model::new(rk.nodes().to_vec());
+    model.add(Body::new(body, Rubber::neo_hookean(0.5, 1e5).unwrap(), PressureField::Linear));
+    model.add(Pointwise::new(inner.clone(), FollowerPressure { pressure: 1.0, amplitude: Amplitude::Ramp }));
+    let volume = EnclosedVolume::new(inner);
+    let targets = [1.1f64, 4.0, 1.5].map(|s| 4.0 / 3.0 * std::f64::consts::PI * (s.powi(3) - 1.0));
+    let rows = Constraints::new();
+    let analysis = Analysis { newton: Newton { iterations: 6, ..Newton::default() }, ..Analysis::default() };
+    let rest = State::at_rest(&model, &rows);
+    let whole = analysis.run_controlled(&model, &rows, rest, &volume, &targets, &mut ()).unwrap();
+    assert!(whole.steps.len() > targets.len() && whole.rejected > 0, "{} steps", whole.steps.len());
+    assert_eq!(whole.ending, Ending::Completed);
+    resumes_everywhere("controlled", &whole, |path| {
+        analysis.resume_controlled(&model, &rows, path, &volume, &targets, &mut ()).unwrap()
+    });
+}
+
+#[test]
+fn stalled_runs_stall_again_and_go_on_once_they_may() {
+    let mut problem = pulled(Enforcing::Transformation);
+    problem.analysis.stepping.steps = 3;
+    let folder = folder("stalled");
+    let file = folder.join("run.jsonl");
+    let mut journal = Journal::create(&file, &problem.at_rest()).unwrap();
+    let stalled = problem.run(&mut journal).unwrap();
+    assert!(matches!(stalled.ending, Ending::Stalled(_)));
+    journal.close(&stalled).unwrap();
+    // The same settings end it at the same place; more steps finish it, in the same file.
+    let (mut journal, so_far) = Journal::reopen(&file).unwrap();
+    assert_eq!(so_far, stalled);
+    let again = problem.resume(so_far.clone(), &mut journal).unwrap();
+    assert_eq!(differences(&again, &stalled), 0);
+    problem.analysis.stepping.steps = 1000;
+    let finished = problem.resume(so_far, &mut journal).unwrap().completed().unwrap();
+    journal.close(&finished).unwrap();
+    assert_eq!(Journal::read(&file).unwrap(), finished);
+    assert_eq!(differences(&finished, &problem.run(&mut ()).unwrap()), 0);
+    // And a finished one stays as it is.
+    assert_eq!(problem.resume(finished.clone(), &mut ()).unwrap(), finished);
+}
+
+#[test]
+fn a_journal_torn_at_any_byte_holds_the_steps_before() {
+    let folder = folder("torn");
+    let file = folder.join("run.jsonl");
+    let tube = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, rubber()).pressure(Side::Min, 0.1);
+    let stepping = Stepping { first: 0.3, ..Stepping::default() };
+    let problem = tube.discretize(&Scheme::default().particles([3]).stepping(stepping)).unwrap();
+    let mut journal = Journal::create(&file, &problem.at_rest()).unwrap();
+    let whole = problem.run(&mut journal).unwrap();
+    journal.close(&whole).unwrap();
+    let bytes = fs::read(&file).unwrap();
+    let torn = folder.join("torn.jsonl");
+    let ends: Vec<usize> = (0..bytes.len()).filter(|&k| bytes[k] == b'\n').map(|k| k + 1).collect();
+    assert_eq!(ends.len(), whole.steps.len() + 2);
+    for length in 0..=bytes.len() {
+        // What a kill leaves, and a loss of power: blocks that were reserved but never written.
+        let mut piece = bytes[..length].to_vec();
+        piece.resize(length + 64 * (length % 2), 0);
+        fs::write(&torn, &piece).unwrap();
+        let records = ends.iter().filter(|&&end| end <= length).count();
+        let read = Journal::read(&torn);
+        if records == 0 {
+            assert!(matches!(read, Err(OutputError::Journal { .. })), "{length}");
+            continue;
+        }
+        let read = read.unwrap();
+        let steps = (records - 1).min(whole.steps.len());
+        assert_eq!(read.steps, whole.steps[..steps], "{length}");
+        assert_eq!(read.ending, if records == ends.len() { Ending::Completed } else { Ending::Interrupted });
+        // Reopening cuts the piece off, so that what follows stands on a line of its own.
+        if length % 97 == 0 && length >= ends[0] {
+            fs::write(&torn, &bytes[..length]).unwrap();
+            let (journal, so_far) = Journal::reopen(&torn).unwrap();
+            let mut journal = journal.flush(Flush::System);
+            let resumed = problem.resume(so_far, &mut journal).unwrap();
+            journal.close(&resumed).unwrap();
+            assert_eq!(differences(&Journal::read(&torn).unwrap(), &whole), 0);
+        }
+    }
+}
+
+#[test]
+fn damage_within_a_journal_is_named() {
+    let folder = folder("damage");
+    let file = folder.join("run.jsonl");
+    let problem = pulled(Enforcing::Transformation);
+    let mut journal = Journal::create(&file, &problem.at_rest()).unwrap();
+    problem.run(&mut journal).unwrap();
+    drop(journal);
+    let sound = fs::read(&file).unwrap();
+    let second = sound.iter().position(|&b| b == b'\n').unwrap() + 1;
+    let third = second + sound[second..].iter().position(|&b| b == b'\n').unwrap() + 1;
+    let mut random = fastrand::Rng::with_seed(3);
+    for _ in 0..200 {
+        let mut bytes = sound.clone();
+        // Any bit but those of the line's end, which would join two lines.
+        bytes[random.usize(second..third - 1)] ^= 1 << random.u8(0..8);
+        fs::write(&file, &bytes).unwrap();
+        let error = Journal::read(&file).unwrap_err();
+        assert!(matches!(error, OutputError::Journal { line: 2, .. }), "{error}");
+    }
+    for (text, words) in [
+        (&b""[..], "empty"),
+        (b"\n", "no whole record"),
+        (b"a,b\n1,2\n", "no whole record"),
+        (&sound[second..], "first record is not the start"),
+        (&[&sound[..second], &sound[..second]].concat(), "second start"),
+    ] {
+        fs::write(&file, text).unwrap();
+        let error = Journal::read(&file).unwrap_err();
+        assert!(matches!(error, OutputError::Journal { .. }) && error.to_string().contains(words), "{error}");
+    }
+    for nothing in [folder.join("missing.jsonl"), folder.clone()] {
+        assert!(matches!(Journal::read(nothing), Err(OutputError::Io { .. } | OutputError::Journal { .. })));
+    }
+}
+
+#[test]
+fn a_journal_is_never_written_over() {
+    let file = folder("twice").join("run.jsonl");
+    drop(Journal::create(&file, &State::default()).unwrap());
+    let error = Journal::create(&file, &State::default()).unwrap_err();
+    assert!(error.to_string().contains("resume it, or remove it"), "{error}");
+    assert_eq!(Journal::read(&file).unwrap(), Path::new(State::default()));
+}
+
+#[test]
+fn every_number_reads_back_to_the_same_bits() {
+    // A step of random bits, subnormal numbers and both zeros among them; JSON holds all finite ones.
+    let mut random = fastrand::Rng::with_seed(11);
+    let mut numbers: Vec<f64> =
+        vec![0.0, -0.0, f64::MIN_POSITIVE, -f64::MIN_POSITIVE / 3.0, f64::MAX, f64::EPSILON, 5e-324];
+    numbers.extend((0..20_000).map(|_| f64::from_bits(random.u64(..))).filter(|x| x.is_finite()));
+    let state = State { displacement: numbers, load: -0.0, ..State::default() };
+    let path = Path::new(state);
+    let file = folder("bits").join("run.jsonl");
+    drop(Journal::create(&file, &path.start).unwrap());
+    assert_eq!(differences(&Journal::read(&file).unwrap(), &path), 0);
+}
+
+#[test]
+fn paths_that_do_not_fit_are_refused() {
+    let problem = pulled(Enforcing::Transformation);
+    let whole = problem.run(&mut ()).unwrap();
+    let refusal = |change: &dyn Fn(&mut Path)| {
+        let mut path = whole.clone();
+        path.steps.truncate(3);
+        change(&mut path);
+        problem.resume(path, &mut ()).unwrap_err()
+    };
+    for (change, what) in [
+        (&(|p: &mut Path| p.start.displacement.clear()) as &dyn Fn(&mut Path), "displacement"),
+        (&|p: &mut Path| p.steps[1].state.displacement.push(0.0), "displacement"),
+        (&|p: &mut Path| p.steps[2].state.multipliers.clear(), "multipliers"),
+        (&|p: &mut Path| p.steps[2].state.locals[0].clear(), "local unknowns"),
+    ] {
+        let error = refusal(change);
+        assert!(
+            matches!(&error, Error::Solve(SolveError::Length { what: found, .. }) if *found == what),
+            "{what}: {error}"
+        );
+    }
+    let error = refusal(&|p: &mut Path| p.steps[2].pace.increment = f64::NAN);
+    assert!(matches!(error, Error::Solve(SolveError::Setting { .. })), "{error}");
+    // Counts beyond all reason add up all the same.
+    let mut path = whole.clone();
+    path.steps.truncate(3);
+    path.steps.iter_mut().for_each(|s| (s.iterations, s.rejected) = (usize::MAX, usize::MAX));
+    problem.resume(path, &mut ()).unwrap();
+}
+
+/// Not a test by itself: the run that [`killed_runs_are_readable_and_resume`] kills, in a process of its own.
+#[test]
+fn child() {
+    killed::is_child().unwrap();
+}
+
+#[test]
+fn killed_runs_are_readable_and_resume() {
+    // The example `resume` kills 50; a few show that it works here too.
+    let program = std::env::current_exe().unwrap();
+    let command = || {
+        let mut command = Command::new(&program);
+        command.args(["child", "--exact", "--nocapture", "--test-threads=1"]);
+        command
+    };
+    let killed = killed::kill_and_resume(command, &folder("killed"), 12).unwrap();
+    assert_eq!((killed.readable, killed.differences), (12, 0), "{killed:?}");
+    assert!(killed.midway >= 3, "{killed:?}: the moments miss the run");
+}
