@@ -1,5 +1,5 @@
 //! Losing nothing: journals hold whole steps whenever a run dies, and resumed runs differ in no bit.
-#![cfg(all(feature = "serde", feature = "solve"))]
+#![cfg(feature = "serde")]
 
 #[path = "../examples/support/killed.rs"]
 mod killed;

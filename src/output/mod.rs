@@ -14,19 +14,19 @@
 //! wrong with the data or with the disk is an [`OutputError`]. Only a journal is written as it grows, and
 //! never over another one.
 //!
-//! Charts need the feature `chart`, journals `serde` and `solve`.
+//! Charts need the feature `chart`, journals `serde`.
 
 #[cfg(feature = "chart")]
 pub mod chart;
 pub mod csv;
-#[cfg(all(feature = "serde", feature = "solve"))]
+#[cfg(feature = "serde")]
 pub mod journal;
 pub mod vtk;
 
 #[cfg(feature = "chart")]
 pub use chart::{Chart, Series};
 pub use csv::{Cell, Quantity, Summary, Table};
-#[cfg(all(feature = "serde", feature = "solve"))]
+#[cfg(feature = "serde")]
 pub use journal::{Flush, Journal};
 pub use vtk::{PvdCollection, PvdEntry, VtkCell, VtkField, VtkGrid, VtkValues};
 
