@@ -7,6 +7,7 @@ mod transformation;
 
 pub use full::FullTransformation;
 pub use multipliers::LagrangeMultipliers;
+pub(crate) use multipliers::dependent_rows;
 pub use rows::{Constraints, Motion, Row};
 pub use transformation::MixedTransformation;
 

@@ -4,7 +4,7 @@ use crate::assembly::{Pattern, System};
 use crate::error::BoundaryError;
 use crate::linear::MatrixClass;
 
-use super::{Constraints, Enforced, Enforcement};
+use super::{Constraints, Enforced, Enforcement, Row};
 
 /// Lagrange multipliers: the saddle point system (4.11),
 /// $$\begin{bmatrix}K + G^T R\,G & G^T\\ G & 0\end{bmatrix}
@@ -53,7 +53,9 @@ impl Enforcement for LagrangeMultipliers {
             }
             scaled.push((entries, 1.0 / largest));
         }
-        check_independence(&scaled, rows)?;
+        if let Some(dependent) = dependent_rows(rows.rows()).into_iter().next() {
+            return Err(dependent);
+        }
         let saddle = Pattern::from_columns(columns);
         let place = |row: usize, column: usize| saddle.find(row, column).unwrap_or(0) as u32;
         let mut destination = Vec::with_capacity(pattern.entries());
@@ -74,13 +76,18 @@ impl Enforcement for LagrangeMultipliers {
     }
 }
 
-/// Finds rows that depend on earlier ones, by orthogonalisation of rows that share unknowns.
-fn check_independence(scaled: &[(Vec<(usize, f64)>, f64)], rows: &Constraints) -> Result<(), BoundaryError> {
+/// The rows that depend on earlier ones, by elimination among rows that share unknowns.
+pub(crate) fn dependent_rows(rows: &[Row]) -> Vec<BoundaryError> {
     use std::collections::BTreeMap;
+    let mut dependent = Vec::new();
     // Sparse Gaussian elimination: each reduced row is remembered by its pivot unknown.
     let mut reduced: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
-    for (r, (row, _)) in scaled.iter().enumerate() {
-        let mut left: BTreeMap<usize, f64> = row.iter().copied().collect();
+    for (r, row) in rows.iter().enumerate() {
+        let scale = largest(row);
+        let mut left: BTreeMap<usize, f64> = BTreeMap::new();
+        for &(k, c) in &row.entries {
+            *left.entry(k).or_insert(0.0) += c / scale;
+        }
         // Eliminate by rising pivot order of creation until no pivot unknown is left.
         while let Some((unknown, factor)) =
             left.iter().find(|(k, v)| **v != 0.0 && reduced.contains_key(k)).map(|(k, v)| (*k, *v))
@@ -90,8 +97,8 @@ fn check_independence(scaled: &[(Vec<(usize, f64)>, f64)], rows: &Constraints) -
             }
             left.remove(&unknown);
         }
-        let largest = left.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map(|(k, v)| (*k, *v));
-        match largest {
+        let pivot = left.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map(|(k, v)| (*k, *v));
+        match pivot {
             Some((pivot, size)) if size.abs() > 1e-10 => {
                 let mut row: BTreeMap<usize, f64> = left.into_iter().map(|(k, v)| (k, v / size)).collect();
                 row.insert(pivot, 1.0);
@@ -106,16 +113,20 @@ fn check_independence(scaled: &[(Vec<(usize, f64)>, f64)], rows: &Constraints) -
                 }
                 reduced.insert(pivot, row);
             }
-            other => {
-                return Err(BoundaryError::Dependent {
-                    row: r,
-                    what: rows.rows()[r].label.clone(),
-                    pivot: other.map_or(0.0, |(_, v)| v.abs()),
-                });
-            }
+            other => dependent.push(BoundaryError::Dependent {
+                row: r,
+                what: row.label.clone(),
+                pivot: other.map_or(0.0, |(_, v)| v.abs()),
+            }),
         }
     }
-    Ok(())
+    dependent
+}
+
+/// The largest entry of a row, or 1 for one that has none.
+fn largest(row: &Row) -> f64 {
+    let largest = row.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
+    if largest > 0.0 { largest } else { 1.0 }
 }
 
 impl Enforced for Bound {

@@ -1,5 +1,6 @@
 //! Certificates: what a scheme, and each piece of one's own, must pass.
 //!
+//! * [`scene`]: what stands between a scene and its solution, before it is solved.
 //! * [`patch_test`]: are homogeneous fields reproduced?
 //! * [`spurious_modes`]: does the integration rule see every deformation?
 //! * [`inf_sup`]: are the pressures stable?
@@ -28,6 +29,7 @@ mod algebra;
 mod inf_sup;
 mod material;
 mod patch;
+mod scene;
 mod shape;
 mod solver;
 mod stability;
@@ -36,6 +38,7 @@ mod term;
 pub use inf_sup::{InfSup, inf_sup};
 pub use material::material;
 pub use patch::{PatchTest, patch_test};
+pub use scene::{Diagnosis, FreeMotion, UncoveredRegion, scene};
 pub use shape::{basis, kernel};
 pub use solver::solver;
 pub use stability::{Stability, spurious_modes};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::assembly::Model;
 use crate::basis::Polynomial;
-use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation, Motion};
+use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
 use crate::cells::{Cells, Lattice, Layout};
 use crate::error::{BoundaryError, Error, GeometryError};
 use crate::geometry::{Domain, Part, Point};
@@ -15,31 +15,47 @@ use crate::quadrature::Points;
 use crate::shape::{Approximation, FiniteElements, ReproducingKernel};
 use crate::solve::Analysis;
 use crate::table::ShapeTable;
-use crate::term::{Amplitude, Body, DeadLoad, FollowerPressure, Pointwise, PressureField};
+use crate::term::{Body, DeadLoad, FollowerPressure, Pointwise, PressureField};
 
+use super::conditions::rows;
 use super::problem::Evaluate;
 use super::scheme::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule, Scheme, Volume};
-use super::{LoadKind, Place, Problem, Region, Scene, Value};
+use super::{LoadKind, Place, Problem, Region, Scene};
 
 /// Rows up to which the mixed transformation is the default: beyond, its dense faces cost more than multipliers.
 const TRANSFORMATION_ROWS: usize = 600;
 
 /// How boundaries are integrated: sub-facets per direction and Gauss points on each.
 #[derive(Clone, Copy)]
-struct FacetRule {
-    parts: usize,
-    gauss: usize,
+pub(super) struct FacetRule {
+    pub parts: usize,
+    pub gauss: usize,
 }
 
-pub(super) fn discretize<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Problem<D>, Error> {
-    let cells: Arc<dyn Cells<D>> = match &scene.region {
+/// The shape functions of particles under a scheme.
+pub(crate) type KernelFunctions<const D: usize> = ReproducingKernel<D, Arc<dyn Kernel>, Polynomial<D>>;
+
+/// What becomes of a condition that can't be added to the rows: the error itself, or leave to go on without it.
+pub(super) type Refused<'a> = &'a mut dyn FnMut(Error) -> Result<(), Error>;
+
+pub(super) fn discretize<const D: usize>(
+    scene: &Scene<D>,
+    scheme: &Scheme,
+    refused: Refused<'_>,
+) -> Result<Problem<D>, Error> {
+    let cells = cells(scene, scheme)?;
+    match scheme.functions {
+        Functions::Particles => particles(scene, scheme, cells, refused),
+        Functions::Elements => elements(scene, scheme, cells, refused),
+    }
+}
+
+/// The particles of a scene under a scheme and the cells between them.
+pub(super) fn cells<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Arc<dyn Cells<D>>, Error> {
+    Ok(match &scene.region {
         Region::Domain(domain) => Arc::new(Lattice::new(&**domain, counts(&**domain, scheme)?, &scheme.layout)?),
         Region::Cells(cells) => cells.clone(),
-    };
-    match scheme.functions {
-        Functions::Particles => particles(scene, scheme, cells),
-        Functions::Elements => elements(scene, scheme, cells),
-    }
+    })
 }
 
 /// Where tables of loads come from: boundary parts and the body.
@@ -49,17 +65,13 @@ struct Tables<'a, const D: usize> {
 }
 
 /// Reproducing kernel particles.
-fn particles<const D: usize>(scene: &Scene<D>, scheme: &Scheme, cells: Arc<dyn Cells<D>>) -> Result<Problem<D>, Error> {
-    let particles = match scheme.dilation {
-        Dilation::Auto => cells.particles(default_dilation::<D>(scheme.order))?,
-        Dilation::Local(r) => cells.particles(r)?,
-        Dilation::Global(r) => cells.particles_global(r)?,
-    };
-    let mut approximation: ReproducingKernel<D, Arc<dyn Kernel>, Polynomial<D>> =
-        ReproducingKernel::new(particles, scheme.kernel.clone(), Polynomial::new(scheme.order))?;
-    if let Some(limit) = scheme.rcond_limit {
-        approximation = approximation.with_rcond_limit(limit);
-    }
+fn particles<const D: usize>(
+    scene: &Scene<D>,
+    scheme: &Scheme,
+    cells: Arc<dyn Cells<D>>,
+    refused: Refused<'_>,
+) -> Result<Problem<D>, Error> {
+    let approximation = kernel_functions(scheme, &*cells)?;
     let kinematics = &*scene.kinematics;
     let (table, facets, field) = body_table(scene, scheme, &*cells, &approximation)?;
     let body = Body::new(table, scene.material.clone(), field);
@@ -79,12 +91,34 @@ fn particles<const D: usize>(scene: &Scene<D>, scheme: &Scheme, cells: Arc<dyn C
         RowKind::AtParticles => false,
         RowKind::OverBoundary => true,
     };
-    let rows = rows(scene, &*cells, &approximation, over_boundary.then_some(facets))?;
+    let rows = rows(scene, &*cells, &approximation, over_boundary.then_some(facets), refused)?;
     finish(scheme, model, rows, cells, Box::new(approximation))
 }
 
+/// The shape functions of a scheme on the particles of cells.
+pub(crate) fn kernel_functions<const D: usize>(
+    scheme: &Scheme,
+    cells: &dyn Cells<D>,
+) -> Result<KernelFunctions<D>, Error> {
+    let particles = match scheme.dilation {
+        Dilation::Auto => cells.particles(default_dilation::<D>(scheme.order))?,
+        Dilation::Local(r) => cells.particles(r)?,
+        Dilation::Global(r) => cells.particles_global(r)?,
+    };
+    let approximation = ReproducingKernel::new(particles, scheme.kernel.clone(), Polynomial::new(scheme.order))?;
+    Ok(match scheme.rcond_limit {
+        Some(limit) => approximation.with_rcond_limit(limit),
+        None => approximation,
+    })
+}
+
 /// Finite elements on the same lattice.
-fn elements<const D: usize>(scene: &Scene<D>, scheme: &Scheme, cells: Arc<dyn Cells<D>>) -> Result<Problem<D>, Error> {
+fn elements<const D: usize>(
+    scene: &Scene<D>,
+    scheme: &Scheme,
+    cells: Arc<dyn Cells<D>>,
+    refused: Refused<'_>,
+) -> Result<Problem<D>, Error> {
     if scheme.rows == RowKind::OverBoundary {
         return Err(BoundaryError::Unsuitable {
             enforcement: "rows over boundaries",
@@ -120,7 +154,7 @@ fn elements<const D: usize>(scene: &Scene<D>, scheme: &Scheme, cells: Arc<dyn Ce
         body: &|| ShapeTable::of_elements(&elements, &elements.gauss(points)?, kinematics),
     };
     let model = model(scene, body, &*cells, &elements, &tables)?;
-    let rows = rows(scene, &*cells, &elements, None)?;
+    let rows = rows(scene, &*cells, &elements, None, refused)?;
     finish(scheme, model, rows, cells, Box::new(elements))
 }
 
@@ -339,74 +373,5 @@ impl<const D: usize> crate::kinematics::Kinematics<D> for Unmeasured {
 
     fn measure(&self, _: &Point<D>) -> f64 {
         1.0
-    }
-}
-
-/// Rows over boundaries with the given facet rule, or at particles without one.
-fn rows<const D: usize, A: Approximation<D>>(
-    scene: &Scene<D>,
-    cells: &dyn Cells<D>,
-    approximation: &A,
-    facets: Option<FacetRule>,
-) -> Result<Constraints, Error> {
-    let mut rows = Constraints::new();
-    for condition in &scene.conditions {
-        let (component, amplitude, label) = (condition.component, &condition.amplitude, condition.label.as_str());
-        let nodes = match (&condition.place, facets) {
-            (Place::Part(part), Some(facets)) => {
-                // One by one, so that each part claims its corners in turn.
-                let parts = if *part == Part::Whole { cells.boundary_parts() } else { vec![part.clone()] };
-                for part in parts {
-                    let cells = cells.boundary(&part, facets.parts, facets.gauss)?;
-                    let kinematics = &*scene.kinematics;
-                    match &condition.value {
-                        Value::Field(field) => {
-                            rows.over_boundary(
-                                approximation,
-                                &cells,
-                                kinematics,
-                                component,
-                                &**field,
-                                amplitude,
-                                label,
-                            )?;
-                        }
-                        Value::Motion(motion) => {
-                            let motion = along(motion, amplitude);
-                            rows.motion_over_boundary(approximation, &cells, kinematics, component, &motion, label)?;
-                        }
-                    }
-                }
-                continue;
-            }
-            (Place::Part(part), None) => cells.boundary_nodes(part)?,
-            (Place::Particle(at), _) => vec![particle_at(cells, at, label)?],
-            (Place::Body, _) => continue,
-        };
-        match &condition.value {
-            Value::Field(field) => rows.at_particles(approximation, &nodes, component, &**field, amplitude, label)?,
-            Value::Motion(motion) => {
-                rows.motion_at_particles(approximation, &nodes, component, &along(motion, amplitude), label)?;
-            }
-        }
-    }
-    Ok(rows)
-}
-
-/// A motion whose load factor follows an amplitude.
-fn along<const D: usize>(motion: &Motion<D>, amplitude: &Amplitude) -> Motion<D> {
-    let (motion, amplitude) = (motion.clone(), amplitude.clone());
-    Arc::new(move |x, load| motion(x, amplitude.evaluate(load).0))
-}
-
-/// The particle that lies at a point, to a thousandth of its spacing.
-fn particle_at<const D: usize>(cells: &dyn Cells<D>, at: &Point<D>, label: &str) -> Result<usize, Error> {
-    let distance = |node: usize| (cells.positions()[node] - at).norm();
-    let nearest = (0..cells.positions().len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
-    if distance(nearest) <= 1e-3 * cells.local_spacing(nearest) {
-        Ok(nearest)
-    } else {
-        let nearest = cells.positions()[nearest].as_slice().to_vec();
-        Err(BoundaryError::Empty { what: label.to_string(), nearest }.into())
     }
 }

@@ -15,10 +15,12 @@
 //! # Ok::<(), rkpm::Error>(())
 //! ```
 
+mod conditions;
 mod discretize;
 mod problem;
 mod scheme;
 
+pub(crate) use discretize::kernel_functions;
 pub use problem::Problem;
 pub use scheme::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule, Scheme, Volume};
 
@@ -265,7 +267,24 @@ impl<const D: usize> Scene<D> {
     /// Any bad input of scene or scheme: geometry, particles, supports, selections, rows, loads.
     pub fn discretize(&self, scheme: &Scheme) -> Result<Problem<D>, Error> {
         self.validate()?;
-        discretize::discretize(self, scheme)
+        discretize::discretize(self, scheme, &mut Err)
+    }
+
+    /// As [`discretize`](Scene::discretize) without the conditions that can't be taken, and why not.
+    pub(crate) fn discretize_leniently(&self, scheme: &Scheme) -> Result<(Problem<D>, Vec<Error>), Error> {
+        self.validate()?;
+        let mut refused = Vec::new();
+        let problem = discretize::discretize(self, scheme, &mut |error| {
+            refused.push(error);
+            Ok(())
+        })?;
+        Ok((problem, refused))
+    }
+
+    /// The particles under a scheme and the cells between them.
+    pub(crate) fn cells(&self, scheme: &Scheme) -> Result<Arc<dyn Cells<D>>, Error> {
+        self.validate()?;
+        discretize::cells(self, scheme)
     }
 
     /// Refuses conditions and loads that no scheme could serve.

@@ -1,0 +1,247 @@
+//! What `check::scene` finds before a solve, and that it finds nothing where there is nothing.
+#![cfg(feature = "solve")]
+
+use std::sync::Arc;
+
+use rkpm::cells::{BoundaryCells, Cells, Smoothing, Zones};
+use rkpm::check::{self, Diagnosis};
+use rkpm::error::{ApproximationError, BoundaryError, GeometryError};
+use rkpm::prelude::*;
+use rkpm::scene::{Enforcing, RowKind};
+
+fn rubber() -> Rubber {
+    Rubber::yeoh(0.373, -0.031, 0.005, 1e5).unwrap()
+}
+
+fn square() -> Scene<2> {
+    Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+}
+
+fn cube() -> Scene<3> {
+    Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber())
+}
+
+fn diagnose<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Diagnosis {
+    check::scene(scene, scheme).unwrap()
+}
+
+/// The laws that are broken, in the order of the report.
+fn broken(diagnosis: &Diagnosis) -> Vec<&'static str> {
+    diagnosis.report().violations().map(|finding| finding.law).collect()
+}
+
+#[test]
+fn sound_scenes_have_no_findings() {
+    let held = square().hold(Side::Min).prescribe(Side::Max, 0, 0.1);
+    for scheme in
+        [Scheme::default().particles([5, 5]), Scheme::default().particles([7, 6]).order(2), Scheme::elements(1)]
+    {
+        let diagnosis = diagnose(&held, &scheme);
+        assert!(diagnosis.holds(), "{}", diagnosis.report());
+    }
+    let held = cube().hold(Side::Min).traction(Side::Max, [0.1, 0.0, 0.0]);
+    let diagnosis = diagnose(&held, &Scheme::default().particles([4]));
+    assert!(diagnosis.holds(), "{}", diagnosis.report());
+    let tube = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, rubber()).pressure(Side::Min, 0.1);
+    let diagnosis = diagnose(&tube, &Scheme::default());
+    // Hoops hold it: no condition is needed.
+    assert!(diagnosis.holds(), "{}", diagnosis.report());
+    assert_eq!((diagnosis.pressures, diagnosis.displacements), (8, 9));
+}
+
+#[test]
+fn free_rigid_motions_are_counted_and_named() {
+    let scheme = Scheme::default().particles([5, 4]);
+    assert_eq!(diagnose(&square(), &scheme).free.len(), 3);
+    assert_eq!(diagnose(&cube(), &Scheme::default().particles([3])).free.len(), 6);
+    let ring = |inner: f64| Scene::new(Block::new([inner, 0.0], [inner + 1.0, 1.0]), Axisymmetric, rubber());
+    // A far, thin ring resists a radial motion by little, and resists it.
+    for inner in [0.0, 1.0, 1000.0] {
+        let free = diagnose(&ring(inner), &scheme).free;
+        assert_eq!(free.len(), 1, "{inner}: {free:?}");
+        assert_eq!(free[0].to_string(), "1.00 of a translation along axis 1");
+    }
+    // Pinned at one particle: it turns about it.
+    let pinned = square().prescribe_at([0.0, 0.0], 0, 0.0).prescribe_at([0.0, 0.0], 1, 0.0);
+    let free = diagnose(&pinned, &scheme).free;
+    assert_eq!(free.len(), 1);
+    let motion = |x: [f64; 2]| -> [f64; 2] {
+        // Parts are relative to the largest displacement: rotations to that of the farthest particle.
+        let arm = (1.0f64 + 0.25).sqrt();
+        let (i, j, part) = free[0].rotations[0];
+        let mut u = [free[0].translation[0], free[0].translation[1]];
+        u[i] += part * (x[j] - free[0].centre[j]) / arm;
+        u[j] -= part * (x[i] - free[0].centre[i]) / arm;
+        u
+    };
+    // The pin of particle functions that do not interpolate is exact for rigid motions all the same.
+    assert!(motion([0.0, 0.0]).iter().all(|u| u.abs() < 1e-6), "{free:?}");
+    assert!(motion([2.0, 1.0]).iter().any(|u| u.abs() > 0.5));
+    // An end that may slide: free along the other axis, and not turning.
+    let slides = diagnose(&square().prescribe(Side::Min, 0, 0.0), &scheme);
+    assert_eq!(broken(&slides), ["no rigid motion is free"]);
+    assert_eq!(slides.free[0].to_string(), "1.00 of a translation along axis 1");
+    // In 3D a held plane leaves two translations and the rotation in it.
+    let sliding = diagnose(&cube().prescribe((2, Side::Min), 2, 0.0), &Scheme::default().particles([3]));
+    let mut names: Vec<String> = sliding.free.iter().map(ToString::to_string).collect();
+    names.sort();
+    assert_eq!(
+        names,
+        [
+            "1.00 of a rotation in the plane of axes 0 and 1",
+            "1.00 of a translation along axis 0",
+            "1.00 of a translation along axis 1"
+        ]
+    );
+}
+
+#[test]
+fn all_conflicts_are_named_at_once() {
+    let scheme = Scheme::default().particles([5, 4]).rows(RowKind::AtParticles);
+    let scene = square().hold(Side::Min).prescribe(Side::Min, 0, 0.3).prescribe_at([0.6, 0.3], 1, 0.1).prescribe_at(
+        [0.0, 1.0],
+        1,
+        0.2,
+    );
+    let diagnosis = diagnose(&scene, &scheme);
+    assert_eq!(broken(&diagnosis), ["conditions agree and select something"]);
+    assert_eq!(diagnosis.refused.len(), 3, "{:?}", diagnosis.refused);
+    assert!(matches!(diagnosis.refused[0], Error::Boundary(BoundaryError::Conflict { component: 0, .. })));
+    assert!(matches!(diagnosis.refused[1], Error::Boundary(BoundaryError::Empty { .. })));
+    assert!(matches!(diagnosis.refused[2], Error::Boundary(BoundaryError::Conflict { component: 1, .. })));
+    // Where discretize stops at the first.
+    assert_eq!(scene.discretize(&scheme).err().unwrap().to_string(), diagnosis.refused[0].to_string());
+    assert!(diagnosis.report().to_string().contains("u_0 on face (0, Min)"));
+}
+
+#[test]
+fn dependent_rows_are_found_and_not_counted() {
+    // Values at all particles leave nothing to say over a face.
+    let lattice = Block::new([0.0, 0.0], [2.0, 1.0]).lattice([4, 3]).unwrap();
+    let at_all = lattice.positions().iter().fold(square(), |scene, x| scene.prescribe_at([x[0], x[1]], 0, 0.0));
+    let scene = at_all.hold(Side::Min);
+    for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
+        let scheme = Scheme::default().particles([4, 3]).enforcing(enforcing);
+        let diagnosis = diagnose(&scene, &scheme);
+        assert_eq!(broken(&diagnosis), ["rows are independent"], "{}", diagnosis.report());
+        assert_eq!(diagnosis.dependent.len(), 3);
+        assert_eq!(diagnosis.displacements, 12 - 3);
+        assert!(
+            matches!(diagnosis.dependent[0], BoundaryError::Dependent { row: 12, .. }),
+            "{:?}",
+            diagnosis.dependent
+        );
+        // What the run would stop at, one by one.
+        let refusal = scene.discretize(&scheme).unwrap().run(&mut ()).unwrap_err();
+        assert!(matches!(refusal, Error::Boundary(BoundaryError::Dependent { .. })), "{refusal}");
+    }
+}
+
+#[test]
+fn schemes_that_lock_have_too_many_pressures() {
+    let scene = square().hold(Side::Min);
+    let locking = diagnose(&scene, &Scheme::paper(1.0).particles([9, 5]));
+    assert_eq!(broken(&locking), ["pressures leave displacements their freedom"]);
+    // 4 × 4 points in each of 32 cells.
+    assert_eq!((locking.pressures, locking.displacements), (512, 90 - 10));
+    assert_eq!(locking.most_pressures, 0.5);
+}
+
+/// A lattice whose particles beyond `edge` along axis 0 have supports too small to meet.
+struct Gapped {
+    lattice: Lattice<2>,
+    edge: f64,
+}
+
+impl Cells<2> for Gapped {
+    fn positions(&self) -> &[Point<2>] {
+        self.lattice.positions()
+    }
+    fn cell_count(&self) -> usize {
+        self.lattice.cell_count()
+    }
+    fn corners(&self, cell: usize) -> Vec<usize> {
+        Cells::corners(&self.lattice, cell)
+    }
+    fn local_spacing(&self, particle: usize) -> f64 {
+        Cells::local_spacing(&self.lattice, particle)
+    }
+    fn particles(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
+        let whole = self.lattice.particles(r)?;
+        let supports = whole.positions().iter().zip(whole.supports());
+        let supports = supports.map(|(x, s)| if x[0] > self.edge { s.scaled(0.1) } else { *s }).collect();
+        Particles::new(whole.positions().to_vec(), supports)
+    }
+    fn particles_global(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
+        self.particles(r)
+    }
+    fn is_thin(&self) -> bool {
+        self.lattice.is_thin()
+    }
+    fn zones(&self, size: usize) -> Zones {
+        self.lattice.zones(size)
+    }
+    fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<2>, GeometryError> {
+        self.lattice.gauss_in(n, zones)
+    }
+    fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
+        self.lattice.smoothing(parts, gauss, zones)
+    }
+    fn dual(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
+        self.lattice.dual(gauss)
+    }
+    fn boundary_parts(&self) -> Vec<Part> {
+        self.lattice.boundary_parts()
+    }
+    fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
+        self.lattice.boundary(part, parts, gauss)
+    }
+    fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
+        self.lattice.boundary_nodes(part)
+    }
+    fn contains(&self, at: &Point<2>) -> bool {
+        self.lattice.contains(at)
+    }
+}
+
+#[test]
+fn uncovered_regions_are_bounded() {
+    let lattice = Block::new([0.0, 0.0], [8.0, 2.0]).lattice([9, 3]).unwrap();
+    let cells = Arc::new(Gapped { lattice, edge: 5.5 });
+    let scene = Scene::over(cells, PlaneStrain, rubber()).hold(Side::Min);
+    let diagnosis = diagnose(&scene, &Scheme::default());
+    assert_eq!(broken(&diagnosis), ["particles cover the body"]);
+    let [region] = diagnosis.uncovered.as_slice() else { panic!("{:?}", diagnosis.uncovered) };
+    // Particles at 6 and beyond reach 0.2 far; those at 5 reach to 7, but lie on one line. The first points sampled
+    // beyond the particles at 6 lie 0.069 of a cell away.
+    assert!((region.bounds[0][0] - 6.0694).abs() < 1e-4, "{region:?}");
+    assert_eq!(region.bounds[1], [8.0, 2.0]);
+    assert!(region.cells.iter().all(|c| c % 8 >= 6) && region.cells.contains(&7) && region.cells.contains(&15));
+    assert_eq!(diagnosis.cover.as_ref().map(|c| c.rcond), Some(0.0));
+    assert!(matches!(scene.discretize(&Scheme::default()), Err(Error::Approximation(_))));
+    // A quadratic basis on supports for a linear one: one region that spreads over most of the body.
+    let square = square().hold(Side::Min);
+    let diagnosis = diagnose(&square, &Scheme::default().particles([5, 4]).order(2).dilation(0.7));
+    assert_eq!(diagnosis.uncovered.len(), 1);
+    assert!(diagnosis.uncovered[0].cells.len() > 6, "{:?}", diagnosis.uncovered);
+}
+
+#[test]
+fn badly_conditioned_moments_are_found_before_they_are_refused() {
+    // Narrow supports of a linear basis: the second layer of particles barely reaches the first.
+    let scheme = |r: f64| Scheme { rcond_limit: Some(1e-12), ..Scheme::default().particles([5, 5]).dilation(r) };
+    let scene = square().hold(Side::Min);
+    let narrow = diagnose(&scene, &scheme(0.504));
+    let cover = narrow.cover.as_ref().unwrap();
+    assert!(cover.rcond < 1e-6 && cover.rcond > 0.0, "{cover:?}");
+    assert_eq!(broken(&narrow), ["moment matrices are well conditioned"]);
+    assert!(diagnose(&scene, &scheme(0.7)).holds());
+}
+
+#[test]
+fn what_cannot_be_placed_at_all_is_an_error() {
+    let nowhere = Scene::new(Block::new([0.0, 0.0], [0.0, 1.0]), PlaneStrain, rubber());
+    assert!(matches!(check::scene(&nowhere, &Scheme::default()), Err(Error::Geometry(_))));
+    let nan = square().traction(Side::Max, [f64::NAN, 0.0]);
+    assert!(matches!(check::scene(&nan, &Scheme::default()), Err(Error::Boundary(_))));
+}
