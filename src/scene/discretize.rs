@@ -255,26 +255,31 @@ fn counts<const D: usize>(domain: &dyn Domain<D>, scheme: &Scheme) -> Result<[us
                 }
                 .into());
             }
-            // The longest of the edges along each axis, each measured in 16 pieces.
-            Ok(std::array::from_fn(|axis| {
-                let mut longest: f64 = 0.0;
-                for edge in 0..1usize << D {
-                    let corner = Point::<D>::from_fn(|i, _| if i == axis { 0.0 } else { ((edge >> i) & 1) as f64 });
-                    let mut length = 0.0;
-                    let mut before = domain.position(&corner);
-                    for piece in 1..=16 {
-                        let mut at = corner;
-                        at[axis] = piece as f64 / 16.0;
-                        let next = domain.position(&at);
-                        length += (next - before).norm();
-                        before = next;
-                    }
-                    longest = longest.max(length);
-                }
-                (longest / spacing - 1e-9).ceil().clamp(1.0, 1e7) as usize + 1
-            }))
+            let lengths = edge_lengths(domain);
+            Ok(lengths.map(|longest| (longest / spacing - 1e-9).ceil().clamp(1.0, 1e7) as usize + 1))
         }
     }
+}
+
+/// The longest of the edges of a domain's unit cube along each axis, each measured in 16 pieces \[length\].
+pub(crate) fn edge_lengths<const D: usize>(domain: &dyn Domain<D>) -> [f64; D] {
+    std::array::from_fn(|axis| {
+        let mut longest: f64 = 0.0;
+        for edge in 0..1usize << D {
+            let corner = Point::<D>::from_fn(|i, _| if i == axis { 0.0 } else { ((edge >> i) & 1) as f64 });
+            let mut length = 0.0;
+            let mut before = domain.position(&corner);
+            for piece in 1..=16 {
+                let mut at = corner;
+                at[axis] = piece as f64 / 16.0;
+                let next = domain.position(&at);
+                length += (next - before).norm();
+                before = next;
+            }
+            longest = longest.max(length);
+        }
+        longest
+    })
 }
 
 /// One number for each axis; a single one stands for all.

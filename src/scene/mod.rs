@@ -19,6 +19,7 @@ mod conditions;
 mod discretize;
 mod problem;
 mod scheme;
+mod transfer;
 
 pub(crate) use discretize::kernel_functions;
 pub use problem::Problem;
@@ -136,6 +137,14 @@ impl<const D: usize> Scene<D> {
             conditions: Vec::new(),
             loads: Vec::new(),
             last: Last::Nothing,
+        }
+    }
+
+    /// The lengths of the domain's sides \[length\]; none where the cells were given.
+    pub(crate) fn side_lengths(&self) -> Option<[f64; D]> {
+        match &self.region {
+            Region::Domain(domain) => Some(discretize::edge_lengths(&**domain)),
+            _ => None,
         }
     }
 

@@ -222,6 +222,32 @@ impl Analysis {
         Ok(march.path)
     }
 
+    /// Iterates a guess to the equilibrium at the guess's own load factor, without stepping: what is left
+    /// to do where the answer is nearly known, from a coarser model say.
+    ///
+    /// A guess that is too far away gives a stalled path without steps.
+    ///
+    /// # Errors
+    /// As [`run_from`](Analysis::run_from).
+    pub fn correct<const D: usize>(
+        &self,
+        model: &Model<D>,
+        rows: &Constraints,
+        guess: State,
+        observer: &mut dyn Observer,
+    ) -> Result<Path, Error> {
+        let (load, path) = (guess.load, Path::new(guess));
+        self.validate(model, rows, &path)?;
+        let mut march = March::new(self, model, rows, path, observer)?;
+        match march.attempt(march.state.clone(), Control::Load(load)) {
+            Ok((_, state)) => {
+                march.accept(state, Pace { increment: self.stepping.first, reached: 0 });
+            }
+            Err(rejection) => march.path.ending = Ending::Stalled(rejection.to_string()),
+        }
+        Ok(march.path)
+    }
+
     fn validate<const D: usize>(&self, model: &Model<D>, rows: &Constraints, path: &Path) -> Result<(), Error> {
         self.stepping.validate()?;
         let Newton { tolerance, iterations } = self.newton;

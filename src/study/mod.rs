@@ -1,4 +1,4 @@
-//! Studies: error against time, a line per scheme.
+//! Studies: error against time, a line per scheme; a tolerance in, the smallest sufficient model out.
 //!
 //! A [`WorkPrecision`] runs one scene under many schemes and charts what each costs against what it
 //! delivers, by the worst of the quantities asked for:
@@ -19,11 +19,14 @@
 //! assert!(study.chart().to_svg()?.contains("quadratic"));
 //! # Ok::<(), rkpm::Error>(())
 //! ```
+//! [`Scene::solve_within`](crate::scene::Scene::solve_within) chooses the number of particles itself.
 
 mod clock;
 mod quantity;
+mod sizing;
 mod work_precision;
 
 pub use clock::Phases;
 pub use quantity::Quantity;
+pub use sizing::{Answer, Budget, Level, Tolerance, Verdict};
 pub use work_precision::{Reference, Run, Study, WorkPrecision};

@@ -109,6 +109,48 @@ impl<const D: usize, M: Material> Body<D, M> {
         Some(pressures)
     }
 
+    /// Local unknowns that belong to a field of hydrostatic pressures $p(X)$ \[stress\], term by term as
+    /// [`Term::locals`] counts them: $\pi$ the projection of $p$, $\theta$ that of the $J$ with $U'(J) = p$.
+    ///
+    /// A first guess for a state whose pressures are known from another model; empty where pressures are no
+    /// unknowns.
+    pub fn locals_of(&self, pressure: impl Fn(&Point<D>) -> f64) -> Vec<f64> {
+        let clusters = self.table.clusters();
+        let total = if clusters.len() == 0 { 0 } else { self.locals(clusters.len() - 1).end };
+        let mut locals = vec![0.0; total];
+        let Some((_, volumetric)) = self.material.split() else { return locals };
+        if total == 0 {
+            return locals;
+        }
+        for cluster in 0..clusters.len() {
+            let range = self.locals(cluster);
+            for point in clusters.points(cluster) {
+                let p = pressure(&self.table.positions()[point]);
+                let mut j = 1.0;
+                // U' is nearly straight around J = 1; a guess needs no more digits.
+                for _ in 0..4 {
+                    let u = volumetric.evaluate(j);
+                    let next = j + (p - u.slope) / u.curvature;
+                    if !(next > 0.2 && next < 5.0) {
+                        break;
+                    }
+                    j = next;
+                }
+                if self.is_zonal() {
+                    let (theta, pi) = locals[range.clone()].split_at_mut(self.functions);
+                    let weight = self.table.weights()[point];
+                    for (k, phi) in self.phi(point).iter().enumerate() {
+                        theta[k] += weight * phi * j;
+                        pi[k] += weight * phi * (1.0 - self.share) * p;
+                    }
+                } else {
+                    locals[2 * point..2 * point + 2].copy_from_slice(&[j, p]);
+                }
+            }
+        }
+        locals
+    }
+
     /// Orthonormal constants or linear functions on each cluster, by Gram–Schmidt over its points.
     fn tabulate_zone_functions(&mut self, functions: usize) {
         self.functions = functions;

@@ -1,0 +1,64 @@
+//! States carried from one discretisation of a scene to another.
+
+use crate::error::Error;
+use crate::geometry::Point;
+use crate::neighbours::BinGrid;
+use crate::particles::{Particles, Support};
+use crate::solve::State;
+
+use super::Problem;
+
+impl<const D: usize> Problem<D> {
+    /// The state of another discretisation of the same scene as a first guess for this one, to be
+    /// [`correct`](crate::solve::Analysis::correct)ed: displacements evaluated at the particles, pressures
+    /// taken from the nearest integration point.
+    ///
+    /// # Errors
+    /// Where a particle of this problem lies outside the other body.
+    pub fn transfer(&self, from: &Problem<D>, state: &State) -> Result<State, Error> {
+        let mut guess = State::at_rest(&self.model, &self.rows);
+        guess.load = state.load;
+        for (node, x) in self.model.positions().iter().enumerate() {
+            let u = from.displacement(state, x)?;
+            guess.displacement[node * D..(node + 1) * D].copy_from_slice(u.as_slice());
+        }
+        if let Some(pressures) = from.pressures(state) {
+            let nearest = Nearest::new(from.body.table().positions())?;
+            let locals = self.body.locals_of(|x| pressures[nearest.to(x)]);
+            if let Some(own) = guess.locals.first_mut().filter(|own| own.len() == locals.len()) {
+                *own = locals;
+            }
+        }
+        Ok(guess)
+    }
+}
+
+/// Finds the nearest of many points.
+struct Nearest<const D: usize> {
+    points: Particles<D>,
+    bins: BinGrid<D>,
+}
+
+impl<const D: usize> Nearest<D> {
+    fn new(points: &[Point<D>]) -> Result<Self, Error> {
+        let (mut low, mut high) = (Point::<D>::repeat(f64::INFINITY), Point::<D>::repeat(f64::NEG_INFINITY));
+        for x in points {
+            low = low.zip_map(x, f64::min);
+            high = high.zip_map(x, f64::max);
+        }
+        // A few points wide: what lies in a gap of that size is searched for among all.
+        let each = 4.0 / (points.len() as f64).powf(1.0 / D as f64);
+        let half = (high - low).map(|extent| extent * each + f64::MIN_POSITIVE);
+        let supports = vec![Support::Box(half); points.len()];
+        let points = Particles::new(points.to_vec(), supports)?;
+        let bins = BinGrid::new(&points);
+        Ok(Nearest { points, bins })
+    }
+
+    fn to(&self, x: &Point<D>) -> usize {
+        let distance = |&k: &u32| (self.points.positions()[k as usize] - x).norm_squared();
+        let nearer = |a: &u32, b: &u32| distance(a).total_cmp(&distance(b)).then(a.cmp(b));
+        let near = self.bins.candidates(x).iter().copied().min_by(nearer);
+        near.or_else(|| (0..self.points.positions().len() as u32).min_by(nearer)).unwrap_or(0) as usize
+    }
+}

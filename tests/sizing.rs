@@ -1,0 +1,108 @@
+//! A tolerance in, a sufficient model out: promises kept, budgets respected, nothing stuck.
+
+use rkpm::prelude::*;
+use rkpm::study::{Budget, Quantity, Tolerance, Verdict};
+
+fn tube() -> Scene<1> {
+    let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5).unwrap();
+    Scene::new(Block::new([6.0], [8.0]), RadialCylinder, rubber).pressure(Side::Min, 0.46)
+}
+
+fn cook(factor: f64) -> Scene<2> {
+    let corners = [[0.0, 0.0], [48.0, 44.0], [48.0, 60.0], [0.0, 44.0]];
+    Scene::new(Quadrilateral { corners }, PlaneStrain, Rubber::neo_hookean(40.097, 4e5).unwrap())
+        .hold((0, Side::Min))
+        .traction((0, Side::Max), [0.0, 6.25 * factor])
+}
+
+fn disk(pressure: f64) -> Scene<2> {
+    let rubber = Rubber::mooney_rivlin(0.5516, 0.1379, 689.5).unwrap();
+    Scene::new(Block::new([0.0, 0.0], [18.923, 0.635]), Axisymmetric, rubber)
+        .prescribe((0, Side::Min), 0, 0.0)
+        .hold((0, Side::Max))
+        .pressure((1, Side::Min), pressure)
+}
+
+/// References: `tests/reference/cook_membrane.csv`, `disk_follower_edge.csv`, `tube_inflation.csv`.
+#[test]
+fn bounds_hold_and_each_model_is_corrected_from_the_one_before() {
+    let tip = || Quantity::displacement([48.0, 60.0], 1);
+    for tolerance in [0.02, 0.01, 0.005] {
+        let answer = cook(1.0)
+            .solve_within(&Tolerance::of(tip(), tolerance).and(Quantity::energy()), Budget::default())
+            .unwrap();
+        assert!(answer.reached() && answer.bound < tolerance && answer.levels.len() >= 3);
+        let errors = [answer.values()[0] / 6.9355 - 1.0, answer.values()[1] / 334.97 - 1.0];
+        assert!(errors.iter().all(|e| e.abs() < answer.bound), "{errors:?} {}", answer.bound);
+        // The first model needs a whole analysis; the guesses from coarser ones are near.
+        assert!(answer.levels[1..].iter().all(|level| level.iterations <= 5), "{:?}", answer.levels);
+
+        let w = Quantity::displacement([0.0, 0.0], 1);
+        let answer = disk(0.1035).solve_within(&Tolerance::of(w, tolerance), Budget::default()).unwrap();
+        assert!(answer.reached());
+        let error = answer.values()[0] / 17.949637 - 1.0;
+        assert!(error.abs() < answer.bound, "{error} {}", answer.bound);
+        // A thin body is refined along itself first.
+        assert!(answer.levels[..4].iter().all(|level| level.counts[1] == 2), "{:?}", answer.levels);
+
+        let answer = tube().solve_within(&Tolerance::energy(tolerance), Budget::default()).unwrap();
+        assert!(answer.reached() && answer.levels.len() == 3);
+        assert_eq!(answer.table().rows.len(), 3);
+    }
+}
+
+#[test]
+fn what_is_not_reached_is_said_and_the_best_model_returned() {
+    let tolerance = Tolerance::energy(1e-6);
+    let answer = cook(1.0).solve_within(&tolerance, Budget { unknowns: 300, levels: 12 }).unwrap();
+    assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("unknowns")), "{:?}", answer.verdict);
+    assert!(answer.bound > 1e-6 && answer.levels.iter().all(|level| level.unknowns <= 300));
+    assert!((answer.values()[0] / 334.97 - 1.0).abs() < answer.bound);
+    let answer = cook(1.0).solve_within(&tolerance, Budget { unknowns: 10_000, levels: 3 }).unwrap();
+    assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("3 models")), "{:?}", answer.verdict);
+
+    for error in [0.0, -1.0, 1.0, f64::NAN] {
+        assert!(cook(1.0).solve_within(&Tolerance::energy(error), Budget::default()).is_err());
+    }
+    let nothing = Tolerance { error: 0.1, quantities: Vec::new() };
+    assert!(tube().solve_within(&nothing, Budget::default()).is_err());
+}
+
+/// The state of a coarse model, carried to a fine one, is nearly a solution: few iterations are left. A
+/// problem's own state needs none but the one that sees it.
+#[test]
+fn transferred_states_are_near() {
+    let coarse = cook(1.0).discretize(&Scheme::default().particles([9])).unwrap();
+    let path = coarse.run(&mut ()).unwrap().completed().unwrap();
+    let fine = cook(1.0).discretize(&Scheme::default().particles([13])).unwrap();
+    let guess = fine.transfer(&coarse, path.last()).unwrap();
+    let corrected = fine.analysis.correct(&fine.model, &fine.rows, guess, &mut ()).unwrap().completed().unwrap();
+    let direct = fine.run(&mut ()).unwrap().completed().unwrap();
+    assert!(corrected.iterations <= 4 && corrected.iterations < direct.iterations);
+    let distance = |k: usize| (corrected.last().displacement[k] - direct.last().displacement[k]).abs();
+    // Both are converged to 1e-8 of the displacement, quadratically: the last increment is far smaller.
+    assert!((0..fine.model.unknowns()).all(|k| distance(k) < 1e-7));
+    let again = coarse.analysis.correct(&coarse.model, &coarse.rows, path.last().clone(), &mut ()).unwrap();
+    assert_eq!(again.completed().unwrap().iterations, 1);
+}
+
+/// Eleven load cases under the default: none may get stuck.
+#[test]
+fn no_load_case_is_stuck() {
+    for factor in [1.0, 4.0, 10.0, 20.0] {
+        let problem = cook(factor).discretize(&Scheme::default().particles([9])).unwrap();
+        problem.run(&mut ()).unwrap().completed().unwrap();
+    }
+    let run = |pressure: f64, counts: [usize; 2]| {
+        let problem = disk(pressure).discretize(&Scheme::default().particles(counts)).unwrap();
+        problem.run(&mut ()).unwrap().completed().unwrap().iterations
+    };
+    for pressure in [0.0207, 0.05175, 0.1035] {
+        run(pressure, [11, 2]);
+    }
+    assert!(run(0.1449, [11, 2]) <= 60);
+    for pressure in [0.05175, 0.1035] {
+        run(pressure, [41, 3]);
+    }
+    tube().discretize(&Scheme::default().particles([9])).unwrap().run(&mut ()).unwrap().completed().unwrap();
+}
