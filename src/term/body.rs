@@ -116,7 +116,7 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// unknowns.
     pub fn locals_of(&self, pressure: impl Fn(&Point<D>) -> f64) -> Vec<f64> {
         let clusters = self.table.clusters();
-        let total = if clusters.len() == 0 { 0 } else { self.locals(clusters.len() - 1).end };
+        let total = clusters.len().checked_sub(1).map_or(0, |last| self.locals(last).end);
         let mut locals = vec![0.0; total];
         let Some((_, volumetric)) = self.material.split() else { return locals };
         if total == 0 {
