@@ -93,3 +93,31 @@ fn failures_are_data_and_bad_questions_are_errors() {
     let study = WorkPrecision::new("outside", tube()).quantity(outside, exact()).series("s", [scheme()]).repeated(1);
     assert!(study.run().unwrap().runs[0].failure.is_some());
 }
+
+/// The potential of a linear spring: half the work of the load, with the sign of a minimum.
+#[test]
+fn the_potential_finds_the_least_locked_dilation() {
+    use rkpm::study::{best_dilation, potential};
+    // Small dead load: Π = U − W with W = 2U to the order of the strain.
+    let rubber = Rubber::neo_hookean(0.5, 10.0).unwrap();
+    let bar = Scene::new(Block::new([0.0, 0.0], [4.0, 1.0]), PlaneStrain, rubber)
+        .hold((0, Side::Min))
+        .traction((0, Side::Max), [1e-6, 0.0]);
+    let problem = bar.discretize(&Scheme::default().particles([9, 3])).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let (pi, u) = (potential(&problem, path.last()).unwrap(), problem.energy(path.last()));
+    assert!((pi / u + 1.0).abs() < 1e-4, "{pi} {u}");
+
+    // Without a cure: the dilation of the smallest potential is the one of the smallest error in the bore.
+    let dilations = [0.8, 1.0, 1.2, 1.6, 2.0];
+    let best = best_dilation(&tube(), &Scheme::paper(1.0).particles([9]), &dilations).unwrap();
+    let error = |r: f64| {
+        let problem = tube().discretize(&Scheme::paper(r).particles([9])).unwrap();
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        (problem.displacement(path.last(), &[6.0].into()).unwrap()[0] / 15.0023846431 - 1.0).abs()
+    };
+    let least = dilations.into_iter().min_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap();
+    assert_eq!(best.r, least, "{:?}", best.trials);
+    assert!(best_dilation(&tube(), &Scheme::default(), &[]).is_err());
+    assert!(best_dilation(&tube(), &Scheme::default(), &[0.1]).is_err());
+}

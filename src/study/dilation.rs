@@ -1,0 +1,96 @@
+//! The dilation that fits a scene: an open question of the paper, answered by the potential.
+
+use crate::error::{Error, SolveError};
+use crate::quadrature::gauss_legendre;
+use crate::scene::{Dilation, Problem, Scene, Scheme};
+use crate::solve::State;
+
+/// One dilation that was tried.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// The normalised dilation $r$ (6.1).
+    pub r: f64,
+    /// The potential $\Pi = U - W$ of the solution; none where the analysis failed.
+    pub potential: Option<f64>,
+    /// Why the analysis failed, where it did.
+    pub failure: Option<String>,
+}
+
+/// What [`best_dilation`] found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BestDilation {
+    /// The normalised dilation with the smallest potential.
+    pub r: f64,
+    /// All that were tried, in the order given.
+    pub trials: Vec<Trial>,
+}
+
+/// The normalised dilation $r$ (6.1) whose solution has the smallest potential $\Pi = U - W$.
+///
+/// All dilations of one set of particles compete for the same minimum: the lower the potential, the nearer the
+/// solution. That holds where energies are integrated exactly enough and nothing is projected, so for schemes
+/// *without* a cure against locking; with the default's projected pressures the dilation hardly matters. The
+/// supports follow the kind of the scheme's own: over the largest spacing for [`Dilation::Global`], else over
+/// the local one.
+///
+/// ```
+/// use rkpm::prelude::*;
+/// let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?; // MPa
+/// let tube = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, rubber).pressure(Side::Min, 0.46); // cm, MPa
+/// let best = rkpm::study::best_dilation(&tube, &Scheme::paper(1.0).particles([9]), &[1.0, 1.3, 1.6])?;
+/// assert!(best.r > 1.0); // narrow supports lock
+/// # Ok::<(), rkpm::Error>(())
+/// ```
+///
+/// # Errors
+/// Where no dilation could be solved with.
+pub fn best_dilation<const D: usize>(
+    scene: &Scene<D>,
+    scheme: &Scheme,
+    dilations: &[f64],
+) -> Result<BestDilation, Error> {
+    let global = matches!(scheme.dilation, Dilation::Global(_));
+    let mut trials = Vec::with_capacity(dilations.len());
+    for &r in dilations {
+        let dilation = if global { Dilation::Global(r) } else { Dilation::Local(r) };
+        let solve = || -> Result<f64, Error> {
+            let problem = scene.discretize(&Scheme { dilation, ..scheme.clone() })?;
+            let path = problem.run(&mut ())?.completed()?;
+            potential(&problem, path.last())
+        };
+        trials.push(match solve() {
+            Ok(potential) => Trial { r, potential: Some(potential), failure: None },
+            Err(error) => Trial { r, potential: None, failure: Some(error.to_string()) },
+        });
+    }
+    let solved = trials.iter().filter_map(|trial| Some((trial.potential?, trial.r)));
+    match solved.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((_, r)) => Ok(BestDilation { r, trials }),
+        None => Err(SolveError::Empty {
+            what: "dilations that could be solved with",
+            remedy: "give at least one; see the failures of single runs",
+        }
+        .into()),
+    }
+}
+
+/// The potential $\Pi = U - W$ of a state, $W = \int_0^1 f(s\,d)\cdot d\,\mathrm ds$ being the work of the loads
+/// along a straight way to it: that of any way where they are conservative, as dead loads are, and pressures on
+/// closed or held surfaces. Loads whose amplitude is not zero at load factor 0 count from there on.
+///
+/// # Errors
+/// Never for states of the problem itself.
+pub fn potential<const D: usize>(problem: &Problem<D>, state: &State) -> Result<f64, Error> {
+    // Follower pressures are polynomials of degree 3 at most in s: the rule is exact.
+    let (abscissae, weights) = gauss_legendre(3)?;
+    let mut work = 0.0;
+    for (s, weight) in abscissae.iter().zip(&weights) {
+        let d: Vec<f64> = state.displacement.iter().map(|d| s * d).collect();
+        // The body's own forces do not follow the load factor: the difference is that of the loads.
+        let loaded = problem.model.residual(&d, &state.locals, state.load);
+        let unloaded = problem.model.residual(&d, &state.locals, 0.0);
+        let along: f64 = loaded.iter().zip(&unloaded).zip(&state.displacement).map(|((r, r0), d)| (r0 - r) * d).sum();
+        work += weight * along;
+    }
+    Ok(problem.energy(state) - work)
+}
