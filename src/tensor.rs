@@ -63,6 +63,19 @@ pub fn add_determinant_hessian(tangent: &mut Tangent, f: &Matrix3<f64>, s: f64) 
     }
 }
 
+/// $\partial^2 J/\partial F_c\,\partial F_d$ for two components numbered row by row: one entry of
+/// [`add_determinant_hessian`] for callers that need few.
+#[inline(always)]
+pub fn determinant_hessian(f: &Matrix3<f64>, c: usize, d: usize) -> f64 {
+    let (i, j, k, l) = (c / 3, c % 3, d / 3, d % 3);
+    if i == k || j == l {
+        return 0.0;
+    }
+    // ε_ikm is 1 where k follows i in the cycle, -1 where it precedes it.
+    let entry = f[(3 - i - k, 3 - j - l)];
+    if (k == (i + 1) % 3) == (l == (j + 1) % 3) { entry } else { -entry }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -82,6 +95,9 @@ mod tests {
             let d = from_components(&step);
             let column = components(&(cofactor(&(f + d)) - cofactor(&(f - d))));
             assert!((hessian.column(c) - column).norm() < 1e-14);
+            for d in 0..9 {
+                assert_eq!(hessian[(d, c)], determinant_hessian(&f, d, c));
+            }
         }
     }
 }

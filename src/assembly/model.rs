@@ -2,12 +2,15 @@
 
 use crate::geometry::Point;
 use crate::parallel::{for_each_mut, map_with, threads};
-use crate::term::{Element, Term, View};
+use crate::term::{Element, LowerBlocks, Term, View};
 
 use super::pattern::Pattern;
 
-/// Floats that the element matrices of one batch may hold: about 16 MB, so that they stay in cache or close.
-const BATCH_FLOATS: usize = 2_000_000;
+/// Floats that the element matrices of one batch may hold for each thread: 256 kB stay in the cache of a core
+/// until they are scattered.
+const BATCH_FLOATS: usize = 32_768;
+/// Clusters of a batch for each thread where there are several, so that the threads finish together.
+const BATCH_CLUSTERS: usize = 4;
 /// Unknowns below which everything stays on one thread.
 const SERIAL_BELOW: usize = 400;
 
@@ -256,6 +259,8 @@ impl Assembler {
         let mut places = Vec::new();
         let mut batches = Vec::new();
         let mut widest = 0;
+        let threads = threads();
+        let fewest = if threads > 1 { BATCH_CLUSTERS * threads } else { 1 };
         for (t, term) in model.terms.iter().enumerate() {
             let mut firsts = Vec::with_capacity(term.clusters());
             let mut batch_start = 0;
@@ -273,8 +278,12 @@ impl Assembler {
                         places.push(k as u32);
                     }
                 }
-                let size = (list.len() * D).pow(2);
-                if floats > 0 && floats + size > BATCH_FLOATS {
+                let size = match (term.has_matrix(), term.fills_lower_blocks()) {
+                    (true, true) => LowerBlocks::size::<D>(list.len()),
+                    (true, false) => (list.len() * D).pow(2),
+                    (false, _) => list.len() * D,
+                };
+                if cluster - batch_start >= fewest && floats + size > BATCH_FLOATS * threads {
                     batches.push(Batch { term: t, clusters: batch_start..cluster });
                     widest = widest.max(cluster - batch_start);
                     batch_start = cluster;
@@ -321,10 +330,16 @@ impl Assembler {
             let view = View { displacement, locals: &locals[batch.term], load };
             let elements = &mut self.elements[..batch.clusters.len()];
             let first = batch.clusters.start;
+            let (has_matrix, lower) = (term.has_matrix(), term.fills_lower_blocks());
             let fill = |k: usize, element: &mut Element| {
-                element.reset(term.nodes(first + k).len() * D, true);
+                let nodes = term.nodes(first + k).len();
+                if has_matrix && lower {
+                    element.reset_lower::<D>(nodes);
+                } else {
+                    element.reset(nodes * D, has_matrix);
+                }
                 term.linearize(first + k, view, element);
-                if !term.is_symmetric() {
+                if has_matrix && !term.is_symmetric() {
                     symmetrise(element);
                 }
             };
@@ -342,11 +357,13 @@ impl Assembler {
                         system.scale += force * force;
                     }
                 }
-                if !term.is_symmetric() {
+                if has_matrix && !term.is_symmetric() {
                     collect_skew::<D>(term.nodes(first + k), element, &mut system.skew);
                 }
             }
-            self.scatter(model, batch, &mut system.values, if parallel { threads() } else { 1 });
+            if has_matrix {
+                self.scatter(model, batch, &mut system.values, if parallel { threads() } else { 1 });
+            }
         }
         system.scale = system.scale.sqrt();
     }
@@ -390,14 +407,21 @@ impl Assembler {
                     place += list.len() - b;
                     for j in 0..D {
                         let target = self.pattern.columns[column * D + j] - base;
-                        let source = &element.matrix[(b * D + j) * size..(b * D + j + 1) * size];
+                        // Component i of the a-th node from b on stands at `source[i * by_component + a * by_node]`.
+                        let (source, by_component, by_node) = if element.lower.wanted {
+                            let (source, rows) = element.lower.column::<D>(b, j);
+                            (&source[b - LowerBlocks::start(b)..], rows, 1)
+                        } else {
+                            (&element.matrix[(b * D + j) * size + b * D..(b * D + j + 1) * size], 1, D)
+                        };
                         for i in j..D {
-                            values[target + i - j] += source[b * D + i];
+                            values[target + i - j] += source[i * by_component];
                         }
                         for (a, &block) in blocks.iter().enumerate().skip(1) {
                             let at = target + D - j + (block as usize - 1) * D;
-                            for i in 0..D {
-                                values[at + i] += source[(b + a) * D + i];
+                            let entries = &mut values[at..at + D];
+                            for (i, entry) in entries.iter_mut().enumerate() {
+                                *entry += source[i * by_component + a * by_node];
                             }
                         }
                     }
@@ -410,7 +434,11 @@ impl Assembler {
     pub fn bytes(&self) -> usize {
         8 * (self.pattern.columns.len() + self.node_columns.len())
             + 4 * (self.pattern.rows.len() + self.places.len())
-            + self.elements.iter().map(|e| 8 * (e.matrix.capacity() + e.scratch.capacity())).sum::<usize>()
+            + self
+                .elements
+                .iter()
+                .map(|e| 8 * (e.matrix.capacity() + e.scratch.capacity()) + e.lower.bytes())
+                .sum::<usize>()
     }
 }
 

@@ -1,5 +1,7 @@
 //! faer's sparse Cholesky family behind the traits of this crate; the only file that names faer.
 
+use std::cell::RefCell;
+
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::perm::PermRef;
@@ -74,12 +76,14 @@ impl LinearSolver for Direct {
             definite: None,
             indefinite: None,
             matrix: Vec::new(),
+            factorised: Factorised::Nothing,
             values: Vec::new(),
             subdiagonal: Vec::new(),
             forward: Vec::new(),
             inverse: Vec::new(),
             memory: MemBuffer::try_new(faer::dyn_stack::StackReq::empty())
                 .map_err(|_| LinearError::Library { what: "out of memory".into() })?,
+            given: Vec::new(),
         };
         // Fail here, in the symbolic phase, and not at the first factorisation.
         match class {
@@ -90,13 +94,22 @@ impl LinearSolver for Direct {
     }
 }
 
+/// Which factors are held.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Factorised {
+    Nothing,
+    Definite,
+    Indefinite,
+}
+
 struct CholeskyFactorizer {
     columns: Vec<u32>,
     rows: Vec<u32>,
     n: usize,
     order: Option<(Vec<u32>, Vec<u32>)>,
-    /// The matrix last factorised, for the residual of solutions.
+    /// The matrix last factorised, for the residual of solutions and to know it again.
     matrix: Vec<f64>,
+    factorised: Factorised,
     definite: Option<SymbolicCholesky<u32>>,
     indefinite: Option<SymbolicCholesky<u32>>,
     values: Vec<f64>,
@@ -104,6 +117,7 @@ struct CholeskyFactorizer {
     forward: Vec<u32>,
     inverse: Vec<u32>,
     memory: MemBuffer,
+    given: Vec<f64>,
 }
 
 impl CholeskyFactorizer {
@@ -135,13 +149,47 @@ impl Factorizer for CholeskyFactorizer {
         if let Some(place) = values.iter().position(|v| !v.is_finite()) {
             return Err(LinearError::Pivot { pivot: place, hint: "the matrix has entries that are not finite" });
         }
-        self.matrix.clear();
-        self.matrix.extend_from_slice(values);
-        if self.definite.is_some() && self.cholesky(values)? {
-            let symbolic = self.definite.as_ref().ok_or(LinearError::Library { what: "no symbolic factor".into() })?;
-            let matrix = Matrix { columns: &self.columns, rows: &self.rows, values: &self.matrix };
-            return Ok(Box::new(Definite { symbolic, values: &self.values, matrix }));
+        // The matrix at rest comes twice: once to probe what the load does, once to take the first step.
+        if self.factorised == Factorised::Nothing || self.matrix != values {
+            self.factorised = Factorised::Nothing;
+            self.matrix.clear();
+            self.matrix.extend_from_slice(values);
+            if self.definite.is_some() && self.cholesky(values)? {
+                self.factorised = Factorised::Definite;
+            } else {
+                self.bunch_kaufman(values)?;
+                self.factorised = Factorised::Indefinite;
+            }
         }
+        let matrix = Matrix { columns: &self.columns, rows: &self.rows, values: &self.matrix };
+        let missing = || LinearError::Library { what: "no symbolic factor".into() };
+        let symbolic = if self.factorised == Factorised::Definite { &self.definite } else { &self.indefinite };
+        let symbolic = symbolic.as_ref().ok_or_else(missing)?;
+        Self::reserve(&mut self.memory, symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))?;
+        let solution = Solution {
+            symbolic,
+            values: &self.values,
+            matrix,
+            checked: false,
+            given: &mut self.given,
+            memory: &mut self.memory,
+        };
+        let solution = RefCell::new(solution);
+        if self.factorised == Factorised::Definite {
+            return Ok(Box::new(Definite(solution)));
+        }
+        Ok(Box::new(Indefinite {
+            solution,
+            subdiagonal: &self.subdiagonal,
+            forward: &self.forward,
+            inverse: &self.inverse,
+        }))
+    }
+}
+
+impl CholeskyFactorizer {
+    /// $LBL^T$ with pivoting inside supernodes.
+    fn bunch_kaufman(&mut self, values: &[f64]) -> Result<(), LinearError> {
         if self.indefinite.is_none() {
             self.indefinite = Some(self.symbolic(true)?);
         }
@@ -175,18 +223,9 @@ impl Factorizer for CholeskyFactorizer {
                 hint: "a pivot is zero: a rigid motion is left free, or conditions depend on each other",
             });
         }
-        Ok(Box::new(Indefinite {
-            symbolic,
-            matrix: Matrix { columns: &self.columns, rows: &self.rows, values: &self.matrix },
-            values: &self.values,
-            subdiagonal: &self.subdiagonal,
-            forward: &self.forward,
-            inverse: &self.inverse,
-        }))
+        Ok(())
     }
-}
 
-impl CholeskyFactorizer {
     /// Tries $LL^T$; `false` where the matrix is not positive definite.
     fn cholesky(&mut self, values: &[f64]) -> Result<bool, LinearError> {
         let Some(symbolic) = &self.definite else { return Ok(false) };
@@ -221,10 +260,10 @@ struct Matrix<'a> {
 const RESIDUAL: f64 = 1e-2;
 
 impl Matrix<'_> {
-    /// Refuses a solution that is not finite or does not satisfy the equations.
-    fn check(&self, solution: &[f64], mut rhs: Vec<f64>) -> Result<(), LinearError> {
+    /// Refuses a solution that is not finite or does not satisfy the equations; `rhs` becomes the residual.
+    fn check(&self, solution: &[f64], rhs: &mut [f64]) -> Result<(), LinearError> {
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let size = norm(&rhs);
+        let size = norm(rhs);
         for (column, ends) in self.columns.windows(2).enumerate() {
             let mut sum = 0.0;
             for k in ends[0] as usize..ends[1] as usize {
@@ -236,7 +275,7 @@ impl Matrix<'_> {
             }
             rhs[column] -= sum;
         }
-        let residual = norm(&rhs);
+        let residual = norm(rhs);
         // The negation also refuses NaN.
         if !(residual <= RESIDUAL * size) {
             return Err(LinearError::Residual { residual: residual / size });
@@ -245,70 +284,81 @@ impl Matrix<'_> {
     }
 }
 
-struct Definite<'a> {
+/// What solutions need besides the factors: the matrix, and buffers that outlive a solve.
+struct Solution<'a> {
     symbolic: &'a SymbolicCholesky<u32>,
     values: &'a [f64],
     matrix: Matrix<'a>,
+    /// Whether a solution was found sound: a singular matrix shows in the first one.
+    checked: bool,
+    given: &'a mut Vec<f64>,
+    memory: &'a mut MemBuffer,
 }
 
+impl Solution<'_> {
+    fn solve(
+        &mut self,
+        rhs: &mut [f64],
+        substitute: impl FnOnce(&SymbolicCholesky<u32>, &[f64], MatMut<'_, f64>, &mut MemStack),
+    ) -> Result<(), LinearError> {
+        let n = rhs.len();
+        if !self.checked {
+            self.given.clear();
+            self.given.extend_from_slice(rhs);
+        }
+        let memory = MemStack::new(self.memory);
+        substitute(self.symbolic, self.values, MatMut::from_column_major_slice_mut(rhs, n, 1), memory);
+        if !self.checked {
+            self.matrix.check(rhs, self.given)?;
+            self.checked = true;
+        } else if rhs.iter().any(|x| !x.is_finite()) {
+            return Err(LinearError::Residual { residual: f64::NAN });
+        }
+        Ok(())
+    }
+}
+
+struct Definite<'a>(RefCell<Solution<'a>>);
+
 struct Indefinite<'a> {
-    symbolic: &'a SymbolicCholesky<u32>,
-    matrix: Matrix<'a>,
-    values: &'a [f64],
+    solution: RefCell<Solution<'a>>,
     subdiagonal: &'a [f64],
     forward: &'a [u32],
     inverse: &'a [u32],
 }
 
-fn solve_memory(symbolic: &SymbolicCholesky<u32>) -> Result<MemBuffer, LinearError> {
-    MemBuffer::try_new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))
-        .map_err(|_| LinearError::Library { what: "out of memory".into() })
-}
-
 impl Factors for Definite<'_> {
     fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
-        let mut memory = solve_memory(self.symbolic)?;
-        let n = rhs.len();
-        let given = rhs.to_vec();
-        LltRef::<'_, u32, f64>::new(self.symbolic, self.values).solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(rhs, n, 1),
-            Par::Seq,
-            MemStack::new(&mut memory),
-        );
-        self.matrix.check(rhs, given)
+        self.0.borrow_mut().solve(rhs, |symbolic, values, rhs, memory| {
+            LltRef::<'_, u32, f64>::new(symbolic, values).solve_in_place_with_conj(Conj::No, rhs, Par::Seq, memory);
+        })
     }
 
     fn inertia(&self) -> Option<Inertia> {
-        Some(Inertia { positive: self.symbolic.nrows(), negative: 0 })
+        Some(Inertia { positive: self.0.borrow().symbolic.nrows(), negative: 0 })
     }
 }
 
 impl Factors for Indefinite<'_> {
     fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
-        let mut memory = solve_memory(self.symbolic)?;
         let n = rhs.len();
-        let given = rhs.to_vec();
-        IntranodeLbltRef::<'_, u32, f64>::new(
-            self.symbolic,
-            self.values,
-            self.subdiagonal,
-            PermRef::new_checked(self.forward, self.inverse, n),
-        )
-        .solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(rhs, n, 1),
-            Par::Seq,
-            MemStack::new(&mut memory),
-        );
-        self.matrix.check(rhs, given)
+        let order = PermRef::new_checked(self.forward, self.inverse, n);
+        self.solution.borrow_mut().solve(rhs, |symbolic, values, rhs, memory| {
+            IntranodeLbltRef::<'_, u32, f64>::new(symbolic, values, self.subdiagonal, order).solve_in_place_with_conj(
+                Conj::No,
+                rhs,
+                Par::Seq,
+                memory,
+            );
+        })
     }
 
     fn inertia(&self) -> Option<Inertia> {
-        let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() else { return None };
+        let Solution { symbolic, values, .. } = &*self.solution.borrow();
+        let SymbolicCholeskyRaw::Supernodal(symbolic) = symbolic.raw() else { return None };
         let factor = SupernodalIntranodeLbltRef::<'_, u32, f64>::new(
             symbolic,
-            self.values,
+            values,
             self.subdiagonal,
             PermRef::new_checked(self.forward, self.inverse, symbolic.nrows()),
         );

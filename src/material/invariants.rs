@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::{Material, Response};
-use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components};
+use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components, determinant_hessian};
 
 /// A distortional energy and its derivatives with respect to the reduced invariants \[stress\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -125,27 +125,11 @@ impl<E: InvariantEnergy> Material for Invariants<E> {
         let Some(reduced) = Reduced::new(f) else {
             return Response::undefined();
         };
-        let Reduced { j, c, cofactor, green, excess } = reduced;
-        let Distortion { w1, w2, w11, w12, w22, .. } = self.0.evaluate_excess(excess[0], excess[1]);
-        let (i1, i2) = (3.0 + excess[0], 3.0 + excess[1]);
-
-        // N = F⁻ᵀ; g1, g2: gradients of the reduced invariants.
-        let normal = cofactor / j;
-        let g1 = 2.0 * (c * f - (i1 / 3.0) * normal);
-        let g2 = 2.0 * (c * i1 * f - (c * c) * (f * green) - (2.0 / 3.0 * i2) * normal);
-        let stress = w1 * g1 + w2 * g2;
-
-        // The dyads of A = Σ H̄_ab g_a⊗g_b + Σ K̄_a ∂²Ī_a. Differentiating Ī1 = c I1 and
-        // Ī2 = c² I2 once more gives dyads of F, FG and N, all in the span of g1, g2 and N:
-        //   ∂²Ī1 ∋ -2/3 (g1⊗N + N⊗g1) + 2/9 Ī1 N⊗N
-        //   ∂²Ī2 ∋ -4/3 (g2⊗N + N⊗g2) - 4/9 Ī2 N⊗N + 4 c² F⊗F, F = (g1/2 + Ī1 N/3)/c
-        let k11 = w11 + w2;
-        let k1n = 2.0 / 3.0 * (i1 * w2 - w1);
-        let k2n = -4.0 / 3.0 * w2;
-        let knn = 2.0 / 9.0 * (i1 * w1 - 2.0 * i2 * w2 + 2.0 * i1 * i1 * w2);
-        let (a1, a2, an) = (components(&g1), components(&g2), components(&normal));
-        let b1 = k11 * a1 + w12 * a2 + k1n * an;
-        let b2 = w12 * a1 + w22 * a2 + k2n * an;
+        let Dyads { stress, first, second, normal, k11, k12, k22, k1n, k2n, knn, unit, q, hessian } =
+            self.dyads(f, &reduced);
+        let (a1, a2, an) = (components(&first), components(&second), components(&normal));
+        let b1 = k11 * a1 + k12 * a2 + k1n * an;
+        let b2 = k12 * a1 + k22 * a2 + k2n * an;
         let bn = k1n * a1 + k2n * a2 + knn * an;
         let mut tangent = Tangent::zeros();
         for column in 0..9 {
@@ -154,12 +138,7 @@ impl<E: InvariantEnergy> Material for Invariants<E> {
                 tangent[(row, column)] = a1[row] * s1 + a2[row] * s2 + an[row] * sn;
             }
         }
-
-        // What is left of ∂²Ī1 is 2c δ_ik δ_JL, and of ∂²Ī2
-        // 2c² [δ_ik (I1 δ_JL - G_JL) - B_ik δ_JL - F_iL F_kJ], B = F Fᵀ.
-        let q = 2.0 * c * c * w2;
-        let unit = 2.0 * c * w1 + 2.0 * c * i1 * w2;
-        let left = f * f.transpose();
+        let (green, left) = (reduced.green, f * f.transpose());
         for i in 0..3 {
             for k in 0..3 {
                 for l in 0..3 {
@@ -174,7 +153,103 @@ impl<E: InvariantEnergy> Material for Invariants<E> {
         for component in 0..9 {
             tangent[(component, component)] += unit;
         }
-        add_determinant_hessian(&mut tangent, f, -2.0 / 3.0 * (i1 * w1 + 2.0 * i2 * w2) / j);
+        add_determinant_hessian(&mut tangent, f, hessian);
         Response { stress, tangent }
+    }
+
+    fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        let n = components.len();
+        let Some(reduced) = Reduced::new(f) else {
+            stress[..n].fill(f64::NAN);
+            tangent[..n * n].fill(f64::NAN);
+            return;
+        };
+        let dyads = self.dyads(f, &reduced);
+        let Dyads { k11, k12, k22, k1n, k2n, knn, unit, q, hessian, .. } = dyads;
+        // Without Ī2 there is nothing of its second derivative: the paper's Yeoh and any neo-Hookean rubber.
+        let (green, left) = if q != 0.0 { (reduced.green, f * f.transpose()) } else { (reduced.green, reduced.green) };
+        for (b, &d) in components.iter().enumerate() {
+            let (k, l) = (d / 3, d % 3);
+            let (a1, a2, an) = (dyads.first[(k, l)], dyads.second[(k, l)], dyads.normal[(k, l)]);
+            let s1 = k11 * a1 + k12 * a2 + k1n * an;
+            let s2 = k12 * a1 + k22 * a2 + k2n * an;
+            let sn = k1n * a1 + k2n * a2 + knn * an;
+            stress[b] = dyads.stress[(k, l)];
+            for (a, &c) in components.iter().enumerate().take(b + 1) {
+                let (i, j) = (c / 3, c % 3);
+                let mut entry = dyads.first[(i, j)] * s1 + dyads.second[(i, j)] * s2 + dyads.normal[(i, j)] * sn;
+                if q != 0.0 {
+                    entry -= q * f[(i, l)] * f[(k, j)];
+                    if j == l {
+                        entry -= q * left[(i, k)];
+                    }
+                    if i == k {
+                        entry -= q * green[(j, l)];
+                    }
+                }
+                if a == b {
+                    entry += unit;
+                }
+                entry += hessian * determinant_hessian(f, c, d);
+                tangent[a * n + b] = entry;
+                tangent[b * n + a] = entry;
+            }
+        }
+    }
+}
+
+/// What stress and tangent are made of: with $g_1$, $g_2$ and $N$ the dyads
+/// $A \ni \sum k_{ab}\,g_a\otimes g_b$, and `unit`, `q` and `hessian` times what is left of
+/// $\partial^2\bar I_1$ and $\partial^2\bar I_2$.
+struct Dyads {
+    stress: Matrix3<f64>,
+    first: Matrix3<f64>,
+    second: Matrix3<f64>,
+    normal: Matrix3<f64>,
+    k11: f64,
+    k12: f64,
+    k22: f64,
+    k1n: f64,
+    k2n: f64,
+    knn: f64,
+    unit: f64,
+    q: f64,
+    hessian: f64,
+}
+
+impl<E: InvariantEnergy> Invariants<E> {
+    #[inline(always)]
+    fn dyads(&self, f: &Matrix3<f64>, reduced: &Reduced) -> Dyads {
+        let Reduced { j, c, cofactor, green, excess } = reduced;
+        let c = *c;
+        let Distortion { w1, w2, w11, w12, w22, .. } = self.0.evaluate_excess(excess[0], excess[1]);
+        let (i1, i2) = (3.0 + excess[0], 3.0 + excess[1]);
+
+        // N = F⁻ᵀ; g1, g2: gradients of the reduced invariants.
+        let normal = cofactor / *j;
+        let first = 2.0 * (c * f - (i1 / 3.0) * normal);
+        let second = 2.0 * (c * i1 * f - (c * c) * (f * green) - (2.0 / 3.0 * i2) * normal);
+
+        // The dyads of A = Σ H̄_ab g_a⊗g_b + Σ K̄_a ∂²Ī_a. Differentiating Ī1 = c I1 and
+        // Ī2 = c² I2 once more gives dyads of F, FG and N, all in the span of g1, g2 and N:
+        //   ∂²Ī1 ∋ -2/3 (g1⊗N + N⊗g1) + 2/9 Ī1 N⊗N
+        //   ∂²Ī2 ∋ -4/3 (g2⊗N + N⊗g2) - 4/9 Ī2 N⊗N + 4 c² F⊗F, F = (g1/2 + Ī1 N/3)/c
+        // What is left of ∂²Ī1 is 2c δ_ik δ_JL, and of ∂²Ī2
+        // 2c² [δ_ik (I1 δ_JL - G_JL) - B_ik δ_JL - F_iL F_kJ], B = F Fᵀ.
+        Dyads {
+            stress: w1 * first + w2 * second,
+            first,
+            second,
+            normal,
+            k11: w11 + w2,
+            k12: w12,
+            k22: w22,
+            k1n: 2.0 / 3.0 * (i1 * w2 - w1),
+            k2n: -4.0 / 3.0 * w2,
+            knn: 2.0 / 9.0 * (i1 * w1 - 2.0 * i2 * w2 + 2.0 * i1 * i1 * w2),
+            unit: 2.0 * c * w1 + 2.0 * c * i1 * w2,
+            q: 2.0 * c * c * w2,
+            hessian: -2.0 / 3.0 * (i1 * w1 + 2.0 * i2 * w2) / j,
+        }
     }
 }

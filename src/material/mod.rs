@@ -35,7 +35,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
-use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components};
+use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components, determinant_hessian};
 
 pub use existence::{Condition, ExistenceReport, Verdict, existence};
 pub use gent::Gent;
@@ -115,6 +115,21 @@ pub trait Material: Send + Sync {
     /// First Piola–Kirchhoff stress $P = \partial W/\partial F$ and tangent $\partial P/\partial F$ \[stress\].
     fn response(&self, f: &Matrix3<f64>) -> Response;
 
+    /// Writes the stress and the tangent in a few components $c = 3i + J$ alone: $P_{c_a}$ to `stress[a]`,
+    /// $A_{c_a c_b}$ to `tangent[a * components.len() + b]`.
+    ///
+    /// Plane and radial bodies ask for two to five of the nine. Nothing needs to be written for it; a material
+    /// that does is quicker there.
+    fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        let response = self.response(f);
+        for (a, &c) in components.iter().enumerate() {
+            stress[a] = response.stress[(c / 3, c % 3)];
+            for (b, &d) in components.iter().enumerate() {
+                tangent[a * components.len() + b] = response.tangent[(c, d)];
+            }
+        }
+    }
+
     /// The parts $\bar W$ and $\tilde W$ of (2.8), where the material is such a sum.
     ///
     /// Schemes that project the volumetric energy onto pressure zones need it; a material that
@@ -133,6 +148,9 @@ macro_rules! forward {
             }
             fn response(&self, f: &Matrix3<f64>) -> Response {
                 (**self).response(f)
+            }
+            fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+                (**self).respond(f, components, stress, tangent);
             }
             fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
                 (**self).split()
@@ -214,6 +232,26 @@ impl<W: Material, U: VolumetricEnergy> Material for NearlyIncompressible<W, U> {
         response.tangent.ger(curvature, &cof, &cof, 1.0);
         add_determinant_hessian(&mut response.tangent, f, slope);
         response
+    }
+
+    fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        let n = components.len();
+        let j = f.determinant();
+        if j.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+            stress[..n].fill(f64::NAN);
+            tangent[..n * n].fill(f64::NAN);
+            return;
+        }
+        self.distortional.respond(f, components, stress, tangent);
+        let Volumetric { slope, curvature, .. } = self.volumetric.evaluate(j);
+        let cof = cofactor(f);
+        let entry = |c: usize| cof[(c / 3, c % 3)];
+        for (a, &c) in components.iter().enumerate() {
+            stress[a] += slope * entry(c);
+            for (b, &d) in components.iter().enumerate() {
+                tangent[a * n + b] += curvature * entry(c) * entry(d) + slope * determinant_hessian(f, c, d);
+            }
+        }
     }
 
     fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {

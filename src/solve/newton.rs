@@ -129,6 +129,10 @@ const GROWN_LEAST: f64 = 1e-2;
 /// Sweeps over the skew part per linear solve; each reduces the error by the ratio of skew to stiffness.
 const SKEW_SWEEPS: usize = 40;
 
+/// Linear solutions are refined until this relative residual: what is left of it is corrected by Newton's next
+/// iteration, which would leave as much by its own rounding.
+const REFINED: f64 = 1e-10;
+
 /// Everything a Newton solve works with; buffers are kept from one solve to the next.
 pub(crate) struct Workspace<'a, const D: usize> {
     pub model: &'a Model<D>,
@@ -151,6 +155,9 @@ struct Buffers {
     full: Vec<f64>,
     product: Vec<f64>,
     projected: Vec<f64>,
+    skew: Vec<f64>,
+    zero_gap: Vec<f64>,
+    unused: Vec<f64>,
 }
 
 impl<const D: usize> Workspace<'_, D> {
@@ -305,7 +312,6 @@ fn solve(
     factors.solve_in_place(&mut buffers.solution)?;
     let size = norm(&buffers.rhs);
     let sweeps = if system.skew.is_empty() { 1 } else { SKEW_SWEEPS };
-    let zero_gap = vec![0.0; gap.len()];
     let mut before = f64::INFINITY;
     let mut residual = 0.0;
     for sweep in 0..=sweeps {
@@ -314,10 +320,13 @@ fn solve(
         enforced.pattern().multiply_add(values, &buffers.solution, &mut buffers.product);
         if !system.skew.is_empty() {
             buffers.full.resize(force.len(), 0.0);
-            enforced.recover(&buffers.solution, &zero_gap, &mut buffers.full, &mut vec![0.0; gap.len()]);
-            let mut skew = vec![0.0; force.len()];
-            system.skew_multiply_add(&buffers.full, &mut skew);
-            enforced.project(&skew, &mut buffers.projected);
+            buffers.zero_gap.resize(gap.len(), 0.0);
+            buffers.unused.resize(gap.len(), 0.0);
+            enforced.recover(&buffers.solution, &buffers.zero_gap, &mut buffers.full, &mut buffers.unused);
+            buffers.skew.clear();
+            buffers.skew.resize(force.len(), 0.0);
+            system.skew_multiply_add(&buffers.full, &mut buffers.skew);
+            enforced.project(&buffers.skew, &mut buffers.projected);
             for (p, s) in buffers.product.iter_mut().zip(&buffers.projected) {
                 *p += s;
             }
@@ -329,7 +338,7 @@ fn solve(
             return Err(LinearError::Residual { residual });
         }
         // One sweep removes the rounding of the factors; the skew part needs as many as it takes.
-        if residual <= 1e-14 * size || residual >= 0.9 * before || sweep == sweeps {
+        if residual <= REFINED * size || residual >= 0.9 * before || sweep == sweeps {
             break;
         }
         before = residual;

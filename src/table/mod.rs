@@ -14,6 +14,7 @@ use crate::geometry::Point;
 use crate::kinematics::Kinematics;
 use crate::quadrature::Points;
 use crate::shape::{Approximation, ElementPoints, FiniteElements, ShapeFunctions};
+use crate::simd::{Arithmetic, Plain};
 
 /// Shape functions tabulated at points: nodes, values, gradients and weights in compressed rows.
 ///
@@ -226,27 +227,7 @@ impl<const D: usize> ShapeTable<D> {
     /// to 3×3: $\nabla u$ with hoops on the diagonal; $F = I + \nabla u$.
     #[inline]
     pub fn displacement_gradient(&self, point: usize, d: &[f64]) -> Matrix3<f64> {
-        let nodes = self.nodes(point);
-        let gradients = self.gradients(point);
-        let n = nodes.len();
-        let mut h = [[0.0; 3]; 3];
-        let mut hoop = 0.0;
-        for (a, &node) in nodes.iter().enumerate() {
-            let u = &d[node as usize * D..node as usize * D + D];
-            for j in 0..D {
-                let g = gradients[j * n + a];
-                for i in 0..D {
-                    h[i][j] += u[i] * g;
-                }
-            }
-            if self.slots > D {
-                hoop += u[0] * gradients[D * n + a];
-            }
-        }
-        for &k in self.hoops {
-            h[k][k] = hoop;
-        }
-        Matrix3::from_fn(|i, j| h[i][j])
+        displacement_gradient::<Plain, D>(self.nodes(point), self.gradients(point), self.hoops, d)
     }
 
     /// The displacement $u = \sum_I \Psi_I d_I$ at a point; zero in smoothed tables, which hold no values.
@@ -298,6 +279,62 @@ impl<const D: usize> ShapeTable<D> {
         }
         Ok(current)
     }
+}
+
+/// $\nabla u$ at a point from its nodes and their gradients by slot; see [`ShapeTable::displacement_gradient`].
+#[inline(always)]
+pub(crate) fn displacement_gradient<A: Arithmetic, const D: usize>(
+    nodes: &[u32],
+    gradients: &[f64],
+    hoops: &[usize],
+    d: &[f64],
+) -> Matrix3<f64> {
+    // Four partial sums fill a register.
+    const LANES: usize = 4;
+    let n = nodes.len();
+    let mut sums = [[[0.0; LANES]; D]; D];
+    let mut hoop = [0.0; LANES];
+    let (whole, rest) = nodes.as_chunks::<LANES>();
+    for (chunk, four) in whole.iter().enumerate() {
+        let u: [[f64; LANES]; D] = std::array::from_fn(|i| std::array::from_fn(|l| d[four[l] as usize * D + i]));
+        for j in 0..D {
+            let g = &gradients[j * n + chunk * LANES..][..LANES];
+            for i in 0..D {
+                for l in 0..LANES {
+                    sums[i][j][l] = A::multiply_add(u[i][l], g[l], sums[i][j][l]);
+                }
+            }
+        }
+        if !hoops.is_empty() {
+            let g = &gradients[D * n + chunk * LANES..][..LANES];
+            for l in 0..LANES {
+                hoop[l] = A::multiply_add(u[0][l], g[l], hoop[l]);
+            }
+        }
+    }
+    for (l, &node) in rest.iter().enumerate() {
+        let a = whole.len() * LANES + l;
+        for i in 0..D {
+            let u = d[node as usize * D + i];
+            for j in 0..D {
+                sums[i][j][l] = A::multiply_add(u, gradients[j * n + a], sums[i][j][l]);
+            }
+        }
+        if !hoops.is_empty() {
+            hoop[l] = A::multiply_add(d[node as usize * D], gradients[D * n + a], hoop[l]);
+        }
+    }
+    let total = |lanes: &[f64; LANES]| (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
+    let mut h = Matrix3::zeros();
+    for i in 0..D {
+        for j in 0..D {
+            h[(i, j)] = total(&sums[i][j]);
+        }
+    }
+    for &k in hoops {
+        h[(k, k)] = total(&hoop);
+    }
+    h
 }
 
 /// $1/R$, zero at a point on the axis that carries no weight.

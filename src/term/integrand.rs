@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use crate::table::ShapeTable;
 use crate::tensor::Tangent;
 
-use super::body::{Contraction, reduce_stress, reduce_tangent};
+use super::contraction::{Contraction, reduce_stress, reduce_tangent};
 use super::guard::largest_step;
 use super::{Element, Term, View};
 
@@ -143,6 +143,11 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
 
     fn is_symmetric(&self) -> bool {
         self.integrand.is_symmetric()
+    }
+
+    fn has_matrix(&self) -> bool {
+        let Blocks { stress, force_by_gradient, force_by_displacement, .. } = self.integrand.blocks();
+        stress || force_by_gradient || force_by_displacement
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {

@@ -2,8 +2,10 @@
 
 mod amplitude;
 mod body;
+mod contraction;
 mod guard;
 mod integrand;
+mod linearize;
 mod load;
 
 pub use amplitude::Amplitude;
@@ -11,6 +13,8 @@ pub use body::{Body, PressureField};
 pub use guard::largest_step;
 pub use integrand::{Blocks, Flux, Integrand, PointState, Pointwise};
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
+
+pub(crate) use contraction::{LowerBlocks, Windows};
 
 /// What a term sees of the state of an analysis.
 #[derive(Debug, Clone, Copy)]
@@ -39,6 +43,9 @@ pub struct Element {
     pub with_matrix: bool,
     /// Buffer for the term's own use.
     pub scratch: Vec<f64>,
+    /// The matrix of terms that fill its lower blocks instead.
+    pub(crate) lower: LowerBlocks,
+    pub(crate) windows: Windows,
 }
 
 impl Element {
@@ -51,6 +58,15 @@ impl Element {
         self.matrix.clear();
         self.matrix.resize(if with_matrix { size * size } else { 0 }, 0.0);
         self.with_matrix = with_matrix;
+        self.lower.wanted = false;
+    }
+
+    /// As [`reset`](Element::reset), with the matrix in lower blocks.
+    pub(crate) fn reset_lower<const D: usize>(&mut self, nodes: usize) {
+        self.reset(nodes * D, false);
+        self.lower.reset::<D>(nodes);
+        self.lower.wanted = true;
+        self.with_matrix = true;
     }
 }
 
@@ -91,6 +107,17 @@ pub trait Term<const D: usize>: Send + Sync {
     /// Whether the matrix is symmetric in every cluster.
     fn is_symmetric(&self) -> bool {
         true
+    }
+
+    /// Whether the term has a matrix at all: dead loads have none, and nothing is summed for them.
+    fn has_matrix(&self) -> bool {
+        true
+    }
+
+    /// Whether the term fills the lower blocks that the assembler asks for; those of this crate alone know them.
+    #[doc(hidden)]
+    fn fills_lower_blocks(&self) -> bool {
+        false
     }
 
     /// Where the local unknowns of a cluster stand among those of the term.
@@ -137,6 +164,14 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
 
     fn is_symmetric(&self) -> bool {
         (**self).is_symmetric()
+    }
+
+    fn has_matrix(&self) -> bool {
+        (**self).has_matrix()
+    }
+
+    fn fills_lower_blocks(&self) -> bool {
+        (**self).fills_lower_blocks()
     }
 
     fn locals(&self, cluster: usize) -> std::ops::Range<usize> {

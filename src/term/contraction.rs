@@ -1,0 +1,410 @@
+//! Sums over the neighbours of a point: forces and matrices from stresses and tangents.
+
+use nalgebra::Matrix3;
+
+use crate::simd::Arithmetic;
+use crate::table::ShapeTable;
+use crate::tensor::Tangent;
+
+use super::Element;
+
+/// Nodes of a window: one register of four numbers.
+pub(crate) const WIDTH: usize = 4;
+
+/// The lower half of a cluster's matrix by blocks: for each node $b$ and component $j$ one column of rows for
+/// every component $i$, the nodes $a$ running fastest from the first whose window may hold $b$.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct LowerBlocks {
+    values: Vec<f64>,
+    /// Where the columns of each node start.
+    firsts: Vec<usize>,
+    nodes: usize,
+    /// Whether the assembler takes the matrix in this form.
+    pub wanted: bool,
+}
+
+impl LowerBlocks {
+    /// Numbers that a cluster of so many nodes takes.
+    pub(crate) fn size<const D: usize>(nodes: usize) -> usize {
+        (0..nodes).map(|b| D * D * Self::rows(nodes, b)).sum()
+    }
+
+    /// First row of the columns of a node: a window that holds it starts there at the earliest.
+    #[inline(always)]
+    pub(crate) fn start(b: usize) -> usize {
+        b.saturating_sub(WIDTH - 1)
+    }
+
+    /// Rows per component, with room for the last window.
+    #[inline(always)]
+    fn rows(nodes: usize, b: usize) -> usize {
+        nodes + WIDTH - 1 - Self::start(b)
+    }
+
+    /// Zeroes the blocks for a cluster of so many nodes.
+    pub(crate) fn reset<const D: usize>(&mut self, nodes: usize) {
+        if self.nodes != nodes || self.firsts.len() != nodes + 1 {
+            self.nodes = nodes;
+            self.firsts.clear();
+            self.firsts.push(0);
+            let mut place = 0;
+            for b in 0..nodes {
+                place += D * D * Self::rows(nodes, b);
+                self.firsts.push(place);
+            }
+        }
+        self.values.clear();
+        self.values.resize(self.firsts[nodes], 0.0);
+    }
+
+    /// The column of unknown $(b, j)$ and its rows per component.
+    #[inline(always)]
+    pub(crate) fn column<const D: usize>(&self, b: usize, j: usize) -> (&[f64], usize) {
+        let rows = Self::rows(self.nodes, b);
+        let first = self.firsts[b] + j * D * rows;
+        (&self.values[first..first + D * rows], rows)
+    }
+
+    #[inline(always)]
+    fn column_mut<const D: usize>(&mut self, b: usize, j: usize) -> (&mut [f64], usize) {
+        let rows = Self::rows(self.nodes, b);
+        let first = self.firsts[b] + j * D * rows;
+        (&mut self.values[first..first + D * rows], rows)
+    }
+
+    /// Adds $\sum_k p_k c_k^T$ for vectors over the cluster's unknowns, by components of a padded length.
+    #[inline(always)]
+    pub(crate) fn add_products<A: Arithmetic, const D: usize, const N: usize>(
+        &mut self,
+        stride: usize,
+        vectors: &[f64],
+        products: &[f64],
+    ) {
+        for b in 0..self.nodes {
+            let start = Self::start(b);
+            for j in 0..D {
+                let factors: [f64; N] = std::array::from_fn(|k| products[(k * D + j) * stride + b]);
+                let (column, rows) = self.column_mut::<D>(b, j);
+                for i in 0..D {
+                    let target = &mut column[i * rows..(i + 1) * rows];
+                    let sources: [&[f64]; N] =
+                        std::array::from_fn(|k| &vectors[(k * D + i) * stride + start..][..target.len()]);
+                    for (a, entry) in target.iter_mut().enumerate() {
+                        let mut sum = *entry;
+                        for k in 0..N {
+                            sum = A::multiply_add(factors[k], sources[k][a], sum);
+                        }
+                        *entry = sum;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds the blocks to an element's matrix, which has whole blocks on the diagonal.
+    pub(crate) fn add_to<const D: usize>(&self, matrix: &mut [f64]) {
+        let size = self.nodes * D;
+        for b in 0..self.nodes {
+            for j in 0..D {
+                let (column, rows) = self.column::<D>(b, j);
+                for a in b..self.nodes {
+                    for i in 0..D {
+                        matrix[(b * D + j) * size + a * D + i] += column[i * rows + a - Self::start(b)];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        8 * (self.values.capacity() + self.firsts.capacity())
+    }
+}
+
+/// The nodes of one point in windows of four successive nodes of its cluster, gradients by slot beside them;
+/// nodes of a window that the point does not see have zero gradients.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Windows {
+    starts: Vec<u32>,
+    /// Window of each node.
+    of: Vec<u32>,
+    /// Of up to three slots.
+    gradients: Vec<[[f64; WIDTH]; 3]>,
+}
+
+impl Windows {
+    /// Packs the nodes and gradients of a point.
+    #[inline(always)]
+    pub(crate) fn pack<const S: usize>(&mut self, local: &[u16], gradients: &[f64]) {
+        self.starts.clear();
+        self.of.clear();
+        self.gradients.clear();
+        let n = local.len();
+        let slots: [&[f64]; S] = std::array::from_fn(|s| &gradients[s * n..(s + 1) * n]);
+        let mut start = 0;
+        let mut current = [[0.0; WIDTH]; 3];
+        for (a, &place) in local.iter().enumerate() {
+            let place = place as usize;
+            if a == 0 || place >= start + WIDTH {
+                if a > 0 {
+                    self.gradients.push(current);
+                    current = [[0.0; WIDTH]; 3];
+                }
+                start = place;
+                self.starts.push(start as u32);
+            }
+            self.of.push(self.starts.len() as u32 - 1);
+            for s in 0..S {
+                current[s][place - start] = slots[s][a];
+            }
+        }
+        if n > 0 {
+            self.gradients.push(current);
+        }
+    }
+
+    /// Adds $P_{is}\,g_{as}$ to forces by components of a padded length.
+    #[inline(always)]
+    pub(crate) fn add_forces<A: Arithmetic, const D: usize, const S: usize>(
+        &self,
+        stress: &[[f64; WIDTH]; D],
+        stride: usize,
+        forces: &mut [f64],
+    ) {
+        for (start, g) in self.starts.iter().zip(&self.gradients) {
+            for i in 0..D {
+                let at = i * stride + *start as usize;
+                let target = &mut forces[at..at + WIDTH];
+                let mut sum: [f64; WIDTH] = std::array::from_fn(|l| target[l]);
+                for s in 0..S {
+                    for l in 0..WIDTH {
+                        sum[l] = A::multiply_add(stress[i][s], g[s][l], sum[l]);
+                    }
+                }
+                target.copy_from_slice(&sum);
+            }
+        }
+    }
+
+    /// Adds $f_k\,P_{is}\,g_{as}$ for several factors $f_k$ to as many vectors of `D` components.
+    #[inline(always)]
+    pub(crate) fn add_multiples<A: Arithmetic, const D: usize, const S: usize>(
+        &self,
+        stress: &[[f64; WIDTH]; D],
+        factors: &[f64],
+        stride: usize,
+        vectors: &mut [f64],
+    ) {
+        for (start, g) in self.starts.iter().zip(&self.gradients) {
+            for i in 0..D {
+                let mut sum = [0.0; WIDTH];
+                for s in 0..S {
+                    for l in 0..WIDTH {
+                        sum[l] = A::multiply_add(stress[i][s], g[s][l], sum[l]);
+                    }
+                }
+                for (k, factor) in factors.iter().enumerate() {
+                    let at = (k * D + i) * stride + *start as usize;
+                    let target = &mut vectors[at..at + WIDTH];
+                    let values: [f64; WIDTH] = std::array::from_fn(|l| A::multiply_add(*factor, sum[l], target[l]));
+                    target.copy_from_slice(&values);
+                }
+            }
+        }
+    }
+
+    /// Adds $g_{as} A_{isjt}\,g_{bt}$ to the lower half of a cluster's matrix. The structured contraction:
+    /// $T_{isj} = A_{isjt}\,g_{bt}$ first, then for each window as many products as slots and components.
+    ///
+    /// `tangent` holds $A_{isjt}$ at `[j][t][i][s]`, weight included.
+    #[inline(always)]
+    pub(crate) fn add_matrix<A: Arithmetic, const D: usize, const S: usize>(
+        &self,
+        local: &[u16],
+        gradients: &[f64],
+        tangent: &[[[[f64; WIDTH]; D]; S]; D],
+        lower: &mut LowerBlocks,
+    ) {
+        let n = local.len();
+        for (b, (&place, &window)) in local.iter().zip(&self.of).enumerate() {
+            let place = place as usize;
+            let first = LowerBlocks::start(place);
+            let windows = self.starts[window as usize..].iter().zip(&self.gradients[window as usize..]);
+            for j in 0..D {
+                let mut products = [[0.0; WIDTH]; D];
+                for t in 0..S {
+                    let g = gradients[t * n + b];
+                    for i in 0..D {
+                        for s in 0..WIDTH {
+                            products[i][s] = A::multiply_add(tangent[j][t][i][s], g, products[i][s]);
+                        }
+                    }
+                }
+                let (column, rows) = lower.column_mut::<D>(place, j);
+                for (&start, g) in windows.clone() {
+                    let at = start as usize - first;
+                    for i in 0..D {
+                        let target = &mut column[i * rows + at..][..WIDTH];
+                        let mut sum: [f64; WIDTH] = std::array::from_fn(|l| target[l]);
+                        for s in 0..S {
+                            for l in 0..WIDTH {
+                                sum[l] = A::multiply_add(products[i][s], g[s][l], sum[l]);
+                            }
+                        }
+                        target.copy_from_slice(&sum);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Stress components that do work on the displacement of one kinematics: entry $3i + s$ belongs to
+/// displacement component $i$ and gradient slot $s$; the hoops are summed into slot $D$ of component 0.
+#[inline]
+pub(crate) fn reduce_stress<const D: usize>(stress: &Matrix3<f64>, hoops: &[usize]) -> [f64; 9] {
+    let mut reduced = [0.0; 9];
+    for i in 0..D {
+        for s in 0..D {
+            reduced[3 * i + s] = stress[(i, s)];
+        }
+    }
+    for &k in hoops {
+        reduced[D] += stress[(k, k)];
+    }
+    reduced
+}
+
+/// The tangent in the components of [`reduce_stress`].
+#[inline]
+pub(crate) fn reduce_tangent<const D: usize>(tangent: &Tangent, hoops: &[usize]) -> [[f64; 9]; 9] {
+    let mut reduced = [[0.0; 9]; 9];
+    for i in 0..D {
+        for s in 0..D {
+            for j in 0..D {
+                for t in 0..D {
+                    reduced[3 * i + s][3 * j + t] = tangent[(3 * i + s, 3 * j + t)];
+                }
+            }
+            for &k in hoops {
+                reduced[3 * i + s][D] += tangent[(3 * i + s, 4 * k)];
+                reduced[D][3 * i + s] += tangent[(4 * k, 3 * i + s)];
+            }
+        }
+    }
+    for &k in hoops {
+        for &l in hoops {
+            reduced[D][D] += tangent[(4 * k, 4 * l)];
+        }
+    }
+    reduced
+}
+
+/// Sums over neighbour pairs, compiled for each dimension and number of slots.
+#[derive(Clone, Copy)]
+pub(crate) struct Contraction {
+    dimension: usize,
+    slots: usize,
+}
+
+impl Contraction {
+    pub(crate) fn of<const D: usize>(table: &ShapeTable<D>) -> Self {
+        Contraction { dimension: D, slots: table.slots() }
+    }
+
+    /// Adds $w\,P_{is}\,g_{as}$ to the forces of a cluster.
+    #[inline]
+    pub(crate) fn add_forces<const D: usize>(
+        self,
+        table: &ShapeTable<D>,
+        point: usize,
+        stress: &[f64; 9],
+        weight: f64,
+        forces: &mut [f64],
+    ) {
+        let local = table.clusters().local(point);
+        let gradients = table.gradients(point);
+        let n = local.len();
+        for (a, &l) in local.iter().enumerate() {
+            let target = &mut forces[l as usize * D..l as usize * D + D];
+            for (i, entry) in target.iter_mut().enumerate() {
+                let mut sum = 0.0;
+                for s in 0..self.slots {
+                    sum += stress[3 * i + s] * gradients[s * n + a];
+                }
+                *entry += weight * sum;
+            }
+        }
+    }
+
+    /// Adds $w\,g_{as} A_{isjt}\,g_{bt}$ to the matrix of a cluster.
+    #[allow(clippy::too_many_arguments)]
+    pub(crate) fn add_matrix<const D: usize>(
+        self,
+        table: &ShapeTable<D>,
+        point: usize,
+        tangent: &[[f64; 9]; 9],
+        weight: f64,
+        size: usize,
+        symmetric: bool,
+        out: &mut Element,
+    ) {
+        let local = table.clusters().local(point);
+        let gradients = table.gradients(point);
+        let matrix = &mut out.matrix;
+        match (self.dimension, self.slots) {
+            (1, 1) => add_block::<1, 1>(local, gradients, tangent, weight, size, symmetric, matrix),
+            (1, 2) => add_block::<1, 2>(local, gradients, tangent, weight, size, symmetric, matrix),
+            (2, 2) => add_block::<2, 2>(local, gradients, tangent, weight, size, symmetric, matrix),
+            (2, 3) => add_block::<2, 3>(local, gradients, tangent, weight, size, symmetric, matrix),
+            _ => add_block::<3, 3>(local, gradients, tangent, weight, size, symmetric, matrix),
+        }
+    }
+}
+
+/// The structured contraction: $T_{isj} = A_{isjt} g_{bt}$ first, then one dot product per entry.
+fn add_block<const D: usize, const S: usize>(
+    local: &[u16],
+    gradients: &[f64],
+    tangent: &[[f64; 9]; 9],
+    weight: f64,
+    size: usize,
+    symmetric: bool,
+    matrix: &mut [f64],
+) {
+    let n = local.len();
+    for b in 0..n {
+        let mut g = [0.0; S];
+        for t in 0..S {
+            g[t] = weight * gradients[t * n + b];
+        }
+        let first = if symmetric { b } else { 0 };
+        for j in 0..D {
+            let mut products = [[0.0; S]; D];
+            for i in 0..D {
+                for s in 0..S {
+                    let row = &tangent[3 * i + s];
+                    let mut sum = 0.0;
+                    for t in 0..S {
+                        sum += row[3 * j + t] * g[t];
+                    }
+                    products[i][s] = sum;
+                }
+            }
+            let start = (local[b] as usize * D + j) * size;
+            let column = &mut matrix[start..start + size];
+            for a in first..n {
+                let row = local[a] as usize * D;
+                let target = &mut column[row..row + D];
+                for i in 0..D {
+                    let mut sum = 0.0;
+                    for s in 0..S {
+                        sum += products[i][s] * gradients[s * n + a];
+                    }
+                    target[i] += sum;
+                }
+            }
+        }
+    }
+}

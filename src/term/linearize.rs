@@ -1,0 +1,325 @@
+//! The linearisation of a body over one cluster.
+
+use nalgebra::Matrix3;
+
+use crate::material::{Material, VolumetricEnergy};
+use crate::simd::{Arithmetic, Task, dispatch};
+use crate::table::displacement_gradient;
+use crate::tensor::{cofactor, determinant_hessian};
+
+use super::body::{Body, PressureField};
+use super::contraction::WIDTH;
+use super::guard::largest_step;
+use super::{Element, Term, View};
+
+/// Adds forces and, where asked for, the matrix of a cluster; see [`Term::linearize`].
+pub(super) fn linearize<const D: usize, M: Material>(
+    body: &Body<D, M>,
+    cluster: usize,
+    view: View<'_>,
+    out: &mut Element,
+) {
+    // Compiled for each number of gradient slots.
+    match body.table.slots() {
+        1 => dispatch(Linearize::<D, 1, M> { body, cluster, view, out }),
+        2 => dispatch(Linearize::<D, 2, M> { body, cluster, view, out }),
+        _ => dispatch(Linearize::<D, 3, M> { body, cluster, view, out }),
+    }
+}
+
+struct Linearize<'a, const D: usize, const S: usize, M> {
+    body: &'a Body<D, M>,
+    cluster: usize,
+    view: View<'a>,
+    out: &'a mut Element,
+}
+
+/// The components $3i + J$ of the deformation gradient that a kinematics moves, and the displacement component
+/// and gradient slot each belongs to.
+struct Components {
+    count: usize,
+    of: [usize; 9],
+    places: [(usize, usize); 9],
+}
+
+impl Components {
+    #[inline(always)]
+    fn new<const D: usize>(hoops: &[usize]) -> Self {
+        let mut components = Components { count: 0, of: [0; 9], places: [(0, 0); 9] };
+        let mut push = |component, place| {
+            components.of[components.count] = component;
+            components.places[components.count] = place;
+            components.count += 1;
+        };
+        for i in 0..D {
+            for j in 0..D {
+                push(3 * i + j, (i, j));
+            }
+        }
+        for &k in hoops {
+            push(4 * k, (0, D));
+        }
+        components
+    }
+}
+
+/// What the pressure of a point adds: `force` times $\operatorname{cof}F$ to the stress, `geometric` times
+/// $\partial^2J$ and `rank_one` times $\operatorname{cof}F\otimes\operatorname{cof}F$ to the tangent.
+struct Pressure {
+    force: f64,
+    geometric: f64,
+    rank_one: f64,
+}
+
+/// Residuals of the local equations of one zone and their Hessian; at most four functions.
+#[derive(Default)]
+struct Zone {
+    of_theta: [f64; 4],
+    of_pi: [f64; 4],
+    hessian: [[f64; 4]; 4],
+}
+
+impl Zone {
+    #[inline(always)]
+    fn new(theta: &[f64], pi: &[f64]) -> Self {
+        let mut zone = Zone::default();
+        for k in 0..theta.len() {
+            zone.of_theta[k] = -pi[k];
+            zone.of_pi[k] = -theta[k];
+        }
+        zone
+    }
+
+    /// Adds a point with determinant `j`; `share` is the part of the volumetric energy that is projected.
+    #[inline(always)]
+    fn add(&mut self, phi: &[f64], theta: &[f64], weight: f64, j: f64, share: f64, volumetric: &dyn VolumetricEnergy) {
+        let mut projected = 0.0;
+        for (p, t) in phi.iter().zip(theta) {
+            projected += p * t;
+        }
+        let u = volumetric.evaluate(projected);
+        let n = theta.len();
+        for k in 0..n {
+            let factor = weight * phi[k];
+            self.of_theta[k] += factor * share * u.slope;
+            self.of_pi[k] += factor * j;
+            for l in 0..n {
+                self.hessian[k][l] += factor * share * phi[l] * u.curvature;
+            }
+        }
+    }
+}
+
+/// Increments of the local unknowns of a cluster and the largest step; see [`Term::advance`].
+pub(super) fn advance<const D: usize, M: Material>(
+    body: &Body<D, M>,
+    cluster: usize,
+    view: View<'_>,
+    step: &[f64],
+    locals_step: &mut [f64],
+) -> f64 {
+    dispatch(Advance { body, cluster, view, step, locals_step })
+}
+
+struct Advance<'a, const D: usize, M> {
+    body: &'a Body<D, M>,
+    cluster: usize,
+    view: View<'a>,
+    step: &'a [f64],
+    locals_step: &'a mut [f64],
+}
+
+impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<A: Arithmetic>(self) -> f64 {
+        let Advance { body, cluster, view, step, locals_step } = self;
+        let table = &body.table;
+        let n = body.functions;
+        let (theta, pi) = view.locals[body.locals(cluster)].split_at(n);
+        let mut zone = Zone::new(theta, pi);
+        let mut bound: f64 = 1.0;
+        // C δd, function by function.
+        let mut change_of_pi = [0.0; 4];
+        let first = table.clusters().points(cluster).start;
+        let volumetric = match body.field {
+            PressureField::Displacement => None,
+            _ => body.material.split().map(|(_, volumetric)| volumetric),
+        };
+        for point in table.clusters().points(cluster) {
+            let (nodes, gradients) = (table.nodes(point), table.gradients(point));
+            let h = displacement_gradient::<A, D>(nodes, gradients, table.hoops(), view.displacement);
+            let f = Matrix3::identity() + h;
+            let df = displacement_gradient::<A, D>(nodes, gradients, table.hoops(), step);
+            bound = bound.min(largest_step(&f, &df));
+            let Some(volumetric) = volumetric else { continue };
+            let j = f.determinant();
+            let change = cofactor(&f).dot(&df);
+            if body.field == PressureField::Pointwise {
+                let theta = view.locals[2 * point];
+                let u = volumetric.evaluate(theta);
+                let of_theta = j - theta + change;
+                let at = 2 * (point - first);
+                locals_step[at] = of_theta;
+                locals_step[at + 1] = u.slope - view.locals[2 * point + 1] + u.curvature * of_theta;
+            } else {
+                let (phi, weight) = (body.phi(point), table.weights()[point]);
+                zone.add(phi, theta, weight, j, 1.0 - body.share, volumetric);
+                for (change_of_pi, phi) in change_of_pi.iter_mut().zip(phi) {
+                    *change_of_pi += weight * change * phi;
+                }
+            }
+        }
+        for k in 0..n {
+            locals_step[k] = zone.of_pi[k] + change_of_pi[k];
+            locals_step[n + k] = zone.of_theta[k];
+            for l in 0..n {
+                locals_step[n + k] += zone.hessian[k][l] * (zone.of_pi[l] + change_of_pi[l]);
+            }
+        }
+        bound
+    }
+}
+
+impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arithmetic>(self) {
+        let Linearize { body, cluster, view, out } = self;
+        let Element { residual, matrix, with_matrix, scratch, lower, windows, .. } = out;
+        let with_matrix = *with_matrix;
+        let table = &body.table;
+        let clusters = table.clusters();
+        let nodes = clusters.nodes(cluster);
+        // Vectors by components, with room for the last window.
+        let stride = nodes.len() + WIDTH - 1;
+        let n = body.functions;
+        scratch.clear();
+        scratch.resize((1 + 2 * n) * D * stride, 0.0);
+        let (forces, vectors) = scratch.split_at_mut(D * stride);
+        let (slopes, products) = vectors.split_at_mut(n * D * stride);
+        if with_matrix && !lower.wanted {
+            lower.reset::<D>(nodes.len());
+        }
+        let components = Components::new::<D>(table.hoops());
+        let count = components.count;
+        let (material, volumetric): (&dyn Material, Option<&dyn VolumetricEnergy>) =
+            match (body.field, body.material.split()) {
+                (PressureField::Displacement, _) | (_, None) => (&body.material, None),
+                (_, Some((distortional, volumetric))) => (distortional, Some(volumetric)),
+            };
+        let (theta, pi) = view.locals[body.locals(cluster)].split_at(n);
+        let mut zone = Zone::new(theta, pi);
+
+        for point in clusters.points(cluster) {
+            let (local, gradients) = (clusters.local(point), table.gradients(point));
+            let weight = table.weights()[point];
+            let h = displacement_gradient::<A, D>(table.nodes(point), gradients, table.hoops(), view.displacement);
+            let f = Matrix3::identity() + h;
+            windows.pack::<S>(local, gradients);
+
+            let (mut stress, mut tangent) = ([0.0; 9], [0.0; 81]);
+            material.respond(&f, &components.of[..count], &mut stress[..count], &mut tangent[..count * count]);
+            if let Some(volumetric) = volumetric {
+                let cof = cofactor(&f);
+                let j = f.m11 * cof.m11 + f.m12 * cof.m12 + f.m13 * cof.m13;
+                let pressure = if body.field == PressureField::Pointwise {
+                    let theta = view.locals[2 * point];
+                    let u = volumetric.evaluate(theta);
+                    let force = u.slope + u.curvature * (j - theta);
+                    Pressure { force, geometric: view.locals[2 * point + 1], rank_one: u.curvature }
+                } else {
+                    // What the zone's pressure does to the forces is added for all its points at once.
+                    let phi = body.phi(point);
+                    zone.add(phi, theta, weight, j, 1.0 - body.share, volumetric);
+                    let mut pressure = 0.0;
+                    let mut factors = [0.0; 4];
+                    for k in 0..n {
+                        factors[k] = weight * phi[k];
+                        pressure += phi[k] * pi[k];
+                    }
+                    let mut reduced = [[0.0; WIDTH]; D];
+                    for a in 0..count {
+                        let (i, s) = components.places[a];
+                        reduced[i][s] += cof[(components.of[a] / 3, components.of[a] % 3)];
+                    }
+                    windows.add_multiples::<A, D, S>(&reduced, &factors[..n], stride, slopes);
+                    let u = volumetric.evaluate(j);
+                    let share = body.share * u.slope;
+                    Pressure { force: share, geometric: pressure + share, rank_one: body.share * u.curvature }
+                };
+                for a in 0..count {
+                    let c = components.of[a];
+                    let cof_c = cof[(c / 3, c % 3)];
+                    stress[a] += pressure.force * cof_c;
+                    for b in 0..=a {
+                        let d = components.of[b];
+                        let entry = pressure.rank_one * cof_c * cof[(d / 3, d % 3)]
+                            + pressure.geometric * determinant_hessian(&f, c, d);
+                        tangent[a * count + b] += entry;
+                        if b < a {
+                            tangent[b * count + a] += entry;
+                        }
+                    }
+                }
+            }
+            let mut reduced = [[0.0; WIDTH]; D];
+            for a in 0..count {
+                let (i, s) = components.places[a];
+                reduced[i][s] += weight * stress[a];
+            }
+            windows.add_forces::<A, D, S>(&reduced, stride, forces);
+            if with_matrix {
+                let mut reduced = [[[[0.0; WIDTH]; D]; S]; D];
+                for b in 0..count {
+                    let (j, t) = components.places[b];
+                    for a in 0..count {
+                        let (i, s) = components.places[a];
+                        reduced[j][t][i][s] += weight * tangent[a * count + b];
+                    }
+                }
+                windows.add_matrix::<A, D, S>(local, gradients, &reduced, lower);
+            }
+        }
+
+        // π + r_θ + H r_π: the pressure that enters the condensed forces.
+        for k in 0..n {
+            let mut pressure = pi[k] + zone.of_theta[k];
+            for l in 0..n {
+                pressure += zone.hessian[k][l] * zone.of_pi[l];
+            }
+            let slopes = &slopes[k * D * stride..(k + 1) * D * stride];
+            for (force, slope) in forces.iter_mut().zip(slopes) {
+                *force = A::multiply_add(pressure, *slope, *force);
+            }
+        }
+        for (a, target) in residual.chunks_exact_mut(D).enumerate() {
+            for i in 0..D {
+                target[i] += forces[i * stride + a];
+            }
+        }
+        if !with_matrix {
+            return;
+        }
+        for k in 0..n {
+            let target = &mut products[k * D * stride..(k + 1) * D * stride];
+            for l in 0..n {
+                for (product, slope) in target.iter_mut().zip(&slopes[l * D * stride..(l + 1) * D * stride]) {
+                    *product = A::multiply_add(zone.hessian[k][l], *slope, *product);
+                }
+            }
+        }
+        match n {
+            0 => {}
+            1 => lower.add_products::<A, D, 1>(stride, slopes, products),
+            2 => lower.add_products::<A, D, 2>(stride, slopes, products),
+            3 => lower.add_products::<A, D, 3>(stride, slopes, products),
+            _ => lower.add_products::<A, D, 4>(stride, slopes, products),
+        }
+        if !lower.wanted {
+            lower.add_to::<D>(matrix);
+        }
+    }
+}
