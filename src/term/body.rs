@@ -135,7 +135,7 @@ impl<const D: usize, M: Material> Body<D, M> {
                     }
                     j = next;
                 }
-                if self.is_zonal() {
+                if self.functions > 0 {
                     let (theta, pi) = locals[range.clone()].split_at_mut(self.functions);
                     let weight = self.table.weights()[point];
                     for (k, phi) in self.phi(point).iter().enumerate() {
