@@ -56,6 +56,16 @@ pub enum GeometryError {
         /// The parts that exist.
         known: String,
     },
+    /// A drawn shape or the particles in it are unusable.
+    #[error("{what}, at X = {at:?}: {remedy}")]
+    Shape {
+        /// What is wrong.
+        what: &'static str,
+        /// Where.
+        at: Vec<f64>,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// The cells can't serve what is asked of them.
     #[error("{what}: these cells can't serve it, it needs {needed}")]
     Unsuited {

@@ -1,4 +1,11 @@
-//! Points, blocks and the names of boundary parts.
+//! Points, blocks, drawn regions and the names of boundary parts.
+
+mod outline;
+mod region;
+
+pub(crate) use outline::Curve;
+pub use outline::{Outline, Turn};
+pub use region::Region;
 
 use std::fmt;
 use std::sync::Arc;

@@ -120,9 +120,9 @@ pub mod prelude {
     pub use crate::basis::{Basis, Polynomial};
     #[cfg(feature = "solve")]
     pub use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
-    pub use crate::cells::{Cells, Lattice, Layout};
+    pub use crate::cells::{Cells, Lattice, Layout, Triangulation, Voronoi};
     pub use crate::error::Error;
-    pub use crate::geometry::{Block, Domain, Mapped, Part, Point, Quadrilateral, Side};
+    pub use crate::geometry::{Block, Domain, Mapped, Outline, Part, Point, Quadrilateral, Region, Side, Turn};
     pub use crate::kernel::{CubicSpline, Gaussian, Kernel, QuinticSpline, WendlandC2};
     pub use crate::kinematics::{Axisymmetric, Kinematics, PlaneStrain, RadialCylinder, RadialSphere, Solid};
     #[cfg(feature = "solve")]

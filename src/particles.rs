@@ -2,6 +2,7 @@
 
 use crate::error::ApproximationError;
 use crate::geometry::Point;
+use crate::neighbours::distances;
 
 /// The support of one kernel function.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,6 +89,19 @@ impl<const D: usize> Particles<D> {
             });
         }
         Ok(Particles { positions, supports, volumes: Vec::new() })
+    }
+
+    /// Balls of `factor` times the distance to the neighbour of rank `rank`, counted from 1.
+    ///
+    /// # Errors
+    /// As [`new`](Particles::new), and where there is no neighbour of that rank.
+    pub fn by_neighbour(positions: Vec<Point<D>>, rank: usize, factor: f64) -> Result<Self, ApproximationError> {
+        if rank == 0 || rank >= positions.len() {
+            let remedy = "give a rank of 1 up to, not including, the number of particles";
+            return Err(ApproximationError::Particle { particle: 0, what: "no neighbour has this rank", remedy });
+        }
+        let supports = distances(&positions, rank).into_iter().map(|d| Support::Ball(factor * d)).collect();
+        Particles::new(positions, supports)
     }
 
     /// Adds nodal volumes $\Delta V_I$ inside the sums (3.24), (3.32).

@@ -190,8 +190,12 @@ impl Cells<2> for Gapped {
     fn dual(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
         self.lattice.dual(gauss)
     }
-    fn boundary_parts(&self) -> Vec<Part> {
-        self.lattice.boundary_parts()
+    fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<2>>, GeometryError> {
+        self.lattice.boundary_pieces(part, parts, gauss)
+    }
+    // On a lattice supports are taken as they are given.
+    fn lattice(&self) -> Option<&Lattice<2>> {
+        Some(&self.lattice)
     }
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
         self.lattice.boundary(part, parts, gauss)

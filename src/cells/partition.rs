@@ -40,7 +40,6 @@ use super::{BoundaryCells, Lattice, Smoothing, Zones};
 ///         self.0.smoothing(parts, gauss, zones)
 ///     }
 ///     fn dual(&self, gauss: usize) -> Result<Smoothing<1>, GeometryError> { self.0.dual(gauss) }
-///     fn boundary_parts(&self) -> Vec<Part> { vec!["wall".into(), "grip".into()] }
 ///     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<1>, GeometryError> {
 ///         self.0.boundary(&end(part), parts, gauss)
 ///     }
@@ -114,14 +113,20 @@ pub trait Cells<const D: usize>: Send + Sync {
     /// For an impossible number of points.
     fn dual(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError>;
 
-    /// The parts that the whole boundary consists of.
-    fn boundary_parts(&self) -> Vec<Part>;
-
     /// Facets of a boundary part, each cut into `parts` per direction with `gauss` points per direction.
     ///
     /// # Errors
     /// Where the part does not exist or the numbers are impossible.
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError>;
+
+    /// The facets of a boundary part in pieces: faces, lines, arcs. Weak rows are made piece by piece, so that the
+    /// hats of each sum to one. By default a part is one piece.
+    ///
+    /// # Errors
+    /// As [`boundary`](Cells::boundary).
+    fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<D>>, GeometryError> {
+        Ok(vec![self.boundary(part, parts, gauss)?])
+    }
 
     /// Particles on a boundary part, by rising index.
     ///
@@ -183,13 +188,13 @@ impl<const D: usize> Cells<D> for Lattice<D> {
         self.dual(gauss)
     }
 
-    fn boundary_parts(&self) -> Vec<Part> {
-        use crate::geometry::Side;
-        (0..D).flat_map(|axis| [Side::Min, Side::Max].map(|side| Part::Face { axis, side })).collect()
-    }
-
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
         self.boundary(part, parts, gauss)
+    }
+
+    fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<D>>, GeometryError> {
+        let faces = self.faces(part)?;
+        faces.into_iter().map(|(axis, side)| self.boundary(&Part::Face { axis, side }, parts, gauss)).collect()
     }
 
     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {

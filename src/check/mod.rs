@@ -37,7 +37,7 @@ mod term;
 
 pub use inf_sup::{InfSup, inf_sup};
 pub use material::material;
-pub use patch::{PatchTest, patch_test};
+pub use patch::{PatchTest, patch_test, patch_test_of};
 pub use scene::{Diagnosis, FreeMotion, UncoveredRegion, scene};
 pub use shape::{basis, kernel};
 pub use solver::solver;

@@ -48,8 +48,31 @@ pub fn patch_test<const D: usize>(
     gradient: &SMatrix<f64, D, D>,
     scheme: &Scheme,
 ) -> Result<PatchTest, Error> {
-    check_gradient(gradient, kinematics.hoops())?;
-    let mut scene = Scene::new(domain, kinematics, material);
+    patch_test_of(&Scene::new(domain, kinematics, material), gradient, scheme)
+}
+
+/// [`patch_test`] of a scene's body, for bodies that are no image of a cube; its conditions and loads are left out.
+///
+/// # Errors
+/// As [`patch_test`].
+///
+/// ```
+/// use rkpm::check::patch_test_of;
+/// use rkpm::nalgebra::Matrix2;
+/// use rkpm::prelude::*;
+/// let disk = Region::new(Outline::circle("rim", [0.0, 0.0], 1.0))?;
+/// let scene = Scene::on(disk, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?);
+/// let test = patch_test_of(&scene, &Matrix2::new(0.2, 0.1, -0.05, -0.1), &Scheme::default().spacing(0.3))?;
+/// assert!(test.error < 1e-12);
+/// # Ok::<(), rkpm::Error>(())
+/// ```
+pub fn patch_test_of<const D: usize>(
+    scene: &Scene<D>,
+    gradient: &SMatrix<f64, D, D>,
+    scheme: &Scheme,
+) -> Result<PatchTest, Error> {
+    check_gradient(gradient, scene.kinematics.hoops())?;
+    let mut scene = scene.without_conditions();
     for component in 0..D {
         let row = gradient.row(component).into_owned();
         scene = scene.prescribe_field(Part::Whole, component, move |x: &Point<D>| (row * x)[0]);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::boundary::{Constraints, Motion};
 use crate::cells::Cells;
 use crate::error::{BoundaryError, Error};
-use crate::geometry::{Part, Point};
+use crate::geometry::Point;
 use crate::shape::Approximation;
 use crate::term::Amplitude;
 
@@ -44,10 +44,8 @@ fn add<const D: usize, A: Approximation<D>>(
     let (component, amplitude, label) = (condition.component, &condition.amplitude, condition.label.as_str());
     let nodes = match (&condition.place, facets) {
         (Place::Part(part), Some(facets)) => {
-            // One by one, so that each part claims its corners in turn.
-            let parts = if *part == Part::Whole { cells.boundary_parts() } else { vec![part.clone()] };
-            for part in parts {
-                let cells = cells.boundary(&part, facets.parts, facets.gauss)?;
+            // One by one, so that each piece claims its corners in turn.
+            for cells in cells.boundary_pieces(part, facets.parts, facets.gauss)? {
                 let kinematics = &*scene.kinematics;
                 match &condition.value {
                     Value::Field(field) => {

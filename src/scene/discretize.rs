@@ -3,24 +3,24 @@
 use std::sync::Arc;
 
 use crate::assembly::Model;
-use crate::basis::Polynomial;
 use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
 use crate::cells::{Cells, Lattice, Layout};
 use crate::error::{BoundaryError, Error, GeometryError};
 use crate::geometry::{Domain, Part, Point};
-use crate::kernel::Kernel;
 use crate::linear::Direct;
 use crate::material::Material;
+use crate::particles::Particles;
 use crate::quadrature::Points;
-use crate::shape::{Approximation, FiniteElements, ReproducingKernel};
+use crate::shape::{Approximation, FiniteElements};
 use crate::solve::Analysis;
 use crate::table::ShapeTable;
 use crate::term::{Body, DeadLoad, FollowerPressure, Pointwise, PressureField};
 
 use super::conditions::rows;
+use super::cover::{self, KernelFunctions};
 use super::problem::Evaluate;
 use super::scheme::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule, Scheme, Volume};
-use super::{LoadKind, Place, Problem, Region, Scene};
+use super::{LoadKind, Place, Problem, Scene, Source};
 
 /// Rows up to which the mixed transformation is the default: beyond, its dense faces cost more than multipliers.
 const TRANSFORMATION_ROWS: usize = 600;
@@ -31,9 +31,6 @@ pub(super) struct FacetRule {
     pub parts: usize,
     pub gauss: usize,
 }
-
-/// The shape functions of particles under a scheme.
-pub(crate) type KernelFunctions<const D: usize> = ReproducingKernel<D, Arc<dyn Kernel>, Polynomial<D>>;
 
 /// What becomes of a condition that can't be added to the rows: the error itself, or leave to go on without it.
 pub(super) type Refused<'a> = &'a mut dyn FnMut(Error) -> Result<(), Error>;
@@ -52,9 +49,10 @@ pub(super) fn discretize<const D: usize>(
 
 /// The particles of a scene under a scheme and the cells between them.
 pub(super) fn cells<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Arc<dyn Cells<D>>, Error> {
-    Ok(match &scene.region {
-        Region::Domain(domain) => Arc::new(Lattice::new(&**domain, counts(&**domain, scheme)?, &scheme.layout)?),
-        Region::Cells(cells) => cells.clone(),
+    Ok(match &scene.source {
+        Source::Domain(domain) => Arc::new(Lattice::new(&**domain, counts(&**domain, scheme)?, &scheme.layout)?),
+        Source::Cells(cells) => cells.clone(),
+        Source::Scattered(scatter) => scatter(scheme)?,
     })
 }
 
@@ -71,7 +69,8 @@ fn particles<const D: usize>(
     cells: Arc<dyn Cells<D>>,
     refused: Refused<'_>,
 ) -> Result<Problem<D>, Error> {
-    let approximation = kernel_functions(scheme, &*cells)?;
+    let (approximation, raised) = covering(scheme, &*cells)?;
+    let dilations = approximation.particles().supports().iter().map(|s| s.half_widths().max()).collect();
     let kinematics = &*scene.kinematics;
     let (table, facets, field) = body_table(scene, scheme, &*cells, &approximation)?;
     let body = Body::new(table, scene.material.clone(), field);
@@ -92,7 +91,7 @@ fn particles<const D: usize>(
         RowKind::OverBoundary => true,
     };
     let rows = rows(scene, &*cells, &approximation, over_boundary.then_some(facets), refused)?;
-    finish(scheme, model, rows, cells, Box::new(approximation))
+    finish(scheme, model, rows, Discrete { cells, approximation: Box::new(approximation), dilations, raised })
 }
 
 /// The shape functions of a scheme on the particles of cells.
@@ -100,16 +99,23 @@ pub(crate) fn kernel_functions<const D: usize>(
     scheme: &Scheme,
     cells: &dyn Cells<D>,
 ) -> Result<KernelFunctions<D>, Error> {
+    Ok(covering(scheme, cells)?.0)
+}
+
+/// The same with the number of particles whose supports were raised to cover the body.
+fn covering<const D: usize>(scheme: &Scheme, cells: &dyn Cells<D>) -> Result<(KernelFunctions<D>, usize), Error> {
     let particles = match scheme.dilation {
         Dilation::Auto => cells.particles(default_dilation::<D>(scheme.order))?,
         Dilation::Local(r) => cells.particles(r)?,
         Dilation::Global(r) => cells.particles_global(r)?,
+        Dilation::Neighbour { rank, factor } => Particles::by_neighbour(cells.positions().to_vec(), rank, factor)?,
     };
-    let approximation = ReproducingKernel::new(particles, scheme.kernel.clone(), Polynomial::new(scheme.order))?;
-    Ok(match scheme.rcond_limit {
-        Some(limit) => approximation.with_rcond_limit(limit),
-        None => approximation,
-    })
+    // On lattices the default covers by construction, and a dilation that does not is the user's to know.
+    if cells.lattice().is_some() {
+        Ok((cover::functions(scheme, particles)?, 0))
+    } else {
+        cover::covering(scheme, particles, cells)
+    }
 }
 
 /// Finite elements on the same lattice.
@@ -155,7 +161,8 @@ fn elements<const D: usize>(
     };
     let model = model(scene, body, &*cells, &elements, &tables)?;
     let rows = rows(scene, &*cells, &elements, None, refused)?;
-    finish(scheme, model, rows, cells, Box::new(elements))
+    let dilations = (0..cells.positions().len()).map(|node| cells.local_spacing(node)).collect();
+    finish(scheme, model, rows, Discrete { cells, approximation: Box::new(elements), dilations, raised: 0 })
 }
 
 type SceneModel<const D: usize> = (Model<D>, Arc<Body<D, Arc<dyn Material>>>);
@@ -197,13 +204,20 @@ fn model<const D: usize, A: Approximation<D>>(
     Ok((model, body))
 }
 
+/// What a problem keeps of its discretisation.
+struct Discrete<const D: usize> {
+    cells: Arc<dyn Cells<D>>,
+    approximation: Box<dyn Evaluate<D>>,
+    dilations: Vec<f64>,
+    raised: usize,
+}
+
 /// Binds the strategies.
 fn finish<const D: usize>(
     scheme: &Scheme,
     (model, body): SceneModel<D>,
     rows: Constraints,
-    cells: Arc<dyn Cells<D>>,
-    approximation: Box<dyn Evaluate<D>>,
+    discrete: Discrete<D>,
 ) -> Result<Problem<D>, Error> {
     let transform = match scheme.enforcing {
         Enforcing::Auto => rows.len() <= TRANSFORMATION_ROWS || scheme.functions == Functions::Elements,
@@ -217,7 +231,8 @@ fn finish<const D: usize>(
     };
     analysis.newton = scheme.newton;
     analysis.stepping = scheme.stepping;
-    Ok(Problem { model, rows, analysis, body, cells, approximation })
+    let Discrete { cells, approximation, dilations, raised } = discrete;
+    Ok(Problem { model, rows, analysis, body, cells, approximation, dilations, raised })
 }
 
 /// The lattice of the cells, for what needs one.
@@ -283,7 +298,7 @@ pub(crate) fn edge_lengths<const D: usize>(domain: &dyn Domain<D>) -> [f64; D] {
 }
 
 /// One number for each axis; a single one stands for all.
-fn per_axis<const D: usize>(given: &[usize], what: &'static str) -> Result<[usize; D], Error> {
+pub(super) fn per_axis<const D: usize>(given: &[usize], what: &'static str) -> Result<[usize; D], Error> {
     if given.len() == 1 || given.len() == D {
         Ok(std::array::from_fn(|i| if given.len() == 1 { given[0] } else { given[i] }))
     } else {
@@ -338,14 +353,14 @@ fn body_table<const D: usize, A: Approximation<D>>(
             Ok((table, FacetRule { parts: 2, gauss }, field))
         }
         Rule::Gauss { zones, points } => {
-            let (gauss, points) = match (zones, &scene.region) {
+            let (gauss, points) = match (zones, &scene.source) {
                 (None, _) => {
                     // Two particles per direction and cell, and two more.
                     let points = points.unwrap_or(4);
                     (cells.gauss_in(points, &cells.zones(size))?, points)
                 }
                 // Equal zones of the domain, whatever the particles.
-                (Some(zones), Region::Domain(domain)) => {
+                (Some(zones), Source::Domain(domain)) => {
                     let counts: [usize; D] = per_axis(zones, "integration zones")?;
                     if counts.contains(&0) {
                         return Err(GeometryError::Count {
@@ -360,7 +375,7 @@ fn body_table<const D: usize, A: Approximation<D>>(
                     let points = points.unwrap_or(default);
                     (Lattice::new(&**domain, counts.map(|z| z + 1), &Layout::Regular)?.gauss(points)?, points)
                 }
-                (Some(_), Region::Cells(_)) => return Err(no_lattice("equal integration zones").into()),
+                (Some(_), _) => return Err(no_lattice("equal integration zones").into()),
             };
             let table = ShapeTable::new(approximation, &gauss, kinematics)?;
             Ok((table, FacetRule { parts: 1, gauss: points }, field))
@@ -369,7 +384,7 @@ fn body_table<const D: usize, A: Approximation<D>>(
 }
 
 /// Plain coordinates without hoops: the measure of a point.
-struct Unmeasured;
+pub(super) struct Unmeasured;
 
 impl<const D: usize> crate::kinematics::Kinematics<D> for Unmeasured {
     fn hoops(&self) -> &'static [usize] {

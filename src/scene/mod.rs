@@ -16,23 +16,25 @@
 //! ```
 
 mod conditions;
+mod cover;
 mod discretize;
 mod problem;
 mod scheme;
 mod transfer;
 
+pub use cover::Certificate;
 pub(crate) use discretize::kernel_functions;
 pub use problem::Problem;
-pub use scheme::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule, Scheme, Volume};
+pub use scheme::{Dilation, Enforcing, Functions, Partition, Resolution, RowKind, Rule, Scheme, Volume};
 
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 
 use crate::boundary::Motion;
-use crate::cells::Cells;
+use crate::cells::{Cells, Triangulation, Voronoi};
 use crate::error::{BoundaryError, Error, GeometryError};
-use crate::geometry::{Domain, Part, Point};
+use crate::geometry::{Domain, Part, Point, Region};
 use crate::kinematics::Kinematics;
 use crate::material::Material;
 use crate::term::Amplitude;
@@ -91,10 +93,14 @@ enum Last {
 
 /// What is discretised: the image of a unit cube, or whatever hands out its own cells.
 #[derive(Clone)]
-pub(crate) enum Region<const D: usize> {
+pub(crate) enum Source<const D: usize> {
     Domain(Arc<dyn Domain<D>>),
     Cells(Arc<dyn Cells<D>>),
+    Scattered(Arc<Scattering<D>>),
 }
+
+/// Particles and cells of a drawn region under a scheme.
+pub(crate) type Scattering<const D: usize> = dyn Fn(&Scheme) -> Result<Arc<dyn Cells<D>>, Error> + Send + Sync;
 
 /// What is to be solved: domain, kinematics, material, conditions and loads by boundary part.
 ///
@@ -102,7 +108,7 @@ pub(crate) enum Region<const D: usize> {
 /// [`with_amplitude`](Scene::with_amplitude) says otherwise.
 #[derive(Clone)]
 pub struct Scene<const D: usize> {
-    pub(crate) region: Region<D>,
+    pub(crate) source: Source<D>,
     pub(crate) kinematics: Arc<dyn Kinematics<D>>,
     pub(crate) material: Arc<dyn Material>,
     pub(crate) conditions: Vec<Condition<D>>,
@@ -117,7 +123,7 @@ impl<const D: usize> Scene<D> {
         kinematics: impl Kinematics<D> + 'static,
         material: impl Material + 'static,
     ) -> Self {
-        Scene::of(Region::Domain(Arc::new(domain)), kinematics, material)
+        Scene::of(Source::Domain(Arc::new(domain)), kinematics, material)
     }
 
     /// A free, unloaded body over given particles and cells; the scheme's resolution and layout are left out.
@@ -126,12 +132,12 @@ impl<const D: usize> Scene<D> {
         kinematics: impl Kinematics<D> + 'static,
         material: impl Material + 'static,
     ) -> Self {
-        Scene::of(Region::Cells(cells), kinematics, material)
+        Scene::of(Source::Cells(cells), kinematics, material)
     }
 
-    fn of(region: Region<D>, kinematics: impl Kinematics<D> + 'static, material: impl Material + 'static) -> Self {
+    fn of(source: Source<D>, kinematics: impl Kinematics<D> + 'static, material: impl Material + 'static) -> Self {
         Scene {
-            region,
+            source,
             kinematics: Arc::new(kinematics),
             material: Arc::new(material),
             conditions: Vec::new(),
@@ -142,8 +148,8 @@ impl<const D: usize> Scene<D> {
 
     /// The lengths of the domain's sides \[length\]; none where the cells were given.
     pub(crate) fn side_lengths(&self) -> Option<[f64; D]> {
-        match &self.region {
-            Region::Domain(domain) => Some(discretize::edge_lengths(&**domain)),
+        match &self.source {
+            Source::Domain(domain) => Some(discretize::edge_lengths(&**domain)),
             _ => None,
         }
     }
@@ -298,7 +304,7 @@ impl<const D: usize> Scene<D> {
 
     /// Refuses conditions and loads that no scheme could serve.
     fn validate(&self) -> Result<(), Error> {
-        if let Region::Domain(domain) = &self.region {
+        if let Source::Domain(domain) = &self.source {
             domain.validate()?;
         }
         for condition in &self.conditions {
@@ -333,6 +339,43 @@ impl<const D: usize> Scene<D> {
             }
         }
         Ok(())
+    }
+}
+
+impl Scene<2> {
+    /// A free, unloaded body in a drawn region, over which the scheme scatters its particles: their spacing or about
+    /// how many ([`Scheme::spacing`], [`Scheme::particles`]), where they are finer ([`Scheme::graded`]), which
+    /// draw ([`Scheme::seed`]).
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// let plate = Outline::at([0.0, 0.0])
+    ///     .line("bottom", [4.0, 0.0]).line("right", [4.0, 1.0]).line("top", [0.0, 1.0]).close("left");
+    /// let scene = Scene::on(Region::new(plate)?, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .hold("left")
+    ///     .traction("right", [0.0, 0.01]);
+    /// let problem = scene.discretize(&Scheme::default().spacing(0.25).seed(7))?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// assert!(problem.displacement(path.last(), &[4.0, 0.5].into())?[1] > 0.1);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn on(region: Region, kinematics: impl Kinematics<2> + 'static, material: impl Material + 'static) -> Self {
+        let scattering = move |scheme: &Scheme| -> Result<Arc<dyn Cells<2>>, Error> {
+            let grading = |x: &Point<2>| scheme.grading.as_ref().map_or(1.0, |grading| grading(x.as_slice()));
+            let triangles = match &scheme.resolution {
+                Resolution::Spacing(h) => Triangulation::scattered(&region, |x| h * grading(x), &scheme.scatter)?,
+                Resolution::Counts(counts) => {
+                    let counts: [usize; 2] = discretize::per_axis(counts, "particle counts")?;
+                    let count = counts[0].saturating_mul(counts[1]);
+                    Triangulation::about(&region, count, grading, &scheme.scatter)?
+                }
+            };
+            Ok(match scheme.partition {
+                Partition::Triangles => Arc::new(triangles),
+                Partition::Voronoi => Arc::new(Voronoi::new(triangles)),
+            })
+        };
+        Scene::of(Source::Scattered(Arc::new(scattering)), kinematics, material)
     }
 }
 

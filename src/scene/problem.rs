@@ -68,6 +68,10 @@ pub struct Problem<const D: usize> {
     /// The particles and the cells between them.
     pub cells: Arc<dyn Cells<D>>,
     pub(crate) approximation: Box<dyn Evaluate<D>>,
+    /// Largest half-widths of the supports; spacings of finite elements.
+    pub(crate) dilations: Vec<f64>,
+    /// Particles whose supports were raised to cover the body.
+    pub(crate) raised: usize,
 }
 
 impl<const D: usize> Problem<D> {

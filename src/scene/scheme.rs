@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::cells::Layout;
+use crate::cells::{Layout, Scatter};
 use crate::kernel::{CubicSpline, Kernel};
 use crate::solve::{Newton, Stepping};
 use crate::term::PressureField;
@@ -11,11 +11,24 @@ use crate::term::PressureField;
 /// How many particles.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Resolution {
-    /// Particles along each axis; one number stands for all axes.
+    /// Particles along each axis; one number stands for all axes. Over drawn regions about the product of them.
     Counts(Vec<usize>),
     /// The largest spacing of particles \[length\].
     Spacing(f64),
 }
+
+/// The cells between particles scattered over a drawn region.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Partition {
+    /// A constrained Delaunay triangulation.
+    #[default]
+    Triangles,
+    /// Clipped Voronoi cells.
+    Voronoi,
+}
+
+/// A relative spacing of particles as a function of position.
+pub type Grading = Arc<dyn Fn(&[f64]) -> f64 + Send + Sync>;
 
 /// How supports follow from the spacing: $a_i = 2 r d_i$ (6.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +39,14 @@ pub enum Dilation {
     Local(f64),
     /// $d_i$ is the largest spacing of the whole set, as in the paper.
     Global(f64),
+    /// Balls of `factor` times the distance to the neighbour of rank `rank`; 1.5 times that to the sixth is a
+    /// common choice for scattered sets.
+    Neighbour {
+        /// Which neighbour, counted from 1.
+        rank: usize,
+        /// The factor on its distance.
+        factor: f64,
+    },
 }
 
 /// How the domain is integrated.
@@ -112,6 +133,12 @@ pub struct Scheme {
     pub resolution: Resolution,
     /// How they are spaced.
     pub layout: Layout,
+    /// How particles are scattered over drawn regions.
+    pub scatter: Scatter,
+    /// How their spacing varies, see [`graded`](Scheme::graded).
+    pub grading: Option<Grading>,
+    /// The cells between them.
+    pub partition: Partition,
     /// Order of the basis.
     pub order: u8,
     /// The kernel.
@@ -142,6 +169,8 @@ impl fmt::Debug for Scheme {
             .field("functions", &self.functions)
             .field("resolution", &self.resolution)
             .field("layout", &self.layout)
+            .field("scatter", &self.scatter)
+            .field("partition", &self.partition)
             .field("order", &self.order)
             .field("dilation", &self.dilation)
             .field("rcond_limit", &self.rcond_limit)
@@ -163,6 +192,9 @@ impl Default for Scheme {
             functions: Functions::Particles,
             resolution: Resolution::Counts(vec![9]),
             layout: Layout::Regular,
+            scatter: Scatter::default(),
+            grading: None,
+            partition: Partition::Triangles,
             order: 1,
             kernel: Arc::new(CubicSpline),
             dilation: Dilation::Auto,
@@ -208,6 +240,25 @@ impl Scheme {
     /// Sets the largest spacing of particles \[length\].
     pub fn spacing(mut self, spacing: f64) -> Self {
         self.resolution = Resolution::Spacing(spacing);
+        self
+    }
+
+    /// Sets how the spacing of particles scattered over a drawn region varies: the spacing is multiplied by the
+    /// function, or is in proportion to it where a number of particles is asked for.
+    pub fn graded(mut self, grading: impl Fn(&[f64]) -> f64 + Send + Sync + 'static) -> Self {
+        self.grading = Some(Arc::new(grading));
+        self
+    }
+
+    /// Sets the seed of scattered particles.
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.scatter.seed = seed;
+        self
+    }
+
+    /// Sets the cells between scattered particles.
+    pub fn partition(mut self, partition: Partition) -> Self {
+        self.partition = partition;
         self
     }
 

@@ -1,0 +1,146 @@
+//! Boundary facets of scattered particles and the hats of weak rows on them.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::error::GeometryError;
+use crate::geometry::Point;
+use crate::quadrature::{Points, gauss_legendre};
+
+use super::BoundaryCells;
+use super::mesh::{Mesh, Piece};
+
+/// Facets of one piece, each chord cut into `parts` with `gauss` points on each part.
+///
+/// Rows reproduce the tractions of homogeneous stress exactly where the hats can combine to the normal of each
+/// chord. On a line hats that sum to one do. On an arc the normals jump from chord to chord: there the weights of the
+/// particles around a chord are the hats with the smallest change for which $\sum_J f_J = 1$ and
+/// $\sum_J f_J\,n_J = n$, with $n_J$ the mean normal at particle $J$. The ends of an open arc carry none: they belong
+/// to the pieces beside it.
+pub(crate) fn facets(
+    mesh: &Mesh,
+    piece: &Piece,
+    parts: usize,
+    gauss: usize,
+) -> Result<BoundaryCells<2>, GeometryError> {
+    if parts == 0 {
+        let needed = "at least 1 is needed";
+        return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
+    }
+    let (abscissae, weights) = gauss_legendre(gauss)?;
+    let mut cells = BoundaryCells { points: Points::empty(), hats: Vec::new() };
+    let at = |k: usize| mesh.positions[piece.particles[k] as usize];
+    let normals = Normals::of(mesh, piece);
+    for chord in 0..piece.particles.len() - 1 {
+        let (from, to) = (at(chord), at(chord + 1));
+        let along = to - from;
+        let length = along.norm();
+        let normal = Point::<2>::new(along[1], -along[0]) / length;
+        let window = if piece.curved { normals.window(chord) } else { Vec::new() };
+        for part in 0..parts {
+            // The same products as in the sub-cells, so that the points are the same to the bit or nearly so.
+            let cut = |k: usize| from * (1.0 - k as f64 / parts as f64) + to * (k as f64 / parts as f64);
+            let (low, high) = (cut(part), cut(part + 1));
+            for (t, w) in abscissae.iter().zip(&weights) {
+                cells.points.positions.push(low * (1.0 - t) + high * *t);
+                cells.points.weights.push(length * w / parts as f64);
+                cells.points.normals.push(normal);
+                let t = (part as f64 + t) / parts as f64;
+                cells.hats.push(if window.len() >= 3 {
+                    normals.hats(piece, &window, chord, t, &normal)
+                } else {
+                    vec![(piece.particles[chord], 1.0 - t), (piece.particles[chord + 1], t)]
+                });
+            }
+        }
+        cells.points.close_group();
+    }
+    Ok(cells)
+}
+
+/// Mean normals of the particles along a curved piece.
+struct Normals {
+    normals: Vec<Point<2>>,
+    closed: bool,
+}
+
+impl Normals {
+    fn of(mesh: &Mesh, piece: &Piece) -> Self {
+        let chords: Vec<Point<2>> = piece
+            .particles
+            .windows(2)
+            .map(|w| {
+                let along = mesh.positions[w[1] as usize] - mesh.positions[w[0] as usize];
+                Point::<2>::new(along[1], -along[0])
+            })
+            .collect();
+        let n = chords.len();
+        let closed = piece.particles.first() == piece.particles.last();
+        let mean = |k: usize| {
+            let before = if k > 0 {
+                chords[k - 1]
+            } else if closed {
+                chords[n - 1]
+            } else {
+                chords[0]
+            };
+            let after = if k < n {
+                chords[k]
+            } else if closed {
+                chords[0]
+            } else {
+                chords[n - 1]
+            };
+            (before + after).normalize()
+        };
+        Normals { normals: (0..=n).map(mean).collect(), closed }
+    }
+
+    /// Up to four particles around a chord that may carry weights.
+    fn window(&self, chord: usize) -> Vec<usize> {
+        let n = self.normals.len() - 1;
+        if self.closed {
+            // The last particle is the first again.
+            let count = 4.min(n);
+            return (0..count).map(|k| (chord + n + k - 1) % n).collect();
+        }
+        let (low, high) = (1, n - 1);
+        if high < low {
+            return Vec::new();
+        }
+        let count = 4.min(high - low + 1);
+        let first = (chord.max(1) - 1).clamp(low, high + 1 - count);
+        (first..first + count).collect()
+    }
+
+    /// Hats moved as little as possible to sum to one and to the normal.
+    fn hats(&self, piece: &Piece, window: &[usize], chord: usize, t: f64, normal: &Point<2>) -> Vec<(u32, f64)> {
+        let n = self.normals.len() - 1;
+        let place = |k: usize| if self.closed { k % n } else { k };
+        let mut weights: Vec<f64> = window
+            .iter()
+            .map(|&k| {
+                f64::from(u8::from(k == place(chord))) * (1.0 - t) + f64::from(u8::from(k == place(chord + 1))) * t
+            })
+            .collect();
+        let row = |k: usize| Vector3::new(1.0, self.normals[k][0], self.normals[k][1]);
+        let mut missing = Vector3::new(1.0, normal[0], normal[1]);
+        let mut gram = Matrix3::zeros();
+        for (&k, w) in window.iter().zip(&weights) {
+            missing -= row(k) * *w;
+            gram += row(k) * row(k).transpose();
+        }
+        // Normals that hardly differ make the Gram matrix singular: what is in its range is solved, the rest is zero.
+        let eigen = gram.symmetric_eigen();
+        let largest = eigen.eigenvalues.max();
+        let mut solution = Vector3::zeros();
+        for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+            if *value > 1e-14 * largest {
+                solution += vector * (vector.dot(&missing) / value);
+            }
+        }
+        for (&k, w) in window.iter().zip(&mut weights) {
+            *w += row(k).dot(&solution);
+        }
+        window.iter().map(|&k| piece.particles[k]).zip(weights).collect()
+    }
+}

@@ -1,0 +1,280 @@
+//! Constrained Delaunay triangulations of particles in drawn regions.
+
+use spade::handles::FixedVertexHandle;
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
+
+use crate::error::GeometryError;
+use crate::geometry::{Curve, Point, Region};
+
+/// A piece of the boundary that was drawn in one go: particles along a line or an arc.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Piece {
+    /// Index of the part's name.
+    pub part: usize,
+    /// Particles along the piece, the body on their left; a closed piece begins with its last one.
+    pub particles: Vec<u32>,
+    /// Whether its chords have different normals.
+    pub curved: bool,
+}
+
+/// Particles in a region and the triangles between them.
+///
+/// Triangles are Delaunay, the chords between neighbouring particles on the boundary are edges.
+#[derive(Debug, Clone)]
+pub(crate) struct Mesh {
+    pub positions: Vec<Point<2>>,
+    pub pieces: Vec<Piece>,
+    /// Particles of each triangle, counter-clockwise.
+    pub triangles: Vec<[u32; 3]>,
+    /// Edges of each triangle: edge k from corner k to the next.
+    pub triangle_edges: Vec<[u32; 3]>,
+    /// Ends of each edge.
+    pub edges: Vec<[u32; 2]>,
+    /// Triangles beside each edge; on the boundary the second is `NONE`.
+    pub beside: Vec<[u32; 2]>,
+}
+
+/// No triangle beyond an edge.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// Particles closer than this part of the region's extent are at one place.
+const ONE_PLACE: f64 = 1e-9;
+
+impl Mesh {
+    /// Triangulates particles with the given boundary pieces.
+    pub fn new(positions: Vec<Point<2>>, pieces: Vec<Piece>) -> Result<Self, GeometryError> {
+        let refuse = |what, particle: usize, remedy| {
+            let at = positions.get(particle).map(|x| x.as_slice().to_vec()).unwrap_or_default();
+            Err(GeometryError::Shape { what, at, remedy })
+        };
+        let vertices = positions.iter().map(|x| Point2::new(x[0], x[1])).collect();
+        let constraints: Vec<[usize; 2]> = pieces
+            .iter()
+            .flat_map(|piece| piece.particles.windows(2).map(|w| [w[0] as usize, w[1] as usize]))
+            .collect();
+        let mut conflict = None;
+        let delaunay =
+            ConstrainedDelaunayTriangulation::<Point2<f64>>::try_bulk_load_cdt(vertices, constraints.clone(), |edge| {
+                conflict.get_or_insert(edge[0]);
+            });
+        let Ok(delaunay) = delaunay else {
+            return refuse("particles could not be triangulated", 0, "give coordinates of ordinary size");
+        };
+        if delaunay.num_vertices() != positions.len() {
+            return refuse("two particles are at one place", 0, "remove one of them");
+        }
+        if let Some(particle) = conflict {
+            let remedy = "reduce the spacing: chords between particles on the boundary cross";
+            return refuse("the spacing is too large for the shape", particle, remedy);
+        }
+        // Flood from outside: crossing the boundary turns outside into inside and back.
+        let mut inside: Vec<Option<bool>> = vec![None; delaunay.num_all_faces()];
+        let mut stack = Vec::new();
+        for edge in delaunay.convex_hull() {
+            let face = edge.rev().face();
+            if inside[face.fix().index()].is_none() {
+                inside[face.fix().index()] = Some(edge.is_constraint_edge());
+                stack.push(face);
+            }
+        }
+        while let Some(face) = stack.pop() {
+            let Some(triangle) = face.as_inner() else { continue };
+            let here = inside[face.fix().index()] == Some(true);
+            for edge in triangle.adjacent_edges() {
+                let other = edge.rev().face();
+                if !other.is_outer() && inside[other.fix().index()].is_none() {
+                    inside[other.fix().index()] = Some(here != edge.is_constraint_edge());
+                    stack.push(other);
+                }
+            }
+        }
+        let mut mesh = Mesh {
+            positions: Vec::new(),
+            pieces: Vec::new(),
+            triangles: Vec::new(),
+            triangle_edges: Vec::new(),
+            edges: Vec::new(),
+            beside: Vec::new(),
+        };
+        let mut number = vec![NONE; delaunay.num_undirected_edges()];
+        for face in delaunay.inner_faces() {
+            if inside[face.fix().index()] != Some(true) {
+                continue;
+            }
+            let triangle = mesh.triangles.len() as u32;
+            let mut corners = [0; 3];
+            let mut edges = [0; 3];
+            for (k, edge) in face.adjacent_edges().into_iter().enumerate() {
+                let vertex: FixedVertexHandle = edge.from().fix();
+                corners[k] = vertex.index() as u32;
+                let slot = &mut number[edge.as_undirected().fix().index()];
+                if *slot == NONE {
+                    *slot = mesh.edges.len() as u32;
+                    mesh.edges.push([vertex.index() as u32, edge.to().fix().index() as u32]);
+                    mesh.beside.push([triangle, NONE]);
+                } else {
+                    mesh.beside[*slot as usize][1] = triangle;
+                }
+                edges[k] = *slot;
+            }
+            mesh.triangles.push(corners);
+            mesh.triangle_edges.push(edges);
+        }
+        if mesh.triangles.is_empty() {
+            return refuse("there is no triangle between the particles", 0, "give particles that are not on one line");
+        }
+        let mut used = vec![false; positions.len()];
+        for &particle in mesh.triangles.iter().flatten() {
+            used[particle as usize] = true;
+        }
+        if let Some(particle) = used.iter().position(|u| !u) {
+            return refuse("a particle lies outside of the region", particle, "give particles in the region");
+        }
+        mesh.positions = positions;
+        mesh.pieces = pieces;
+        Ok(mesh)
+    }
+
+    /// Given particles in a region: those on its lines and arcs become the boundary.
+    pub fn of_particles(region: &Region, positions: &[Point<2>]) -> Result<Self, GeometryError> {
+        let refuse =
+            |what, at: &Point<2>, remedy| Err(GeometryError::Shape { what, at: at.as_slice().to_vec(), remedy });
+        // Coordinates written with nine digits still lie on the boundary.
+        let near = 1e-8 * region.extent();
+        if let Some(at) = positions.iter().find(|x| !x.iter().all(|v| v.is_finite())) {
+            return refuse("a particle is not finite", at, "give finite coordinates");
+        }
+        if let Some([a, b]) = close_pair(positions, ONE_PLACE * region.extent()) {
+            debug_assert!(a != b);
+            return refuse("two particles are at one place", &positions[a], "remove one of them");
+        }
+        let mut pieces = Vec::new();
+        let mut on_boundary = vec![false; positions.len()];
+        for curves in &region.loops {
+            for (curve, part) in curves {
+                let mut along: Vec<(f64, u32)> = Vec::new();
+                for (particle, x) in positions.iter().enumerate() {
+                    let (t, distance) = curve.nearest(x);
+                    if distance <= near {
+                        along.push((t, particle as u32));
+                        on_boundary[particle] = true;
+                    }
+                }
+                let closed = curve.at(0.0) == curve.at(1.0);
+                along.sort_by(|a, b| a.0.total_cmp(&b.0));
+                let ends = [along.first(), along.last()];
+                for (end, t) in ends.iter().zip([0.0, 1.0]) {
+                    let corner = curve.at(t);
+                    let there = end.is_some_and(|&(_, p)| (positions[p as usize] - corner).norm() <= near);
+                    if !there && !closed {
+                        return refuse("no particle is at this corner of the outline", &corner, "add one there");
+                    }
+                }
+                let mut particles: Vec<u32> = along.iter().map(|a| a.1).collect();
+                if closed {
+                    if particles.len() < 3 {
+                        let remedy = "put at least three particles on the circle";
+                        return refuse("too few particles are on a circle", &curve.at(0.0), remedy);
+                    }
+                    particles.push(particles[0]);
+                }
+                pieces.push(Piece { part: *part, particles, curved: matches!(curve, Curve::Arc { .. }) });
+            }
+        }
+        for (particle, x) in positions.iter().enumerate() {
+            if !on_boundary[particle] && !region.contains(x) {
+                return refuse(
+                    "a particle lies outside of the region",
+                    x,
+                    "give particles in the region or on its boundary",
+                );
+            }
+        }
+        Mesh::new(positions.to_vec(), pieces)
+    }
+
+    /// Neighbours of each particle, in compressed rows.
+    pub fn neighbours(&self) -> (Vec<usize>, Vec<u32>) {
+        let mut offsets = vec![0usize; self.positions.len() + 1];
+        for &particle in self.edges.iter().flatten() {
+            offsets[particle as usize + 1] += 1;
+        }
+        for i in 0..self.positions.len() {
+            offsets[i + 1] += offsets[i];
+        }
+        let mut cursor = offsets.clone();
+        let mut entries = vec![0; self.edges.len() * 2];
+        for &[a, b] in &self.edges {
+            for (from, to) in [(a, b), (b, a)] {
+                entries[cursor[from as usize]] = to;
+                cursor[from as usize] += 1;
+            }
+        }
+        (offsets, entries)
+    }
+
+    /// Triangles around each particle, in compressed rows.
+    pub fn stars(&self) -> (Vec<usize>, Vec<u32>) {
+        let mut offsets = vec![0usize; self.positions.len() + 1];
+        for &particle in self.triangles.iter().flatten() {
+            offsets[particle as usize + 1] += 1;
+        }
+        for i in 0..self.positions.len() {
+            offsets[i + 1] += offsets[i];
+        }
+        let mut cursor = offsets.clone();
+        let mut entries = vec![0; self.triangles.len() * 3];
+        for (triangle, corners) in self.triangles.iter().enumerate() {
+            for &corner in corners {
+                entries[cursor[corner as usize]] = triangle as u32;
+                cursor[corner as usize] += 1;
+            }
+        }
+        (offsets, entries)
+    }
+
+    /// Whether each particle is on the boundary.
+    pub fn on_boundary(&self) -> Vec<bool> {
+        let mut on = vec![false; self.positions.len()];
+        for (edge, beside) in self.edges.iter().zip(&self.beside) {
+            if beside[1] == NONE {
+                on[edge[0] as usize] = true;
+                on[edge[1] as usize] = true;
+            }
+        }
+        on
+    }
+
+    /// Corners of a triangle.
+    pub fn corners(&self, triangle: usize) -> [Point<2>; 3] {
+        self.triangles[triangle].map(|p| self.positions[p as usize])
+    }
+}
+
+/// A pair of points closer than `distance`.
+fn close_pair(positions: &[Point<2>], distance: f64) -> Option<[usize; 2]> {
+    let mut order: Vec<usize> = (0..positions.len()).collect();
+    order.sort_unstable_by(|&a, &b| positions[a][0].total_cmp(&positions[b][0]));
+    for (i, &a) in order.iter().enumerate() {
+        for &b in order[i + 1..].iter().take_while(|&&b| positions[b][0] - positions[a][0] <= distance) {
+            if (positions[a] - positions[b]).norm() <= distance {
+                return Some([a, b]);
+            }
+        }
+    }
+    None
+}
+
+/// Twice the signed area of a triangle.
+pub(crate) fn cross(a: Point<2>, b: Point<2>, c: Point<2>) -> f64 {
+    let (u, v) = (b - a, c - a);
+    u[0] * v[1] - u[1] * v[0]
+}
+
+/// The centre of the circle through the corners.
+pub(crate) fn circumcentre([a, b, c]: [Point<2>; 3]) -> Point<2> {
+    let (u, v) = (b - a, c - a);
+    let (uu, vv) = (u.norm_squared(), v.norm_squared());
+    let twice = 2.0 * (u[0] * v[1] - u[1] * v[0]);
+    a + Point::<2>::new(v[1] * uu - u[1] * vv, u[0] * vv - v[0] * uu) / twice
+}

@@ -1,0 +1,327 @@
+//! Scattered particles: on the boundary by the local spacing, inside as blue noise that is then relaxed.
+
+use std::f64::consts::TAU;
+
+use crate::error::GeometryError;
+use crate::geometry::{Curve, Point, Region};
+
+use super::mesh::{Mesh, Piece, cross};
+
+/// How particles are scattered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Scatter {
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Rounds of moves to the middle of the surrounding triangles; none leaves blue noise.
+    pub relaxations: usize,
+}
+
+impl Default for Scatter {
+    /// Seed 0; four rounds, after which further ones hardly change the triangles.
+    fn default() -> Self {
+        Scatter { seed: 0, relaxations: 4 }
+    }
+}
+
+/// Smallest distance of particles as a part of the spacing: maximal sets at distance r hold about 0.7 / r² particles
+/// per area (random sequential addition of discs covers 0.547), triangles of side h hold 1.155 / h².
+const CLOSEST: f64 = 0.78;
+/// A particle farther than this part of a chord from both its ends is outside of the chord's diametral circle, so that
+/// the triangle on the chord has its circumcentre inside.
+const CLEAR: f64 = 0.72;
+/// Tries around a particle before it is given up (Bridson 2007 takes 30; relaxation fills what is left).
+const TRIES: usize = 20;
+/// Particles beyond which a spacing is refused, so that a mistyped one is an error and not a crash.
+const LIMIT: f64 = 2e7;
+/// Samples per axis of the integral of the density.
+const SAMPLES: usize = 160;
+
+/// A spacing function that is checked where it is asked.
+pub(crate) struct Spacing<'a> {
+    pub function: &'a dyn Fn(&Point<2>) -> f64,
+    pub factor: f64,
+}
+
+impl Spacing<'_> {
+    fn at(&self, x: &Point<2>) -> Result<f64, GeometryError> {
+        let h = self.factor * (self.function)(x);
+        if h > 0.0 && h.is_finite() {
+            Ok(h)
+        } else {
+            let needed = "give finite lengths above zero everywhere in the region";
+            Err(GeometryError::Number { what: "particle spacing", value: h, needed })
+        }
+    }
+
+    /// Particles expected: $\int\mathrm dA/(\tfrac{\sqrt3}2h^2) + \tfrac12\oint\mathrm ds/h$, and the smallest spacing.
+    fn expected(&self, region: &Region) -> Result<(f64, f64), GeometryError> {
+        let step = (region.max - region.min) / SAMPLES as f64;
+        let (mut inner, mut smallest, mut seen) = (0.0, f64::INFINITY, 0.0);
+        for k in 0..SAMPLES * SAMPLES {
+            let offset = Point::<2>::new((k % SAMPLES) as f64 + 0.5, (k / SAMPLES) as f64 + 0.5);
+            let x = region.min + offset.component_mul(&step);
+            if region.contains(&x) {
+                let h = self.at(&x)?;
+                inner += 1.0 / (h * h);
+                seen += 1.0;
+                smallest = smallest.min(h);
+            }
+        }
+        let mut along = 0.0;
+        for (curve, _) in region.loops.iter().flatten() {
+            for k in 0..SAMPLES {
+                let h = self.at(&curve.at((k as f64 + 0.5) / SAMPLES as f64))?;
+                along += curve.length() / (SAMPLES as f64 * h);
+                smallest = smallest.min(h);
+            }
+        }
+        let inner = if seen > 0.0 { inner * region.area() / (seen * 0.75f64.sqrt()) } else { 0.0 };
+        Ok((inner + 0.5 * along + 1.0, smallest))
+    }
+}
+
+/// The factor on a spacing function that gives about `count` particles.
+pub(crate) fn factor_for(
+    region: &Region,
+    function: &dyn Fn(&Point<2>) -> f64,
+    count: usize,
+) -> Result<f64, GeometryError> {
+    // Homogeneous in the factor: inner a / f² + b / f + 1 = count.
+    let (at_one, _) = Spacing { function, factor: 1.0 }.expected(region)?;
+    let (at_half, _) = Spacing { function, factor: 0.5 }.expected(region)?;
+    // 4a + 2b and a + b.
+    let (one, half) = (at_one - 1.0, at_half - 1.0);
+    let a = 0.5 * (half - 2.0 * one);
+    let b = one - a;
+    let wanted = (count as f64 - 1.0).max(2.0);
+    Ok((b + (b * b + 4.0 * a * wanted).sqrt()) / (2.0 * wanted))
+}
+
+/// Scatters particles over a region.
+pub(crate) fn scatter(region: &Region, spacing: &Spacing<'_>, settings: &Scatter) -> Result<Mesh, GeometryError> {
+    let (expected, smallest) = spacing.expected(region)?;
+    if expected > LIMIT {
+        let needed = "raise the spacing: at most 2e7 are accepted";
+        return Err(GeometryError::Count { what: "particles in the region", count: expected as usize, needed });
+    }
+    if smallest > region.extent() {
+        let needed = "give a spacing below the smaller extent of the shape";
+        return Err(GeometryError::Number { what: "particle spacing", value: smallest, needed });
+    }
+    let (mut positions, pieces) = boundary(region, spacing)?;
+    let fixed = positions.len();
+    let spacings: Result<Vec<f64>, _> = positions.iter().map(|x| spacing.at(x)).collect();
+    let mut bins = Bins::new(region, expected);
+    for x in &positions {
+        bins.push(x);
+    }
+    blue_noise(region, spacing, settings.seed, &mut positions, spacings?, &mut bins)?;
+    let mut mesh = Mesh::new(positions, pieces)?;
+    let chords = Chords::new(&mesh, region);
+    for _ in 0..settings.relaxations {
+        relax(&mut mesh, fixed, region, spacing, &chords)?;
+        mesh = Mesh::new(mesh.positions, mesh.pieces)?;
+    }
+    Ok(mesh)
+}
+
+/// Particles on the boundary.
+fn boundary(region: &Region, spacing: &Spacing<'_>) -> Result<(Vec<Point<2>>, Vec<Piece>), GeometryError> {
+    let mut positions = Vec::new();
+    let mut pieces = Vec::new();
+    for curves in &region.loops {
+        let first = positions.len() as u32;
+        for (index, (curve, part)) in curves.iter().enumerate() {
+            let here = positions.len() as u32;
+            positions.push(curve.at(0.0));
+            let curved = matches!(curve, Curve::Arc { .. });
+            // Weak rows need a particle inside each line and three inside each arc.
+            let least = if curved { curve.chords(region.tolerance).max(4) } else { 2 };
+            positions.extend(divide(curve, spacing, least)?);
+            let mut particles: Vec<u32> = (here..positions.len() as u32).collect();
+            particles.push(if index + 1 == curves.len() { first } else { positions.len() as u32 });
+            pieces.push(Piece { part: *part, particles, curved });
+        }
+    }
+    Ok((positions, pieces))
+}
+
+/// Points inside a curve at equal steps of $\int\mathrm ds/h$.
+fn divide(curve: &Curve, spacing: &Spacing<'_>, least: usize) -> Result<Vec<Point<2>>, GeometryError> {
+    // Enough samples that the sum changes by far less than one particle.
+    const STEPS: usize = 4000;
+    let mut sums = Vec::with_capacity(STEPS + 1);
+    let mut sum = 0.0;
+    sums.push(0.0);
+    for k in 0..STEPS {
+        sum += curve.length() / STEPS as f64 / spacing.at(&curve.at((k as f64 + 0.5) / STEPS as f64))?;
+        sums.push(sum);
+    }
+    let count = (sum.round() as usize).max(least);
+    Ok((1..count)
+        .map(|k| {
+            let wanted = sum * k as f64 / count as f64;
+            let above = sums.partition_point(|s| *s < wanted).clamp(1, STEPS);
+            let part = (wanted - sums[above - 1]) / (sums[above] - sums[above - 1]);
+            curve.at((above as f64 - 1.0 + part) / STEPS as f64)
+        })
+        .collect())
+}
+
+/// Particles in a grid of lists.
+struct Bins {
+    min: Point<2>,
+    inverse: f64,
+    counts: [usize; 2],
+    heads: Vec<u32>,
+    next: Vec<u32>,
+}
+
+impl Bins {
+    fn new(region: &Region, expected: f64) -> Self {
+        let extent = region.max - region.min;
+        // About one particle in each bin.
+        let width = (extent[0] * extent[1] / expected.max(16.0)).sqrt();
+        let counts = [0, 1].map(|i| ((extent[i] / width) as usize + 1).min(1 << 14));
+        Bins {
+            min: region.min,
+            inverse: 1.0 / width,
+            counts,
+            heads: vec![u32::MAX; counts[0] * counts[1]],
+            next: Vec::new(),
+        }
+    }
+
+    fn bin(&self, value: f64, axis: usize) -> usize {
+        (((value - self.min[axis]) * self.inverse).max(0.0) as usize).min(self.counts[axis] - 1)
+    }
+
+    fn push(&mut self, x: &Point<2>) {
+        let bin = self.bin(x[1], 1) * self.counts[0] + self.bin(x[0], 0);
+        self.next.push(self.heads[bin]);
+        self.heads[bin] = self.next.len() as u32 - 1;
+    }
+
+    /// Whether any particle within `reach` satisfies a condition.
+    fn any(&self, x: &Point<2>, reach: f64, mut found: impl FnMut(usize) -> bool) -> bool {
+        let range = |i: usize| self.bin(x[i] - reach, i)..=self.bin(x[i] + reach, i);
+        for row in range(1) {
+            for column in range(0) {
+                let mut particle = self.heads[row * self.counts[0] + column];
+                while particle != u32::MAX {
+                    if found(particle as usize) {
+                        return true;
+                    }
+                    particle = self.next[particle as usize];
+                }
+            }
+        }
+        false
+    }
+}
+
+/// Fills the region with particles at least [`CLOSEST`] spacings apart (Bridson 2007, with a local distance).
+fn blue_noise(
+    region: &Region,
+    spacing: &Spacing<'_>,
+    seed: u64,
+    positions: &mut Vec<Point<2>>,
+    mut spacings: Vec<f64>,
+    bins: &mut Bins,
+) -> Result<(), GeometryError> {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut active: Vec<u32> = (0..positions.len() as u32).collect();
+    while !active.is_empty() {
+        let chosen = random.usize(..active.len());
+        let parent = active[chosen] as usize;
+        let mut placed = false;
+        for _ in 0..TRIES {
+            let radius = CLOSEST * spacings[parent] * (1.0 + random.f64());
+            let angle = TAU * random.f64();
+            let x = positions[parent] + Point::<2>::new(angle.cos(), angle.sin()) * radius;
+            if (0..2).any(|i| x[i] <= region.min[i] || x[i] >= region.max[i]) {
+                continue;
+            }
+            let h = spacing.at(&x)?;
+            let close = bins.any(&x, CLOSEST * h, |other| (positions[other] - x).norm() < CLOSEST * h);
+            if close || !region.contains(&x) {
+                continue;
+            }
+            active.push(positions.len() as u32);
+            bins.push(&x);
+            positions.push(x);
+            spacings.push(h);
+            placed = true;
+            break;
+        }
+        if !placed {
+            active.swap_remove(chosen);
+        }
+        if positions.len() as f64 > LIMIT {
+            let needed = "raise the spacing: at most 2e7 are accepted";
+            return Err(GeometryError::Count { what: "particles in the region", count: positions.len(), needed });
+        }
+    }
+    Ok(())
+}
+
+/// Boundary particles with the longer of their chords.
+struct Chords {
+    bins: Bins,
+    lengths: Vec<f64>,
+    longest: f64,
+}
+
+impl Chords {
+    fn new(mesh: &Mesh, region: &Region) -> Self {
+        let fixed = mesh.pieces.iter().flat_map(|p| &p.particles).max().map_or(0, |&p| p as usize + 1);
+        let mut lengths = vec![0.0f64; fixed];
+        for pair in mesh.pieces.iter().flat_map(|piece| piece.particles.windows(2)) {
+            let length = (mesh.positions[pair[1] as usize] - mesh.positions[pair[0] as usize]).norm();
+            for &p in pair {
+                lengths[p as usize] = lengths[p as usize].max(length);
+            }
+        }
+        let mut bins = Bins::new(region, fixed as f64 * fixed as f64 / 16.0);
+        for x in &mesh.positions[..fixed] {
+            bins.push(x);
+        }
+        let longest = lengths.iter().copied().fold(0.0, f64::max);
+        Chords { bins, lengths, longest }
+    }
+
+    fn clear(&self, x: &Point<2>, positions: &[Point<2>]) -> bool {
+        !self.bins.any(x, CLEAR * self.longest, |p| (positions[p] - x).norm() < CLEAR * self.lengths[p])
+    }
+}
+
+/// Moves each inner particle to the mean of the middles of its triangles, weighted by area and wanted density.
+fn relax(
+    mesh: &mut Mesh,
+    fixed: usize,
+    region: &Region,
+    spacing: &Spacing<'_>,
+    chords: &Chords,
+) -> Result<(), GeometryError> {
+    let mut sums = vec![(Point::<2>::zeros(), 0.0); mesh.positions.len()];
+    for triangle in 0..mesh.triangles.len() {
+        let [a, b, c] = mesh.corners(triangle);
+        let middle = (a + b + c) / 3.0;
+        let h = spacing.at(&middle)?;
+        // With the inverse fourth power centroids equidistribute (Du, Faber & Gunzburger 1999).
+        let weight = 0.5 * cross(a, b, c) / h.powi(4);
+        for &particle in &mesh.triangles[triangle] {
+            let sum = &mut sums[particle as usize];
+            sum.0 += middle * weight;
+            sum.1 += weight;
+        }
+    }
+    for particle in fixed..mesh.positions.len() {
+        let (sum, weight) = sums[particle];
+        let target = sum / weight;
+        if weight > 0.0 && region.contains(&target) && chords.clear(&target, &mesh.positions) {
+            mesh.positions[particle] = target;
+        }
+    }
+    Ok(())
+}

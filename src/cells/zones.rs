@@ -1,0 +1,160 @@
+//! Zones of triangles that share a pressure.
+
+use std::collections::VecDeque;
+
+use super::Zones;
+use super::mesh::{Mesh, NONE};
+
+/// Inner particles that are at least `size` edges apart, as many as fit, in the order in which a front reaches them:
+/// what belongs to each then lies snugly beside the others.
+fn seeds(mesh: &Mesh, size: usize) -> Vec<u32> {
+    let (offsets, neighbours) = mesh.neighbours();
+    let on_boundary = mesh.on_boundary();
+    let row = |p: u32| &neighbours[offsets[p as usize]..offsets[p as usize + 1]];
+    let particles = mesh.positions.len();
+    let mut seeds = Vec::new();
+    let mut taken = vec![false; particles];
+    let mut reached = vec![false; particles];
+    let mut queue = VecDeque::new();
+    let mut near = Vec::new();
+    for start in 0..particles as u32 {
+        if reached[start as usize] {
+            continue;
+        }
+        reached[start as usize] = true;
+        queue.push_back(start);
+        while let Some(particle) = queue.pop_front() {
+            if !taken[particle as usize] && !on_boundary[particle as usize] {
+                seeds.push(particle);
+                // Particles closer than `size` edges are taken; the last ring of them comes first in the queue's
+                // neighbourhood, so that the next seed is just beyond it.
+                near.clear();
+                near.push(particle);
+                taken[particle as usize] = true;
+                let mut first = 0;
+                for _ in 1..size {
+                    let end = near.len();
+                    for k in first..end {
+                        for &other in row(near[k]) {
+                            if !near.contains(&other) {
+                                near.push(other);
+                                taken[other as usize] = true;
+                            }
+                        }
+                    }
+                    first = end;
+                }
+                for &ring in &near[first..] {
+                    for &other in row(ring) {
+                        if !taken[other as usize] && !reached[other as usize] {
+                            reached[other as usize] = true;
+                            queue.push_back(other);
+                        }
+                    }
+                }
+            }
+            for &other in row(particle) {
+                if !reached[other as usize] {
+                    reached[other as usize] = true;
+                    queue.push_back(other);
+                }
+            }
+        }
+    }
+    seeds
+}
+
+/// Gives each cell without a zone to the smallest zone beside it, from the zones outward; where there is none (thin
+/// parts with boundary particles alone) a cell becomes one.
+fn grow<'a>(
+    mut zone_of: Vec<u32>,
+    mut zones: usize,
+    beside: impl Fn(usize) -> Box<dyn Iterator<Item = u32> + 'a>,
+) -> Zones {
+    let mut sizes = vec![0usize; zones];
+    for &zone in zone_of.iter().filter(|z| **z != NONE) {
+        sizes[zone as usize] += 1;
+    }
+    let mut left: Vec<usize> = (0..zone_of.len()).filter(|&c| zone_of[c] == NONE).collect();
+    while !left.is_empty() {
+        let mut joined = Vec::new();
+        for &cell in &left {
+            let around = beside(cell).map(|other| zone_of[other as usize]).filter(|z| *z != NONE);
+            if let Some(zone) = around.min_by_key(|z| (sizes[*z as usize], *z)) {
+                joined.push((cell, zone));
+                sizes[zone as usize] += 1;
+            }
+        }
+        if joined.is_empty() {
+            joined.push((left[0], zones as u32));
+            sizes.push(1);
+            zones += 1;
+        }
+        for (cell, zone) in joined {
+            zone_of[cell] = zone;
+        }
+        left.retain(|&c| zone_of[c] == NONE);
+    }
+    collect(&zone_of, zones)
+}
+
+/// Groups triangles into zones: stars of inner particles that are at least `size` edges apart, each triangle that is
+/// left joining the zone beside it. With `size` 2 on a triangular lattice these are hexagons around every third
+/// particle: three linear pressures for six displacements.
+pub(crate) fn zones(mesh: &Mesh, size: usize) -> Zones {
+    let count = mesh.triangles.len();
+    if size <= 1 {
+        return Zones::single(count);
+    }
+    let (offsets, stars) = mesh.stars();
+    let mut zone_of = vec![NONE; count];
+    let seeds = seeds(mesh, size);
+    for (zone, &seed) in seeds.iter().enumerate() {
+        for &triangle in &stars[offsets[seed as usize]..offsets[seed as usize + 1]] {
+            zone_of[triangle as usize] = zone as u32;
+        }
+    }
+    grow(zone_of, seeds.len(), |triangle| {
+        let edges = mesh.triangle_edges[triangle];
+        Box::new(
+            edges
+                .into_iter()
+                .flat_map(|e| mesh.beside[e as usize])
+                .filter(move |&t| t != NONE && t as usize != triangle),
+        )
+    })
+}
+
+/// Groups particles into zones around the same seeds.
+pub(crate) fn particle_zones(mesh: &Mesh, size: usize) -> Zones {
+    let count = mesh.positions.len();
+    if size <= 1 {
+        return Zones::single(count);
+    }
+    let (offsets, neighbours) = mesh.neighbours();
+    let mut zone_of = vec![NONE; count];
+    let seeds = seeds(mesh, size);
+    for (zone, &seed) in seeds.iter().enumerate() {
+        zone_of[seed as usize] = zone as u32;
+    }
+    let row = |p: usize| &neighbours[offsets[p]..offsets[p + 1]];
+    grow(zone_of, seeds.len(), |particle| Box::new(row(particle).iter().copied()))
+}
+
+/// Cells ordered by their zone.
+pub(crate) fn collect(zone_of: &[u32], zones: usize) -> Zones {
+    let mut offsets = vec![0usize; zones + 1];
+    for &zone in zone_of {
+        offsets[zone as usize + 1] += 1;
+    }
+    for z in 0..zones {
+        offsets[z + 1] += offsets[z];
+    }
+    let mut cursor = offsets.clone();
+    let mut cells = vec![0; zone_of.len()];
+    for (cell, &zone) in zone_of.iter().enumerate() {
+        cells[cursor[zone as usize]] = cell as u32;
+        cursor[zone as usize] += 1;
+    }
+    Zones { cells, offsets }
+}

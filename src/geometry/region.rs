@@ -1,0 +1,229 @@
+//! Drawn regions: an outline and holes in it.
+
+use std::f64::consts::PI;
+
+use crate::error::GeometryError;
+
+use super::Point;
+use super::outline::{Curve, Outline};
+
+/// A drawn region of the plane: an outline and holes in it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Region {
+    /// Outer loop counter-clockwise, holes clockwise; each a list of (curve, part).
+    pub(crate) loops: Vec<Vec<(Curve, usize)>>,
+    /// Names of the parts, in the order drawn.
+    pub(crate) names: Vec<String>,
+    pub(crate) tolerance: f64,
+    area: f64,
+    pub(crate) min: Point<2>,
+    pub(crate) max: Point<2>,
+    /// Chords of all loops, for tests of containment.
+    chords: Vec<(Point<2>, Point<2>)>,
+}
+
+/// Default distance of chords from their arc as a part of the region's smaller extent.
+const TOLERANCE: f64 = 1e-3;
+
+impl Region {
+    /// A region without holes.
+    ///
+    /// # Errors
+    /// Where the outline is not closed, crosses itself, or holds no area.
+    pub fn new(outline: Outline) -> Result<Self, GeometryError> {
+        Region::with_holes(outline, [])
+    }
+
+    /// A region with holes.
+    ///
+    /// # Errors
+    /// Where a loop is not closed, loops cross themselves or each other, or a hole is not inside.
+    pub fn with_holes(outline: Outline, holes: impl IntoIterator<Item = Outline>) -> Result<Self, GeometryError> {
+        let mut region = Region {
+            loops: Vec::new(),
+            names: Vec::new(),
+            tolerance: 0.0,
+            area: 0.0,
+            min: Point::<2>::repeat(f64::INFINITY),
+            max: Point::<2>::repeat(f64::NEG_INFINITY),
+            chords: Vec::new(),
+        };
+        for (index, outline) in std::iter::once(outline).chain(holes).enumerate() {
+            let curves = outline.curves()?;
+            let area: f64 = curves.iter().map(|(curve, _)| curve.signed_area()).sum();
+            let mut parts = Vec::with_capacity(curves.len());
+            for (curve, name) in curves {
+                let part = region.names.iter().position(|n| *n == name).unwrap_or(region.names.len());
+                if part == region.names.len() {
+                    region.names.push(name);
+                }
+                parts.push((curve, part));
+            }
+            if (area > 0.0) != (index == 0) {
+                parts.reverse();
+                for (curve, _) in &mut parts {
+                    *curve = curve.reversed();
+                }
+            }
+            region.area += if index == 0 { area.abs() } else { -area.abs() };
+            region.loops.push(parts);
+        }
+        for x in region.loops.iter().flatten().flat_map(|(curve, _)| (0..=32).map(|k| curve.at(f64::from(k) / 32.0))) {
+            region.min = region.min.zip_map(&x, f64::min);
+            region.max = region.max.zip_map(&x, f64::max);
+        }
+        let tolerance = TOLERANCE * region.extent();
+        region.with_tolerance(tolerance)
+    }
+
+    /// Changes how far \[length\] chords may be from their arc; default 1e-3 of the smaller extent.
+    ///
+    /// # Errors
+    /// For a tolerance that is not positive, and where the region's chords cross.
+    pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self, GeometryError> {
+        let hollow = |region: &Region| {
+            let (what, remedy) = ("the outline holds no area", "give corners that are not on one line");
+            Err(GeometryError::Shape { what, at: region.min.as_slice().to_vec(), remedy })
+        };
+        if !(self.extent() > 0.0) {
+            return hollow(&self);
+        }
+        if !(tolerance > 0.0 && tolerance.is_finite()) {
+            let needed = "give a finite length above zero";
+            return Err(GeometryError::Number { what: "tolerance of arcs", value: tolerance, needed });
+        }
+        self.tolerance = tolerance;
+        self.chords.clear();
+        let mut ends = Vec::new();
+        for curves in &self.loops {
+            let first = self.chords.len();
+            for (curve, _) in curves {
+                // A full circle needs three chords to have an inside.
+                let n = curve.chords(tolerance).max(if curves.len() < 3 { 3 } else { 1 });
+                for k in 0..n {
+                    let (from, to) = (curve.at(k as f64 / n as f64), curve.at((k + 1) as f64 / n as f64));
+                    self.chords.push((from, to));
+                }
+            }
+            ends.push((first, self.chords.len()));
+        }
+        self.refuse_crossings(&ends)?;
+        if !(self.area > 1e-12 * self.extent().powi(2)) {
+            return hollow(&self);
+        }
+        for &(first, end) in &ends[1..] {
+            let outer = &self.chords[ends[0].0..ends[0].1];
+            let at = self.chords[first].0;
+            let nested = ends[1..].iter().any(|&(f, e)| f != first && winds(&self.chords[f..e], &at));
+            if !winds(outer, &at) || nested {
+                let (what, remedy) = ("a hole is not inside the outline", "draw holes inside, apart from each other");
+                return Err(GeometryError::Shape { what, at: at.as_slice().to_vec(), remedy });
+            }
+            debug_assert!(end > first);
+        }
+        Ok(self)
+    }
+
+    /// Crossing or touching chords that are not neighbours in their loop.
+    fn refuse_crossings(&self, loops: &[(usize, usize)]) -> Result<(), GeometryError> {
+        for &(first, end) in loops {
+            for i in first..end {
+                for j in i + 1..self.chords.len() {
+                    let neighbours = j < end && (j == i + 1 || (i == first && j + 1 == end));
+                    let (a, b) = (self.chords[i], self.chords[j]);
+                    let crossing = if neighbours {
+                        // Neighbours share a corner; they may not fold back onto each other.
+                        let shared = if j == i + 1 { (a.0, a.1, b.1) } else { (b.0, b.1, a.1) };
+                        folds(shared)
+                    } else {
+                        touch(a, b)
+                    };
+                    if crossing {
+                        let (what, remedy) = (
+                            "outlines cross or touch here",
+                            "draw each loop without crossings, holes apart from other loops",
+                        );
+                        return Err(GeometryError::Shape { what, at: b.0.as_slice().to_vec(), remedy });
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The enclosed area, arcs exact.
+    pub fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// Names of the boundary parts in the order drawn.
+    pub fn parts(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The smaller extent of the bounding box \[length\].
+    pub(crate) fn extent(&self) -> f64 {
+        (self.max - self.min).min()
+    }
+
+    /// Whether a point lies inside, arcs to the tolerance.
+    pub fn contains(&self, at: &Point<2>) -> bool {
+        winds(&self.chords, at)
+    }
+}
+
+/// Whether a set of closed polygons winds oddly around a point.
+fn winds(chords: &[(Point<2>, Point<2>)], at: &Point<2>) -> bool {
+    let mut inside = false;
+    for (a, b) in chords {
+        if (a[1] > at[1]) != (b[1] > at[1]) && at[0] < a[0] + (b[0] - a[0]) * (at[1] - a[1]) / (b[1] - a[1]) {
+            inside = !inside;
+        }
+    }
+    inside
+}
+
+fn side(a: Point<2>, b: Point<2>, c: Point<2>) -> f64 {
+    let (u, v) = (b - a, c - a);
+    let cross = u[0] * v[1] - u[1] * v[0];
+    // What rounding of coordinates of this size leaves of a point on the line.
+    if cross.abs() <= 1e-12 * u.norm() * v.norm().max(u.norm()) { 0.0 } else { cross }
+}
+
+/// Whether two segments have a point in common.
+fn touch((a, b): (Point<2>, Point<2>), (c, d): (Point<2>, Point<2>)) -> bool {
+    let (p, q) = (side(a, b, c), side(a, b, d));
+    let (r, s) = (side(c, d, a), side(c, d, b));
+    if p * q < 0.0 && r * s < 0.0 {
+        return true;
+    }
+    let between = |a: Point<2>, b: Point<2>, c: Point<2>, side: f64| side == 0.0 && (c - a).dot(&(c - b)) <= 0.0;
+    between(a, b, c, p) || between(a, b, d, q) || between(c, d, a, r) || between(c, d, b, s)
+}
+
+/// Whether a line turns back onto itself at its middle corner.
+fn folds((a, b, c): (Point<2>, Point<2>, Point<2>)) -> bool {
+    let (u, v) = (a - b, c - b);
+    let angle = (u[0] * v[1] - u[1] * v[0]).atan2(u.dot(&v)).abs();
+    angle < 1e-9 * PI
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn areas_do_not_depend_on_the_direction() {
+        let square = |turned: bool| {
+            let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
+            let at = |k: usize| corners[if turned { (4 - k) % 4 } else { k % 4 }];
+            Outline::at(at(0)).line("a", at(1)).line("b", at(2)).line("c", at(3)).close("d")
+        };
+        for turned in [false, true] {
+            let hole = Outline::circle("hole", [1.0, 1.0], 0.5);
+            let region = Region::with_holes(square(turned), [hole]).unwrap();
+            assert!((region.area() - 4.0 + PI / 4.0).abs() < 1e-12);
+            assert!(region.contains(&Point::<2>::new(0.2, 0.2)) && !region.contains(&Point::<2>::new(1.0, 1.0)));
+        }
+    }
+}
