@@ -221,6 +221,34 @@ fn reduction(exact: f64, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// Particles needed for an error with local refinement over those evenly spaced, each credited with the worst error
+/// of all finer models too.
+fn local(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
+    let error = |values: &[f64]| values.iter().zip(&case.exact).map(|(v, e)| (v / e - 1.0).abs()).fold(0.0, f64::max);
+    let mut even = Vec::new();
+    for n in [5usize, 6, 7, 8, 9, 11, 13, 15, 17, 19, 21, 25, 29, 33, 41, 49, 57] {
+        let problem = case.scene.discretize(&Scheme::default().particles([n]))?;
+        let path = problem.run(&mut ())?.completed()?;
+        let values = case.asked.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
+        even.push((n * n, error(&values)));
+    }
+    // A tolerance beyond reach shows the whole sequence.
+    let asked = Tolerance { error: 1e-6, quantities: case.asked.clone() };
+    let answer = case.scene.solve_within_locally(&Scheme::default(), &asked, Budget::default())?;
+    let fine: Vec<_> = answer.levels.iter().map(|l| (l.unknowns / 2, error(&l.values[..case.exact.len()]))).collect();
+    let needed = |series: &[(usize, f64)], tolerance: f64| {
+        let first = series.iter().rposition(|(_, e)| *e > tolerance).map_or(0, |last| last + 1);
+        series.get(first).map(|(particles, _)| *particles)
+    };
+    for tolerance in [0.5, 0.2, 0.1] {
+        if let (Some(l), Some(e)) = (needed(&fine, 1e-2 * tolerance), needed(&even, 1e-2 * tolerance)) {
+            println!("{tolerance} %: {l} particles locally refined, {e} evenly spaced");
+            summary.note(format!("cook_local_{tolerance}"), l as f64 / e as f64)?;
+        }
+    }
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let mut develop = false;
     let mut out: PathBuf = ["target", "rkpm", "sizing"].iter().collect();
@@ -278,6 +306,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     summary.note("overhead_cook", overhead(&cook)?)?;
     summary.note("overhead_disk", overhead(&disk)?)?;
     reduction(tube.exact[0], &mut summary)?;
+    local(&cook, &mut summary)?;
     summary.write(out.join("summary.csv"))?;
     for entry in summary.quantities() {
         println!("{:<24} {:.4}", entry.name, entry.value);

@@ -154,6 +154,20 @@ impl<const D: usize> Scene<D> {
         }
     }
 
+    /// The domain; none where the cells were given.
+    pub(crate) fn domain(&self) -> Option<Arc<dyn Domain<D>>> {
+        match &self.region {
+            Region::Domain(domain) => Some(domain.clone()),
+            _ => None,
+        }
+    }
+
+    /// The same scene over given particles and cells of the same body; a scheme's resolution and layout are left
+    /// out.
+    pub fn on(&self, cells: Arc<dyn Cells<D>>) -> Self {
+        Scene { region: Region::Cells(cells), ..self.clone() }
+    }
+
     /// The body alone: domain, kinematics and material.
     pub(crate) fn without_conditions(&self) -> Self {
         Scene { conditions: Vec::new(), loads: Vec::new(), last: Last::Nothing, ..self.clone() }

@@ -24,6 +24,7 @@
 mod clock;
 mod dilation;
 mod quantity;
+mod refinement;
 mod sizing;
 mod work_precision;
 

@@ -137,11 +137,11 @@ impl<const D: usize> Answer<D> {
 }
 
 /// Cells across the shortest side of the first model of a compact body.
-const FIRST_ACROSS: f64 = 3.0;
+pub(super) const FIRST_ACROSS: f64 = 3.0;
 /// Cells along the longest side of the first model of a thin body.
 const FIRST_ALONG: f64 = 6.0;
 /// A body whose sides differ by more than this factor is thin: it is refined along itself first.
-const THIN: f64 = 8.0;
+pub(super) const THIN: f64 = 8.0;
 /// Sides that differ by less than this factor get as many cells each.
 const ALIKE: f64 = 2.0;
 /// Spacing across a thin body relative to that along it: bending varies along, hardly across.
@@ -208,34 +208,18 @@ impl<const D: usize> Scene<D> {
         tolerance: &Tolerance<D>,
         budget: Budget,
     ) -> Result<Answer<D>, Error> {
-        if !(tolerance.error > 0.0 && tolerance.error < 1.0) {
-            let needed = "give a relative error between 0 and 1";
-            return Err(SolveError::Setting { what: "tolerance", value: tolerance.error, needed }.into());
-        }
-        if tolerance.quantities.is_empty() {
-            let remedy = "name at least one quantity; Tolerance::energy is one";
-            return Err(SolveError::Empty { what: "quantities of a tolerance", remedy }.into());
-        }
+        check(tolerance)?;
         let sides = Sides::of(self)?;
         let mut fineness = 1.0;
         let mut answer: Option<Answer<D>> = None;
         let mut counts = sides.counts(fineness);
         loop {
-            let mut next = match (solve(self, scheme, &counts, tolerance, answer.as_ref()), answer.take()) {
-                (Ok(next), before) => {
-                    answer = before;
-                    next
-                }
-                // What is known stays known.
-                (Err(error), Some(mut best)) => {
-                    let particles: Vec<String> = counts.iter().map(usize::to_string).collect();
-                    let why = format!("the model of {} particles failed: {error}", particles.join(" × "));
-                    best.verdict = Verdict::NotReached(why);
-                    return Ok(best);
-                }
-                (Err(error), None) => return Err(error),
+            let solved = solve(self, scheme.clone().particles(counts.clone()), &counts, tolerance, answer.as_ref());
+            let mut next = match follow(solved, &mut answer, &counts)? {
+                Ok(next) => next,
+                Err(best) => return Ok(*best),
             };
-            let before = answer.map(|answer| answer.levels).unwrap_or_default();
+            let before = answer.take().map(|answer| answer.levels).unwrap_or_default();
             if let (Some(level), Some(last)) = (next.levels.first_mut(), before.last()) {
                 let first = before.first().zip(before.get(1)).unwrap_or((last, &*level));
                 let factor = sides.spacing(&last.counts) / sides.spacing(&level.counts);
@@ -270,6 +254,42 @@ impl<const D: usize> Scene<D> {
             next.verdict = Verdict::NotReached(why);
             return Ok(next);
         }
+    }
+}
+
+/// Refuses tolerances that can't be met or ask for nothing.
+pub(super) fn check<const D: usize>(tolerance: &Tolerance<D>) -> Result<(), Error> {
+    if !(tolerance.error > 0.0 && tolerance.error < 1.0) {
+        let needed = "give a relative error between 0 and 1";
+        return Err(SolveError::Setting { what: "tolerance", value: tolerance.error, needed }.into());
+    }
+    if tolerance.quantities.is_empty() {
+        let remedy = "name at least one quantity; Tolerance::energy is one";
+        return Err(SolveError::Empty { what: "quantities of a tolerance", remedy }.into());
+    }
+    Ok(())
+}
+
+/// The next model, or the best so far where the next one failed; an error where there is none.
+#[allow(clippy::type_complexity)] // Said once, in the line above.
+pub(super) fn follow<const D: usize>(
+    solved: Result<Answer<D>, Error>,
+    answer: &mut Option<Answer<D>>,
+    counts: &[usize],
+) -> Result<Result<Answer<D>, Box<Answer<D>>>, Error> {
+    match (solved, answer.take()) {
+        (Ok(next), before) => {
+            *answer = before;
+            Ok(Ok(next))
+        }
+        // What is known stays known.
+        (Err(error), Some(mut best)) => {
+            let particles: Vec<String> = counts.iter().map(usize::to_string).collect();
+            let why = format!("the model of {} particles failed: {error}", particles.join(" × "));
+            best.verdict = Verdict::NotReached(why);
+            Ok(Err(Box::new(best)))
+        }
+        (Err(error), None) => Err(error),
     }
 }
 
@@ -311,15 +331,15 @@ impl<const D: usize> Sides<D> {
 }
 
 /// Solves one model, corrected from a coarser one where there is one.
-fn solve<const D: usize>(
+pub(super) fn solve<const D: usize>(
     scene: &Scene<D>,
-    scheme: &Scheme,
+    scheme: Scheme,
     counts: &[usize],
     tolerance: &Tolerance<D>,
     coarser: Option<&Answer<D>>,
 ) -> Result<Answer<D>, Error> {
     let start = Instant::now();
-    let problem = scene.discretize(&scheme.clone().particles(counts))?;
+    let problem = scene.discretize(&scheme)?;
     let mut wasted = 0;
     let corrected = match coarser {
         Some(coarser) => {
@@ -356,7 +376,7 @@ fn solve<const D: usize>(
 }
 
 /// The estimate of the last of two models, `first` being the first two of all.
-fn estimate(first: (&Level, &Level), before: &Level, now: &Level, factor: f64) -> f64 {
+pub(super) fn estimate(first: (&Level, &Level), before: &Level, now: &Level, factor: f64) -> f64 {
     let change = |a: &Level, b: &Level, k: usize| {
         let (a, b) = (a.values[k], b.values[k]);
         if a == b { 0.0 } else { ((b - a) / b).abs() }

@@ -1,0 +1,498 @@
+//! Lattices refined where it matters: macro cells of four, halved again and again.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use crate::error::{ApproximationError, GeometryError};
+use crate::geometry::{Domain, Part, Point, Side};
+use crate::particles::{Particles, Support, check_dilation};
+use crate::quadrature::{Points, gauss_legendre};
+
+use super::lattice::{Lattice, Layout, Zones, determinant, multilinear};
+use super::{BoundaryCells, Cells, Smoothing};
+
+/// Halvings of a cell at most: spacings stay above 1/16 of the coarsest.
+const DEEPEST: u32 = 4;
+/// Integer length of a cell of the coarsest level: its halvings and their middles are whole numbers.
+const UNIT: u32 = 1 << (DEEPEST + 1);
+
+/// A macro cell that is not refined further: four cells, lower corner and level.
+type Macro = (u32, u32, u32);
+
+/// One cell: its corners around it, and the particle in the middle of each side where a finer cell has one.
+#[derive(Debug, Clone, PartialEq)]
+struct Cell {
+    corners: [u32; 4],
+    hanging: [Option<u32>; 4],
+}
+
+/// A lattice in two dimensions whose macro cells (2 × 2 cells, the default's pressure zones) are refined one by one.
+///
+/// Neighbouring macro cells differ by one halving at most. Where they differ, a *hanging* particle lies on the
+/// side of the coarser cell: a particle like all others, since shape functions need no matching mesh; the sub-cells
+/// on both sides share their facets, so that the patch test stays exact.
+///
+/// ```
+/// use std::sync::Arc;
+/// use rkpm::cells::{Cells, Refined};
+/// use rkpm::prelude::*;
+/// let coarse = Refined::new(Arc::new(Block::new([0.0, 0.0], [1.0, 1.0])), [4, 4])?;
+/// let fine = coarse.refined(&[0])?; // the macro cell in the lower left
+/// assert_eq!((coarse.positions().len(), fine.positions().len()), (25, 41));
+/// # Ok::<(), rkpm::Error>(())
+/// ```
+#[derive(Clone)]
+pub struct Refined {
+    domain: Arc<dyn Domain<2>>,
+    base: Lattice<2>,
+    macros: BTreeSet<Macro>,
+    positions: Vec<Point<2>>,
+    /// Integer coordinates of the particles.
+    places: Vec<(u32, u32)>,
+    /// Four cells for each macro cell, in its order.
+    cells: Vec<Cell>,
+    spacing: Vec<Point<2>>,
+}
+
+impl std::fmt::Debug for Refined {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Refined").field("base", &self.base.counts()).field("macros", &self.macros.len()).finish()
+    }
+}
+
+/// Cell and side that lie on a face of the unit square, and the face's order along it.
+fn sides_of(face: (usize, Side)) -> usize {
+    match face {
+        (1, Side::Min) => 0,
+        (0, Side::Max) => 1,
+        (1, Side::Max) => 2,
+        _ => 3,
+    }
+}
+
+impl Refined {
+    /// A regular lattice with `cells` cells along each axis of the unit square, nothing refined yet.
+    ///
+    /// # Errors
+    /// For odd or absent numbers of cells, and as [`Lattice::new`].
+    pub fn new(domain: Arc<dyn Domain<2>>, cells: [usize; 2]) -> Result<Self, GeometryError> {
+        let base = Lattice::new(&*domain, cells.map(|c| c.saturating_add(1)), &Layout::Regular)?;
+        if let Some(&count) = cells.iter().find(|&&c| c == 0 || c % 2 == 1 || c > (u32::MAX / UNIT) as usize) {
+            let needed = "an even number is needed: macro cells are two cells wide";
+            return Err(GeometryError::Count { what: "cells along an axis", count, needed });
+        }
+        let place = |k: usize| k as u32 * 2 * UNIT;
+        let macros = (0..cells[1] / 2).flat_map(|j| (0..cells[0] / 2).map(move |i| (place(j), place(i), 0))).collect();
+        Refined {
+            domain,
+            base,
+            macros,
+            positions: Vec::new(),
+            places: Vec::new(),
+            cells: Vec::new(),
+            spacing: Vec::new(),
+        }
+        .built()
+    }
+
+    /// The same lattice with these macro cells (zones, in the order of [`zones`](Cells::zones) of size 2) cut into
+    /// four, and with them neighbours that would else be more than one halving coarser. Macro cells that are
+    /// refined four times already stay as they are.
+    ///
+    /// # Errors
+    /// For a macro cell that does not exist, and where cells would be turned inside out.
+    pub fn refined(&self, zones: &[usize]) -> Result<Self, GeometryError> {
+        let all: Vec<Macro> = self.macros.iter().copied().collect();
+        let mut fine = self.clone();
+        for &zone in zones {
+            let Some(&chosen) = all.get(zone) else {
+                let needed = "name macro cells by their place among all of them";
+                return Err(GeometryError::Count { what: "macro cell to refine", count: zone, needed });
+            };
+            fine.refine(chosen);
+        }
+        fine.built()
+    }
+
+    /// Number of macro cells.
+    pub fn macro_count(&self) -> usize {
+        self.macros.len()
+    }
+
+    /// Halvings of the finest macro cell.
+    pub fn deepest(&self) -> u32 {
+        self.macros.iter().map(|m| m.2).max().unwrap_or(0)
+    }
+
+    /// Cuts one macro cell, its coarser neighbours first.
+    fn refine(&mut self, (y, x, level): Macro) {
+        if level >= DEEPEST || !self.macros.contains(&(y, x, level)) {
+            return;
+        }
+        let width = (2 * UNIT) >> level;
+        for (dy, dx) in [(0i64, -1i64), (0, 1), (-1, 0), (1, 0)] {
+            let (ny, nx) = (i64::from(y) + dy * i64::from(width), i64::from(x) + dx * i64::from(width));
+            if level == 0 || ny < 0 || nx < 0 {
+                continue;
+            }
+            // The neighbour of twice the width that covers this place, if there is one.
+            let coarse = u64::from(2 * width);
+            let snap = |v: i64| ((v as u64 / coarse) * coarse) as u32;
+            let neighbour = (snap(ny), snap(nx), level - 1);
+            if self.macros.contains(&neighbour) {
+                self.refine(neighbour);
+            }
+        }
+        self.macros.remove(&(y, x, level));
+        let half = width / 2;
+        for (dy, dx) in [(0, 0), (0, half), (half, 0), (half, half)] {
+            self.macros.insert((y + dy, x + dx, level + 1));
+        }
+    }
+
+    /// Numbers particles and cells.
+    fn built(mut self) -> Result<Self, GeometryError> {
+        let mut numbers: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+        let mut squares = Vec::with_capacity(4 * self.macros.len());
+        for &(y, x, level) in &self.macros {
+            let side = UNIT >> level;
+            for (dy, dx) in [(0, 0), (0, side), (side, 0), (side, side)] {
+                squares.push((y + dy, x + dx, side));
+            }
+            for dy in 0..3 {
+                for dx in 0..3 {
+                    numbers.insert((y + dy * side, x + dx * side), 0);
+                }
+            }
+        }
+        for (number, (_, slot)) in numbers.iter_mut().enumerate() {
+            *slot = number as u32;
+        }
+        let total = self.base.cell_counts().map(|c| c as f64 * f64::from(UNIT));
+        self.places = numbers.keys().copied().collect();
+        let unit = |&(y, x): &(u32, u32)| Point::<2>::new(f64::from(x) / total[0], f64::from(y) / total[1]);
+        self.positions = self.places.iter().map(|place| self.domain.position(&unit(place))).collect();
+        self.cells = squares
+            .iter()
+            .map(|&(y, x, side)| {
+                let corners = [(y, x), (y, x + side), (y + side, x + side), (y + side, x)];
+                let half = side / 2;
+                let middles = [(y, x + half), (y + half, x + side), (y + side, x + half), (y + half, x)];
+                Cell { corners: corners.map(|c| numbers[&c]), hanging: middles.map(|m| numbers.get(&m).copied()) }
+            })
+            .collect();
+        let mut spacing = vec![Point::<2>::zeros(); self.positions.len()];
+        for (number, cell) in self.cells.iter().enumerate() {
+            let x = cell.corners.map(|c| self.positions[c as usize]);
+            let measure = determinant(&[x[1] - x[0], x[3] - x[0]]).min(determinant(&[x[3] - x[2], x[1] - x[2]]));
+            if !(measure > 0.0 && measure.is_finite()) {
+                return Err(GeometryError::InvertedCell { cell: number, measure });
+            }
+            for k in 0..4 {
+                for other in [(k + 1) % 4, (k + 3) % 4] {
+                    let own = &mut spacing[cell.corners[k] as usize];
+                    *own = own.zip_map(&(x[other] - x[k]), |d, to| d.max(to.abs()));
+                }
+                if let Some(middle) = cell.hanging[k] {
+                    let at = self.positions[middle as usize];
+                    let across = (x[(k + 2) % 4] + x[(k + 3) % 4]) * 0.5;
+                    for to in [x[k], x[(k + 1) % 4], across] {
+                        let own = &mut spacing[middle as usize];
+                        *own = own.zip_map(&(to - at), |d, to| d.max(to.abs()));
+                    }
+                }
+            }
+        }
+        self.spacing = spacing;
+        Ok(self)
+    }
+
+    /// Particles along a side of a cell, around it: two, or three with a hanging one.
+    fn along(&self, cell: &Cell, side: usize) -> Vec<u32> {
+        let ends = [cell.corners[side], cell.corners[(side + 1) % 4]];
+        [Some(ends[0]), cell.hanging[side], Some(ends[1])].into_iter().flatten().collect()
+    }
+
+    fn supports(&self, dilation: impl Fn(usize) -> Point<2>) -> Result<Particles<2>, ApproximationError> {
+        let supports = (0..self.positions.len()).map(|p| Support::Box(dilation(p))).collect();
+        Particles::new(self.positions.clone(), supports)
+    }
+}
+
+/// A point on the chord between two particles, `k` of `parts` from the one with the smaller number: the same bits from
+/// both sides.
+fn cut(positions: &[Point<2>], ends: (u32, u32), k: usize, parts: usize) -> Point<2> {
+    let (low, high) = (positions[ends.0.min(ends.1) as usize], positions[ends.0.max(ends.1) as usize]);
+    let k = if ends.0 < ends.1 { k } else { parts - k };
+    low * (1.0 - k as f64 / parts as f64) + high * (k as f64 / parts as f64)
+}
+
+/// Facets while sub-cells are built: each with its two ends.
+#[derive(Default)]
+struct Facets {
+    ends: Vec<[Point<2>; 2]>,
+    chords: BTreeMap<(u32, u32), u32>,
+}
+
+impl Facets {
+    /// The sub-facets of the chord from one particle to another, with signs; made where they are new.
+    fn chord(&mut self, positions: &[Point<2>], from: u32, to: u32, parts: usize) -> Vec<(u32, f64)> {
+        let key = (from.min(to), from.max(to));
+        let next = self.ends.len() as u32;
+        let first = *self.chords.entry(key).or_insert(next);
+        if first == next {
+            let at = |k: usize| cut(positions, key, k, parts);
+            self.ends.extend((0..parts).map(|k| [at(k), at(k + 1)]));
+        }
+        let all = first..first + parts as u32;
+        if from < to { all.map(|f| (f, 1.0)).collect() } else { all.rev().map(|f| (f, -1.0)).collect() }
+    }
+
+    fn inner(&mut self, from: Point<2>, to: Point<2>) -> u32 {
+        self.ends.push([from, to]);
+        self.ends.len() as u32 - 1
+    }
+}
+
+impl Cells<2> for Refined {
+    fn positions(&self) -> &[Point<2>] {
+        &self.positions
+    }
+
+    fn cell_count(&self) -> usize {
+        self.cells.len()
+    }
+
+    fn corners(&self, cell: usize) -> Vec<usize> {
+        // Axis 0 running fastest, as in lattices.
+        [0, 1, 3, 2].map(|k| self.cells[cell].corners[k] as usize).to_vec()
+    }
+
+    fn local_spacing(&self, particle: usize) -> f64 {
+        self.spacing[particle].norm()
+    }
+
+    fn particles(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
+        check_dilation(r)?;
+        self.supports(|p| self.spacing[p] * (2.0 * r))
+    }
+
+    fn particles_global(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
+        check_dilation(r)?;
+        let largest = self.spacing.iter().fold(Point::<2>::zeros(), |a, b| a.zip_map(b, f64::max));
+        self.supports(|_| largest * (2.0 * r))
+    }
+
+    fn is_thin(&self) -> bool {
+        false
+    }
+
+    /// Macro cells for sizes above 1, whatever the size; else single cells.
+    fn zones(&self, size: usize) -> Zones {
+        if size < 2 {
+            return Zones::single(self.cells.len());
+        }
+        Zones {
+            cells: (0..self.cells.len() as u32).collect(),
+            offsets: (0..=self.macros.len()).map(|m| 4 * m).collect(),
+        }
+    }
+
+    fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<2>, GeometryError> {
+        let (abscissae, weights) = gauss_legendre(n)?;
+        let mut points = Points::empty();
+        for zone in zones.offsets.windows(2) {
+            for &cell in &zones.cells[zone[0]..zone[1]] {
+                let corners = self.eight(cell as usize);
+                for (t, wt) in abscissae.iter().zip(&weights) {
+                    for (s, ws) in abscissae.iter().zip(&weights) {
+                        let (position, columns) = multilinear(&corners, &Point::<2>::new(*s, *t));
+                        points.positions.push(position);
+                        points.weights.push(determinant(&columns) * ws * wt);
+                    }
+                }
+            }
+            points.close_group();
+        }
+        Ok(points)
+    }
+
+    fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
+        let (abscissae, weights) = gauss_legendre(gauss)?;
+        if parts == 0 {
+            let needed = "at least 1 is needed";
+            return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
+        }
+        let mut facets = Facets::default();
+        let mut out = Smoothing {
+            facet_points: Vec::new(),
+            facet_areas: Vec::new(),
+            points_per_facet: gauss,
+            cells: Vec::new(),
+            interior: Vec::new(),
+            centres: Vec::new(),
+            groups: vec![0],
+        };
+        for zone in zones.offsets.windows(2) {
+            for &cell in &zones.cells[zone[0]..zone[1]] {
+                self.cut_cell(cell as usize, parts, &mut facets, &mut out);
+            }
+            out.groups.push(out.cells.len());
+        }
+        for [from, to] in &facets.ends {
+            let along = to - from;
+            for (t, w) in abscissae.iter().zip(&weights) {
+                out.facet_points.push(from * (1.0 - t) + to * *t);
+                out.facet_areas.push(Point::<2>::new(along[1], -along[0]) * *w);
+            }
+        }
+        Ok(out)
+    }
+
+    fn dual(&self, _gauss: usize) -> Result<Smoothing<2>, GeometryError> {
+        Err(GeometryError::Unsuited { what: "nodal integration", needed: "a lattice or scattered particles" })
+    }
+
+    fn boundary_parts(&self) -> Vec<Part> {
+        self.base.boundary_parts()
+    }
+
+    fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
+        let (abscissae, weights) = gauss_legendre(gauss)?;
+        if parts == 0 {
+            let needed = "at least 1 is needed";
+            return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
+        }
+        let mut cells = BoundaryCells { points: Points::empty(), hats: Vec::new() };
+        for face in self.base.faces(part)? {
+            for ends in self.face_chords(face) {
+                for k in 0..parts {
+                    let (low, high) = (cut(&self.positions, ends, k, parts), cut(&self.positions, ends, k + 1, parts));
+                    let along = high - low;
+                    let length = along.norm();
+                    for (t, w) in abscissae.iter().zip(&weights) {
+                        cells.points.positions.push(low * (1.0 - t) + high * *t);
+                        cells.points.weights.push(length * w);
+                        cells.points.normals.push(Point::<2>::new(along[1], -along[0]) / length);
+                        let t = (k as f64 + t) / parts as f64;
+                        cells.hats.push(vec![(ends.0, 1.0 - t), (ends.1, t)]);
+                    }
+                }
+                cells.points.close_group();
+            }
+        }
+        Ok(cells)
+    }
+
+    fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
+        let faces = self.base.faces(part)?;
+        let chords = faces.into_iter().flat_map(|face| self.face_chords(face));
+        let nodes: BTreeSet<usize> = chords.flat_map(|(a, b)| [a as usize, b as usize]).collect();
+        Ok(nodes.into_iter().collect())
+    }
+
+    fn contains(&self, at: &Point<2>) -> bool {
+        self.base.contains(at)
+    }
+}
+
+impl Refined {
+    /// Corners as the multilinear map wants them, axis 0 running fastest.
+    fn eight(&self, cell: usize) -> [Point<2>; 8] {
+        let mut corners = [Point::<2>::zeros(); 8];
+        for (slot, k) in corners.iter_mut().zip([0, 1, 3, 2]) {
+            *slot = self.positions[self.cells[cell].corners[k] as usize];
+        }
+        corners
+    }
+
+    /// Chords between neighbouring particles on a face of the unit square, the body on their left, in order along
+    /// the face's axis.
+    fn face_chords(&self, face: (usize, Side)) -> Vec<(u32, u32)> {
+        let side = sides_of(face);
+        let end = if face.1 == Side::Min { 0 } else { self.base.cell_counts()[face.0] as u32 * UNIT };
+        let across = |p: u32| if face.0 == 0 { self.places[p as usize].1 } else { self.places[p as usize].0 };
+        let along = |p: u32| if face.0 == 0 { self.places[p as usize].0 } else { self.places[p as usize].1 };
+        let chord = |cell: &Cell| (cell.corners[side], cell.corners[(side + 1) % 4]);
+        let mut chords: Vec<(u32, u32)> =
+            self.cells.iter().map(chord).filter(|&(a, b)| across(a) == end && across(b) == end).collect();
+        chords.sort_by_key(|&(a, b)| along(a).min(along(b)));
+        chords
+    }
+
+    /// Cuts one cell into `parts` × `parts` sub-cells.
+    fn cut_cell(&self, number: usize, parts: usize, facets: &mut Facets, out: &mut Smoothing<2>) {
+        let cell = &self.cells[number];
+        let corners = self.eight(number);
+        // Sub-facets of each side around the cell, in `parts` runs.
+        let sides: [Vec<Vec<(u32, f64)>>; 4] = std::array::from_fn(|side| {
+            let chain = self.along(cell, side);
+            let all: Vec<(u32, f64)> =
+                chain.windows(2).flat_map(|w| facets.chord(&self.positions, w[0], w[1], parts)).collect();
+            all.chunks(chain.len() - 1).map(<[_]>::to_vec).collect()
+        });
+        let ends = |&(facet, sign): &(u32, f64)| {
+            let [from, to] = facets.ends[facet as usize];
+            if sign > 0.0 { [from, to] } else { [to, from] }
+        };
+        // Corners of the sub-cells: on the sides those of the facets, inside by the map of the cell.
+        let mut grid = vec![Point::<2>::zeros(); (parts + 1) * (parts + 1)];
+        let at = |i: usize, j: usize| j * (parts + 1) + i;
+        for j in 0..=parts {
+            for i in 0..=parts {
+                let unit = Point::<2>::new(i as f64 / parts as f64, j as f64 / parts as f64);
+                grid[at(i, j)] = multilinear(&corners, &unit).0;
+            }
+        }
+        for k in 0..parts {
+            for (side, place) in
+                [at(k, 0), at(parts, k), at(parts - k, parts), at(0, parts - k)].into_iter().enumerate()
+            {
+                grid[place] = ends(&sides[side][k][0])[0];
+            }
+        }
+        // Inner facets: upward ones at x = i, rightward ones at y = j.
+        let mut upward = vec![0; (parts + 1) * parts];
+        let mut rightward = vec![0; (parts + 1) * parts];
+        for k in 1..parts {
+            for l in 0..parts {
+                upward[k * parts + l] = facets.inner(grid[at(k, l)], grid[at(k, l + 1)]);
+                rightward[k * parts + l] = facets.inner(grid[at(l, k)], grid[at(l + 1, k)]);
+            }
+        }
+        for j in 0..parts {
+            for i in 0..parts {
+                let below = if j == 0 { sides[0][i].clone() } else { vec![(rightward[j * parts + i], 1.0)] };
+                let right = if i + 1 == parts { sides[1][j].clone() } else { vec![(upward[(i + 1) * parts + j], 1.0)] };
+                let above = if j + 1 == parts {
+                    sides[2][parts - 1 - i].clone()
+                } else {
+                    vec![(rightward[(j + 1) * parts + i], -1.0)]
+                };
+                let left = if i == 0 { sides[3][parts - 1 - j].clone() } else { vec![(upward[i * parts + j], -1.0)] };
+                let around: Vec<(u32, f64)> = [below, right, above, left].concat();
+                let outline: Vec<Point<2>> =
+                    around.iter().map(|&(facet, sign)| facets.ends[facet as usize][usize::from(sign < 0.0)]).collect();
+                let (interior, centre) = fan(&outline);
+                out.cells.push(around);
+                out.interior.push(interior);
+                out.centres.push(centre);
+            }
+        }
+    }
+}
+
+/// Interior points of a polygon exact to degree 2 — mid-edge rules of the triangles around its mean corner — and its
+/// centroid.
+fn fan(outline: &[Point<2>]) -> (Vec<(Point<2>, f64)>, Point<2>) {
+    let mean = outline.iter().sum::<Point<2>>() / outline.len() as f64;
+    let (mut points, mut total, mut centre) = (Vec::with_capacity(3 * outline.len()), 0.0, Point::<2>::zeros());
+    for (k, &a) in outline.iter().enumerate() {
+        let b = outline[(k + 1) % outline.len()];
+        let area = 0.5 * determinant(&[a - mean, b - mean]);
+        total += area;
+        centre += (a + b + mean) * (area / 3.0);
+        points.extend([(a + b) * 0.5, (b + mean) * 0.5, (mean + a) * 0.5].map(|x| (x, area / 3.0)));
+    }
+    (points, centre / total)
+}

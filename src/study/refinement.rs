@@ -1,0 +1,152 @@
+//! Local refinement where a corner asks for it.
+
+use std::sync::Arc;
+
+use nalgebra::Matrix3;
+
+use crate::cells::{Cells, Refined};
+use crate::error::{Error, GeometryError};
+use crate::scene::{Problem, Scene, Scheme};
+use crate::solve::State;
+
+use super::sizing::{Answer, Budget, FIRST_ACROSS, Tolerance, Verdict, check, estimate, follow};
+
+/// Share of the summed squared indicators that the refined macro cells carry (Dörfler's bulk criterion).
+const BULK: f64 = 0.5;
+/// Models are compared with the last one of at most this part of their unknowns: neighbours in the sequence differ
+/// too little to tell their error.
+const COARSER: f64 = 0.6;
+
+impl Scene<2> {
+    /// Solves the scene within a tolerance on macro cells that are refined one by one where the gradient asks for
+    /// it, by request: never chosen by itself, since thin bodies need other cells.
+    ///
+    /// The marker is the distance of the gradients from their own average over neighbouring sub-cells,
+    /// $\eta_z^2 = \int_z |\nabla u - \overline{\nabla u}|^2\,\mathrm d\Omega$; the macro cells $z$ with the largest
+    /// ones that sum to half of all are cut into four, neighbours so that they differ by one halving at most. The
+    /// estimate is that of [`solve_within_by`](Scene::solve_within_by) against the last model of at most six tenths of
+    /// the unknowns $N$, with $f = \sqrt{N_k/N_l}$ for the ratio of spacings.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// use rkpm::study::{Budget, Quantity, Tolerance};
+    /// let corners = [[0.0, 0.0], [48.0, 44.0], [48.0, 60.0], [0.0, 44.0]]; // mm
+    /// let membrane = Scene::new(Quadrilateral { corners }, PlaneStrain, Rubber::neo_hookean(40.097, 4e5)?)
+    ///     .hold((0, Side::Min))
+    ///     .traction((0, Side::Max), [0.0, 6.25]);
+    /// let tip = Tolerance::of(Quantity::displacement([48.0, 60.0], 1), 0.01);
+    /// let answer = membrane.solve_within_locally(&Scheme::default(), &tip, Budget::default())?;
+    /// assert!(answer.reached() && (answer.values()[0] / 6.9355 - 1.0).abs() < 0.01);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`solve_within_by`](Scene::solve_within_by), and for thin bodies.
+    pub fn solve_within_locally(
+        &self,
+        scheme: &Scheme,
+        tolerance: &Tolerance<2>,
+        budget: Budget,
+    ) -> Result<Answer<2>, Error> {
+        check(tolerance)?;
+        let needed = "a scene on a block or mapped block, no side of which is more than eight times another";
+        let unsuited = GeometryError::Unsuited { what: "local refinement", needed };
+        let (Some(lengths), Some(domain)) = (self.side_lengths(), self.domain()) else { return Err(unsuited.into()) };
+        let shortest = lengths[0].min(lengths[1]);
+        if lengths[0].max(lengths[1]) > super::sizing::THIN * shortest {
+            return Err(unsuited.into());
+        }
+        // Sides that are nearly alike get as many cells, in favour of a small first model.
+        let even = |length: f64| 2 * ((FIRST_ACROSS * (length / shortest).floor()) / 2.0).ceil() as usize;
+        let mut cells = Refined::new(domain, lengths.map(even))?;
+        let mut answer: Option<Answer<2>> = None;
+        loop {
+            let scene = self.on(Arc::new(cells.clone()));
+            let counts = [cells.positions().len()];
+            let solved = super::sizing::solve(&scene, scheme.clone(), &counts, tolerance, answer.as_ref());
+            let mut next = match follow(solved, &mut answer, &counts)? {
+                Ok(next) => next,
+                Err(best) => return Ok(*best),
+            };
+            let before = answer.take().map(|answer| answer.levels).unwrap_or_default();
+            let most = COARSER * next.levels[0].unknowns as f64;
+            let compared = before.iter().rev().find(|other| other.unknowns as f64 <= most).or(before.first());
+            if let (Some(level), Some(last)) = (next.levels.first_mut(), compared) {
+                let first = before.first().zip(before.get(1)).unwrap_or((last, &*level));
+                let factor = (level.unknowns as f64 / last.unknowns as f64).sqrt();
+                let found = estimate(first, last, level, factor);
+                level.estimate = Some(found);
+                next.bound = found;
+            }
+            next.levels.splice(0..0, before);
+            if next.levels.len() >= 3 && next.bound < tolerance.error {
+                next.verdict = Verdict::Reached;
+                return Ok(next);
+            }
+            let finer = cells.refined(&marked(&indicators(&next.problem, next.path.last(), &cells)))?;
+            let unknowns = 2 * finer.positions().len();
+            let why = if finer.positions().len() == cells.positions().len() {
+                "the smallest spacing is reached: 1/16 of the coarsest".to_string()
+            } else if next.levels.len() >= budget.levels {
+                format!("the budget of {} models is used up", budget.levels)
+            } else if unknowns > budget.unknowns {
+                format!("the next model has {unknowns} unknowns, the budget allows {}", budget.unknowns)
+            } else {
+                cells = finer;
+                answer = Some(next);
+                continue;
+            };
+            next.verdict = Verdict::NotReached(why);
+            return Ok(next);
+        }
+    }
+}
+
+/// $\eta_z^2$ of each macro cell.
+fn indicators(problem: &Problem<2>, state: &State, cells: &Refined) -> Vec<f64> {
+    let gradients = problem.deformation_gradients(state);
+    let weights = problem.body.table().weights();
+    let macros = cells.macro_count();
+    // Clusters of the body are macro cells of four cells; their points are shared out cell by cell.
+    let per_cell = gradients.len() / (4 * macros).max(1);
+    let cell_of = |point: usize| point / per_cell.max(1);
+    // The recovered gradient at a particle: the mean over all sub-cells of the cells around it.
+    let mut sums = vec![(0.0, Matrix3::<f64>::zeros()); cells.positions().len()];
+    for (point, (f, w)) in gradients.iter().zip(weights).enumerate() {
+        for corner in cells.corners(cell_of(point)) {
+            sums[corner].0 += w;
+            sums[corner].1 += f * *w;
+        }
+    }
+    let mut eta = vec![0.0; macros];
+    for (point, (f, w)) in gradients.iter().zip(weights).enumerate() {
+        let at = &problem.body.table().positions()[point];
+        let corners = cells.corners(cell_of(point));
+        // Nearer corners count more.
+        let (mut total, mut mean) = (0.0, Matrix3::<f64>::zeros());
+        for corner in corners {
+            let near = 1.0 / ((cells.positions()[corner] - at).norm_squared()).max(f64::MIN_POSITIVE);
+            total += near;
+            mean += sums[corner].1 * (near / sums[corner].0.max(f64::MIN_POSITIVE));
+        }
+        eta[point / (4 * per_cell).max(1)] += w * (f - mean / total).norm_squared();
+    }
+    eta
+}
+
+/// The largest indicators that sum to the bulk of all.
+fn marked(indicators: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..indicators.len()).collect();
+    order.sort_by(|&a, &b| indicators[b].total_cmp(&indicators[a]).then(a.cmp(&b)));
+    let total: f64 = indicators.iter().sum();
+    let mut sum = 0.0;
+    let mut marked = Vec::new();
+    for zone in order {
+        if sum >= BULK * total && !marked.is_empty() {
+            break;
+        }
+        sum += indicators[zone];
+        marked.push(zone);
+    }
+    marked
+}

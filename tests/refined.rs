@@ -1,0 +1,119 @@
+//! Locally refined lattices keep the laws of regular ones: exact patch test, no spurious modes, stable pressures.
+
+use std::sync::Arc;
+
+use rkpm::cells::{Cells, Refined};
+use rkpm::check;
+use rkpm::prelude::*;
+use rkpm::study::{Budget, Quantity, Tolerance};
+
+const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [48.0, 44.0], [48.0, 60.0], [0.0, 44.0]];
+
+/// A quadrilateral refined twice, towards two places.
+fn twice() -> Refined {
+    let base = Refined::new(Arc::new(Quadrilateral { corners: CORNERS }), [4, 4]).unwrap();
+    base.refined(&[0, 2]).unwrap().refined(&[1, 5]).unwrap()
+}
+
+/// A quarter ring refined at its bore, whose hanging particles do not lie on the chords of the coarser cells.
+fn ring() -> Refined {
+    let ring = Mapped(|unit: &Point<2>| {
+        let (radius, angle) = (1.0 + unit[0], std::f64::consts::FRAC_PI_2 * unit[1]);
+        Point::<2>::new(radius * angle.cos(), radius * angle.sin())
+    });
+    let base = Refined::new(Arc::new(ring), [2, 4]).unwrap();
+    base.refined(&[0]).unwrap().refined(&[0, 1]).unwrap()
+}
+
+fn soft() -> Rubber {
+    Rubber::neo_hookean(0.5, 5.0 / 3.0).unwrap()
+}
+
+#[test]
+fn homogeneous_fields_are_exact_on_both_sides_of_hanging_particles() {
+    for cells in [twice(), ring()] {
+        let cells: Arc<dyn Cells<2>> = Arc::new(cells);
+        for order in [1, 2] {
+            let scene = Scene::over(cells.clone(), PlaneStrain, soft())
+                .prescribe_field(Part::Whole, 0, |x| 0.1 * x[0] + 0.05 * x[1])
+                .prescribe_field(Part::Whole, 1, |x| -0.02 * x[0] + 0.08 * x[1]);
+            let problem = scene.discretize(&Scheme::default().order(order)).unwrap();
+            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let largest = problem
+                .particle_displacements(path.last())
+                .unwrap()
+                .iter()
+                .zip(problem.cells.positions())
+                .map(|(u, x)| (u - Point::<2>::new(0.1 * x[0] + 0.05 * x[1], -0.02 * x[0] + 0.08 * x[1])).amax())
+                .fold(0.0, f64::max);
+            // Displacements are up to 8 in the quadrilateral: rounding.
+            assert!(largest < 1e-12, "order {order}: {largest:e}");
+        }
+    }
+}
+
+/// Bounds that these two bodies hold; regular lattices have 0.60 and 0.50.
+#[test]
+fn refinement_brings_no_spurious_modes() {
+    for cells in [twice(), ring()] {
+        let scene = Scene::over(Arc::new(cells), PlaneStrain, soft());
+        let modes = check::spurious_modes(&scene, &Scheme::default()).unwrap();
+        assert_eq!(modes.zero_modes, 0);
+        assert!(modes.smallest > 0.3, "{modes:?}");
+        let pressures = check::inf_sup(&scene, &Scheme::default()).unwrap();
+        assert!(pressures.spurious == 0 && pressures.constant > 0.2, "{pressures:?}");
+    }
+}
+
+#[test]
+fn partitions_are_complete_and_balanced() {
+    let cells = twice();
+    // Areas by the divergence theorem, by interior points, by Gauss points, and by hand: a trapezoid.
+    let smoothing = cells.smoothing(2, 2, &cells.zones(2)).unwrap();
+    let area = 48.0 * (44.0 + 16.0) / 2.0;
+    let sums = [
+        smoothing.volumes().iter().sum::<f64>(),
+        smoothing.interior.iter().flatten().map(|(_, w)| w).sum(),
+        cells.gauss(2).unwrap().weights.iter().sum(),
+    ];
+    assert!(sums.iter().all(|sum| (sum / area - 1.0).abs() < 1e-13), "{sums:?}");
+    // Hats sum to one everywhere on the boundary, whose length they measure.
+    for part in cells.boundary_parts() {
+        let boundary = cells.boundary(&part, 2, 2).unwrap();
+        assert!(boundary.hats.iter().all(|hats| (hats.iter().map(|h| h.1).sum::<f64>() - 1.0).abs() < 1e-14));
+        let nodes = cells.boundary_nodes(&part).unwrap();
+        assert!(boundary.hats.iter().flatten().all(|(node, _)| nodes.contains(&(*node as usize))));
+    }
+    // However often one corner is asked for, neighbours follow, and it ends at a sixteenth.
+    let mut corner = Refined::new(Arc::new(Block::new([0.0, 0.0], [1.0, 1.0])), [4, 4]).unwrap();
+    for _ in 0..6 {
+        corner = corner.refined(&[0]).unwrap();
+    }
+    assert_eq!(corner.deepest(), 4);
+    let nearest = corner.positions().iter().map(|x| x.norm()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+    assert!((nearest - 0.25 / 16.0).abs() < 1e-15);
+    assert!(Refined::new(Arc::new(Block::new([0.0, 0.0], [1.0, 1.0])), [3, 4]).is_err());
+    assert!(Refined::new(Arc::new(Block::new([0.0, 0.0], [0.0, 1.0])), [2, 2]).is_err());
+    assert!(corner.refined(&[usize::MAX]).is_err());
+}
+
+/// A corner asks for refinement: past 0.2 % fewer particles do than evenly spaced ones. References:
+/// `tests/reference/cook_membrane.csv`.
+#[test]
+fn local_refinement_pays_at_a_corner() {
+    let scene = Scene::new(Quadrilateral { corners: CORNERS }, PlaneStrain, Rubber::neo_hookean(40.097, 4e5).unwrap())
+        .hold((0, Side::Min))
+        .traction((0, Side::Max), [0.0, 6.25]);
+    let asked = Tolerance::of(Quantity::displacement([48.0, 60.0], 1), 0.006).and(Quantity::energy());
+    let answer = scene.solve_within_locally(&Scheme::default(), &asked, Budget::default()).unwrap();
+    let error = |values: &[f64]| (values[0] / 6.9355 - 1.0).abs().max((values[1] / 334.97 - 1.0).abs());
+    assert!(answer.reached() && error(answer.values()) < answer.bound, "{:?}", answer.levels);
+    let even = scene.discretize(&Scheme::default().particles([17])).unwrap();
+    assert!(answer.problem.model.unknowns() < even.model.unknowns());
+    let path = even.run(&mut ()).unwrap().completed().unwrap();
+    let tip = even.displacement(path.last(), &[48.0, 60.0].into()).unwrap()[1];
+    assert!(error(answer.values()) < error(&[tip, even.energy(path.last())]));
+
+    let thin = Scene::new(Block::new([0.0, 0.0], [20.0, 1.0]), PlaneStrain, soft());
+    assert!(thin.solve_within_locally(&Scheme::default(), &Tolerance::energy(0.1), Budget::default()).is_err());
+}
