@@ -106,3 +106,24 @@ fn no_load_case_is_stuck() {
     }
     tube().discretize(&Scheme::default().particles([9])).unwrap().run(&mut ()).unwrap().completed().unwrap();
 }
+
+/// Drawn shapes are sized like blocks: a pulled strip with a hole against a model of four times its particles.
+#[test]
+fn drawn_shapes_are_sized_too() {
+    let outline = Outline::at([0.0, 0.0])
+        .line("bottom", [4.0, 0.0])
+        .line("right", [4.0, 2.0])
+        .line("top", [0.0, 2.0])
+        .close("left");
+    let region = Region::with_holes(outline, [Outline::circle("hole", [2.0, 1.0], 0.5)]).unwrap();
+    let scene = Scene::on(region, PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold("left")
+        .prescribe("right", 0, 0.5)
+        .prescribe("right", 1, 0.0);
+    let answer = scene.solve_within(&Tolerance::energy(0.02), Budget::default()).unwrap();
+    assert!(answer.reached(), "{:?} {:?}", answer.verdict, answer.levels);
+    let counts: Vec<usize> = answer.levels.last().unwrap().counts.iter().map(|n| 2 * n).collect();
+    let fine = scene.discretize(&Scheme::default().particles(counts)).unwrap();
+    let path = fine.run(&mut ()).unwrap().completed().unwrap();
+    assert!((answer.values()[0] / fine.energy(path.last()) - 1.0).abs() < answer.bound);
+}

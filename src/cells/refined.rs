@@ -353,10 +353,6 @@ impl Cells<2> for Refined {
         Err(GeometryError::Unsuited { what: "nodal integration", needed: "a lattice or scattered particles" })
     }
 
-    fn boundary_parts(&self) -> Vec<Part> {
-        self.base.boundary_parts()
-    }
-
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
         let (abscissae, weights) = gauss_legendre(gauss)?;
         if parts == 0 {
@@ -382,6 +378,11 @@ impl Cells<2> for Refined {
             }
         }
         Ok(cells)
+    }
+
+    fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<2>>, GeometryError> {
+        let faces = self.base.faces(part)?;
+        faces.into_iter().map(|(axis, side)| self.boundary(&Part::Face { axis, side }, parts, gauss)).collect()
     }
 
     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {

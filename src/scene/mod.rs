@@ -156,16 +156,21 @@ impl<const D: usize> Scene<D> {
 
     /// The domain; none where the cells were given.
     pub(crate) fn domain(&self) -> Option<Arc<dyn Domain<D>>> {
-        match &self.region {
-            Region::Domain(domain) => Some(domain.clone()),
+        match &self.source {
+            Source::Domain(domain) => Some(domain.clone()),
             _ => None,
         }
     }
 
+    /// Whether the scheme scatters the particles.
+    pub(crate) fn is_scattered(&self) -> bool {
+        matches!(self.source, Source::Scattered(_))
+    }
+
     /// The same scene over given particles and cells of the same body; a scheme's resolution and layout are left
     /// out.
-    pub fn on(&self, cells: Arc<dyn Cells<D>>) -> Self {
-        Scene { region: Region::Cells(cells), ..self.clone() }
+    pub fn with_cells(&self, cells: Arc<dyn Cells<D>>) -> Self {
+        Scene { source: Source::Cells(cells), ..self.clone() }
     }
 
     /// The body alone: domain, kinematics and material.

@@ -61,7 +61,7 @@ impl Scene<2> {
         let mut cells = Refined::new(domain, lengths.map(even))?;
         let mut answer: Option<Answer<2>> = None;
         loop {
-            let scene = self.on(Arc::new(cells.clone()));
+            let scene = self.with_cells(Arc::new(cells.clone()));
             let counts = [cells.positions().len()];
             let solved = super::sizing::solve(&scene, scheme.clone(), &counts, tolerance, answer.as_ref());
             let mut next = match follow(solved, &mut answer, &counts)? {

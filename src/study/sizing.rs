@@ -138,6 +138,8 @@ impl<const D: usize> Answer<D> {
 
 /// Cells across the shortest side of the first model of a compact body.
 pub(super) const FIRST_ACROSS: f64 = 3.0;
+/// Spacings across the first model of a drawn shape, as if it were a square.
+const FIRST_SCATTERED: f64 = 6.0;
 /// Cells along the longest side of the first model of a thin body.
 const FIRST_ALONG: f64 = 6.0;
 /// A body whose sides differ by more than this factor is thin: it is refined along itself first.
@@ -303,7 +305,11 @@ struct Sides<const D: usize> {
 
 impl<const D: usize> Sides<D> {
     fn of(scene: &Scene<D>) -> Result<Self, Error> {
-        let needed = "a scene on a block or mapped block, whose particles can be chosen";
+        if scene.is_scattered() {
+            // A drawn shape takes the product of the counts as its number of particles.
+            return Ok(Sides { lengths: [1.0; D], first: 1.0 / FIRST_SCATTERED, thin: 0.0 });
+        }
+        let needed = "a scene on a block, mapped block or drawn region, whose particles can be chosen";
         let lengths = scene.side_lengths().ok_or(GeometryError::Unsuited { what: "sizing to a tolerance", needed })?;
         let longest = lengths.iter().copied().fold(0.0, f64::max);
         let shortest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
