@@ -1,7 +1,7 @@
 //! Models: terms over one set of nodes, and their assembly.
 
 use crate::geometry::Point;
-use crate::parallel::{for_each_mut, map_with, threads};
+use crate::parallel::{for_each_mut, map_ranges, threads};
 use crate::term::{Element, LowerBlocks, Term, View};
 
 use super::pattern::Pattern;
@@ -133,20 +133,36 @@ impl<const D: usize> Model<D> {
         locals_step: &mut [Vec<f64>],
     ) -> f64 {
         let mut bound: f64 = 1.0;
-        let serial = if self.unknowns() < SERIAL_BELOW { usize::MAX } else { 16 };
+        // min() would drop a NaN.
+        let least = |bound: f64, limit: f64| if limit.is_nan() { 0.0 } else { bound.min(limit) };
+        let parallel = self.unknowns() >= SERIAL_BELOW && threads() > 1;
         for ((term, locals), locals_step) in self.terms.iter().zip(locals).zip(locals_step) {
             let view = View { displacement, locals, load };
-            // One small vector per cluster keeps the writes apart without unsafe code.
-            let results = map_with(term.clusters(), serial, Vec::new, |buffer: &mut Vec<f64>, cluster| {
-                buffer.clear();
-                buffer.resize(term.locals(cluster).len(), 0.0);
-                let bound = term.advance(cluster, view, step, buffer);
-                (bound, buffer.clone())
+            if !parallel {
+                for cluster in 0..term.clusters() {
+                    bound = least(bound, term.advance(cluster, view, step, &mut locals_step[term.locals(cluster)]));
+                }
+                continue;
+            }
+            // One vector per run of clusters keeps the writes apart without unsafe code.
+            let runs = map_ranges(term.clusters(), 2, |clusters| {
+                let mut values = vec![0.0; clusters.clone().map(|c| term.locals(c).len()).sum()];
+                let (mut bound, mut place): (f64, usize) = (1.0, 0);
+                for cluster in clusters.clone() {
+                    let count = term.locals(cluster).len();
+                    bound = least(bound, term.advance(cluster, view, step, &mut values[place..place + count]));
+                    place += count;
+                }
+                (clusters, bound, values)
             });
-            for (cluster, (limit, values)) in results.into_iter().enumerate() {
-                // min() would drop a NaN.
-                bound = if limit.is_nan() { 0.0 } else { bound.min(limit) };
-                locals_step[term.locals(cluster)].copy_from_slice(&values);
+            for (clusters, limit, values) in runs {
+                bound = least(bound, limit);
+                let mut place = 0;
+                for cluster in clusters {
+                    let range = term.locals(cluster);
+                    locals_step[range.clone()].copy_from_slice(&values[place..place + range.len()]);
+                    place += range.len();
+                }
             }
         }
         bound
@@ -372,6 +388,9 @@ impl Assembler {
     fn scatter<const D: usize>(&self, model: &Model<D>, batch: &Batch, values: &mut [f64], tasks: usize) {
         let nodes = model.positions.len();
         let total = self.pattern.entries();
+        if tasks == 1 {
+            return self.add_columns(model, batch, 0..nodes, values);
+        }
         let mut ranges = Vec::with_capacity(tasks);
         let mut rest = values;
         let mut start = 0;
@@ -389,45 +408,54 @@ impl Assembler {
             rest = others;
             start = end;
         }
+        for_each_mut(&mut ranges, |_, (columns, values)| self.add_columns(model, batch, columns.clone(), values));
+    }
+
+    /// Adds the element matrices of a batch to a range of node columns.
+    fn add_columns<const D: usize>(
+        &self,
+        model: &Model<D>,
+        batch: &Batch,
+        columns: std::ops::Range<usize>,
+        values: &mut [f64],
+    ) {
         let term = &*model.terms[batch.term];
-        for_each_mut(&mut ranges, |_, (columns, values)| {
-            let base = self.pattern.columns[columns.start * D];
-            for (k, element) in self.elements[..batch.clusters.len()].iter().enumerate() {
-                let cluster = batch.clusters.start + k;
-                let list = term.nodes(cluster);
-                let size = list.len() * D;
-                let from = list.partition_point(|&n| (n as usize) < columns.start);
-                let to = list.partition_point(|&n| (n as usize) < columns.end);
-                // Blocks of earlier columns: Σ (len − b) for b < from.
-                let mut place =
-                    self.first_place[batch.term][cluster] + from * list.len() - from * from.saturating_sub(1) / 2;
-                for b in from..to {
-                    let column = list[b] as usize;
-                    let blocks = &self.places[place..place + list.len() - b];
-                    place += list.len() - b;
-                    for j in 0..D {
-                        let target = self.pattern.columns[column * D + j] - base;
-                        // Component i of the a-th node from b on stands at `source[i * by_component + a * by_node]`.
-                        let (source, by_component, by_node) = if element.lower.wanted {
-                            let (source, rows) = element.lower.column::<D>(b, j);
-                            (&source[b - LowerBlocks::start(b)..], rows, 1)
-                        } else {
-                            (&element.matrix[(b * D + j) * size + b * D..(b * D + j + 1) * size], 1, D)
-                        };
-                        for i in j..D {
-                            values[target + i - j] += source[i * by_component];
-                        }
-                        for (a, &block) in blocks.iter().enumerate().skip(1) {
-                            let at = target + D - j + (block as usize - 1) * D;
-                            let entries = &mut values[at..at + D];
-                            for (i, entry) in entries.iter_mut().enumerate() {
-                                *entry += source[i * by_component + a * by_node];
-                            }
+        let base = self.pattern.columns[columns.start * D];
+        for (k, element) in self.elements[..batch.clusters.len()].iter().enumerate() {
+            let cluster = batch.clusters.start + k;
+            let list = term.nodes(cluster);
+            let size = list.len() * D;
+            let from = list.partition_point(|&n| (n as usize) < columns.start);
+            let to = list.partition_point(|&n| (n as usize) < columns.end);
+            // Blocks of earlier columns: Σ (len − b) for b < from.
+            let mut place =
+                self.first_place[batch.term][cluster] + from * list.len() - from * from.saturating_sub(1) / 2;
+            for b in from..to {
+                let column = list[b] as usize;
+                let blocks = &self.places[place..place + list.len() - b];
+                place += list.len() - b;
+                for j in 0..D {
+                    let target = self.pattern.columns[column * D + j] - base;
+                    // Component i of the a-th node from b on stands at `source[i * by_component + a * by_node]`.
+                    let (source, by_component, by_node) = if element.lower.wanted {
+                        let (source, rows) = element.lower.column::<D>(b, j);
+                        (&source[b - LowerBlocks::start(b)..], rows, 1)
+                    } else {
+                        (&element.matrix[(b * D + j) * size + b * D..(b * D + j + 1) * size], 1, D)
+                    };
+                    for i in j..D {
+                        values[target + i - j] += source[i * by_component];
+                    }
+                    for (a, &block) in blocks.iter().enumerate().skip(1) {
+                        let at = target + D - j + (block as usize - 1) * D;
+                        let entries = &mut values[at..at + D];
+                        for (i, entry) in entries.iter_mut().enumerate() {
+                            *entry += source[i * by_component + a * by_node];
                         }
                     }
                 }
             }
-        });
+        }
     }
 
     /// Bytes held by pattern, places and element buffers.

@@ -185,6 +185,11 @@ impl Factorizer for CholeskyFactorizer {
             inverse: &self.inverse,
         }))
     }
+
+    fn bytes(&self) -> Option<usize> {
+        let symbolic = if self.factorised == Factorised::Indefinite { &self.indefinite } else { &self.definite };
+        symbolic.as_ref().map(|symbolic| size_of::<f64>() * symbolic.len_val())
+    }
 }
 
 impl CholeskyFactorizer {

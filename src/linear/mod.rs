@@ -88,6 +88,11 @@ pub trait Factorizer: Send {
     /// # Errors
     /// Where the matrix is singular or not finite.
     fn factorize(&mut self, values: &[f64]) -> Result<Box<dyn Factors + '_>, LinearError>;
+
+    /// Bytes that the factors take, where the method knows them.
+    fn bytes(&self) -> Option<usize> {
+        None
+    }
 }
 
 /// A factorised matrix.

@@ -1,0 +1,305 @@
+//! How close each phase is to what the machine allows: `cargo bench --bench limits`.
+//!
+//! Everything is measured in one process, interleaved with products of large matrices by faer, and given as a
+//! share of their speed: shares travel between machines and survive a busy one, seconds do not. Speeds are
+//! counted as full blocks, 2 D³ operations per pair of neighbours and point, though only one half is formed.
+//! Prints a table of `name,value` rows. Fresh processes of the same program measure memory.
+
+mod support;
+
+use std::time::Instant;
+
+use faer::{Accum, Mat, Par};
+use rkpm::assembly::{Model, System};
+use rkpm::kinematics::Kinematics;
+use rkpm::linear::LinearSolver;
+use rkpm::prelude::*;
+use rkpm::solve::State;
+
+/// Rounds of interleaved measurements; medians are reported.
+const ROUNDS: usize = 9;
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Seconds of one call, repeated until a measurement takes 5 ms at least.
+fn seconds(mut f: impl FnMut()) -> f64 {
+    let mut repeats = 1;
+    loop {
+        let start = Instant::now();
+        for _ in 0..repeats {
+            f();
+        }
+        let taken = start.elapsed().as_secs_f64();
+        if taken > 5e-3 {
+            return taken / repeats as f64;
+        }
+        repeats *= 2;
+    }
+}
+
+/// Operations per second of a product of 512 × 512 matrices on one thread.
+fn dgemm(matrices: &mut [Mat<f64>; 3]) -> f64 {
+    let n = matrices[0].nrows();
+    let [a, b, c] = matrices;
+    let taken = seconds(|| {
+        faer::linalg::matmul::matmul(c.as_mut(), Accum::Replace, a.as_ref(), b.as_ref(), 1.0, Par::Seq);
+    });
+    2.0 * (n as f64).powi(3) / taken
+}
+
+/// Full-block operations of one assembly of a body's table.
+fn operations<const D: usize>(table: &ShapeTable<D>) -> f64 {
+    let pairs: usize = (0..table.len()).map(|point| table.nodes(point).len().pow(2)).sum();
+    2.0 * (D as f64).powi(3) * pairs as f64
+}
+
+/// Measures `ours` and dgemm in turn; the median of their ratio and of our operations per second.
+fn share(operations: f64, mut ours: impl FnMut() -> f64) -> (f64, f64) {
+    let mut matrices = std::array::from_fn(|k| Mat::from_fn(512, 512, |i, j| ((i + j + k) as f64).sin()));
+    let (mut shares, mut speeds) = (Vec::new(), Vec::new());
+    for _ in 0..ROUNDS {
+        let before = dgemm(&mut matrices);
+        let speed = operations / ours();
+        let after = dgemm(&mut matrices);
+        shares.push(speed / before.max(after));
+        speeds.push(speed);
+    }
+    (median(shares), median(speeds))
+}
+
+/// The point kernel alone: what the matrix costs beyond the forces, on one cluster whose points all see all
+/// `counts` nodes.
+fn kernel<const D: usize>(name: &str, kinematics: impl Kinematics<D>, counts: [usize; D], r: f64) {
+    let lattice = Block::new([0.0; D], [1.0; D]).lattice(counts).expect("a lattice");
+    let points = lattice.gauss_in(4, &lattice.zones(counts[0] - 1)).expect("a rule");
+    let particles = lattice.particles(r).expect("a dilation");
+    let rk = ReproducingKernel::new(particles, CubicSpline, Polynomial::linear()).expect("particles");
+    let table = ShapeTable::new(&rk, &points, &kinematics).expect("covered points");
+    let neighbours = table.nodes(0).len();
+    let operations = operations(&table);
+    let rubber = Rubber::neo_hookean(0.5, 1e3).expect("constants");
+    let mut model = Model::new(lattice.positions().to_vec());
+    model.add(Body::new(table, rubber, PressureField::Pointwise));
+    let (d, locals) = (support::moved(&model), model.start());
+    let mut assembler = model.assembler();
+    let mut system = System::default();
+    let (share, speed) = share(operations, || {
+        let whole = seconds(|| assembler.assemble(&model, &d, &locals, 1.0, &mut system));
+        whole - seconds(|| drop(model.residual(&d, &locals, 1.0)))
+    });
+    println!("kernel_{name}_neighbours,{neighbours}");
+    println!("kernel_{name}_gflops,{:.2}", speed * 1e-9);
+    println!("kernel_{name}_of_dgemm,{share:.3}");
+}
+
+/// The whole assembly: gradients, material, zones, sums into the sparse matrix.
+fn assembly<const D: usize>(name: &str, scene: &Scene<D>, scheme: &Scheme) {
+    let problem = scene.discretize(scheme).expect("a scene");
+    let (model, table) = (&problem.model, problem.body.table());
+    let state = State::at_rest(model, &problem.rows);
+    let d = support::moved(model);
+    let mut assembler = model.assembler();
+    let mut system = System::default();
+    let neighbours = (0..table.len()).map(|p| table.nodes(p).len()).sum::<usize>() as f64 / table.len() as f64;
+    let (share, speed) =
+        share(operations(table), || seconds(|| assembler.assemble(model, &d, &state.locals, 1.0, &mut system)));
+    println!("assembly_{name}_neighbours,{neighbours:.1}");
+    println!("assembly_{name}_gflops,{:.2}", speed * 1e-9);
+    println!("assembly_{name}_of_dgemm,{share:.3}");
+}
+
+/// Assembly against factorisation in a Newton iteration of 1e5 unknowns in 2D.
+fn iteration() {
+    let problem = support::membrane().discretize(&support::scheme(224)).expect("a scene");
+    let model = &problem.model;
+    let state = State::at_rest(model, &problem.rows);
+    let (enforced, values, order) = support::reduced(&problem);
+    let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), Some(&order)).expect("a pattern");
+    let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
+    let mut assembler = model.assembler();
+    let mut system = System::default();
+    let d = support::moved(model);
+    let (mut assemblies, mut factorisations) = (Vec::new(), Vec::new());
+    for round in 0..5 {
+        let start = Instant::now();
+        assembler.assemble(model, &d, &state.locals, 1.0, &mut system);
+        assemblies.push(start.elapsed().as_secs_f64());
+        let start = Instant::now();
+        factorizer.factorize(if round % 2 == 0 { &values } else { &others }).expect("a regular matrix");
+        factorisations.push(start.elapsed().as_secs_f64());
+    }
+    let (assembly, factorisation) = (median(assemblies), median(factorisations));
+    println!("iteration_2d_unknowns,{}", model.unknowns());
+    println!("iteration_2d_assembly_seconds,{assembly:.4}");
+    println!("iteration_2d_factorisation_seconds,{factorisation:.4}");
+    println!("iteration_2d_assembly_over_factorisation,{:.3}", assembly / factorisation);
+}
+
+/// One thread over two, on a 3D body of 1e4 particles.
+fn threads() {
+    let scene = support::cube();
+    let lattice = Block::new([0.0; 3], [1.0; 3]).lattice([22; 3]).expect("a lattice");
+    let smoothing = lattice.smoothing(2, 2, &lattice.zones(2)).expect("a rule");
+    let particles = lattice.particles(0.75).expect("a dilation");
+    let rk = ReproducingKernel::new(particles, CubicSpline, Polynomial::linear()).expect("particles");
+    let problem = scene.discretize(&support::scheme(22)).expect("a scene");
+    let (model, state) = (&problem.model, State::at_rest(&problem.model, &problem.rows));
+    let d = support::moved(model);
+    let measure = |threads: usize| {
+        support::on_threads(threads, || {
+            let start = Instant::now();
+            drop(ShapeTable::smoothed(&rk, &smoothing, &Solid).expect("covered points"));
+            let tabulation = start.elapsed().as_secs_f64();
+            let mut assembler = model.assembler();
+            let mut system = System::default();
+            // The first assembly grows the buffers.
+            assembler.assemble(model, &d, &state.locals, 1.0, &mut system);
+            let start = Instant::now();
+            assembler.assemble(model, &d, &state.locals, 1.0, &mut system);
+            [tabulation, start.elapsed().as_secs_f64()]
+        })
+    };
+    let ratios: Vec<[f64; 2]> = (0..ROUNDS)
+        .map(|_| {
+            let (one, two) = (measure(1), measure(2));
+            [one[0] / two[0], one[1] / two[1]]
+        })
+        .collect();
+    println!("threads_3d_tabulation_one_over_two,{:.2}", median(ratios.iter().map(|r| r[0]).collect()));
+    println!("threads_3d_assembly_one_over_two,{:.2}", median(ratios.iter().map(|r| r[1]).collect()));
+}
+
+/// Seconds of each phase over sizes and the exponents between them.
+fn slopes<const D: usize>(name: &str, scene: &Scene<D>, counts: &[usize]) {
+    let mut before: Option<(f64, [f64; 5])> = None;
+    for &n in counts {
+        let scheme = support::scheme(n);
+        let mut problem = scene.discretize(&scheme).expect("a scene");
+        let tabulation = median(
+            (0..3)
+                .map(|_| {
+                    let start = Instant::now();
+                    problem = scene.discretize(&scheme).expect("a scene");
+                    start.elapsed().as_secs_f64()
+                })
+                .collect(),
+        );
+        let model = &problem.model;
+        let state = State::at_rest(model, &problem.rows);
+        let d = support::moved(model);
+        let (enforced, values, order) = support::reduced(&problem);
+        let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
+        let start = Instant::now();
+        let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), Some(&order)).expect("a pattern");
+        let analysis = start.elapsed().as_secs_f64();
+        let mut assembler = model.assembler();
+        let mut system = System::default();
+        let assembly = median(
+            (0..3).map(|_| seconds(|| assembler.assemble(model, &d, &state.locals, 1.0, &mut system))).collect(),
+        );
+        let mut turn = false;
+        let factorisation = median(
+            (0..3)
+                .map(|_| {
+                    seconds(|| {
+                        turn = !turn;
+                        factorizer.factorize(if turn { &values } else { &others }).expect("a regular matrix");
+                    })
+                })
+                .collect(),
+        );
+        let factors = factorizer.factorize(&values).expect("a regular matrix");
+        let mut x = vec![1.0; enforced.unknowns()];
+        let solution = seconds(|| {
+            x.fill(1.0);
+            factors.solve_in_place(&mut x).expect("a regular matrix");
+        });
+        let unknowns = model.unknowns() as f64;
+        let phases = [tabulation, assembly, analysis, factorisation, solution];
+        let names = ["discretize", "assemble", "analyze", "factorize", "solve"];
+        for (k, phase) in names.iter().enumerate() {
+            print!("{phase}_{name}_{unknowns},{:.3e}", phases[k]);
+            if let Some((smaller, earlier)) = &before {
+                print!(",slope {:.2}", (phases[k] / earlier[k]).ln() / (unknowns / smaller).ln());
+            }
+            println!();
+        }
+        before = Some((unknowns, phases));
+    }
+}
+
+/// The most memory that this process has held, in bytes; known on Linux alone.
+fn peak() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    Some(1024.0 * line.split_whitespace().nth(1)?.parse::<f64>().ok()?)
+}
+
+/// Runs one analysis and compares the peak of memory with table, matrix and factor.
+fn memory<const D: usize>(name: &str, scene: &Scene<D>, n: usize) {
+    let idle = peak().unwrap_or(f64::NAN);
+    let problem = scene.discretize(&support::scheme(n)).expect("a scene");
+    let tabulated = peak().unwrap_or(f64::NAN) - idle;
+    problem.run(&mut ()).expect("a model").completed().expect("full load");
+    let peak = peak().unwrap_or(f64::NAN) - idle;
+    let (enforced, values, order) = support::reduced(&problem);
+    let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), Some(&order)).expect("a pattern");
+    drop(factorizer.factorize(&values).expect("a regular matrix"));
+    let table = problem.body.table().bytes() as f64;
+    let matrix = 12.0 * values.len() as f64;
+    let factor = factorizer.bytes().map_or(f64::NAN, |bytes| bytes as f64);
+    let particles = problem.model.positions().len() as f64;
+    println!("bytes_per_particle_{name}_table,{:.0}", table / particles);
+    println!("bytes_per_particle_{name}_matrix,{:.0}", matrix / particles);
+    println!("bytes_per_particle_{name}_factor,{:.0}", factor / particles);
+    println!("bytes_per_particle_{name}_peak_of_tabulation,{:.0}", tabulated / particles);
+    println!("bytes_per_particle_{name}_peak,{:.0}", peak / particles);
+    println!("peak_over_table_matrix_factor_{name},{:.2}", peak / (table + matrix + factor));
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    let asked = |name: &str| arguments.iter().any(|a| a == name);
+    if asked("memory_2d") {
+        return support::on_threads(1, || memory("2d", &support::membrane(), 100));
+    }
+    if asked("memory_3d") {
+        return support::on_threads(1, || memory("3d", &support::cube(), 13));
+    }
+    // `cargo bench --bench limits -- kernel` measures one part alone.
+    let parts = ["kernel", "assembly", "iteration", "threads", "slopes", "memory"];
+    let all = !parts.iter().any(|part| asked(part));
+    support::on_threads(1, || {
+        if all || asked("kernel") {
+            kernel("2d", PlaneStrain, [6, 6], 3.0);
+            kernel("3d", Solid, [3, 3, 3], 1.5);
+        }
+        if all || asked("assembly") {
+            assembly("2d_default", &support::membrane(), &support::scheme(33));
+            assembly("2d_r1.5", &support::membrane(), &support::scheme(33).dilation(1.5));
+            assembly("3d_default", &support::cube(), &support::scheme(13));
+        }
+        if all || asked("iteration") {
+            iteration();
+        }
+    });
+    if all || asked("threads") {
+        threads();
+    }
+    if all || asked("slopes") {
+        support::on_threads(1, || {
+            slopes("2d", &support::membrane(), &[17, 33, 65, 129]);
+            slopes("3d", &support::cube(), &[5, 9, 13]);
+        });
+    }
+    if all || asked("memory") {
+        // A fresh process each: the peak is that of its whole life.
+        for part in ["memory_2d", "memory_3d"] {
+            let program = std::env::current_exe().expect("the path of this program");
+            std::process::Command::new(program).arg(part).status().expect("a process of this program");
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Nothing is allocated inside the loops over points.
+//!
+//! GOAL: allocations do not grow with the number of points: none at all in a second assembly or in the
+//! recovery of local unknowns, and in tabulation no more than what makes a few long vectors grow.
+#![cfg(feature = "solve")]
+// Counting allocations needs an allocator, and `GlobalAlloc` is an unsafe trait. This one hands every call
+// on to the system's allocator unchanged and adds to a counter, so that it keeps the trait's contract
+// exactly where the system's does.
+#![allow(unsafe_code)]
+
+use std::alloc::{GlobalAlloc, Layout, System as Heap};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rkpm::assembly::System;
+use rkpm::prelude::*;
+use rkpm::solve::State;
+
+struct Counting;
+
+static CALLS: AtomicUsize = AtomicUsize::new(0);
+
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        CALLS.fetch_add(1, Ordering::Relaxed);
+        unsafe { Heap.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { Heap.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        CALLS.fetch_add(1, Ordering::Relaxed);
+        unsafe { Heap.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Allocations made by `f`.
+fn allocations<T>(f: impl FnOnce() -> T) -> (usize, T) {
+    let before = CALLS.load(Ordering::Relaxed);
+    let result = f();
+    (CALLS.load(Ordering::Relaxed) - before, result)
+}
+
+/// A block with `n` particles along each axis, a pressed face and a pulled one.
+fn scene<const D: usize>(kinematics: impl Kinematics<D> + 'static) -> Scene<D> {
+    let rubber = Rubber::mooney_rivlin(0.4, 0.1, 1e3).unwrap();
+    Scene::new(Block::new([1.0; D], [2.0; D]), kinematics, rubber).hold((0, Side::Min)).pressure((0, Side::Max), 0.01)
+}
+
+fn assembles_without_allocation<const D: usize>(problem: &Problem<D>) {
+    let model = &problem.model;
+    let state = State::at_rest(model, &problem.rows);
+    let d: Vec<f64> = (0..model.unknowns()).map(|i| 1e-4 * (i as f64).sin()).collect();
+    let mut assembler = model.assembler();
+    let mut system = System::default();
+    let (first, ()) = allocations(|| assembler.assemble(model, &d, &state.locals, 0.5, &mut system));
+    // The counter counts.
+    assert!(first > 0);
+    let (again, ()) = allocations(|| assembler.assemble(model, &d, &state.locals, 1.0, &mut system));
+    let mut steps: Vec<Vec<f64>> = state.locals.iter().map(|l| vec![0.0; l.len()]).collect();
+    let (advance, _) = allocations(|| model.advance(&d, &state.locals, 1.0, &d, &mut steps));
+    let (energy, _) = allocations(|| model.energy(&d, &state.locals, 1.0));
+    assert_eq!((again, advance, energy), (0, 0, 0), "{} unknowns", model.unknowns());
+}
+
+/// Allocations and points of a smoothed table and of one at Gauss points.
+fn tabulations<const D: usize>(n: usize, kinematics: &impl Kinematics<D>) -> (usize, usize) {
+    let lattice = Block::new([1.0; D], [2.0; D]).lattice([n; D]).unwrap();
+    let rk = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let smoothing = lattice.smoothing(2, 2, &lattice.zones(2)).unwrap();
+    let points = lattice.gauss(2).unwrap();
+    let (count, table) = allocations(|| {
+        let smoothed = ShapeTable::smoothed(&rk, &smoothing, kinematics).unwrap();
+        smoothed.len() + ShapeTable::new(&rk, &points, kinematics).unwrap().len()
+    });
+    (count, table)
+}
+
+fn tabulates_without_allocation<const D: usize>(sizes: [usize; 2], kinematics: impl Kinematics<D>) {
+    let (few, points_few) = tabulations(sizes[0], &kinematics);
+    let (many, points_many) = tabulations(sizes[1], &kinematics);
+    assert!(points_many >= 4 * points_few);
+    // About twenty vectors, which double a few times more for four to eight times the points.
+    assert!(many <= few + 60, "{few} allocations for {points_few} points, {many} for {points_many}");
+}
+
+/// One test, because the counter is that of the whole process; on one thread, because a pool of threads
+/// allocates for its own ends.
+#[test]
+fn loops_over_points_do_not_allocate() {
+    let laws = || {
+        assembles_without_allocation(&scene(RadialSphere).discretize(&Scheme::default().particles([9])).unwrap());
+        assembles_without_allocation(&scene(Axisymmetric).discretize(&Scheme::default().particles([9])).unwrap());
+        assembles_without_allocation(&scene(PlaneStrain).discretize(&Scheme::paper(1.2).particles([9])).unwrap());
+        assembles_without_allocation(&scene(Solid).discretize(&Scheme::default().particles([5])).unwrap());
+        tabulates_without_allocation([9, 21], PlaneStrain);
+        tabulates_without_allocation([9, 21], Axisymmetric);
+        tabulates_without_allocation([5, 9], Solid);
+    };
+    #[cfg(feature = "rayon")]
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(laws);
+    #[cfg(not(feature = "rayon"))]
+    laws();
+}
