@@ -122,52 +122,58 @@ impl LowerBlocks {
     }
 }
 
-/// The nodes of one point in windows of four successive nodes of its cluster, gradients by slot beside them;
-/// nodes of a window that the point does not see have zero gradients.
+/// Points with the same nodes that are summed together: their matrix is read and written once for all.
+pub(crate) const GROUP: usize = 4;
+
+/// The nodes of a group of points in windows of four successive nodes of their cluster, gradients by point and
+/// slot beside them; nodes of a window that the points do not see have zero gradients.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Windows {
     starts: Vec<u32>,
-    /// Window of each node.
-    of: Vec<u32>,
+    /// Window of each node and its place there.
+    of: Vec<(u32, u32)>,
     /// Of up to three slots.
-    gradients: Vec<[[f64; WIDTH]; 3]>,
+    gradients: Vec<[[[f64; WIDTH]; 3]; GROUP]>,
 }
 
+/// $A_{isjt}$ of a point at `[j][t][i][s]`, weight included.
+pub(crate) type PointTangent<const D: usize, const S: usize> = [[[[f64; WIDTH]; D]; S]; D];
+
 impl Windows {
-    /// Packs the nodes and gradients of a point.
+    /// Lays out windows over the nodes of a first point.
     #[inline(always)]
-    pub(crate) fn pack<const S: usize>(&mut self, local: &[u16], gradients: &[f64]) {
+    pub(crate) fn lay(&mut self, local: &[u16]) {
         self.starts.clear();
         self.of.clear();
-        self.gradients.clear();
-        let n = local.len();
-        let slots: [&[f64]; S] = std::array::from_fn(|s| &gradients[s * n..(s + 1) * n]);
         let mut start = 0;
-        let mut current = [[0.0; WIDTH]; 3];
-        for (a, &place) in local.iter().enumerate() {
-            let place = place as usize;
-            if a == 0 || place >= start + WIDTH {
-                if a > 0 {
-                    self.gradients.push(current);
-                    current = [[0.0; WIDTH]; 3];
-                }
+        for &place in local {
+            let place = u32::from(place);
+            if self.starts.is_empty() || place >= start + WIDTH as u32 {
                 start = place;
-                self.starts.push(start as u32);
+                self.starts.push(start);
             }
-            self.of.push(self.starts.len() as u32 - 1);
-            for s in 0..S {
-                current[s][place - start] = slots[s][a];
-            }
+            self.of.push((self.starts.len() as u32 - 1, place - start));
         }
-        if n > 0 {
-            self.gradients.push(current);
+        self.gradients.clear();
+        self.gradients.resize(self.starts.len(), [[[0.0; WIDTH]; 3]; GROUP]);
+    }
+
+    /// Packs the gradients of the `p`-th point of the group.
+    #[inline(always)]
+    pub(crate) fn pack<const S: usize>(&mut self, p: usize, gradients: &[f64]) {
+        let n = self.of.len();
+        for s in 0..S {
+            for (&(window, place), g) in self.of.iter().zip(&gradients[s * n..(s + 1) * n]) {
+                self.gradients[window as usize][p][s][place as usize] = *g;
+            }
         }
     }
 
-    /// Adds $P_{is}\,g_{as}$ to forces by components of a padded length.
+    /// Adds $P_{is}\,g_{as}$ of the `p`-th point to forces by components of a padded length.
     #[inline(always)]
     pub(crate) fn add_forces<A: Arithmetic, const D: usize, const S: usize>(
         &self,
+        p: usize,
         stress: &[[f64; WIDTH]; D],
         stride: usize,
         forces: &mut [f64],
@@ -176,10 +182,10 @@ impl Windows {
             for i in 0..D {
                 let at = i * stride + *start as usize;
                 let target = &mut forces[at..at + WIDTH];
-                let mut sum: [f64; WIDTH] = std::array::from_fn(|l| target[l]);
+                let mut sum = [target[0], target[1], target[2], target[3]];
                 for s in 0..S {
                     for l in 0..WIDTH {
-                        sum[l] = A::multiply_add(stress[i][s], g[s][l], sum[l]);
+                        sum[l] = A::multiply_add(stress[i][s], g[p][s][l], sum[l]);
                     }
                 }
                 target.copy_from_slice(&sum);
@@ -191,6 +197,7 @@ impl Windows {
     #[inline(always)]
     pub(crate) fn add_multiples<A: Arithmetic, const D: usize, const S: usize>(
         &self,
+        p: usize,
         stress: &[[f64; WIDTH]; D],
         factors: &[f64],
         stride: usize,
@@ -201,55 +208,74 @@ impl Windows {
                 let mut sum = [0.0; WIDTH];
                 for s in 0..S {
                     for l in 0..WIDTH {
-                        sum[l] = A::multiply_add(stress[i][s], g[s][l], sum[l]);
+                        sum[l] = A::multiply_add(stress[i][s], g[p][s][l], sum[l]);
                     }
                 }
                 for (k, factor) in factors.iter().enumerate() {
                     let at = (k * D + i) * stride + *start as usize;
                     let target = &mut vectors[at..at + WIDTH];
-                    let values: [f64; WIDTH] = std::array::from_fn(|l| A::multiply_add(*factor, sum[l], target[l]));
-                    target.copy_from_slice(&values);
+                    for l in 0..WIDTH {
+                        target[l] = A::multiply_add(*factor, sum[l], target[l]);
+                    }
                 }
             }
         }
     }
 
-    /// Adds $g_{as} A_{isjt}\,g_{bt}$ to the lower half of a cluster's matrix. The structured contraction:
-    /// $T_{isj} = A_{isjt}\,g_{bt}$ first, then for each window as many products as slots and components.
-    ///
-    /// `tangent` holds $A_{isjt}$ at `[j][t][i][s]`, weight included.
+    /// Adds $g_{as} A_{isjt}\,g_{bt}$ of the group's points to the lower half of a cluster's matrix.
     #[inline(always)]
-    pub(crate) fn add_matrix<A: Arithmetic, const D: usize, const S: usize>(
+    pub(crate) fn add_matrices<A: Arithmetic, const D: usize, const S: usize>(
         &self,
         local: &[u16],
-        gradients: &[f64],
-        tangent: &[[[[f64; WIDTH]; D]; S]; D],
+        tangents: &[PointTangent<D, S>],
         lower: &mut LowerBlocks,
     ) {
-        let n = local.len();
-        for (b, (&place, &window)) in local.iter().zip(&self.of).enumerate() {
+        match tangents.len() {
+            0 => {}
+            1 => self.add_group::<A, D, S, 1>(local, tangents, lower),
+            2 => self.add_group::<A, D, S, 2>(local, tangents, lower),
+            3 => self.add_group::<A, D, S, 3>(local, tangents, lower),
+            _ => self.add_group::<A, D, S, 4>(local, tangents, lower),
+        }
+    }
+
+    /// The structured contraction: $T_{isj} = A_{isjt}\,g_{bt}$ first, then for each window as many products as
+    /// points and slots.
+    #[inline(always)]
+    fn add_group<A: Arithmetic, const D: usize, const S: usize, const P: usize>(
+        &self,
+        local: &[u16],
+        tangents: &[PointTangent<D, S>],
+        lower: &mut LowerBlocks,
+    ) {
+        for (&place, &(window, lane)) in local.iter().zip(&self.of) {
             let place = place as usize;
-            let first = LowerBlocks::start(place);
-            let windows = self.starts[window as usize..].iter().zip(&self.gradients[window as usize..]);
+            let first = LowerBlocks::start(place) as u32;
+            let (starts, gradients) = (&self.starts[window as usize..], &self.gradients[window as usize..]);
+            let at_b = &gradients[0];
             for j in 0..D {
-                let mut products = [[0.0; WIDTH]; D];
-                for t in 0..S {
-                    let g = gradients[t * n + b];
-                    for i in 0..D {
-                        for s in 0..WIDTH {
-                            products[i][s] = A::multiply_add(tangent[j][t][i][s], g, products[i][s]);
+                let mut products = [[[0.0; WIDTH]; P]; D];
+                for p in 0..P {
+                    for t in 0..S {
+                        let g = at_b[p][t][lane as usize];
+                        for i in 0..D {
+                            for s in 0..WIDTH {
+                                products[i][p][s] = A::multiply_add(tangents[p][j][t][i][s], g, products[i][p][s]);
+                            }
                         }
                     }
                 }
                 let (column, rows) = lower.column_mut::<D>(place, j);
-                for (&start, g) in windows.clone() {
-                    let at = start as usize - first;
+                for (start, g) in starts.iter().zip(gradients) {
+                    let at = (start - first) as usize;
                     for i in 0..D {
                         let target = &mut column[i * rows + at..][..WIDTH];
-                        let mut sum: [f64; WIDTH] = std::array::from_fn(|l| target[l]);
-                        for s in 0..S {
-                            for l in 0..WIDTH {
-                                sum[l] = A::multiply_add(products[i][s], g[s][l], sum[l]);
+                        let mut sum = [target[0], target[1], target[2], target[3]];
+                        for p in 0..P {
+                            for s in 0..S {
+                                for l in 0..WIDTH {
+                                    sum[l] = A::multiply_add(products[i][p][s], g[p][s][l], sum[l]);
+                                }
                             }
                         }
                         target.copy_from_slice(&sum);

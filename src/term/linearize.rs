@@ -8,7 +8,7 @@ use crate::table::displacement_gradient;
 use crate::tensor::{cofactor, determinant_hessian};
 
 use super::body::{Body, PressureField};
-use super::contraction::WIDTH;
+use super::contraction::{GROUP, WIDTH};
 use super::guard::largest_step;
 use super::{Element, Term, View};
 
@@ -212,13 +212,30 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
             };
         let (theta, pi) = view.locals[body.locals(cluster)].split_at(n);
         let mut zone = Zone::new(theta, pi);
+        // Points in a row that see the same nodes wait for each other, as many as have their products in registers.
+        let most = match D * S {
+            0..=4 => GROUP,
+            5..=6 => GROUP / 2,
+            _ => 1,
+        };
+        let mut group = 0;
+        let mut tangents = [[[[[0.0; WIDTH]; D]; S]; D]; GROUP];
+        let mut shared: &[u16] = &[];
 
         for point in clusters.points(cluster) {
             let (local, gradients) = (clusters.local(point), table.gradients(point));
+            if group == most || local != shared {
+                windows.add_matrices::<A, D, S>(shared, &tangents[..group], lower);
+                group = 0;
+                if local != shared {
+                    shared = local;
+                    windows.lay(local);
+                }
+            }
+            windows.pack::<S>(group, gradients);
             let weight = table.weights()[point];
             let h = displacement_gradient::<A, D>(table.nodes(point), gradients, table.hoops(), view.displacement);
             let f = Matrix3::identity() + h;
-            windows.pack::<S>(local, gradients);
 
             let (mut stress, mut tangent) = ([0.0; 9], [0.0; 81]);
             material.respond(&f, &components.of[..count], &mut stress[..count], &mut tangent[..count * count]);
@@ -245,7 +262,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                         let (i, s) = components.places[a];
                         reduced[i][s] += cof[(components.of[a] / 3, components.of[a] % 3)];
                     }
-                    windows.add_multiples::<A, D, S>(&reduced, &factors[..n], stride, slopes);
+                    windows.add_multiples::<A, D, S>(group, &reduced, &factors[..n], stride, slopes);
                     let u = volumetric.evaluate(j);
                     let share = body.share * u.slope;
                     Pressure { force: share, geometric: pressure + share, rank_one: body.share * u.curvature }
@@ -270,9 +287,10 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                 let (i, s) = components.places[a];
                 reduced[i][s] += weight * stress[a];
             }
-            windows.add_forces::<A, D, S>(&reduced, stride, forces);
+            windows.add_forces::<A, D, S>(group, &reduced, stride, forces);
             if with_matrix {
-                let mut reduced = [[[[0.0; WIDTH]; D]; S]; D];
+                let reduced = &mut tangents[group];
+                *reduced = [[[[0.0; WIDTH]; D]; S]; D];
                 for b in 0..count {
                     let (j, t) = components.places[b];
                     for a in 0..count {
@@ -280,9 +298,10 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                         reduced[j][t][i][s] += weight * tangent[a * count + b];
                     }
                 }
-                windows.add_matrix::<A, D, S>(local, gradients, &reduced, lower);
+                group += 1;
             }
         }
+        windows.add_matrices::<A, D, S>(shared, &tangents[..group], lower);
 
         // π + r_θ + H r_π: the pressure that enters the condensed forces.
         for k in 0..n {
