@@ -175,6 +175,42 @@ fn cooks_membrane_converges_from_every_seed() {
 }
 
 #[test]
+fn nothing_locks() {
+    // Percent between 81 and 289 particles at each ratio of moduli: locking would let it grow with the ratio.
+    let differences: Vec<f64> = [1e1, 1e3, 1e6]
+        .map(|ratio| {
+            let tip = |count: usize| cook_quantities(ratio * 80.194, &Scheme::default().particles([count]).seed(1))[0];
+            100.0 * (tip(9) / tip(17) - 1.0)
+        })
+        .into();
+    let spread = differences.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b))
+        - differences.iter().fold(f64::INFINITY, |a, b| a.min(*b));
+    println!("{differences:.3?}");
+    assert!(spread <= 1.0, "{differences:?}");
+}
+
+#[test]
+fn a_perforated_strip_is_stretched_to_twice_its_length() {
+    let outline = Outline::at([2.0, 0.0])
+        .line("x axis", [10.0, 0.0])
+        .line("end", [10.0, 5.0])
+        .line("side", [0.0, 5.0])
+        .line("y axis", [0.0, 2.0])
+        .arc("hole", [2.0, 0.0], [0.0, 0.0], Turn::Right);
+    let scene = Scene::on(Region::new(outline).unwrap(), PlaneStrain, paper())
+        .prescribe("x axis", 1, 0.0)
+        .prescribe("y axis", 0, 0.0)
+        .prescribe("end", 0, 10.0)
+        .prescribe("end", 1, 0.0);
+    let grading = |x: &[f64]| 0.3 + 0.7 * ((x[0].hypot(x[1]) - 2.0) / 4.0).clamp(0.0, 1.0);
+    let problem = scene.discretize(&Scheme::default().particles([150, 1]).graded(grading)).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    // `tests/reference/perforated_strip.csv`, 1.2e-3.
+    let error = problem.energy(path.last()) / 34.768606 - 1.0;
+    assert!(error.abs() <= 5e-3, "{error}");
+}
+
+#[test]
 fn cells_tile_the_shape() {
     let region = l_shape();
     for relaxations in [0, 4] {

@@ -61,6 +61,16 @@ pub fn deformed<const D: usize>(problem: &Problem<D>, state: &State) -> Result<V
     Ok(problem.cells.positions().iter().zip(&moves).map(|(x, u)| x + u).collect())
 }
 
+/// Closed outlines of all cells between particles at the given positions.
+pub fn cells(problem: &Problem<2>, positions: &[Point<2>]) -> Vec<Vec<Point<2>>> {
+    (0..problem.cells.cell_count())
+        .map(|cell| {
+            let corners = problem.cells.corners(cell);
+            corners.iter().chain(corners.first()).map(|&particle| positions[particle]).collect()
+        })
+        .collect()
+}
+
 /// Current courses of the lines of particles along all axes: what a drawn grid on the body would turn
 /// into. Each line is sampled at `parts` points per cell, so that it bends where the body does.
 pub fn grid_lines<const D: usize>(
