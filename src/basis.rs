@@ -90,16 +90,23 @@ impl<const D: usize> Polynomial<D> {
     /// Monomials up to the given order; 0 gives the Shepard functions.
     pub fn new(order: u8) -> Self {
         let mut exponents = Vec::new();
+        let mut factors = vec![(0, 0)];
+        let mut last = 0..0;
         for total in 0..=order {
+            let start = exponents.len();
             push_exponents(&mut exponents, [0; D], 0, total);
+            let factor = |alpha: &[u8; D]| {
+                let axis = alpha.iter().position(|&power| power > 0).unwrap_or(0);
+                let mut earlier = *alpha;
+                earlier[axis] = earlier[axis].saturating_sub(1);
+                // Those of one order fall in lexicographic order.
+                (last.start + exponents[last.clone()].partition_point(|other| *other > earlier), axis)
+            };
+            if total > 0 {
+                factors.extend(exponents[start..].iter().map(factor));
+            }
+            last = start..exponents.len();
         }
-        let factor = |alpha: &[u8; D]| {
-            let axis = alpha.iter().position(|&power| power > 0)?;
-            let mut earlier = *alpha;
-            earlier[axis] -= 1;
-            Some((exponents.iter().position(|other| *other == earlier)?, axis))
-        };
-        let factors = exponents.iter().map(|alpha| factor(alpha).unwrap_or((0, 0))).collect();
         Polynomial { exponents, factors }
     }
 

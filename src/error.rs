@@ -291,6 +291,24 @@ pub enum LinearError {
         /// ‖b − A x‖ / ‖b‖, NaN where the solution is not finite.
         residual: f64,
     },
+    /// A sparsity pattern is malformed.
+    #[error("pattern, column {column}: {what}; build it with Pattern::from_columns")]
+    Pattern {
+        /// The column.
+        column: usize,
+        /// What a pattern keeps.
+        what: &'static str,
+    },
+    /// A vector or a list of values has the wrong length.
+    #[error("{what} has {given} entries, the matrix {needed}")]
+    Length {
+        /// The vector.
+        what: &'static str,
+        /// Entries given.
+        given: usize,
+        /// Entries needed.
+        needed: usize,
+    },
     /// The problem is too large for the index type or the method.
     #[error("{what}: {size} is beyond the limit {limit}; {remedy}")]
     Size {

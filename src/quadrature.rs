@@ -56,6 +56,19 @@ pub fn gauss_legendre(n: usize) -> Result<(Vec<f64>, Vec<f64>), GeometryError> {
     Ok((abscissae, weights))
 }
 
+/// Points beyond which a set is refused: 2.4 GB of positions in three dimensions, so that a mistyped number is an
+/// error and not a crash.
+const POINT_LIMIT: usize = 100_000_000;
+
+/// Refuses sets of `cells` times `per_cell` points that no memory would hold.
+pub(crate) fn check_point_count(cells: usize, per_cell: usize) -> Result<(), GeometryError> {
+    let count = cells.saturating_mul(per_cell);
+    if count > POINT_LIMIT {
+        return Err(GeometryError::Count { what: "integration points", count, needed: "at most 1e8 are accepted" });
+    }
+    Ok(())
+}
+
 /// Weighted points in a body or on its boundary, grouped by cell or zone.
 ///
 /// Weights are coordinate measures (length, area, volume); the kinematics adds its own factor when a
@@ -91,10 +104,14 @@ impl<const D: usize> Points<D> {
     /// Appends the groups of another set of the same kind.
     pub fn append(&mut self, other: Points<D>) {
         let shift = self.positions.len();
+        if self.groups.is_empty() {
+            // A default set, which has not even the start of a first group.
+            self.groups.push(0);
+        }
         self.positions.extend(other.positions);
         self.weights.extend(other.weights);
         self.normals.extend(other.normals);
-        self.groups.extend(other.groups[1..].iter().map(|g| g + shift));
+        self.groups.extend(other.groups.iter().skip(1).map(|g| g.saturating_add(shift)));
     }
 
     /// Refuses sets whose arrays do not fit together or hold numbers that are not finite.

@@ -1,5 +1,7 @@
 //! Sparsity patterns: lower triangles by columns.
 
+use crate::error::LinearError;
+
 /// The lower triangle of a symmetric sparse matrix by columns, rows rising, the diagonal first.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Pattern {
@@ -18,6 +20,29 @@ impl Pattern {
     /// Number of stored entries.
     pub fn entries(&self) -> usize {
         self.rows.len()
+    }
+
+    /// Refuses columns that do not rise from 0 to the number of entries, and rows of a column that do not rise from
+    /// its diagonal to the last row.
+    ///
+    /// # Errors
+    /// [`LinearError::Pattern`] with the column.
+    pub fn validate(&self) -> Result<(), LinearError> {
+        let size = self.size();
+        let wrong = |column, what| Err(LinearError::Pattern { column, what });
+        if self.columns.first() != Some(&0) || self.columns.last() != Some(&self.rows.len()) {
+            return wrong(0, "columns run from 0 to the number of entries");
+        }
+        for (column, ends) in self.columns.windows(2).enumerate() {
+            let Some(rows) = self.rows.get(ends[0]..ends[1]) else {
+                return wrong(column, "columns rise");
+            };
+            let rise = rows.windows(2).all(|w| w[0] < w[1]) && rows.last().is_none_or(|&last| (last as usize) < size);
+            if !rise || rows.first().is_none_or(|&first| first as usize != column) {
+                return wrong(column, "rows rise from the diagonal, which is always there, to the last one");
+            }
+        }
+        Ok(())
     }
 
     /// Rows of a column.

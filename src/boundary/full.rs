@@ -7,7 +7,7 @@ use crate::error::{BoundaryError, Error, LinearError};
 use crate::linear::MatrixClass;
 use crate::shape::{Approximation, ShapeFunctions};
 
-use super::{Constraints, Enforced, Enforcement};
+use super::{Constraints, Enforced, Enforcement, pattern_fits};
 
 /// The full transformation: all coefficients are exchanged for values at particles, $\hat d = A^T d$ with
 /// $A_{IJ} = \Psi_I(X_J)$ (4.31), so that $\hat\Psi_I(X_J) = \delta_{IJ}$ (4.33) and prescribed values are simply
@@ -78,6 +78,7 @@ struct Bound {
 
 impl Enforcement for FullTransformation {
     fn bind(&self, pattern: &Pattern, rows: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
+        pattern_fits(pattern, rows)?;
         let particles = self.inverse.nrows();
         let size = pattern.size();
         let unsuitable = |reason: String| BoundaryError::Unsuitable { enforcement: "full transformation", reason };

@@ -8,12 +8,21 @@ mod transformation;
 pub use full::FullTransformation;
 pub use multipliers::LagrangeMultipliers;
 pub(crate) use multipliers::dependent_rows;
+pub(crate) use rows::check_unknowns;
 pub use rows::{Constraints, Motion, Row};
 pub use transformation::MixedTransformation;
 
 use crate::assembly::{Pattern, System};
 use crate::error::BoundaryError;
 use crate::linear::MatrixClass;
+
+/// Refuses patterns that are none, and rows beyond them.
+fn pattern_fits(pattern: &Pattern, rows: &Constraints) -> Result<(), BoundaryError> {
+    if let Err(error) = pattern.validate() {
+        return Err(BoundaryError::Unsuitable { enforcement: "pattern", reason: error.to_string() });
+    }
+    check_unknowns(rows.rows(), pattern.size())
+}
 
 /// A way to enforce rows $\sum_k c_k d_k = g(\lambda)$.
 ///

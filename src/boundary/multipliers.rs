@@ -4,7 +4,7 @@ use crate::assembly::{Pattern, System};
 use crate::error::BoundaryError;
 use crate::linear::MatrixClass;
 
-use super::{Constraints, Enforced, Enforcement, Row};
+use super::{Constraints, Enforced, Enforcement, Row, pattern_fits};
 
 /// Lagrange multipliers: the saddle point system (4.11),
 /// $$\begin{bmatrix}K + G^T R\,G & G^T\\ G & 0\end{bmatrix}
@@ -33,6 +33,7 @@ struct Bound {
 impl Enforcement for LagrangeMultipliers {
     fn bind(&self, pattern: &Pattern, rows: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
         let full = pattern.size();
+        pattern_fits(pattern, rows)?;
         let mut columns: Vec<Vec<u32>> = (0..full).map(|c| pattern.column(c).to_vec()).collect();
         columns.resize(full + rows.len(), Vec::new());
         let mut scaled = Vec::with_capacity(rows.len());

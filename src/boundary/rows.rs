@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::cells::BoundaryCells;
-use crate::error::{BoundaryError, Error};
+use crate::error::{ApproximationError, BoundaryError, Error};
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
 use crate::shape::{Approximation, ShapeFunctions};
@@ -147,7 +147,9 @@ impl Constraints {
         let mut scratch = A::Scratch::default();
         let mut psi = ShapeFunctions::default();
         for &particle in particles {
-            let at = approximation.nodes()[particle];
+            let Some(&at) = approximation.nodes().get(particle) else {
+                return Err(no_particle(particle).into());
+            };
             let owner = particle * D + component;
             let (target, amplitude) = value(vec![(at, 1.0)]);
             if let Some(&earlier) = self.at_particles.get(&owner) {
@@ -222,6 +224,7 @@ impl Constraints {
         label: &str,
     ) -> Result<(), Error> {
         check_component(component, D, label)?;
+        boundary.validate(approximation.nodes().len())?;
         // Where each hat goes: to its own particle, or to the nearest free one on a shared facet.
         let mut facets_of: HashMap<u32, Vec<u32>> = HashMap::new();
         let mut order: Vec<u32> = Vec::new();
@@ -318,6 +321,26 @@ impl Constraints {
     pub fn load_slope(&self, load: f64, slope: &mut Vec<f64>) {
         slope.clear();
         slope.extend(self.rows.iter().map(|row| row.target * row.amplitude.evaluate(load).1));
+    }
+}
+
+fn no_particle(particle: usize) -> ApproximationError {
+    ApproximationError::Particle {
+        particle,
+        what: "there is no particle of this number",
+        remedy: "give indices below the number of particles",
+    }
+}
+
+/// Refuses rows that name unknowns beyond the `unknowns` of a model.
+pub(crate) fn check_unknowns(rows: &[Row], unknowns: usize) -> Result<(), BoundaryError> {
+    let beyond = |row: &&Row| row.owner >= unknowns || row.entries.iter().any(|e| e.0 >= unknowns);
+    match rows.iter().find(beyond) {
+        Some(row) => Err(BoundaryError::Unsuitable {
+            enforcement: "row",
+            reason: format!("{} names an unknown beyond the {unknowns} of the model", row.label),
+        }),
+        None => Ok(()),
     }
 }
 

@@ -6,7 +6,7 @@ use crate::assembly::{Pattern, System};
 use crate::error::BoundaryError;
 use crate::linear::MatrixClass;
 
-use super::{Constraints, Enforced, Enforcement};
+use super::{Constraints, Enforced, Enforcement, pattern_fits};
 
 /// The mixed transformation: as many unknowns as there are rows are expressed by the others,
 /// $d_p = W d_f + V g$, so that the rows hold exactly and the reduced matrix stays definite.
@@ -74,6 +74,7 @@ struct Bound {
 
 impl Enforcement for MixedTransformation {
     fn bind(&self, pattern: &Pattern, rows: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
+        pattern_fits(pattern, rows)?;
         let size = pattern.size();
         let mut groups = eliminate(rows, self.limit)?;
         let mut reduced_of = vec![0u32; size];

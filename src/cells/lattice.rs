@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Block, Domain, Part, Point, Side};
 use crate::particles::{Particles, Support, check_dilation};
-use crate::quadrature::{Points, gauss_legendre};
+use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 /// How the particles of a lattice are spaced in the unit cube.
 #[derive(Clone, Default)]
@@ -48,6 +48,23 @@ impl Zones {
     /// Each of `count` cells a zone of its own.
     pub fn single(count: usize) -> Self {
         Zones { cells: (0..count as u32).collect(), offsets: (0..=count).collect() }
+    }
+
+    /// Refuses zones that name cells beyond `count`, or whose offsets don't rise from 0 to the number of cells.
+    ///
+    /// # Errors
+    /// [`GeometryError::Count`] in these cases.
+    pub fn validate(&self, count: usize) -> Result<(), GeometryError> {
+        if let Some(&cell) = self.cells.iter().find(|&&cell| cell as usize >= count) {
+            let needed = "zones hold cells of the partition, counted from 0";
+            return Err(GeometryError::Count { what: "cell of a zone", count: cell as usize, needed });
+        }
+        let rise = self.offsets.windows(2).all(|w| w[0] <= w[1]);
+        if !rise || self.offsets.first() != Some(&0) || self.offsets.last() != Some(&self.cells.len()) {
+            let needed = "offsets rise from 0 to the number of cells in all zones";
+            return Err(GeometryError::Count { what: "offsets of zones", count: self.offsets.len(), needed });
+        }
+        Ok(())
     }
 }
 
@@ -343,7 +360,7 @@ impl<const D: usize> Lattice<D> {
                 needed: "at least 1 is needed",
             });
         }
-        let counts = self.counts.map(|c| (c - 1) * parts + 1);
+        let counts = self.counts.map(|c| (c - 1).saturating_mul(parts).saturating_add(1));
         let total = counts.iter().fold(1usize, |product, &count| product.saturating_mul(count));
         if total > NODE_LIMIT {
             return Err(GeometryError::Count {
@@ -414,6 +431,8 @@ impl<const D: usize> Lattice<D> {
         let (abscissae, weights) = gauss_legendre(n)?;
         let shape = [n; D];
         let per_cell = n.pow(D as u32);
+        zones.validate(self.cell_count())?;
+        check_point_count(zones.cells.len(), per_cell)?;
         let mut points = Points::empty();
         for zone in zones.offsets.windows(2) {
             for &cell in &zones.cells[zone[0]..zone[1]] {

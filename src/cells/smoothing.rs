@@ -2,7 +2,7 @@
 
 use crate::error::GeometryError;
 use crate::geometry::{Part, Point, Side};
-use crate::quadrature::{Points, gauss_legendre};
+use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::lattice::{Lattice, Zones, determinant, multilinear, ravel, unravel};
 
@@ -27,13 +27,46 @@ pub struct Smoothing<const D: usize> {
 }
 
 impl<const D: usize> Smoothing<D> {
-    /// Coordinate measures of the sub-cells \[length^d\], $V = \frac1D\oint x\cdot n\,\mathrm dA$.
+    /// Refuses sub-cells whose arrays do not fit together.
+    ///
+    /// # Errors
+    /// [`GeometryError::Count`] with the array that is too long or too short, or names what does not exist.
+    pub fn validate(&self) -> Result<(), GeometryError> {
+        let wrong = |what, count, needed| Err(GeometryError::Count { what, count, needed });
+        let (points, cells) = (self.facet_points.len(), self.cells.len());
+        if self.points_per_facet == 0 || !points.is_multiple_of(self.points_per_facet) {
+            return wrong("facet points", points, "give each facet as many as `points_per_facet` says");
+        }
+        if self.facet_areas.len() != points {
+            return wrong("facet areas", self.facet_areas.len(), "give one for each facet point");
+        }
+        let facets = points / self.points_per_facet;
+        if let Some(&(facet, _)) = self.cells.iter().flatten().find(|f| f.0 as usize >= facets) {
+            return wrong("facet of a sub-cell", facet as usize, "name facets that exist, counted from 0");
+        }
+        for (what, count) in [("interior rules", self.interior.len()), ("centres of sub-cells", self.centres.len())] {
+            if count != cells {
+                return wrong(what, count, "give one for each sub-cell");
+            }
+        }
+        let rise = self.groups.windows(2).all(|w| w[0] <= w[1]);
+        if !rise || self.groups.first() != Some(&0) || self.groups.last() != Some(&cells) {
+            return wrong("groups of sub-cells", self.groups.len(), "offsets rise from 0 to the number of sub-cells");
+        }
+        Ok(())
+    }
+
+    /// Coordinate measures of the sub-cells \[length^d\], $V = \frac1D\oint x\cdot n\,\mathrm dA$; NaN for facets
+    /// that do not exist.
     pub fn volumes(&self) -> Vec<f64> {
         let volume = |facets: &Vec<(u32, f64)>| {
             let flux = |&(facet, sign): &(u32, f64)| -> f64 {
-                let first = facet as usize * self.points_per_facet;
-                let points = first..first + self.points_per_facet;
-                points.map(|p| sign * self.facet_points[p].dot(&self.facet_areas[p])).sum()
+                let first = (facet as usize).saturating_mul(self.points_per_facet);
+                let points = first..first.saturating_add(self.points_per_facet);
+                match (self.facet_points.get(points.clone()), self.facet_areas.get(points)) {
+                    (Some(at), Some(areas)) => at.iter().zip(areas).map(|(x, area)| sign * x.dot(area)).sum(),
+                    _ => f64::NAN,
+                }
             };
             facets.iter().map(flux).sum::<f64>() / D as f64
         };
@@ -89,6 +122,24 @@ pub struct BoundaryCells<const D: usize> {
     pub hats: Vec<Vec<(u32, f64)>>,
 }
 
+impl<const D: usize> BoundaryCells<D> {
+    /// Refuses arrays that do not fit together, and hats of particles beyond `particles`.
+    ///
+    /// # Errors
+    /// As [`Points::validate`], and [`GeometryError::Count`] for the hats.
+    pub fn validate(&self, particles: usize) -> Result<(), GeometryError> {
+        self.points.validate()?;
+        let wrong = |what, count, needed| Err(GeometryError::Count { what, count, needed });
+        if self.hats.len() != self.points.positions.len() {
+            return wrong("lists of hats", self.hats.len(), "give one for each boundary point");
+        }
+        match self.hats.iter().flatten().find(|hat| hat.0 as usize >= particles) {
+            Some(&(particle, _)) => wrong("particle of a hat", particle as usize, "name particles that exist"),
+            None => Ok(()),
+        }
+    }
+}
+
 impl<const D: usize> Lattice<D> {
     /// `parts` sub-cells per direction in each cell, `gauss` points per direction on each facet,
     /// grouped by zone.
@@ -96,9 +147,11 @@ impl<const D: usize> Lattice<D> {
     /// # Errors
     /// For an impossible number of parts or points.
     pub fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<D>, GeometryError> {
+        zones.validate(self.cell_count())?;
         let fine = self.refined(parts)?;
         let (abscissae, weights) = gauss_legendre(gauss)?;
         let points_per_facet = gauss.pow(D as u32 - 1);
+        check_point_count(fine.positions().len().saturating_mul(D), points_per_facet)?;
         let mut facet_points = Vec::new();
         let mut facet_areas = Vec::new();
         let mut first_facet = [0usize; D];
@@ -191,6 +244,8 @@ impl<const D: usize> Lattice<D> {
             });
         }
         let (abscissae, weights) = gauss_legendre(gauss)?;
+        let per_facet = (0..D - 1).fold(1usize, |total, _| total.saturating_mul(parts).saturating_mul(gauss));
+        check_point_count(self.positions().len().saturating_mul(2 * D), per_facet)?;
         let mut cells = BoundaryCells { points: Points::empty(), hats: Vec::new() };
         for (axis, side) in self.faces(part)? {
             let end = f64::from(side == Side::Max);

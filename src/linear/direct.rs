@@ -43,6 +43,7 @@ impl LinearSolver for Direct {
                 remedy: "take fewer particles or a smaller dilation",
             });
         }
+        pattern.validate()?;
         let n = pattern.size();
         let columns: Vec<u32> = pattern.columns.iter().map(|&c| c as u32).collect();
         let order = match order {
@@ -146,6 +147,7 @@ impl CholeskyFactorizer {
 
 impl Factorizer for CholeskyFactorizer {
     fn factorize(&mut self, values: &[f64]) -> Result<Box<dyn Factors + '_>, LinearError> {
+        check_length("list of values", values.len(), self.rows.len())?;
         if let Some(place) = values.iter().position(|v| !v.is_finite()) {
             return Err(LinearError::Pivot { pivot: place, hint: "the matrix has entries that are not finite" });
         }
@@ -332,8 +334,13 @@ struct Indefinite<'a> {
     inverse: &'a [u32],
 }
 
+fn check_length(what: &'static str, given: usize, needed: usize) -> Result<(), LinearError> {
+    if given == needed { Ok(()) } else { Err(LinearError::Length { what, given, needed }) }
+}
+
 impl Factors for Definite<'_> {
     fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
+        check_length("right-hand side", rhs.len(), self.0.borrow().symbolic.nrows())?;
         self.0.borrow_mut().solve(rhs, |symbolic, values, rhs, memory| {
             LltRef::<'_, u32, f64>::new(symbolic, values).solve_in_place_with_conj(Conj::No, rhs, Par::Seq, memory);
         })
@@ -347,6 +354,7 @@ impl Factors for Definite<'_> {
 impl Factors for Indefinite<'_> {
     fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
         let n = rhs.len();
+        check_length("right-hand side", n, self.solution.borrow().symbolic.nrows())?;
         let order = PermRef::new_checked(self.forward, self.inverse, n);
         self.solution.borrow_mut().solve(rhs, |symbolic, values, rhs, memory| {
             IntranodeLbltRef::<'_, u32, f64>::new(symbolic, values, self.subdiagonal, order).solve_in_place_with_conj(

@@ -271,7 +271,7 @@ fn counts<const D: usize>(domain: &dyn Domain<D>, scheme: &Scheme) -> Result<[us
                 .into());
             }
             let lengths = edge_lengths(domain);
-            Ok(lengths.map(|longest| (longest / spacing - 1e-9).ceil().clamp(1.0, 1e7) as usize + 1))
+            Ok(lengths.map(|longest| (longest / spacing - 1e-9).ceil().clamp(1.0, 1e12) as usize + 1))
         }
     }
 }
@@ -373,7 +373,11 @@ fn body_table<const D: usize, A: Approximation<D>>(
                     let along = lattice_of(cells, "integration zones")?.cell_counts();
                     let default = (0..D).map(|i| along[i].div_ceil(counts[i]) + 3).max().unwrap_or(5);
                     let points = points.unwrap_or(default);
-                    (Lattice::new(&**domain, counts.map(|z| z + 1), &Layout::Regular)?.gauss(points)?, points)
+                    (
+                        Lattice::new(&**domain, counts.map(|z| z.saturating_add(1)), &Layout::Regular)?
+                            .gauss(points)?,
+                        points,
+                    )
                 }
                 (Some(_), _) => return Err(no_lattice("equal integration zones").into()),
             };

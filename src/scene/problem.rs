@@ -7,7 +7,7 @@ use nalgebra::Matrix3;
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::{Cells, Lattice};
-use crate::error::{ApproximationError, Error};
+use crate::error::{ApproximationError, Error, SolveError};
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
 use crate::material::Material;
@@ -109,6 +109,7 @@ impl<const D: usize> Problem<D> {
         if !self.cells.contains(at) {
             return Err(ApproximationError::Outside { at: at.as_slice().to_vec() }.into());
         }
+        self.check_length(state)?;
         Ok(weighted(&self.approximation.shape_functions_at(at)?, state))
     }
 
@@ -117,18 +118,31 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// Where a particle is not covered.
     pub fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
+        self.check_length(state)?;
         let particles = 0..self.cells.positions().len();
         particles.map(|p| Ok(weighted(&self.approximation.values_at_node(p)?, state))).collect()
     }
 
-    /// Energy stored in a state; of the whole revolution for bodies of revolution.
+    /// A displacement vector as long as this problem has it.
+    fn check_length(&self, state: &State) -> Result<(), SolveError> {
+        let (given, needed) = (state.displacement.len(), self.model.unknowns());
+        if given == needed { Ok(()) } else { Err(SolveError::Length { what: "displacement", given, needed }) }
+    }
+
+    /// Energy stored in a state, of the whole revolution for bodies of revolution; NaN for a state of another problem.
     pub fn energy(&self, state: &State) -> f64 {
+        if state.check_lengths(&self.model, &self.rows).is_err() {
+            return f64::NAN;
+        }
         self.model.energy(&state.displacement, &state.locals, state.load)
     }
 
     /// Deformation gradients at the points of the body's table, whose positions are
-    /// `problem.body.table().positions()`.
+    /// `problem.body.table().positions()`; none for a state of another problem.
     pub fn deformation_gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
+        if self.check_length(state).is_err() {
+            return Vec::new();
+        }
         let points = 0..self.body.table().len();
         points.map(|point| self.body.deformation_gradient(point, &state.displacement)).collect()
     }
@@ -154,8 +168,12 @@ impl<const D: usize> Problem<D> {
     }
 
     /// The moment about axis `axis` (through the origin, current positions) of the forces by the conditions
-    /// whose label holds `place`. Only bodies in three dimensions have one; zero elsewhere.
+    /// whose label holds `place`. Only bodies in three dimensions have one; zero elsewhere. NaN for a state of
+    /// another problem.
     pub fn moment(&self, state: &State, place: &str, axis: usize) -> f64 {
+        if self.check_length(state).is_err() {
+            return f64::NAN;
+        }
         if D != 3 || axis > 2 {
             return 0.0;
         }

@@ -75,6 +75,13 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
     /// # Errors
     /// Where the moment matrix is singular.
     pub fn modified_kernel(&self, at: &Point<D>, particle: usize) -> Result<f64, ApproximationError> {
+        if particle >= self.particles().positions().len() {
+            return Err(ApproximationError::Particle {
+                particle,
+                what: "there is no particle of this number",
+                remedy: "give indices below the number of particles",
+            });
+        }
         let Some((weight, _)) = self.kernel_at(particle, at, false) else { return Ok(0.0) };
         Ok(weight * self.correction(at, &self.particles().positions()[particle])?)
     }

@@ -3,7 +3,7 @@
 use crate::cells::{Lattice, determinant, ravel, unravel};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Part, Point, Side};
-use crate::quadrature::{Points, gauss_legendre};
+use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::{Approximation, ShapeFunctions};
 
@@ -71,6 +71,7 @@ impl<const D: usize> FiniteElements<D> {
     /// For an impossible number of points or an inverted element.
     pub fn gauss(&self, n: usize) -> Result<ElementPoints<D>, GeometryError> {
         let (abscissae, weights) = gauss_legendre(n)?;
+        check_point_count(self.element_count(), n.pow(D as u32))?;
         let mut out = ElementPoints { points: Points::empty(), elements: Vec::new(), local: Vec::new() };
         let shape = [n; D];
         for element in 0..self.element_count() {

@@ -92,7 +92,12 @@ pub trait Approximation<const D: usize>: Sync {
         scratch: &mut Self::Scratch,
         out: &mut ShapeFunctions<D>,
     ) -> Result<(), ApproximationError> {
-        self.evaluate_values(&self.nodes()[node], scratch, out)
+        let at = self.nodes().get(node).ok_or(ApproximationError::Particle {
+            particle: node,
+            what: "there is no node of this number",
+            remedy: "give indices below the number of nodes",
+        })?;
+        self.evaluate_values(at, scratch, out)
     }
 
     /// Values and gradients at one point, freshly allocated.

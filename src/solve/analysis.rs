@@ -1,8 +1,8 @@
 //! Analyses: a model, its conditions, and the one load-stepping rule of the crate.
 
 use crate::assembly::Model;
-use crate::boundary::{Constraints, Enforcement, MixedTransformation};
-use crate::error::{BoundaryError, Error, SolveError};
+use crate::boundary::{Constraints, Enforcement, MixedTransformation, check_unknowns};
+use crate::error::{Error, SolveError};
 use crate::linear::{Direct, LinearSolver, nested_dissection};
 
 use super::newton::{Control, Deflection, Functional, Newton, Rejection, Workspace};
@@ -77,13 +77,13 @@ impl Stepping {
             ("first load increment", self.first, self.first > 0.0 && self.first <= 1.0),
             ("smallest load increment", self.smallest, self.smallest > 0.0 && self.smallest <= self.first),
             ("largest load increment", self.largest, self.largest >= self.first && self.largest.is_finite()),
-            ("growth of the load increment", self.growth, self.growth >= 1.0 && self.growth.is_finite()),
+            ("growth of the load increment", self.growth, self.growth >= 1.0 && self.growth <= 1e3),
         ] {
             if !ok {
                 return Err(SolveError::Setting {
                     what,
                     value,
-                    needed: "increments are above 0 with smallest <= first <= largest and first <= 1, growth is at least 1",
+                    needed: "increments are above 0 with smallest <= first <= largest and first <= 1, growth is from 1 to 1000",
                 });
             }
         }
@@ -209,6 +209,9 @@ impl Analysis {
         observer: &mut dyn Observer,
     ) -> Result<Path, Error> {
         self.validate(model, rows, &path)?;
+        if let Some(given) = functional.unknowns().filter(|&n| n != model.unknowns()) {
+            return Err(SolveError::Length { what: "controlled functional", given, needed: model.unknowns() }.into());
+        }
         if let Some(&value) = targets.iter().find(|t| !t.is_finite()) {
             return Err(SolveError::Setting { what: "control target", value, needed: "give finite values" }.into());
         }
@@ -262,11 +265,13 @@ impl Analysis {
         if model.terms().is_empty() {
             return Err(SolveError::Empty { what: "terms", remedy: "add at least a body" }.into());
         }
+        check_terms(model)?;
+        check_unknowns(rows.rows(), model.unknowns())?;
         check_state(model, rows, &path.start)?;
         for step in path.steps.iter().rev().take(2) {
             check_state(model, rows, &step.state)?;
             let increment = step.pace.increment;
-            if !increment.is_finite() {
+            if !(increment > 0.0 && increment.is_finite()) {
                 return Err(SolveError::Setting {
                     what: "increment at the last step of the path",
                     value: increment,
@@ -452,6 +457,16 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         left
     }
 
+    /// Whether a step changes what is controlled by more than its rounding: below, halves round up to the whole and
+    /// attempts would be made for ever.
+    fn moves(&mut self, now: f64, next: f64) -> bool {
+        let moves = (next - now).abs() > 4.0 * f64::EPSILON * now.abs() && next.is_finite();
+        if !moves {
+            self.path.ending = Ending::Stalled(format!("no step leads from {now:e} of what is controlled to {next:e}"));
+        }
+        moves
+    }
+
     /// The state from which an attempt starts, `ratio` times the last step ahead.
     fn predicted(&self, ratio: f64) -> State {
         match &self.previous {
@@ -473,6 +488,9 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
             // A rest smaller than a rounding of the load is part of this step.
             if target > 1.0 - 1e-9 {
                 target = 1.0;
+            }
+            if !self.moves(self.state.load, target) {
+                return;
             }
             let ratio = self.previous.as_ref().map_or(0.0, |p| (target - self.state.load) / (self.state.load - p.load));
             match self.attempt(self.predicted(ratio), Control::Load(target)) {
@@ -505,6 +523,9 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         while self.state.load < 1.0 && self.steps_left() {
             let now = deflection.value(&self.state.displacement);
             let before = self.previous.as_ref().map(|p| deflection.value(&p.displacement));
+            if !self.moves(now, now + increment) {
+                return;
+            }
             let ratio = before.map_or(0.0, |before| increment / (now - before));
             let load_ahead =
                 self.previous.as_ref().map_or(0.0, |p| self.state.load + ratio * (self.state.load - p.load));
@@ -557,7 +578,10 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
             if rest.abs() <= 1e-12 * target.abs().max((target - start).abs()) {
                 return true;
             }
-            let next = if part >= 1.0 { target } else { now + (rest * part).clamp(-rest.abs(), rest.abs()) };
+            let next = if part >= 1.0 { target } else { now + rest * part };
+            if !self.moves(now, next) {
+                return false;
+            }
             let ratio =
                 self.previous.as_ref().map_or(0.0, |p| (next - now) / (now - functional.value(&p.displacement)));
             match self.attempt(self.predicted(ratio), Control::Functional(functional, next)) {
@@ -620,40 +644,15 @@ fn predict<const D: usize>(model: &Model<D>, previous: &State, state: &State, ra
     predicted
 }
 
-/// Refuses states of the wrong size, inverted ones, and loads that are not finite.
+/// Refuses states of the wrong size, inverted ones, and numbers that are not finite.
 fn check_state<const D: usize>(model: &Model<D>, rows: &Constraints, state: &State) -> Result<(), Error> {
-    let lengths = [
-        ("displacement", state.displacement.len(), model.unknowns()),
-        ("local unknowns", state.locals.iter().map(Vec::len).sum(), model.start().iter().map(Vec::len).sum()),
-        ("multipliers", state.multipliers.len(), rows.len()),
-    ];
-    for (what, given, needed) in lengths {
-        if given != needed {
-            return Err(SolveError::Length { what, given, needed }.into());
-        }
-    }
-    // Term by term: as many in all, otherwise shared out, would be read beyond their ends.
-    let start = model.start();
-    if state.locals.len() != start.len() {
-        return Err(
-            SolveError::Length { what: "local unknowns", given: state.locals.len(), needed: start.len() }.into()
-        );
-    }
-    if let Some((given, needed)) = state.locals.iter().zip(&start).find(|(given, needed)| given.len() != needed.len()) {
-        return Err(SolveError::Length { what: "local unknowns", given: given.len(), needed: needed.len() }.into());
-    }
-    if !state.load.is_finite() {
+    state.check_lengths(model, rows)?;
+    let numbers = state.displacement.iter().chain(state.locals.iter().flatten()).chain(&state.multipliers);
+    if let Some(&value) = numbers.chain([&state.load]).find(|v| !v.is_finite()) {
         return Err(SolveError::Setting {
-            what: "load factor of the first state",
-            value: state.load,
-            needed: "give a finite number; 0 is the state at rest",
-        }
-        .into());
-    }
-    if let Some(row) = rows.rows().iter().find(|r| r.entries.iter().any(|e| e.0 >= model.unknowns())) {
-        return Err(BoundaryError::Unsuitable {
-            enforcement: "row",
-            reason: format!("{} names an unknown beyond the {} of the model", row.label, model.unknowns()),
+            what: "a number of the first state, or of the last ones of a path",
+            value,
+            needed: "give finite numbers; zero displacement is a state at rest",
         }
         .into());
     }
@@ -661,6 +660,19 @@ fn check_state<const D: usize>(model: &Model<D>, rows: &Constraints, state: &Sta
         && !(jacobian > 0.0)
     {
         return Err(SolveError::InvertedStart { jacobian, at }.into());
+    }
+    Ok(())
+}
+
+/// Refuses terms over nodes that the model lacks: their tables belong to another set.
+fn check_terms<const D: usize>(model: &Model<D>) -> Result<(), SolveError> {
+    let needed = model.positions().len();
+    for term in model.terms() {
+        term.validate()?;
+        let last = (0..term.clusters()).filter_map(|c| term.nodes(c).last()).max();
+        if let Some(&last) = last.filter(|&&last| last as usize >= needed) {
+            return Err(SolveError::Length { what: "the table of a term", given: last as usize + 1, needed });
+        }
     }
     Ok(())
 }

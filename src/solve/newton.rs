@@ -29,6 +29,11 @@ pub trait Functional: Send + Sync {
 
     /// Writes $\partial q/\partial d$.
     fn gradient(&self, displacement: &[f64], out: &mut [f64]);
+
+    /// Number of displacement unknowns that it is made for, `None` where any will do.
+    fn unknowns(&self) -> Option<usize> {
+        None
+    }
 }
 
 /// A linear functional $q = c\cdot d$: a displacement at a point, or a generalised deflection.
@@ -44,7 +49,13 @@ impl Functional for Deflection {
     }
 
     fn gradient(&self, _displacement: &[f64], out: &mut [f64]) {
-        out.copy_from_slice(&self.weights);
+        for (o, weight) in out.iter_mut().zip(&self.weights) {
+            *o = *weight;
+        }
+    }
+
+    fn unknowns(&self) -> Option<usize> {
+        Some(self.weights.len())
     }
 }
 

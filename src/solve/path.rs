@@ -31,6 +31,26 @@ impl State {
             load: 0.0,
         }
     }
+
+    /// Refuses a state whose vectors are not as long as a model and its rows need them.
+    ///
+    /// # Errors
+    /// [`SolveError::Length`] with the vector.
+    pub fn check_lengths<const D: usize>(&self, model: &Model<D>, rows: &Constraints) -> Result<(), SolveError> {
+        let check = |what, given, needed| {
+            if given == needed { Ok(()) } else { Err(SolveError::Length { what, given, needed }) }
+        };
+        check("displacement", self.displacement.len(), model.unknowns())?;
+        check("multipliers", self.multipliers.len(), rows.len())?;
+        let start = model.start();
+        // In all, then term by term: as many, shared out otherwise, would be read beyond their ends.
+        check("local unknowns", self.locals.iter().map(Vec::len).sum(), start.iter().map(Vec::len).sum())?;
+        check("local unknowns", self.locals.len(), start.len())?;
+        self.locals
+            .iter()
+            .zip(&start)
+            .try_for_each(|(given, needed)| check("local unknowns", given.len(), needed.len()))
+    }
 }
 
 /// What a stepping rule carries from one converged step to the next, beside the states themselves.

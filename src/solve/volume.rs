@@ -57,6 +57,10 @@ impl<const D: usize> Functional for EnclosedVolume<D> {
         self.total(displacement) - self.at_rest
     }
 
+    fn unknowns(&self) -> Option<usize> {
+        Some(self.table.node_count() * D)
+    }
+
     fn gradient(&self, displacement: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         let factor = -1.0 / self.directions();

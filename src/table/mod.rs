@@ -36,6 +36,25 @@ pub struct ShapeTable<const D: usize> {
     smallest_rcond: f64,
 }
 
+/// Refuses functions that a table could not hold: values and gradients for each node, nodes rising and there.
+fn check_functions<const D: usize>(psi: &ShapeFunctions<D>, nodes: usize) -> Result<(), ApproximationError> {
+    let particles = psi.nodes.len();
+    for (what, given) in [("values at a point", psi.values.len()), ("gradients at a point", psi.gradients.len())] {
+        if given != particles {
+            return Err(ApproximationError::Length { what, given, particles });
+        }
+    }
+    let last = psi.nodes.last().map_or(0, |&n| n as usize);
+    if psi.nodes.windows(2).any(|w| w[0] >= w[1]) || (particles > 0 && last >= nodes) {
+        return Err(ApproximationError::Particle {
+            particle: last,
+            what: "an approximation lists nodes at a point that do not rise, or do not exist",
+            remedy: "list each node once, by rising index",
+        });
+    }
+    Ok(())
+}
+
 impl<const D: usize> ShapeTable<D> {
     /// Tabulates an approximation at points; weights get the factor of the kinematics.
     ///
@@ -70,6 +89,7 @@ impl<const D: usize> ShapeTable<D> {
             |(scratch, psi), point, rows| -> Result<(), Error> {
                 let at = points.positions[point];
                 evaluate(scratch, point, psi)?;
+                check_functions(psi, node_count)?;
                 let measure = kinematics.measure(&at);
                 rows.nodes.extend_from_slice(&psi.nodes);
                 rows.values.extend_from_slice(&psi.values);
@@ -98,6 +118,17 @@ impl<const D: usize> ShapeTable<D> {
         points: &ElementPoints<D>,
         kinematics: &(impl Kinematics<D> + ?Sized),
     ) -> Result<Self, Error> {
+        for (what, given) in [("elements of points", points.elements.len()), ("local coordinates", points.local.len())]
+        {
+            if given != points.points.positions.len() {
+                let needed = "give one for each point";
+                return Err(GeometryError::Count { what, count: given, needed }.into());
+            }
+        }
+        if let Some(&element) = points.elements.iter().find(|&&e| e >= elements.element_count()) {
+            let needed = "name elements that exist, counted from 0";
+            return Err(GeometryError::Count { what: "element of a point", count: element, needed }.into());
+        }
         ShapeTable::tabulate::<()>(elements.nodes().len(), &points.points, kinematics, |_, point, psi| {
             elements.fill(points.elements[point], &points.local[point], psi);
             Ok(())
@@ -116,6 +147,7 @@ impl<const D: usize> ShapeTable<D> {
         smoothing: &Smoothing<D>,
         kinematics: &(impl Kinematics<D> + ?Sized),
     ) -> Result<Self, Error> {
+        smoothing.validate()?;
         let (rows, clusters) = smooth::smoothed(approximation, smoothing, kinematics)?;
         let (node_count, positions) = (approximation.nodes().len(), smoothing.centres.clone());
         Ok(ShapeTable::of_rows(node_count, rows, clusters, kinematics.hoops(), positions, Vec::new()))
@@ -169,6 +201,11 @@ impl<const D: usize> ShapeTable<D> {
     #[inline]
     pub fn values(&self, point: usize) -> &[f64] {
         if self.values.is_empty() { &[] } else { &self.values[self.clusters.entries(point)] }
+    }
+
+    /// Whether values are stored: not in smoothed tables.
+    pub fn has_values(&self) -> bool {
+        !self.values.is_empty()
     }
 
     /// Gradients at a point by slot, `slots × nodes`, neighbours running fastest.

@@ -87,9 +87,15 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 
     /// The hydrostatic pressures $p = U'$ (2.15) \[stress\] at the points of the table, positive in tension;
-    /// those of the zones where pressures are projected. `None` for a material that can't be split.
+    /// those of the zones where pressures are projected. `None` for a material that can't be split, and for a state of
+    /// another model.
     pub fn pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
         let (_, volumetric) = self.material.split()?;
+        let clusters = self.table.clusters().len();
+        let locals = clusters.checked_sub(1).map_or(0, |last| self.locals(last).end);
+        if view.displacement.len() != self.table.node_count() * D || view.locals.len() != locals {
+            return None;
+        }
         let pointwise = |point| volumetric.evaluate(self.deformation_gradient(point, view.displacement).determinant());
         let mut pressures = Vec::with_capacity(self.table.len());
         for cluster in 0..self.table.clusters().len() {

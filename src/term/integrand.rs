@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
+use crate::error::SolveError;
 use crate::table::ShapeTable;
 use crate::tensor::Tangent;
 
@@ -150,6 +151,16 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
         stress || force_by_gradient || force_by_displacement
     }
 
+    fn validate(&self) -> Result<(), SolveError> {
+        if self.integrand.blocks().force && !self.table.is_empty() && !self.table.has_values() {
+            return Err(SolveError::Empty {
+                what: "values in the table of a load",
+                remedy: "smoothed tables hold gradients alone: tabulate the load's own points with ShapeTable::new",
+            });
+        }
+        Ok(())
+    }
+
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
         let blocks = self.integrand.blocks();
         let table = &self.table;
@@ -182,7 +193,8 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
                 let tangent = reduce_tangent::<D>(&flux.stress_by_gradient, table.hoops());
                 contraction.add_matrix(table, point, &tangent, weight, size, self.is_symmetric(), out);
             }
-            if !blocks.force_by_gradient && !blocks.force_by_displacement {
+            // Forces act through values, which smoothed tables lack.
+            if values.is_empty() || !blocks.force_by_gradient && !blocks.force_by_displacement {
                 continue;
             }
             for b in 0..n {

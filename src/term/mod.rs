@@ -16,6 +16,8 @@ pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
 
 pub(crate) use contraction::{LowerBlocks, Windows};
 
+use crate::error::SolveError;
+
 /// What a term sees of the state of an analysis.
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
@@ -104,6 +106,14 @@ pub trait Term<const D: usize>: Send + Sync {
     /// Nodes of a cluster, by rising index.
     fn nodes(&self, cluster: usize) -> &[u32];
 
+    /// Refuses what can't be summed, before an analysis begins: a force over a table without values.
+    ///
+    /// # Errors
+    /// What is missing, and what to do.
+    fn validate(&self) -> Result<(), SolveError> {
+        Ok(())
+    }
+
     /// Whether the matrix is symmetric in every cluster.
     fn is_symmetric(&self) -> bool {
         true
@@ -160,6 +170,10 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
 
     fn nodes(&self, cluster: usize) -> &[u32] {
         (**self).nodes(cluster)
+    }
+
+    fn validate(&self) -> Result<(), SolveError> {
+        (**self).validate()
     }
 
     fn is_symmetric(&self) -> bool {

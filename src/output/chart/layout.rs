@@ -10,6 +10,8 @@ pub(super) const TITLE: f64 = 15.0;
 pub(super) const LABEL: f64 = 13.0;
 pub(super) const TICK: f64 = 12.0;
 pub(super) const ENTRY: f64 = 12.0;
+/// Pixels along a side beyond which a chart is refused: no screen is as large, and dashes would fill the memory.
+const LARGEST: u32 = 20_000;
 /// Distance between two lines of text relative to the size of the font.
 pub(super) const LEADING: f64 = 1.3;
 /// Width of the sample of a line or marker in the legend, and the gap behind it.
@@ -65,6 +67,9 @@ impl Layout {
         let scales = [chart.x.scale, chart.y.scale];
         if chart.aspect == Aspect::Equal && scales != [Scale::Linear; 2] {
             return Err(chart.error("equal aspect needs two linear axes"));
+        }
+        if chart.size.0.max(chart.size.1) > LARGEST {
+            return Err(chart.error(format!("{} by {} pixels; up to {LARGEST} are drawn", chart.size.0, chart.size.1)));
         }
         let data = ranges(chart)?;
         let [canvas, height] = [f64::from(chart.size.0.max(320)), f64::from(chart.size.1.max(240))];

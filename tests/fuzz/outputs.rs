@@ -1,0 +1,116 @@
+use rkpm::output::*;
+
+use super::harness::Input;
+
+fn name(input: &mut Input) -> String {
+    let letters = ["a", "\n", "\"", ",", "<", "&", "\0", "µ", "𝕏", " ", "\u{202e}", "long label "];
+    (0..input.random.usize(0..6)).map(|_| input.pick(&letters)).collect()
+}
+
+pub fn tables(input: &mut Input) {
+    let columns = input.random.usize(0..4);
+    let mut table = Table::new((0..columns).map(|_| name(input)).collect::<Vec<_>>());
+    for _ in 0..input.random.usize(0..4) {
+        let row: Vec<Cell> = (0..input.length(columns))
+            .map(|_| match input.random.usize(0..4) {
+                0 => Cell::Empty,
+                1 => Cell::Number(input.number(-1e3, 1e3)),
+                2 => Cell::Integer(if input.once_in(2) { i128::MIN } else { 3 }),
+                _ => Cell::Text(name(input)),
+            })
+            .collect();
+        let _ = input.saw("row", &row);
+        if input.once_in(2) {
+            let _ = table.push(row);
+        } else {
+            table.rows.push(row);
+        }
+    }
+    input.passed = table.to_csv().is_ok();
+    let mut summary = Summary::new();
+    for _ in 0..input.random.usize(0..4) {
+        let (name, value, reference) = (name(input), input.number(-1e9, 1e9), input.number(-1.0, 1.0));
+        let (name, value, reference) = input.saw("entry", (name, value, reference));
+        let _ = summary.record(name.clone(), value, reference).is_ok();
+        let _ = summary.note(name + "b", value).is_ok();
+    }
+    let _ = (summary.to_string(), summary.to_csv(), summary.quantities().len());
+}
+
+pub fn grids(input: &mut Input) {
+    let points: Vec<[f64; 3]> =
+        (0..input.random.usize(0..6)).map(|_| std::array::from_fn(|_| input.number(0.0, 1.0))).collect();
+    let n = points.len();
+    let cells: Vec<VtkCell> = (0..input.random.usize(0..4))
+        .map(|_| match input.random.usize(0..4) {
+            0 => VtkCell::Vertex(input.index(n)),
+            1 => VtkCell::Quad(std::array::from_fn(|_| input.index(n))),
+            2 => VtkCell::Hexahedron(std::array::from_fn(|_| input.index(n))),
+            _ => VtkCell::Polygon((0..input.random.usize(0..5)).map(|_| input.index(n)).collect()),
+        })
+        .collect();
+    let field = |input: &mut Input, right: usize| {
+        let length = input.length(right);
+        let values = match input.random.usize(0..4) {
+            0 => VtkValues::Integers(vec![i64::MIN; length]),
+            1 => VtkValues::Vectors(vec![[input.bad(); 3]; length]),
+            2 => VtkValues::Tensors(vec![[input.bad(); 9]; length]),
+            _ => VtkValues::Scalars(vec![input.bad(); length]),
+        };
+        VtkField { name: name(input), values }
+    };
+    let point_data = (0..input.random.usize(0..3)).map(|_| field(input, n)).collect();
+    let cell_data = (0..input.random.usize(0..3)).map(|_| field(input, cells.len())).collect();
+    let grid = VtkGrid { points, cells, point_data, cell_data };
+    input.passed = input.saw("grid", &grid).to_xml().is_ok();
+}
+
+#[cfg(feature = "chart")]
+pub fn charts(input: &mut Input) {
+    use rkpm::output::chart::*;
+    let range = |input: &mut Input| {
+        if input.once_in(4) { Some((input.number(-1.0, 1.0), input.number(-1.0, 1.0))) } else { None }
+    };
+    let axis = |input: &mut Input| Axis {
+        label: name(input),
+        scale: input.pick(&[Scale::Linear, Scale::Linear, Scale::Logarithmic]),
+        range: range(input),
+    };
+    let (x, y) = (axis(input), axis(input));
+    let scale = if input.once_in(3) { input.bad() } else { 1.0 };
+    let series = (0..input.random.usize(0..4))
+        .map(|_| Series {
+            name: name(input),
+            paths: (0..input.random.usize(0..3))
+                .map(|_| {
+                    (0..input.random.usize(0..6))
+                        .map(|_| [scale * input.number(-1.0, 1.0), input.number(-1.0, 1.0)])
+                        .collect()
+                })
+                .collect(),
+            stroke: input.pick(&[Stroke::None, Stroke::Solid, Stroke::Dashed]),
+            marker: input.pick(&[Marker::None, Marker::Automatic, Marker::Cross]),
+            colour: Colour::Automatic,
+        })
+        .collect();
+    let chart = Chart {
+        title: name(input),
+        x,
+        y,
+        series,
+        references: (0..input.random.usize(0..2))
+            .map(|_| Reference {
+                name: name(input),
+                value: input.number(-1.0, 1.0),
+                direction: input.pick(&[Direction::Horizontal, Direction::Vertical]),
+            })
+            .collect(),
+        bands: (0..input.random.usize(0..2))
+            .map(|_| Band { name: name(input), lower: input.number(-1.0, 0.0), upper: input.number(0.0, 1.0) })
+            .collect(),
+        aspect: input.pick(&[Aspect::Free, Aspect::Equal]),
+        legend: input.pick(&[Legend::Automatic, Legend::Beneath, Legend::None]),
+        size: if input.once_in(4) { (input.random.u32(..), input.pick(&[0, 1, 240, u32::MAX])) } else { (680, 440) },
+    };
+    input.passed = input.saw("chart", &chart).to_svg().is_ok();
+}

@@ -1,0 +1,128 @@
+use rkpm::check;
+use rkpm::prelude::*;
+use rkpm::scene::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule, Volume};
+use rkpm::solve::Newton;
+
+use super::geometry::layout;
+use super::harness::Input;
+use super::linear::amplitude;
+
+pub fn lines(input: &mut Input) {
+    if input.once_in(2) { scene(input, RadialCylinder) } else { scene(input, RadialSphere) }
+}
+
+pub fn planes(input: &mut Input) {
+    if input.once_in(2) { scene(input, PlaneStrain) } else { scene(input, Axisymmetric) }
+}
+
+pub fn solids(input: &mut Input) {
+    scene(input, Solid);
+}
+
+fn part<const D: usize>(input: &mut Input) -> Part {
+    match input.random.usize(0..14) {
+        0 => Part::Whole,
+        1 => Part::Named("nothing".into()),
+        2 => Part::Face { axis: input.index(D), side: Side::Min },
+        _ => Part::Face { axis: input.random.usize(0..D), side: input.pick(&[Side::Min, Side::Max]) },
+    }
+}
+
+fn scheme<const D: usize>(input: &mut Input) -> Scheme {
+    let most = [6, 4, 3][D - 1];
+    let mut scheme =
+        Scheme { layout: if input.once_in(4) { layout(input) } else { Layout::Regular }, ..Scheme::default() };
+    // One thing in a few is spoilt, so that the others are looked at too.
+    let counts: Vec<usize> = if input.once_in(6) {
+        (0..input.length(D)).map(|_| input.count(2, most)).collect()
+    } else {
+        (0..D).map(|_| input.random.usize(2..=most)).collect()
+    };
+    scheme.resolution = match input.random.usize(0..12) {
+        0 => Resolution::Spacing(if input.once_in(2) { input.bad() } else { 0.5 }),
+        _ => Resolution::Counts(counts),
+    };
+    scheme.order = if input.once_in(8) { input.pick(&[0, 2, 3, 255]) } else { 1 };
+    scheme.dilation = match input.random.usize(0..5) {
+        0 => Dilation::Local(input.number(0.51, 2.0)),
+        1 => Dilation::Global(input.number(0.51, 2.0)),
+        _ => Dilation::Auto,
+    };
+    if input.once_in(20) {
+        scheme.rcond_limit = Some(input.bad());
+    }
+    let points = input.count(1, 3);
+    let zones = (0..input.length(D)).map(|_| input.count(1, 2)).collect();
+    scheme.rule = match input.random.usize(0..14) {
+        0 => Rule::Gauss { zones: None, points: Some(points) },
+        1 => Rule::Gauss { zones: Some(zones), points: if input.once_in(2) { None } else { Some(points) } },
+        2 => Rule::Smoothed { parts: points },
+        3 => Rule::Scni,
+        4 => Rule::Nodal,
+        _ => Rule::Auto,
+    };
+    let fields =
+        [PressureField::Displacement, PressureField::Pointwise, PressureField::Constant, PressureField::Linear];
+    if input.once_in(3) {
+        scheme.volume = Volume::Field { field: input.pick(&fields), size: input.count(1, 3) };
+    }
+    scheme.rows =
+        input.pick(&[RowKind::Auto, RowKind::Auto, RowKind::Auto, RowKind::AtParticles, RowKind::OverBoundary]);
+    scheme.enforcing =
+        input.pick(&[Enforcing::Auto, Enforcing::Auto, Enforcing::Multipliers, Enforcing::Transformation]);
+    if input.once_in(5) {
+        scheme.functions = Functions::Elements;
+    }
+    scheme.newton = Newton { iterations: 6, ..Newton::default() };
+    scheme.stepping = Stepping { smallest: 0.4, steps: 2, ..Stepping::default() };
+    scheme
+}
+
+fn scene<const D: usize>(input: &mut Input, kinematics: impl Kinematics<D> + 'static) {
+    let corner = |input: &mut Input, low: f64, high: f64| -> [f64; D] {
+        std::array::from_fn(|_| if input.once_in(60) { input.bad() } else { input.good(low, high) })
+    };
+    let (min, max) = (corner(input, 0.0, 0.5), corner(input, 1.0, 2.0));
+    let bulk = if input.once_in(10) { input.bad() } else { 10.0 };
+    let _ = input.saw("min, max, bulk", (min, max, bulk));
+    let Ok(rubber) = Rubber::neo_hookean(0.5, bulk) else { return };
+    let mut scene = Scene::new(Block::new(min, max), kinematics, rubber);
+    if !input.once_in(4) {
+        scene = scene.hold((input.random.usize(0..D), Side::Min));
+    }
+    for _ in 0..input.random.usize(0..3) {
+        let kind = input.random.usize(0..8);
+        let part = part::<D>(input);
+        let value = input.number(-0.2, 0.2);
+        let vector: [f64; D] = std::array::from_fn(|_| input.number(-0.1, 0.1));
+        let at = if input.once_in(2) { min } else { corner(input, 0.0, 2.0) };
+        let component = input.index(D);
+        let _ = input.saw("kind, part, value, vector, at, component", (kind, &part, value, vector, at, component));
+        scene = match kind {
+            0 => scene.prescribe(part, component, value),
+            1 => scene.prescribe_at(at, component, value),
+            2 => scene.prescribe_motion(part, component, move |x, load| x[0] * load * value),
+            3 => scene.pressure(part, value),
+            4 => scene.traction(part, vector),
+            5 => scene.body_force(vector),
+            6 => scene.point_load(at, vector),
+            _ => scene.prescribe_field(part, component, move |x| x[0] * value),
+        };
+        if input.once_in(3) {
+            scene = scene.with_amplitude(amplitude(input));
+        }
+    }
+    let scheme = scheme::<D>(input);
+    let _ = input.saw("scheme", &scheme);
+    if input.once_in(4)
+        && let Ok(diagnosis) = check::scene(&scene, &scheme)
+    {
+        let _ = diagnosis.report().to_string();
+    }
+    let Ok(problem) = scene.discretize(&scheme) else { return };
+    let Ok(path) = problem.run(&mut ()) else { return };
+    let state = path.last();
+    let _ = (problem.energy(state), problem.displacement(state, &max.into()), problem.particle_displacements(state));
+    let _ = (problem.reaction(state, "u_0"), problem.pressures(state));
+    input.passed = path.completed().is_ok();
+}
