@@ -584,11 +584,16 @@ fn first_guesses() {
     let mut short = rest(&problem);
     short.locals[0].pop();
     assert!(matches!(run(short).unwrap_err(), Error::Solve(SolveError::Length { what: "local unknowns", .. })));
-    // Pressures that are no numbers end the run, and do not panic.
-    let mut bad = rest(&problem);
-    bad.locals[0].fill(NAN);
-    let path = run(bad).unwrap();
-    assert!(matches!(path.ending, Ending::Stalled(_)) && path.steps.is_empty(), "{:?}", path.ending);
+    // Pressures and multipliers that are no numbers.
+    for spoil in [|s: &mut State| s.locals[0].fill(NAN), |s: &mut State| s.multipliers[0] = INFINITY] {
+        let mut bad = rest(&problem);
+        spoil(&mut bad);
+        refused!(
+            run(bad).unwrap_err(),
+            Error::Solve(SolveError::Setting { .. }),
+            ["first state", "give finite numbers"]
+        );
+    }
     // A model without terms.
     let empty = Model::<2>::new(problem.cells.positions().to_vec());
     refused!(
