@@ -2,7 +2,7 @@
 
 use crate::geometry::Point;
 use crate::parallel::{for_each_mut, map_ranges, threads};
-use crate::term::{Element, LowerBlocks, Term, View};
+use crate::term::{Element, Health, LowerBlocks, Term, View};
 
 use super::pattern::Pattern;
 
@@ -121,6 +121,18 @@ impl<const D: usize> Model<D> {
             }
         }
         smallest
+    }
+
+    /// How far a state can be trusted: the worst of all clusters.
+    pub fn health(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64) -> Health {
+        let mut health = Health::default();
+        for (term, locals) in self.terms.iter().zip(locals) {
+            let view = View { displacement, locals, load };
+            for cluster in 0..term.clusters() {
+                health = health.join(term.health(cluster, view));
+            }
+        }
+        health
     }
 
     /// Increments of the local unknowns for a displacement increment, and the largest admissible step factor.

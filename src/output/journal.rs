@@ -2,7 +2,7 @@
 //!
 //! A journal is a text file of JSON lines, each with a checksum over its record:
 //! ```text
-//! {"check":"<16 hex digits>","record":{"start":{"version":1,"state":{…}}}}
+//! {"check":"<16 hex digits>","record":{"start":{"version":2,"state":{…}}}}
 //! {"check":"<16 hex digits>","record":{"step":{"state":{…},"iterations":5,…}}}
 //! {"check":"<16 hex digits>","record":{"end":{"ending":"Completed",…}}}
 //! ```
@@ -41,7 +41,7 @@ use crate::error::OutputError;
 use crate::solve::{Ending, Observer, Path, State, Step};
 
 /// The layout of the records; files of others are refused.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// What stands before and behind the checksum and behind the record on every line.
 const BEFORE: &str = "{\"check\":\"";
 const BETWEEN: &str = "\",\"record\":";

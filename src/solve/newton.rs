@@ -5,9 +5,10 @@ use std::fmt;
 use crate::assembly::{Assembler, Model, System};
 use crate::boundary::{Constraints, Enforced};
 use crate::error::LinearError;
-use crate::linear::{Factorizer, Factors, Inertia};
+use crate::linear::{Factorizer, Factors, Inertia, MatrixClass};
 
 use super::path::{Iteration, Observer, State};
+use super::search::{Ahead, LineSearch};
 
 /// A scalar function of the displacement that may control an analysis in place of the load.
 ///
@@ -76,12 +77,14 @@ pub struct Newton {
     /// Converged where the increment is below this part of the displacement. Looser values lost the
     /// path of thin sheets.
     pub tolerance: f64,
+    /// Whether steps are shortened by what the residual does along them.
+    pub search: LineSearch,
 }
 
 impl Default for Newton {
-    /// 30 iterations, 1e-8.
+    /// 30 iterations, 1e-8, whole steps.
     fn default() -> Self {
-        Newton { iterations: 30, tolerance: 1e-8 }
+        Newton { iterations: 30, tolerance: 1e-8, search: LineSearch::Off }
     }
 }
 
@@ -106,6 +109,30 @@ pub enum Rejection {
     Linear(LinearError),
     /// The controlled functional does not change with the load.
     Control,
+    /// A large step has gained unstable modes: it may have left its path.
+    Unstable {
+        /// Unstable modes before the step.
+        before: usize,
+        /// Unstable modes after it.
+        after: usize,
+    },
+    /// The arc runs back along the path.
+    Turned,
+}
+
+/// Gained modes are followed up by this part of the smallest increment: with the default of that, down to Newton's
+/// own tolerance.
+const LOCATED: f64 = 1e-4;
+
+impl Rejection {
+    /// The increment below which a run stalls, from the one for attempts that do not converge: what a large step
+    /// gained is real only once the step is small, however far away the next target is.
+    pub(super) fn least(&self, smallest: f64) -> f64 {
+        match self {
+            Rejection::Unstable { .. } => LOCATED * smallest,
+            _ => smallest,
+        }
+    }
 }
 
 impl fmt::Display for Rejection {
@@ -123,6 +150,10 @@ impl fmt::Display for Rejection {
             }
             Rejection::NotFinite => write!(f, "forces are not finite: a material left its domain"),
             Rejection::Linear(error) => write!(f, "{error}"),
+            Rejection::Unstable { before, after } => {
+                write!(f, "a large step turns {before} unstable modes into {after}: the state may lie on another path")
+            }
+            Rejection::Turned => write!(f, "the arc runs back along the path"),
             Rejection::Control => write!(f, "the controlled quantity does not change with the load"),
         }
     }
@@ -137,6 +168,11 @@ const SMALL_FACTORS: usize = 3;
 const GROWN: f64 = 2.0;
 /// Increments below this part of the displacement may grow all the same.
 const GROWN_LEAST: f64 = 1e-2;
+/// An unknown load factor is settled once it changes by no more than this part: convergence is quadratic, and the
+/// balloon's load was off by 4e-8 after a last change of 2e-5, by 1e-14 after one more iteration.
+const LOAD_SETTLED: f64 = 1e-6;
+/// Load factors below this count as this one: a path may pass through zero.
+const LEAST_LOAD: f64 = 1e-3;
 /// Sweeps over the skew part per linear solve; each reduces the error by the ratio of skew to stiffness.
 const SKEW_SWEEPS: usize = 40;
 
@@ -235,10 +271,17 @@ impl<const D: usize> Workspace<'_, D> {
                 }
             }
             drop(factors);
-            let factor = self.model.advance(&state.displacement, &state.locals, state.load, &step, &mut locals_step);
-            if !(factor > 0.0) {
-                return Err(Rejection::Guarded { factor });
+            let bound = self.model.advance(&state.displacement, &state.locals, state.load, &step, &mut locals_step);
+            if !(bound > 0.0) {
+                return Err(Rejection::Guarded { factor: bound });
             }
+            let factor = match (settings.search, control) {
+                (LineSearch::Slope, Control::Load(_)) => {
+                    let ahead = Ahead { step: &step, locals: &locals_step, multipliers: &multipliers, gap: &gap };
+                    self.search(state, &imbalance, &ahead, bound)
+                }
+                _ => bound,
+            };
             for (d, s) in state.displacement.iter_mut().zip(&step) {
                 *d += factor * s;
             }
@@ -259,7 +302,9 @@ impl<const D: usize> Workspace<'_, D> {
                 return Err(Rejection::NotFinite);
             }
             observer.iteration(&Iteration { load: state.load, number, residual, increment, factor });
-            if factor == 1.0 && increment <= settings.tolerance {
+            // The load of a nearly incompressible wall settles after its displacement.
+            let settled = load_change.abs() <= LOAD_SETTLED * state.load.abs().max(LEAST_LOAD);
+            if factor == 1.0 && increment <= settings.tolerance && settled {
                 return Ok(number);
             }
             if number == 1 {
@@ -275,6 +320,15 @@ impl<const D: usize> Workspace<'_, D> {
         Err(Rejection::Iterations(settings.iterations))
     }
 
+    /// Negative pivots less constraints at the last factorisation, where the solver knows them.
+    pub fn unstable_modes(&self) -> Option<usize> {
+        let constraints = match self.enforced.class() {
+            MatrixClass::Definite => 0,
+            MatrixClass::Saddle { constraints } => constraints,
+        };
+        self.inertia.map(|inertia| inertia.negative.saturating_sub(constraints))
+    }
+
     /// The linear answer to the full load at a state: increments for a unit change of the load factor,
     /// with the tangent of that state (at rest: without any follower stiffness).
     pub fn probe(&mut self, state: &State) -> Result<Vec<f64>, Rejection> {
@@ -285,6 +339,7 @@ impl<const D: usize> Workspace<'_, D> {
         }
         self.enforced.reduce(&self.system, &mut self.values);
         let factors = self.factorizer.factorize(&self.values).map_err(Rejection::Linear)?;
+        self.inertia = factors.inertia();
         let force: Vec<f64> = self.system.load_slope.iter().map(|r| -r).collect();
         let mut gap = Vec::new();
         self.rows.load_slope(state.load, &mut gap);

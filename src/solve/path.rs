@@ -6,6 +6,9 @@ use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::error::SolveError;
 use crate::linear::Inertia;
+use crate::term::Health;
+
+use super::critical::CriticalPoint;
 
 /// Everything that an analysis iterates on; predicted, halved and kept as a whole.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -82,8 +85,23 @@ pub struct Step {
     pub energy: f64,
     /// Signs of the pivots at the last iteration, where the solver knows them.
     pub inertia: Option<Inertia>,
+    /// Unstable modes under a fixed load: negative pivots less constraints. Of the symmetric part of the tangent.
+    pub unstable: Option<usize>,
+    /// Critical points between the last converged state and this one, where the stepping follows the path
+    /// ([`Following`](super::Following)).
+    pub critical: Vec<CriticalPoint>,
+    /// How far the state can be trusted.
+    pub health: Health,
     /// How the stepping goes on from here.
     pub pace: Pace,
+}
+
+impl Step {
+    /// The locking indicator $\eta = \int U(J) - U(\bar J_{zone})\,\mathrm d\Omega / \Pi$: the part of the energy that
+    /// is spent on changes of volume within zones, which a cure would give back. `None` where pressures are projected.
+    pub fn locking(&self) -> Option<f64> {
+        self.health.locked_energy.map(|locked| locked / self.energy).filter(|eta| eta.is_finite())
+    }
 }
 
 /// Numbers that a material may leave undefined: what is not finite is stored as nothing and read as NaN,
@@ -215,6 +233,11 @@ impl Path {
     /// The last converged state.
     pub fn last(&self) -> &State {
         self.steps.last().map_or(&self.start, |s| &s.state)
+    }
+
+    /// The limit and bifurcation points of the path, in the order in which they are passed.
+    pub fn critical_points(&self) -> impl Iterator<Item = &CriticalPoint> {
+        self.steps.iter().flat_map(|step| &step.critical)
     }
 
     /// The path itself if the last load was reached.

@@ -7,7 +7,7 @@ use crate::material::Material;
 use crate::table::ShapeTable;
 
 use super::linearize::{advance, linearize};
-use super::{Element, Term, View};
+use super::{Element, Health, Term, View};
 
 /// Part of the bulk modulus that may stay pointwise beside projected pressures; see [`Body::zonal`].
 const POINTWISE_SHARE: f64 = 0.1;
@@ -329,5 +329,28 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
             // A NaN counts as the smallest of all.
             .min_by(|a, b| if a.0.is_nan() { std::cmp::Ordering::Less } else { a.0.total_cmp(&b.0) })
             .map(|(j, point)| (j, self.table.positions()[point].as_slice().to_vec()))
+    }
+
+    fn health(&self, cluster: usize, view: View<'_>) -> Health {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut volume, mut mean, mut pointwise) = (0.0, 0.0, 0.0);
+        let volumetric = self.material.split().map(|(_, volumetric)| volumetric).filter(|_| self.functions == 0);
+        for point in self.table.clusters().points(cluster) {
+            let j = self.deformation_gradient(point, view.displacement).determinant();
+            (low, high) = (low.min(j), high.max(j));
+            if let Some(volumetric) = volumetric {
+                let weight = self.table.weights()[point];
+                volume += weight;
+                mean += weight * j;
+                pointwise += weight * volumetric.evaluate(j).energy;
+            }
+        }
+        // Against one mean per cluster: a cluster of a single point has nothing to lock.
+        let locked = volumetric.map(|v| pointwise - volume * v.evaluate(mean / volume).energy);
+        Health {
+            rcond: Some(self.table.smallest_rcond()).filter(|r| r.is_finite()),
+            jacobians: Some([low, high]).filter(|j| j[0].is_finite() && j[1].is_finite()),
+            locked_energy: locked.filter(|e| e.is_finite()),
+        }
     }
 }

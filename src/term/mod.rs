@@ -4,6 +4,7 @@ mod amplitude;
 mod body;
 mod contraction;
 mod guard;
+mod health;
 mod integrand;
 mod linearize;
 mod load;
@@ -11,6 +12,7 @@ mod load;
 pub use amplitude::Amplitude;
 pub use body::{Body, PressureField};
 pub use guard::largest_step;
+pub use health::Health;
 pub use integrand::{Blocks, Flux, Integrand, PointState, Pointwise};
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
 
@@ -161,6 +163,11 @@ pub trait Term<const D: usize>: Send + Sync {
     fn smallest_jacobian(&self, _cluster: usize, _view: View<'_>) -> Option<(f64, Vec<f64>)> {
         None
     }
+
+    /// What the cluster tells of the trust in a state; nothing for loads.
+    fn health(&self, _cluster: usize, _view: View<'_>) -> Health {
+        Health::default()
+    }
 }
 
 impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
@@ -214,5 +221,9 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
 
     fn smallest_jacobian(&self, cluster: usize, view: View<'_>) -> Option<(f64, Vec<f64>)> {
         (**self).smallest_jacobian(cluster, view)
+    }
+
+    fn health(&self, cluster: usize, view: View<'_>) -> Health {
+        (**self).health(cluster, view)
     }
 }

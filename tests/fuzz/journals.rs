@@ -22,6 +22,9 @@ fn path(input: &mut Input) -> Path {
             rejected: 0,
             energy: input.number(0.0, 1.0),
             inertia: None,
+            unstable: input.once_in(2).then_some(1),
+            critical: Vec::new(),
+            health: Default::default(),
             pace: Pace { increment: 0.5, reached: 0 },
         });
     }
@@ -92,7 +95,7 @@ pub fn journals(input: &mut Input) {
     let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("fuzz.jsonl");
     let path = path(input);
     let mut records =
-        vec![format!("{{\"start\":{{\"version\":1,\"state\":{}}}}}", serde_json::to_string(&path.start).unwrap())];
+        vec![format!("{{\"start\":{{\"version\":2,\"state\":{}}}}}", serde_json::to_string(&path.start).unwrap())];
     records.extend(path.steps.iter().map(|s| format!("{{\"step\":{}}}", serde_json::to_string(s).unwrap())));
     records.push("{\"end\":{\"ending\":\"Completed\",\"iterations\":3,\"rejected\":0}}".into());
     if input.once_in(3) {

@@ -1,5 +1,5 @@
 use rkpm::prelude::*;
-use rkpm::solve::{Deflection, Newton, Pace, State, Step};
+use rkpm::solve::{Bracketing, Deflection, Following, Newton, Pace, State, Step, StepControl};
 
 use super::harness::Input;
 
@@ -54,12 +54,15 @@ pub fn states(input: &mut Input) {
         // More steps than these would be taken, and take their time.
         steps: if input.once_in(8) { input.count(0, 3).min(50) } else { 3 },
         quick: input.count(0, 9),
+        control: input.pick(&[StepControl::Auto, StepControl::Load, StepControl::ArcLength]),
+        follow: input.pick(&[Following::Load, Following::Path]),
+        bracketing: Bracketing::Bisection(if input.once_in(8) { input.bad() } else { 1e-3 }),
         ..Stepping::default()
     };
     let scheme = Scheme { newton, ..Scheme::default().particles([3]).stepping(stepping) };
     let mut problem = scene.discretize(&scheme).unwrap();
     if input.once_in(6) {
-        problem.analysis.newton = Newton { iterations: input.count(0, 4).min(10), tolerance: input.bad() };
+        problem.analysis.newton = Newton { iterations: input.count(0, 4).min(10), tolerance: input.bad(), ..newton };
     }
     let rest = problem.at_rest();
     let state = state(input, &rest);
@@ -87,6 +90,9 @@ pub fn states(input: &mut Input) {
                 rejected: count(input),
                 energy: input.number(0.0, 1.0),
                 inertia: None,
+                unstable: input.once_in(2).then(|| count(input)),
+                critical: Vec::new(),
+                health: Default::default(),
                 pace: Pace { increment: input.number(0.0, 1.0), reached: count(input) },
             };
             let mut path = Path::new(rest.clone());

@@ -1,0 +1,514 @@
+//! One run: the steps from one equilibrium to the next.
+
+use crate::assembly::Model;
+use crate::boundary::Constraints;
+use crate::error::Error;
+
+use super::analysis::Analysis;
+use super::critical::CriticalPoint;
+use super::newton::{Control, Deflection, Functional, Rejection, Workspace, dot};
+use super::path::{Ending, Observer, Pace, Path, State, Step};
+use super::stepping::{FAR, FIRST_GRADIENT, Following, LARGE_CHANGE, SLOW, StepControl};
+
+/// One run: what it works with and what it has reached.
+pub(super) struct March<'a, 'o, const D: usize> {
+    analysis: &'a Analysis,
+    workspace: Workspace<'a, D>,
+    observer: &'o mut dyn Observer,
+    scale: f64,
+    pub(super) path: Path,
+    previous: Option<State>,
+    state: State,
+    /// Unstable modes of the current state, where they are known.
+    modes: Option<usize>,
+    /// Iterations since the last converged state.
+    spent: usize,
+    /// Rejected attempts since the last converged state.
+    rejected: usize,
+}
+
+/// What leads a run whose load factor is an unknown.
+pub(super) enum Lead {
+    /// A generalised deflection.
+    Deflection(Deflection),
+    /// The arc length over the displacements; the first arc runs along this linear answer.
+    Arc(Vec<f64>),
+}
+
+/// $|d - d_n|$, root of the mean square \[length\].
+struct Arc {
+    from: Vec<f64>,
+}
+
+impl Functional for Arc {
+    fn value(&self, displacement: &[f64]) -> f64 {
+        let sum: f64 = displacement.iter().zip(&self.from).map(|(d, n)| (d - n).powi(2)).sum();
+        (sum / self.from.len() as f64).sqrt()
+    }
+
+    fn gradient(&self, displacement: &[f64], out: &mut [f64]) {
+        // Undefined at the centre, where no attempt starts.
+        let scale = 1.0 / (self.value(displacement) * self.from.len() as f64);
+        for (g, (d, n)) in out.iter_mut().zip(displacement.iter().zip(&self.from)) {
+            *g = scale * (d - n);
+        }
+    }
+}
+
+impl<'a, 'o, const D: usize> March<'a, 'o, D> {
+    pub(super) fn new(
+        analysis: &'a Analysis,
+        model: &'a Model<D>,
+        rows: &'a Constraints,
+        mut path: Path,
+        observer: &'o mut dyn Observer,
+    ) -> Result<Self, Error> {
+        // What was spent on attempts after the last step is spent again.
+        (path.iterations, path.rejected) = path.spent();
+        path.ending = Ending::Completed;
+        let mut workspace = analysis.workspace(model, rows)?;
+        workspace.iterations = path.iterations;
+        let state = path.last().clone();
+        let previous = match path.steps.as_slice() {
+            [] => None,
+            [_] => Some(path.start.clone()),
+            [.., before, _] => Some(before.state.clone()),
+        };
+        let scale = extent(model);
+        let modes = path.steps.last().and_then(|step| step.unstable);
+        Ok(March { analysis, workspace, observer, scale, path, previous, state, modes, spent: 0, rejected: 0 })
+    }
+
+    /// How the stepping goes on where the path already has steps.
+    pub(super) fn pace(&self) -> Option<Pace> {
+        self.path.steps.last().map(|step| step.pace)
+    }
+
+    /// What leads the run and its first increment, where the load should not.
+    pub(super) fn lead(&mut self) -> Option<(Lead, f64)> {
+        let stepping = self.analysis.stepping;
+        if stepping.control == StepControl::Load {
+            return None;
+        }
+        // At the first state, wherever the path has come to by now: a resumed run is led by the same deflection.
+        let start = &self.path.start;
+        let mut loads = vec![0.0; self.workspace.model.unknowns()];
+        self.workspace.model.load_slope(&start.displacement, &start.locals, start.load, &mut loads);
+        let total: f64 = loads.iter().map(|f| f.abs()).sum();
+        if total == 0.0 && stepping.control == StepControl::Auto {
+            // Driven by prescribed displacements alone.
+            return None;
+        }
+        let before = self.workspace.iterations;
+        let probe = self.workspace.probe(start);
+        if self.path.steps.is_empty() {
+            self.spent += self.workspace.iterations - before;
+            self.path.iterations = self.workspace.iterations;
+        } else {
+            // Counted by the first run.
+            self.workspace.iterations = before;
+        }
+        let rest = 1.0 - self.path.start.load;
+        // A probe that fails (a mechanism stiffened only by its loads) leaves the load in control.
+        let Ok(probe) = probe else { return None };
+        let gradient = self.workspace.model.largest_gradient(&probe) * rest;
+        if stepping.control == StepControl::ArcLength {
+            let part = stepping.first.min(FIRST_GRADIENT / gradient) * rest;
+            let first = part * root_mean_square(&probe);
+            return (first > 0.0 && first.is_finite()).then_some((Lead::Arc(probe), first));
+        }
+        if gradient <= FAR || !gradient.is_finite() {
+            return None;
+        }
+        // The mean displacement along the load: positive for a positive load.
+        let deflection = Deflection { weights: loads.iter().map(|f| -f / total).collect() };
+        let full = deflection.value(&probe) * rest;
+        let first = full * FIRST_GRADIENT / gradient;
+        (first > 0.0 && first.is_finite()).then_some((Lead::Deflection(deflection), first))
+    }
+
+    /// Tries one state, which has to lie on the path of the current one.
+    fn attempt(&mut self, attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
+        let (iterations, state) = self.iterate(attempt, control)?;
+        self.on_path(&state, iterations).inspect_err(|_| self.count_rejection())?;
+        Ok((iterations, state))
+    }
+
+    fn count_rejection(&mut self) {
+        self.rejected += 1;
+        self.path.rejected += 1;
+    }
+
+    /// Iterates a state to an equilibrium.
+    fn iterate(&mut self, mut attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
+        let before = self.workspace.iterations;
+        let near = self.previous.is_some() && self.analysis.stepping.predict;
+        let outcome =
+            self.workspace.newton(&self.analysis.newton, &mut attempt, control, self.observer, self.scale, near);
+        self.spent += self.workspace.iterations - before;
+        self.path.iterations = self.workspace.iterations;
+        if outcome.is_err() {
+            self.count_rejection();
+        }
+        outcome.map(|iterations| (iterations, attempt))
+    }
+
+    /// Whether the path counts, and not only the states on it.
+    fn follows_path(&self) -> bool {
+        let stepping = &self.analysis.stepping;
+        stepping.follow == Following::Path || stepping.control == StepControl::ArcLength
+    }
+
+    /// Rejects a state that has gained unstable modes in a large step.
+    fn on_path(&mut self, attempt: &State, iterations: usize) -> Result<(), Rejection> {
+        let after = self.workspace.unstable_modes().unwrap_or(0);
+        if after == 0 || !self.follows_path() && iterations <= SLOW {
+            return Ok(());
+        }
+        let model = self.workspace.model;
+        let size = model.largest_gradient(&attempt.displacement);
+        let change: Vec<f64> =
+            attempt.displacement.iter().zip(&self.state.displacement).map(|(new, old)| new - old).collect();
+        if model.largest_gradient(&change) <= LARGE_CHANGE * (1.0 + size) {
+            return Ok(());
+        }
+        let before = self.modes();
+        if after > before { Err(Rejection::Unstable { before, after }) } else { Ok(()) }
+    }
+
+    /// Unstable modes of the current state. Those of the first one are counted when they are asked for, which
+    /// costs a factorisation; none where it has no factors.
+    fn modes(&mut self) -> usize {
+        if self.modes.is_none() {
+            let last = self.workspace.inertia;
+            let before = self.workspace.iterations;
+            let found = self.workspace.probe(&self.state).ok().and_then(|_| self.workspace.unstable_modes());
+            self.spent += self.workspace.iterations - before;
+            self.path.iterations = self.workspace.iterations;
+            self.workspace.inertia = last;
+            self.modes = Some(found.unwrap_or(0));
+        }
+        self.modes.unwrap_or(0)
+    }
+
+    /// Critical points between the current state and the next one, which has the given unstable modes.
+    fn critical_points(&mut self, next: &State, after: Option<usize>) -> Vec<CriticalPoint> {
+        let Some(after) = after else { return Vec::new() };
+        // As long as there are none, nobody asks how many a first state had.
+        if !self.follows_path() || after == self.modes.unwrap_or(0) {
+            return Vec::new();
+        }
+        let before = self.modes();
+        let iterations = self.workspace.iterations;
+        let (newton, bracketing) = (&self.analysis.newton, self.analysis.stepping.bracketing);
+        let points = self.workspace.critical_points(
+            newton,
+            bracketing,
+            self.scale,
+            (&self.state, before),
+            (next, after),
+            self.observer,
+        );
+        self.spent += self.workspace.iterations - iterations;
+        self.path.iterations = self.workspace.iterations;
+        points
+    }
+
+    /// Takes a converged state into the path; `false` where the observer breaks off.
+    ///
+    /// `pace` holds whatever the rule carries on to the next step: what is not in it would be lost to a resumed run.
+    fn accept(&mut self, mut state: State, pace: Pace) -> bool {
+        let (inertia, unstable) = (self.workspace.inertia, self.workspace.unstable_modes());
+        let critical = self.critical_points(&state, unstable);
+        self.workspace.react(&mut state);
+        let energy = self.workspace.model.energy(&state.displacement, &state.locals, state.load);
+        let step = Step {
+            state: state.clone(),
+            iterations: std::mem::take(&mut self.spent),
+            rejected: std::mem::take(&mut self.rejected),
+            energy,
+            inertia,
+            unstable,
+            critical,
+            health: self.workspace.model.health(&state.displacement, &state.locals, state.load),
+            pace,
+        };
+        self.modes = unstable;
+        let flow = self.observer.step(&step);
+        self.path.steps.push(step);
+        self.previous = Some(std::mem::replace(&mut self.state, state));
+        if flow.is_break() {
+            self.path.ending = Ending::Stopped;
+        }
+        flow.is_continue()
+    }
+
+    /// Takes the first state as a guess of the equilibrium at a load factor.
+    pub(super) fn correct(&mut self, load: f64) {
+        match self.iterate(self.state.clone(), Control::Load(load)) {
+            Ok((_, state)) => {
+                // A guess is no equilibrium: its modes count for nothing.
+                self.modes = self.workspace.unstable_modes();
+                self.accept(state, Pace { increment: self.analysis.stepping.first, reached: 0 });
+            }
+            Err(rejection) => self.path.ending = Ending::Stalled(rejection.to_string()),
+        }
+    }
+
+    fn steps_left(&mut self) -> bool {
+        let left = self.path.steps.len() < self.analysis.stepping.steps;
+        if !left {
+            self.path.ending = Ending::Stalled(format!("{} steps are used up", self.analysis.stepping.steps));
+        }
+        left
+    }
+
+    /// Whether a step changes what is controlled by more than its rounding: below, halves round up to the whole and
+    /// attempts would be made for ever.
+    fn moves(&mut self, now: f64, next: f64) -> bool {
+        let moves = (next - now).abs() > 4.0 * f64::EPSILON * now.abs() && next.is_finite();
+        if !moves {
+            self.path.ending = Ending::Stalled(format!("no step leads from {now:e} of what is controlled to {next:e}"));
+        }
+        moves
+    }
+
+    /// The state from which an attempt starts, `ratio` times the last step ahead.
+    fn predicted(&self, ratio: f64) -> State {
+        match &self.previous {
+            Some(previous) if self.analysis.stepping.predict && ratio.is_finite() => {
+                predict(self.workspace.model, previous, &self.state, ratio)
+            }
+            _ => self.state.clone(),
+        }
+    }
+
+    /// Load control: the full load first, halved on failure.
+    pub(super) fn by_load(&mut self) {
+        let stepping = self.analysis.stepping;
+        let mut increment = self.pace().map_or(stepping.first, |pace| pace.increment);
+        // After a rejection one step keeps its increment, or the next one would be rejected again.
+        let mut rejected = false;
+        while self.state.load < 1.0 && self.steps_left() {
+            let mut target = self.state.load + increment;
+            // A rest smaller than a rounding of the load is part of this step.
+            if target > 1.0 - 1e-9 {
+                target = 1.0;
+            }
+            if !self.moves(self.state.load, target) {
+                return;
+            }
+            let ratio = self.previous.as_ref().map_or(0.0, |p| (target - self.state.load) / (self.state.load - p.load));
+            match self.attempt(self.predicted(ratio), Control::Load(target)) {
+                Ok((iterations, state)) => {
+                    if iterations <= stepping.quick && !rejected {
+                        increment = (increment * stepping.growth).min(stepping.largest);
+                    }
+                    rejected = false;
+                    if !self.accept(state, Pace { increment, reached: 0 }) {
+                        return;
+                    }
+                }
+                Err(rejection) => {
+                    rejected = true;
+                    increment = 0.5 * (target - self.state.load);
+                    if increment < rejection.least(stepping.smallest) {
+                        self.path.ending = Ending::Stalled(rejection.to_string());
+                        return;
+                    }
+                }
+            }
+        }
+    }
+
+    /// How far the next increment is in terms of the last one; NaN before the second step.
+    fn ratio(&self, lead: &Lead, increment: f64) -> f64 {
+        let Some(previous) = &self.previous else { return f64::NAN };
+        let (now, then) = (&self.state.displacement, &previous.displacement);
+        match lead {
+            Lead::Deflection(deflection) => increment / (deflection.value(now) - deflection.value(then)),
+            Lead::Arc(_) => increment / Arc { from: then.clone() }.value(now),
+        }
+    }
+
+    /// An attempt one increment ahead, the load factor being unknown.
+    fn attempt_led(&mut self, lead: &Lead, increment: f64) -> Result<(usize, State), Rejection> {
+        let ratio = self.ratio(lead, increment);
+        match lead {
+            Lead::Deflection(deflection) => {
+                let target = deflection.value(&self.state.displacement) + increment;
+                self.attempt(self.predicted(ratio), Control::Functional(deflection, target))
+            }
+            Lead::Arc(first) => {
+                let model = self.workspace.model;
+                // Arcs need a direction: they are predicted whatever the stepping says of predictors.
+                let start = match &self.previous {
+                    Some(previous) => predict(model, previous, &self.state, ratio),
+                    None => along(model, &self.state, first, increment / root_mean_square(first)),
+                };
+                let arc = Arc { from: self.state.displacement.clone() };
+                let (iterations, state) = self.attempt(start, Control::Functional(&arc, increment))?;
+                let turned = self.previous.as_ref().is_some_and(|previous| {
+                    let backwards = self.state.displacement.iter().zip(&previous.displacement);
+                    let last: Vec<f64> = backwards.map(|(now, then)| now - then).collect();
+                    dot(&state.displacement, &last) < dot(&self.state.displacement, &last)
+                });
+                if turned {
+                    self.count_rejection();
+                    return Err(Rejection::Turned);
+                }
+                Ok((iterations, state))
+            }
+        }
+    }
+
+    /// Steps along a deflection or an arc until the load factor passes 1, then the last step under the full load.
+    pub(super) fn by_lead(&mut self, lead: &Lead, first: f64) {
+        let stepping = self.analysis.stepping;
+        let mut increment = self.pace().map_or(first, |pace| pace.increment);
+        let mut rejected = false;
+        while self.state.load < 1.0 && self.steps_left() {
+            let now = match lead {
+                Lead::Deflection(deflection) => deflection.value(&self.state.displacement),
+                Lead::Arc(_) => root_mean_square(&self.state.displacement),
+            };
+            if !self.moves(now, now + increment) {
+                return;
+            }
+            let ratio = self.ratio(lead, increment);
+            let load_ahead =
+                self.previous.as_ref().map_or(0.0, |p| self.state.load + ratio * (self.state.load - p.load));
+            let outcome = if load_ahead >= 1.0 {
+                // The full load is within reach of this increment.
+                let ratio =
+                    self.previous.as_ref().map_or(0.0, |p| (1.0 - self.state.load) / (self.state.load - p.load));
+                self.attempt(self.predicted(ratio), Control::Load(1.0))
+            } else {
+                self.attempt_led(lead, increment)
+            };
+            let outcome = match outcome {
+                Ok((_, state)) if state.load > 1.0 => {
+                    // Overshot: the full load lies between the current state and this one.
+                    let part = (1.0 - self.state.load) / (state.load - self.state.load);
+                    let start = predict(self.workspace.model, &self.state, &state, part - 1.0);
+                    self.attempt(start, Control::Load(1.0))
+                }
+                other => other,
+            };
+            match outcome {
+                Ok((iterations, state)) => {
+                    if iterations <= stepping.quick && !rejected {
+                        increment *= stepping.growth;
+                    }
+                    rejected = false;
+                    if !self.accept(state, Pace { increment, reached: 0 }) {
+                        return;
+                    }
+                }
+                Err(rejection) => {
+                    rejected = true;
+                    increment *= 0.5;
+                    if increment < rejection.least(stepping.smallest) * first {
+                        self.path.ending = Ending::Stalled(rejection.to_string());
+                        return;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Brings a functional to a value, halving where needed; `false` ends the run.
+    pub(super) fn reach(&mut self, functional: &dyn Functional, index: usize, target: f64) -> bool {
+        let start = functional.value(&self.path.start.displacement);
+        let mut part = self.pace().filter(|pace| pace.reached == index).map_or(1.0, |pace| pace.increment);
+        while self.steps_left() {
+            let now = functional.value(&self.state.displacement);
+            let rest = target - now;
+            if rest.abs() <= 1e-12 * target.abs().max((target - start).abs()) {
+                return true;
+            }
+            let next = if part >= 1.0 { target } else { now + rest * part };
+            if !self.moves(now, next) {
+                return false;
+            }
+            let ratio =
+                self.previous.as_ref().map_or(0.0, |p| (next - now) / (now - functional.value(&p.displacement)));
+            match self.attempt(self.predicted(ratio), Control::Functional(functional, next)) {
+                Ok((iterations, state)) => {
+                    let arrived = next == target;
+                    // The part is one of what is left: keep the same increment, grow when quick.
+                    let growth =
+                        if iterations <= self.analysis.stepping.quick { self.analysis.stepping.growth } else { 1.0 };
+                    part = if arrived { 1.0 } else { (growth * (next - now) / (target - next)).min(1.0) };
+                    if !self.accept(state, Pace { increment: part, reached: index + usize::from(arrived) }) {
+                        return false;
+                    }
+                    if arrived {
+                        return true;
+                    }
+                }
+                Err(rejection) => {
+                    part *= 0.5;
+                    if part < rejection.least(self.analysis.stepping.smallest) {
+                        self.path.ending = Ending::Stalled(rejection.to_string());
+                        return false;
+                    }
+                }
+            }
+        }
+        false
+    }
+}
+
+/// The largest extent of the nodes \[length\].
+fn extent<const D: usize>(model: &Model<D>) -> f64 {
+    let mut extent: f64 = 0.0;
+    for axis in 0..D {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for x in model.positions() {
+            low = low.min(x[axis]);
+            high = high.max(x[axis]);
+        }
+        extent = extent.max(high - low);
+    }
+    extent
+}
+
+fn root_mean_square(v: &[f64]) -> f64 {
+    (dot(v, v) / v.len() as f64).sqrt()
+}
+
+/// A state `factor` times a linear answer ahead, its local unknowns recovered along.
+fn along<const D: usize>(model: &Model<D>, state: &State, answer: &[f64], factor: f64) -> State {
+    let mut ahead = state.clone();
+    let step: Vec<f64> = answer.iter().map(|a| factor * a).collect();
+    let mut locals: Vec<Vec<f64>> = state.locals.iter().map(|l| vec![0.0; l.len()]).collect();
+    let part = model.advance(&state.displacement, &state.locals, state.load, &step, &mut locals);
+    for (d, s) in ahead.displacement.iter_mut().zip(&step) {
+        *d += part * s;
+    }
+    for (l, s) in ahead.locals.iter_mut().flatten().zip(locals.iter().flatten()) {
+        *l += part * s;
+    }
+    ahead.load += part * factor;
+    ahead
+}
+
+/// Extrapolates linearly by `ratio` times the last step, cut back where the path guard asks for it.
+pub(super) fn predict<const D: usize>(model: &Model<D>, previous: &State, state: &State, ratio: f64) -> State {
+    let mut predicted = state.clone();
+    let step: Vec<f64> =
+        state.displacement.iter().zip(&previous.displacement).map(|(now, then)| ratio * (now - then)).collect();
+    let mut unused: Vec<Vec<f64>> = state.locals.iter().map(|l| vec![0.0; l.len()]).collect();
+    let factor = model.advance(&state.displacement, &state.locals, state.load, &step, &mut unused);
+    for (d, s) in predicted.displacement.iter_mut().zip(&step) {
+        *d += factor * s;
+    }
+    for (locals, (now, then)) in predicted.locals.iter_mut().zip(state.locals.iter().zip(&previous.locals)) {
+        for (l, (now, then)) in locals.iter_mut().zip(now.iter().zip(then)) {
+            *l += factor * ratio * (now - then);
+        }
+    }
+    predicted.load += factor * ratio * (state.load - previous.load);
+    predicted
+}

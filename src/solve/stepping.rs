@@ -1,0 +1,140 @@
+//! The one load-stepping rule of the crate: its settings and its numbers.
+
+use crate::error::SolveError;
+
+use super::critical::Bracketing;
+
+/// What is controlled while the load factor goes from 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum StepControl {
+    /// The load, unless the linear answer to it has $|\nabla u| > 1$: then a generalised deflection, the
+    /// mean displacement along the load.
+    #[default]
+    Auto,
+    /// The load.
+    Load,
+    /// The arc length over the displacements, $|d - d_n| = \ell$ (root of the mean square of the coefficients):
+    /// follows the path through limit points and along falling branches. The first arc is
+    /// [`first`](Stepping::first) of the linear answer, or shorter. A path that never comes to load factor 1 ends
+    /// with its [`steps`](Stepping::steps) or by its observer.
+    ArcLength,
+}
+
+/// What counts: the states at their loads, or the path that leads there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Following {
+    /// The states. A homogeneous state may be reached in one step although it is unstable;
+    /// [`Step::unstable`](super::Step::unstable) says so. Large steps that were slow to converge and gained unstable
+    /// modes are halved, for they may have landed on a false equilibrium.
+    #[default]
+    Load,
+    /// The path: every large step that gains unstable modes is halved until they are gained in a small one, and
+    /// every critical point is located. Arc length always follows the path.
+    Path,
+}
+
+/// How the load is stepped.
+///
+/// * The full load first, or, where the linear answer says that the load is a poor guide, a first deflection;
+/// * every step from a secant predictor, to the one tight tolerance of [`Newton`](super::Newton): looser ones
+///   lost the path of the disk;
+/// * attempts broken off early where increments grow or the path guard keeps cutting them;
+/// * half the increment after a failure, and after a large step that gained unstable modes where
+///   [`follow`](Stepping::follow) asks for it: Newton's method may land on a false equilibrium, and the number of
+///   negative pivots shows it. Gained in a small step they are real, and the critical point is located and reported;
+/// * growth after quick convergence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stepping {
+    /// First increment of the load factor.
+    pub first: f64,
+    /// Increments below this end the analysis as stalled.
+    pub smallest: f64,
+    /// Largest increment.
+    pub largest: f64,
+    /// Growth after a step of at most `quick` iterations.
+    pub growth: f64,
+    /// Iterations up to which a step counts as quick.
+    pub quick: usize,
+    /// Most converged steps.
+    pub steps: usize,
+    /// Whether the next state is predicted from the last two.
+    pub predict: bool,
+    /// What is controlled.
+    pub control: StepControl,
+    /// What counts: the states at their loads, or the path that leads there.
+    pub follow: Following,
+    /// How closely critical points are located where the path is followed.
+    pub bracketing: Bracketing,
+}
+
+impl Default for Stepping {
+    /// Full load first, growth 1.5 after at most 6 iterations.
+    fn default() -> Self {
+        Stepping {
+            first: 1.0,
+            smallest: 1e-4,
+            largest: 1.0,
+            growth: 1.5,
+            quick: 6,
+            steps: 1000,
+            predict: true,
+            control: StepControl::Auto,
+            follow: Following::Load,
+            bracketing: Bracketing::Bisection(1e-3),
+        }
+    }
+}
+
+impl Stepping {
+    /// Equal increments without predictor or growth, as the paper steps.
+    pub fn equal(steps: usize) -> Self {
+        let first = 1.0 / steps.max(1) as f64;
+        Stepping {
+            first,
+            largest: first,
+            growth: 1.0,
+            predict: false,
+            steps: 100 * steps.max(1),
+            control: StepControl::Load,
+            ..Stepping::default()
+        }
+    }
+
+    pub(super) fn validate(&self) -> Result<(), SolveError> {
+        for (what, value, ok) in [
+            ("first load increment", self.first, self.first > 0.0 && self.first <= 1.0),
+            ("smallest load increment", self.smallest, self.smallest > 0.0 && self.smallest <= self.first),
+            ("largest load increment", self.largest, self.largest >= self.first && self.largest.is_finite()),
+            ("growth of the load increment", self.growth, self.growth >= 1.0 && self.growth <= 1e3),
+        ] {
+            if !ok {
+                return Err(SolveError::Setting {
+                    what,
+                    value,
+                    needed: "increments are above 0 with smallest <= first <= largest and first <= 1, growth is from 1 to 1000",
+                });
+            }
+        }
+        match self.bracketing {
+            Bracketing::Bisection(value) if !(value > 0.0 && value.is_finite()) => Err(SolveError::Setting {
+                what: "width of the bracket of a critical point",
+                value,
+                needed: "a part of the load above 0, for instance 1e-3",
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The linear answer has $|\nabla u|$ beyond this: a thin sheet under pressure, whose load says little
+/// about its deflection.
+pub(super) const FAR: f64 = 1.0;
+/// $|\nabla u|$ of the linear answer at the first step of a deflection or an arc.
+pub(super) const FIRST_GRADIENT: f64 = 0.25;
+/// A step that changes $\nabla u$ by more than this part of $1 + |\nabla u|$ may have left its path: where it has
+/// gained unstable modes it is repeated with half the increment. With 0.1 a column with an imperfection of 1e-3 of
+/// its width was lost.
+pub(super) const LARGE_CHANGE: f64 = 1e-3;
+/// Steps of more iterations than this may have strayed. Homogeneous states up to a tenth and ten times the length
+/// take up to 8.
+pub(super) const SLOW: usize = 10;

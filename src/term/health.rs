@@ -1,0 +1,31 @@
+//! What a state tells of how far it can be trusted.
+
+/// How far a state can be trusted; the worst over all points.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Health {
+    /// The smallest reciprocal condition number of the moment matrix behind the shape functions.
+    pub rcond: Option<f64>,
+    /// The smallest and the largest $J = \det F$.
+    pub jacobians: Option<[f64; 2]>,
+    /// Energy of changes of volume within zones, $\int U(J) - U(\bar J)$, where pressures are not projected:
+    /// what locking costs \[energy\].
+    pub locked_energy: Option<f64>,
+}
+
+impl Health {
+    /// The worse of both; energies add.
+    pub fn join(self, other: Health) -> Health {
+        fn both<T>(a: Option<T>, b: Option<T>, join: impl Fn(T, T) -> T) -> Option<T> {
+            match (a, b) {
+                (Some(a), Some(b)) => Some(join(a, b)),
+                (a, b) => a.or(b),
+            }
+        }
+        Health {
+            rcond: both(self.rcond, other.rcond, f64::min),
+            jacobians: both(self.jacobians, other.jacobians, |a, b| [a[0].min(b[0]), a[1].max(b[1])]),
+            locked_energy: both(self.locked_energy, other.locked_energy, |a, b| a + b),
+        }
+    }
+}
