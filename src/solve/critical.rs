@@ -140,5 +140,5 @@ fn is_narrow(low: &State, high: &State, width: f64) -> bool {
 
 /// The mean of two states, local unknowns included.
 fn interpolate<const D: usize>(model: &Model<D>, low: &State, high: &State) -> State {
-    super::march::predict(model, low, high, -0.5)
+    super::lead::predict(model, low, high, -0.5)
 }

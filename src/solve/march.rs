@@ -6,6 +6,7 @@ use crate::error::Error;
 
 use super::analysis::Analysis;
 use super::critical::CriticalPoint;
+use super::lead::{Arc, Lead, along, predict, root_mean_square};
 use super::newton::{Control, Deflection, Functional, Rejection, Workspace, dot};
 use super::path::{Ending, Observer, Pace, Path, State, Step};
 use super::stepping::{FAR, FIRST_GRADIENT, Following, LARGE_CHANGE, SLOW, StepControl};
@@ -25,34 +26,6 @@ pub(super) struct March<'a, 'o, const D: usize> {
     spent: usize,
     /// Rejected attempts since the last converged state.
     rejected: usize,
-}
-
-/// What leads a run whose load factor is an unknown.
-pub(super) enum Lead {
-    /// A generalised deflection.
-    Deflection(Deflection),
-    /// The arc length over the displacements; the first arc runs along this linear answer.
-    Arc(Vec<f64>),
-}
-
-/// $|d - d_n|$, root of the mean square \[length\].
-struct Arc {
-    from: Vec<f64>,
-}
-
-impl Functional for Arc {
-    fn value(&self, displacement: &[f64]) -> f64 {
-        let sum: f64 = displacement.iter().zip(&self.from).map(|(d, n)| (d - n).powi(2)).sum();
-        (sum / self.from.len() as f64).sqrt()
-    }
-
-    fn gradient(&self, displacement: &[f64], out: &mut [f64]) {
-        // Undefined at the centre, where no attempt starts.
-        let scale = 1.0 / (self.value(displacement) * self.from.len() as f64);
-        for (g, (d, n)) in out.iter_mut().zip(displacement.iter().zip(&self.from)) {
-            *g = scale * (d - n);
-        }
-    }
 }
 
 impl<'a, 'o, const D: usize> March<'a, 'o, D> {
@@ -162,7 +135,8 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
     /// Rejects a state that has gained unstable modes in a large step.
     fn on_path(&mut self, attempt: &State, iterations: usize) -> Result<(), Rejection> {
         let after = self.workspace.unstable_modes().unwrap_or(0);
-        if after == 0 || !self.follows_path() && iterations <= SLOW {
+        let doubted = self.follows_path() || self.previous.is_none() && iterations > SLOW;
+        if after == 0 || !doubted {
             return Ok(());
         }
         let model = self.workspace.model;
@@ -472,43 +446,4 @@ fn extent<const D: usize>(model: &Model<D>) -> f64 {
         extent = extent.max(high - low);
     }
     extent
-}
-
-fn root_mean_square(v: &[f64]) -> f64 {
-    (dot(v, v) / v.len() as f64).sqrt()
-}
-
-/// A state `factor` times a linear answer ahead, its local unknowns recovered along.
-fn along<const D: usize>(model: &Model<D>, state: &State, answer: &[f64], factor: f64) -> State {
-    let mut ahead = state.clone();
-    let step: Vec<f64> = answer.iter().map(|a| factor * a).collect();
-    let mut locals: Vec<Vec<f64>> = state.locals.iter().map(|l| vec![0.0; l.len()]).collect();
-    let part = model.advance(&state.displacement, &state.locals, state.load, &step, &mut locals);
-    for (d, s) in ahead.displacement.iter_mut().zip(&step) {
-        *d += part * s;
-    }
-    for (l, s) in ahead.locals.iter_mut().flatten().zip(locals.iter().flatten()) {
-        *l += part * s;
-    }
-    ahead.load += part * factor;
-    ahead
-}
-
-/// Extrapolates linearly by `ratio` times the last step, cut back where the path guard asks for it.
-pub(super) fn predict<const D: usize>(model: &Model<D>, previous: &State, state: &State, ratio: f64) -> State {
-    let mut predicted = state.clone();
-    let step: Vec<f64> =
-        state.displacement.iter().zip(&previous.displacement).map(|(now, then)| ratio * (now - then)).collect();
-    let mut unused: Vec<Vec<f64>> = state.locals.iter().map(|l| vec![0.0; l.len()]).collect();
-    let factor = model.advance(&state.displacement, &state.locals, state.load, &step, &mut unused);
-    for (d, s) in predicted.displacement.iter_mut().zip(&step) {
-        *d += factor * s;
-    }
-    for (locals, (now, then)) in predicted.locals.iter_mut().zip(state.locals.iter().zip(&previous.locals)) {
-        for (l, (now, then)) in locals.iter_mut().zip(now.iter().zip(then)) {
-            *l += factor * ratio * (now - then);
-        }
-    }
-    predicted.load += factor * ratio * (state.load - previous.load);
-    predicted
 }

@@ -2,6 +2,7 @@
 
 mod analysis;
 mod critical;
+mod lead;
 mod march;
 mod newton;
 mod path;

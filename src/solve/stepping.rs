@@ -24,8 +24,8 @@ pub enum StepControl {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Following {
     /// The states. A homogeneous state may be reached in one step although it is unstable;
-    /// [`Step::unstable`](super::Step::unstable) says so. Large steps that were slow to converge and gained unstable
-    /// modes are halved, for they may have landed on a false equilibrium.
+    /// [`Step::unstable`](super::Step::unstable) says so. A large first step, which no other states predict, is halved
+    /// where it was slow to converge and gained unstable modes: it may have landed on a false equilibrium.
     #[default]
     Load,
     /// The path: every large step that gains unstable modes is halved until they are gained in a small one, and
@@ -135,6 +135,6 @@ pub(super) const FIRST_GRADIENT: f64 = 0.25;
 /// gained unstable modes it is repeated with half the increment. With 0.1 a column with an imperfection of 1e-3 of
 /// its width was lost.
 pub(super) const LARGE_CHANGE: f64 = 1e-3;
-/// Steps of more iterations than this may have strayed. Homogeneous states up to a tenth and ten times the length
+/// First steps of more iterations than this may have strayed. Homogeneous states up to a tenth and ten times the length
 /// take up to 8.
 pub(super) const SLOW: usize = 10;
