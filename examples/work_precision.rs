@@ -174,7 +174,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         points.rows.extend(study.points().rows);
         study.table().write(out.join(format!("details_{}.csv", study.name)))?;
-        charts.push(study.chart());
+        let mut chart = study.chart();
+        if study.name == "tube" && !others.is_empty() {
+            chart.title += "; 1D here, 2D in other programs";
+        }
+        charts.push(chart);
     }
     points.write(out.join("points.csv"))?;
     println!();

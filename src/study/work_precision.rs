@@ -342,10 +342,13 @@ impl Study {
                 names.push(&run.series);
             }
         }
+        let first = names.first().copied();
         for name in names {
             let points: Vec<[f64; 2]> =
                 drawn().filter(|run| run.series == name).map(|run| [run.seconds, run.credited]).collect();
-            chart = chart.with(Series::line(name, &points).marker(Marker::Automatic));
+            // The first series is what the others are compared with.
+            let colour = if Some(name) == first { Colour::Black } else { Colour::Automatic };
+            chart = chart.with(Series::line(name, &points).marker(Marker::Automatic).colour(colour));
         }
         chart
     }
