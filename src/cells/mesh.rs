@@ -5,6 +5,7 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
 
 use crate::error::GeometryError;
 use crate::geometry::{Curve, Point, Region};
+use crate::quadrature::Points;
 
 /// A piece of the boundary that was drawn in one go: particles along a line or an arc.
 #[derive(Debug, Clone, PartialEq)]
@@ -269,6 +270,17 @@ fn close_pair(positions: &[Point<2>], distance: f64) -> Option<[usize; 2]> {
 pub(crate) fn cross(a: Point<2>, b: Point<2>, c: Point<2>) -> f64 {
     let (u, v) = (b - a, c - a);
     u[0] * v[1] - u[1] * v[0]
+}
+
+/// Adds the Gauss points of the square collapsed onto a triangle, exact to degree $2n - 2$ for a rule of $n$ points.
+pub(crate) fn collapse(rule: &(Vec<f64>, Vec<f64>), [a, b, c]: [Point<2>; 3], points: &mut Points<2>) {
+    let twice = cross(a, b, c);
+    for (s, ws) in rule.0.iter().zip(&rule.1) {
+        for (t, wt) in rule.0.iter().zip(&rule.1) {
+            points.positions.push(a * (1.0 - s) + (b * (1.0 - t) + c * *t) * *s);
+            points.weights.push(twice * ws * wt * s);
+        }
+    }
 }
 
 /// The centre of the circle through the corners.

@@ -6,7 +6,7 @@ use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, gauss_legendre};
 
 use super::edges::facets;
-use super::mesh::{Mesh, NONE, cross};
+use super::mesh::{Mesh, NONE, collapse, cross};
 use super::polygons::Polygons;
 use super::scatter::{Spacing, factor_for, scatter};
 use super::voronoi::dual_polygons;
@@ -226,19 +226,11 @@ impl Cells<2> for Triangulation {
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<2>, GeometryError> {
-        let (abscissae, weights) = gauss_legendre(n)?;
+        let rule = gauss_legendre(n)?;
         let mut points = Points::empty();
         for zone in zones.offsets.windows(2) {
             for &triangle in &zones.cells[zone[0]..zone[1]] {
-                let [a, b, c] = self.mesh.corners(triangle as usize);
-                let twice = cross(a, b, c);
-                // The square collapsed onto the triangle: exact to degree 2n − 2.
-                for (s, ws) in abscissae.iter().zip(&weights) {
-                    for (t, wt) in abscissae.iter().zip(&weights) {
-                        points.positions.push(a * (1.0 - s) + (b * (1.0 - t) + c * *t) * *s);
-                        points.weights.push(twice * ws * wt * s);
-                    }
-                }
+                collapse(&rule, self.mesh.corners(triangle as usize), &mut points);
             }
             points.close_group();
         }

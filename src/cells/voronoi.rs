@@ -3,9 +3,9 @@
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Part, Point, Region};
 use crate::particles::Particles;
-use crate::quadrature::Points;
+use crate::quadrature::{Points, gauss_legendre};
 
-use super::mesh::{Mesh, NONE, circumcentre, cross};
+use super::mesh::{Mesh, NONE, circumcentre, collapse, cross};
 use super::polygons::Polygons;
 use super::{BoundaryCells, Cells, Scatter, Smoothing, Triangulation, Zones};
 
@@ -219,20 +219,13 @@ impl Cells<2> for Voronoi {
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<2>, GeometryError> {
-        let (abscissae, weights) = crate::quadrature::gauss_legendre(n)?;
+        let rule = gauss_legendre(n)?;
         let fans = fans(&self.triangles.mesh, zones);
         let mut points = Points::empty();
         for group in fans.groups.windows(2) {
             for fan in group[0]..group[1] {
                 let corners = &fans.corners[fans.offsets[fan]..fans.offsets[fan + 1]];
-                let [a, b, c] = [0, 1, 2].map(|k| fans.vertices[corners[k] as usize]);
-                let twice = cross(a, b, c);
-                for (s, ws) in abscissae.iter().zip(&weights) {
-                    for (t, wt) in abscissae.iter().zip(&weights) {
-                        points.positions.push(a * (1.0 - s) + (b * (1.0 - t) + c * *t) * *s);
-                        points.weights.push(twice * ws * wt * s);
-                    }
-                }
+                collapse(&rule, [0, 1, 2].map(|k| fans.vertices[corners[k] as usize]), &mut points);
             }
             points.close_group();
         }
