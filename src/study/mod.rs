@@ -21,15 +21,17 @@
 //! ```
 //! [`Scene::solve_within`](crate::scene::Scene::solve_within) chooses the number of particles itself.
 
+mod answer;
 mod clock;
 mod dilation;
+mod nested;
 mod quantity;
 mod refinement;
 mod sizing;
 mod work_precision;
 
+pub use answer::{Answer, Budget, Level, Tolerance, Verdict};
 pub use clock::Phases;
 pub use dilation::{BestDilation, Trial, best_dilation, potential};
 pub use quantity::Quantity;
-pub use sizing::{Answer, Budget, Level, Tolerance, Verdict};
 pub use work_precision::{Reference, Run, Study, WorkPrecision};

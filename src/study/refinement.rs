@@ -9,7 +9,9 @@ use crate::error::{Error, GeometryError};
 use crate::scene::{Problem, Scene, Scheme};
 use crate::solve::State;
 
-use super::sizing::{Answer, Budget, FIRST_ACROSS, Tolerance, Verdict, check, estimate, follow};
+use super::answer::{Answer, Budget, Level, Tolerance};
+use super::nested::{Course, check, follow, join, judge, solve};
+use super::sizing::{FIRST_ACROSS, THIN};
 
 /// Share of the summed squared indicators that the refined macro cells carry (Dörfler's bulk criterion).
 const BULK: f64 = 0.5;
@@ -53,7 +55,7 @@ impl Scene<2> {
         let unsuited = GeometryError::Unsuited { what: "local refinement", needed };
         let (Some(lengths), Some(domain)) = (self.side_lengths(), self.domain()) else { return Err(unsuited.into()) };
         let shortest = lengths[0].min(lengths[1]);
-        if lengths[0].max(lengths[1]) > super::sizing::THIN * shortest {
+        if lengths[0].max(lengths[1]) > THIN * shortest {
             return Err(unsuited.into());
         }
         // Sides that are nearly alike get as many cells, in favour of a small first model.
@@ -63,43 +65,37 @@ impl Scene<2> {
         loop {
             let scene = self.with_cells(Arc::new(cells.clone()));
             let counts = [cells.positions().len()];
-            let solved = super::sizing::solve(&scene, scheme.clone(), &counts, tolerance, answer.as_ref());
-            let mut next = match follow(solved, &mut answer, &counts)? {
-                Ok(next) => next,
-                Err(best) => return Ok(*best),
+            let solved = solve(&scene, scheme.clone(), &counts, tolerance, answer.as_ref());
+            let (mut next, before) = match follow(solved, answer, &counts)? {
+                Course::Onward(next, before) => (next, before),
+                Course::Ended(best) => return Ok(best),
             };
-            let before = answer.take().map(|answer| answer.levels).unwrap_or_default();
-            let most = COARSER * next.levels[0].unknowns as f64;
-            let compared = before.iter().rev().find(|other| other.unknowns as f64 <= most).or(before.first());
-            if let (Some(level), Some(last)) = (next.levels.first_mut(), compared) {
-                let first = before.first().zip(before.get(1)).unwrap_or((last, &*level));
-                let factor = (level.unknowns as f64 / last.unknowns as f64).sqrt();
-                let found = estimate(first, last, level, factor);
-                level.estimate = Some(found);
-                next.bound = found;
+            let last = compared(&before, next.levels[0].unknowns);
+            join(&mut next, before, last);
+            let course = judge(next, tolerance, budget, |next| {
+                let marked = marked(&indicators(&next.problem, next.path.last(), &cells));
+                let finer = cells.refined(&marked).map_err(|error| format!("the cells can't be refined: {error}"))?;
+                if finer.positions().len() == cells.positions().len() {
+                    return Err("the smallest spacing is reached: 1/16 of the coarsest".to_string());
+                }
+                Ok((2 * finer.positions().len(), finer))
+            });
+            match course {
+                Course::Onward(next, finer) => {
+                    answer = Some(next);
+                    cells = finer;
+                }
+                Course::Ended(found) => return Ok(found),
             }
-            next.levels.splice(0..0, before);
-            if next.levels.len() >= 3 && next.bound < tolerance.error {
-                next.verdict = Verdict::Reached;
-                return Ok(next);
-            }
-            let finer = cells.refined(&marked(&indicators(&next.problem, next.path.last(), &cells)))?;
-            let unknowns = 2 * finer.positions().len();
-            let why = if finer.positions().len() == cells.positions().len() {
-                "the smallest spacing is reached: 1/16 of the coarsest".to_string()
-            } else if next.levels.len() >= budget.levels {
-                format!("the budget of {} models is used up", budget.levels)
-            } else if unknowns > budget.unknowns {
-                format!("the next model has {unknowns} unknowns, the budget allows {}", budget.unknowns)
-            } else {
-                cells = finer;
-                answer = Some(next);
-                continue;
-            };
-            next.verdict = Verdict::NotReached(why);
-            return Ok(next);
         }
     }
+}
+
+/// The last model that is coarse enough to compare with, else the first, and the ratio of spacings.
+fn compared(before: &[Level], unknowns: usize) -> Option<(usize, f64)> {
+    let most = COARSER * unknowns as f64;
+    let place = before.iter().rposition(|other| other.unknowns as f64 <= most).unwrap_or(0);
+    before.get(place).map(|other| (place, (unknowns as f64 / other.unknowns as f64).sqrt()))
 }
 
 /// $\eta_z^2$ of each macro cell.

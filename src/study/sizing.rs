@@ -1,140 +1,10 @@
 //! A tolerance in, the smallest sufficient model out.
 
-use std::time::Instant;
+use crate::error::{Error, GeometryError};
+use crate::scene::{Scene, Scheme};
 
-use crate::error::{Error, GeometryError, SolveError};
-use crate::output::{Cell, Table};
-use crate::scene::{Problem, Scene, Scheme};
-use crate::solve::{Ending, Path};
-
-use super::quantity::Quantity;
-
-/// What is to be known, and how well.
-#[derive(Debug, Clone)]
-pub struct Tolerance<const D: usize> {
-    /// Largest relative error of each quantity.
-    pub error: f64,
-    /// The quantities asked for.
-    pub quantities: Vec<Quantity<D>>,
-}
-
-impl<const D: usize> Tolerance<D> {
-    /// The stored energy to a relative error.
-    pub fn energy(error: f64) -> Self {
-        Tolerance::of(Quantity::energy(), error)
-    }
-
-    /// A quantity to a relative error.
-    pub fn of(quantity: Quantity<D>, error: f64) -> Self {
-        Tolerance { error, quantities: vec![quantity] }
-    }
-
-    /// One quantity more, to the same error.
-    pub fn and(mut self, quantity: Quantity<D>) -> Self {
-        self.quantities.push(quantity);
-        self
-    }
-}
-
-/// Where the search for a model ends without one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Budget {
-    /// Most displacement unknowns of a model.
-    pub unknowns: usize,
-    /// Most models that are solved.
-    pub levels: usize,
-}
-
-impl Default for Budget {
-    /// 50 000 unknowns, 12 models.
-    fn default() -> Self {
-        Budget { unknowns: 50_000, levels: 12 }
-    }
-}
-
-/// One model on the way.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Level {
-    /// Particles along each axis.
-    pub counts: Vec<usize>,
-    /// Displacement unknowns.
-    pub unknowns: usize,
-    /// Newton iterations, those of a first guess that led nowhere included.
-    pub iterations: usize,
-    /// Seconds from particles to the solution.
-    pub seconds: f64,
-    /// Values of the quantities asked for, then the energy.
-    pub values: Vec<f64>,
-    /// Estimated relative error of the worst quantity; none for the first model.
-    pub estimate: Option<f64>,
-}
-
-/// Whether the tolerance was met.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Verdict {
-    /// The estimate of the last model is below the tolerance.
-    Reached,
-    /// It is not; why the search ended. The last model is the best there is.
-    NotReached(String),
-}
-
-/// The answer to a tolerance: the last model, its solution, and the way there.
-pub struct Answer<const D: usize> {
-    /// Whether the tolerance was met.
-    pub verdict: Verdict,
-    /// The bound given for the relative error of the worst quantity of the last model.
-    pub bound: f64,
-    /// The last model.
-    pub problem: Problem<D>,
-    /// Its solution; where it was corrected from a coarser one, a path of one step.
-    pub path: Path,
-    /// All models, from coarse to fine.
-    pub levels: Vec<Level>,
-}
-
-impl<const D: usize> Answer<D> {
-    /// Values of the quantities asked for.
-    pub fn values(&self) -> &[f64] {
-        let values = self.levels.last().map_or(&[][..], |level| &level.values);
-        // The energy that stands behind them served the estimate.
-        &values[..values.len().saturating_sub(1)]
-    }
-
-    /// Whether the tolerance was met.
-    pub fn reached(&self) -> bool {
-        self.verdict == Verdict::Reached
-    }
-
-    /// Seconds of all models together.
-    pub fn seconds(&self) -> f64 {
-        self.levels.iter().map(|level| level.seconds).sum()
-    }
-
-    /// Particles, unknowns, iterations, seconds and estimates, a row per model.
-    pub fn table(&self) -> Table {
-        let mut table = Table::new(["counts", "unknowns", "iterations", "seconds", "estimate"]);
-        table.rows.extend(self.levels.iter().map(|level| {
-            let counts: Vec<String> = level.counts.iter().map(usize::to_string).collect();
-            let counts = Cell::from(counts.join(" × "));
-            let numbers = [Cell::from(level.unknowns), Cell::from(level.iterations), Cell::from(level.seconds)];
-            [counts].into_iter().chain(numbers).chain([Cell::from(level.estimate)]).collect()
-        }));
-        table
-    }
-}
-
-#[cfg(feature = "chart")]
-impl<const D: usize> Answer<D> {
-    /// Estimates over unknowns, model by model, and the tolerance to be met.
-    pub fn chart(&self, tolerance: f64) -> crate::output::Chart {
-        let estimated = self.levels.iter().filter_map(|level| Some([level.unknowns as f64, level.estimate?]));
-        crate::output::Chart::new("A model that is just fine enough")
-            .x_log("unknowns")
-            .y_log("estimated relative error")
-            .marked_line("models", &estimated.collect::<Vec<_>>())
-            .horizontal("tolerance", tolerance)
-    }
-}
+use super::answer::{Answer, Budget, Tolerance};
+use super::nested::{Course, ORDER, check, follow, join, judge, solve};
 
 /// Cells across the shortest side of the first model of a compact body.
 pub(super) const FIRST_ACROSS: f64 = 3.0;
@@ -154,11 +24,6 @@ const FIRST_FACTOR: f64 = 4.0 / 3.0;
 const FACTORS: [f64; 2] = [1.2, 2.0];
 /// The next model aims at this part of the tolerance.
 const AIM: f64 = 0.8;
-/// Assumed order of convergence: corners of rubber parts allow no more.
-const ORDER: f64 = 1.0;
-/// An estimate falls at most with this power of the spacing: a difference that is small by accident does not count.
-const STEEPEST: f64 = 1.5;
-
 impl<const D: usize> Scene<D> {
     /// Solves the scene with the cheapest model found sufficient under the default scheme, see
     /// [`solve_within_by`](Scene::solve_within_by).
@@ -213,85 +78,38 @@ impl<const D: usize> Scene<D> {
         check(tolerance)?;
         let sides = Sides::of(self)?;
         let mut fineness = 1.0;
-        let mut answer: Option<Answer<D>> = None;
         let mut counts = sides.counts(fineness);
+        let mut answer: Option<Answer<D>> = None;
         loop {
             let solved = solve(self, scheme.clone().particles(counts.clone()), &counts, tolerance, answer.as_ref());
-            let mut next = match follow(solved, &mut answer, &counts)? {
-                Ok(next) => next,
-                Err(best) => return Ok(*best),
+            let (mut next, before) = match follow(solved, answer, &counts)? {
+                Course::Onward(next, before) => (next, before),
+                Course::Ended(best) => return Ok(best),
             };
-            let before = answer.take().map(|answer| answer.levels).unwrap_or_default();
-            if let (Some(level), Some(last)) = (next.levels.first_mut(), before.last()) {
-                let first = before.first().zip(before.get(1)).unwrap_or((last, &*level));
-                let factor = sides.spacing(&last.counts) / sides.spacing(&level.counts);
-                let estimate = estimate(first, last, level, factor);
-                level.estimate = Some(estimate);
-                next.bound = estimate;
+            let last = before.len().checked_sub(1);
+            let last = last.map(|last| (last, sides.spacing(&before[last].counts) / sides.spacing(&counts)));
+            join(&mut next, before, last);
+            let course = judge(next, tolerance, budget, |next| {
+                let factor = match next.levels.len() {
+                    1 => FIRST_FACTOR,
+                    _ => (next.bound / (AIM * tolerance.error)).powf(1.0 / ORDER).clamp(FACTORS[0], FACTORS[1]),
+                };
+                // Models that round to the same counts are skipped.
+                let mut fineness = fineness;
+                while sides.counts(fineness * factor) == counts {
+                    fineness *= 1.05;
+                }
+                let finer = sides.counts(fineness * factor);
+                Ok((finer.iter().fold(D, |n, &c| n.saturating_mul(c)), (fineness * factor, finer)))
+            });
+            match course {
+                Course::Onward(next, finer) => {
+                    answer = Some(next);
+                    (fineness, counts) = finer;
+                }
+                Course::Ended(found) => return Ok(found),
             }
-            next.levels.splice(0..0, before);
-            if next.levels.len() >= 3 && next.bound < tolerance.error {
-                next.verdict = Verdict::Reached;
-                return Ok(next);
-            }
-            // Models that round to the same counts are skipped.
-            let factor = match next.levels.len() {
-                1 => FIRST_FACTOR,
-                _ => (next.bound / (AIM * tolerance.error)).powf(1.0 / ORDER).clamp(FACTORS[0], FACTORS[1]),
-            };
-            while sides.counts(fineness * factor) == counts {
-                fineness *= 1.05;
-            }
-            fineness *= factor;
-            counts = sides.counts(fineness);
-            let unknowns = counts.iter().fold(D, |n, &c| n.saturating_mul(c));
-            let why = if next.levels.len() >= budget.levels {
-                format!("the budget of {} models is used up", budget.levels)
-            } else if unknowns > budget.unknowns {
-                format!("the next model has {unknowns} unknowns, the budget allows {}", budget.unknowns)
-            } else {
-                answer = Some(next);
-                continue;
-            };
-            next.verdict = Verdict::NotReached(why);
-            return Ok(next);
         }
-    }
-}
-
-/// Refuses tolerances that can't be met or ask for nothing.
-pub(super) fn check<const D: usize>(tolerance: &Tolerance<D>) -> Result<(), Error> {
-    if !(tolerance.error > 0.0 && tolerance.error < 1.0) {
-        let needed = "give a relative error between 0 and 1";
-        return Err(SolveError::Setting { what: "tolerance", value: tolerance.error, needed }.into());
-    }
-    if tolerance.quantities.is_empty() {
-        let remedy = "name at least one quantity; Tolerance::energy is one";
-        return Err(SolveError::Empty { what: "quantities of a tolerance", remedy }.into());
-    }
-    Ok(())
-}
-
-/// The next model, or the best so far where the next one failed; an error where there is none.
-#[allow(clippy::type_complexity)] // Said once, in the line above.
-pub(super) fn follow<const D: usize>(
-    solved: Result<Answer<D>, Error>,
-    answer: &mut Option<Answer<D>>,
-    counts: &[usize],
-) -> Result<Result<Answer<D>, Box<Answer<D>>>, Error> {
-    match (solved, answer.take()) {
-        (Ok(next), before) => {
-            *answer = before;
-            Ok(Ok(next))
-        }
-        // What is known stays known.
-        (Err(error), Some(mut best)) => {
-            let particles: Vec<String> = counts.iter().map(usize::to_string).collect();
-            let why = format!("the model of {} particles failed: {error}", particles.join(" × "));
-            best.verdict = Verdict::NotReached(why);
-            Ok(Err(Box::new(best)))
-        }
-        (Err(error), None) => Err(error),
     }
 }
 
@@ -334,66 +152,4 @@ impl<const D: usize> Sides<D> {
         let along = self.lengths.iter().zip(counts).filter(|(length, _)| **length >= self.thin);
         along.map(|(length, &n)| length / (n - 1) as f64).fold(0.0, f64::max)
     }
-}
-
-/// Solves one model, corrected from a coarser one where there is one.
-pub(super) fn solve<const D: usize>(
-    scene: &Scene<D>,
-    scheme: Scheme,
-    counts: &[usize],
-    tolerance: &Tolerance<D>,
-    coarser: Option<&Answer<D>>,
-) -> Result<Answer<D>, Error> {
-    let start = Instant::now();
-    let problem = scene.discretize(&scheme)?;
-    let mut wasted = 0;
-    let corrected = match coarser {
-        Some(coarser) => {
-            let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
-            // A guess that can't be corrected costs its iterations and nothing else.
-            match problem.analysis.correct(&problem.model, &problem.rows, guess, &mut ()) {
-                Ok(path) if path.ending == Ending::Completed => Some(path),
-                Ok(path) => {
-                    wasted = path.iterations;
-                    None
-                }
-                Err(_) => None,
-            }
-        }
-        None => None,
-    };
-    let path = match corrected {
-        Some(path) => path,
-        None => problem.run(&mut ())?.completed()?,
-    };
-    let seconds = start.elapsed().as_secs_f64();
-    let energy = Quantity::energy();
-    let asked = tolerance.quantities.iter().chain([&energy]);
-    let values = asked.map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
-    let level = Level {
-        counts: counts.to_vec(),
-        unknowns: problem.model.unknowns(),
-        iterations: path.iterations + wasted,
-        seconds,
-        values,
-        estimate: None,
-    };
-    Ok(Answer { verdict: Verdict::NotReached(String::new()), bound: f64::INFINITY, problem, path, levels: vec![level] })
-}
-
-/// The estimate of the last of two models, `first` being the first two of all.
-pub(super) fn estimate(first: (&Level, &Level), before: &Level, now: &Level, factor: f64) -> f64 {
-    let change = |a: &Level, b: &Level, k: usize| {
-        let (a, b) = (a.values[k], b.values[k]);
-        if a == b { 0.0 } else { ((b - a) / b).abs() }
-    };
-    let asked = now.values.len() - 1;
-    let worst = |a: &Level, b: &Level| (0..asked).map(|k| change(a, b, k)).fold(0.0, f64::max);
-    // How much the quantities moved with the energy at first: at most as much as the energy itself.
-    let sensitivity = (worst(first.0, first.1) / change(first.0, first.1, asked)).min(1.0);
-    let guard = sensitivity * change(before, now, asked);
-    let difference = worst(before, now).max(if guard.is_nan() { 0.0 } else { guard });
-    let extrapolated = difference / (factor.powf(ORDER) - 1.0);
-    let believed = before.estimate.map_or(0.0, |e| e * factor.powf(-STEEPEST));
-    extrapolated.max(believed)
 }

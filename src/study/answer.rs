@@ -1,0 +1,134 @@
+//! What is asked of a model that sizes itself, and what it answers.
+
+use crate::output::{Cell, Table};
+use crate::scene::Problem;
+use crate::solve::Path;
+
+use super::quantity::Quantity;
+
+/// What is to be known, and how well.
+#[derive(Debug, Clone)]
+pub struct Tolerance<const D: usize> {
+    /// Largest relative error of each quantity.
+    pub error: f64,
+    /// The quantities asked for.
+    pub quantities: Vec<Quantity<D>>,
+}
+
+impl<const D: usize> Tolerance<D> {
+    /// The stored energy to a relative error.
+    pub fn energy(error: f64) -> Self {
+        Tolerance::of(Quantity::energy(), error)
+    }
+
+    /// A quantity to a relative error.
+    pub fn of(quantity: Quantity<D>, error: f64) -> Self {
+        Tolerance { error, quantities: vec![quantity] }
+    }
+
+    /// One quantity more, to the same error.
+    pub fn and(mut self, quantity: Quantity<D>) -> Self {
+        self.quantities.push(quantity);
+        self
+    }
+}
+
+/// Where the search for a model ends without one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Budget {
+    /// Most displacement unknowns of a model.
+    pub unknowns: usize,
+    /// Most models that are solved.
+    pub levels: usize,
+}
+
+impl Default for Budget {
+    /// 50 000 unknowns, 12 models.
+    fn default() -> Self {
+        Budget { unknowns: 50_000, levels: 12 }
+    }
+}
+
+/// One model on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Level {
+    /// Particles along each axis.
+    pub counts: Vec<usize>,
+    /// Displacement unknowns.
+    pub unknowns: usize,
+    /// Newton iterations, those of a first guess that led nowhere included.
+    pub iterations: usize,
+    /// Seconds from particles to the solution.
+    pub seconds: f64,
+    /// Values of the quantities asked for, then the energy.
+    pub values: Vec<f64>,
+    /// Estimated relative error of the worst quantity; none for the first model.
+    pub estimate: Option<f64>,
+}
+
+/// Whether the tolerance was met.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Verdict {
+    /// The estimate of the last model is below the tolerance.
+    Reached,
+    /// It is not; why the search ended. The last model is the best there is.
+    NotReached(String),
+}
+
+/// The answer to a tolerance: the last model, its solution, and the way there.
+pub struct Answer<const D: usize> {
+    /// Whether the tolerance was met.
+    pub verdict: Verdict,
+    /// The bound given for the relative error of the worst quantity of the last model.
+    pub bound: f64,
+    /// The last model.
+    pub problem: Problem<D>,
+    /// Its solution; where it was corrected from a coarser one, a path of one step.
+    pub path: Path,
+    /// All models, from coarse to fine.
+    pub levels: Vec<Level>,
+}
+
+impl<const D: usize> Answer<D> {
+    /// Values of the quantities asked for.
+    pub fn values(&self) -> &[f64] {
+        let values = self.levels.last().map_or(&[][..], |level| &level.values);
+        // The energy that stands behind them served the estimate.
+        &values[..values.len().saturating_sub(1)]
+    }
+
+    /// Whether the tolerance was met.
+    pub fn reached(&self) -> bool {
+        self.verdict == Verdict::Reached
+    }
+
+    /// Seconds of all models together.
+    pub fn seconds(&self) -> f64 {
+        self.levels.iter().map(|level| level.seconds).sum()
+    }
+
+    /// Particles, unknowns, iterations, seconds and estimates, a row per model.
+    pub fn table(&self) -> Table {
+        let mut table = Table::new(["counts", "unknowns", "iterations", "seconds", "estimate"]);
+        table.rows.extend(self.levels.iter().map(|level| {
+            let counts: Vec<String> = level.counts.iter().map(usize::to_string).collect();
+            let counts = Cell::from(counts.join(" × "));
+            let numbers = [Cell::from(level.unknowns), Cell::from(level.iterations), Cell::from(level.seconds)];
+            [counts].into_iter().chain(numbers).chain([Cell::from(level.estimate)]).collect()
+        }));
+        table
+    }
+}
+
+#[cfg(feature = "chart")]
+impl<const D: usize> Answer<D> {
+    /// Estimates over unknowns, model by model, and the tolerance to be met.
+    pub fn chart(&self, tolerance: f64) -> crate::output::Chart {
+        let estimated = self.levels.iter().filter_map(|level| Some([level.unknowns as f64, level.estimate?]));
+        crate::output::Chart::new("A model that is just fine enough")
+            .x_log("unknowns")
+            .y_log("estimated relative error")
+            .marked_line("models", &estimated.collect::<Vec<_>>())
+            .horizontal("tolerance", tolerance)
+    }
+}

@@ -1,0 +1,156 @@
+//! Nested iteration: each model is solved from the one before it, its error estimated, and judged.
+
+use std::time::Instant;
+
+use crate::error::{Error, SolveError};
+use crate::scene::{Scene, Scheme};
+use crate::solve::Ending;
+
+use super::answer::{Answer, Budget, Level, Tolerance, Verdict};
+use super::quantity::Quantity;
+
+/// Assumed order of convergence: corners of rubber parts allow no more.
+pub(super) const ORDER: f64 = 1.0;
+/// An estimate falls at most with this power of the spacing: a difference that is small by accident does not count.
+const STEEPEST: f64 = 1.5;
+/// Fewer models say nothing of their error.
+const LEAST: usize = 3;
+
+/// Where a model leads: to the end of the search, or on with what the next one needs.
+pub(super) enum Course<const D: usize, Next> {
+    Ended(Answer<D>),
+    Onward(Answer<D>, Next),
+}
+
+/// Refuses tolerances that can't be met or ask for nothing.
+pub(super) fn check<const D: usize>(tolerance: &Tolerance<D>) -> Result<(), Error> {
+    if !(tolerance.error > 0.0 && tolerance.error < 1.0) {
+        let needed = "give a relative error between 0 and 1";
+        return Err(SolveError::Setting { what: "tolerance", value: tolerance.error, needed }.into());
+    }
+    if tolerance.quantities.is_empty() {
+        let remedy = "name at least one quantity; Tolerance::energy is one";
+        return Err(SolveError::Empty { what: "quantities of a tolerance", remedy }.into());
+    }
+    Ok(())
+}
+
+/// The next model with those before it, or the end of the search where it failed: what is known stays known. An
+/// error where there is none yet.
+pub(super) fn follow<const D: usize>(
+    solved: Result<Answer<D>, Error>,
+    before: Option<Answer<D>>,
+    counts: &[usize],
+) -> Result<Course<D, Vec<Level>>, Error> {
+    match (solved, before) {
+        (Ok(next), before) => Ok(Course::Onward(next, before.map(|before| before.levels).unwrap_or_default())),
+        (Err(error), Some(mut best)) => {
+            let particles: Vec<String> = counts.iter().map(usize::to_string).collect();
+            let why = format!("the model of {} particles failed: {error}", particles.join(" × "));
+            best.verdict = Verdict::NotReached(why);
+            Ok(Course::Ended(best))
+        }
+        (Err(error), None) => Err(error),
+    }
+}
+
+/// Joins a model to those before it, its error estimated against one of them: its place and the ratio of spacings.
+pub(super) fn join<const D: usize>(next: &mut Answer<D>, before: Vec<Level>, compared: Option<(usize, f64)>) {
+    if let (Some(level), Some((last, factor))) = (next.levels.first_mut(), compared) {
+        let last = &before[last];
+        let first = before.first().zip(before.get(1)).unwrap_or((last, &*level));
+        let found = estimate(first, last, level, factor);
+        level.estimate = Some(found);
+        next.bound = found;
+    }
+    next.levels.splice(0..0, before);
+}
+
+/// Ends the search where the tolerance is met or the budget used up; else it goes on with what `finer` gives for the
+/// next model beside its unknowns, or ends for its reason.
+pub(super) fn judge<const D: usize, Next>(
+    mut answer: Answer<D>,
+    tolerance: &Tolerance<D>,
+    budget: Budget,
+    finer: impl FnOnce(&Answer<D>) -> Result<(usize, Next), String>,
+) -> Course<D, Next> {
+    if answer.levels.len() >= LEAST && answer.bound < tolerance.error {
+        answer.verdict = Verdict::Reached;
+        return Course::Ended(answer);
+    }
+    let why = if answer.levels.len() >= budget.levels {
+        format!("the budget of {} models is used up", budget.levels)
+    } else {
+        match finer(&answer) {
+            Ok((unknowns, next)) if unknowns <= budget.unknowns => return Course::Onward(answer, next),
+            Ok((unknowns, _)) => {
+                format!("the next model has {unknowns} unknowns, the budget allows {}", budget.unknowns)
+            }
+            Err(why) => why,
+        }
+    };
+    answer.verdict = Verdict::NotReached(why);
+    Course::Ended(answer)
+}
+
+/// Solves one model, corrected from a coarser one where there is one.
+pub(super) fn solve<const D: usize>(
+    scene: &Scene<D>,
+    scheme: Scheme,
+    counts: &[usize],
+    tolerance: &Tolerance<D>,
+    coarser: Option<&Answer<D>>,
+) -> Result<Answer<D>, Error> {
+    let start = Instant::now();
+    let problem = scene.discretize(&scheme)?;
+    let mut wasted = 0;
+    let corrected = match coarser {
+        Some(coarser) => {
+            let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
+            // A guess that can't be corrected costs its iterations and nothing else.
+            match problem.analysis.correct(&problem.model, &problem.rows, guess, &mut ()) {
+                Ok(path) if path.ending == Ending::Completed => Some(path),
+                Ok(path) => {
+                    wasted = path.iterations;
+                    None
+                }
+                Err(_) => None,
+            }
+        }
+        None => None,
+    };
+    let path = match corrected {
+        Some(path) => path,
+        None => problem.run(&mut ())?.completed()?,
+    };
+    let seconds = start.elapsed().as_secs_f64();
+    let energy = Quantity::energy();
+    let asked = tolerance.quantities.iter().chain([&energy]);
+    let values = asked.map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
+    let level = Level {
+        counts: counts.to_vec(),
+        unknowns: problem.model.unknowns(),
+        iterations: path.iterations + wasted,
+        seconds,
+        values,
+        estimate: None,
+    };
+    Ok(Answer { verdict: Verdict::NotReached(String::new()), bound: f64::INFINITY, problem, path, levels: vec![level] })
+}
+
+/// The estimate of the last of two models, `first` being the first two of all.
+fn estimate(first: (&Level, &Level), before: &Level, now: &Level, factor: f64) -> f64 {
+    let change = |a: &Level, b: &Level, k: usize| {
+        let (a, b) = (a.values[k], b.values[k]);
+        if a == b { 0.0 } else { ((b - a) / b).abs() }
+    };
+    let asked = now.values.len() - 1;
+    let worst = |a: &Level, b: &Level| (0..asked).map(|k| change(a, b, k)).fold(0.0, f64::max);
+    // How much the quantities moved with the energy at first: at most as much as the energy itself.
+    let sensitivity = (worst(first.0, first.1) / change(first.0, first.1, asked)).min(1.0);
+    let guard = sensitivity * change(before, now, asked);
+    let difference = worst(before, now).max(if guard.is_nan() { 0.0 } else { guard });
+    let extrapolated = difference / (factor.powf(ORDER) - 1.0);
+    let believed = before.estimate.map_or(0.0, |e| e * factor.powf(-STEEPEST));
+    extrapolated.max(believed)
+}
