@@ -119,7 +119,7 @@ fn iteration() {
     let model = &problem.model;
     let state = State::at_rest(model, &problem.rows);
     let (enforced, values, order) = support::reduced(&problem);
-    let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), Some(&order)).expect("a pattern");
+    let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), order.as_deref()).expect("a pattern");
     let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
     let mut assembler = model.assembler();
     let mut system = System::default();
@@ -195,7 +195,7 @@ fn slopes<const D: usize>(name: &str, scene: &Scene<D>, counts: &[usize]) {
         let (enforced, values, order) = support::reduced(&problem);
         let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
         let start = Instant::now();
-        let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), Some(&order)).expect("a pattern");
+        let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), order.as_deref()).expect("a pattern");
         let analysis = start.elapsed().as_secs_f64();
         let mut assembler = model.assembler();
         let mut system = System::default();
@@ -248,7 +248,7 @@ fn memory<const D: usize>(name: &str, scene: &Scene<D>, n: usize) {
     problem.run(&mut ()).expect("a model").completed().expect("full load");
     let peak = peak().unwrap_or(f64::NAN) - idle;
     let (enforced, values, order) = support::reduced(&problem);
-    let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), Some(&order)).expect("a pattern");
+    let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), order.as_deref()).expect("a pattern");
     drop(factorizer.factorize(&values).expect("a regular matrix"));
     let table = problem.body.table().bytes() as f64;
     let matrix = 12.0 * values.len() as f64;

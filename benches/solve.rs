@@ -14,9 +14,9 @@ fn solve<const D: usize>(c: &mut Criterion, name: &str, scene: &Scene<D>, counts
         let (enforced, values, order) = support::reduced(&problem);
         let id = |phase: &str| BenchmarkId::new(phase, values.len());
         group.bench_function(id("analyze"), |b| {
-            b.iter(|| Direct.analyze(enforced.pattern(), enforced.class(), Some(&order)).expect("a pattern"));
+            b.iter(|| Direct.analyze(enforced.pattern(), enforced.class(), order.as_deref()).expect("a pattern"));
         });
-        let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), Some(&order)).expect("a pattern");
+        let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), order.as_deref()).expect("a pattern");
         // A matrix that comes twice is factorised once: two that differ take turns.
         let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
         let mut turn = false;

@@ -78,7 +78,7 @@ fn steps_after_rejections_resume_to_the_bit() {
     // Few iterations are allowed, so that attempts are rejected on the way.
     let mut problem = pulled(Enforcing::Transformation);
     problem.analysis.stepping = Stepping { first: 1.0, control: StepControl::Load, ..Stepping::default() };
-    problem.analysis.newton = Newton { iterations: 4, ..Newton::default() };
+    problem.analysis.newton = Newton { iterations: 3, ..Newton::default() };
     let whole = problem.run(&mut ()).unwrap().completed().unwrap();
     assert!(whole.rejected > 0 && whole.rejected == whole.steps.iter().map(|s| s.rejected).sum::<usize>());
     resumes_everywhere("rejections", &whole, |path| problem.resume(path, &mut ()).unwrap());

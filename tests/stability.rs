@@ -153,7 +153,7 @@ impl<S: LinearSolver> LinearSolver for Blind<S> {
 }
 
 impl Factorizer for BlindFactorizer {
-    fn factorize(&mut self, values: &[f64]) -> Result<Box<dyn Factors + '_>, LinearError> {
+    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
         Ok(Box::new(BlindFactors(self.0.factorize(values)?)))
     }
 }

@@ -299,7 +299,7 @@ impl<S: LinearSolver> LinearSolver for Counting<S> {
 }
 
 impl Factorizer for CountingFactorizer {
-    fn factorize(&mut self, values: &[f64]) -> Result<Box<dyn rkpm::linear::Factors + '_>, LinearError> {
+    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn rkpm::linear::Factors + 'a>, LinearError> {
         self.factorisations.fetch_add(1, Ordering::Relaxed);
         self.inner.factorize(values)
     }

@@ -48,8 +48,8 @@ pub fn moved<const D: usize>(model: &Model<D>) -> Vec<f64> {
     (0..model.unknowns()).map(|i| 1e-4 * (i as f64).sin()).collect()
 }
 
-/// The reduced matrix of a problem at rest, and an elimination order from the positions.
-pub fn reduced<const D: usize>(problem: &Problem<D>) -> (Box<dyn Enforced>, Vec<f64>, Vec<usize>) {
+/// The reduced matrix of a problem at rest, and the elimination order of its analysis.
+pub fn reduced<const D: usize>(problem: &Problem<D>) -> (Box<dyn Enforced>, Vec<f64>, Option<Vec<usize>>) {
     let model = &problem.model;
     let state = State::at_rest(model, &problem.rows);
     let mut assembler = model.assembler();
@@ -59,12 +59,7 @@ pub fn reduced<const D: usize>(problem: &Problem<D>) -> (Box<dyn Enforced>, Vec<
     assembler.assemble(model, &state.displacement, &state.locals, 1.0, &mut system);
     let mut values = Vec::new();
     enforced.reduce(&system, &mut values);
-    let inner = (0..enforced.unknowns()).take_while(|&k| enforced.full_index(k).is_some()).count();
-    let mut order = rkpm::linear::nested_dissection(enforced.pattern(), inner, |k| {
-        let x = model.positions()[enforced.full_index(k).map_or(0, |full| full / D)];
-        std::array::from_fn::<f64, D, _>(|i| x[i])
-    });
-    order.extend(inner..enforced.unknowns());
+    let order = problem.analysis.elimination_order(model, &*enforced);
     (enforced, values, order)
 }
 

@@ -1,5 +1,7 @@
 //! Models: terms over one set of nodes, and their assembly.
 
+use std::collections::BTreeMap;
+
 use crate::geometry::Point;
 use crate::parallel::{for_each_mut, map_ranges, threads};
 use crate::term::{Element, Health, LowerBlocks, Term, View};
@@ -35,7 +37,17 @@ pub struct System {
     pub skew: Vec<(u32, u32, f64)>,
 }
 
+/// Entries of a matrix beyond which its memory is not kept while another form of it is factorised: 1 MB.
+const KEPT: usize = 1 << 17;
+
 impl System {
+    /// Gives back the memory of a large matrix, once its reduced form is all that is needed.
+    pub(crate) fn release(&mut self) {
+        if self.values.capacity() > KEPT {
+            self.values = Vec::new();
+        }
+    }
+
     /// $y \mathrel{+}= N x$, the skew part alone.
     pub fn skew_multiply_add(&self, x: &[f64], y: &mut [f64]) {
         for &(row, column, value) in &self.skew {
@@ -236,6 +248,34 @@ pub struct Assembler {
 struct Batch {
     term: usize,
     clusters: std::ops::Range<usize>,
+    /// Where the node columns of each thread end.
+    splits: Vec<usize>,
+}
+
+impl Batch {
+    /// Deals the columns out by what the clusters add to them: neighbouring ones, as in a batch, fill few columns.
+    fn new<const D: usize>(model: &Model<D>, term: usize, clusters: std::ops::Range<usize>, threads: usize) -> Self {
+        let mut work: BTreeMap<u32, usize> = BTreeMap::new();
+        for cluster in clusters.clone() {
+            let list = model.terms[term].nodes(cluster);
+            for (b, &column) in list.iter().enumerate() {
+                *work.entry(column).or_default() += list.len() - b;
+            }
+        }
+        let total: usize = work.values().sum();
+        let (mut end, mut done) = (0, 0);
+        let mut columns = work.into_iter();
+        let split = |task: usize| {
+            while done * threads < total * (task + 1) {
+                let Some((column, blocks)) = columns.next() else { break };
+                done += blocks;
+                end = column as usize + 1;
+            }
+            end
+        };
+        let splits = if threads > 1 { (0..threads).map(split).collect() } else { Vec::new() };
+        Batch { term, clusters, splits }
+    }
 }
 
 impl Assembler {
@@ -284,7 +324,9 @@ impl Assembler {
             }
         }
         let mut first_place = Vec::new();
-        let mut places = Vec::new();
+        let pairs = |nodes: usize| nodes * (nodes + 1) / 2;
+        let count = |term: &dyn Term<D>| (0..term.clusters()).map(|c| pairs(term.nodes(c).len())).sum::<usize>();
+        let mut places = Vec::with_capacity(model.terms.iter().map(|term| count(&**term)).sum());
         let mut batches = Vec::new();
         let mut widest = 0;
         let threads = threads();
@@ -312,7 +354,7 @@ impl Assembler {
                     (false, _) => list.len() * D,
                 };
                 if cluster - batch_start >= fewest && floats + size > BATCH_FLOATS * threads {
-                    batches.push(Batch { term: t, clusters: batch_start..cluster });
+                    batches.push(Batch::new(model, t, batch_start..cluster, threads));
                     widest = widest.max(cluster - batch_start);
                     batch_start = cluster;
                     floats = 0;
@@ -320,7 +362,7 @@ impl Assembler {
                 floats += size;
             }
             if term.clusters() > batch_start {
-                batches.push(Batch { term: t, clusters: batch_start..term.clusters() });
+                batches.push(Batch::new(model, t, batch_start..term.clusters(), threads));
                 widest = widest.max(term.clusters() - batch_start);
             }
             first_place.push(firsts);
@@ -343,22 +385,46 @@ impl Assembler {
         load: f64,
         system: &mut System,
     ) {
+        system.values.clear();
+        system.values.resize(self.pattern.entries(), 0.0);
+        system.skew.clear();
+        self.sum(model, View { displacement, locals: &[], load }, locals, true, system);
+    }
+
+    /// Assembles residual and load slope alone: the matrix of `system` is left as it is.
+    pub fn assemble_forces<const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        displacement: &[f64],
+        locals: &[Vec<f64>],
+        load: f64,
+        system: &mut System,
+    ) {
+        self.sum(model, View { displacement, locals: &[], load }, locals, false, system);
+    }
+
+    /// Sums over all clusters; `at` lacks the local unknowns.
+    fn sum<const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        at: View<'_>,
+        locals: &[Vec<f64>],
+        with_matrix: bool,
+        system: &mut System,
+    ) {
         let unknowns = model.unknowns();
         system.residual.clear();
         system.residual.resize(unknowns, 0.0);
         system.load_slope.clear();
         system.load_slope.resize(unknowns, 0.0);
-        system.values.clear();
-        system.values.resize(self.pattern.entries(), 0.0);
-        system.skew.clear();
         system.scale = 0.0;
         let parallel = unknowns >= SERIAL_BELOW && threads() > 1;
         for batch in &self.batches {
             let term = &*model.terms[batch.term];
-            let view = View { displacement, locals: &locals[batch.term], load };
+            let view = View { locals: &locals[batch.term], ..at };
             let elements = &mut self.elements[..batch.clusters.len()];
             let first = batch.clusters.start;
-            let (has_matrix, lower) = (term.has_matrix(), term.fills_lower_blocks());
+            let (has_matrix, lower) = (with_matrix && term.has_matrix(), term.fills_lower_blocks());
             let fill = |k: usize, element: &mut Element| {
                 let nodes = term.nodes(first + k).len();
                 if has_matrix && lower {
@@ -390,30 +456,22 @@ impl Assembler {
                 }
             }
             if has_matrix {
-                self.scatter(model, batch, &mut system.values, if parallel { threads() } else { 1 });
+                self.scatter(model, batch, &mut system.values, parallel);
             }
         }
         system.scale = system.scale.sqrt();
     }
 
     /// Adds the element matrices of a batch; each task owns a range of columns and adds in cluster order.
-    fn scatter<const D: usize>(&self, model: &Model<D>, batch: &Batch, values: &mut [f64], tasks: usize) {
-        let nodes = model.positions.len();
-        let total = self.pattern.entries();
-        if tasks == 1 {
-            return self.add_columns(model, batch, 0..nodes, values);
+    fn scatter<const D: usize>(&self, model: &Model<D>, batch: &Batch, values: &mut [f64], parallel: bool) {
+        // An assembler made on one thread has no splits.
+        if !parallel || batch.splits.is_empty() {
+            return self.add_columns(model, batch, 0..model.positions.len(), values);
         }
-        let mut ranges = Vec::with_capacity(tasks);
+        let mut ranges = Vec::with_capacity(batch.splits.len());
         let mut rest = values;
         let mut start = 0;
-        for task in 0..tasks {
-            // Node columns up to the one that reaches this task's share of the entries.
-            let share = total * (task + 1) / tasks;
-            let end = if task + 1 == tasks {
-                nodes
-            } else {
-                (start..nodes).find(|&c| self.pattern.columns[c * D] >= share).unwrap_or(nodes)
-            };
+        for &end in &batch.splits {
             let split = self.pattern.columns[end * D] - self.pattern.columns[start * D];
             let (mine, others) = rest.split_at_mut(split);
             ranges.push((start..end, mine));

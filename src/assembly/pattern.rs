@@ -58,11 +58,15 @@ impl Pattern {
 
     /// The lower pattern from the sorted-or-not rows of each column; the diagonal is always present.
     pub fn from_columns(columns: Vec<Vec<u32>>) -> Self {
-        let mut pattern = Pattern { columns: vec![0], rows: Vec::new() };
-        for (column, mut rows) in columns.into_iter().enumerate() {
+        let mut columns = columns;
+        for (column, rows) in columns.iter_mut().enumerate() {
             rows.push(column as u32);
             rows.sort_unstable();
             rows.dedup();
+        }
+        let entries = columns.iter().map(Vec::len).sum();
+        let mut pattern = Pattern { columns: vec![0], rows: Vec::with_capacity(entries) };
+        for (column, rows) in columns.into_iter().enumerate() {
             pattern.rows.extend(rows.into_iter().filter(|&r| r as usize >= column));
             pattern.columns.push(pattern.rows.len());
         }

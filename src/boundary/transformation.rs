@@ -1,6 +1,6 @@
 //! The transformation method (4.28)–(4.45), restricted to the constrained unknowns.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use crate::assembly::{Pattern, System};
 use crate::error::BoundaryError;
@@ -61,7 +61,6 @@ enum Touch {
 }
 
 struct Bound {
-    full: Pattern,
     reduced: Pattern,
     groups: Vec<Group>,
     /// Destination of each full entry between free unknowns; `u32::MAX` for others.
@@ -78,15 +77,16 @@ impl Enforcement for MixedTransformation {
         let size = pattern.size();
         let mut groups = eliminate(rows, self.limit)?;
         let mut reduced_of = vec![0u32; size];
-        let mut pivot_of: BTreeMap<usize, (u32, u32)> = BTreeMap::new();
+        // Group and place of each pivot.
+        let mut pivot_of = vec![(u32::MAX, 0u32); size];
         for (g, group) in groups.iter().enumerate() {
             for (p, &unknown) in group.0.pivots.iter().enumerate() {
-                pivot_of.insert(unknown, (g as u32, p as u32));
+                pivot_of[unknown] = (g as u32, p as u32);
             }
         }
-        let mut full_of = Vec::with_capacity(size - pivot_of.len());
+        let mut full_of = Vec::with_capacity(size);
         for unknown in 0..size {
-            if pivot_of.contains_key(&unknown) {
+            if pivot_of[unknown].0 != u32::MAX {
                 reduced_of[unknown] = u32::MAX;
             } else {
                 reduced_of[unknown] = full_of.len() as u32;
@@ -99,30 +99,43 @@ impl Enforcement for MixedTransformation {
         let mut groups: Vec<Group> = groups.into_iter().map(|(group, _)| group).collect();
 
         // What each group's pivots couple with, directly or through other pivots.
-        let mut coupled: Vec<BTreeSet<u32>> = groups.iter().map(|g| g.free.iter().copied().collect()).collect();
+        let mut coupled: Vec<Vec<u32>> = groups.iter().map(|g| g.free.clone()).collect();
+        // Groups whose pivots couple with each other.
+        let mut partners: Vec<(usize, usize)> = Vec::new();
         let mut columns: Vec<Vec<u32>> = vec![Vec::new(); full_of.len()];
         for column in 0..size {
+            if reduced_of[column] != u32::MAX {
+                columns[reduced_of[column] as usize].reserve(pattern.column(column).len());
+            }
             for &row in pattern.column(column) {
                 let (r, c) = (reduced_of[row as usize], reduced_of[column]);
                 match (r == u32::MAX, c == u32::MAX) {
                     (false, false) => columns[c as usize].push(r),
                     (true, false) => {
-                        coupled[pivot_of[&(row as usize)].0 as usize].insert(c);
+                        coupled[pivot_of[row as usize].0 as usize].push(c);
                     }
                     (false, true) => {
-                        coupled[pivot_of[&column].0 as usize].insert(r);
+                        coupled[pivot_of[column].0 as usize].push(r);
                     }
                     (true, true) => {
-                        let (a, b) = (pivot_of[&(row as usize)].0 as usize, pivot_of[&column].0 as usize);
-                        let (from_a, from_b) = (groups[a].free.clone(), groups[b].free.clone());
-                        coupled[a].extend(from_b);
-                        coupled[b].extend(from_a);
+                        let (a, b) = (pivot_of[row as usize].0 as usize, pivot_of[column].0 as usize);
+                        if a != b {
+                            partners.push((a.min(b), a.max(b)));
+                        }
                     }
                 }
             }
         }
-        for (group, coupled) in groups.iter_mut().zip(&coupled) {
-            group.coupled = coupled.iter().copied().collect();
+        partners.sort_unstable();
+        partners.dedup();
+        for (a, b) in partners {
+            coupled[a].extend_from_slice(&groups[b].free);
+            coupled[b].extend_from_slice(&groups[a].free);
+        }
+        for (group, mut coupled) in groups.iter_mut().zip(coupled) {
+            coupled.sort_unstable();
+            coupled.dedup();
+            group.coupled = coupled;
             group.y = vec![0.0; group.pivots.len() * group.coupled.len()];
             group.free_in_coupled =
                 group.free.iter().map(|f| group.coupled.partition_point(|c| c < f) as u32).collect();
@@ -158,17 +171,17 @@ impl Enforcement for MixedTransformation {
                     destination[entry] = k as u32;
                     place = Some(k);
                 } else if r == u32::MAX && c == u32::MAX {
-                    let (a, b) = (pivot_of[&row], pivot_of[&column]);
+                    let (a, b) = (pivot_of[row], pivot_of[column]);
                     touches.push(Touch::Pivots(entry as u32, [a.0, a.1], [b.0, b.1]));
                 } else {
                     let (pivot, free) = if r == u32::MAX { (row, c) } else { (column, r) };
-                    let (group, p) = pivot_of[&pivot];
+                    let (group, p) = pivot_of[pivot];
                     let at = groups[group as usize].coupled.partition_point(|&n| n < free);
                     touches.push(Touch::Free(entry as u32, group, p, at as u32));
                 }
             }
         }
-        Ok(Box::new(Bound { full: pattern.clone(), reduced, groups, destination, touches, reduced_of, full_of }))
+        Ok(Box::new(Bound { reduced, groups, destination, touches, reduced_of, full_of }))
     }
 }
 
@@ -381,8 +394,24 @@ impl Enforced for Bound {
             self.project(force, rhs);
             return;
         }
+        // Only entries that touch pivots meet the jump.
         let mut product = vec![0.0; force.len()];
-        self.full.multiply_add(&full.values, &jump, &mut product);
+        for touch in &self.touches {
+            match *touch {
+                Touch::Free(entry, group, pivot, at) => {
+                    let group = &self.groups[group as usize];
+                    let free = self.full_of[group.coupled[at as usize] as usize];
+                    product[free] += full.values[entry as usize] * jump[group.pivots[pivot as usize]];
+                }
+                Touch::Pivots(entry, a, b) => {
+                    let [a, b] = [a, b].map(|[group, pivot]| self.groups[group as usize].pivots[pivot as usize]);
+                    product[a] += full.values[entry as usize] * jump[b];
+                    if a != b {
+                        product[b] += full.values[entry as usize] * jump[a];
+                    }
+                }
+            }
+        }
         full.skew_multiply_add(&jump, &mut product);
         for (p, f) in product.iter_mut().zip(force) {
             *p = f - *p;

@@ -207,7 +207,7 @@ mod tests {
     }
 
     impl Factorizer for Entries {
-        fn factorize(&mut self, values: &[f64]) -> Result<Box<dyn Factors + '_>, LinearError> {
+        fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
             self.1 = self.0.columns[..self.0.size()].iter().map(|&c| values[c]).collect();
             Ok(Box::new(&*self))
         }

@@ -2,14 +2,14 @@
 
 use std::cell::RefCell;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::perm::PermRef;
-use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, IntranodeLbltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky, supernodal::SupernodalIntranodeLbltRef,
 };
+use faer::sparse::linalg::{SupernodalThreshold, amd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
@@ -62,122 +62,155 @@ impl LinearSolver for Direct {
                     what: format!("an order of {} unknowns for a matrix of {n}", order.len()),
                 });
             }
-            // Minimum degree would move the multipliers forward, where their pivots are zero. An identity order is
-            // spelt out: faer's own `Identity` reads the lower triangle as the upper one.
-            None if matches!(class, MatrixClass::Saddle { .. }) => {
-                Some(((0..n as u32).collect(), (0..n as u32).collect()))
-            }
             None => None,
         };
-        let mut factorizer = CholeskyFactorizer {
+        let saddle = match class {
+            MatrixClass::Definite => 0,
+            MatrixClass::Saddle { constraints } => constraints.min(n),
+        };
+        let order = match order {
+            Some(order) => order,
+            None => minimum_degree(pattern, n - saddle)?,
+        };
+        let symbolic = symbolic(n, &columns, &pattern.rows, &order)?;
+        Ok(Box::new(CholeskyFactorizer {
             columns,
             rows: pattern.rows.clone(),
             n,
-            order,
-            definite: None,
-            indefinite: None,
-            matrix: Vec::new(),
-            factorised: Factorised::Nothing,
+            symbolic,
+            definite: saddle == 0,
+            factorised: None,
             values: Vec::new(),
             subdiagonal: Vec::new(),
             forward: Vec::new(),
             inverse: Vec::new(),
-            memory: MemBuffer::try_new(faer::dyn_stack::StackReq::empty())
-                .map_err(|_| LinearError::Library { what: "out of memory".into() })?,
+            memory: Memory { buffer: MemBuffer::new(StackReq::empty()), bytes: 0 },
             given: Vec::new(),
-        };
-        // Fail here, in the symbolic phase, and not at the first factorisation.
-        match class {
-            MatrixClass::Definite => factorizer.definite = Some(factorizer.symbolic(false)?),
-            MatrixClass::Saddle { .. } => factorizer.indefinite = Some(factorizer.symbolic(true)?),
-        }
-        Ok(Box::new(factorizer))
+        }))
     }
 }
 
-/// Which factors are held.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Factorised {
-    Nothing,
-    Definite,
-    Indefinite,
+fn out_of_memory() -> LinearError {
+    LinearError::Library { what: "out of memory".into() }
 }
+
+/// Minimum degree among the first `count` unknowns; the others, multipliers, stay last: further forward their pivots
+/// would be zero.
+fn minimum_degree(pattern: &Pattern, count: usize) -> Result<Order, LinearError> {
+    let n = pattern.size();
+    let mut columns = vec![0u32];
+    let mut rows = Vec::with_capacity(pattern.entries());
+    for column in 0..count {
+        rows.extend(pattern.column(column).iter().copied().filter(|&row| (row as usize) < count));
+        columns.push(rows.len() as u32);
+    }
+    let lower = SymbolicSparseColMatRef::new_checked(count, count, &columns, None, &rows);
+    let (mut forward, mut inverse) = (vec![0u32; count], vec![0u32; count]);
+    let request = amd::order_scratch::<u32>(count, rows.len());
+    let mut memory = MemBuffer::try_new(request).map_err(|_| out_of_memory())?;
+    amd::order(&mut forward, &mut inverse, lower, amd::Control::default(), MemStack::new(&mut memory))
+        .map_err(|e| LinearError::Library { what: format!("{e:?}") })?;
+    forward.extend(count as u32..n as u32);
+    inverse.extend(count as u32..n as u32);
+    Ok((forward, inverse))
+}
+
+/// The symbolic factor, always by supernodes: rows of hundreds of entries make even small ones faster than single
+/// columns, and on single columns $LBL^T$ silently becomes $LDL^T$ without pivoting.
+fn symbolic(n: usize, columns: &[u32], rows: &[u32], order: &Order) -> Result<SymbolicCholesky<u32>, LinearError> {
+    let pattern = SymbolicSparseColMatRef::new_checked(n, n, columns, None, rows);
+    // An explicit order even where it is the given one: faer's own `Identity` reads the lower triangle as the upper.
+    let ordering = SymmetricOrdering::Custom(PermRef::new_checked(&order.0, &order.1, n));
+    let params = CholeskySymbolicParams {
+        supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+        ..Default::default()
+    };
+    factorize_symbolic_cholesky(pattern, Side::Lower, ordering, params)
+        .map_err(|e| LinearError::Library { what: format!("{e:?}") })
+}
+
+/// An elimination order: old index at each new place, and its inverse.
+type Order = (Vec<u32>, Vec<u32>);
 
 struct CholeskyFactorizer {
     columns: Vec<u32>,
     rows: Vec<u32>,
     n: usize,
-    order: Option<(Vec<u32>, Vec<u32>)>,
-    /// The matrix last factorised, for the residual of solutions and to know it again.
-    matrix: Vec<f64>,
-    factorised: Factorised,
-    definite: Option<SymbolicCholesky<u32>>,
-    indefinite: Option<SymbolicCholesky<u32>>,
+    symbolic: SymbolicCholesky<u32>,
+    /// Whether Cholesky is tried first.
+    definite: bool,
+    /// Fingerprint of the matrix whose factors are held, and whether they are those of Cholesky.
+    factorised: Option<(u64, bool)>,
     values: Vec<f64>,
     subdiagonal: Vec<f64>,
     forward: Vec<u32>,
     inverse: Vec<u32>,
-    memory: MemBuffer,
+    memory: Memory,
     given: Vec<f64>,
 }
 
-impl CholeskyFactorizer {
-    fn symbolic(&self, supernodal: bool) -> Result<SymbolicCholesky<u32>, LinearError> {
-        let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &self.columns, None, &self.rows);
-        let ordering = match &self.order {
-            Some((forward, inverse)) => SymmetricOrdering::Custom(PermRef::new_checked(forward, inverse, self.n)),
-            None => SymmetricOrdering::Amd,
-        };
-        let mut params = CholeskySymbolicParams::default();
-        if supernodal {
-            // On a simplicial structure LBLᵀ silently becomes LDLᵀ without pivoting.
-            params.supernodal_flop_ratio_threshold = SupernodalThreshold::FORCE_SUPERNODAL;
-        }
-        factorize_symbolic_cholesky(pattern, Side::Lower, ordering, params)
-            .map_err(|e| LinearError::Library { what: format!("{e:?}") })
+/// A hash of all bits in their order; two matrices share one with a probability of about 2⁻⁶⁴.
+fn fingerprint(values: &[f64]) -> u64 {
+    // An odd multiplier (2⁶⁴ over the golden ratio) in four independent lanes, which run side by side.
+    const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
+    let mut lanes = [1u64, 2, 3, 4];
+    let mix = |lane: &mut u64, value: &f64| *lane = (lane.rotate_left(23) ^ value.to_bits()).wrapping_mul(MULTIPLIER);
+    let chunks = values.chunks_exact(4);
+    let rest = chunks.remainder();
+    for chunk in chunks {
+        lanes.iter_mut().zip(chunk).for_each(|(lane, value)| mix(lane, value));
     }
+    lanes.iter_mut().zip(rest).for_each(|(lane, value)| mix(lane, value));
+    lanes.into_iter().fold(0, |hash, lane| (hash.rotate_left(31) ^ lane).wrapping_mul(MULTIPLIER))
+}
 
-    fn reserve(memory: &mut MemBuffer, request: faer::dyn_stack::StackReq) -> Result<(), LinearError> {
-        if memory.len() < request.unaligned_bytes_required() {
-            *memory = MemBuffer::try_new(request).map_err(|_| LinearError::Library { what: "out of memory".into() })?;
+/// Working memory of the library, as large as the largest request so far.
+struct Memory {
+    buffer: MemBuffer,
+    bytes: usize,
+}
+
+impl Memory {
+    fn reserve(&mut self, request: StackReq) -> Result<&mut MemStack, LinearError> {
+        let bytes = request.unaligned_bytes_required();
+        if self.bytes < bytes {
+            // The old buffer is given back before the new one is asked for.
+            self.buffer = MemBuffer::new(StackReq::empty());
+            self.buffer = MemBuffer::try_new(request).map_err(|_| out_of_memory())?;
+            self.bytes = bytes;
         }
-        Ok(())
+        Ok(MemStack::new(&mut self.buffer))
     }
 }
 
 impl Factorizer for CholeskyFactorizer {
-    fn factorize(&mut self, values: &[f64]) -> Result<Box<dyn Factors + '_>, LinearError> {
+    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
         check_length("list of values", values.len(), self.rows.len())?;
         if let Some(place) = values.iter().position(|v| !v.is_finite()) {
             return Err(LinearError::Pivot { pivot: place, hint: "the matrix has entries that are not finite" });
         }
         // The matrix at rest comes twice: once to probe what the load does, once to take the first step.
-        if self.factorised == Factorised::Nothing || self.matrix != values {
-            self.factorised = Factorised::Nothing;
-            self.matrix.clear();
-            self.matrix.extend_from_slice(values);
-            if self.definite.is_some() && self.cholesky(values)? {
-                self.factorised = Factorised::Definite;
-            } else {
-                self.bunch_kaufman(values)?;
-                self.factorised = Factorised::Indefinite;
+        let fingerprint = fingerprint(values);
+        let definite = match self.factorised.take() {
+            Some((last, definite)) if last == fingerprint => definite,
+            _ => {
+                let definite = self.definite && self.cholesky(values)?;
+                if !definite {
+                    self.bunch_kaufman(values)?;
+                }
+                definite
             }
-        }
-        let matrix = Matrix { columns: &self.columns, rows: &self.rows, values: &self.matrix };
-        let missing = || LinearError::Library { what: "no symbolic factor".into() };
-        let symbolic = if self.factorised == Factorised::Definite { &self.definite } else { &self.indefinite };
-        let symbolic = symbolic.as_ref().ok_or_else(missing)?;
-        Self::reserve(&mut self.memory, symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))?;
-        let solution = Solution {
-            symbolic,
+        };
+        self.factorised = Some((fingerprint, definite));
+        let solution = RefCell::new(Solution {
+            symbolic: &self.symbolic,
             values: &self.values,
-            matrix,
+            matrix: Matrix { columns: &self.columns, rows: &self.rows, values },
             checked: false,
             given: &mut self.given,
             memory: &mut self.memory,
-        };
-        let solution = RefCell::new(solution);
-        if self.factorised == Factorised::Definite {
+        });
+        if definite {
             return Ok(Box::new(Definite(solution)));
         }
         Ok(Box::new(Indefinite {
@@ -189,31 +222,24 @@ impl Factorizer for CholeskyFactorizer {
     }
 
     fn bytes(&self) -> Option<usize> {
-        let symbolic = if self.factorised == Factorised::Indefinite { &self.indefinite } else { &self.definite };
-        symbolic.as_ref().map(|symbolic| size_of::<f64>() * symbolic.len_val())
+        Some(size_of::<f64>() * self.symbolic.len_val())
     }
 }
 
 impl CholeskyFactorizer {
     /// $LBL^T$ with pivoting inside supernodes.
     fn bunch_kaufman(&mut self, values: &[f64]) -> Result<(), LinearError> {
-        if self.indefinite.is_none() {
-            self.indefinite = Some(self.symbolic(true)?);
-        }
-        let symbolic = self.indefinite.as_ref().ok_or(LinearError::Library { what: "no symbolic factor".into() })?;
         let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &self.columns, None, &self.rows);
         let matrix = SparseColMatRef::new(pattern, values);
         self.values.clear();
-        self.values.resize(symbolic.len_val(), 0.0);
+        self.values.resize(self.symbolic.len_val(), 0.0);
         self.subdiagonal.clear();
         self.subdiagonal.resize(self.n, 0.0);
         self.forward.resize(self.n, 0);
         self.inverse.resize(self.n, 0);
-        Self::reserve(
-            &mut self.memory,
-            symbolic.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Spec::default()),
-        )?;
-        symbolic.factorize_numeric_intranode_lblt(
+        let request = self.symbolic.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Spec::default());
+        let memory = self.memory.reserve(request)?;
+        self.symbolic.factorize_numeric_intranode_lblt(
             &mut self.values,
             &mut self.subdiagonal,
             &mut self.forward,
@@ -221,7 +247,7 @@ impl CholeskyFactorizer {
             matrix,
             Side::Lower,
             Par::Seq,
-            MemStack::new(&mut self.memory),
+            memory,
             Spec::default(),
         );
         if self.values.iter().any(|v| !v.is_finite()) {
@@ -235,19 +261,19 @@ impl CholeskyFactorizer {
 
     /// Tries $LL^T$; `false` where the matrix is not positive definite.
     fn cholesky(&mut self, values: &[f64]) -> Result<bool, LinearError> {
-        let Some(symbolic) = &self.definite else { return Ok(false) };
         let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &self.columns, None, &self.rows);
         let matrix = SparseColMatRef::new(pattern, values);
         self.values.clear();
-        self.values.resize(symbolic.len_val(), 0.0);
-        Self::reserve(&mut self.memory, symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()))?;
-        let result = symbolic.factorize_numeric_llt(
+        self.values.resize(self.symbolic.len_val(), 0.0);
+        let request = self.symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
+        let memory = self.memory.reserve(request)?;
+        let result = self.symbolic.factorize_numeric_llt(
             &mut self.values,
             matrix,
             Side::Lower,
             LltRegularization::default(),
             Par::Seq,
-            MemStack::new(&mut self.memory),
+            memory,
             Spec::default(),
         );
         Ok(result.is_ok())
@@ -299,7 +325,7 @@ struct Solution<'a> {
     /// Whether a solution was found sound: a singular matrix shows in the first one.
     checked: bool,
     given: &'a mut Vec<f64>,
-    memory: &'a mut MemBuffer,
+    memory: &'a mut Memory,
 }
 
 impl Solution<'_> {
@@ -313,7 +339,7 @@ impl Solution<'_> {
             self.given.clear();
             self.given.extend_from_slice(rhs);
         }
-        let memory = MemStack::new(self.memory);
+        let memory = self.memory.reserve(self.symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))?;
         substitute(self.symbolic, self.values, MatMut::from_column_major_slice_mut(rhs, n, 1), memory);
         if !self.checked {
             self.matrix.check(rhs, self.given)?;

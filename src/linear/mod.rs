@@ -4,7 +4,7 @@ mod direct;
 mod ordering;
 
 pub use direct::Direct;
-pub use ordering::nested_dissection;
+pub use ordering::{banded, nested_dissection};
 
 use crate::assembly::Pattern;
 use crate::error::LinearError;
@@ -46,7 +46,7 @@ pub struct Inertia {
 ///     }
 /// }
 /// impl Factorizer for Entries {
-///     fn factorize(&mut self, values: &[f64]) -> Result<Box<dyn Factors + '_>, LinearError> {
+///     fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
 ///         self.1 = self.0.columns[..self.0.size()].iter().map(|&c| values[c]).collect();
 ///         Ok(Box::new(&*self))
 ///     }
@@ -67,7 +67,7 @@ pub struct Inertia {
 /// ```
 pub trait LinearSolver: Send + Sync {
     /// The symbolic phase, once per pattern. `order` is an elimination order (old index at each new
-    /// place) where the caller knows a good one.
+    /// place) where the caller knows a good one; multipliers stay last in any order.
     ///
     /// # Errors
     /// Where the pattern is too large or malformed.
@@ -83,11 +83,12 @@ pub trait LinearSolver: Send + Sync {
 ///
 /// Implemented as shown at [`LinearSolver`].
 pub trait Factorizer: Send {
-    /// Factorises the matrix with these lower values.
+    /// Factorises the matrix with these lower values. Factors may look at the values again, to tell how well they
+    /// solve, which saves a copy of the matrix.
     ///
     /// # Errors
     /// Where the matrix is singular or not finite.
-    fn factorize(&mut self, values: &[f64]) -> Result<Box<dyn Factors + '_>, LinearError>;
+    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError>;
 
     /// Bytes that the factors take, where the method knows them.
     fn bytes(&self) -> Option<usize> {

@@ -1,14 +1,17 @@
 //! Analyses: a model, its conditions, and the strategies that solve them.
 
 use crate::assembly::Model;
-use crate::boundary::{Constraints, Enforcement, MixedTransformation, check_unknowns};
+use crate::boundary::{Constraints, Enforced, Enforcement, MixedTransformation, check_unknowns};
 use crate::error::{Error, SolveError};
-use crate::linear::{Direct, LinearSolver, nested_dissection};
+use crate::linear::{Direct, LinearSolver, banded, nested_dissection};
 
 use super::march::March;
 use super::newton::{Functional, Newton, Workspace};
 use super::path::{Observer, Path, State};
 use super::stepping::Stepping;
+
+/// Unknowns up to which a body in the plane is eliminated along a band.
+const BANDED: usize = 3000;
 
 /// An analysis: strategies that turn a model and its conditions into a path of equilibria.
 pub struct Analysis {
@@ -212,19 +215,8 @@ impl Analysis {
             }
             .into());
         }
-        // Unknowns that stand in the full vector are ordered by position; multipliers stay last.
-        let inner = (0..enforced.unknowns()).take_while(|&k| enforced.full_index(k).is_some()).count();
-        let order = {
-            let place = |k: usize| {
-                let node = enforced.full_index(k).map_or(0, |full| full / D);
-                let x = model.positions()[node];
-                std::array::from_fn::<f64, D, _>(|i| x[i])
-            };
-            let mut order = nested_dissection(enforced.pattern(), inner, place);
-            order.extend(inner..enforced.unknowns());
-            order
-        };
-        let factorizer = self.solver.analyze(enforced.pattern(), enforced.class(), Some(&order))?;
+        let order = self.elimination_order(model, &*enforced);
+        let factorizer = self.solver.analyze(enforced.pattern(), enforced.class(), order.as_deref())?;
         Ok(Workspace {
             model,
             rows,
@@ -232,10 +224,29 @@ impl Analysis {
             enforced,
             factorizer,
             system: Default::default(),
+            forces: Default::default(),
             values: Vec::new(),
             iterations: 0,
             inertia: None,
         })
+    }
+
+    /// The order that was measured to be fastest: a band for small bodies in the plane, nested dissection in space,
+    /// elsewhere what the solver finds by itself. Multipliers, which have no place in the full vector, stay last.
+    pub fn elimination_order<const D: usize>(&self, model: &Model<D>, enforced: &dyn Enforced) -> Option<Vec<usize>> {
+        let inner = (0..enforced.unknowns()).take_while(|&k| enforced.full_index(k).is_some()).count();
+        if D < 3 && inner > BANDED {
+            return None;
+        }
+        let place = |k: usize| {
+            let node = enforced.full_index(k).map_or(0, |full| full / D);
+            let x = model.positions()[node];
+            std::array::from_fn::<f64, D, _>(|i| x[i])
+        };
+        let pattern = enforced.pattern();
+        let mut order = if D < 3 { banded(pattern, inner, place) } else { nested_dissection(pattern, inner, place) };
+        order.extend(inner..enforced.unknowns());
+        Some(order)
     }
 }
 

@@ -7,8 +7,9 @@ use crate::error::Error;
 use super::analysis::Analysis;
 use super::critical::CriticalPoint;
 use super::lead::{Arc, Lead, along, predict, root_mean_square};
-use super::newton::{Control, Deflection, Functional, Rejection, Workspace, dot};
+use super::newton::{Control, Deflection, Functional, Matrices, Newton, Workspace, dot};
 use super::path::{Ending, Observer, Pace, Path, State, Step};
+use super::rejection::Rejection;
 use super::stepping::{FAR, FIRST_GRADIENT, Following, LARGE_CHANGE, SLOW, StepControl};
 
 /// One run: what it works with and what it has reached.
@@ -26,6 +27,8 @@ pub(super) struct March<'a, 'o, const D: usize> {
     spent: usize,
     /// Rejected attempts since the last converged state.
     rejected: usize,
+    /// Whether a functional leads to targets of its own.
+    controlled: bool,
 }
 
 impl<'a, 'o, const D: usize> March<'a, 'o, D> {
@@ -49,7 +52,19 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         };
         let scale = extent(model);
         let modes = path.steps.last().and_then(|step| step.unstable);
-        Ok(March { analysis, workspace, observer, scale, path, previous, state, modes, spent: 0, rejected: 0 })
+        Ok(March {
+            analysis,
+            workspace,
+            observer,
+            scale,
+            path,
+            previous,
+            state,
+            modes,
+            spent: 0,
+            rejected: 0,
+            controlled: false,
+        })
     }
 
     /// How the stepping goes on where the path already has steps.
@@ -116,14 +131,21 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
     fn iterate(&mut self, mut attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
         let before = self.workspace.iterations;
         let near = self.previous.is_some() && self.analysis.stepping.predict;
-        let outcome =
-            self.workspace.newton(&self.analysis.newton, &mut attempt, control, self.observer, self.scale, near);
+        let newton = self.newton();
+        let outcome = self.workspace.newton(&newton, &mut attempt, control, self.observer, self.scale, near);
         self.spent += self.workspace.iterations - before;
         self.path.iterations = self.workspace.iterations;
         if outcome.is_err() {
             self.count_rejection();
         }
         outcome.map(|iterations| (iterations, attempt))
+    }
+
+    /// Newton's method as it is set; where the path counts the inertia has to be that of the states themselves.
+    fn newton(&self) -> Newton {
+        let path_counts = self.follows_path() || self.controlled;
+        let matrices = if path_counts { Matrices::Always } else { self.analysis.newton.matrices };
+        Newton { matrices, ..self.analysis.newton }
     }
 
     /// Whether the path counts, and not only the states on it.
@@ -174,9 +196,9 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         }
         let before = self.modes();
         let iterations = self.workspace.iterations;
-        let (newton, bracketing) = (&self.analysis.newton, self.analysis.stepping.bracketing);
+        let (newton, bracketing) = (self.newton(), self.analysis.stepping.bracketing);
         let points = self.workspace.critical_points(
-            newton,
+            &newton,
             bracketing,
             self.scale,
             (&self.state, before),
@@ -393,6 +415,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
 
     /// Brings a functional to a value, halving where needed; `false` ends the run.
     pub(super) fn reach(&mut self, functional: &dyn Functional, index: usize, target: f64) -> bool {
+        self.controlled = true;
         let start = functional.value(&self.path.start.displacement);
         let mut part = self.pace().filter(|pace| pace.reached == index).map_or(1.0, |pace| pace.increment);
         while self.steps_left() {

@@ -1,19 +1,23 @@
 //! Newton's method with local unknowns, load stepping, and the path of converged states.
 
 mod analysis;
+mod chord;
 mod critical;
+mod increment;
 mod lead;
 mod march;
 mod newton;
 mod path;
+mod rejection;
 mod search;
 mod stepping;
 mod volume;
 
 pub use analysis::Analysis;
 pub use critical::{Bracketing, CriticalKind, CriticalPoint};
-pub use newton::{Control, Deflection, Functional, Newton, Rejection};
-pub use path::{Ending, Iteration, Observer, Pace, Path, State, Step};
+pub use newton::{Control, Deflection, Functional, Matrices, Newton};
+pub use path::{Ending, Iteration, MatrixUse, Observer, Pace, Path, State, Step};
+pub use rejection::Rejection;
 pub use search::LineSearch;
 pub use stepping::{Following, StepControl, Stepping};
 pub use volume::EnclosedVolume;

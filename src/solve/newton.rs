@@ -1,14 +1,14 @@
 //! One Newton solve: from a predicted state to an equilibrium under a control.
 
-use std::fmt;
-
 use crate::assembly::{Assembler, Model, System};
 use crate::boundary::{Constraints, Enforced};
-use crate::error::LinearError;
-use crate::linear::{Factorizer, Factors, Inertia, MatrixClass};
+use crate::linear::{Factorizer, Inertia, MatrixClass};
 
-use super::path::{Iteration, Observer, State};
-use super::search::{Ahead, LineSearch};
+use super::chord::Kept;
+use super::increment::{Buffers, Increment, Linear};
+use super::path::{Iteration, MatrixUse, Observer, State};
+use super::rejection::Rejection;
+use super::search::{Ahead, LineSearch, search};
 
 /// A scalar function of the displacement that may control an analysis in place of the load.
 ///
@@ -79,83 +79,27 @@ pub struct Newton {
     pub tolerance: f64,
     /// Whether steps are shortened by what the residual does along them.
     pub search: LineSearch,
+    /// How often the matrix is formed and factorised.
+    pub matrices: Matrices,
+}
+
+/// How often Newton's method forms and factorises the matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Matrices {
+    /// Until the increments are small; from there on solutions with the last factors follow as long as they
+    /// converge fast enough to cost less than another matrix. They end where what is left of the error is far below
+    /// the tolerance.
+    #[default]
+    WherePaying,
+    /// In every iteration: the inertia is that of the last state but one, down to its rounding. Paths that are
+    /// followed through critical points are solved like this.
+    Always,
 }
 
 impl Default for Newton {
     /// 30 iterations, 1e-8, whole steps.
     fn default() -> Self {
-        Newton { iterations: 30, tolerance: 1e-8, search: LineSearch::Off }
-    }
-}
-
-/// Why an attempt was given up.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Rejection {
-    /// Not converged within the allowed iterations.
-    Iterations(usize),
-    /// The path guard kept cutting the step: the attempt is too far away.
-    Guarded {
-        /// The last step factor.
-        factor: f64,
-    },
-    /// The increments grow although the state was predicted from others.
-    Diverging {
-        /// The last increment relative to the displacement.
-        increment: f64,
-    },
-    /// Numbers that are not finite: a material left its domain.
-    NotFinite,
-    /// The linear solve failed.
-    Linear(LinearError),
-    /// The controlled functional does not change with the load.
-    Control,
-    /// A large step has gained unstable modes: it may have left its path.
-    Unstable {
-        /// Unstable modes before the step.
-        before: usize,
-        /// Unstable modes after it.
-        after: usize,
-    },
-    /// The arc runs back along the path.
-    Turned,
-}
-
-/// Gained modes are followed up by this part of the smallest increment: with the default of that, down to Newton's
-/// own tolerance.
-const LOCATED: f64 = 1e-4;
-
-impl Rejection {
-    /// The increment below which a run stalls, from the one for attempts that do not converge: what a large step
-    /// gained is real only once the step is small, however far away the next target is.
-    pub(super) fn least(&self, smallest: f64) -> f64 {
-        match self {
-            Rejection::Unstable { .. } => LOCATED * smallest,
-            _ => smallest,
-        }
-    }
-}
-
-impl fmt::Display for Rejection {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Rejection::Iterations(n) => write!(f, "not converged within {n} iterations"),
-            Rejection::Guarded { factor } => {
-                write!(f, "the path guard cut every step (factor {factor:.3}): the next state is too far away")
-            }
-            Rejection::Diverging { increment } => {
-                write!(
-                    f,
-                    "the increments grow (now {increment:.1e} of the displacement): the next state is too far away"
-                )
-            }
-            Rejection::NotFinite => write!(f, "forces are not finite: a material left its domain"),
-            Rejection::Linear(error) => write!(f, "{error}"),
-            Rejection::Unstable { before, after } => {
-                write!(f, "a large step turns {before} unstable modes into {after}: the state may lie on another path")
-            }
-            Rejection::Turned => write!(f, "the arc runs back along the path"),
-            Rejection::Control => write!(f, "the controlled quantity does not change with the load"),
-        }
+        Newton { iterations: 30, tolerance: 1e-8, search: LineSearch::Off, matrices: Matrices::default() }
     }
 }
 
@@ -173,12 +117,10 @@ const GROWN_LEAST: f64 = 1e-2;
 const LOAD_SETTLED: f64 = 1e-6;
 /// Load factors below this count as this one: a path may pass through zero.
 const LEAST_LOAD: f64 = 1e-3;
-/// Sweeps over the skew part per linear solve; each reduces the error by the ratio of skew to stiffness.
-const SKEW_SWEEPS: usize = 40;
 
-/// Linear solutions are refined until this relative residual: what is left of it is corrected by Newton's next
-/// iteration, which would leave as much by its own rounding.
-const REFINED: f64 = 1e-10;
+/// Increments below this part of the displacement are small enough to go on with the same matrix: with bulk moduli of
+/// 1e3 to 1e5 shear moduli it contracted after larger ones in one of three attempts.
+const CLOSE: f64 = 1e-3;
 
 /// Everything a Newton solve works with; buffers are kept from one solve to the next.
 pub(crate) struct Workspace<'a, const D: usize> {
@@ -188,23 +130,11 @@ pub(crate) struct Workspace<'a, const D: usize> {
     pub enforced: Box<dyn Enforced>,
     pub factorizer: Box<dyn Factorizer>,
     pub system: System,
+    /// Forces alone, beside the matrix of an earlier state.
+    pub forces: System,
     pub values: Vec<f64>,
     pub iterations: usize,
     pub inertia: Option<Inertia>,
-}
-
-/// Buffers of one linear solve.
-#[derive(Default)]
-struct Buffers {
-    solution: Vec<f64>,
-    rhs: Vec<f64>,
-    correction: Vec<f64>,
-    full: Vec<f64>,
-    product: Vec<f64>,
-    projected: Vec<f64>,
-    skew: Vec<f64>,
-    zero_gap: Vec<f64>,
-    unused: Vec<f64>,
 }
 
 impl<const D: usize> Workspace<'_, D> {
@@ -220,15 +150,10 @@ impl<const D: usize> Workspace<'_, D> {
         near: bool,
     ) -> Result<usize, Rejection> {
         let unknowns = self.model.unknowns();
-        let mut buffers = Buffers::default();
+        let mut buffers = Buffers::new(self.rows.len());
         let (mut gap, mut slope) = (Vec::new(), Vec::new());
-        let mut step = vec![0.0; unknowns];
-        let mut load_step = vec![0.0; unknowns];
-        let mut gradient = vec![0.0; unknowns];
-        let mut multipliers = vec![0.0; self.rows.len()];
-        let mut load_multipliers = vec![0.0; self.rows.len()];
+        let mut next = Increment::new(state);
         let mut imbalance = Vec::new();
-        let mut locals_step: Vec<Vec<f64>> = state.locals.iter().map(|l| vec![0.0; l.len()]).collect();
         if let Control::Load(load) = control {
             state.load = load;
         }
@@ -244,73 +169,72 @@ impl<const D: usize> Workspace<'_, D> {
             let residual = norm(&imbalance) / self.system.scale.max(f64::MIN_POSITIVE);
             self.rows.gap(&state.displacement, state.load, &mut gap);
             self.enforced.reduce(&self.system, &mut self.values);
+            negate(&mut self.system.residual);
+            self.enforced.restrict(&self.system.residual, &gap, &self.system, &mut buffers.rhs);
+            if let Control::Functional(..) = control {
+                self.rows.load_slope(state.load, &mut slope);
+                negate(&mut self.system.load_slope);
+                self.enforced.restrict(&self.system.load_slope, &slope, &self.system, &mut buffers.load_rhs);
+            }
+            self.system.release();
             let factors = self.factorizer.factorize(&self.values).map_err(Rejection::Linear)?;
             self.inertia = factors.inertia();
-            let force: Vec<f64> = self.system.residual.iter().map(|r| -r).collect();
-            solve(&*self.enforced, &*factors, &self.system, &self.values, &force, &gap, &mut buffers)
-                .map_err(Rejection::Linear)?;
-            self.enforced.recover(&buffers.solution, &gap, &mut step, &mut multipliers);
-            let mut load_change = 0.0;
-            if let Control::Functional(functional, target) = control {
-                let force: Vec<f64> = self.system.load_slope.iter().map(|r| -r).collect();
-                self.rows.load_slope(state.load, &mut slope);
-                solve(&*self.enforced, &*factors, &self.system, &self.values, &force, &slope, &mut buffers)
-                    .map_err(Rejection::Linear)?;
-                self.enforced.recover(&buffers.solution, &slope, &mut load_step, &mut load_multipliers);
-                functional.gradient(&state.displacement, &mut gradient);
-                let along = dot(&gradient, &load_step);
-                load_change = (target - functional.value(&state.displacement) - dot(&gradient, &step)) / along;
-                if !load_change.is_finite() {
-                    return Err(Rejection::Control);
-                }
-                for (s, l) in step.iter_mut().zip(&load_step) {
-                    *s += load_change * l;
-                }
-                for (m, l) in multipliers.iter_mut().zip(&load_multipliers) {
-                    *m += load_change * l;
-                }
+            let linear =
+                Linear { enforced: &*self.enforced, factors: &*factors, system: &self.system, values: &self.values };
+            if let Control::Functional(..) = control {
+                linear.solve(true, &mut buffers).map_err(Rejection::Linear)?;
+                linear.enforced.recover(&buffers.solution, &slope, &mut next.load_step, &mut next.load_multipliers);
             }
-            drop(factors);
-            let bound = self.model.advance(&state.displacement, &state.locals, state.load, &step, &mut locals_step);
+            linear.solve(false, &mut buffers).map_err(Rejection::Linear)?;
+            linear.enforced.recover(&buffers.solution, &gap, &mut next.step, &mut next.multipliers);
+            next.lead(control, state)?;
+            let bound =
+                self.model.advance(&state.displacement, &state.locals, state.load, &next.step, &mut next.locals);
             if !(bound > 0.0) {
                 return Err(Rejection::Guarded { factor: bound });
             }
             let factor = match (settings.search, control) {
                 (LineSearch::Slope, Control::Load(_)) => {
-                    let ahead = Ahead { step: &step, locals: &locals_step, multipliers: &multipliers, gap: &gap };
-                    self.search(state, &imbalance, &ahead, bound)
+                    search(self.model, linear.enforced, state, &imbalance, &Ahead { next: &next, gap: &gap }, bound)
                 }
                 _ => bound,
             };
-            for (d, s) in state.displacement.iter_mut().zip(&step) {
-                *d += factor * s;
-            }
-            for (locals, steps) in state.locals.iter_mut().zip(&locals_step) {
-                for (l, s) in locals.iter_mut().zip(steps) {
-                    *l += factor * s;
-                }
-            }
-            // Multipliers are linear in the increment: those of the full step belong to the full step.
-            for (m, new) in state.multipliers.iter_mut().zip(&multipliers) {
-                *m += factor * (new - *m);
-            }
-            state.load += factor * load_change;
+            next.apply(factor, state);
             // Below rounding of the body's own size an increment is nothing.
             let size = norm(&state.displacement).max(1e-6 * scale * (unknowns as f64).sqrt());
-            let increment = norm(&step) / size;
+            let increment = norm(&next.step) / size;
             if !increment.is_finite() {
                 return Err(Rejection::NotFinite);
             }
-            observer.iteration(&Iteration { load: state.load, number, residual, increment, factor });
-            // The load of a nearly incompressible wall settles after its displacement.
-            let settled = load_change.abs() <= LOAD_SETTLED * state.load.abs().max(LEAST_LOAD);
-            if factor == 1.0 && increment <= settings.tolerance && settled {
+            observer.iteration(&Iteration {
+                load: state.load,
+                number,
+                matrix: MatrixUse::Formed,
+                residual,
+                increment,
+                factor,
+            });
+            if factor == 1.0 && increment <= settings.tolerance && settled(&next, state) {
                 return Ok(number);
             }
             if number == 1 {
                 first = increment;
             } else if near && increment > (GROWN * first).max(GROWN_LEAST) {
                 return Err(Rejection::Diverging { increment });
+            }
+            if factor == 1.0 && increment <= CLOSE && settings.matrices == Matrices::WherePaying {
+                let mut kept = Kept {
+                    model: self.model,
+                    rows: self.rows,
+                    linear,
+                    assembler: &mut self.assembler,
+                    forces: &mut self.forces,
+                    settings,
+                    control,
+                };
+                if kept.settle(state, &mut next, &mut buffers, observer, size) {
+                    return Ok(number);
+                }
             }
             small = if number >= 2 && factor < SMALL_FACTOR { small + 1 } else { 0 };
             if small >= SMALL_FACTORS {
@@ -338,17 +262,19 @@ impl<const D: usize> Workspace<'_, D> {
             return Err(Rejection::NotFinite);
         }
         self.enforced.reduce(&self.system, &mut self.values);
+        let (mut gap, mut buffers) = (Vec::new(), Buffers::new(self.rows.len()));
+        self.rows.load_slope(state.load, &mut gap);
+        negate(&mut self.system.load_slope);
+        self.enforced.restrict(&self.system.load_slope, &gap, &self.system, &mut buffers.rhs);
+        self.system.release();
         let factors = self.factorizer.factorize(&self.values).map_err(Rejection::Linear)?;
         self.inertia = factors.inertia();
-        let force: Vec<f64> = self.system.load_slope.iter().map(|r| -r).collect();
-        let mut gap = Vec::new();
-        self.rows.load_slope(state.load, &mut gap);
-        let mut buffers = Buffers::default();
-        solve(&*self.enforced, &*factors, &self.system, &self.values, &force, &gap, &mut buffers)
-            .map_err(Rejection::Linear)?;
+        let linear =
+            Linear { enforced: &*self.enforced, factors: &*factors, system: &self.system, values: &self.values };
+        linear.solve(false, &mut buffers).map_err(Rejection::Linear)?;
         let mut step = vec![0.0; self.model.unknowns()];
         let mut multipliers = vec![0.0; self.rows.len()];
-        self.enforced.recover(&buffers.solution, &gap, &mut step, &mut multipliers);
+        linear.enforced.recover(&buffers.solution, &gap, &mut step, &mut multipliers);
         Ok(step)
     }
 
@@ -362,62 +288,14 @@ impl<const D: usize> Workspace<'_, D> {
     }
 }
 
-/// Solves the reduced system for a full right-hand side: the symmetric factors carry the symmetric part,
-/// sweeps of iterative refinement the skew part and what rounding left.
-fn solve(
-    enforced: &dyn Enforced,
-    factors: &dyn Factors,
-    system: &System,
-    values: &[f64],
-    force: &[f64],
-    gap: &[f64],
-    buffers: &mut Buffers,
-) -> Result<(), LinearError> {
-    enforced.restrict(force, gap, system, &mut buffers.rhs);
-    buffers.solution.clone_from(&buffers.rhs);
-    factors.solve_in_place(&mut buffers.solution)?;
-    let size = norm(&buffers.rhs);
-    let sweeps = if system.skew.is_empty() { 1 } else { SKEW_SWEEPS };
-    let mut before = f64::INFINITY;
-    let mut residual = 0.0;
-    for sweep in 0..=sweeps {
-        buffers.product.clear();
-        buffers.product.resize(buffers.rhs.len(), 0.0);
-        enforced.pattern().multiply_add(values, &buffers.solution, &mut buffers.product);
-        if !system.skew.is_empty() {
-            buffers.full.resize(force.len(), 0.0);
-            buffers.zero_gap.resize(gap.len(), 0.0);
-            buffers.unused.resize(gap.len(), 0.0);
-            enforced.recover(&buffers.solution, &buffers.zero_gap, &mut buffers.full, &mut buffers.unused);
-            buffers.skew.clear();
-            buffers.skew.resize(force.len(), 0.0);
-            system.skew_multiply_add(&buffers.full, &mut buffers.skew);
-            enforced.project(&buffers.skew, &mut buffers.projected);
-            for (p, s) in buffers.product.iter_mut().zip(&buffers.projected) {
-                *p += s;
-            }
-        }
-        buffers.correction.clear();
-        buffers.correction.extend(buffers.rhs.iter().zip(&buffers.product).map(|(b, p)| b - p));
-        residual = norm(&buffers.correction);
-        if !residual.is_finite() {
-            return Err(LinearError::Residual { residual });
-        }
-        // One sweep removes the rounding of the factors; the skew part needs as many as it takes.
-        if residual <= REFINED * size || residual >= 0.9 * before || sweep == sweeps {
-            break;
-        }
-        before = residual;
-        factors.solve_in_place(&mut buffers.correction)?;
-        for (x, c) in buffers.solution.iter_mut().zip(&buffers.correction) {
-            *x += c;
-        }
-    }
-    // A solution of a regular system leaves next to nothing; what is left of a singular one is of its own size.
-    if system.skew.is_empty() && residual > 1e-3 * size {
-        return Err(LinearError::Residual { residual: residual / size });
-    }
-    Ok(())
+/// Whether an unknown load has come to rest.
+pub(super) fn settled(next: &Increment, state: &State) -> bool {
+    // The load of a nearly incompressible wall settles after its displacement.
+    next.load_change.abs() <= LOAD_SETTLED * state.load.abs().max(LEAST_LOAD)
+}
+
+fn negate(v: &mut [f64]) {
+    v.iter_mut().for_each(|x| *x = -*x);
 }
 
 pub(crate) fn norm(v: &[f64]) -> f64 {

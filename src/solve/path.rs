@@ -119,13 +119,25 @@ mod finite {
     }
 }
 
+/// Which matrix an iteration has worked with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MatrixUse {
+    /// The matrix of its own state, formed and factorised.
+    Formed,
+    /// That of an earlier state, see [`Matrices`](super::Matrices).
+    Kept,
+}
+
 /// One Newton iteration, as an observer sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Iteration {
     /// Load factor of the attempt.
     pub load: f64,
-    /// Count within the attempt, from 1.
+    /// Count within the attempt, from 1; iterations with a kept matrix are counted on their own, from 1 after each
+    /// matrix.
     pub number: usize,
+    /// Which matrix it has worked with.
+    pub matrix: MatrixUse,
     /// Norm of the reduced residual relative to the unreduced forces.
     pub residual: f64,
     /// Norm of the displacement increment relative to the displacement.

@@ -1,6 +1,10 @@
 //! A line search on the slope of the potential along a Newton step.
 
-use super::newton::{Workspace, dot};
+use crate::assembly::Model;
+use crate::boundary::Enforced;
+
+use super::increment::Increment;
+use super::newton::dot;
 use super::path::State;
 
 /// Whether Newton's steps are shortened.
@@ -29,76 +33,64 @@ const SHORTEST: f64 = 0.05;
 const MET: f64 = 1e-12;
 
 /// One Newton step with everything that changes along it.
-pub(crate) struct Ahead<'a> {
-    pub step: &'a [f64],
-    pub locals: &'a [Vec<f64>],
-    pub multipliers: &'a [f64],
+pub(super) struct Ahead<'a> {
+    pub next: &'a Increment,
     pub gap: &'a [f64],
 }
 
-impl<const D: usize> Workspace<'_, D> {
-    /// The step factor in (0, bound] at which the slope of the potential is small enough.
-    pub(crate) fn search(&mut self, state: &State, imbalance: &[f64], ahead: &Ahead<'_>, bound: f64) -> f64 {
-        let size = dot(ahead.step, ahead.step).sqrt();
-        if state.locals.iter().any(|l| !l.is_empty()) || ahead.gap.iter().any(|g| g.abs() > MET * size) {
-            return bound;
-        }
-        // Slopes in the reduced unknowns: reactions of constrained ones do no work.
-        let mut reduced = Vec::new();
-        let mut slope = |at: &State, known: Option<&[f64]>| -> f64 {
-            let imbalance = match known {
-                Some(imbalance) => imbalance,
-                None => {
-                    let residual = self.model.residual(&at.displacement, &at.locals, at.load);
-                    self.enforced.imbalance(&residual, &at.multipliers, &mut reduced);
-                    &reduced
-                }
-            };
-            (0..self.enforced.unknowns())
-                .filter_map(|k| Some(ahead.step[self.enforced.full_index(k)?] * imbalance[k]))
-                .sum()
+/// The step factor in (0, bound] at which the slope of the potential is small enough.
+pub(super) fn search<const D: usize>(
+    model: &Model<D>,
+    enforced: &dyn Enforced,
+    state: &State,
+    imbalance: &[f64],
+    ahead: &Ahead<'_>,
+    bound: f64,
+) -> f64 {
+    let step = &ahead.next.step;
+    let size = dot(step, step).sqrt();
+    if state.locals.iter().any(|l| !l.is_empty()) || ahead.gap.iter().any(|g| g.abs() > MET * size) {
+        return bound;
+    }
+    // Slopes in the reduced unknowns: reactions of constrained ones do no work.
+    let mut reduced = Vec::new();
+    let mut slope = |at: &State, known: Option<&[f64]>| -> f64 {
+        let imbalance = match known {
+            Some(imbalance) => imbalance,
+            None => {
+                let residual = model.residual(&at.displacement, &at.locals, at.load);
+                enforced.imbalance(&residual, &at.multipliers, &mut reduced);
+                &reduced
+            }
         };
-        let first = slope(state, Some(imbalance));
-        if !(first < 0.0) {
+        (0..enforced.unknowns()).filter_map(|k| Some(step[enforced.full_index(k)?] * imbalance[k])).sum()
+    };
+    let first = slope(state, Some(imbalance));
+    if !(first < 0.0) {
+        return bound;
+    }
+    let (mut low, mut at_low) = (0.0, first);
+    let (mut high, mut at_high) = (f64::NAN, f64::NAN);
+    let mut factor = bound;
+    for _ in 0..EVALUATIONS {
+        let mut trial = state.clone();
+        ahead.next.apply(factor, &mut trial);
+        let value = slope(&trial, None);
+        if value.abs() <= LEFT * first.abs() {
+            return factor;
+        }
+        // Falling on at the bound: further on lies what the guard forbids.
+        if value < 0.0 && factor >= bound {
             return bound;
         }
-        let (mut low, mut at_low) = (0.0, first);
-        let (mut high, mut at_high) = (f64::NAN, f64::NAN);
-        let mut factor = bound;
-        for _ in 0..EVALUATIONS {
-            let trial = moved(state, ahead, factor);
-            let value = slope(&trial, None);
-            if value.abs() <= LEFT * first.abs() {
-                return factor;
-            }
-            // Falling on at the bound: further on lies what the guard forbids.
-            if value < 0.0 && factor >= bound {
-                return bound;
-            }
-            if value < 0.0 {
-                (low, at_low) = (factor, value);
-            } else {
-                (high, at_high) = (factor, value);
-            }
-            // The false position, kept away from the ends; not finite ahead counts as far too far.
-            let part = if at_high.is_finite() { at_low / (at_low - at_high) } else { 0.1 };
-            factor = low + (high - low) * part.clamp(0.1, 0.9);
+        if value < 0.0 {
+            (low, at_low) = (factor, value);
+        } else {
+            (high, at_high) = (factor, value);
         }
-        factor.max(SHORTEST * bound)
+        // The false position, kept away from the ends; not finite ahead counts as far too far.
+        let part = if at_high.is_finite() { at_low / (at_low - at_high) } else { 0.1 };
+        factor = low + (high - low) * part.clamp(0.1, 0.9);
     }
-}
-
-/// The state `factor` of the step ahead.
-fn moved(state: &State, ahead: &Ahead<'_>, factor: f64) -> State {
-    let mut moved = state.clone();
-    for (d, s) in moved.displacement.iter_mut().zip(ahead.step) {
-        *d += factor * s;
-    }
-    for (l, s) in moved.locals.iter_mut().flatten().zip(ahead.locals.iter().flatten()) {
-        *l += factor * s;
-    }
-    for (m, new) in moved.multipliers.iter_mut().zip(ahead.multipliers) {
-        *m += factor * (new - *m);
-    }
-    moved
+    factor.max(SHORTEST * bound)
 }

@@ -98,7 +98,7 @@ impl LinearSolver for Timed {
 }
 
 impl Factorizer for TimedFactorizer {
-    fn factorize(&mut self, values: &[f64]) -> Result<Box<dyn Factors + '_>, LinearError> {
+    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
         let meter = &*self.meter;
         let inner = timed(&meter.factorize, || self.inner.factorize(values))?;
         Ok(Box::new(TimedFactors { inner, meter }))

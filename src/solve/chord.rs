@@ -1,0 +1,95 @@
+//! Chord steps: Newton's method with a matrix that is kept.
+
+use crate::assembly::{Assembler, Model, System};
+use crate::boundary::Constraints;
+
+use super::increment::{Buffers, Increment, Linear};
+use super::newton::{Control, Newton, norm, settled};
+use super::path::{Iteration, MatrixUse, Observer, State};
+
+/// Chord steps that cost about as much as another matrix with its factors: from 3 (150 unknowns in the plane) to 6
+/// (1200), and more in space. Between 1 and 8 analyses took the same time.
+const WORTH: f64 = 4.0;
+/// A chord step that reduces the last one to no less than this is not taken: the matrix is too old.
+const WORST: f64 = 0.5;
+/// What is left of the error at the end, relative to the tolerance of Newton's method: there the last increment is
+/// within the tolerance but the error far below it, as after the last iteration of Newton's method.
+const LEFT: f64 = 1e-5;
+/// Gaps of conditions above this part of a step need the full matrix.
+const MET: f64 = 1e-12;
+
+/// A factorised matrix of an earlier state, and what it takes to go on with it.
+pub(super) struct Kept<'a, const D: usize> {
+    pub model: &'a Model<D>,
+    pub rows: &'a Constraints,
+    pub linear: Linear<'a>,
+    pub assembler: &'a mut Assembler,
+    /// Forces of the current state.
+    pub forces: &'a mut System,
+    pub settings: &'a Newton,
+    pub control: Control<'a>,
+}
+
+impl<const D: usize> Kept<'_, D> {
+    /// Goes on from a state that the last step of `next` has led to, as long as that pays; `true` at an equilibrium.
+    ///
+    /// The contraction is that of two steps together: where pressures are condensed every other step mends what the
+    /// one before has left, and single steps tell nothing.
+    pub fn settle(
+        &mut self,
+        state: &mut State,
+        next: &mut Increment,
+        buffers: &mut Buffers,
+        observer: &mut dyn Observer,
+        size: f64,
+    ) -> bool {
+        // The last two increments.
+        let mut before = [norm(&next.step) / size; 2];
+        let mut gap = Vec::new();
+        let mut imbalance = Vec::new();
+        for number in 1.. {
+            let State { displacement, locals, load, .. } = &*state;
+            self.assembler.assemble_forces(self.model, displacement, locals, *load, self.forces);
+            self.rows.gap(&state.displacement, state.load, &mut gap);
+            if !self.forces.scale.is_finite() || norm(&gap) > MET * size {
+                return false;
+            }
+            let Linear { enforced, .. } = self.linear;
+            enforced.imbalance(&self.forces.residual, &state.multipliers, &mut imbalance);
+            let residual = norm(&imbalance) / self.forces.scale.max(f64::MIN_POSITIVE);
+            self.forces.residual.iter_mut().for_each(|r| *r = -*r);
+            enforced.project(&self.forces.residual, &mut buffers.rhs);
+            if self.linear.solve(false, buffers).is_err() {
+                return false;
+            }
+            enforced.recover(&buffers.solution, &buffers.zero_gap, &mut next.step, &mut next.multipliers);
+            if next.lead(self.control, state).is_err() {
+                return false;
+            }
+            let increment = norm(&next.step) / size;
+            let contraction = increment / before[0];
+            if !(contraction <= WORST) {
+                return false;
+            }
+            let State { displacement, locals, load, .. } = &*state;
+            let bound = self.model.advance(displacement, locals, *load, &next.step, &mut next.locals);
+            if bound < 1.0 {
+                return false;
+            }
+            next.apply(1.0, state);
+            let matrix = MatrixUse::Kept;
+            observer.iteration(&Iteration { load: state.load, number, matrix, residual, increment, factor: 1.0 });
+            // One step alone does not tell what it has left.
+            let left = if number == 1 { increment } else { increment * contraction };
+            if increment <= self.settings.tolerance && left <= LEFT * self.settings.tolerance && settled(next, state) {
+                return true;
+            }
+            let steps = 2.0 * (LEFT * self.settings.tolerance / left).ln() / contraction.ln();
+            if steps > WORTH {
+                return false;
+            }
+            before = [before[1], increment];
+        }
+        false
+    }
+}

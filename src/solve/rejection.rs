@@ -1,0 +1,76 @@
+//! Why attempts to reach a state are given up.
+
+use std::fmt;
+
+use crate::error::LinearError;
+
+/// Why an attempt was given up.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Rejection {
+    /// Not converged within the allowed iterations.
+    Iterations(usize),
+    /// The path guard kept cutting the step: the attempt is too far away.
+    Guarded {
+        /// The last step factor.
+        factor: f64,
+    },
+    /// The increments grow although the state was predicted from others.
+    Diverging {
+        /// The last increment relative to the displacement.
+        increment: f64,
+    },
+    /// Numbers that are not finite: a material left its domain.
+    NotFinite,
+    /// The linear solve failed.
+    Linear(LinearError),
+    /// The controlled functional does not change with the load.
+    Control,
+    /// A large step has gained unstable modes: it may have left its path.
+    Unstable {
+        /// Unstable modes before the step.
+        before: usize,
+        /// Unstable modes after it.
+        after: usize,
+    },
+    /// The arc runs back along the path.
+    Turned,
+}
+
+/// Gained modes are followed up by this part of the smallest increment: with the default of that, down to Newton's
+/// own tolerance.
+const LOCATED: f64 = 1e-4;
+
+impl Rejection {
+    /// The increment below which a run stalls, from the one for attempts that do not converge: what a large step
+    /// gained is real only once the step is small, however far away the next target is.
+    pub(super) fn least(&self, smallest: f64) -> f64 {
+        match self {
+            Rejection::Unstable { .. } => LOCATED * smallest,
+            _ => smallest,
+        }
+    }
+}
+
+impl fmt::Display for Rejection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Rejection::Iterations(n) => write!(f, "not converged within {n} iterations"),
+            Rejection::Guarded { factor } => {
+                write!(f, "the path guard cut every step (factor {factor:.3}): the next state is too far away")
+            }
+            Rejection::Diverging { increment } => {
+                write!(
+                    f,
+                    "the increments grow (now {increment:.1e} of the displacement): the next state is too far away"
+                )
+            }
+            Rejection::NotFinite => write!(f, "forces are not finite: a material left its domain"),
+            Rejection::Linear(error) => write!(f, "{error}"),
+            Rejection::Unstable { before, after } => {
+                write!(f, "a large step turns {before} unstable modes into {after}: the state may lie on another path")
+            }
+            Rejection::Turned => write!(f, "the arc runs back along the path"),
+            Rejection::Control => write!(f, "the controlled quantity does not change with the load"),
+        }
+    }
+}
