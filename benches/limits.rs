@@ -12,7 +12,6 @@ use std::time::Instant;
 use faer::{Accum, Mat, Par};
 use rkpm::assembly::{Model, System};
 use rkpm::kinematics::Kinematics;
-use rkpm::linear::LinearSolver;
 use rkpm::prelude::*;
 use rkpm::solve::State;
 
@@ -118,8 +117,7 @@ fn iteration() {
     let problem = support::membrane().discretize(&support::scheme(224)).expect("a scene");
     let model = &problem.model;
     let state = State::at_rest(model, &problem.rows);
-    let (enforced, values, order) = support::reduced(&problem);
-    let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), order.as_deref()).expect("a pattern");
+    let (_, values, mut factorizer) = support::reduced(&problem);
     let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
     let mut assembler = model.assembler();
     let mut system = System::default();
@@ -192,10 +190,11 @@ fn slopes<const D: usize>(name: &str, scene: &Scene<D>, counts: &[usize]) {
         let model = &problem.model;
         let state = State::at_rest(model, &problem.rows);
         let d = support::moved(model);
-        let (enforced, values, order) = support::reduced(&problem);
+        let (enforced, values, mut factorizer) = support::reduced(&problem);
         let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
+        let mut bound = support::bound(&problem);
         let start = Instant::now();
-        let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), order.as_deref()).expect("a pattern");
+        drop(problem.analysis.factorizer(model, &mut *bound).expect("a pattern"));
         let analysis = start.elapsed().as_secs_f64();
         let mut assembler = model.assembler();
         let mut system = System::default();
@@ -247,8 +246,7 @@ fn memory<const D: usize>(name: &str, scene: &Scene<D>, n: usize) {
     let tabulated = peak().unwrap_or(f64::NAN) - idle;
     problem.run(&mut ()).expect("a model").completed().expect("full load");
     let peak = peak().unwrap_or(f64::NAN) - idle;
-    let (enforced, values, order) = support::reduced(&problem);
-    let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), order.as_deref()).expect("a pattern");
+    let (_, values, mut factorizer) = support::reduced(&problem);
     drop(factorizer.factorize(&values).expect("a regular matrix"));
     let table = problem.body.table().bytes() as f64;
     let matrix = 12.0 * values.len() as f64;

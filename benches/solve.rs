@@ -2,8 +2,7 @@
 
 mod support;
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use rkpm::linear::LinearSolver;
+use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use rkpm::prelude::*;
 
 fn solve<const D: usize>(c: &mut Criterion, name: &str, scene: &Scene<D>, counts: &[usize]) {
@@ -11,12 +10,15 @@ fn solve<const D: usize>(c: &mut Criterion, name: &str, scene: &Scene<D>, counts
     group.sample_size(10);
     for &n in counts {
         let problem = scene.discretize(&support::scheme(n)).expect("a sound scene");
-        let (enforced, values, order) = support::reduced(&problem);
+        let (enforced, values, mut factorizer) = support::reduced(&problem);
         let id = |phase: &str| BenchmarkId::new(phase, values.len());
         group.bench_function(id("analyze"), |b| {
-            b.iter(|| Direct.analyze(enforced.pattern(), enforced.class(), order.as_deref()).expect("a pattern"));
+            b.iter_batched_ref(
+                || support::bound(&problem),
+                |bound| problem.analysis.factorizer(&problem.model, &mut **bound).expect("a pattern"),
+                BatchSize::LargeInput,
+            );
         });
-        let mut factorizer = Direct.analyze(enforced.pattern(), enforced.class(), order.as_deref()).expect("a pattern");
         // A matrix that comes twice is factorised once: two that differ take turns.
         let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
         let mut turn = false;

@@ -3,6 +3,7 @@
 
 use rkpm::assembly::{Model, System};
 use rkpm::boundary::Enforced;
+use rkpm::linear::Factorizer;
 use rkpm::prelude::*;
 use rkpm::solve::State;
 
@@ -48,19 +49,23 @@ pub fn moved<const D: usize>(model: &Model<D>) -> Vec<f64> {
     (0..model.unknowns()).map(|i| 1e-4 * (i as f64).sin()).collect()
 }
 
-/// The reduced matrix of a problem at rest, and the elimination order of its analysis.
-pub fn reduced<const D: usize>(problem: &Problem<D>) -> (Box<dyn Enforced>, Vec<f64>, Option<Vec<usize>>) {
+/// The conditions of a problem, bound to the pattern of its model.
+pub fn bound<const D: usize>(problem: &Problem<D>) -> Box<dyn Enforced> {
+    let assembler = problem.model.assembler();
+    problem.analysis.enforcement.bind(assembler.pattern(), &problem.rows).expect("independent conditions")
+}
+
+/// The factoriser of a problem's analysis, and its reduced matrix at rest.
+pub fn reduced<const D: usize>(problem: &Problem<D>) -> (Box<dyn Enforced>, Vec<f64>, Box<dyn Factorizer>) {
     let model = &problem.model;
     let state = State::at_rest(model, &problem.rows);
-    let mut assembler = model.assembler();
-    let mut enforced =
-        problem.analysis.enforcement.bind(assembler.pattern(), &problem.rows).expect("independent conditions");
+    let mut enforced = bound(problem);
+    let factorizer = problem.analysis.factorizer(model, &mut *enforced).expect("a sound pattern");
     let mut system = System::default();
-    assembler.assemble(model, &state.displacement, &state.locals, 1.0, &mut system);
+    model.assembler().assemble(model, &state.displacement, &state.locals, 1.0, &mut system);
     let mut values = Vec::new();
     enforced.reduce(&system, &mut values);
-    let order = problem.analysis.elimination_order(model, &*enforced);
-    (enforced, values, order)
+    (enforced, values, factorizer)
 }
 
 /// Runs `f` on a pool of so many threads.

@@ -3,5 +3,6 @@
 mod model;
 mod pattern;
 
+pub(crate) use model::release;
 pub use model::{Assembler, Model, System};
 pub use pattern::Pattern;

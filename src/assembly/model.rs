@@ -37,15 +37,20 @@ pub struct System {
     pub skew: Vec<(u32, u32, f64)>,
 }
 
-/// Entries of a matrix beyond which its memory is not kept while another form of it is factorised: 1 MB.
-const KEPT: usize = 1 << 17;
+/// Entries of a matrix beyond which its memory is not kept while another form of it is in use: 2 MB.
+const KEPT: usize = 1 << 18;
+
+/// Gives back the memory of the values of a large matrix.
+pub(crate) fn release(values: &mut Vec<f64>) {
+    if values.capacity() > KEPT {
+        *values = Vec::new();
+    }
+}
 
 impl System {
     /// Gives back the memory of a large matrix, once its reduced form is all that is needed.
     pub(crate) fn release(&mut self) {
-        if self.values.capacity() > KEPT {
-            self.values = Vec::new();
-        }
+        release(&mut self.values);
     }
 
     /// $y \mathrel{+}= N x$, the skew part alone.
@@ -233,6 +238,8 @@ impl<const D: usize> Model<D> {
 #[derive(Debug, Clone, Default)]
 pub struct Assembler {
     pattern: Pattern,
+    /// Entries of the pattern.
+    entries: usize,
     /// Node columns: first scalar entry and node rows below and on the diagonal.
     node_columns: Vec<usize>,
     /// For each term and cluster the first entry in `places`.
@@ -367,12 +374,25 @@ impl Assembler {
             }
             first_place.push(firsts);
         }
-        Assembler { pattern, node_columns, first_place, places, batches, elements: vec![Element::default(); widest] }
+        Assembler {
+            entries: pattern.entries(),
+            pattern,
+            node_columns,
+            first_place,
+            places,
+            batches,
+            elements: vec![Element::default(); widest],
+        }
     }
 
     /// The pattern of the symmetric part.
     pub fn pattern(&self) -> &Pattern {
         &self.pattern
+    }
+
+    /// Gives back the rows of the pattern, which the sums don't need, once the conditions have been bound to them.
+    pub(crate) fn forget_rows(&mut self) {
+        self.pattern.rows = Vec::new();
     }
 
     /// Assembles the system of `model` at a state. The sums run in the order of terms and clusters
@@ -386,7 +406,7 @@ impl Assembler {
         system: &mut System,
     ) {
         system.values.clear();
-        system.values.resize(self.pattern.entries(), 0.0);
+        system.values.resize(self.entries, 0.0);
         system.skew.clear();
         self.sum(model, View { displacement, locals: &[], load }, locals, true, system);
     }

@@ -73,6 +73,54 @@ impl Pattern {
         pattern
     }
 
+    /// The pattern with unknown `order[k]` renumbered to `k`, and the new place of each entry.
+    pub(crate) fn permuted(&self, order: &[usize]) -> (Pattern, Vec<u32>) {
+        let size = self.size();
+        let mut inverse = vec![0u32; size];
+        for (new, &old) in order.iter().enumerate() {
+            inverse[old] = new as u32;
+        }
+        let renumbered = |row: u32, column: usize| {
+            let (a, b) = (inverse[row as usize], inverse[column]);
+            (a.max(b), a.min(b))
+        };
+        // By rows first, so that rows rise in each column without sorting.
+        let mut row_ends = vec![0usize; size + 1];
+        let mut columns = vec![0usize; size + 1];
+        for column in 0..size {
+            for &row in self.column(column) {
+                let (row, column) = renumbered(row, column);
+                row_ends[row as usize + 1] += 1;
+                columns[column as usize + 1] += 1;
+            }
+        }
+        for k in 0..size {
+            row_ends[k + 1] += row_ends[k];
+            columns[k + 1] += columns[k];
+        }
+        let mut by_rows = vec![(0u32, 0u32); self.entries()];
+        let mut next = row_ends.clone();
+        for column in 0..size {
+            for entry in self.columns[column]..self.columns[column + 1] {
+                let (row, column) = renumbered(self.rows[entry], column);
+                by_rows[next[row as usize]] = (column, entry as u32);
+                next[row as usize] += 1;
+            }
+        }
+        let mut next = columns.clone();
+        let mut rows = vec![0u32; self.entries()];
+        let mut places = vec![0u32; self.entries()];
+        for row in 0..size {
+            for &(column, entry) in &by_rows[row_ends[row]..row_ends[row + 1]] {
+                let place = next[column as usize];
+                next[column as usize] += 1;
+                rows[place] = row as u32;
+                places[entry as usize] = place as u32;
+            }
+        }
+        (Pattern { columns, rows }, places)
+    }
+
     /// $y \mathrel{+}= A x$ for the symmetric matrix with these lower values.
     pub fn multiply_add(&self, values: &[f64], x: &[f64], y: &mut [f64]) {
         for column in 0..self.size() {
@@ -86,5 +134,28 @@ impl Pattern {
             }
             y[column] += sum;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_permuted_matrix_is_the_same_matrix() {
+        let pattern = Pattern::from_columns(vec![vec![2, 4], vec![3], vec![3, 4], vec![], vec![]]);
+        let values: Vec<f64> = (0..pattern.entries()).map(|k| 1.0 + k as f64).collect();
+        let order = [3, 0, 4, 1, 2];
+        let (permuted, places) = pattern.permuted(&order);
+        permuted.validate().unwrap();
+        let mut moved = vec![0.0; values.len()];
+        for (value, &place) in values.iter().zip(&places) {
+            moved[place as usize] = *value;
+        }
+        let x = [1.0, -2.0, 3.0, 0.5, 7.0];
+        let (mut y, mut z) = ([0.0; 5], [0.0; 5]);
+        pattern.multiply_add(&values, &x, &mut y);
+        permuted.multiply_add(&moved, &order.map(|old| x[old]), &mut z);
+        assert_eq!(order.map(|old| y[old]), z);
     }
 }

@@ -107,6 +107,12 @@ pub trait Enforced: Send {
     /// Writes the full increment for a reduced solution and gap; multiplier strategies also write their multipliers.
     fn recover(&self, solved: &[f64], gap: &[f64], step: &mut [f64], multipliers: &mut [f64]);
 
+    /// Renumbers the reduced unknowns so that `order[k]` becomes `k`, a permutation of all of them; `false` where they
+    /// stay as they are. A matrix that comes in the order of its elimination is factorised without another copy.
+    fn renumber(&mut self, _order: &[usize]) -> bool {
+        false
+    }
+
     /// Positions of the reduced unknowns in the full vector, for an elimination order; multipliers are absent and last.
     fn full_index(&self, reduced: usize) -> Option<usize> {
         Some(reduced)

@@ -45,19 +45,12 @@ struct Group {
     v: Vec<f64>,
     /// Reduced unknowns that couple with the pivots (a superset of `free`).
     coupled: Vec<u32>,
+    /// The same by rising number, each with its place among the coupled ones.
+    coupled_places: Vec<(u32, u32)>,
     /// Place of (free, coupled) pairs in the reduced values.
     places: Vec<u32>,
     /// Place of each free unknown among the coupled ones.
     free_in_coupled: Vec<u32>,
-    y: Vec<f64>,
-}
-
-/// Entry of the full matrix that touches pivots.
-enum Touch {
-    /// (entry, group, pivot, place among the coupled).
-    Free(u32, u32, u32, u32),
-    /// (entry, group, pivot, group, pivot).
-    Pivots(u32, [u32; 2], [u32; 2]),
 }
 
 struct Bound {
@@ -65,7 +58,12 @@ struct Bound {
     groups: Vec<Group>,
     /// Destination of each full entry between free unknowns; `u32::MAX` for others.
     destination: Vec<u32>,
-    touches: Vec<Touch>,
+    /// Group and place in it of each pivot.
+    pivots: Vec<[u32; 2]>,
+    /// Entries of the full matrix between a pivot and a free unknown: entry, pivot, place among the coupled ones.
+    touches_free: Vec<[u32; 3]>,
+    /// Entries between two pivots: entry, pivot, pivot.
+    touches_pivot: Vec<[u32; 3]>,
     /// Reduced index of each full unknown; `u32::MAX` for pivots.
     reduced_of: Vec<u32>,
     full_of: Vec<usize>,
@@ -77,16 +75,19 @@ impl Enforcement for MixedTransformation {
         let size = pattern.size();
         let mut groups = eliminate(rows, self.limit)?;
         let mut reduced_of = vec![0u32; size];
-        // Group and place of each pivot.
-        let mut pivot_of = vec![(u32::MAX, 0u32); size];
+        // The number of each pivot among all.
+        let mut pivot_of = vec![u32::MAX; size];
+        let mut pivots: Vec<[u32; 2]> = Vec::new();
         for (g, group) in groups.iter().enumerate() {
             for (p, &unknown) in group.0.pivots.iter().enumerate() {
-                pivot_of[unknown] = (g as u32, p as u32);
+                pivot_of[unknown] = pivots.len() as u32;
+                pivots.push([g as u32, p as u32]);
             }
         }
+        let group_of = |unknown: usize| pivots[pivot_of[unknown] as usize][0] as usize;
         let mut full_of = Vec::with_capacity(size);
         for unknown in 0..size {
-            if pivot_of[unknown].0 != u32::MAX {
+            if pivot_of[unknown] != u32::MAX {
                 reduced_of[unknown] = u32::MAX;
             } else {
                 reduced_of[unknown] = full_of.len() as u32;
@@ -112,13 +113,13 @@ impl Enforcement for MixedTransformation {
                 match (r == u32::MAX, c == u32::MAX) {
                     (false, false) => columns[c as usize].push(r),
                     (true, false) => {
-                        coupled[pivot_of[row as usize].0 as usize].push(c);
+                        coupled[group_of(row as usize)].push(c);
                     }
                     (false, true) => {
-                        coupled[pivot_of[column].0 as usize].push(r);
+                        coupled[group_of(column)].push(r);
                     }
                     (true, true) => {
-                        let (a, b) = (pivot_of[row as usize].0 as usize, pivot_of[column].0 as usize);
+                        let (a, b) = (group_of(row as usize), group_of(column));
                         if a != b {
                             partners.push((a.min(b), a.max(b)));
                         }
@@ -136,7 +137,7 @@ impl Enforcement for MixedTransformation {
             coupled.sort_unstable();
             coupled.dedup();
             group.coupled = coupled;
-            group.y = vec![0.0; group.pivots.len() * group.coupled.len()];
+            group.index();
             group.free_in_coupled =
                 group.free.iter().map(|f| group.coupled.partition_point(|c| c < f) as u32).collect();
             for &s in &group.free {
@@ -156,7 +157,7 @@ impl Enforcement for MixedTransformation {
             }
         }
         let mut destination = vec![u32::MAX; pattern.entries()];
-        let mut touches = Vec::new();
+        let (mut touches_free, mut touches_pivot) = (Vec::new(), Vec::new());
         for column in 0..size {
             let mut place = None;
             for entry in pattern.columns[column]..pattern.columns[column + 1] {
@@ -171,17 +172,16 @@ impl Enforcement for MixedTransformation {
                     destination[entry] = k as u32;
                     place = Some(k);
                 } else if r == u32::MAX && c == u32::MAX {
-                    let (a, b) = (pivot_of[row], pivot_of[column]);
-                    touches.push(Touch::Pivots(entry as u32, [a.0, a.1], [b.0, b.1]));
+                    touches_pivot.push([entry as u32, pivot_of[row], pivot_of[column]]);
                 } else {
                     let (pivot, free) = if r == u32::MAX { (row, c) } else { (column, r) };
-                    let (group, p) = pivot_of[pivot];
-                    let at = groups[group as usize].coupled.partition_point(|&n| n < free);
-                    touches.push(Touch::Free(entry as u32, group, p, at as u32));
+                    let at = groups[group_of(pivot)].coupled.partition_point(|&n| n < free);
+                    touches_free.push([entry as u32, pivot_of[pivot], at as u32]);
                 }
             }
         }
-        Ok(Box::new(Bound { reduced, groups, destination, touches, reduced_of, full_of }))
+        touches_free.shrink_to_fit();
+        Ok(Box::new(Bound { reduced, groups, destination, pivots, touches_free, touches_pivot, reduced_of, full_of }))
     }
 }
 
@@ -282,13 +282,27 @@ fn eliminate(rows: &Constraints, limit: usize) -> Result<Vec<(Group, Vec<usize>)
             w,
             v,
             coupled: Vec::new(),
+            coupled_places: Vec::new(),
             places: Vec::new(),
             free_in_coupled: Vec::new(),
-            y: Vec::new(),
         };
         groups.push((group, free_columns.iter().map(|&j| unknowns[j]).collect()));
     }
     Ok(groups)
+}
+
+impl Group {
+    /// Sorts the coupled unknowns for [`place_of`](Group::place_of).
+    fn index(&mut self) {
+        self.coupled_places = self.coupled.iter().zip(0..).map(|(&unknown, place)| (unknown, place)).collect();
+        self.coupled_places.sort_unstable();
+    }
+
+    /// The place of an unknown among the coupled ones, where it is by construction.
+    fn place_of(&self, unknown: u32) -> usize {
+        let at = self.coupled_places.partition_point(|&(other, _)| other < unknown);
+        self.coupled_places[at].1 as usize
+    }
 }
 
 impl Bound {
@@ -321,42 +335,39 @@ impl Enforced for Bound {
             }
         }
         // Y = K_pf + ½ K_pp W; then K̂ = K_ff + WᵀY + YᵀW.
-        let mut ys: Vec<Vec<f64>> = self.groups.iter_mut().map(|g| std::mem::take(&mut g.y)).collect();
-        for y in &mut ys {
-            y.fill(0.0);
+        let mut ys: Vec<Vec<f64>> =
+            self.groups.iter().map(|group| vec![0.0; group.pivots.len() * group.coupled.len()]).collect();
+        for &[entry, pivot, at] in &self.touches_free {
+            let [group, pivot] = self.pivots[pivot as usize].map(|k| k as usize);
+            let width = self.groups[group].coupled.len();
+            ys[group][pivot * width + at as usize] += full.values[entry as usize];
         }
-        for touch in &self.touches {
-            match *touch {
-                Touch::Free(entry, group, pivot, at) => {
-                    let width = self.groups[group as usize].coupled.len();
-                    ys[group as usize][pivot as usize * width + at as usize] += full.values[entry as usize];
-                }
-                Touch::Pivots(entry, a, b) => {
-                    let half = 0.5 * full.values[entry as usize];
-                    for (to, from) in [(a, b), (b, a)] {
-                        let (target, source) = (&self.groups[to[0] as usize], &self.groups[from[0] as usize]);
-                        let width = target.coupled.len();
-                        let y = &mut ys[to[0] as usize][to[1] as usize * width..(to[1] as usize + 1) * width];
-                        let n = source.free.len();
-                        let w = &source.w[from[1] as usize * n..(from[1] as usize + 1) * n];
-                        if to[0] == from[0] {
-                            for (&at, w) in target.free_in_coupled.iter().zip(w) {
-                                y[at as usize] += half * w;
-                            }
-                        } else {
-                            for (free, w) in source.free.iter().zip(w) {
-                                y[target.coupled.partition_point(|c| c < free)] += half * w;
-                            }
-                        }
-                        if a == b {
-                            break;
-                        }
+        for &[entry, a, b] in &self.touches_pivot {
+            let half = 0.5 * full.values[entry as usize];
+            for (to, from) in [(a, b), (b, a)] {
+                let [to_group, to_pivot] = self.pivots[to as usize].map(|k| k as usize);
+                let [from_group, from_pivot] = self.pivots[from as usize].map(|k| k as usize);
+                let (target, source) = (&self.groups[to_group], &self.groups[from_group]);
+                let width = target.coupled.len();
+                let y = &mut ys[to_group][to_pivot * width..(to_pivot + 1) * width];
+                let n = source.free.len();
+                let w = &source.w[from_pivot * n..(from_pivot + 1) * n];
+                if to_group == from_group {
+                    for (&at, w) in target.free_in_coupled.iter().zip(w) {
+                        y[at as usize] += half * w;
                     }
+                } else {
+                    for (free, w) in source.free.iter().zip(w) {
+                        y[target.place_of(*free)] += half * w;
+                    }
+                }
+                if a == b {
+                    break;
                 }
             }
         }
         let mut block = Vec::new();
-        for (group, y) in self.groups.iter_mut().zip(ys) {
+        for (group, y) in self.groups.iter().zip(&ys) {
             let (n, width) = (group.free.len(), group.coupled.len());
             block.clear();
             block.resize(n * width, 0.0);
@@ -377,7 +388,6 @@ impl Enforced for Bound {
                     values[group.places[s * width + k] as usize] += twice * block[s * width + k];
                 }
             }
-            group.y = y;
         }
     }
 
@@ -396,20 +406,19 @@ impl Enforced for Bound {
         }
         // Only entries that touch pivots meet the jump.
         let mut product = vec![0.0; force.len()];
-        for touch in &self.touches {
-            match *touch {
-                Touch::Free(entry, group, pivot, at) => {
-                    let group = &self.groups[group as usize];
-                    let free = self.full_of[group.coupled[at as usize] as usize];
-                    product[free] += full.values[entry as usize] * jump[group.pivots[pivot as usize]];
-                }
-                Touch::Pivots(entry, a, b) => {
-                    let [a, b] = [a, b].map(|[group, pivot]| self.groups[group as usize].pivots[pivot as usize]);
-                    product[a] += full.values[entry as usize] * jump[b];
-                    if a != b {
-                        product[b] += full.values[entry as usize] * jump[a];
-                    }
-                }
+        let unknown = |pivot: u32| {
+            let [group, pivot] = self.pivots[pivot as usize];
+            (&self.groups[group as usize], self.groups[group as usize].pivots[pivot as usize])
+        };
+        for &[entry, pivot, at] in &self.touches_free {
+            let (group, pivot) = unknown(pivot);
+            product[self.full_of[group.coupled[at as usize] as usize]] += full.values[entry as usize] * jump[pivot];
+        }
+        for &[entry, a, b] in &self.touches_pivot {
+            let (a, b) = (unknown(a).1, unknown(b).1);
+            product[a] += full.values[entry as usize] * jump[b];
+            if a != b {
+                product[b] += full.values[entry as usize] * jump[a];
             }
         }
         full.skew_multiply_add(&jump, &mut product);
@@ -458,6 +467,29 @@ impl Enforced for Bound {
                 step[pivot] = jump + group.free.iter().zip(row).map(|(&f, w)| w * solved[f as usize]).sum::<f64>();
             }
         }
+    }
+
+    fn renumber(&mut self, order: &[usize]) -> bool {
+        let (reduced, places) = self.reduced.permuted(order);
+        self.reduced = reduced;
+        self.destination
+            .iter_mut()
+            .filter(|place| **place != u32::MAX)
+            .for_each(|place| *place = places[*place as usize]);
+        self.full_of = order.iter().map(|&old| self.full_of[old]).collect();
+        for (new, &full) in self.full_of.iter().enumerate() {
+            self.reduced_of[full] = new as u32;
+        }
+        let mut inverse = vec![0u32; order.len()];
+        for (new, &old) in order.iter().enumerate() {
+            inverse[old] = new as u32;
+        }
+        for group in &mut self.groups {
+            group.places.iter_mut().for_each(|place| *place = places[*place as usize]);
+            group.free.iter_mut().chain(&mut group.coupled).for_each(|unknown| *unknown = inverse[*unknown as usize]);
+            group.index();
+        }
+        true
     }
 
     fn full_index(&self, reduced: usize) -> Option<usize> {

@@ -46,33 +46,15 @@ impl LinearSolver for Direct {
         pattern.validate()?;
         let n = pattern.size();
         let columns: Vec<u32> = pattern.columns.iter().map(|&c| c as u32).collect();
-        let order = match order {
-            Some(order) if order.len() == n => {
-                let mut inverse = vec![u32::MAX; n];
-                for (new, &old) in order.iter().enumerate() {
-                    if old >= n || inverse[old] != u32::MAX {
-                        return Err(LinearError::Library { what: "the elimination order is no permutation".into() });
-                    }
-                    inverse[old] = new as u32;
-                }
-                Some((order.iter().map(|&o| o as u32).collect(), inverse))
-            }
-            Some(order) => {
-                return Err(LinearError::Library {
-                    what: format!("an order of {} unknowns for a matrix of {n}", order.len()),
-                });
-            }
-            None => None,
-        };
         let saddle = match class {
             MatrixClass::Definite => 0,
             MatrixClass::Saddle { constraints } => constraints.min(n),
         };
-        let order = match order {
-            Some(order) => order,
+        let own = match order {
+            Some(_) => Vec::new(),
             None => minimum_degree(pattern, n - saddle)?,
         };
-        let symbolic = symbolic(n, &columns, &pattern.rows, &order)?;
+        let symbolic = symbolic(pattern, &columns, order.unwrap_or(&own))?;
         Ok(Box::new(CholeskyFactorizer {
             columns,
             rows: pattern.rows.clone(),
@@ -94,10 +76,12 @@ fn out_of_memory() -> LinearError {
     LinearError::Library { what: "out of memory".into() }
 }
 
-/// Minimum degree among the first `count` unknowns; the others, multipliers, stay last: further forward their pivots
-/// would be zero.
-fn minimum_degree(pattern: &Pattern, count: usize) -> Result<Order, LinearError> {
-    let n = pattern.size();
+/// An elimination order by approximate minimum degree among the first `count` unknowns of a pattern; the others,
+/// multipliers, stay last: further forward their pivots would be zero.
+///
+/// # Errors
+/// Where memory runs out.
+pub fn minimum_degree(pattern: &Pattern, count: usize) -> Result<Vec<usize>, LinearError> {
     let mut columns = vec![0u32];
     let mut rows = Vec::with_capacity(pattern.entries());
     for column in 0..count {
@@ -110,27 +94,61 @@ fn minimum_degree(pattern: &Pattern, count: usize) -> Result<Order, LinearError>
     let mut memory = MemBuffer::try_new(request).map_err(|_| out_of_memory())?;
     amd::order(&mut forward, &mut inverse, lower, amd::Control::default(), MemStack::new(&mut memory))
         .map_err(|e| LinearError::Library { what: format!("{e:?}") })?;
-    forward.extend(count as u32..n as u32);
-    inverse.extend(count as u32..n as u32);
-    Ok((forward, inverse))
+    Ok(forward.into_iter().map(|old| old as usize).chain(count..pattern.size()).collect())
 }
 
 /// The symbolic factor, always by supernodes: rows of hundreds of entries make even small ones faster than single
 /// columns, and on single columns $LBL^T$ silently becomes $LDL^T$ without pivoting.
-fn symbolic(n: usize, columns: &[u32], rows: &[u32], order: &Order) -> Result<SymbolicCholesky<u32>, LinearError> {
-    let pattern = SymbolicSparseColMatRef::new_checked(n, n, columns, None, rows);
-    // An explicit order even where it is the given one: faer's own `Identity` reads the lower triangle as the upper.
-    let ordering = SymmetricOrdering::Custom(PermRef::new_checked(&order.0, &order.1, n));
+fn symbolic(pattern: &Pattern, columns: &[u32], order: &[usize]) -> Result<SymbolicCholesky<u32>, LinearError> {
+    let n = pattern.size();
+    if order.len() != n {
+        return Err(LinearError::Library { what: format!("an order of {} unknowns for a matrix of {n}", order.len()) });
+    }
     let params = CholeskySymbolicParams {
         supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
         ..Default::default()
     };
-    factorize_symbolic_cholesky(pattern, Side::Lower, ordering, params)
-        .map_err(|e| LinearError::Library { what: format!("{e:?}") })
+    let failed = |e| LinearError::Library { what: format!("{e:?}") };
+    if order.iter().copied().eq(0..n) {
+        // Without a permutation the numeric phase reads the matrix where it is. The symbolic one then takes any
+        // pattern for an upper triangle, and gets the transpose.
+        let (columns, rows) = transposed(pattern);
+        let upper = SymbolicSparseColMatRef::new_checked(n, n, &columns, None, &rows);
+        return factorize_symbolic_cholesky(upper, Side::Upper, SymmetricOrdering::Identity, params).map_err(failed);
+    }
+    let mut inverse = vec![u32::MAX; n];
+    for (new, &old) in order.iter().enumerate() {
+        if old >= n || inverse[old] != u32::MAX {
+            return Err(LinearError::Library { what: "the elimination order is no permutation".into() });
+        }
+        inverse[old] = new as u32;
+    }
+    let forward: Vec<u32> = order.iter().map(|&old| old as u32).collect();
+    let lower = SymbolicSparseColMatRef::new_checked(n, n, columns, None, &pattern.rows);
+    let ordering = SymmetricOrdering::Custom(PermRef::new_checked(&forward, &inverse, n));
+    factorize_symbolic_cholesky(lower, Side::Lower, ordering, params).map_err(failed)
 }
 
-/// An elimination order: old index at each new place, and its inverse.
-type Order = (Vec<u32>, Vec<u32>);
+/// Columns and rows of the upper triangle.
+fn transposed(pattern: &Pattern) -> (Vec<u32>, Vec<u32>) {
+    let n = pattern.size();
+    let mut columns = vec![0u32; n + 1];
+    for &row in &pattern.rows {
+        columns[row as usize + 1] += 1;
+    }
+    for k in 0..n {
+        columns[k + 1] += columns[k];
+    }
+    let mut next = columns.clone();
+    let mut rows = vec![0u32; pattern.entries()];
+    for column in 0..n {
+        for &row in pattern.column(column) {
+            rows[next[row as usize] as usize] = column as u32;
+            next[row as usize] += 1;
+        }
+    }
+    (columns, rows)
+}
 
 struct CholeskyFactorizer {
     columns: Vec<u32>,

@@ -3,7 +3,7 @@
 mod direct;
 mod ordering;
 
-pub use direct::Direct;
+pub use direct::{Direct, minimum_degree};
 pub use ordering::{banded, nested_dissection};
 
 use crate::assembly::Pattern;

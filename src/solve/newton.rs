@@ -1,6 +1,6 @@
 //! One Newton solve: from a predicted state to an equilibrium under a control.
 
-use crate::assembly::{Assembler, Model, System};
+use crate::assembly::{Assembler, Model, System, release};
 use crate::boundary::{Constraints, Enforced};
 use crate::linear::{Factorizer, Inertia, MatrixClass};
 
@@ -160,6 +160,8 @@ impl<const D: usize> Workspace<'_, D> {
         let mut small = 0;
         let mut first = f64::INFINITY;
         for number in 1..=settings.iterations {
+            // A large matrix is never held twice beside its factors.
+            release(&mut self.values);
             self.assembler.assemble(self.model, &state.displacement, &state.locals, state.load, &mut self.system);
             self.iterations += 1;
             if !self.system.scale.is_finite() {
@@ -256,6 +258,7 @@ impl<const D: usize> Workspace<'_, D> {
     /// The linear answer to the full load at a state: increments for a unit change of the load factor,
     /// with the tangent of that state (at rest: without any follower stiffness).
     pub fn probe(&mut self, state: &State) -> Result<Vec<f64>, Rejection> {
+        release(&mut self.values);
         self.assembler.assemble(self.model, &state.displacement, &state.locals, state.load, &mut self.system);
         self.iterations += 1;
         if !self.system.scale.is_finite() {

@@ -10,8 +10,16 @@ use crate::shape::{Approximation, ShapeFunctions};
 use super::build::{Rows, SERIAL_BELOW, rows};
 use super::{Clusters, inverse_radius};
 
-/// $\int\Psi_I\,m\,n\,\mathrm dA$ over each facet, in the direction in which the facet is stored.
+/// Facets in consecutive runs, as they were integrated: joining them would copy the largest lists of all.
 struct Facets<const D: usize> {
+    /// First facet of each run.
+    starts: Vec<usize>,
+    runs: Vec<Run<D>>,
+    rcond: f64,
+}
+
+/// $\int\Psi_I\,m\,n\,\mathrm dA$ over each facet of a run, in the direction in which the facet is stored.
+struct Run<const D: usize> {
     ends: Vec<usize>,
     nodes: Vec<u32>,
     sums: Vec<Point<D>>,
@@ -21,9 +29,12 @@ struct Facets<const D: usize> {
 }
 
 impl<const D: usize> Facets<D> {
-    fn get(&self, facet: usize) -> (&[u32], &[Point<D>]) {
-        let entries = if facet == 0 { 0..self.ends[0] } else { self.ends[facet - 1]..self.ends[facet] };
-        (&self.nodes[entries.clone()], &self.sums[entries])
+    /// Nodes and sums of a facet, and its part in the measure of its cells.
+    fn get(&self, facet: usize) -> (&[u32], &[Point<D>], f64) {
+        let run = self.starts.partition_point(|&start| start <= facet) - 1;
+        let (run, facet) = (&self.runs[run], facet - self.starts[run]);
+        let entries = if facet == 0 { 0..run.ends[0] } else { run.ends[facet - 1]..run.ends[facet] };
+        (&run.nodes[entries.clone()], &run.sums[entries], run.volumes[facet])
     }
 
     /// Facets are integrated once, and each serves both its neighbours.
@@ -34,8 +45,8 @@ impl<const D: usize> Facets<D> {
     ) -> Result<Self, ApproximationError> {
         let count = smoothing.facet_points.len() / smoothing.points_per_facet.max(1);
         let dimension = (1 + kinematics.hoops().len()) as f64;
-        let runs = map_ranges(count, SERIAL_BELOW, |range| -> Result<Self, ApproximationError> {
-            let mut facets = Facets {
+        let runs = map_ranges(count, SERIAL_BELOW, |range| -> Result<(usize, Run<D>), ApproximationError> {
+            let mut facets = Run {
                 ends: Vec::with_capacity(range.len()),
                 nodes: Vec::new(),
                 sums: Vec::new(),
@@ -68,25 +79,11 @@ impl<const D: usize> Facets<D> {
                     facets.sums.reserve(width * range.len());
                 }
             }
-            Ok(facets)
+            Ok((range.start, facets))
         });
-        let mut runs = runs.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter();
-        let mut all = runs.next().unwrap_or(Facets {
-            ends: Vec::new(),
-            nodes: Vec::new(),
-            sums: Vec::new(),
-            volumes: Vec::new(),
-            rcond: 1.0,
-        });
-        for run in runs {
-            let entries = all.nodes.len();
-            all.nodes.extend(run.nodes);
-            all.sums.extend(run.sums);
-            all.volumes.extend(run.volumes);
-            all.ends.extend(run.ends.iter().map(|end| entries + end));
-            all.rcond = all.rcond.min(run.rcond);
-        }
-        Ok(all)
+        let (starts, runs): (_, Vec<Run<D>>) = runs.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+        let rcond = runs.iter().map(|run| run.rcond).fold(1.0, f64::min);
+        Ok(Facets { starts, runs, rcond })
     }
 }
 
@@ -161,8 +158,8 @@ pub(super) fn smoothed<const D: usize, A: Approximation<D>>(
             // gradients come from the same numbers.
             let mut volume = 0.0;
             for &(facet, sign) in &smoothing.cells[cell] {
-                let (nodes, sums) = facets.get(facet as usize);
-                volume += sign * facets.volumes[facet as usize];
+                let (nodes, sums, part) = facets.get(facet as usize);
+                volume += sign * part;
                 list.add([0.0; 4], nodes, |a, sum| {
                     for j in 0..D {
                         sum[j] += sign * sums[a][j];
