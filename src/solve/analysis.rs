@@ -228,6 +228,7 @@ impl Analysis {
             values: Vec::new(),
             iterations: 0,
             inertia: None,
+            probed: None,
         })
     }
 

@@ -300,6 +300,10 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
         }
     }
 
+    fn matrix_follows_load(&self) -> bool {
+        false
+    }
+
     fn fills_lower_blocks(&self) -> bool {
         true
     }

@@ -126,6 +126,12 @@ pub trait Term<const D: usize>: Send + Sync {
         true
     }
 
+    /// Whether the matrix changes with the load factor while displacement and local unknowns stay: follower loads do so.
+    /// Where no term does, the matrix at rest is formed once for all loads.
+    fn matrix_follows_load(&self) -> bool {
+        true
+    }
+
     /// Whether the term fills the lower blocks that the assembler asks for; those of this crate alone know them.
     #[doc(hidden)]
     fn fills_lower_blocks(&self) -> bool {
@@ -189,6 +195,10 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
 
     fn has_matrix(&self) -> bool {
         (**self).has_matrix()
+    }
+
+    fn matrix_follows_load(&self) -> bool {
+        (**self).matrix_follows_load()
     }
 
     fn fills_lower_blocks(&self) -> bool {
