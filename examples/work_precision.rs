@@ -51,7 +51,7 @@ fn disk() -> Result<Study, rkpm::Error> {
         .prescribe((0, Side::Min), 0, 0.0)
         .hold((0, Side::Max))
         .pressure((1, Side::Min), 0.1035);
-    let counts = [[11, 2], [15, 2], [21, 2], [29, 2], [41, 2], [61, 2], [81, 2], [121, 2]];
+    let counts = [[11, 2], [15, 2], [21, 2], [25, 2], [29, 2], [41, 2], [61, 2], [81, 2], [121, 2]];
     let thin = |scheme: Scheme| counts.map(|n| scheme.clone().particles(n));
     let thick = [[21, 3], [41, 3], [81, 3], [121, 5]];
     WorkPrecision::new("disk", scene)
@@ -62,7 +62,7 @@ fn disk() -> Result<Study, rkpm::Error> {
         )
         .series(DEFAULT, thin(Scheme::default()))
         .series("default, 3 to 5 layers", thick.map(|n| Scheme::default().particles(n)))
-        .series("paper, r = 1", thin(Scheme { dilation: Dilation::Local(1.0), ..Scheme::paper(1.0) })[..5].to_vec())
+        .series("paper, r = 1", thin(Scheme { dilation: Dilation::Local(1.0), ..Scheme::paper(1.0) })[..6].to_vec())
         .series("Q1/P0", thin(Scheme::elements(1)))
         .series("Q2/P1", [[21, 3], [41, 3], [81, 3], [81, 5], [161, 5]].map(|n| Scheme::elements(2).particles(n)))
         .run()

@@ -8,7 +8,7 @@ use rkpm::basis::{Basis, Polynomial};
 use rkpm::error::ApproximationError;
 use rkpm::kernel::{CubicSpline, Gaussian, Kernel, QuinticSpline, WendlandC2};
 use rkpm::particles::{Particles, Support};
-use rkpm::prelude::{Approximation, ReproducingKernel, ShapeFunctions};
+use rkpm::prelude::{Approximation, Block, ReproducingKernel, ShapeFunctions};
 
 type Point<const D: usize> = rkpm::geometry::Point<D>;
 /// Whether the law had something to say about the point.
@@ -404,6 +404,22 @@ fn equal_volumes_with_equal_supports_change_nothing() {
     on_clouds::<3>(153, 2, 1200, equal_volumes_cancel);
 }
 
+/// Rounding of positions does not let in particles at whose edge of support a point lies.
+#[test]
+fn a_lattice_has_the_same_neighbours_whatever_its_spacing() {
+    let neighbours = |cells: usize, length: f64| {
+        let lattice = Block::new([0.1, 0.2], [0.1 + length, 0.2 + length]).lattice([cells + 1; 2]).unwrap();
+        let rk = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+        let points = lattice.smoothing(2, 2, &lattice.zones(2)).unwrap().facet_points;
+        let count = |at: &Point<2>| rk.shape_functions(at).unwrap().nodes.len();
+        points.iter().map(count).max().unwrap()
+    };
+    let exact = neighbours(8, 1.0);
+    for (cells, length) in [(8, 0.3), (12, 1.0 / 7.0), (18, 48.0), (24, 16.1)] {
+        assert_eq!(neighbours(cells, length), exact, "{cells} cells");
+    }
+}
+
 #[test]
 fn unequal_volumes_do_change_the_shape_functions() {
     // The counter-example that keeps the law above from being empty.
@@ -415,19 +431,21 @@ fn unequal_volumes_do_change_the_shape_functions() {
     assert!(a.values.iter().zip(&b.values).any(|(a, b)| (a - b).abs() > 1e-3));
 }
 
+/// Supports end a rounding before their edge.
+const EDGE: f64 = 1.0 - 1e-12;
+
 /// The particles whose support holds a point, by looking at all of them.
 fn brute_force<const D: usize>(cloud: &Cloud<D>, at: &Point<D>) -> Vec<u32> {
     let particles = cloud.particles();
     (0..particles.positions().len())
         .filter(|&i| {
             let offset = at - particles.positions()[i];
-            let value: f64 = match particles.supports()[i] {
-                Support::Ball(radius) => cloud.kernel().value_and_slope(offset.norm() / radius).0,
-                Support::Box(half) => {
-                    (0..D).map(|k| cloud.kernel().value_and_slope(offset[k].abs() / half[k]).0).product()
-                }
+            let distances = match particles.supports()[i] {
+                Support::Ball(radius) => Point::repeat(offset.norm() / radius),
+                Support::Box(half) => offset.abs().component_div(&half),
             };
-            value > 0.0
+            let value: f64 = distances.iter().map(|&z| cloud.kernel().value_and_slope(z).0).product();
+            value > 0.0 && distances.max() < EDGE
         })
         .map(|i| i as u32)
         .collect()
