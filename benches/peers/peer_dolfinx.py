@@ -164,6 +164,8 @@ def main():
     for degree in (2, 3):
         for problem, meshes in MESHES.items():
             for cells in meshes:
+                if problem == "cook" and degree * cells[1] % 2:
+                    continue  # The middle of the edge is no node.
                 case = Case(problem, cells, degree)
                 unknowns = len(case.z.x.array)
                 start = np.zeros(unknowns)

@@ -93,6 +93,10 @@ pub(super) fn judge<const D: usize, Next>(
     Course::Ended(answer)
 }
 
+/// Corrections end once increments are below this part of the tolerance: what is left of a quadratic fall is then far
+/// below what the next model changes.
+const ALGEBRAIC: f64 = 1e-3;
+
 /// Solves one model, corrected from a coarser one where there is one.
 pub(super) fn solve<const D: usize>(
     scene: &Scene<D>,
@@ -102,13 +106,17 @@ pub(super) fn solve<const D: usize>(
     coarser: Option<&Answer<D>>,
 ) -> Result<Answer<D>, Error> {
     let start = Instant::now();
-    let problem = scene.discretize(&scheme)?;
+    let mut problem = scene.discretize(&scheme)?;
     let mut wasted = 0;
     let corrected = match coarser {
         Some(coarser) => {
             let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
+            let tight = problem.analysis.newton.tolerance;
+            problem.analysis.newton.tolerance = tight.max(ALGEBRAIC * tolerance.error);
+            let corrected = problem.analysis.correct(&problem.model, &problem.rows, guess, &mut ());
+            problem.analysis.newton.tolerance = tight;
             // A guess that can't be corrected costs its iterations and nothing else.
-            match problem.analysis.correct(&problem.model, &problem.rows, guess, &mut ()) {
+            match corrected {
                 Ok(path) if path.ending == Ending::Completed => Some(path),
                 Ok(path) => {
                     wasted = path.iterations;
