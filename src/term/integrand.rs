@@ -214,11 +214,12 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
                     if blocks.force_by_displacement {
                         slope += flux.force_by_displacement.column(j) * values[b];
                     }
-                    let column = (local[b] as usize * D + j) * size;
-                    for (a, value) in values.iter().enumerate() {
-                        let row = local[a] as usize * D;
-                        for i in 0..D {
-                            out.matrix[column + row + i] += weight * value * slope[i];
+                    slope *= weight;
+                    let start = (local[b] as usize * D + j) * size;
+                    let column = &mut out.matrix[start..start + size];
+                    for (&l, value) in local.iter().zip(values) {
+                        for (entry, slope) in column[l as usize * D..][..D].iter_mut().zip(&slope) {
+                            *entry += value * slope;
                         }
                     }
                 }

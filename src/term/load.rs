@@ -1,8 +1,8 @@
 //! Loads: dead forces, follower pressure, elastic foundation.
 
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::Vector3;
 
-use crate::tensor::{Tangent, add_determinant_hessian, cofactor};
+use crate::tensor::cofactor;
 
 use super::amplitude::Amplitude;
 use super::integrand::{Blocks, Flux, Integrand, PointState};
@@ -52,10 +52,15 @@ impl Integrand for FollowerPressure {
         let area = cofactor(&at.deformation) * at.normal;
         flux.force = area * (self.pressure * factor);
         flux.force_by_load = area * (self.pressure * slope);
-        let mut hessian = Tangent::zeros();
-        add_determinant_hessian(&mut hessian, &at.deformation, self.pressure * factor);
-        flux.force_by_gradient =
-            SMatrix::<f64, 3, 9>::from_fn(|i, c| (0..3).map(|j| hessian[(3 * i + j, c)] * at.normal[j]).sum());
+        // ∂cof F_iJ/∂F_kL N_J = ε_ikm (f_m × N)_L with the rows f_m of F.
+        let rows: [Vector3<f64>; 3] = std::array::from_fn(|m| at.deformation.row(m).transpose().cross(&at.normal));
+        for i in 0..3 {
+            let (k, m) = ((i + 1) % 3, (i + 2) % 3);
+            for l in 0..3 {
+                flux.force_by_gradient[(i, 3 * k + l)] = self.pressure * factor * rows[m][l];
+                flux.force_by_gradient[(i, 3 * m + l)] = -self.pressure * factor * rows[k][l];
+            }
+        }
     }
 
     fn is_symmetric(&self) -> bool {
