@@ -281,6 +281,7 @@ fn main() {
             assembly("2d_default", &support::membrane(), &support::scheme(33));
             assembly("2d_r1.5", &support::membrane(), &support::scheme(33).dilation(1.5));
             assembly("3d_default", &support::cube(), &support::scheme(13));
+            assembly("3d_r1", &support::cube(), &support::scheme(9).dilation(1.0));
         }
         if all || asked("iteration") {
             iteration();
