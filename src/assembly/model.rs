@@ -405,10 +405,9 @@ impl Assembler {
         load: f64,
         system: &mut System,
     ) {
-        if system.values.len() == self.entries {
+        if system.values.len() == self.entries && model.unknowns() >= SERIAL_BELOW && threads() > 1 {
             // A large matrix takes as long to clear as a tenth of its sums.
-            let mut parts: Vec<&mut [f64]> =
-                system.values.chunks_mut(self.entries.div_ceil(threads()).max(1)).collect();
+            let mut parts: Vec<&mut [f64]> = system.values.chunks_mut(self.entries.div_ceil(threads())).collect();
             for_each_mut(&mut parts, |_, part| part.fill(0.0));
         } else {
             system.values.clear();
