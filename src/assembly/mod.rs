@@ -3,6 +3,7 @@
 mod model;
 mod pattern;
 
+#[cfg(feature = "solve")]
 pub(crate) use model::release;
 pub use model::{Assembler, Model, System};
 pub use pattern::Pattern;

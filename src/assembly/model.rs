@@ -12,7 +12,7 @@ use super::pattern::Pattern;
 /// until they are scattered.
 const BATCH_FLOATS: usize = 32_768;
 /// Clusters of a batch for each thread where there are several, so that the threads finish together.
-const BATCH_CLUSTERS: usize = 16;
+const BATCH_CLUSTERS: usize = 4;
 /// Unknowns below which everything stays on one thread.
 const SERIAL_BELOW: usize = 400;
 
@@ -38,9 +38,11 @@ pub struct System {
 }
 
 /// Entries of a matrix beyond which its memory is not kept while another form of it is in use: 2 MB.
+#[cfg(feature = "solve")]
 const KEPT: usize = 1 << 18;
 
 /// Gives back the memory of the values of a large matrix.
+#[cfg(feature = "solve")]
 pub(crate) fn release(values: &mut Vec<f64>) {
     if values.capacity() > KEPT {
         *values = Vec::new();
@@ -49,6 +51,7 @@ pub(crate) fn release(values: &mut Vec<f64>) {
 
 impl System {
     /// Gives back the memory of a large matrix, once its reduced form is all that is needed.
+    #[cfg(feature = "solve")]
     pub(crate) fn release(&mut self) {
         release(&mut self.values);
     }
@@ -391,6 +394,7 @@ impl Assembler {
     }
 
     /// Gives back the rows of the pattern, which the sums don't need, once the conditions have been bound to them.
+    #[cfg(feature = "solve")]
     pub(crate) fn forget_rows(&mut self) {
         self.pattern.rows = Vec::new();
     }
@@ -405,14 +409,8 @@ impl Assembler {
         load: f64,
         system: &mut System,
     ) {
-        if system.values.len() == self.entries && model.unknowns() >= SERIAL_BELOW && threads() > 1 {
-            // A large matrix takes as long to clear as a tenth of its sums.
-            let mut parts: Vec<&mut [f64]> = system.values.chunks_mut(self.entries.div_ceil(threads())).collect();
-            for_each_mut(&mut parts, |_, part| part.fill(0.0));
-        } else {
-            system.values.clear();
-            system.values.resize(self.entries, 0.0);
-        }
+        system.values.clear();
+        system.values.resize(self.entries, 0.0);
         system.skew.clear();
         self.sum(model, View { displacement, locals: &[], load }, locals, true, system);
     }

@@ -74,6 +74,7 @@ impl Pattern {
     }
 
     /// The pattern with unknown `order[k]` renumbered to `k`, and the new place of each entry.
+    #[cfg(feature = "solve")]
     pub(crate) fn permuted(&self, order: &[usize]) -> (Pattern, Vec<u32>) {
         let size = self.size();
         let mut inverse = vec![0u32; size];
@@ -137,7 +138,7 @@ impl Pattern {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "solve"))]
 mod tests {
     use super::*;
 
