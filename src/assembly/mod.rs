@@ -1,9 +1,11 @@
 //! The model and its sparse system: terms over clusters, summed into one fixed pattern.
 
+mod assembler;
 mod model;
 mod pattern;
 
+pub use assembler::Assembler;
 #[cfg(feature = "solve")]
 pub(crate) use model::release;
-pub use model::{Assembler, Model, System};
+pub use model::{Model, System};
 pub use pattern::Pattern;
