@@ -80,8 +80,10 @@ fn out_of_memory() -> LinearError {
 /// multipliers, stay last: further forward their pivots would be zero.
 ///
 /// # Errors
-/// Where memory runs out.
+/// Where the pattern is malformed or memory runs out.
 pub fn minimum_degree(pattern: &Pattern, count: usize) -> Result<Vec<usize>, LinearError> {
+    pattern.validate()?;
+    let count = count.min(pattern.size());
     let mut columns = vec![0u32];
     let mut rows = Vec::with_capacity(pattern.entries());
     for column in 0..count {

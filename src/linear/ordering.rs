@@ -30,6 +30,7 @@ fn sort<const D: usize>(set: &mut [usize], axis: usize, position: impl Fn(usize)
 ///
 /// Arguments as for [`nested_dissection`].
 pub fn banded<const D: usize>(pattern: &Pattern, count: usize, position: impl Fn(usize) -> [f64; D]) -> Vec<usize> {
+    let count = count.min(pattern.size());
     let mut best: Option<(usize, Vec<usize>)> = None;
     let mut place = vec![0usize; count];
     for axis in 0..D {
@@ -65,6 +66,7 @@ pub fn nested_dissection<const D: usize>(
     count: usize,
     position: impl Fn(usize) -> [f64; D],
 ) -> Vec<usize> {
+    let count = count.min(pattern.size());
     let adjacency = adjacency(pattern, count);
     let mut order = Vec::with_capacity(count);
     let mut upper_half = vec![false; count];
