@@ -175,7 +175,7 @@ fn turned_block() -> Problem<2> {
     Scene::new(Block::new([-0.5, -0.5], [0.5, 0.5]), PlaneStrain, rubber)
         .prescribe_motion((1, Side::Max), 0, move |x, l| x[0] * (turn(l).1 - 1.0) - x[1] * turn(l).0)
         .prescribe_motion((1, Side::Max), 1, move |x, l| x[0] * turn(l).0 + x[1] * (turn(l).1 - 1.0))
-        .discretize(&Scheme::default().particles([7]))
+        .discretize(&Scheme::default().particles([9]))
         .unwrap()
 }
 

@@ -353,8 +353,8 @@ fn forces_and_matrices_are_derivatives_in_radial_motion() {
 
 #[test]
 fn forces_do_not_see_local_unknowns_twice() {
-    // The term's residual at unsettled locals is that of the settled ones to first order: condensation
-    // linearises about them. A perturbation of 1e-4 leaves 1e-8 of it.
+    // The term's residual at unsettled locals is that of the settled ones to first order: condensation linearises
+    // about them. Half a perturbation leaves a quarter.
     on_cases(216, 100, |recipe, random| {
         if recipe.field == PressureField::Displacement {
             return Ok(false);
@@ -363,14 +363,21 @@ fn forces_do_not_see_local_unknowns_twice() {
         let model = body_model(recipe, &lattice, &approximation, &PlaneStrain);
         let d = deformed(random, &lattice, 0.1);
         let settled = settled(&model, &d, 0.0);
-        let mut moved = settled.clone();
-        for local in moved.iter_mut().flatten() {
-            *local += 1e-4 * signed(random);
-        }
-        let (a, b) = (model.residual(&d, &settled, 0.0), model.residual(&d, &moved, 0.0));
-        let error = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        // U is quadratic, hence the pressure that enters is exactly that of the settled state: rounding alone.
-        prop_assert!(error <= 1e-11 * recipe.bulk, "{error:e}");
+        let direction: Vec<f64> = settled.iter().flatten().map(|_| signed(random)).collect();
+        let reference = model.residual(&d, &settled, 0.0);
+        let error = |size: f64| {
+            let mut moved = settled.clone();
+            for (local, change) in moved.iter_mut().flatten().zip(&direction) {
+                *local += size * change;
+            }
+            let residual = model.residual(&d, &moved, 0.0);
+            residual.iter().zip(&reference).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        };
+        let (whole, half) = (error(1e-4), error(5e-5));
+        let rounding = 1e-11 * recipe.bulk;
+        // At points U is quadratic, hence the pressure that enters is exactly that of the settled state.
+        prop_assert!(recipe.field != PressureField::Pointwise || whole <= rounding, "{whole:e}");
+        prop_assert!(half <= 0.26 * whole + rounding, "{half:e} of {whole:e}");
         Ok(true)
     });
 }

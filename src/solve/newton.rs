@@ -115,6 +115,9 @@ const GROWN_LEAST: f64 = 1e-2;
 /// An unknown load factor is settled once it changes by no more than this part: convergence is quadratic, and the
 /// balloon's load was off by 4e-8 after a last change of 2e-5, by 1e-14 after one more iteration.
 const LOAD_SETTLED: f64 = 1e-6;
+/// Local unknowns are settled once none changes by more than this part of the term's largest: convergence is
+/// quadratic, and what is left is of the order of its square.
+const LOCALS_SETTLED: f64 = 1e-8;
 /// Load factors below this count as this one: a path may pass through zero.
 const LEAST_LOAD: f64 = 1e-3;
 
@@ -302,10 +305,16 @@ impl<const D: usize> Workspace<'_, D> {
     }
 }
 
-/// Whether an unknown load has come to rest.
+/// Whether an unknown load and the local unknowns have come to rest.
 pub(super) fn settled(next: &Increment, state: &State) -> bool {
-    // The load of a nearly incompressible wall settles after its displacement.
+    // The load of a nearly incompressible wall settles after its displacement; where the displacement is prescribed,
+    // so do the pressures.
     next.load_change.abs() <= LOAD_SETTLED * state.load.abs().max(LEAST_LOAD)
+        && next.locals.iter().zip(&state.locals).all(|(step, all)| largest(step) <= LOCALS_SETTLED * largest(all))
+}
+
+fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |largest, x| largest.max(x.abs()))
 }
 
 fn negate(v: &mut [f64]) {

@@ -7,6 +7,7 @@ use crate::material::Material;
 use crate::table::ShapeTable;
 
 use super::linearize::{advance, linearize};
+use super::measure::Measure;
 use super::{Element, Health, Term, View};
 
 /// Part of the bulk modulus that may stay pointwise beside projected pressures; see [`Body::zonal`].
@@ -20,19 +21,27 @@ pub enum PressureField {
     /// $U(J)$ at each point, the pressure at each point an iterate of Newton. Same solution as
     /// [`Displacement`](PressureField::Displacement) in far fewer steps.
     Pointwise,
-    /// $U(\bar J)$ with $\bar J$ the projection of $J$ on constants in each cluster.
+    /// $U(\bar J)$ with $G(\bar J)$ the projection of $G(J)$ on constants in each cluster; see [`Body`].
     Constant,
-    /// $U(\bar J)$ with $\bar J$ the projection of $J$ on linear functions in each cluster.
+    /// $U(\bar J)$ with $G(\bar J)$ the projection of $G(J)$ on linear functions in each cluster.
     Linear,
 }
 
 /// The elastic energy of a body over a table, $\Pi = \int W(F)\,\mathrm d\Omega$ (4.4).
 ///
-/// With projected pressures, $W = \bar W(F) + (1-s)\,U(\bar J) + s\,U(J)$: $\bar J = \varphi^T\theta$ is the
-/// $L_2$ projection of $J$ on the zone functions $\varphi$, and $\theta$, $\pi$ ($p = \varphi^T\pi$) are local
-/// unknowns of Newton, condensed before assembly. With orthonormal $\varphi$ and
-/// $C = \int\varphi\,\partial J/\partial d$, $H = \int\varphi\,(1-s)U''\varphi^T$ the condensed system is
-/// $$\Big[K_{dev} + \int p\,\partial^2_{dd}J + C^T H C\Big]\delta d = -\big(f + C^T(r_\theta + H r_\pi)\big).$$
+/// With projected pressures, $W = \bar W(F) + (1-s)\,U(\bar J) + s\,U(J)$, where $G(\bar J) = \varphi^T\theta$ is the
+/// $L_2$ projection of a measure $G(J)$ of the volume on the zone functions $\varphi$; $\theta$ and $\pi$
+/// ($p = G'\varphi^T\pi$) are local unknowns of Newton, condensed before assembly. With orthonormal $\varphi$,
+/// $\hat U(G(J)) = U(J)$, $C = \int\varphi\,\partial G/\partial d$ and $H = \int\varphi\,(1-s)\hat U''\varphi^T$ the
+/// condensed system is
+/// $$\Big[K_{dev} + \int \varphi^T\pi\,\partial^2_{dd}G + C^T H C\Big]\delta d = -\big(f + C^T(r_\theta + H r_\pi)\big).$$
+///
+/// The measure is $G = m\,(J^{1/m} - 1) + 1$ with $m$ the number of directions in which the kinematics moves (2 in
+/// plane strain and cylinders, 3 in bodies of revolution and spheres; 2 in solids, where 3 would let the mean volume
+/// of a zone drift by half as much again). Inside a zone a change of volume that is neither constant nor linear costs
+/// nothing by its projection, and where the zone is pressed the geometric part $p\,\partial^2J$ makes it pay: pressed
+/// bodies wrinkle inside their macro cells. $J^{1/m}$ is linear in a uniform stretch of $m$ directions, so that the
+/// pressure does nothing to it, at any pressure.
 pub struct Body<const D: usize, M> {
     pub(super) table: ShapeTable<D>,
     pub(super) material: M,
@@ -40,29 +49,36 @@ pub struct Body<const D: usize, M> {
     pub(super) functions: usize,
     phi: Vec<f64>,
     pub(super) share: f64,
+    pub(super) measure: Measure,
 }
 
 impl<const D: usize, M: Material> Body<D, M> {
     /// A body with the given treatment of the volumetric energy; a material that can't be split
     /// runs in [`PressureField::Displacement`].
     ///
-    /// Zones are the clusters of the table. Projected fields keep the share
-    /// $s = \min(\mu_0/k, 1/10)$ of the volumetric energy pointwise (see [`zonal`](Body::zonal)).
+    /// Zones are the clusters of the table. Projected fields keep a share $s$ of the volumetric energy pointwise, at most
+    /// a tenth: $sk = \tfrac23\mu_0$, the bulk modulus of a body with Poisson's ratio zero, whose directions do
+    /// not feel each other; $sk = \mu_0$ in solids.
     pub fn new(table: ShapeTable<D>, material: M, field: PressureField) -> Self {
         let share = match field {
-            PressureField::Constant | PressureField::Linear => pointwise_share(&material),
+            PressureField::Constant | PressureField::Linear => pointwise_share::<D>(&material),
             _ => 0.0,
         };
-        Body::zonal(table, material, field, share)
+        let mut body = Body::zonal(table, material, field, share);
+        if body.functions > 0 {
+            body.measure = Measure::roots(if D == 3 { 2 } else { D + body.table.hoops().len() });
+        }
+        body
     }
 
-    /// As [`new`](Body::new) with the pointwise share $s \in [0, 1)$ of the volumetric energy given.
+    /// As [`new`](Body::new) with $J$ itself projected, $G = J$, and the pointwise share $s \in [0, 1)$ of the volumetric
+    /// energy given: the mixed finite elements of the literature with $s = 0$.
     ///
-    /// Without a pointwise part a compressed body wrinkles inside its macro cells: a pressed ring
-    /// converged to states with negative eigenvalues. Homogeneous states do not depend on $s$.
+    /// With $J$ projected a pressed ring converged to states with negative eigenvalues for $sk < \mu_0$; with the measure
+    /// of [`new`](Body::new) it needs no pointwise part at all. Homogeneous states do not depend on $s$.
     pub fn zonal(table: ShapeTable<D>, material: M, field: PressureField, share: f64) -> Self {
         let field = if material.split().is_some() { field } else { PressureField::Displacement };
-        let mut body = Body { table, material, field, functions: 0, phi: Vec::new(), share };
+        let mut body = Body { table, material, field, functions: 0, phi: Vec::new(), share, measure: Measure::VOLUME };
         match field {
             PressureField::Constant => body.tabulate_zone_functions(1),
             PressureField::Linear => body.tabulate_zone_functions(D + 1),
@@ -106,7 +122,8 @@ impl<const D: usize, M: Material> Body<D, M> {
                     PressureField::Constant | PressureField::Linear => {
                         let pi = &view.locals[self.locals(cluster)][self.functions..];
                         let projected: f64 = self.phi(point).iter().zip(pi).map(|(p, pi)| p * pi).sum();
-                        projected + self.share * pointwise(point).slope
+                        let j = self.deformation_gradient(point, view.displacement).determinant();
+                        projected * self.measure.of(j).slope + self.share * volumetric.evaluate(j).slope
                     }
                 });
             }
@@ -142,11 +159,12 @@ impl<const D: usize, M: Material> Body<D, M> {
                     j = next;
                 }
                 if self.functions > 0 {
+                    let measure = self.measure.of(j);
                     let (theta, pi) = locals[range.clone()].split_at_mut(self.functions);
                     let weight = self.table.weights()[point];
                     for (k, phi) in self.phi(point).iter().enumerate() {
-                        theta[k] += weight * phi * j;
-                        pi[k] += weight * phi * (1.0 - self.share) * p;
+                        theta[k] += weight * phi * measure.value;
+                        pi[k] += weight * phi * (1.0 - self.share) * p / measure.slope;
                     }
                 } else {
                     locals[2 * point..2 * point + 2].copy_from_slice(&[j, p]);
@@ -238,26 +256,30 @@ impl<const D: usize, M: Material> Body<D, M> {
             energy += weight * distortional.energy(&f);
             let pointwise = if self.functions > 0 { self.share } else { 1.0 };
             energy += weight * pointwise * volumetric.evaluate(j).energy;
+            let measure = self.measure.of(j).value;
             for (t, phi) in theta.iter_mut().zip(self.phi(point)) {
-                *t += weight * phi * j;
+                *t += weight * phi * measure;
             }
         }
         if n > 0 {
             for point in self.table.clusters().points(cluster) {
                 let projected: f64 = self.phi(point).iter().zip(&theta).map(|(p, t)| p * t).sum();
-                energy += self.table.weights()[point] * (1.0 - self.share) * volumetric.evaluate(projected).energy;
+                energy += self.table.weights()[point]
+                    * (1.0 - self.share)
+                    * self.measure.energy(volumetric, projected).energy;
             }
         }
         energy
     }
 }
 
-/// $\min(\mu_0/k, 1/10)$ of a material that can be split, else 0.
-fn pointwise_share(material: &impl Material) -> f64 {
+/// The share $s$ of a material that can be split, else 0; see [`Body::new`].
+fn pointwise_share<const D: usize>(material: &impl Material) -> f64 {
     let Some((_, volumetric)) = material.split() else { return 0.0 };
     let shear = crate::material::initial_shear_modulus(material);
     let bulk = volumetric.evaluate(1.0).curvature;
-    if bulk > 0.0 && shear >= 0.0 { (shear / bulk).min(POINTWISE_SHARE) } else { 0.0 }
+    let kept = if D == 3 { shear } else { 2.0 / 3.0 * shear };
+    if bulk > 0.0 && kept >= 0.0 { (kept / bulk).min(POINTWISE_SHARE) } else { 0.0 }
 }
 
 impl<const D: usize, M: Material> Term<D> for Body<D, M> {

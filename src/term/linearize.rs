@@ -10,6 +10,7 @@ use crate::tensor::{cofactor, determinant_hessian};
 use super::body::{Body, PressureField};
 use super::contraction::{GROUP, WIDTH};
 use super::guard::largest_step;
+use super::measure::Jet;
 use super::{Element, Term, View};
 
 /// Adds forces and, where asked for, the matrix of a cluster; see [`Term::linearize`].
@@ -90,23 +91,34 @@ impl Zone {
         zone
     }
 
-    /// Adds a point with determinant `j`; `share` is the part of the volumetric energy that is projected.
+    /// Adds a point with determinant `j` and returns the measure of its volume.
     #[inline(always)]
-    fn add(&mut self, phi: &[f64], theta: &[f64], weight: f64, j: f64, share: f64, volumetric: &dyn VolumetricEnergy) {
+    fn add<const D: usize, M: Material>(
+        &mut self,
+        body: &Body<D, M>,
+        volumetric: &dyn VolumetricEnergy,
+        point: usize,
+        weight: f64,
+        theta: &[f64],
+        j: f64,
+    ) -> Jet {
+        let (phi, share) = (body.phi(point), 1.0 - body.share);
+        let measure = body.measure.of(j);
         let mut projected = 0.0;
         for (p, t) in phi.iter().zip(theta) {
             projected += p * t;
         }
-        let u = volumetric.evaluate(projected);
+        let u = body.measure.energy(volumetric, projected);
         let n = theta.len();
         for k in 0..n {
             let factor = weight * phi[k];
             self.of_theta[k] += factor * share * u.slope;
-            self.of_pi[k] += factor * j;
+            self.of_pi[k] += factor * measure.value;
             for l in 0..n {
                 self.hessian[k][l] += factor * share * phi[l] * u.curvature;
             }
         }
+        measure
     }
 }
 
@@ -165,9 +177,9 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
                 locals_step[at + 1] = u.slope - view.locals[2 * point + 1] + u.curvature * of_theta;
             } else {
                 let (phi, weight) = (body.phi(point), table.weights()[point]);
-                zone.add(phi, theta, weight, j, 1.0 - body.share, volumetric);
+                let measure = zone.add(body, volumetric, point, weight, theta, j);
                 for (change_of_pi, phi) in change_of_pi.iter_mut().zip(phi) {
-                    *change_of_pi += weight * change * phi;
+                    *change_of_pi += weight * measure.slope * change * phi;
                 }
             }
         }
@@ -250,11 +262,11 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                 } else {
                     // What the zone's pressure does to the forces is added for all its points at once.
                     let phi = body.phi(point);
-                    zone.add(phi, theta, weight, j, 1.0 - body.share, volumetric);
+                    let measure = zone.add(body, volumetric, point, weight, theta, j);
                     let mut pressure = 0.0;
                     let mut factors = [0.0; 4];
                     for k in 0..n {
-                        factors[k] = weight * phi[k];
+                        factors[k] = weight * measure.slope * phi[k];
                         pressure += phi[k] * pi[k];
                     }
                     let mut reduced = [[0.0; WIDTH]; D];
@@ -265,7 +277,11 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                     windows.add_multiples::<A, D, S>(group, &reduced, &factors[..n], stride, slopes);
                     let u = volumetric.evaluate(j);
                     let share = body.share * u.slope;
-                    Pressure { force: share, geometric: pressure + share, rank_one: body.share * u.curvature }
+                    Pressure {
+                        force: share,
+                        geometric: pressure * measure.slope + share,
+                        rank_one: pressure * measure.curvature + body.share * u.curvature,
+                    }
                 };
                 for a in 0..count {
                     let c = components.of[a];

@@ -8,6 +8,7 @@ mod health;
 mod integrand;
 mod linearize;
 mod load;
+mod measure;
 
 pub use amplitude::Amplitude;
 pub use body::{Body, PressureField};
