@@ -14,7 +14,10 @@ const WORTH: f64 = 4.0;
 const WORST: f64 = 0.5;
 /// What is left of the error at the end, relative to the tolerance of Newton's method: there the last increment is
 /// within the tolerance but the error far below it, as after the last iteration of Newton's method.
-const LEFT: f64 = 1e-5;
+const LEFT: f64 = 1e-4;
+/// What is left of the residual, relative to the forces: displacements of a nearly incompressible body come to rest long
+/// before its reactions, which were off by as much.
+const LEFT_OF_FORCES: f64 = 1e-10;
 /// Gaps of conditions above this part of a step need the full matrix.
 const MET: f64 = 1e-12;
 
@@ -81,7 +84,12 @@ impl<const D: usize> Kept<'_, D> {
             observer.iteration(&Iteration { load: state.load, number, matrix, residual, increment, factor: 1.0 });
             // One step alone does not tell what it has left.
             let left = if number == 1 { increment } else { increment * contraction };
-            if increment <= self.settings.tolerance && left <= LEFT * self.settings.tolerance && settled(next, state) {
+            // Each step reduces the residual by the root of what two of them do.
+            if increment <= self.settings.tolerance
+                && left <= LEFT * self.settings.tolerance
+                && residual * contraction.sqrt() <= LEFT_OF_FORCES
+                && settled(next, state)
+            {
                 return true;
             }
             let steps = 2.0 * (LEFT * self.settings.tolerance / left).ln() / contraction.ln();

@@ -115,8 +115,8 @@ const GROWN_LEAST: f64 = 1e-2;
 /// An unknown load factor is settled once it changes by no more than this part: convergence is quadratic, and the
 /// balloon's load was off by 4e-8 after a last change of 2e-5, by 1e-14 after one more iteration.
 const LOAD_SETTLED: f64 = 1e-6;
-/// Local unknowns are settled once none changes by more than this part of the term's largest: convergence is
-/// quadratic, and what is left is of the order of its square.
+/// Local unknowns are settled once none changes by more than this part of the largest of its term. Convergence is
+/// quadratic, but a pressure may be small beside the volumes it is held with: 1e-6 left 3e-8 of a reaction.
 const LOCALS_SETTLED: f64 = 1e-8;
 /// Load factors below this count as this one: a path may pass through zero.
 const LEAST_LOAD: f64 = 1e-3;
@@ -228,7 +228,11 @@ impl<const D: usize> Workspace<'_, D> {
                 increment,
                 factor,
             });
-            if factor == 1.0 && increment <= settings.tolerance && settled(&next, state) {
+            if factor == 1.0
+                && increment <= settings.tolerance
+                && settled(&next, state)
+                && local_change(&next, state) <= LOCALS_SETTLED
+            {
                 return Ok(number);
             }
             if number == 1 {
@@ -305,16 +309,18 @@ impl<const D: usize> Workspace<'_, D> {
     }
 }
 
-/// Whether an unknown load and the local unknowns have come to rest.
+/// Whether an unknown load has come to rest.
 pub(super) fn settled(next: &Increment, state: &State) -> bool {
-    // The load of a nearly incompressible wall settles after its displacement; where the displacement is prescribed,
-    // so do the pressures.
+    // The load of a nearly incompressible wall settles after its displacement.
     next.load_change.abs() <= LOAD_SETTLED * state.load.abs().max(LEAST_LOAD)
-        && next.locals.iter().zip(&state.locals).all(|(step, all)| largest(step) <= LOCALS_SETTLED * largest(all))
 }
 
-fn largest(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |largest, x| largest.max(x.abs()))
+/// The largest change of a local unknown beside the largest of its term: where the displacement is prescribed, pressures
+/// settle after it.
+fn local_change(next: &Increment, state: &State) -> f64 {
+    let largest = |v: &[f64]| v.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    let changes = next.locals.iter().zip(&state.locals).filter(|(_, all)| !all.is_empty());
+    changes.map(|(step, all)| largest(step) / largest(all).max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
 }
 
 fn negate(v: &mut [f64]) {
