@@ -1,5 +1,6 @@
 //! Shape functions: the trait [`Approximation`] and the reproducing kernel functions.
 
+mod correction;
 mod estimate;
 mod finite_elements;
 mod reproducing;

@@ -110,8 +110,18 @@ impl<T: Copy> List<T> {
     /// Adds to the sums of further nodes, also by rising index: `add(a, sum)` for the a-th of them.
     #[inline(always)]
     fn add(&mut self, zero: T, nodes: &[u32], add: impl Fn(usize, &mut T)) {
+        if self.nodes.is_empty() {
+            self.nodes.extend_from_slice(nodes);
+            self.sums.resize(nodes.len(), zero);
+        }
         // Points of a facet mostly see the same particles, and so do facets of a cell.
-        if self.nodes != nodes {
+        if self.nodes == nodes {
+            for (a, sum) in self.sums.iter_mut().enumerate() {
+                add(a, sum);
+            }
+            return;
+        }
+        {
             self.merged_nodes.clear();
             self.merged_sums.clear();
             let (mut i, mut j) = (0, 0);
