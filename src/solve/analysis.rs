@@ -6,7 +6,7 @@ use crate::error::{Error, LinearError, SolveError};
 use crate::linear::{Direct, Factorizer, LinearSolver, banded, minimum_degree, nested_dissection};
 
 use super::march::March;
-use super::newton::{Functional, Newton, Workspace};
+use super::newton::{Functional, Newton, Watch, Workspace};
 use super::path::{Observer, Path, State};
 use super::stepping::Stepping;
 
@@ -90,9 +90,12 @@ impl Analysis {
     ) -> Result<Path, Error> {
         self.validate(model, rows, &path)?;
         let mut march = March::new(self, model, rows, path, observer)?;
-        match march.lead() {
-            Some((lead, first)) => march.by_lead(&lead, first),
+        let lead = match march.lead() {
             None => march.by_load(),
+            lead => lead,
+        };
+        if let Some((lead, first)) = lead {
+            march.by_lead(&lead, first);
         }
         Ok(march.path)
     }
@@ -228,7 +231,7 @@ impl Analysis {
             values: Vec::new(),
             iterations: 0,
             inertia: None,
-            probed: None,
+            watch: Watch::Off,
         })
     }
 

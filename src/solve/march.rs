@@ -7,7 +7,7 @@ use crate::error::Error;
 use super::analysis::Analysis;
 use super::critical::CriticalPoint;
 use super::lead::{Arc, Lead, along, predict, root_mean_square};
-use super::newton::{Control, Deflection, Functional, Matrices, Newton, Workspace, dot};
+use super::newton::{Control, Deflection, Functional, Matrices, Newton, Watch, Workspace, dot};
 use super::path::{Ending, Observer, Pace, Path, State, Step};
 use super::rejection::Rejection;
 use super::stepping::{FAR, FIRST_GRADIENT, Following, LARGE_CHANGE, SLOW, StepControl};
@@ -87,6 +87,14 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
             // Driven by prescribed displacements alone.
             return None;
         }
+        let model = self.workspace.model;
+        let follows = model.terms().iter().any(|term| term.has_matrix() && term.matrix_follows_load());
+        let whole = stepping.control == StepControl::Auto && stepping.first >= 1.0;
+        if whole && !follows && self.path.steps.is_empty() {
+            // The first step of the first attempt is the linear answer itself.
+            self.workspace.watch = Watch::On;
+            return None;
+        }
         let before = self.workspace.iterations;
         let probe = self.workspace.probe(start);
         if self.path.steps.is_empty() {
@@ -108,11 +116,24 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         if gradient <= FAR || !gradient.is_finite() {
             return None;
         }
-        // The mean displacement along the load: positive for a positive load.
+        self.deflection(&loads, &probe, rest, gradient)
+    }
+
+    /// The mean displacement along the loads, positive for positive ones, and its first increment: a part of the linear
+    /// answer `rest` times `answer`, whose largest gradient is given.
+    fn deflection(&self, loads: &[f64], answer: &[f64], rest: f64, gradient: f64) -> Option<(Lead, f64)> {
+        let total: f64 = loads.iter().map(|f| f.abs()).sum();
         let deflection = Deflection { weights: loads.iter().map(|f| -f / total).collect() };
-        let full = deflection.value(&probe) * rest;
-        let first = full * FIRST_GRADIENT / gradient;
+        let first = deflection.value(answer) * rest * FIRST_GRADIENT / gradient;
         (first > 0.0 && first.is_finite()).then_some((Lead::Deflection(deflection), first))
+    }
+
+    /// What leads where the first step of the first attempt was too large.
+    fn lead_after(&self, answer: &[f64]) -> Option<(Lead, f64)> {
+        let (model, start) = (self.workspace.model, &self.path.start);
+        let mut loads = vec![0.0; model.unknowns()];
+        model.load_slope(&start.displacement, &start.locals, start.load, &mut loads);
+        self.deflection(&loads, answer, 1.0, model.largest_gradient(answer))
     }
 
     /// Tries one state, which has to lie on the path of the current one.
@@ -135,7 +156,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         let outcome = self.workspace.newton(&newton, &mut attempt, control, self.observer, self.scale, near);
         self.spent += self.workspace.iterations - before;
         self.path.iterations = self.workspace.iterations;
-        if outcome.is_err() {
+        if outcome.as_ref().is_err_and(|rejection| *rejection != Rejection::Far) {
             self.count_rejection();
         }
         outcome.map(|iterations| (iterations, attempt))
@@ -279,8 +300,8 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         }
     }
 
-    /// Load control: the full load first, halved on failure.
-    pub(super) fn by_load(&mut self) {
+    /// Load control: the full load first, halved on failure. Ends early with what should lead instead.
+    pub(super) fn by_load(&mut self) -> Option<(Lead, f64)> {
         let stepping = self.analysis.stepping;
         let mut increment = self.pace().map_or(stepping.first, |pace| pace.increment);
         // After a rejection one step keeps its increment, or the next one would be rejected again.
@@ -292,7 +313,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
                 target = 1.0;
             }
             if !self.moves(self.state.load, target) {
-                return;
+                return None;
             }
             let ratio = self.previous.as_ref().map_or(0.0, |p| (target - self.state.load) / (self.state.load - p.load));
             match self.attempt(self.predicted(ratio), Control::Load(target)) {
@@ -302,19 +323,27 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
                     }
                     rejected = false;
                     if !self.accept(state, Pace { increment, reached: 0 }) {
-                        return;
+                        return None;
                     }
                 }
                 Err(rejection) => {
+                    if let Watch::Far(answer) = std::mem::take(&mut self.workspace.watch) {
+                        if let Some(lead) = self.lead_after(&answer) {
+                            return Some(lead);
+                        }
+                        // The load does no work on the answer: it leads all the same.
+                        continue;
+                    }
                     rejected = true;
                     increment = 0.5 * (target - self.state.load);
                     if increment < rejection.least(stepping.smallest) {
                         self.path.ending = Ending::Stalled(rejection.to_string());
-                        return;
+                        return None;
                     }
                 }
             }
         }
+        None
     }
 
     /// How far the next increment is in terms of the last one; NaN before the second step.

@@ -9,6 +9,7 @@ use super::increment::{Buffers, Increment, Linear};
 use super::path::{Iteration, MatrixUse, Observer, State};
 use super::rejection::Rejection;
 use super::search::{Ahead, LineSearch, search};
+use super::stepping::FAR;
 
 /// A scalar function of the displacement that may control an analysis in place of the load.
 ///
@@ -138,9 +139,21 @@ pub(crate) struct Workspace<'a, const D: usize> {
     pub values: Vec<f64>,
     pub iterations: usize,
     pub inertia: Option<Inertia>,
-    /// Displacement and local unknowns at which the matrix of `system` was formed by a probe, where it holds for all
-    /// loads.
-    pub probed: Option<(Vec<f64>, Vec<Vec<f64>>)>,
+    /// Whether the first step of the next attempt answers what a probe would be asked: where it is too large for the
+    /// load to lead, the attempt ends with [`Rejection::Far`] and leaves it here.
+    pub watch: Watch,
+}
+
+/// What is known of the linear answer to the load.
+#[derive(Default)]
+pub(crate) enum Watch {
+    /// Nothing is asked.
+    #[default]
+    Off,
+    /// The next first step tells.
+    On,
+    /// It was too large.
+    Far(Vec<f64>),
 }
 
 impl<const D: usize> Workspace<'_, D> {
@@ -165,16 +178,12 @@ impl<const D: usize> Workspace<'_, D> {
         }
         let mut small = 0;
         let mut first = f64::INFINITY;
+        let watched = matches!(std::mem::take(&mut self.watch), Watch::On);
         for number in 1..=settings.iterations {
             // A large matrix is never held twice beside its factors.
             release(&mut self.values);
-            let probed = self.probed.take().is_some_and(|(d, l)| d == state.displacement && l == state.locals);
             let State { displacement, locals, load, .. } = &*state;
-            if probed && !self.system.values.is_empty() {
-                self.assembler.assemble_forces(self.model, displacement, locals, *load, &mut self.system);
-            } else {
-                self.assembler.assemble(self.model, displacement, locals, *load, &mut self.system);
-            }
+            self.assembler.assemble(self.model, displacement, locals, *load, &mut self.system);
             self.iterations += 1;
             if !self.system.scale.is_finite() {
                 return Err(Rejection::NotFinite);
@@ -202,6 +211,10 @@ impl<const D: usize> Workspace<'_, D> {
             linear.solve(false, &mut buffers).map_err(Rejection::Linear)?;
             linear.enforced.recover(&buffers.solution, &gap, &mut next.step, &mut next.multipliers);
             next.lead(control, state)?;
+            if watched && number == 1 && self.model.largest_gradient(&next.step) > FAR {
+                self.watch = Watch::Far(next.step);
+                return Err(Rejection::Far);
+            }
             let bound =
                 self.model.advance(&state.displacement, &state.locals, state.load, &next.step, &mut next.locals);
             if !(bound > 0.0) {
@@ -294,8 +307,6 @@ impl<const D: usize> Workspace<'_, D> {
         let mut step = vec![0.0; self.model.unknowns()];
         let mut multipliers = vec![0.0; self.rows.len()];
         linear.enforced.recover(&buffers.solution, &gap, &mut step, &mut multipliers);
-        let follows = self.model.terms().iter().any(|term| term.has_matrix() && term.matrix_follows_load());
-        self.probed = (!follows).then(|| (state.displacement.clone(), state.locals.clone()));
         Ok(step)
     }
 

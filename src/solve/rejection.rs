@@ -34,6 +34,8 @@ pub enum Rejection {
     },
     /// The arc runs back along the path.
     Turned,
+    /// The linear answer to the load is so large that a deflection should lead.
+    Far,
 }
 
 /// Gained modes are followed up by this part of the smallest increment: with the default of that, down to Newton's
@@ -70,6 +72,7 @@ impl fmt::Display for Rejection {
                 write!(f, "a large step turns {before} unstable modes into {after}: the state may lie on another path")
             }
             Rejection::Turned => write!(f, "the arc runs back along the path"),
+            Rejection::Far => write!(f, "the linear answer to the load is too large"),
             Rejection::Control => write!(f, "the controlled quantity does not change with the load"),
         }
     }
