@@ -60,9 +60,14 @@ impl Pattern {
     pub fn from_columns(columns: Vec<Vec<u32>>) -> Self {
         let mut columns = columns;
         for (column, rows) in columns.iter_mut().enumerate() {
-            rows.push(column as u32);
-            rows.sort_unstable();
-            rows.dedup();
+            // Most come sorted, their diagonal first.
+            if rows.first() != Some(&(column as u32)) {
+                rows.push(column as u32);
+            }
+            if !rows.is_sorted_by(|a, b| a < b) {
+                rows.sort_unstable();
+                rows.dedup();
+            }
         }
         let entries = columns.iter().map(Vec::len).sum();
         let mut pattern = Pattern { columns: vec![0], rows: Vec::with_capacity(entries) };
@@ -125,13 +130,17 @@ impl Pattern {
     /// $y \mathrel{+}= A x$ for the symmetric matrix with these lower values.
     pub fn multiply_add(&self, values: &[f64], x: &[f64], y: &mut [f64]) {
         for column in 0..self.size() {
-            let mut sum = 0.0;
-            for k in self.columns[column]..self.columns[column + 1] {
-                let row = self.rows[k] as usize;
-                sum += values[k] * x[row];
-                if row != column {
-                    y[row] += values[k] * x[column];
-                }
+            let entries = self.columns[column]..self.columns[column + 1];
+            let (rows, values) = (&self.rows[entries.clone()], &values[entries]);
+            // The diagonal comes first: what follows needs no question about it.
+            let (Some((_, rows)), Some((diagonal, values))) = (rows.split_first(), values.split_first()) else {
+                continue;
+            };
+            let factor = x[column];
+            let mut sum = diagonal * factor;
+            for (value, &row) in values.iter().zip(rows) {
+                sum += value * x[row as usize];
+                y[row as usize] += value * factor;
             }
             y[column] += sum;
         }

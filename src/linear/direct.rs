@@ -61,7 +61,6 @@ impl LinearSolver for Direct {
             n,
             symbolic,
             definite: saddle == 0,
-            factorised: None,
             values: Vec::new(),
             subdiagonal: Vec::new(),
             forward: Vec::new(),
@@ -159,29 +158,12 @@ struct CholeskyFactorizer {
     symbolic: SymbolicCholesky<u32>,
     /// Whether Cholesky is tried first.
     definite: bool,
-    /// Fingerprint of the matrix whose factors are held, and whether they are those of Cholesky.
-    factorised: Option<(u64, bool)>,
     values: Vec<f64>,
     subdiagonal: Vec<f64>,
     forward: Vec<u32>,
     inverse: Vec<u32>,
     memory: Memory,
     given: Vec<f64>,
-}
-
-/// A hash of all bits in their order; two matrices share one with a probability of about 2⁻⁶⁴.
-fn fingerprint(values: &[f64]) -> u64 {
-    // An odd multiplier (2⁶⁴ over the golden ratio) in four independent lanes, which run side by side.
-    const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
-    let mut lanes = [1u64, 2, 3, 4];
-    let mix = |lane: &mut u64, value: &f64| *lane = (lane.rotate_left(23) ^ value.to_bits()).wrapping_mul(MULTIPLIER);
-    let chunks = values.chunks_exact(4);
-    let rest = chunks.remainder();
-    for chunk in chunks {
-        lanes.iter_mut().zip(chunk).for_each(|(lane, value)| mix(lane, value));
-    }
-    lanes.iter_mut().zip(rest).for_each(|(lane, value)| mix(lane, value));
-    lanes.into_iter().fold(0, |hash, lane| (hash.rotate_left(31) ^ lane).wrapping_mul(MULTIPLIER))
 }
 
 /// Working memory of the library, as large as the largest request so far.
@@ -209,19 +191,10 @@ impl Factorizer for CholeskyFactorizer {
         if let Some(place) = values.iter().position(|v| !v.is_finite()) {
             return Err(LinearError::Pivot { pivot: place, hint: "the matrix has entries that are not finite" });
         }
-        // The matrix at rest comes twice: once to probe what the load does, once to take the first step.
-        let fingerprint = fingerprint(values);
-        let definite = match self.factorised.take() {
-            Some((last, definite)) if last == fingerprint => definite,
-            _ => {
-                let definite = self.definite && self.cholesky(values)?;
-                if !definite {
-                    self.bunch_kaufman(values)?;
-                }
-                definite
-            }
-        };
-        self.factorised = Some((fingerprint, definite));
+        let definite = self.definite && self.cholesky(values)?;
+        if !definite {
+            self.bunch_kaufman(values)?;
+        }
         let solution = RefCell::new(Solution {
             symbolic: &self.symbolic,
             values: &self.values,
@@ -318,13 +291,17 @@ impl Matrix<'_> {
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let size = norm(rhs);
         for (column, ends) in self.columns.windows(2).enumerate() {
-            let mut sum = 0.0;
-            for k in ends[0] as usize..ends[1] as usize {
-                let row = self.rows[k] as usize;
-                sum += self.values[k] * solution[row];
-                if row != column {
-                    rhs[row] -= self.values[k] * solution[column];
-                }
+            let entries = ends[0] as usize..ends[1] as usize;
+            let (rows, values) = (&self.rows[entries.clone()], &self.values[entries]);
+            // The diagonal comes first, as in every pattern that was accepted.
+            let (Some((_, rows)), Some((diagonal, values))) = (rows.split_first(), values.split_first()) else {
+                continue;
+            };
+            let factor = solution[column];
+            let mut sum = diagonal * factor;
+            for (value, &row) in values.iter().zip(rows) {
+                sum += value * solution[row as usize];
+                rhs[row as usize] -= value * factor;
             }
             rhs[column] -= sum;
         }

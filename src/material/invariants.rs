@@ -98,7 +98,8 @@ impl Reduced {
         if j.is_nan() || j <= 0.0 {
             return None;
         }
-        let c = j.cbrt().powi(-2);
+        // Quicker than the cube root, and as close: ln J is small wherever J is near one.
+        let c = (-2.0 / 3.0 * j.ln()).exp();
         let green = f.transpose() * f;
         let i1 = c * green.trace();
         // Below this bound e2 + e3 doesn't cancel; above it, Ī1 - 3 has lost less than one digit.
@@ -161,23 +162,36 @@ impl<E: InvariantEnergy> Material for Invariants<E> {
         let n = components.len();
         let Some(reduced) = Reduced::new(f) else {
             stress[..n].fill(f64::NAN);
-            tangent[..n * n].fill(f64::NAN);
+            tangent.fill(f64::NAN);
             return;
         };
         let dyads = self.dyads(f, &reduced);
+        for (stress, &c) in stress.iter_mut().zip(components) {
+            *stress = dyads.stress[(c / 3, c % 3)];
+        }
+        if tangent.is_empty() {
+            return;
+        }
         let Dyads { k11, k12, k22, k1n, k2n, knn, unit, q, hessian, .. } = dyads;
-        // Without Ī2 there is nothing of its second derivative: the paper's Yeoh and any neo-Hookean rubber.
+        // Without Ī2 there is nothing of its derivatives: the paper's Yeoh and any neo-Hookean rubber.
+        let second = k12 != 0.0 || k22 != 0.0 || k2n != 0.0;
         let (green, left) = if q != 0.0 { (reduced.green, f * f.transpose()) } else { (reduced.green, reduced.green) };
         for (b, &d) in components.iter().enumerate() {
             let (k, l) = (d / 3, d % 3);
-            let (a1, a2, an) = (dyads.first[(k, l)], dyads.second[(k, l)], dyads.normal[(k, l)]);
-            let s1 = k11 * a1 + k12 * a2 + k1n * an;
-            let s2 = k12 * a1 + k22 * a2 + k2n * an;
-            let sn = k1n * a1 + k2n * a2 + knn * an;
-            stress[b] = dyads.stress[(k, l)];
+            let (a1, an) = (dyads.first[(k, l)], dyads.normal[(k, l)]);
+            let (mut s1, mut s2, mut sn) = (k11 * a1 + k1n * an, 0.0, k1n * a1 + knn * an);
+            if second {
+                let a2 = dyads.second[(k, l)];
+                s1 += k12 * a2;
+                s2 = k12 * a1 + k22 * a2 + k2n * an;
+                sn += k2n * a2;
+            }
             for (a, &c) in components.iter().enumerate().take(b + 1) {
                 let (i, j) = (c / 3, c % 3);
-                let mut entry = dyads.first[(i, j)] * s1 + dyads.second[(i, j)] * s2 + dyads.normal[(i, j)] * sn;
+                let mut entry = dyads.first[(i, j)] * s1 + dyads.normal[(i, j)] * sn;
+                if second {
+                    entry += dyads.second[(i, j)] * s2;
+                }
                 if q != 0.0 {
                     entry -= q * f[(i, l)] * f[(k, j)];
                     if j == l {
@@ -228,7 +242,12 @@ impl<E: InvariantEnergy> Invariants<E> {
         // N = F⁻ᵀ; g1, g2: gradients of the reduced invariants.
         let normal = cofactor / *j;
         let first = 2.0 * (c * f - (i1 / 3.0) * normal);
-        let second = 2.0 * (c * i1 * f - (c * c) * (f * green) - (2.0 / 3.0 * i2) * normal);
+        // A rubber without Ī2 asks for none of it: two products of matrices at every point.
+        let second = if w2 != 0.0 || w12 != 0.0 || w22 != 0.0 {
+            2.0 * (c * i1 * f - (c * c) * (f * green) - (2.0 / 3.0 * i2) * normal)
+        } else {
+            Matrix3::zeros()
+        };
 
         // The dyads of A = Σ H̄_ab g_a⊗g_b + Σ K̄_a ∂²Ī_a. Differentiating Ī1 = c I1 and
         // Ī2 = c² I2 once more gives dyads of F, FG and N, all in the span of g1, g2 and N:

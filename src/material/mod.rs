@@ -116,7 +116,7 @@ pub trait Material: Send + Sync {
     fn response(&self, f: &Matrix3<f64>) -> Response;
 
     /// Writes the stress and the tangent in a few components $c = 3i + J$ alone: $P_{c_a}$ to `stress[a]`,
-    /// $A_{c_a c_b}$ to `tangent[a * components.len() + b]`.
+    /// $A_{c_a c_b}$ to `tangent[a * components.len() + b]`; where `tangent` is empty the stress alone is asked for.
     ///
     /// Plane and radial bodies ask for two to five of the nine. Nothing needs to be written for it; a material
     /// that does is quicker there.
@@ -124,6 +124,11 @@ pub trait Material: Send + Sync {
         let response = self.response(f);
         for (a, &c) in components.iter().enumerate() {
             stress[a] = response.stress[(c / 3, c % 3)];
+        }
+        if tangent.is_empty() {
+            return;
+        }
+        for (a, &c) in components.iter().enumerate() {
             for (b, &d) in components.iter().enumerate() {
                 tangent[a * components.len() + b] = response.tangent[(c, d)];
             }
@@ -239,7 +244,7 @@ impl<W: Material, U: VolumetricEnergy> Material for NearlyIncompressible<W, U> {
         let j = f.determinant();
         if j.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
             stress[..n].fill(f64::NAN);
-            tangent[..n * n].fill(f64::NAN);
+            tangent.fill(f64::NAN);
             return;
         }
         self.distortional.respond(f, components, stress, tangent);
@@ -248,7 +253,7 @@ impl<W: Material, U: VolumetricEnergy> Material for NearlyIncompressible<W, U> {
         let entry = |c: usize| cof[(c / 3, c % 3)];
         for (a, &c) in components.iter().enumerate() {
             stress[a] += slope * entry(c);
-            for (b, &d) in components.iter().enumerate() {
+            for (b, &d) in components.iter().enumerate().take(if tangent.is_empty() { 0 } else { n }) {
                 tangent[a * n + b] += curvature * entry(c) * entry(d) + slope * determinant_hessian(f, c, d);
             }
         }

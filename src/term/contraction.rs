@@ -35,10 +35,16 @@ impl LowerBlocks {
         b.saturating_sub(WIDTH - 1)
     }
 
-    /// Rows per component, with room for the last window.
+    /// Rows per component, with room for the last window; whole registers.
     #[inline(always)]
     fn rows(nodes: usize, b: usize) -> usize {
-        nodes + WIDTH - 1 - Self::start(b)
+        (nodes + WIDTH - 1 - Self::start(b)).next_multiple_of(WIDTH)
+    }
+
+    /// Length of a vector over the nodes, by components: as long as a column's rows reach.
+    #[inline(always)]
+    pub(crate) fn stride(nodes: usize) -> usize {
+        nodes + 2 * WIDTH
     }
 
     /// Zeroes the blocks for a cluster of so many nodes.
@@ -72,6 +78,13 @@ impl LowerBlocks {
         (&mut self.values[first..first + D * rows], rows)
     }
 
+    /// The columns of all unknowns of a node, and their rows per component.
+    #[inline(always)]
+    fn block_mut<const D: usize>(&mut self, b: usize) -> (&mut [f64], usize) {
+        let rows = Self::rows(self.nodes, b);
+        (&mut self.values[self.firsts[b]..][..D * D * rows], rows)
+    }
+
     /// Adds $\sum_k p_k c_k^T$ for vectors over the cluster's unknowns, by components of a padded length.
     #[inline(always)]
     pub(crate) fn add_products<A: Arithmetic, const D: usize, const N: usize>(
@@ -86,15 +99,18 @@ impl LowerBlocks {
                 let factors: [f64; N] = std::array::from_fn(|k| products[(k * D + j) * stride + b]);
                 let (column, rows) = self.column_mut::<D>(b, j);
                 for i in 0..D {
-                    let target = &mut column[i * rows..(i + 1) * rows];
-                    let sources: [&[f64]; N] =
-                        std::array::from_fn(|k| &vectors[(k * D + i) * stride + start..][..target.len()]);
-                    for (a, entry) in target.iter_mut().enumerate() {
-                        let mut sum = *entry;
+                    let target = column[i * rows..(i + 1) * rows].as_chunks_mut::<WIDTH>().0;
+                    let sources: [&[[f64; WIDTH]]; N] = std::array::from_fn(|k| {
+                        &vectors[(k * D + i) * stride + start..].as_chunks::<WIDTH>().0[..target.len()]
+                    });
+                    for (a, entries) in target.iter_mut().enumerate() {
+                        let mut sum = *entries;
                         for k in 0..N {
-                            sum = A::multiply_add(factors[k], sources[k][a], sum);
+                            for l in 0..WIDTH {
+                                sum[l] = A::multiply_add(factors[k], sources[k][a][l], sum[l]);
+                            }
                         }
-                        *entry = sum;
+                        *entries = sum;
                     }
                 }
             }
@@ -125,15 +141,26 @@ impl LowerBlocks {
 /// Points with the same nodes that are summed together: their matrix is read and written once for all.
 pub(crate) const GROUP: usize = 4;
 
-/// The nodes of a group of points in windows of four successive nodes of their cluster, gradients by point and
-/// slot beside them; nodes of a window that the points do not see have zero gradients.
+/// Nodes of a point in one window.
+#[derive(Debug, Clone, Copy)]
+struct Window {
+    /// First node of the window, by its place in the cluster.
+    start: u32,
+    /// First of the point's nodes in it.
+    first: u32,
+    /// Whether the point sees all nodes of the window.
+    whole: bool,
+}
+
+/// The nodes of a group of points in windows of four successive nodes of their cluster, gradients by point, window
+/// and slot beside them; nodes of a window that the points do not see have zero gradients.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Windows {
-    starts: Vec<u32>,
+    windows: Vec<Window>,
     /// Window of each node and its place there.
     of: Vec<(u32, u32)>,
-    /// Of up to three slots.
-    gradients: Vec<[[[f64; WIDTH]; 3]; GROUP]>,
+    /// Of up to three slots; the windows of a point follow each other.
+    gradients: Vec<[[f64; WIDTH]; 3]>,
 }
 
 /// $A_{isjt}$ of a point at `[j][t][i][s]`, weight included.
@@ -143,30 +170,56 @@ impl Windows {
     /// Lays out windows over the nodes of a first point.
     #[inline(always)]
     pub(crate) fn lay(&mut self, local: &[u16]) {
-        self.starts.clear();
+        self.windows.clear();
         self.of.clear();
-        let mut start = 0;
-        for &place in local {
-            let place = u32::from(place);
-            if self.starts.is_empty() || place >= start + WIDTH as u32 {
-                start = place;
-                self.starts.push(start);
+        let mut a = 0;
+        while a < local.len() {
+            let start = u32::from(local[a]);
+            let first = a;
+            let window = self.windows.len() as u32;
+            while a < local.len() && u32::from(local[a]) < start + WIDTH as u32 {
+                self.of.push((window, u32::from(local[a]) - start));
+                a += 1;
             }
-            self.of.push((self.starts.len() as u32 - 1, place - start));
+            self.windows.push(Window { start, first: first as u32, whole: a - first == WIDTH });
         }
-        self.gradients.clear();
-        self.gradients.resize(self.starts.len(), [[[0.0; WIDTH]; 3]; GROUP]);
+        let room = GROUP * self.windows.len();
+        if self.gradients.len() < room {
+            self.gradients.resize(room, [[0.0; WIDTH]; 3]);
+        }
     }
 
     /// Packs the gradients of the `p`-th point of the group.
     #[inline(always)]
     pub(crate) fn pack<const S: usize>(&mut self, p: usize, gradients: &[f64]) {
         let n = self.of.len();
-        for s in 0..S {
-            for (&(window, place), g) in self.of.iter().zip(&gradients[s * n..(s + 1) * n]) {
-                self.gradients[window as usize][p][s][place as usize] = *g;
+        let packed = &mut self.gradients[p * self.windows.len()..(p + 1) * self.windows.len()];
+        for (window, packed) in self.windows.iter().zip(packed) {
+            let first = window.first as usize;
+            if window.whole {
+                for s in 0..S {
+                    packed[s].copy_from_slice(&gradients[s * n + first..][..WIDTH]);
+                }
+                continue;
+            }
+            for s in 0..S {
+                packed[s] = [0.0; WIDTH];
+            }
+            let last = (first + WIDTH).min(n);
+            let of = self.of[first];
+            for (a, &(_, place)) in (first..).zip(self.of[first..last].iter().take_while(|o| o.0 == of.0)) {
+                for s in 0..S {
+                    packed[s][place as usize] = gradients[s * n + a];
+                }
             }
         }
+    }
+
+    /// The windows of the `p`-th point with its gradients.
+    #[inline(always)]
+    fn of_point(&self, p: usize) -> impl Iterator<Item = (usize, &[[f64; WIDTH]; 3])> {
+        let gradients = &self.gradients[p * self.windows.len()..(p + 1) * self.windows.len()];
+        self.windows.iter().map(|window| window.start as usize).zip(gradients)
     }
 
     /// Adds $P_{is}\,g_{as}$ of the `p`-th point to forces by components of a padded length.
@@ -178,14 +231,14 @@ impl Windows {
         stride: usize,
         forces: &mut [f64],
     ) {
-        for (start, g) in self.starts.iter().zip(&self.gradients) {
+        for (start, g) in self.of_point(p) {
             for i in 0..D {
-                let at = i * stride + *start as usize;
+                let at = i * stride + start;
                 let target = &mut forces[at..at + WIDTH];
                 let mut sum = [target[0], target[1], target[2], target[3]];
                 for s in 0..S {
                     for l in 0..WIDTH {
-                        sum[l] = A::multiply_add(stress[i][s], g[p][s][l], sum[l]);
+                        sum[l] = A::multiply_add(stress[i][s], g[s][l], sum[l]);
                     }
                 }
                 target.copy_from_slice(&sum);
@@ -203,16 +256,16 @@ impl Windows {
         stride: usize,
         vectors: &mut [f64],
     ) {
-        for (start, g) in self.starts.iter().zip(&self.gradients) {
+        for (start, g) in self.of_point(p) {
             for i in 0..D {
                 let mut sum = [0.0; WIDTH];
                 for s in 0..S {
                     for l in 0..WIDTH {
-                        sum[l] = A::multiply_add(stress[i][s], g[p][s][l], sum[l]);
+                        sum[l] = A::multiply_add(stress[i][s], g[s][l], sum[l]);
                     }
                 }
                 for (k, factor) in factors.iter().enumerate() {
-                    let at = (k * D + i) * stride + *start as usize;
+                    let at = (k * D + i) * stride + start;
                     let target = &mut vectors[at..at + WIDTH];
                     for l in 0..WIDTH {
                         target[l] = A::multiply_add(*factor, sum[l], target[l]);
@@ -232,10 +285,58 @@ impl Windows {
     ) {
         match tangents.len() {
             0 => {}
+            // In space the products of one component fill the registers.
+            1 if D < 3 => self.add_point::<A, D, S>(local, &tangents[0], lower),
             1 => self.add_group::<A, D, S, 1>(local, tangents, lower),
             2 => self.add_group::<A, D, S, 2>(local, tangents, lower),
             3 => self.add_group::<A, D, S, 3>(local, tangents, lower),
             _ => self.add_group::<A, D, S, 4>(local, tangents, lower),
+        }
+    }
+
+    /// As [`add_group`](Self::add_group) for one point, all components of a node at once: each window is read once.
+    #[inline(always)]
+    fn add_point<A: Arithmetic, const D: usize, const S: usize>(
+        &self,
+        local: &[u16],
+        tangent: &PointTangent<D, S>,
+        lower: &mut LowerBlocks,
+    ) {
+        for (&place, &(window, lane)) in local.iter().zip(&self.of) {
+            let place = place as usize;
+            let first = LowerBlocks::start(place);
+            let windows = &self.windows[window as usize..];
+            let gradients = &self.gradients[window as usize..][..windows.len()];
+            let mut products = [[[0.0; WIDTH]; D]; D];
+            for j in 0..D {
+                for t in 0..S {
+                    let g = gradients[0][t][lane as usize];
+                    for i in 0..D {
+                        for s in 0..WIDTH {
+                            products[j][i][s] = A::multiply_add(tangent[j][t][i][s], g, products[j][i][s]);
+                        }
+                    }
+                }
+            }
+            let (block, rows) = lower.block_mut::<D>(place);
+            let mut columns = block.chunks_exact_mut(rows);
+            let parts: [[&mut [f64]; D]; D] =
+                std::array::from_fn(|_| std::array::from_fn(|_| columns.next().unwrap_or_default()));
+            for (window, g) in windows.iter().zip(gradients) {
+                let at = window.start as usize - first;
+                for j in 0..D {
+                    for i in 0..D {
+                        let target = &mut parts[j][i][at..at + WIDTH];
+                        let mut sum = [target[0], target[1], target[2], target[3]];
+                        for s in 0..S {
+                            for l in 0..WIDTH {
+                                sum[l] = A::multiply_add(products[j][i][s], g[s][l], sum[l]);
+                            }
+                        }
+                        target.copy_from_slice(&sum);
+                    }
+                }
+            }
         }
     }
 
@@ -248,16 +349,18 @@ impl Windows {
         tangents: &[PointTangent<D, S>],
         lower: &mut LowerBlocks,
     ) {
+        let count = self.windows.len();
         for (&place, &(window, lane)) in local.iter().zip(&self.of) {
             let place = place as usize;
             let first = LowerBlocks::start(place) as u32;
-            let (starts, gradients) = (&self.starts[window as usize..], &self.gradients[window as usize..]);
-            let at_b = &gradients[0];
+            let windows = &self.windows[window as usize..];
+            let gradients: [_; P] =
+                std::array::from_fn(|p| &self.gradients[p * count + window as usize..][..windows.len()]);
             for j in 0..D {
                 let mut products = [[[0.0; WIDTH]; P]; D];
                 for p in 0..P {
                     for t in 0..S {
-                        let g = at_b[p][t][lane as usize];
+                        let g = gradients[p][0][t][lane as usize];
                         for i in 0..D {
                             for s in 0..WIDTH {
                                 products[i][p][s] = A::multiply_add(tangents[p][j][t][i][s], g, products[i][p][s]);
@@ -266,15 +369,15 @@ impl Windows {
                     }
                 }
                 let (column, rows) = lower.column_mut::<D>(place, j);
-                for (start, g) in starts.iter().zip(gradients) {
-                    let at = (start - first) as usize;
+                for (w, window) in windows.iter().enumerate() {
+                    let at = (window.start - first) as usize;
                     for i in 0..D {
                         let target = &mut column[i * rows + at..][..WIDTH];
                         let mut sum = [target[0], target[1], target[2], target[3]];
                         for p in 0..P {
                             for s in 0..S {
                                 for l in 0..WIDTH {
-                                    sum[l] = A::multiply_add(products[i][p][s], g[p][s][l], sum[l]);
+                                    sum[l] = A::multiply_add(products[i][p][s], gradients[p][w][s][l], sum[l]);
                                 }
                             }
                         }

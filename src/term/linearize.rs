@@ -8,7 +8,7 @@ use crate::table::displacement_gradient;
 use crate::tensor::{cofactor, determinant_hessian};
 
 use super::body::{Body, PressureField};
-use super::contraction::{GROUP, WIDTH};
+use super::contraction::{GROUP, LowerBlocks, WIDTH};
 use super::guard::largest_step;
 use super::measure::Jet;
 use super::{Element, Term, View};
@@ -206,7 +206,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
         let clusters = table.clusters();
         let nodes = clusters.nodes(cluster);
         // Vectors by components, with room for the last window.
-        let stride = nodes.len() + WIDTH - 1;
+        let stride = LowerBlocks::stride(nodes.len());
         let n = body.functions;
         scratch.clear();
         scratch.resize((1 + 2 * n) * D * stride, 0.0);
@@ -250,7 +250,8 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
             let f = Matrix3::identity() + h;
 
             let (mut stress, mut tangent) = ([0.0; 9], [0.0; 81]);
-            material.respond(&f, &components.of[..count], &mut stress[..count], &mut tangent[..count * count]);
+            let wanted = if with_matrix { count * count } else { 0 };
+            material.respond(&f, &components.of[..count], &mut stress[..count], &mut tangent[..wanted]);
             if let Some(volumetric) = volumetric {
                 let cof = cofactor(&f);
                 let j = f.m11 * cof.m11 + f.m12 * cof.m12 + f.m13 * cof.m13;
@@ -287,7 +288,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                     let c = components.of[a];
                     let cof_c = cof[(c / 3, c % 3)];
                     stress[a] += pressure.force * cof_c;
-                    for b in 0..=a {
+                    for b in 0..if with_matrix { a + 1 } else { 0 } {
                         let d = components.of[b];
                         let entry = pressure.rank_one * cof_c * cof[(d / 3, d % 3)]
                             + pressure.geometric * determinant_hessian(&f, c, d);

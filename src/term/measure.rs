@@ -31,9 +31,8 @@ impl Measure {
         let root = match self.roots {
             1 => return Jet { value: j, slope: 1.0, curvature: 0.0 },
             2 => j.sqrt(),
-            // cbrt(J) exists below zero too, where the body is turned inside out.
-            _ if j < 0.0 => f64::NAN,
-            _ => j.cbrt(),
+            // Quicker than the cube root, and NaN below zero as well.
+            _ => (j.ln() / 3.0).exp(),
         };
         let m = f64::from(self.roots);
         let slope = root / j;
