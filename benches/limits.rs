@@ -264,10 +264,10 @@ fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let asked = |name: &str| arguments.iter().any(|a| a == name);
     if asked("memory_2d") {
-        return support::on_threads(1, || memory("2d", &support::membrane(), 100));
+        return support::on_threads(1, || memory("2d", &support::membrane(), 200));
     }
     if asked("memory_3d") {
-        return support::on_threads(1, || memory("3d", &support::cube(), 13));
+        return support::on_threads(1, || memory("3d", &support::cube(), 19));
     }
     // `cargo bench --bench limits -- kernel` measures one part alone.
     let parts = ["kernel", "assembly", "iteration", "threads", "slopes", "memory"];
@@ -297,7 +297,8 @@ fn main() {
         });
     }
     if all || asked("memory") {
-        // A fresh process each: the peak is that of its whole life.
+        // A fresh process each: the peak is that of its whole life. Models large enough that what is given back goes
+        // back to the system: of smaller ones the allocator keeps up to 64 MB.
         for part in ["memory_2d", "memory_3d"] {
             let program = std::env::current_exe().expect("the path of this program");
             std::process::Command::new(program).arg(part).status().expect("a process of this program");

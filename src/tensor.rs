@@ -76,6 +76,34 @@ pub fn determinant_hessian(f: &Matrix3<f64>, c: usize, d: usize) -> f64 {
     if (k == (i + 1) % 3) == (l == (j + 1) % 3) { entry } else { -entry }
 }
 
+/// As [`add_determinant_hessian`] in a few components $c = 3i + J$, row by row into `tangent`.
+#[inline(always)]
+pub fn add_hessian_in(components: &[usize], tangent: &mut [f64], f: &Matrix3<f64>, s: f64) {
+    let n = components.len();
+    if components.iter().copied().eq(0..9) {
+        // The four entries of each row that are not zero.
+        for i in 0..3 {
+            for j in 0..3 {
+                let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);
+                let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);
+                let row = &mut tangent[9 * (3 * i + j)..][..9];
+                row[3 * i1 + j1] += s * f[(i2, j2)];
+                row[3 * i1 + j2] -= s * f[(i2, j1)];
+                row[3 * i2 + j1] -= s * f[(i1, j2)];
+                row[3 * i2 + j2] += s * f[(i1, j1)];
+            }
+        }
+        return;
+    }
+    for (a, &c) in components.iter().enumerate() {
+        for (b, &d) in components.iter().enumerate().take(a) {
+            let entry = s * determinant_hessian(f, c, d);
+            tangent[a * n + b] += entry;
+            tangent[b * n + a] += entry;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,6 +1,7 @@
 //! Assembly: clusters summed into one fixed pattern, batch by batch.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::parallel::{for_each_mut, threads};
 use crate::term::{Element, LowerBlocks, Term, View};
@@ -95,21 +96,22 @@ impl Assembler {
             node_rows[start..].sort_unstable();
             node_columns.push(node_rows.len());
         }
-        let mut pattern = Pattern { columns: vec![0], rows: Vec::with_capacity(node_rows.len() * D * D) };
+        let (mut columns, mut all) = (vec![0], Vec::with_capacity(node_rows.len() * D * D));
         for column in 0..nodes {
             let rows = &node_rows[node_columns[column]..node_columns[column + 1]];
             for j in 0..D {
                 for i in j..D {
-                    pattern.rows.push((column * D + i) as u32);
+                    all.push((column * D + i) as u32);
                 }
                 for &row in &rows[1..] {
                     for i in 0..D {
-                        pattern.rows.push(row * D as u32 + i as u32);
+                        all.push(row * D as u32 + i as u32);
                     }
                 }
-                pattern.columns.push(pattern.rows.len());
+                columns.push(all.len());
             }
         }
+        let pattern = Pattern { columns, rows: Arc::new(all) };
         let mut first_place = Vec::new();
         let pairs = |nodes: usize| nodes * (nodes + 1) / 2;
         let count = |term: &dyn Term<D>| (0..term.clusters()).map(|c| pairs(term.nodes(c).len())).sum::<usize>();
@@ -173,7 +175,7 @@ impl Assembler {
     /// Gives back the rows of the pattern, which the sums don't need, once the conditions have been bound to them.
     #[cfg(feature = "solve")]
     pub(crate) fn forget_rows(&mut self) {
-        self.pattern.rows = Vec::new();
+        self.pattern.rows = Arc::default();
     }
 
     /// Assembles the system of `model` at a state. The sums run in the order of terms and clusters

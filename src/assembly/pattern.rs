@@ -1,5 +1,7 @@
 //! Sparsity patterns: lower triangles by columns.
 
+use std::sync::Arc;
+
 use crate::error::LinearError;
 
 /// The lower triangle of a symmetric sparse matrix by columns, rows rising, the diagonal first.
@@ -7,8 +9,8 @@ use crate::error::LinearError;
 pub struct Pattern {
     /// Column $c$ holds the entries `columns[c]..columns[c + 1]`.
     pub columns: Vec<usize>,
-    /// Row of each entry.
-    pub rows: Vec<u32>,
+    /// Row of each entry; shared with the solver that was given the pattern, for they are half as large as the values.
+    pub rows: Arc<Vec<u32>>,
 }
 
 impl Pattern {
@@ -70,12 +72,12 @@ impl Pattern {
             }
         }
         let entries = columns.iter().map(Vec::len).sum();
-        let mut pattern = Pattern { columns: vec![0], rows: Vec::with_capacity(entries) };
+        let (mut ends, mut all) = (vec![0], Vec::with_capacity(entries));
         for (column, rows) in columns.into_iter().enumerate() {
-            pattern.rows.extend(rows.into_iter().filter(|&r| r as usize >= column));
-            pattern.columns.push(pattern.rows.len());
+            all.extend(rows.into_iter().filter(|&r| r as usize >= column));
+            ends.push(all.len());
         }
-        pattern
+        Pattern { columns: ends, rows: Arc::new(all) }
     }
 
     /// The pattern with unknown `order[k]` renumbered to `k`, and the new place of each entry.
@@ -124,7 +126,7 @@ impl Pattern {
                 places[entry as usize] = place as u32;
             }
         }
-        (Pattern { columns, rows }, places)
+        (Pattern { columns, rows: Arc::new(rows) }, places)
     }
 
     /// $y \mathrel{+}= A x$ for the symmetric matrix with these lower values.

@@ -1,6 +1,7 @@
 //! faer's sparse Cholesky family behind the traits of this crate; the only file that names faer.
 
 use std::cell::RefCell;
+use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
@@ -13,7 +14,7 @@ use faer::sparse::linalg::{SupernodalThreshold, amd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
-use crate::assembly::Pattern;
+use crate::assembly::{Pattern, release};
 use crate::error::LinearError;
 
 use super::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
@@ -57,7 +58,7 @@ impl LinearSolver for Direct {
         let symbolic = symbolic(pattern, &columns, order.unwrap_or(&own))?;
         Ok(Box::new(CholeskyFactorizer {
             columns,
-            rows: pattern.rows.clone(),
+            rows: Arc::clone(&pattern.rows),
             n,
             symbolic,
             definite: saddle == 0,
@@ -134,7 +135,7 @@ fn symbolic(pattern: &Pattern, columns: &[u32], order: &[usize]) -> Result<Symbo
 fn transposed(pattern: &Pattern) -> (Vec<u32>, Vec<u32>) {
     let n = pattern.size();
     let mut columns = vec![0u32; n + 1];
-    for &row in &pattern.rows {
+    for &row in pattern.rows.iter() {
         columns[row as usize + 1] += 1;
     }
     for k in 0..n {
@@ -153,7 +154,7 @@ fn transposed(pattern: &Pattern) -> (Vec<u32>, Vec<u32>) {
 
 struct CholeskyFactorizer {
     columns: Vec<u32>,
-    rows: Vec<u32>,
+    rows: Arc<Vec<u32>>,
     n: usize,
     symbolic: SymbolicCholesky<u32>,
     /// Whether Cholesky is tried first.
@@ -212,6 +213,13 @@ impl Factorizer for CholeskyFactorizer {
             forward: &self.forward,
             inverse: &self.inverse,
         }))
+    }
+
+    fn release(&mut self) {
+        release(&mut self.values);
+        if self.values.capacity() == 0 {
+            self.memory = Memory { buffer: MemBuffer::new(StackReq::empty()), bytes: 0 };
+        }
     }
 
     fn bytes(&self) -> Option<usize> {

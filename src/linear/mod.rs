@@ -90,6 +90,10 @@ pub trait Factorizer: Send {
     /// Where the matrix is singular or not finite.
     fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError>;
 
+    /// Gives back the memory of large factors that are no longer looked at: called before another matrix is formed, so
+    /// that it is never held beside the factors of the last one. Nothing needs to be written for it.
+    fn release(&mut self) {}
+
     /// Bytes that the factors take, where the method knows them.
     fn bytes(&self) -> Option<usize> {
         None

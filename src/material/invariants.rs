@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::{Material, Response};
-use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components, determinant_hessian};
+use crate::tensor::{Tangent, add_determinant_hessian, add_hessian_in, cofactor, components};
 
 /// A distortional energy and its derivatives with respect to the reduced invariants \[stress\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -204,11 +204,11 @@ impl<E: InvariantEnergy> Material for Invariants<E> {
                 if a == b {
                     entry += unit;
                 }
-                entry += hessian * determinant_hessian(f, c, d);
                 tangent[a * n + b] = entry;
                 tangent[b * n + a] = entry;
             }
         }
+        add_hessian_in(components, tangent, f, hessian);
     }
 }
 

@@ -180,8 +180,7 @@ impl<const D: usize> Workspace<'_, D> {
         let mut first = f64::INFINITY;
         let watched = matches!(std::mem::take(&mut self.watch), Watch::On);
         for number in 1..=settings.iterations {
-            // A large matrix is never held twice beside its factors.
-            release(&mut self.values);
+            self.make_room();
             let State { displacement, locals, load, .. } = &*state;
             self.assembler.assemble(self.model, displacement, locals, *load, &mut self.system);
             self.iterations += 1;
@@ -284,10 +283,18 @@ impl<const D: usize> Workspace<'_, D> {
         self.inertia.map(|inertia| inertia.negative.saturating_sub(constraints))
     }
 
+    /// Gives back what large matrices and factors took before, and asks for the place of the reduced matrix first: the
+    /// full one, which goes first, then lies above it and leaves no hole.
+    fn make_room(&mut self) {
+        self.factorizer.release();
+        release(&mut self.values);
+        self.values.reserve_exact(self.enforced.pattern().entries());
+    }
+
     /// The linear answer to the full load at a state: increments for a unit change of the load factor,
     /// with the tangent of that state (at rest: without any follower stiffness).
     pub fn probe(&mut self, state: &State) -> Result<Vec<f64>, Rejection> {
-        release(&mut self.values);
+        self.make_room();
         self.assembler.assemble(self.model, &state.displacement, &state.locals, state.load, &mut self.system);
         self.iterations += 1;
         if !self.system.scale.is_finite() {

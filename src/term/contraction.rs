@@ -152,15 +152,15 @@ struct Window {
     whole: bool,
 }
 
-/// The nodes of a group of points in windows of four successive nodes of their cluster, gradients by point, window
-/// and slot beside them; nodes of a window that the points do not see have zero gradients.
+/// The nodes of a group of points in windows of four successive nodes of their cluster, gradients by point and
+/// slot beside them; nodes of a window that the points do not see have zero gradients.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Windows {
     windows: Vec<Window>,
     /// Window of each node and its place there.
     of: Vec<(u32, u32)>,
-    /// Of up to three slots; the windows of a point follow each other.
-    gradients: Vec<[[f64; WIDTH]; 3]>,
+    /// Of up to three slots.
+    gradients: Vec<[[[f64; WIDTH]; 3]; GROUP]>,
 }
 
 /// $A_{isjt}$ of a point at `[j][t][i][s]`, weight included.
@@ -183,9 +183,9 @@ impl Windows {
             }
             self.windows.push(Window { start, first: first as u32, whole: a - first == WIDTH });
         }
-        let room = GROUP * self.windows.len();
-        if self.gradients.len() < room {
-            self.gradients.resize(room, [[0.0; WIDTH]; 3]);
+        // What stands there is written over.
+        if self.gradients.len() < self.windows.len() {
+            self.gradients.resize(self.windows.len(), [[[0.0; WIDTH]; 3]; GROUP]);
         }
     }
 
@@ -193,8 +193,8 @@ impl Windows {
     #[inline(always)]
     pub(crate) fn pack<const S: usize>(&mut self, p: usize, gradients: &[f64]) {
         let n = self.of.len();
-        let packed = &mut self.gradients[p * self.windows.len()..(p + 1) * self.windows.len()];
-        for (window, packed) in self.windows.iter().zip(packed) {
+        for (window, packed) in self.windows.iter().zip(&mut self.gradients) {
+            let packed = &mut packed[p];
             let first = window.first as usize;
             if window.whole {
                 for s in 0..S {
@@ -218,8 +218,7 @@ impl Windows {
     /// The windows of the `p`-th point with its gradients.
     #[inline(always)]
     fn of_point(&self, p: usize) -> impl Iterator<Item = (usize, &[[f64; WIDTH]; 3])> {
-        let gradients = &self.gradients[p * self.windows.len()..(p + 1) * self.windows.len()];
-        self.windows.iter().map(|window| window.start as usize).zip(gradients)
+        self.windows.iter().zip(&self.gradients).map(move |(window, gradients)| (window.start as usize, &gradients[p]))
     }
 
     /// Adds $P_{is}\,g_{as}$ of the `p`-th point to forces by components of a padded length.
@@ -310,7 +309,7 @@ impl Windows {
             let mut products = [[[0.0; WIDTH]; D]; D];
             for j in 0..D {
                 for t in 0..S {
-                    let g = gradients[0][t][lane as usize];
+                    let g = gradients[0][0][t][lane as usize];
                     for i in 0..D {
                         for s in 0..WIDTH {
                             products[j][i][s] = A::multiply_add(tangent[j][t][i][s], g, products[j][i][s]);
@@ -330,7 +329,7 @@ impl Windows {
                         let mut sum = [target[0], target[1], target[2], target[3]];
                         for s in 0..S {
                             for l in 0..WIDTH {
-                                sum[l] = A::multiply_add(products[j][i][s], g[s][l], sum[l]);
+                                sum[l] = A::multiply_add(products[j][i][s], g[0][s][l], sum[l]);
                             }
                         }
                         target.copy_from_slice(&sum);
@@ -349,18 +348,16 @@ impl Windows {
         tangents: &[PointTangent<D, S>],
         lower: &mut LowerBlocks,
     ) {
-        let count = self.windows.len();
         for (&place, &(window, lane)) in local.iter().zip(&self.of) {
             let place = place as usize;
             let first = LowerBlocks::start(place) as u32;
             let windows = &self.windows[window as usize..];
-            let gradients: [_; P] =
-                std::array::from_fn(|p| &self.gradients[p * count + window as usize..][..windows.len()]);
+            let gradients = &self.gradients[window as usize..][..windows.len()];
             for j in 0..D {
                 let mut products = [[[0.0; WIDTH]; P]; D];
                 for p in 0..P {
                     for t in 0..S {
-                        let g = gradients[p][0][t][lane as usize];
+                        let g = gradients[0][p][t][lane as usize];
                         for i in 0..D {
                             for s in 0..WIDTH {
                                 products[i][p][s] = A::multiply_add(tangents[p][j][t][i][s], g, products[i][p][s]);
@@ -369,7 +366,7 @@ impl Windows {
                     }
                 }
                 let (column, rows) = lower.column_mut::<D>(place, j);
-                for (w, window) in windows.iter().enumerate() {
+                for (window, g) in windows.iter().zip(gradients) {
                     let at = (window.start - first) as usize;
                     for i in 0..D {
                         let target = &mut column[i * rows + at..][..WIDTH];
@@ -377,7 +374,7 @@ impl Windows {
                         for p in 0..P {
                             for s in 0..S {
                                 for l in 0..WIDTH {
-                                    sum[l] = A::multiply_add(products[i][p][s], gradients[p][w][s][l], sum[l]);
+                                    sum[l] = A::multiply_add(products[i][p][s], g[p][s][l], sum[l]);
                                 }
                             }
                         }

@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use crate::material::{Material, VolumetricEnergy};
 use crate::simd::{Arithmetic, Task, dispatch};
 use crate::table::displacement_gradient;
-use crate::tensor::{cofactor, determinant_hessian};
+use crate::tensor::{add_hessian_in, cofactor};
 
 use super::body::{Body, PressureField};
 use super::contraction::{GROUP, LowerBlocks, WIDTH};
@@ -288,15 +288,16 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                     let c = components.of[a];
                     let cof_c = cof[(c / 3, c % 3)];
                     stress[a] += pressure.force * cof_c;
-                    for b in 0..if with_matrix { a + 1 } else { 0 } {
-                        let d = components.of[b];
-                        let entry = pressure.rank_one * cof_c * cof[(d / 3, d % 3)]
-                            + pressure.geometric * determinant_hessian(&f, c, d);
-                        tangent[a * count + b] += entry;
-                        if b < a {
-                            tangent[b * count + a] += entry;
+                    if with_matrix {
+                        let factor = pressure.rank_one * cof_c;
+                        for b in 0..count {
+                            let d = components.of[b];
+                            tangent[a * count + b] += factor * cof[(d / 3, d % 3)];
                         }
                     }
+                }
+                if with_matrix {
+                    add_hessian_in(&components.of[..count], &mut tangent[..count * count], &f, pressure.geometric);
                 }
             }
             let mut reduced = [[0.0; WIDTH]; D];

@@ -74,15 +74,16 @@ pub fn matrices(input: &mut Input) {
     let size = input.random.usize(0..8);
     let mut pattern = Pattern::from_columns((0..size).map(|c| (c as u32..size as u32).collect()).collect());
     if input.once_in(3) {
+        let rows = std::sync::Arc::make_mut(&mut pattern.rows);
         match input.random.usize(0..6) {
             0 => pattern.columns.clear(),
-            1 if !pattern.rows.is_empty() => pattern.rows[0] = input.index(size) as u32,
-            2 => drop(pattern.rows.pop()),
+            1 if !rows.is_empty() => rows[0] = input.index(size) as u32,
+            2 => drop(rows.pop()),
             3 if !pattern.columns.is_empty() => {
                 let k = input.random.usize(0..pattern.columns.len());
                 pattern.columns[k] = input.index(20);
             }
-            4 => pattern.rows.reverse(),
+            4 => rows.reverse(),
             _ => drop(pattern.columns.pop()),
         }
     }
