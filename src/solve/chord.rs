@@ -4,7 +4,7 @@ use crate::assembly::{Assembler, Model, System};
 use crate::boundary::Constraints;
 
 use super::increment::{Buffers, Increment, Linear};
-use super::newton::{Control, Newton, norm, settled};
+use super::newton::{Control, FORCES_SETTLED, Newton, norm, settled};
 use super::path::{Iteration, MatrixUse, Observer, State};
 
 /// Chord steps that cost about as much as another matrix with its factors: from 3 (150 unknowns in the plane) to 6
@@ -12,12 +12,10 @@ use super::path::{Iteration, MatrixUse, Observer, State};
 const WORTH: f64 = 4.0;
 /// A chord step that reduces the last one to no less than this is not taken: the matrix is too old.
 const WORST: f64 = 0.5;
-/// What is left of the error at the end, relative to the tolerance of Newton's method: there the last increment is
-/// within the tolerance but the error far below it, as after the last iteration of Newton's method.
-const LEFT: f64 = 1e-4;
-/// What is left of the residual, relative to the forces: displacements of a nearly incompressible body come to rest long
-/// before its reactions, which were off by as much.
-const LEFT_OF_FORCES: f64 = 1e-10;
+/// The last increment, relative to the tolerance of Newton's method: its last iteration leaves an error far below the
+/// tolerance, and so shall these. The contraction of two steps does not tell when to stop earlier: a stretched cube was off
+/// by seven times its last increment.
+const LAST: f64 = 1e-4;
 /// Gaps of conditions above this part of a step need the full matrix.
 const MET: f64 = 1e-12;
 
@@ -82,17 +80,11 @@ impl<const D: usize> Kept<'_, D> {
             next.apply(1.0, state);
             let matrix = MatrixUse::Kept;
             observer.iteration(&Iteration { load: state.load, number, matrix, residual, increment, factor: 1.0 });
-            // One step alone does not tell what it has left.
-            let left = if number == 1 { increment } else { increment * contraction };
-            // Each step reduces the residual by the root of what two of them do.
-            if increment <= self.settings.tolerance
-                && left <= LEFT * self.settings.tolerance
-                && residual * contraction.sqrt() <= LEFT_OF_FORCES
-                && settled(next, state)
-            {
+            let forces = residual * (increment / before[1]).min(1.0);
+            if increment <= LAST * self.settings.tolerance && forces <= FORCES_SETTLED && settled(next, state) {
                 return true;
             }
-            let steps = 2.0 * (LEFT * self.settings.tolerance / left).ln() / contraction.ln();
+            let steps = 2.0 * (LAST * self.settings.tolerance / increment).ln() / contraction.ln();
             if steps > WORTH {
                 return false;
             }

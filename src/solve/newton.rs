@@ -119,6 +119,10 @@ const LOAD_SETTLED: f64 = 1e-6;
 /// Local unknowns are settled once none changes by more than this part of the largest of its term. Convergence is
 /// quadratic, but a pressure may be small beside the volumes it is held with: 1e-6 left 3e-8 of a reaction.
 const LOCALS_SETTLED: f64 = 1e-8;
+/// What a last step may leave of the residual, relative to the forces; it falls with the increments where the matrix is
+/// kept and with their square where it is not. Displacements of nearly incompressible bodies rest before their
+/// reactions, which were off by as much.
+pub(super) const FORCES_SETTLED: f64 = 3e-10;
 /// Load factors below this count as this one: a path may pass through zero.
 const LEAST_LOAD: f64 = 1e-3;
 
@@ -177,7 +181,7 @@ impl<const D: usize> Workspace<'_, D> {
             state.load = load;
         }
         let mut small = 0;
-        let mut first = f64::INFINITY;
+        let (mut first, mut before) = (f64::INFINITY, f64::INFINITY);
         let watched = matches!(std::mem::take(&mut self.watch), Watch::On);
         for number in 1..=settings.iterations {
             self.make_room();
@@ -240,8 +244,11 @@ impl<const D: usize> Workspace<'_, D> {
                 increment,
                 factor,
             });
+            let left = residual * (increment / before).min(1.0).powi(2);
+            before = increment;
             if factor == 1.0
                 && increment <= settings.tolerance
+                && left <= FORCES_SETTLED
                 && settled(&next, state)
                 && local_change(&next, state) <= LOCALS_SETTLED
             {

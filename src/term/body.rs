@@ -13,6 +13,9 @@ use super::{Element, Health, Term, View};
 /// Part of the bulk modulus that may stay pointwise beside projected pressures; see [`Body::zonal`].
 const POINTWISE_SHARE: f64 = 0.1;
 
+/// Zones of so many times the points of the smallest keep as many times its share, wider ones no more.
+const WIDEST: f64 = 1.5;
+
 /// How the volumetric energy of a body is treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PressureField {
@@ -48,7 +51,9 @@ pub struct Body<const D: usize, M> {
     pub(super) field: PressureField,
     pub(super) functions: usize,
     phi: Vec<f64>,
-    pub(super) share: f64,
+    share: f64,
+    /// Points of the smallest zone where the share grows with the points of a zone; else 0.
+    fewest: usize,
     pub(super) measure: Measure,
 }
 
@@ -58,7 +63,9 @@ impl<const D: usize, M: Material> Body<D, M> {
     ///
     /// Zones are the clusters of the table. Projected fields keep a share $s$ of the volumetric energy pointwise, at most
     /// a tenth: $sk = \tfrac23\mu_0$, the bulk modulus of a body with Poisson's ratio zero, whose directions do
-    /// not feel each other; $sk = \mu_0$ in solids.
+    /// not feel each other; $sk = \mu_0$ in solids. Zones with more points than the smallest, as odd numbers of cells and
+    /// scattered particles make them, keep more of it, up to half as much again: they hold more changes of volume that no
+    /// pressure sees.
     pub fn new(table: ShapeTable<D>, material: M, field: PressureField) -> Self {
         let share = match field {
             PressureField::Constant | PressureField::Linear => pointwise_share::<D>(&material),
@@ -66,6 +73,8 @@ impl<const D: usize, M: Material> Body<D, M> {
         };
         let mut body = Body::zonal(table, material, field, share);
         if body.functions > 0 {
+            let clusters = body.table.clusters();
+            body.fewest = (0..clusters.len()).map(|zone| clusters.points(zone).len()).min().unwrap_or(0);
             body.measure = Measure::roots(if D == 3 { 2 } else { D + body.table.hoops().len() });
         }
         body
@@ -78,7 +87,8 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// of [`new`](Body::new) it needs no pointwise part at all. Homogeneous states do not depend on $s$.
     pub fn zonal(table: ShapeTable<D>, material: M, field: PressureField, share: f64) -> Self {
         let field = if material.split().is_some() { field } else { PressureField::Displacement };
-        let mut body = Body { table, material, field, functions: 0, phi: Vec::new(), share, measure: Measure::VOLUME };
+        let mut body =
+            Body { table, material, field, functions: 0, phi: Vec::new(), share, fewest: 0, measure: Measure::VOLUME };
         match field {
             PressureField::Constant => body.tabulate_zone_functions(1),
             PressureField::Linear => body.tabulate_zone_functions(D + 1),
@@ -123,7 +133,7 @@ impl<const D: usize, M: Material> Body<D, M> {
                         let pi = &view.locals[self.locals(cluster)][self.functions..];
                         let projected: f64 = self.phi(point).iter().zip(pi).map(|(p, pi)| p * pi).sum();
                         let j = self.deformation_gradient(point, view.displacement).determinant();
-                        projected * self.measure.of(j).slope + self.share * volumetric.evaluate(j).slope
+                        projected * self.measure.of(j).slope + self.share(cluster) * volumetric.evaluate(j).slope
                     }
                 });
             }
@@ -164,7 +174,7 @@ impl<const D: usize, M: Material> Body<D, M> {
                     let weight = self.table.weights()[point];
                     for (k, phi) in self.phi(point).iter().enumerate() {
                         theta[k] += weight * phi * measure.value;
-                        pi[k] += weight * phi * (1.0 - self.share) * p / measure.slope;
+                        pi[k] += weight * phi * (1.0 - self.share(cluster)) * p / measure.slope;
                     }
                 } else {
                     locals[2 * point..2 * point + 2].copy_from_slice(&[j, p]);
@@ -226,6 +236,16 @@ impl<const D: usize, M: Material> Body<D, M> {
         self.phi(point)
     }
 
+    /// The part of the volumetric energy of a zone that stays pointwise.
+    #[inline(always)]
+    pub(super) fn share(&self, cluster: usize) -> f64 {
+        if self.fewest == 0 {
+            return self.share;
+        }
+        let points = self.table.clusters().points(cluster).len();
+        (self.share * (points as f64 / self.fewest as f64).min(WIDEST)).min(POINTWISE_SHARE)
+    }
+
     #[inline(always)]
     pub(super) fn phi(&self, point: usize) -> &[f64] {
         &self.phi[point * self.functions..(point + 1) * self.functions]
@@ -254,7 +274,7 @@ impl<const D: usize, M: Material> Body<D, M> {
             let weight = self.table.weights()[point];
             let j = f.determinant();
             energy += weight * distortional.energy(&f);
-            let pointwise = if self.functions > 0 { self.share } else { 1.0 };
+            let pointwise = if self.functions > 0 { self.share(cluster) } else { 1.0 };
             energy += weight * pointwise * volumetric.evaluate(j).energy;
             let measure = self.measure.of(j).value;
             for (t, phi) in theta.iter_mut().zip(self.phi(point)) {
@@ -265,7 +285,7 @@ impl<const D: usize, M: Material> Body<D, M> {
             for point in self.table.clusters().points(cluster) {
                 let projected: f64 = self.phi(point).iter().zip(&theta).map(|(p, t)| p * t).sum();
                 energy += self.table.weights()[point]
-                    * (1.0 - self.share)
+                    * (1.0 - self.share(cluster))
                     * self.measure.energy(volumetric, projected).energy;
             }
         }

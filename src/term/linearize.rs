@@ -75,6 +75,8 @@ struct Pressure {
 /// Residuals of the local equations of one zone and their Hessian; at most four functions.
 #[derive(Default)]
 struct Zone {
+    /// The part of the volumetric energy that stays pointwise.
+    share: f64,
     of_theta: [f64; 4],
     of_pi: [f64; 4],
     hessian: [[f64; 4]; 4],
@@ -82,8 +84,8 @@ struct Zone {
 
 impl Zone {
     #[inline(always)]
-    fn new(theta: &[f64], pi: &[f64]) -> Self {
-        let mut zone = Zone::default();
+    fn new(theta: &[f64], pi: &[f64], share: f64) -> Self {
+        let mut zone = Zone { share, ..Zone::default() };
         for k in 0..theta.len() {
             zone.of_theta[k] = -pi[k];
             zone.of_pi[k] = -theta[k];
@@ -102,7 +104,7 @@ impl Zone {
         theta: &[f64],
         j: f64,
     ) -> Jet {
-        let (phi, share) = (body.phi(point), 1.0 - body.share);
+        let (phi, share) = (body.phi(point), 1.0 - self.share);
         let measure = body.measure.of(j);
         let mut projected = 0.0;
         for (p, t) in phi.iter().zip(theta) {
@@ -150,7 +152,7 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
         let table = &body.table;
         let n = body.functions;
         let (theta, pi) = view.locals[body.locals(cluster)].split_at(n);
-        let mut zone = Zone::new(theta, pi);
+        let mut zone = Zone::new(theta, pi, body.share(cluster));
         let mut bound: f64 = 1.0;
         // C δd, function by function.
         let mut change_of_pi = [0.0; 4];
@@ -223,7 +225,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                 (_, Some((distortional, volumetric))) => (distortional, Some(volumetric)),
             };
         let (theta, pi) = view.locals[body.locals(cluster)].split_at(n);
-        let mut zone = Zone::new(theta, pi);
+        let mut zone = Zone::new(theta, pi, body.share(cluster));
         // Points in a row that see the same nodes wait for each other, as many as have their products in registers.
         let most = match D * S {
             0..=4 => GROUP,
@@ -277,11 +279,11 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                     }
                     windows.add_multiples::<A, D, S>(group, &reduced, &factors[..n], stride, slopes);
                     let u = volumetric.evaluate(j);
-                    let share = body.share * u.slope;
+                    let share = zone.share * u.slope;
                     Pressure {
                         force: share,
                         geometric: pressure * measure.slope + share,
-                        rank_one: pressure * measure.curvature + body.share * u.curvature,
+                        rank_one: pressure * measure.curvature + zone.share * u.curvature,
                     }
                 };
                 for a in 0..count {
