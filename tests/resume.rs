@@ -94,6 +94,20 @@ fn deflection_control_resumes_to_the_bit() {
 }
 
 #[test]
+fn a_beam_whose_first_step_was_too_far_resumes_to_the_bit() {
+    // Dead loads: the first attempt tells that a deflection should lead, and has to tell a resumed run the same.
+    let problem = Scene::new(Block::new([0.0, 0.0], [10.0, 1.0]), PlaneStrain, rubber())
+        .hold((0, Side::Min))
+        .traction((0, Side::Max), [0.0, -0.02])
+        .discretize(&Scheme::default().particles([11, 3]))
+        .unwrap();
+    let whole = problem.run(&mut ()).unwrap().completed().unwrap();
+    let first = &whole.steps[0];
+    assert!(first.state.load < 0.5 && first.pace.increment > 0.0 && first.rejected == 0);
+    resumes_everywhere("far", &whole, |path| problem.resume(path, &mut ()).unwrap());
+}
+
+#[test]
 fn controlled_runs_resume_to_the_bit() {
     // A spherical shell past its limit pressure; the second target needs halving.
     let lattice = Block::new([1.0], [1.1]).lattice([5]).unwrap();

@@ -90,10 +90,10 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         let model = self.workspace.model;
         let follows = model.terms().iter().any(|term| term.has_matrix() && term.matrix_follows_load());
         let whole = stepping.control == StepControl::Auto && stepping.first >= 1.0;
-        if whole && !follows && self.path.steps.is_empty() {
+        if whole && !follows {
             // The first step of the first attempt is the linear answer itself.
             self.workspace.watch = Watch::On;
-            return None;
+            return if self.path.steps.is_empty() { None } else { self.lead_of_first_run() };
         }
         let before = self.workspace.iterations;
         let probe = self.workspace.probe(start);
@@ -126,6 +126,20 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         let deflection = Deflection { weights: loads.iter().map(|f| -f / total).collect() };
         let first = deflection.value(answer) * rest * FIRST_GRADIENT / gradient;
         (first > 0.0 && first.is_finite()).then_some((Lead::Deflection(deflection), first))
+    }
+
+    /// What the first attempt of the run that is resumed was told.
+    fn lead_of_first_run(&mut self) -> Option<(Lead, f64)> {
+        let before = self.workspace.iterations;
+        let mut attempt = self.path.start.clone();
+        let once = Newton { iterations: 1, ..self.newton() };
+        let told = self.workspace.newton(&once, &mut attempt, Control::Load(1.0), &mut (), self.scale, false);
+        // Counted by the first run.
+        self.workspace.iterations = before;
+        match (told, std::mem::take(&mut self.workspace.watch)) {
+            (Err(Rejection::Far), Watch::Far(answer)) => self.lead_after(&answer),
+            _ => None,
+        }
     }
 
     /// What leads where the first step of the first attempt was too large.

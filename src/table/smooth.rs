@@ -121,24 +121,22 @@ impl<T: Copy> List<T> {
             }
             return;
         }
-        {
-            self.merged_nodes.clear();
-            self.merged_sums.clear();
-            let (mut i, mut j) = (0, 0);
-            while i < self.nodes.len() && j < nodes.len() {
-                let (x, y) = (self.nodes[i], nodes[j]);
-                self.merged_nodes.push(x.min(y));
-                self.merged_sums.push(if x <= y { self.sums[i] } else { zero });
-                i += usize::from(x <= y);
-                j += usize::from(y <= x);
-            }
-            self.merged_nodes.extend_from_slice(&self.nodes[i..]);
-            self.merged_sums.extend_from_slice(&self.sums[i..]);
-            self.merged_nodes.extend_from_slice(&nodes[j..]);
-            self.merged_sums.resize(self.merged_nodes.len(), zero);
-            std::mem::swap(&mut self.nodes, &mut self.merged_nodes);
-            std::mem::swap(&mut self.sums, &mut self.merged_sums);
+        self.merged_nodes.clear();
+        self.merged_sums.clear();
+        let (mut i, mut j) = (0, 0);
+        while i < self.nodes.len() && j < nodes.len() {
+            let (x, y) = (self.nodes[i], nodes[j]);
+            self.merged_nodes.push(x.min(y));
+            self.merged_sums.push(if x <= y { self.sums[i] } else { zero });
+            i += usize::from(x <= y);
+            j += usize::from(y <= x);
         }
+        self.merged_nodes.extend_from_slice(&self.nodes[i..]);
+        self.merged_sums.extend_from_slice(&self.sums[i..]);
+        self.merged_nodes.extend_from_slice(&nodes[j..]);
+        self.merged_sums.resize(self.merged_nodes.len(), zero);
+        std::mem::swap(&mut self.nodes, &mut self.merged_nodes);
+        std::mem::swap(&mut self.sums, &mut self.merged_sums);
         let mut place = 0;
         for (a, &node) in nodes.iter().enumerate() {
             while self.nodes[place] < node {

@@ -8,8 +8,9 @@ use crate::table::displacement_gradient;
 use crate::tensor::{add_hessian_in, cofactor};
 
 use super::body::{Body, PressureField};
-use super::contraction::{GROUP, LowerBlocks, WIDTH};
+use super::contraction::GROUP;
 use super::guard::largest_step;
+use super::lower::{LowerBlocks, WIDTH};
 use super::measure::Jet;
 use super::{Element, Term, View};
 

@@ -8,6 +8,7 @@ mod health;
 mod integrand;
 mod linearize;
 mod load;
+mod lower;
 mod measure;
 
 pub use amplitude::Amplitude;
@@ -17,7 +18,8 @@ pub use health::Health;
 pub use integrand::{Blocks, Flux, Integrand, PointState, Pointwise};
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
 
-pub(crate) use contraction::{LowerBlocks, Windows};
+pub(crate) use contraction::Windows;
+pub(crate) use lower::LowerBlocks;
 
 use crate::error::SolveError;
 
