@@ -127,5 +127,15 @@ mod tests {
                 assert_eq!(hessian[(d, c)], determinant_hessian(&f, d, c));
             }
         }
+        for components in [&[0, 1, 2, 3, 4, 5, 6, 7, 8][..], &[0, 1, 3, 4, 8], &[8, 7, 6, 5, 4, 3, 2, 1, 0]] {
+            let n = components.len();
+            let mut few = vec![1.0; n * n];
+            add_hessian_in(components, &mut few, &f, 2.0);
+            for (a, &c) in components.iter().enumerate() {
+                for (b, &d) in components.iter().enumerate() {
+                    assert_eq!(few[a * n + b], 1.0 + 2.0 * hessian[(c, d)]);
+                }
+            }
+        }
     }
 }

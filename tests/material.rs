@@ -32,6 +32,20 @@ fn compare(f: &Matrix3<f64>, shape: Shape, volume: Volume, k: f64) -> Result<(),
     prop_assert!((response.tangent - tangent).norm() <= 1e-10 * (1.0 + tangent.norm()), "tangent");
     // Exact up to the order of the sums.
     prop_assert!((response.tangent - response.tangent.transpose()).norm() <= 1e-13 * tangent.norm());
+    // A few components are those of the whole, and stresses alone the same bits.
+    for few in [&[0, 1, 3, 4][..], &[0, 1, 3, 4, 8], &[0, 1, 2, 3, 4, 5, 6, 7, 8]] {
+        let n = few.len();
+        let (mut some, mut alone, mut block) = (vec![0.0; n], vec![0.0; n], vec![0.0; n * n]);
+        subject.respond(f, few, &mut some, &mut block);
+        subject.respond(f, few, &mut alone, &mut []);
+        prop_assert_eq!(&some, &alone);
+        for (i, &c) in few.iter().enumerate() {
+            prop_assert!((some[i] - response.stress[(c / 3, c % 3)]).abs() <= 1e-12 * response.stress.norm());
+            for (j, &d) in few.iter().enumerate() {
+                prop_assert!((block[i * n + j] - response.tangent[(c, d)]).abs() <= 1e-12 * response.tangent.norm());
+            }
+        }
+    }
     Ok(())
 }
 

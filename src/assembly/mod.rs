@@ -9,3 +9,5 @@ pub use assembler::Assembler;
 pub(crate) use model::release;
 pub use model::{Model, System};
 pub use pattern::Pattern;
+#[cfg(feature = "solve")]
+pub(crate) use pattern::add_column;

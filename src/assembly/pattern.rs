@@ -133,20 +133,23 @@ impl Pattern {
     pub fn multiply_add(&self, values: &[f64], x: &[f64], y: &mut [f64]) {
         for column in 0..self.size() {
             let entries = self.columns[column]..self.columns[column + 1];
-            let (rows, values) = (&self.rows[entries.clone()], &values[entries]);
-            // The diagonal comes first: what follows needs no question about it.
-            let (Some((_, rows)), Some((diagonal, values))) = (rows.split_first(), values.split_first()) else {
-                continue;
-            };
-            let factor = x[column];
-            let mut sum = diagonal * factor;
-            for (value, &row) in values.iter().zip(rows) {
-                sum += value * x[row as usize];
-                y[row as usize] += value * factor;
-            }
-            y[column] += sum;
+            add_column(&self.rows[entries.clone()], &values[entries], 1.0, x, y);
         }
     }
+}
+
+/// $y \mathrel{+}= s A x$, the part of one column of the lower triangle and of the row above it.
+#[inline(always)]
+pub(crate) fn add_column(rows: &[u32], values: &[f64], sign: f64, x: &[f64], y: &mut [f64]) {
+    // The diagonal comes first: what follows needs no question about it.
+    let (Some((&column, rows)), Some((diagonal, values))) = (rows.split_first(), values.split_first()) else { return };
+    let factor = x[column as usize];
+    let mut sum = diagonal * factor;
+    for (value, &row) in values.iter().zip(rows) {
+        sum += value * x[row as usize];
+        y[row as usize] += sign * (value * factor);
+    }
+    y[column as usize] += sign * sum;
 }
 
 #[cfg(all(test, feature = "solve"))]

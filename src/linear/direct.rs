@@ -14,7 +14,7 @@ use faer::sparse::linalg::{SupernodalThreshold, amd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
-use crate::assembly::{Pattern, release};
+use crate::assembly::{Pattern, add_column, release};
 use crate::error::LinearError;
 
 use super::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
@@ -298,20 +298,9 @@ impl Matrix<'_> {
     fn check(&self, solution: &[f64], rhs: &mut [f64]) -> Result<(), LinearError> {
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let size = norm(rhs);
-        for (column, ends) in self.columns.windows(2).enumerate() {
+        for ends in self.columns.windows(2) {
             let entries = ends[0] as usize..ends[1] as usize;
-            let (rows, values) = (&self.rows[entries.clone()], &self.values[entries]);
-            // The diagonal comes first, as in every pattern that was accepted.
-            let (Some((_, rows)), Some((diagonal, values))) = (rows.split_first(), values.split_first()) else {
-                continue;
-            };
-            let factor = solution[column];
-            let mut sum = diagonal * factor;
-            for (value, &row) in values.iter().zip(rows) {
-                sum += value * solution[row as usize];
-                rhs[row as usize] -= value * factor;
-            }
-            rhs[column] -= sum;
+            add_column(&self.rows[entries.clone()], &self.values[entries], -1.0, solution, rhs);
         }
         let residual = norm(rhs);
         // The negation also refuses NaN.

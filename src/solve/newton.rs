@@ -295,6 +295,7 @@ impl<const D: usize> Workspace<'_, D> {
     fn make_room(&mut self) {
         self.factorizer.release();
         release(&mut self.values);
+        self.values.clear();
         self.values.reserve_exact(self.enforced.pattern().entries());
     }
 

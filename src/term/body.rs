@@ -41,7 +41,7 @@ pub enum PressureField {
 ///
 /// The measure is $G = m\,(J^{1/m} - 1) + 1$ with $m$ the number of directions in which the kinematics moves (2 in
 /// plane strain and cylinders, 3 in bodies of revolution and spheres; 2 in solids, where 3 would let the mean volume
-/// of a zone drift by half as much again). Inside a zone a change of volume that is neither constant nor linear costs
+/// of a zone drift by a third more). Inside a zone a change of volume that is neither constant nor linear costs
 /// nothing by its projection, and where the zone is pressed the geometric part $p\,\partial^2J$ makes it pay: pressed
 /// bodies wrinkle inside their macro cells. $J^{1/m}$ is linear in a uniform stretch of $m$ directions, so that the
 /// pressure does nothing to it, at any pressure.
@@ -83,8 +83,8 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// As [`new`](Body::new) with $J$ itself projected, $G = J$, and the pointwise share $s \in [0, 1)$ of the volumetric
     /// energy given: the mixed finite elements of the literature with $s = 0$.
     ///
-    /// With $J$ projected a pressed ring converged to states with negative eigenvalues for $sk < \mu_0$; with the measure
-    /// of [`new`](Body::new) it needs no pointwise part at all. Homogeneous states do not depend on $s$.
+    /// With $J$ projected a pressed ring converged to states with negative eigenvalues for $sk \le \mu_0/2$; with the
+    /// measure of [`new`](Body::new) it needs no pointwise part at all. Homogeneous states do not depend on $s$.
     pub fn zonal(table: ShapeTable<D>, material: M, field: PressureField, share: f64) -> Self {
         let field = if material.split().is_some() { field } else { PressureField::Displacement };
         let mut body =
