@@ -10,8 +10,8 @@ use super::{Constraints, Enforced, Enforcement, Row, pattern_fits};
 /// $$\begin{bmatrix}K + G^T R\,G & G^T\\ G & 0\end{bmatrix}
 ///   \begin{bmatrix}\delta d\\ \mu\end{bmatrix} = \begin{bmatrix}-r + G^T R\,\gamma\\ \gamma\end{bmatrix},
 ///   \qquad \gamma = g - G d,$$
-/// ordered with the multipliers last. The augmentation $G^T R\,G$ does not change the solution; it makes
-/// the leading block regular where the rows alone hold the body.
+/// with each multiplier after the unknowns of its row in the order of elimination. The augmentation $G^T R\,G$ does not
+/// change the solution; it makes the block of the unknowns regular where the rows alone hold the body.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LagrangeMultipliers;
 
@@ -28,6 +28,10 @@ struct Bound {
     entries: Vec<(u32, f64)>,
     /// Stiffness that the rows were last scaled with.
     stiffness: f64,
+    /// Place of each full unknown in the saddle point system, then of each multiplier.
+    place_of: Vec<u32>,
+    /// The other way round: `full` and more are multipliers.
+    number_of: Vec<u32>,
 }
 
 impl Enforcement for LagrangeMultipliers {
@@ -73,7 +77,18 @@ impl Enforcement for LagrangeMultipliers {
                 }
             }
         }
-        Ok(Box::new(Bound { full, pattern: saddle, rows: scaled, destination, augmentation, entries, stiffness: 1.0 }))
+        let numbers: Vec<u32> = (0..(full + rows.len()) as u32).collect();
+        Ok(Box::new(Bound {
+            full,
+            pattern: saddle,
+            rows: scaled,
+            destination,
+            augmentation,
+            entries,
+            stiffness: 1.0,
+            place_of: numbers.clone(),
+            number_of: numbers,
+        }))
     }
 }
 
@@ -161,20 +176,19 @@ impl Enforced for Bound {
     }
 
     fn restrict(&self, force: &[f64], gap: &[f64], _full: &System, rhs: &mut Vec<f64>) {
-        rhs.clear();
-        rhs.extend_from_slice(force);
-        for ((row, scale), g) in self.rows.iter().zip(gap) {
+        self.project(force, rhs);
+        for (((row, scale), g), &multiplier) in self.rows.iter().zip(gap).zip(&self.place_of[self.full..]) {
+            let scaled = self.stiffness * scale * g;
             for &(k, c) in row {
-                rhs[k] += self.stiffness * c * scale * g;
+                rhs[self.place_of[k] as usize] += c * scaled;
             }
+            rhs[multiplier as usize] = scaled;
         }
-        rhs.extend(self.rows.iter().zip(gap).map(|((_, scale), g)| self.stiffness * scale * g));
     }
 
     fn project(&self, full: &[f64], out: &mut Vec<f64>) {
         out.clear();
-        out.extend_from_slice(full);
-        out.resize(self.unknowns(), 0.0);
+        out.extend(self.number_of.iter().map(|&number| full.get(number as usize).copied().unwrap_or(0.0)));
     }
 
     fn imbalance(&self, residual: &[f64], multipliers: &[f64], out: &mut Vec<f64>) {
@@ -188,13 +202,28 @@ impl Enforced for Bound {
     }
 
     fn recover(&self, solved: &[f64], _gap: &[f64], step: &mut [f64], multipliers: &mut [f64]) {
-        step.copy_from_slice(&solved[..self.full]);
-        for ((mu, solved), (_, scale)) in multipliers.iter_mut().zip(&solved[self.full..]).zip(&self.rows) {
-            *mu = solved * self.stiffness * scale;
+        let (unknowns, places) = self.place_of.split_at(self.full);
+        for (step, &place) in step.iter_mut().zip(unknowns) {
+            *step = solved[place as usize];
+        }
+        for ((mu, &place), (_, scale)) in multipliers.iter_mut().zip(places).zip(&self.rows) {
+            *mu = solved[place as usize] * self.stiffness * scale;
         }
     }
 
+    fn renumber(&mut self, order: &[usize]) -> bool {
+        let (pattern, places) = self.pattern.permuted(order);
+        self.pattern = pattern;
+        let entries = self.augmentation.iter_mut().chain(&mut self.entries).map(|(place, _)| place);
+        self.destination.iter_mut().chain(entries).for_each(|place| *place = places[*place as usize]);
+        self.number_of = order.iter().map(|&old| self.number_of[old]).collect();
+        for (new, &number) in self.number_of.iter().enumerate() {
+            self.place_of[number as usize] = new as u32;
+        }
+        true
+    }
+
     fn full_index(&self, reduced: usize) -> Option<usize> {
-        (reduced < self.full).then_some(reduced)
+        self.number_of.get(reduced).map(|&number| number as usize).filter(|&number| number < self.full)
     }
 }

@@ -1,22 +1,24 @@
-//! faer's sparse Cholesky family behind the traits of this crate; the only file that names faer.
+//! faer's sparse Cholesky family behind the traits of this crate; only this file and the next name faer.
 
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::perm::PermRef;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, IntranodeLbltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky, supernodal::SupernodalIntranodeLbltRef,
+    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
+    supernodal::{SupernodalIntranodeLbltRef, SupernodalLdltRef},
 };
 use faer::sparse::linalg::{SupernodalThreshold, amd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, Par, Side, Spec};
+use faer::{Par, Side, Spec};
 
-use crate::assembly::{Pattern, add_column, release};
+use crate::assembly::{Pattern, release};
 use crate::error::LinearError;
 
+use super::factors::{Buffers, Factored, Kind, Matrix, Memory, check_length, out_of_memory, signs};
 use super::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
 
 /// Sparse direct solution: Cholesky where the matrix is definite, Bunch–Kaufman ($LBL^T$ with pivoting
@@ -61,19 +63,16 @@ impl LinearSolver for Direct {
             rows: Arc::clone(&pattern.rows),
             n,
             symbolic,
-            definite: saddle == 0,
+            class,
+            unstable: false,
             values: Vec::new(),
             subdiagonal: Vec::new(),
             forward: Vec::new(),
             inverse: Vec::new(),
-            memory: Memory { buffer: MemBuffer::new(StackReq::empty()), bytes: 0 },
+            memory: Memory::default(),
             given: Vec::new(),
         }))
     }
-}
-
-fn out_of_memory() -> LinearError {
-    LinearError::Library { what: "out of memory".into() }
 }
 
 /// An elimination order by approximate minimum degree among the first `count` unknowns of a pattern; the others,
@@ -157,8 +156,9 @@ struct CholeskyFactorizer {
     rows: Arc<Vec<u32>>,
     n: usize,
     symbolic: SymbolicCholesky<u32>,
-    /// Whether Cholesky is tried first.
-    definite: bool,
+    class: MatrixClass,
+    /// Whether the last saddle point had more or fewer negative pivots than multipliers: the next one then likely has, too.
+    unstable: bool,
     values: Vec<f64>,
     subdiagonal: Vec<f64>,
     forward: Vec<u32>,
@@ -167,58 +167,44 @@ struct CholeskyFactorizer {
     given: Vec<f64>,
 }
 
-/// Working memory of the library, as large as the largest request so far.
-struct Memory {
-    buffer: MemBuffer,
-    bytes: usize,
-}
-
-impl Memory {
-    fn reserve(&mut self, request: StackReq) -> Result<&mut MemStack, LinearError> {
-        let bytes = request.unaligned_bytes_required();
-        if self.bytes < bytes {
-            // The old buffer is given back before the new one is asked for.
-            self.buffer = MemBuffer::new(StackReq::empty());
-            self.buffer = MemBuffer::try_new(request).map_err(|_| out_of_memory())?;
-            self.bytes = bytes;
-        }
-        Ok(MemStack::new(&mut self.buffer))
-    }
-}
-
 impl Factorizer for CholeskyFactorizer {
     fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
         check_length("list of values", values.len(), self.rows.len())?;
         if let Some(place) = values.iter().position(|v| !v.is_finite()) {
             return Err(LinearError::Pivot { pivot: place, hint: "the matrix has entries that are not finite" });
         }
-        let definite = self.definite && self.cholesky(values)?;
-        if !definite {
-            self.bunch_kaufman(values)?;
-        }
-        let solution = RefCell::new(Solution {
+        let class = self.class;
+        let (kind, inertia) = match class {
+            MatrixClass::Definite if self.cholesky(values)? => {
+                (Kind::Definite, Some(Inertia { positive: self.n, negative: 0 }))
+            }
+            MatrixClass::Saddle { .. } if !self.unstable && self.without_pivoting(values)? => {
+                let negative = self.matrix(values).multipliers();
+                (Kind::Saddle, Some(Inertia { positive: self.n - negative, negative }))
+            }
+            _ => {
+                let inertia = self.bunch_kaufman(values)?;
+                if let MatrixClass::Saddle { constraints } = class {
+                    self.unstable = inertia.is_none_or(|inertia| inertia.negative != constraints);
+                }
+                let Self { subdiagonal, forward, inverse, .. } = self;
+                (Kind::Pivoted { subdiagonal, forward, inverse }, inertia)
+            }
+        };
+        Ok(Box::new(Factored {
+            kind,
+            inertia,
             symbolic: &self.symbolic,
             values: &self.values,
             matrix: Matrix { columns: &self.columns, rows: &self.rows, values },
-            checked: false,
-            given: &mut self.given,
-            memory: &mut self.memory,
-        });
-        if definite {
-            return Ok(Box::new(Definite(solution)));
-        }
-        Ok(Box::new(Indefinite {
-            solution,
-            subdiagonal: &self.subdiagonal,
-            forward: &self.forward,
-            inverse: &self.inverse,
+            state: RefCell::new(Buffers { checked: false, given: &mut self.given, memory: &mut self.memory }),
         }))
     }
 
     fn release(&mut self) {
         release(&mut self.values);
         if self.values.capacity() == 0 {
-            self.memory = Memory { buffer: MemBuffer::new(StackReq::empty()), bytes: 0 };
+            self.memory = Memory::default();
         }
     }
 
@@ -228,8 +214,12 @@ impl Factorizer for CholeskyFactorizer {
 }
 
 impl CholeskyFactorizer {
-    /// $LBL^T$ with pivoting inside supernodes.
-    fn bunch_kaufman(&mut self, values: &[f64]) -> Result<(), LinearError> {
+    fn matrix<'a>(&'a self, values: &'a [f64]) -> Matrix<'a> {
+        Matrix { columns: &self.columns, rows: &self.rows, values }
+    }
+
+    /// $LBL^T$ with pivoting inside supernodes; the signs of its pivots.
+    fn bunch_kaufman(&mut self, values: &[f64]) -> Result<Option<Inertia>, LinearError> {
         let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &self.columns, None, &self.rows);
         let matrix = SparseColMatRef::new(pattern, values);
         self.values.clear();
@@ -257,7 +247,51 @@ impl CholeskyFactorizer {
                 hint: "a pivot is zero: a rigid motion is left free, or conditions depend on each other",
             });
         }
-        Ok(())
+        let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() else { return Ok(None) };
+        let order = PermRef::new_checked(&self.forward, &self.inverse, self.n);
+        let factor = SupernodalIntranodeLbltRef::new(symbolic, &self.values, &self.subdiagonal, order);
+        Ok(Some(signs(factor, &self.subdiagonal)))
+    }
+
+    /// Tries $LDL^T$ without pivoting; `false` where pivots are not negative for multipliers and positive for all others.
+    ///
+    /// With each multiplier after the unknowns of its row the factors of stable saddle points exist and don't grow: they are
+    /// as accurate as those with pivoting, whose working memory is a quarter of the factors in space.
+    fn without_pivoting(&mut self, values: &[f64]) -> Result<bool, LinearError> {
+        let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &self.columns, None, &self.rows);
+        let matrix = SparseColMatRef::new(pattern, values);
+        self.values.clear();
+        self.values.resize(self.symbolic.len_val(), 0.0);
+        let request = self.symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default());
+        let memory = self.memory.reserve(request)?;
+        let result = self.symbolic.factorize_numeric_ldlt(
+            &mut self.values,
+            matrix,
+            Side::Lower,
+            LdltRegularization::default(),
+            Par::Seq,
+            memory,
+            Spec::default(),
+        );
+        let (Ok(_), SymbolicCholeskyRaw::Supernodal(symbolic)) = (result, self.symbolic.raw()) else {
+            return Ok(false);
+        };
+        let factor = SupernodalLdltRef::<'_, u32, f64>::new(symbolic, &self.values);
+        let order = self.symbolic.perm().map(|perm| perm.arrays().0);
+        let matrix = self.matrix(values);
+        for s in 0..symbolic.n_supernodes() {
+            let supernode = factor.supernode(s);
+            let block = supernode.val();
+            for k in 0..block.ncols() {
+                let new = supernode.start() + k;
+                let old = order.map_or(new, |order| order[new] as usize);
+                let pivot = if matrix.is_multiplier(old) { -block[(k, k)] } else { block[(k, k)] };
+                if !(pivot > 0.0) {
+                    return Ok(false);
+                }
+            }
+        }
+        Ok(true)
     }
 
     /// Tries $LL^T$; `false` where the matrix is not positive definite.
@@ -281,157 +315,10 @@ impl CholeskyFactorizer {
     }
 }
 
-/// The lower triangle of what was factorised.
-#[derive(Clone, Copy)]
-struct Matrix<'a> {
-    columns: &'a [u32],
-    rows: &'a [u32],
-    values: &'a [f64],
-}
-
-/// Relative residual beyond which a solution is refused. A backward stable solution of a regular system
-/// leaves about 1e-16 times its condition number; that of a singular one leaves 1 and more.
-const RESIDUAL: f64 = 1e-2;
-
-impl Matrix<'_> {
-    /// Refuses a solution that is not finite or does not satisfy the equations; `rhs` becomes the residual.
-    fn check(&self, solution: &[f64], rhs: &mut [f64]) -> Result<(), LinearError> {
-        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let size = norm(rhs);
-        for ends in self.columns.windows(2) {
-            let entries = ends[0] as usize..ends[1] as usize;
-            add_column(&self.rows[entries.clone()], &self.values[entries], -1.0, solution, rhs);
-        }
-        let residual = norm(rhs);
-        // The negation also refuses NaN.
-        if !(residual <= RESIDUAL * size) {
-            return Err(LinearError::Residual { residual: residual / size });
-        }
-        Ok(())
-    }
-}
-
-/// What solutions need besides the factors: the matrix, and buffers that outlive a solve.
-struct Solution<'a> {
-    symbolic: &'a SymbolicCholesky<u32>,
-    values: &'a [f64],
-    matrix: Matrix<'a>,
-    /// Whether a solution was found sound: a singular matrix shows in the first one.
-    checked: bool,
-    given: &'a mut Vec<f64>,
-    memory: &'a mut Memory,
-}
-
-impl Solution<'_> {
-    fn solve(
-        &mut self,
-        rhs: &mut [f64],
-        substitute: impl FnOnce(&SymbolicCholesky<u32>, &[f64], MatMut<'_, f64>, &mut MemStack),
-    ) -> Result<(), LinearError> {
-        let n = rhs.len();
-        if !self.checked {
-            self.given.clear();
-            self.given.extend_from_slice(rhs);
-        }
-        let memory = self.memory.reserve(self.symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))?;
-        substitute(self.symbolic, self.values, MatMut::from_column_major_slice_mut(rhs, n, 1), memory);
-        if !self.checked {
-            self.matrix.check(rhs, self.given)?;
-            self.checked = true;
-        } else if rhs.iter().any(|x| !x.is_finite()) {
-            return Err(LinearError::Residual { residual: f64::NAN });
-        }
-        Ok(())
-    }
-}
-
-struct Definite<'a>(RefCell<Solution<'a>>);
-
-struct Indefinite<'a> {
-    solution: RefCell<Solution<'a>>,
-    subdiagonal: &'a [f64],
-    forward: &'a [u32],
-    inverse: &'a [u32],
-}
-
-fn check_length(what: &'static str, given: usize, needed: usize) -> Result<(), LinearError> {
-    if given == needed { Ok(()) } else { Err(LinearError::Length { what, given, needed }) }
-}
-
-impl Factors for Definite<'_> {
-    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
-        check_length("right-hand side", rhs.len(), self.0.borrow().symbolic.nrows())?;
-        self.0.borrow_mut().solve(rhs, |symbolic, values, rhs, memory| {
-            LltRef::<'_, u32, f64>::new(symbolic, values).solve_in_place_with_conj(Conj::No, rhs, Par::Seq, memory);
-        })
-    }
-
-    fn inertia(&self) -> Option<Inertia> {
-        Some(Inertia { positive: self.0.borrow().symbolic.nrows(), negative: 0 })
-    }
-}
-
-impl Factors for Indefinite<'_> {
-    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
-        let n = rhs.len();
-        check_length("right-hand side", n, self.solution.borrow().symbolic.nrows())?;
-        let order = PermRef::new_checked(self.forward, self.inverse, n);
-        self.solution.borrow_mut().solve(rhs, |symbolic, values, rhs, memory| {
-            IntranodeLbltRef::<'_, u32, f64>::new(symbolic, values, self.subdiagonal, order).solve_in_place_with_conj(
-                Conj::No,
-                rhs,
-                Par::Seq,
-                memory,
-            );
-        })
-    }
-
-    fn inertia(&self) -> Option<Inertia> {
-        let Solution { symbolic, values, .. } = &*self.solution.borrow();
-        let SymbolicCholeskyRaw::Supernodal(symbolic) = symbolic.raw() else { return None };
-        let factor = SupernodalIntranodeLbltRef::<'_, u32, f64>::new(
-            symbolic,
-            values,
-            self.subdiagonal,
-            PermRef::new_checked(self.forward, self.inverse, symbolic.nrows()),
-        );
-        let mut inertia = Inertia { positive: 0, negative: 0 };
-        for s in 0..symbolic.n_supernodes() {
-            let supernode = factor.supernode(s);
-            let block = supernode.val();
-            let mut k = 0;
-            while k < block.ncols() {
-                let off = self.subdiagonal[supernode.start() + k];
-                if off != 0.0 && k + 1 < block.ncols() {
-                    // A 2×2 pivot: the determinant tells one of each sign from two of the trace's sign.
-                    let (a, c) = (block[(k, k)], block[(k + 1, k + 1)]);
-                    if a * c - off * off < 0.0 {
-                        inertia.positive += 1;
-                        inertia.negative += 1;
-                    } else if a + c > 0.0 {
-                        inertia.positive += 2;
-                    } else {
-                        inertia.negative += 2;
-                    }
-                    k += 2;
-                } else {
-                    if block[(k, k)] > 0.0 {
-                        inertia.positive += 1;
-                    } else {
-                        inertia.negative += 1;
-                    }
-                    k += 1;
-                }
-            }
-        }
-        Some(inertia)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linear::nested_dissection;
+    use crate::linear::{after_their_rows, nested_dissection};
 
     /// A path graph's Laplacian plus `shift` on the diagonal, as lower pattern and values.
     fn chain(n: usize, shift: f64) -> (Pattern, Vec<f64>) {
@@ -467,6 +354,60 @@ mod tests {
             pattern.multiply_add(&values, &x, &mut product);
             for i in 0..n {
                 assert!((product[i] - b[i]).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn saddle_points_are_solved_and_counted_stable_or_not() {
+        let (n, constraints) = (60, 5);
+        let (chain, _) = chain(n, 0.0);
+        let mut columns: Vec<Vec<u32>> = (0..n).map(|c| chain.column(c).to_vec()).collect();
+        for c in 0..constraints {
+            for unknown in [10 * c, 10 * c + 2] {
+                columns[unknown].push((n + c) as u32);
+            }
+        }
+        columns.resize(n + constraints, Vec::new());
+        let pattern = Pattern::from_columns(columns);
+        let order = after_their_rows(&pattern, &nested_dissection(&pattern, n, |i| [i as f64]));
+        let class = MatrixClass::Saddle { constraints };
+        let mut given = Direct.analyze(&pattern, class, Some(&order)).unwrap();
+        let mut own = Direct.analyze(&pattern, class, None).unwrap();
+        // Stable, unstable, and stable again with the same factoriser.
+        for shift in [0.0, -0.3, -1.1, 0.2] {
+            let value = |row: usize, column: usize| match (row < n, row == column) {
+                (true, true) => 2.0 + shift,
+                (true, false) => -1.0,
+                (false, true) => 0.0,
+                (false, false) => 1.0 + column as f64 / n as f64,
+            };
+            let size = n + constraints;
+            let values: Vec<f64> = (0..size)
+                .flat_map(|column| pattern.column(column).iter().map(move |&row| (row as usize, column)))
+                .map(|(row, column)| value(row, column))
+                .collect();
+            let mut dense = nalgebra::DMatrix::zeros(size, size);
+            for column in 0..size {
+                for entry in pattern.columns[column]..pattern.columns[column + 1] {
+                    let row = pattern.rows[entry] as usize;
+                    dense[(row, column)] = values[entry];
+                    dense[(column, row)] = values[entry];
+                }
+            }
+            let negative = dense.symmetric_eigenvalues().iter().filter(|&&e| e < 0.0).count();
+            assert_eq!(negative > constraints, shift < 0.0);
+            for solver in [&mut given, &mut own] {
+                let factors = solver.factorize(&values).unwrap();
+                assert_eq!(factors.inertia().unwrap(), Inertia { positive: size - negative, negative });
+                let b: Vec<f64> = (0..size).map(|i| (i as f64).sin()).collect();
+                let mut x = b.clone();
+                factors.solve_in_place(&mut x).unwrap();
+                let mut product = vec![0.0; size];
+                pattern.multiply_add(&values, &x, &mut product);
+                let error = product.iter().zip(&b).map(|(p, b)| (p - b).abs()).fold(0.0, f64::max);
+                let scale = x.iter().map(|x| x.abs()).fold(1.0, f64::max);
+                assert!(error < 1e-12 * scale, "{shift}: {error:e} at {scale:e}");
             }
         }
     }

@@ -1,9 +1,11 @@
-//! Sparse direct solvers behind traits of our own; faer is named in one private file.
+//! Sparse direct solvers behind traits of our own; faer is named in two private files.
 
 mod direct;
+mod factors;
 mod ordering;
 
 pub use direct::{Direct, minimum_degree};
+pub(crate) use ordering::after_their_rows;
 pub use ordering::{banded, nested_dissection};
 
 use crate::assembly::Pattern;
@@ -14,7 +16,8 @@ use crate::error::LinearError;
 pub enum MatrixClass {
     /// Symmetric, expected to be positive definite near stable states; may be indefinite.
     Definite,
-    /// Symmetric saddle point; the last `constraints` rows belong to Lagrange multipliers.
+    /// Symmetric saddle point; the last `constraints` rows belong to Lagrange multipliers, unless an elimination order
+    /// is given with it.
     Saddle {
         /// Number of multipliers.
         constraints: usize,
@@ -67,7 +70,7 @@ pub struct Inertia {
 /// ```
 pub trait LinearSolver: Send + Sync {
     /// The symbolic phase, once per pattern. `order` is an elimination order (old index at each new
-    /// place) where the caller knows a good one; multipliers stay last in any order.
+    /// place) where the caller knows a good one; it has each multiplier after the unknowns of its row.
     ///
     /// # Errors
     /// Where the pattern is too large or malformed.

@@ -55,6 +55,33 @@ pub fn banded<const D: usize>(pattern: &Pattern, count: usize, position: impl Fn
     best.map_or_else(|| (0..count).collect(), |(_, order)| order)
 }
 
+/// The elimination order `inner` of the first unknowns of a pattern with the others, multipliers, put in: each right after
+/// the last unknown of its row.
+///
+/// Any further forward its pivot could be zero. Further back, at the end, multipliers would make one dense block with each
+/// other, and every block on the way there would carry their rows.
+pub(crate) fn after_their_rows(pattern: &Pattern, inner: &[usize]) -> Vec<usize> {
+    let count = inner.len();
+    // Where each multiplier's last unknown stands; those without any come first, and are found singular.
+    let mut last: Vec<(usize, usize)> = (count..pattern.size()).map(|multiplier| (0, multiplier)).collect();
+    for (place, &unknown) in inner.iter().enumerate() {
+        let rows = pattern.column(unknown);
+        for &row in &rows[rows.partition_point(|&row| (row as usize) < count)..] {
+            last[row as usize - count].0 = place + 1;
+        }
+    }
+    last.sort_unstable();
+    let mut order = Vec::with_capacity(pattern.size());
+    let mut multipliers = last.into_iter().peekable();
+    for place in 0..=count {
+        while let Some((_, multiplier)) = multipliers.next_if(|&(last, _)| last <= place) {
+            order.push(multiplier);
+        }
+        order.extend(inner.get(place));
+    }
+    order
+}
+
 /// An elimination order by geometric nested dissection: cut at the median of the axis with the smallest separator,
 /// order both halves, then those unknowns of the lower half that couple to the upper one. What no cut improves
 /// follows that axis, as in a band matrix.

@@ -3,7 +3,7 @@
 use crate::assembly::Model;
 use crate::boundary::{Constraints, Enforced, Enforcement, MixedTransformation, check_unknowns};
 use crate::error::{Error, LinearError, SolveError};
-use crate::linear::{Direct, Factorizer, LinearSolver, banded, minimum_degree, nested_dissection};
+use crate::linear::{Direct, Factorizer, LinearSolver, after_their_rows, banded, minimum_degree, nested_dissection};
 
 use super::march::March;
 use super::newton::{Functional, Newton, Watch, Workspace};
@@ -239,7 +239,8 @@ impl Analysis {
     /// pattern.
     ///
     /// The orders are those that were measured to be fastest: a band for small bodies in the plane, minimum degree for
-    /// larger ones, nested dissection in space. Multipliers, which have no place in the full vector, stay last.
+    /// larger ones, nested dissection in space. Multipliers, which have no place in the full vector, follow the unknowns
+    /// of their rows.
     ///
     /// # Errors
     /// As [`LinearSolver::analyze`].
@@ -262,10 +263,8 @@ impl Analysis {
             _ => minimum_degree(pattern, inner)?,
         };
         order.truncate(inner);
-        order.extend(inner..unknowns);
-        if enforced.renumber(&order) {
-            order = (0..unknowns).collect();
-        }
+        let order = after_their_rows(pattern, &order);
+        let order = if enforced.renumber(&order) { (0..unknowns).collect() } else { order };
         self.solver.analyze(enforced.pattern(), enforced.class(), Some(&order))
     }
 }

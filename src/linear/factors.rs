@@ -1,0 +1,191 @@
+//! Solutions with factors by faer.
+
+use std::cell::RefCell;
+
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::perm::PermRef;
+use faer::sparse::linalg::cholesky::{
+    IntranodeLbltRef, LdltRef, LltRef, SymbolicCholesky, supernodal::SupernodalIntranodeLbltRef,
+};
+use faer::{Conj, MatMut, Par};
+
+use crate::assembly::add_column;
+use crate::error::LinearError;
+
+use super::{Factors, Inertia};
+
+/// The lower triangle of what was factorised.
+#[derive(Clone, Copy)]
+pub(super) struct Matrix<'a> {
+    pub columns: &'a [u32],
+    pub rows: &'a [u32],
+    pub values: &'a [f64],
+}
+
+/// Relative residual beyond which a solution is refused. A backward stable solution of a regular system
+/// leaves about 1e-16 times its condition number; that of a singular one leaves 1 and more.
+const RESIDUAL: f64 = 1e-2;
+
+impl Matrix<'_> {
+    /// Whether a row belongs to a multiplier: its diagonal holds nothing.
+    pub fn is_multiplier(&self, row: usize) -> bool {
+        self.values[self.columns[row] as usize] <= 0.0
+    }
+
+    /// The number of multipliers.
+    pub fn multipliers(&self) -> usize {
+        (1..self.columns.len()).filter(|row| self.is_multiplier(row - 1)).count()
+    }
+
+    /// Refuses a solution that is not finite or does not satisfy the equations; `rhs` becomes the residual.
+    fn check(&self, solution: &[f64], rhs: &mut [f64]) -> Result<(), LinearError> {
+        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let size = norm(rhs);
+        for ends in self.columns.windows(2) {
+            let entries = ends[0] as usize..ends[1] as usize;
+            add_column(&self.rows[entries.clone()], &self.values[entries], -1.0, solution, rhs);
+        }
+        let residual = norm(rhs);
+        // The negation also refuses NaN.
+        if !(residual <= RESIDUAL * size) {
+            return Err(LinearError::Residual { residual: residual / size });
+        }
+        Ok(())
+    }
+}
+
+/// Working memory of the library, as large as the largest request so far.
+pub(super) struct Memory {
+    buffer: MemBuffer,
+    bytes: usize,
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Memory { buffer: MemBuffer::new(StackReq::empty()), bytes: 0 }
+    }
+}
+
+impl Memory {
+    pub fn reserve(&mut self, request: StackReq) -> Result<&mut MemStack, LinearError> {
+        let bytes = request.unaligned_bytes_required();
+        if self.bytes < bytes {
+            // The old buffer is given back before the new one is asked for.
+            *self = Memory::default();
+            self.buffer = MemBuffer::try_new(request).map_err(|_| out_of_memory())?;
+            self.bytes = bytes;
+        }
+        Ok(MemStack::new(&mut self.buffer))
+    }
+}
+
+/// What a factorisation left.
+pub(super) enum Kind<'a> {
+    /// $LL^T$.
+    Definite,
+    /// $LDL^T$ without pivoting, negative where the matrix has a zero on its diagonal.
+    Saddle,
+    /// $LBL^T$ with pivoting inside supernodes.
+    Pivoted { subdiagonal: &'a [f64], forward: &'a [u32], inverse: &'a [u32] },
+}
+
+/// Factors, and what solutions need besides them: the matrix, and buffers that outlive a solve.
+pub(super) struct Factored<'a> {
+    pub kind: Kind<'a>,
+    pub inertia: Option<Inertia>,
+    pub symbolic: &'a SymbolicCholesky<u32>,
+    pub values: &'a [f64],
+    pub matrix: Matrix<'a>,
+    pub state: RefCell<Buffers<'a>>,
+}
+
+pub(super) struct Buffers<'a> {
+    /// Whether a solution was found sound: a singular matrix shows in the first one.
+    pub checked: bool,
+    pub given: &'a mut Vec<f64>,
+    pub memory: &'a mut Memory,
+}
+
+impl Factors for Factored<'_> {
+    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
+        let (n, symbolic, values) = (self.symbolic.nrows(), self.symbolic, self.values);
+        check_length("right-hand side", rhs.len(), n)?;
+        let Buffers { checked, given, memory } = &mut *self.state.borrow_mut();
+        if !*checked {
+            given.clear();
+            given.extend_from_slice(rhs);
+        }
+        let memory = memory.reserve(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))?;
+        let x = MatMut::from_column_major_slice_mut(rhs, n, 1);
+        match self.kind {
+            Kind::Definite => {
+                LltRef::<'_, u32, f64>::new(symbolic, values).solve_in_place_with_conj(Conj::No, x, Par::Seq, memory);
+            }
+            Kind::Saddle => {
+                LdltRef::<'_, u32, f64>::new(symbolic, values).solve_in_place_with_conj(Conj::No, x, Par::Seq, memory);
+            }
+            Kind::Pivoted { subdiagonal, forward, inverse } => {
+                let order = PermRef::new_checked(forward, inverse, n);
+                IntranodeLbltRef::<'_, u32, f64>::new(symbolic, values, subdiagonal, order).solve_in_place_with_conj(
+                    Conj::No,
+                    x,
+                    Par::Seq,
+                    memory,
+                );
+            }
+        }
+        if !*checked {
+            self.matrix.check(rhs, given)?;
+            *checked = true;
+        } else if rhs.iter().any(|x| !x.is_finite()) {
+            return Err(LinearError::Residual { residual: f64::NAN });
+        }
+        Ok(())
+    }
+
+    fn inertia(&self) -> Option<Inertia> {
+        self.inertia
+    }
+}
+
+/// Signs of the pivots of $B$, blocks of one or two rows.
+pub(super) fn signs(factor: SupernodalIntranodeLbltRef<'_, u32, f64>, subdiagonal: &[f64]) -> Inertia {
+    let mut inertia = Inertia { positive: 0, negative: 0 };
+    for s in 0..factor.symbolic().n_supernodes() {
+        let supernode = factor.supernode(s);
+        let block = supernode.val();
+        let mut k = 0;
+        while k < block.ncols() {
+            let off = subdiagonal[supernode.start() + k];
+            if off != 0.0 && k + 1 < block.ncols() {
+                // A 2×2 pivot: the determinant tells one of each sign from two of the trace's sign.
+                let (a, c) = (block[(k, k)], block[(k + 1, k + 1)]);
+                if a * c - off * off < 0.0 {
+                    inertia.positive += 1;
+                    inertia.negative += 1;
+                } else if a + c > 0.0 {
+                    inertia.positive += 2;
+                } else {
+                    inertia.negative += 2;
+                }
+                k += 2;
+            } else {
+                if block[(k, k)] > 0.0 {
+                    inertia.positive += 1;
+                } else {
+                    inertia.negative += 1;
+                }
+                k += 1;
+            }
+        }
+    }
+    inertia
+}
+
+pub(super) fn check_length(what: &'static str, given: usize, needed: usize) -> Result<(), LinearError> {
+    if given == needed { Ok(()) } else { Err(LinearError::Length { what, given, needed }) }
+}
+
+pub(super) fn out_of_memory() -> LinearError {
+    LinearError::Library { what: "out of memory".into() }
+}
