@@ -1,19 +1,20 @@
-//! Assembly: clusters summed into one fixed pattern, batch by batch.
+//! Assembly: clusters summed into one fixed pattern.
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::parallel::{for_each_mut, threads};
 use crate::term::{Element, LowerBlocks, Term, View};
 
 use super::model::{Model, SERIAL_BELOW, System};
 use super::pattern::Pattern;
+use super::streams::{Gathered, Schedule, Streams, Turn};
 
-/// Floats that the element matrices of one batch may hold for each thread: 256 kB stay in the cache of a core
-/// until they are scattered.
-const BATCH_FLOATS: usize = 32_768;
-/// Clusters of a batch for each thread where there are several, so that the threads finish together.
-const BATCH_CLUSTERS: usize = 4;
+/// Nodes whose columns are locked together, as a power of two.
+const PART: u32 = 5;
+/// How often a thread that waits for another looks again before it leaves the rest to the others.
+const LOOKS: usize = 100_000;
+/// Floats that one thread clears at a time.
+const CLEARED: usize = 1 << 16;
 
 /// The fixed pattern of a model and the places of all cluster blocks in it.
 #[derive(Debug, Clone, Default)]
@@ -27,43 +28,24 @@ pub struct Assembler {
     first_place: Vec<Vec<usize>>,
     /// For each pair (a ≥ b) of a cluster's nodes, by columns b, the place of the block in its node column.
     places: Vec<u32>,
-    batches: Vec<Batch>,
+    /// The order of the sums, for each term.
+    streams: Vec<Streams>,
+    /// One for each thread.
     elements: Vec<Element>,
 }
 
-/// Consecutive clusters of one term whose element matrices are held at the same time.
-#[derive(Debug, Clone)]
-struct Batch {
-    term: usize,
-    clusters: std::ops::Range<usize>,
-    /// Where the node columns of each thread end.
-    splits: Vec<usize>,
+/// The columns of consecutive nodes.
+struct Part<'a> {
+    /// The first unknown.
+    first: usize,
+    values: &'a mut [f64],
+    residual: &'a mut [f64],
+    load_slope: &'a mut [f64],
 }
 
-impl Batch {
-    /// Deals the columns out by what the clusters add to them: neighbouring ones, as in a batch, fill few columns.
-    fn new<const D: usize>(model: &Model<D>, term: usize, clusters: std::ops::Range<usize>, threads: usize) -> Self {
-        let mut work: BTreeMap<u32, usize> = BTreeMap::new();
-        for cluster in clusters.clone() {
-            let list = model.terms[term].nodes(cluster);
-            for (b, &column) in list.iter().enumerate() {
-                *work.entry(column).or_default() += list.len() - b;
-            }
-        }
-        let total: usize = work.values().sum();
-        let (mut end, mut done) = (0, 0);
-        let mut columns = work.into_iter();
-        let split = |task: usize| {
-            while done * threads < total * (task + 1) {
-                let Some((column, blocks)) = columns.next() else { break };
-                done += blocks;
-                end = column as usize + 1;
-            }
-            end
-        };
-        let splits = if threads > 1 { (0..threads).map(split).collect() } else { Vec::new() };
-        Batch { term, clusters, splits }
-    }
+/// Nothing that a part holds is broken by a panic: it is summed anew.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Assembler {
@@ -116,14 +98,8 @@ impl Assembler {
         let pairs = |nodes: usize| nodes * (nodes + 1) / 2;
         let count = |term: &dyn Term<D>| (0..term.clusters()).map(|c| pairs(term.nodes(c).len())).sum::<usize>();
         let mut places = Vec::with_capacity(model.terms.iter().map(|term| count(&**term)).sum());
-        let mut batches = Vec::new();
-        let mut widest = 0;
-        let threads = threads();
-        let fewest = if threads > 1 { BATCH_CLUSTERS * threads } else { 1 };
-        for (t, term) in model.terms.iter().enumerate() {
+        for term in &model.terms {
             let mut firsts = Vec::with_capacity(term.clusters());
-            let mut batch_start = 0;
-            let mut floats = 0;
             for cluster in 0..term.clusters() {
                 firsts.push(places.len());
                 let list = term.nodes(cluster);
@@ -137,22 +113,6 @@ impl Assembler {
                         places.push(k as u32);
                     }
                 }
-                let size = match (term.has_matrix(), term.fills_lower_blocks()) {
-                    (true, true) => LowerBlocks::size::<D>(list.len()),
-                    (true, false) => (list.len() * D).pow(2),
-                    (false, _) => list.len() * D,
-                };
-                if cluster - batch_start >= fewest && floats + size > BATCH_FLOATS * threads {
-                    batches.push(Batch::new(model, t, batch_start..cluster, threads));
-                    widest = widest.max(cluster - batch_start);
-                    batch_start = cluster;
-                    floats = 0;
-                }
-                floats += size;
-            }
-            if term.clusters() > batch_start {
-                batches.push(Batch::new(model, t, batch_start..term.clusters(), threads));
-                widest = widest.max(term.clusters() - batch_start);
             }
             first_place.push(firsts);
         }
@@ -162,8 +122,8 @@ impl Assembler {
             node_columns,
             first_place,
             places,
-            batches,
-            elements: vec![Element::default(); widest],
+            streams: model.terms.iter().map(|term| Streams::new(model, &**term)).collect(),
+            elements: Vec::new(),
         }
     }
 
@@ -178,8 +138,7 @@ impl Assembler {
         self.pattern.rows = Arc::default();
     }
 
-    /// Assembles the system of `model` at a state. The sums run in the order of terms and clusters
-    /// whatever the number of threads.
+    /// Assembles the system of `model` at a state. The sums run in one order whatever the number of threads.
     pub fn assemble<const D: usize>(
         &mut self,
         model: &Model<D>,
@@ -188,8 +147,7 @@ impl Assembler {
         load: f64,
         system: &mut System,
     ) {
-        system.values.clear();
-        system.values.resize(self.entries, 0.0);
+        clear(&mut system.values, self.entries);
         system.skew.clear();
         self.sum(model, View { displacement, locals: &[], load }, locals, true, system);
     }
@@ -221,126 +179,205 @@ impl Assembler {
         system.load_slope.clear();
         system.load_slope.resize(unknowns, 0.0);
         system.scale = 0.0;
-        let parallel = unknowns >= SERIAL_BELOW && threads() > 1;
-        for batch in &self.batches {
-            let term = &*model.terms[batch.term];
-            let view = View { locals: &locals[batch.term], ..at };
-            let elements = &mut self.elements[..batch.clusters.len()];
-            let first = batch.clusters.start;
-            let (has_matrix, lower) = (with_matrix && term.has_matrix(), term.fills_lower_blocks());
-            let fill = |k: usize, element: &mut Element| {
-                let nodes = term.nodes(first + k).len();
-                if has_matrix && lower {
-                    element.reset_lower::<D>(nodes);
-                } else {
-                    element.reset(nodes * D, has_matrix);
+        let workers = if unknowns >= SERIAL_BELOW { threads() } else { 1 };
+        let mut elements = std::mem::take(&mut self.elements);
+        elements.resize_with(workers.max(elements.len()), Element::default);
+        let System { residual, load_slope, values, skew, scale } = system;
+        let whole = Part { first: 0, values: if with_matrix { values } else { &mut [] }, residual, load_slope };
+        let one;
+        let (several, mut sum);
+        if workers > 1 {
+            several = self.parts::<D>(whole);
+            sum = Sum { assembler: self, model, at, term: 0, with_matrix, parts: &several, part: PART };
+        } else {
+            one = [Mutex::new(whole)];
+            sum = Sum { assembler: self, model, at, term: 0, with_matrix, parts: &one, part: usize::BITS - 1 };
+        }
+        for term in 0..model.terms.len() {
+            (sum.term, sum.at.locals) = (term, &locals[term]);
+            if workers > 1 && self.streams[term].len() > 1 {
+                for mut gathered in sum.in_parallel(&mut elements[..workers]) {
+                    *scale += gathered.scale;
+                    skew.append(&mut gathered.skew);
                 }
-                term.linearize(first + k, view, element);
-                if has_matrix && !term.is_symmetric() {
-                    symmetrise(element);
-                }
-            };
-            if parallel {
-                for_each_mut(elements, fill);
-            } else {
-                elements.iter_mut().enumerate().for_each(|(k, e)| fill(k, e));
+                continue;
             }
-            for (k, element) in elements.iter().enumerate() {
-                for (a, &node) in term.nodes(first + k).iter().enumerate() {
-                    for i in 0..D {
-                        let force = element.residual[a * D + i];
-                        system.residual[node as usize * D + i] += force;
-                        system.load_slope[node as usize * D + i] += element.load_slope[a * D + i];
-                        system.scale += force * force;
-                    }
-                }
-                if has_matrix && !term.is_symmetric() {
-                    collect_skew::<D>(term.nodes(first + k), element, &mut system.skew);
-                }
-            }
-            if has_matrix {
-                self.scatter(model, batch, &mut system.values, parallel);
+            for stream in (0..self.streams[term].len()).rev() {
+                let mut gathered = Gathered { scale: 0.0, skew: std::mem::take(skew) };
+                sum.add_clusters(self.streams[term].places(stream), &mut elements[0], &mut gathered);
+                *scale += gathered.scale;
+                *skew = gathered.skew;
             }
         }
-        system.scale = system.scale.sqrt();
+        *scale = scale.sqrt();
+        self.elements = elements;
     }
 
-    /// Adds the element matrices of a batch; each task owns a range of columns and adds in cluster order.
-    fn scatter<const D: usize>(&self, model: &Model<D>, batch: &Batch, values: &mut [f64], parallel: bool) {
-        // An assembler made on one thread has no splits.
-        if !parallel || batch.splits.is_empty() {
-            return self.add_columns(model, batch, 0..model.positions.len(), values);
+    /// The columns in parts that can be locked one by one.
+    fn parts<'a, const D: usize>(&self, whole: Part<'a>) -> Vec<Mutex<Part<'a>>> {
+        let nodes = whole.residual.len() / D;
+        let mut parts = Vec::with_capacity((nodes >> PART) + 1);
+        let Part { mut values, mut residual, mut load_slope, .. } = whole;
+        let with_matrix = !values.is_empty();
+        for first in (0..nodes).step_by(1 << PART) {
+            let (first, end) = (first * D, (first + (1 << PART)).min(nodes) * D);
+            let entries = if with_matrix { self.pattern.columns[end] - self.pattern.columns[first] } else { 0 };
+            let mine;
+            (mine, values) = values.split_at_mut(entries);
+            let (forces, slopes);
+            (forces, residual) = residual.split_at_mut(end - first);
+            (slopes, load_slope) = load_slope.split_at_mut(end - first);
+            parts.push(Mutex::new(Part { first, values: mine, residual: forces, load_slope: slopes }));
         }
-        let mut ranges = Vec::with_capacity(batch.splits.len());
-        let mut rest = values;
-        let mut start = 0;
-        for &end in &batch.splits {
-            let split = self.pattern.columns[end * D] - self.pattern.columns[start * D];
-            let (mine, others) = rest.split_at_mut(split);
-            ranges.push((start..end, mine));
-            rest = others;
-            start = end;
-        }
-        for_each_mut(&mut ranges, |_, (columns, values)| self.add_columns(model, batch, columns.clone(), values));
-    }
-
-    /// Adds the element matrices of a batch to a range of node columns.
-    fn add_columns<const D: usize>(
-        &self,
-        model: &Model<D>,
-        batch: &Batch,
-        columns: std::ops::Range<usize>,
-        values: &mut [f64],
-    ) {
-        let term = &*model.terms[batch.term];
-        let base = self.pattern.columns[columns.start * D];
-        for (k, element) in self.elements[..batch.clusters.len()].iter().enumerate() {
-            let cluster = batch.clusters.start + k;
-            let list = term.nodes(cluster);
-            let size = list.len() * D;
-            let from = list.partition_point(|&n| (n as usize) < columns.start);
-            let to = list.partition_point(|&n| (n as usize) < columns.end);
-            // Blocks of earlier columns: Σ (len − b) for b < from.
-            let mut place =
-                self.first_place[batch.term][cluster] + from * list.len() - from * from.saturating_sub(1) / 2;
-            for b in from..to {
-                let column = list[b] as usize;
-                let blocks = &self.places[place..place + list.len() - b];
-                place += list.len() - b;
-                for j in 0..D {
-                    let target = self.pattern.columns[column * D + j] - base;
-                    // Component i of the a-th node from b on stands at `source[i * by_component + a * by_node]`.
-                    let (source, by_component, by_node) = if element.lower.wanted {
-                        let (source, rows) = element.lower.column::<D>(b, j);
-                        (&source[b - LowerBlocks::start(b)..], rows, 1)
-                    } else {
-                        (&element.matrix[(b * D + j) * size + b * D..(b * D + j + 1) * size], 1, D)
-                    };
-                    for i in j..D {
-                        values[target + i - j] += source[i * by_component];
-                    }
-                    for (a, &block) in blocks.iter().enumerate().skip(1) {
-                        let at = target + D - j + (block as usize - 1) * D;
-                        let entries = &mut values[at..at + D];
-                        for (i, entry) in entries.iter_mut().enumerate() {
-                            *entry += source[i * by_component + a * by_node];
-                        }
-                    }
-                }
-            }
-        }
+        parts
     }
 
     /// Bytes held by pattern, places and element buffers.
     pub fn bytes(&self) -> usize {
         8 * (self.pattern.columns.len() + self.node_columns.len())
             + 4 * (self.pattern.rows.len() + self.places.len())
+            + self.streams.iter().map(Streams::bytes).sum::<usize>()
             + self
                 .elements
                 .iter()
                 .map(|e| 8 * (e.matrix.capacity() + e.scratch.capacity()) + e.lower.bytes())
                 .sum::<usize>()
     }
+}
+
+/// The sum over the clusters of one term.
+#[derive(Clone, Copy)]
+struct Sum<'a, const D: usize> {
+    assembler: &'a Assembler,
+    model: &'a Model<D>,
+    at: View<'a>,
+    term: usize,
+    with_matrix: bool,
+    parts: &'a [Mutex<Part<'a>>],
+    /// Nodes of a part, as a power of two.
+    part: u32,
+}
+
+impl<const D: usize> Sum<'_, D> {
+    /// Sums all clusters, a thread for each element; what the streams gathered, in the order of the sums.
+    fn in_parallel(&self, elements: &mut [Element]) -> impl Iterator<Item = Gathered> {
+        let schedule = Mutex::new(Schedule::new(&self.assembler.streams[self.term]));
+        let work = |element: &mut Element| {
+            let (mut last, mut looks) = (None, 0);
+            loop {
+                let turn = lock(&schedule).turn(last);
+                match turn {
+                    Turn::Sum(mut piece) => {
+                        self.add_clusters(piece.places.clone(), element, &mut piece.gathered);
+                        last = Some(lock(&schedule).finish(piece));
+                        looks = 0;
+                    }
+                    Turn::Wait if looks < LOOKS => {
+                        looks += 1;
+                        std::thread::yield_now();
+                    }
+                    _ => break,
+                }
+            }
+        };
+        for_each_mut(elements, |_, element| work(element));
+        // What was left where a thread gave up waiting: never anything, unless a term hands work to other threads.
+        work(&mut elements[0]);
+        schedule.into_inner().unwrap_or_else(PoisonError::into_inner).gathered()
+    }
+
+    /// Adds the clusters at some places of the order.
+    fn add_clusters(&self, places: std::ops::Range<usize>, element: &mut Element, gathered: &mut Gathered) {
+        let term = &*self.model.terms[self.term];
+        let (has_matrix, lower) = (self.with_matrix && term.has_matrix(), term.fills_lower_blocks());
+        for cluster in places.map(|place| self.assembler.streams[self.term].cluster(place)) {
+            let nodes = term.nodes(cluster);
+            if has_matrix && lower {
+                element.reset_lower::<D>(nodes.len());
+            } else {
+                element.reset(nodes.len() * D, has_matrix);
+            }
+            term.linearize(cluster, self.at, element);
+            if has_matrix && !term.is_symmetric() {
+                symmetrise(element);
+                collect_skew::<D>(nodes, element, &mut gathered.skew);
+            }
+            for force in &element.residual {
+                gathered.scale += force * force;
+            }
+            let mut from = 0;
+            while from < nodes.len() {
+                let part = nodes[from] as usize >> self.part;
+                let to = from + nodes[from..].partition_point(|&node| node as usize >> self.part == part);
+                let part = &mut *lock(&self.parts[part]);
+                for (a, &node) in nodes.iter().enumerate().take(to).skip(from) {
+                    let first = node as usize * D - part.first;
+                    for i in 0..D {
+                        part.residual[first + i] += element.residual[a * D + i];
+                        part.load_slope[first + i] += element.load_slope[a * D + i];
+                    }
+                }
+                if has_matrix {
+                    self.add_columns(cluster, nodes, from..to, element, part);
+                }
+                from = to;
+            }
+        }
+    }
+
+    /// Adds some node columns of an element's matrix to the part that holds them.
+    fn add_columns(
+        &self,
+        cluster: usize,
+        nodes: &[u32],
+        columns: std::ops::Range<usize>,
+        element: &Element,
+        part: &mut Part<'_>,
+    ) {
+        let Assembler { pattern, first_place, places, .. } = self.assembler;
+        let base = pattern.columns[part.first];
+        let size = nodes.len() * D;
+        // Blocks of earlier columns: Σ (len − b) for b < from.
+        let from = columns.start;
+        let mut place = first_place[self.term][cluster] + from * nodes.len() - from * from.saturating_sub(1) / 2;
+        for b in columns {
+            let column = nodes[b] as usize;
+            let blocks = &places[place..place + nodes.len() - b];
+            place += nodes.len() - b;
+            for j in 0..D {
+                let target = pattern.columns[column * D + j] - base;
+                // Component i of the a-th node from b on stands at `source[i * by_component + a * by_node]`.
+                let (source, by_component, by_node) = if element.lower.wanted {
+                    let (source, rows) = element.lower.column::<D>(b, j);
+                    (&source[b - LowerBlocks::start(b)..], rows, 1)
+                } else {
+                    (&element.matrix[(b * D + j) * size + b * D..(b * D + j + 1) * size], 1, D)
+                };
+                for i in j..D {
+                    part.values[target + i - j] += source[i * by_component];
+                }
+                for (a, &block) in blocks.iter().enumerate().skip(1) {
+                    let at = target + D - j + (block as usize - 1) * D;
+                    let entries = &mut part.values[at..at + D];
+                    for (i, entry) in entries.iter_mut().enumerate() {
+                        *entry += source[i * by_component + a * by_node];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Makes a list of zeros: on all threads where it is long and its memory is there, for threads that touch new memory
+/// at the same time hold each other up.
+fn clear(values: &mut Vec<f64>, count: usize) {
+    if values.len() != count || threads() < 2 || count < 2 * CLEARED {
+        values.clear();
+        values.resize(count, 0.0);
+        return;
+    }
+    let mut parts: Vec<&mut [f64]> = values.chunks_mut(CLEARED).collect();
+    for_each_mut(&mut parts, |_, part| part.fill(0.0));
 }
 
 /// Replaces the matrix by its symmetric part below and on the diagonal, its skew part above.

@@ -3,6 +3,7 @@
 mod assembler;
 mod model;
 mod pattern;
+mod streams;
 
 pub use assembler::Assembler;
 #[cfg(feature = "solve")]

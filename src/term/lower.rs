@@ -18,11 +18,6 @@ pub(crate) struct LowerBlocks {
 }
 
 impl LowerBlocks {
-    /// Numbers that a cluster of so many nodes takes.
-    pub(crate) fn size<const D: usize>(nodes: usize) -> usize {
-        (0..nodes).map(|b| D * D * Self::rows(nodes, b)).sum()
-    }
-
     /// First row of the columns of a node: a window that holds it starts there at the earliest.
     #[inline(always)]
     pub(crate) fn start(b: usize) -> usize {
