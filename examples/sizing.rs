@@ -7,17 +7,22 @@
 
 mod support;
 
+use std::collections::BTreeSet;
 use std::error::Error;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
+use rkpm::cells::{Cells, Refined};
+use rkpm::geometry::Domain;
 use rkpm::output::chart::{Marker, Series, Stroke};
 use rkpm::output::{Cell, Chart, Summary, Table};
 use rkpm::prelude::*;
 use rkpm::study::{Answer, Budget, Quantity, Tolerance, Verdict};
 
 const TOLERANCES: [f64; 3] = [0.02, 0.01, 0.005];
+/// Cook's membrane [mm].
+const COOK: [[f64; 2]; 4] = [[0.0, 0.0], [48.0, 44.0], [48.0, 60.0], [0.0, 44.0]];
 
 /// One promise and what became of it.
 struct Promise {
@@ -54,8 +59,7 @@ fn tube() -> Result<Case<1>, rkpm::Error> {
 }
 
 fn cook() -> Result<Case<2>, rkpm::Error> {
-    let corners = [[0.0, 0.0], [48.0, 44.0], [48.0, 60.0], [0.0, 44.0]]; // mm
-    let scene = Scene::new(Quadrilateral { corners }, PlaneStrain, Rubber::neo_hookean(40.097, 4e5)?)
+    let scene = Scene::new(Quadrilateral { corners: COOK }, PlaneStrain, Rubber::neo_hookean(40.097, 4e5)?)
         .hold((0, Side::Min))
         .traction((0, Side::Max), [0.0, 6.25]);
     let reference = include_str!("../tests/reference/cook_membrane.csv");
@@ -244,9 +248,47 @@ fn local(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
         if let (Some(l), Some(e)) = (needed(&fine, 1e-2 * tolerance), needed(&even, 1e-2 * tolerance)) {
             println!("{tolerance} %: {l} particles locally refined, {e} evenly spaced");
             summary.note(format!("cook_local_{tolerance}"), l as f64 / e as f64)?;
+            if tolerance == 0.5 {
+                let (models, best) = best_of_all(case, e / 2, error)?;
+                println!(
+                    "{models} ways to refine macro cells to at most {} particles, the best of them to {:.2} %",
+                    e / 2,
+                    100.0 * best
+                );
+                summary.note("cook_local_0.5_ways", models as f64)?;
+                summary.note("cook_local_0.5_best_error", best)?;
+            }
         }
     }
     Ok(())
+}
+
+/// The least error of all models of at most `most` particles that refine macro cells of any first lattice, and their
+/// number: what no marker can do better.
+fn best_of_all(case: &Case<2>, most: usize, error: impl Fn(&[f64]) -> f64) -> Result<(usize, f64), Box<dyn Error>> {
+    let domain: Arc<dyn Domain<2>> = Arc::new(Quadrilateral { corners: COOK });
+    let mut models: Vec<Refined> = Vec::new();
+    for columns in (2..most).step_by(2) {
+        for rows in (2..most).step_by(2).take_while(|rows| (columns + 1) * (rows + 1) <= most) {
+            models.push(Refined::new(domain.clone(), [columns, rows])?);
+        }
+    }
+    let (mut seen, mut best) = (BTreeSet::new(), f64::INFINITY);
+    while let Some(cells) = models.pop() {
+        let places: Vec<[u64; 2]> = cells.positions().iter().map(|x| [x[0].to_bits(), x[1].to_bits()]).collect();
+        if !seen.insert(places) {
+            continue;
+        }
+        for zone in 0..cells.macro_count() {
+            models.extend(Some(cells.refined(&[zone])?).filter(|finer| finer.positions().len() <= most));
+        }
+        let problem = case.scene.with_cells(Arc::new(cells)).discretize(&Scheme::default())?;
+        // A model that does not carry the whole load reaches nothing.
+        let Ok(path) = problem.run(&mut ())?.completed() else { continue };
+        let values = case.asked.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
+        best = best.min(error(&values));
+    }
+    Ok((seen.len(), best))
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
