@@ -29,12 +29,15 @@ pub enum Reference {
     Finest,
 }
 
-/// Repetitions of a run of less than [`SHORT`] seconds; the median counts.
+/// Repetitions of a run of less than [`SHORT`] seconds; the fastest counts, for other work on the machine only adds.
 const REPEATS: usize = 20;
 /// Repetitions of a longer run.
 const REPEATS_LONG: usize = 5;
 /// Seconds up to which a run is short.
 const SHORT: f64 = 0.1;
+/// Passes over all runs that the repetitions are shared out to: a busy moment of the machine then does not meet all
+/// repetitions of a run.
+const PASSES: usize = 5;
 
 /// A scene, series of schemes, quantities with their references: runs each, and keeps error and time.
 ///
@@ -67,7 +70,7 @@ pub struct Run {
     pub iterations: usize,
     /// Bytes of the body's table and of the matrix, without its factor.
     pub bytes: usize,
-    /// Seconds of the whole analysis from particles to the last state: the median of the repetitions.
+    /// Seconds of the whole analysis from particles to the last state: the fastest of the repetitions.
     pub seconds: f64,
     /// Seconds by phase, of the last repetition.
     pub phases: Phases,
@@ -120,6 +123,21 @@ pub struct Study {
     pub threads: usize,
 }
 
+/// A run while it is repeated.
+struct Timing<'a> {
+    scheme: &'a Scheme,
+    run: Run,
+    first: f64,
+    seconds: Vec<f64>,
+}
+
+impl Timing<'_> {
+    fn finished(mut self) -> Run {
+        self.run.seconds = self.seconds.into_iter().reduce(f64::min).unwrap_or(self.first);
+        self.run
+    }
+}
+
 impl<const D: usize> WorkPrecision<D> {
     /// A study of a scene, without schemes or quantities yet.
     pub fn new(name: impl Into<String>, scene: Scene<D>) -> Self {
@@ -138,7 +156,8 @@ impl<const D: usize> WorkPrecision<D> {
         self
     }
 
-    /// Sets the repetitions of each run; otherwise 20, or 5 where one takes over 0.1 s, after a warm-up.
+    /// Sets the repetitions of each run; otherwise 20, or 5 where one takes over 0.1 s, in up to five passes over all
+    /// runs. Each pass warms short ones up first.
     pub fn repeated(mut self, repeats: usize) -> Self {
         self.repeats = Some(repeats.max(1));
         self
@@ -153,12 +172,16 @@ impl<const D: usize> WorkPrecision<D> {
             let what = "schemes or quantities of a study";
             return Err(SolveError::Empty { what, remedy: "add at least one quantity and one series" }.into());
         }
-        let mut runs = Vec::new();
+        let mut timed: Vec<Timing<'_>> = Vec::new();
         for (name, schemes) in &self.series {
-            for scheme in schemes {
-                runs.push(self.measure(name, scheme));
+            timed.extend(schemes.iter().map(|scheme| self.first(name, scheme)));
+        }
+        for pass in 0..PASSES {
+            for timing in &mut timed {
+                self.repeat(pass, timing);
             }
         }
+        let mut runs: Vec<Run> = timed.into_iter().map(Timing::finished).collect();
         let mut uncertainty: f64 = 0.0;
         for k in 0..self.quantities.len() {
             let (value, own) = self.reference(k, &runs)?;
@@ -209,20 +232,33 @@ impl<const D: usize> WorkPrecision<D> {
         }
     }
 
-    /// Runs one scheme, warm and repeated.
-    fn measure(&self, series: &str, scheme: &Scheme) -> Run {
+    /// Runs one scheme for the first time, which tells how many repetitions it is worth.
+    fn first<'a>(&self, series: &str, scheme: &'a Scheme) -> Timing<'a> {
         let mut run = Run { series: series.to_string(), ..Run::default() };
-        // The first repetition warms caches and tells how many more are worth it.
-        match self.once(scheme, &mut run) {
-            Ok(first) => {
-                let repeats = self.repeats.unwrap_or(if first < SHORT { REPEATS } else { REPEATS_LONG });
-                let mut seconds: Vec<f64> = (0..repeats).filter_map(|_| self.once(scheme, &mut run).ok()).collect();
-                seconds.sort_by(f64::total_cmp);
-                run.seconds = seconds.get(seconds.len() / 2).copied().unwrap_or(first);
+        let first = match self.once(scheme, &mut run) {
+            Ok(first) => first,
+            Err(error) => {
+                run.failure = Some(error.to_string());
+                f64::NAN
             }
-            Err(error) => run.failure = Some(error.to_string()),
+        };
+        Timing { scheme, run, first, seconds: Vec::new() }
+    }
+
+    /// The repetitions of one pass.
+    fn repeat(&self, pass: usize, timing: &mut Timing<'_>) {
+        let Timing { scheme, run, first, seconds } = timing;
+        let short = *first < SHORT;
+        let repeats = self.repeats.unwrap_or(if short { REPEATS } else { REPEATS_LONG });
+        let count = repeats * (pass + 1) / PASSES - repeats * pass / PASSES;
+        if run.failure.is_some() || count == 0 {
+            return;
         }
-        run
+        // Other runs have been in the caches since.
+        if short {
+            drop(self.once(scheme, run));
+        }
+        seconds.extend((0..count).filter_map(|_| self.once(scheme, run).ok()));
     }
 
     /// One analysis; its seconds.
