@@ -1,5 +1,6 @@
 //! Essential conditions: rows, and the strategies that enforce them.
 
+mod elimination;
 mod full;
 mod multipliers;
 mod rows;

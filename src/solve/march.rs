@@ -6,21 +6,21 @@ use crate::error::Error;
 
 use super::analysis::Analysis;
 use super::critical::CriticalPoint;
-use super::lead::{Arc, Lead, along, predict, root_mean_square};
-use super::newton::{Control, Deflection, Functional, Matrices, Newton, Watch, Workspace, dot};
+use super::lead::{Lead, root_mean_square};
+use super::newton::{Control, Deflection, Functional, Matrices, Newton, Watch, Workspace};
 use super::path::{Ending, Observer, Pace, Path, State, Step};
 use super::rejection::Rejection;
 use super::stepping::{FAR, FIRST_GRADIENT, Following, LARGE_CHANGE, SLOW, StepControl};
 
 /// One run: what it works with and what it has reached.
 pub(super) struct March<'a, 'o, const D: usize> {
-    analysis: &'a Analysis,
-    workspace: Workspace<'a, D>,
+    pub(super) analysis: &'a Analysis,
+    pub(super) workspace: Workspace<'a, D>,
     observer: &'o mut dyn Observer,
     scale: f64,
     pub(super) path: Path,
-    previous: Option<State>,
-    state: State,
+    pub(super) previous: Option<State>,
+    pub(super) state: State,
     /// Unstable modes of the current state, where they are known.
     modes: Option<usize>,
     /// Iterations since the last converged state.
@@ -28,7 +28,7 @@ pub(super) struct March<'a, 'o, const D: usize> {
     /// Rejected attempts since the last converged state.
     rejected: usize,
     /// Whether a functional leads to targets of its own.
-    controlled: bool,
+    pub(super) controlled: bool,
 }
 
 impl<'a, 'o, const D: usize> March<'a, 'o, D> {
@@ -143,7 +143,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
     }
 
     /// What leads where the first step of the first attempt was too large.
-    fn lead_after(&self, answer: &[f64]) -> Option<(Lead, f64)> {
+    pub(super) fn lead_after(&self, answer: &[f64]) -> Option<(Lead, f64)> {
         let (model, start) = (self.workspace.model, &self.path.start);
         let mut loads = vec![0.0; model.unknowns()];
         model.load_slope(&start.displacement, &start.locals, start.load, &mut loads);
@@ -151,13 +151,13 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
     }
 
     /// Tries one state, which has to lie on the path of the current one.
-    fn attempt(&mut self, attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
+    pub(super) fn attempt(&mut self, attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
         let (iterations, state) = self.iterate(attempt, control)?;
         self.on_path(&state, iterations).inspect_err(|_| self.count_rejection())?;
         Ok((iterations, state))
     }
 
-    fn count_rejection(&mut self) {
+    pub(super) fn count_rejection(&mut self) {
         self.rejected += 1;
         self.path.rejected += 1;
     }
@@ -248,7 +248,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
     /// Takes a converged state into the path; `false` where the observer breaks off.
     ///
     /// `pace` holds whatever the rule carries on to the next step: what is not in it would be lost to a resumed run.
-    fn accept(&mut self, mut state: State, pace: Pace) -> bool {
+    pub(super) fn accept(&mut self, mut state: State, pace: Pace) -> bool {
         let (inertia, unstable) = (self.workspace.inertia, self.workspace.unstable_modes());
         let critical = self.critical_points(&state, unstable);
         self.workspace.react(&mut state);
@@ -284,219 +284,6 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
             }
             Err(rejection) => self.path.ending = Ending::Stalled(rejection.to_string()),
         }
-    }
-
-    fn steps_left(&mut self) -> bool {
-        let left = self.path.steps.len() < self.analysis.stepping.steps;
-        if !left {
-            self.path.ending = Ending::Stalled(format!("{} steps are used up", self.analysis.stepping.steps));
-        }
-        left
-    }
-
-    /// Whether a step changes what is controlled by more than its rounding: below, halves round up to the whole and
-    /// attempts would be made for ever.
-    fn moves(&mut self, now: f64, next: f64) -> bool {
-        let moves = (next - now).abs() > 4.0 * f64::EPSILON * now.abs() && next.is_finite();
-        if !moves {
-            self.path.ending = Ending::Stalled(format!("no step leads from {now:e} of what is controlled to {next:e}"));
-        }
-        moves
-    }
-
-    /// The state from which an attempt starts, `ratio` times the last step ahead.
-    fn predicted(&self, ratio: f64) -> State {
-        match &self.previous {
-            Some(previous) if self.analysis.stepping.predict && ratio.is_finite() => {
-                predict(self.workspace.model, previous, &self.state, ratio)
-            }
-            _ => self.state.clone(),
-        }
-    }
-
-    /// Load control: the full load first, halved on failure. Ends early with what should lead instead.
-    pub(super) fn by_load(&mut self) -> Option<(Lead, f64)> {
-        let stepping = self.analysis.stepping;
-        let mut increment = self.pace().map_or(stepping.first, |pace| pace.increment);
-        // After a rejection one step keeps its increment, or the next one would be rejected again.
-        let mut rejected = false;
-        while self.state.load < 1.0 && self.steps_left() {
-            let mut target = self.state.load + increment;
-            // A rest smaller than a rounding of the load is part of this step.
-            if target > 1.0 - 1e-9 {
-                target = 1.0;
-            }
-            if !self.moves(self.state.load, target) {
-                return None;
-            }
-            let ratio = self.previous.as_ref().map_or(0.0, |p| (target - self.state.load) / (self.state.load - p.load));
-            match self.attempt(self.predicted(ratio), Control::Load(target)) {
-                Ok((iterations, state)) => {
-                    if iterations <= stepping.quick && !rejected {
-                        increment = (increment * stepping.growth).min(stepping.largest);
-                    }
-                    rejected = false;
-                    if !self.accept(state, Pace { increment, reached: 0 }) {
-                        return None;
-                    }
-                }
-                Err(rejection) => {
-                    if let Watch::Far(answer) = std::mem::take(&mut self.workspace.watch) {
-                        if let Some(lead) = self.lead_after(&answer) {
-                            return Some(lead);
-                        }
-                        // The load does no work on the answer: it leads all the same.
-                        continue;
-                    }
-                    rejected = true;
-                    increment = 0.5 * (target - self.state.load);
-                    if increment < rejection.least(stepping.smallest) {
-                        self.path.ending = Ending::Stalled(rejection.to_string());
-                        return None;
-                    }
-                }
-            }
-        }
-        None
-    }
-
-    /// How far the next increment is in terms of the last one; NaN before the second step.
-    fn ratio(&self, lead: &Lead, increment: f64) -> f64 {
-        let Some(previous) = &self.previous else { return f64::NAN };
-        let (now, then) = (&self.state.displacement, &previous.displacement);
-        match lead {
-            Lead::Deflection(deflection) => increment / (deflection.value(now) - deflection.value(then)),
-            Lead::Arc(_) => increment / Arc { from: then.clone() }.value(now),
-        }
-    }
-
-    /// An attempt one increment ahead, the load factor being unknown.
-    fn attempt_led(&mut self, lead: &Lead, increment: f64) -> Result<(usize, State), Rejection> {
-        let ratio = self.ratio(lead, increment);
-        match lead {
-            Lead::Deflection(deflection) => {
-                let target = deflection.value(&self.state.displacement) + increment;
-                self.attempt(self.predicted(ratio), Control::Functional(deflection, target))
-            }
-            Lead::Arc(first) => {
-                let model = self.workspace.model;
-                // Arcs need a direction: they are predicted whatever the stepping says of predictors.
-                let start = match &self.previous {
-                    Some(previous) => predict(model, previous, &self.state, ratio),
-                    None => along(model, &self.state, first, increment / root_mean_square(first)),
-                };
-                let arc = Arc { from: self.state.displacement.clone() };
-                let (iterations, state) = self.attempt(start, Control::Functional(&arc, increment))?;
-                let turned = self.previous.as_ref().is_some_and(|previous| {
-                    let backwards = self.state.displacement.iter().zip(&previous.displacement);
-                    let last: Vec<f64> = backwards.map(|(now, then)| now - then).collect();
-                    dot(&state.displacement, &last) < dot(&self.state.displacement, &last)
-                });
-                if turned {
-                    self.count_rejection();
-                    return Err(Rejection::Turned);
-                }
-                Ok((iterations, state))
-            }
-        }
-    }
-
-    /// Steps along a deflection or an arc until the load factor passes 1, then the last step under the full load.
-    pub(super) fn by_lead(&mut self, lead: &Lead, first: f64) {
-        let stepping = self.analysis.stepping;
-        let mut increment = self.pace().map_or(first, |pace| pace.increment);
-        let mut rejected = false;
-        while self.state.load < 1.0 && self.steps_left() {
-            let now = match lead {
-                Lead::Deflection(deflection) => deflection.value(&self.state.displacement),
-                Lead::Arc(_) => root_mean_square(&self.state.displacement),
-            };
-            if !self.moves(now, now + increment) {
-                return;
-            }
-            let ratio = self.ratio(lead, increment);
-            let load_ahead =
-                self.previous.as_ref().map_or(0.0, |p| self.state.load + ratio * (self.state.load - p.load));
-            let outcome = if load_ahead >= 1.0 {
-                // The full load is within reach of this increment.
-                let ratio =
-                    self.previous.as_ref().map_or(0.0, |p| (1.0 - self.state.load) / (self.state.load - p.load));
-                self.attempt(self.predicted(ratio), Control::Load(1.0))
-            } else {
-                self.attempt_led(lead, increment)
-            };
-            let outcome = match outcome {
-                Ok((_, state)) if state.load > 1.0 => {
-                    // Overshot: the full load lies between the current state and this one.
-                    let part = (1.0 - self.state.load) / (state.load - self.state.load);
-                    let start = predict(self.workspace.model, &self.state, &state, part - 1.0);
-                    self.attempt(start, Control::Load(1.0))
-                }
-                other => other,
-            };
-            match outcome {
-                Ok((iterations, state)) => {
-                    if iterations <= stepping.quick && !rejected {
-                        increment *= stepping.growth;
-                    }
-                    rejected = false;
-                    if !self.accept(state, Pace { increment, reached: 0 }) {
-                        return;
-                    }
-                }
-                Err(rejection) => {
-                    rejected = true;
-                    increment *= 0.5;
-                    if increment < rejection.least(stepping.smallest) * first {
-                        self.path.ending = Ending::Stalled(rejection.to_string());
-                        return;
-                    }
-                }
-            }
-        }
-    }
-
-    /// Brings a functional to a value, halving where needed; `false` ends the run.
-    pub(super) fn reach(&mut self, functional: &dyn Functional, index: usize, target: f64) -> bool {
-        self.controlled = true;
-        let start = functional.value(&self.path.start.displacement);
-        let mut part = self.pace().filter(|pace| pace.reached == index).map_or(1.0, |pace| pace.increment);
-        while self.steps_left() {
-            let now = functional.value(&self.state.displacement);
-            let rest = target - now;
-            if rest.abs() <= 1e-12 * target.abs().max((target - start).abs()) {
-                return true;
-            }
-            let next = if part >= 1.0 { target } else { now + rest * part };
-            if !self.moves(now, next) {
-                return false;
-            }
-            let ratio =
-                self.previous.as_ref().map_or(0.0, |p| (next - now) / (now - functional.value(&p.displacement)));
-            match self.attempt(self.predicted(ratio), Control::Functional(functional, next)) {
-                Ok((iterations, state)) => {
-                    let arrived = next == target;
-                    // The part is one of what is left: keep the same increment, grow when quick.
-                    let growth =
-                        if iterations <= self.analysis.stepping.quick { self.analysis.stepping.growth } else { 1.0 };
-                    part = if arrived { 1.0 } else { (growth * (next - now) / (target - next)).min(1.0) };
-                    if !self.accept(state, Pace { increment: part, reached: index + usize::from(arrived) }) {
-                        return false;
-                    }
-                    if arrived {
-                        return true;
-                    }
-                }
-                Err(rejection) => {
-                    part *= 0.5;
-                    if part < rejection.least(self.analysis.stepping.smallest) {
-                        self.path.ending = Ending::Stalled(rejection.to_string());
-                        return false;
-                    }
-                }
-            }
-        }
-        false
     }
 }
 

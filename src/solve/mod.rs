@@ -9,6 +9,7 @@ mod march;
 mod newton;
 mod path;
 mod rejection;
+mod routes;
 mod search;
 mod stepping;
 mod volume;

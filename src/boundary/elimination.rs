@@ -1,0 +1,152 @@
+//! Rows that share unknowns: which they are, and their elimination.
+
+use std::collections::BTreeMap;
+
+use crate::error::BoundaryError;
+
+use super::Constraints;
+
+/// What is left of a row below this part of its size counts as nothing.
+const DEPENDENT: f64 = 1e-10;
+
+/// Rows that share unknowns, eliminated together.
+pub(super) struct Group {
+    /// Rows of the problem.
+    pub rows: Vec<usize>,
+    /// Eliminated unknowns, one per row.
+    pub pivots: Vec<usize>,
+    /// Unknowns they are expressed by, as reduced indices.
+    pub free: Vec<u32>,
+    /// W, `pivots × free` by rows.
+    pub w: Vec<f64>,
+    /// V, `pivots × rows` by rows.
+    pub v: Vec<f64>,
+    /// Reduced unknowns that couple with the pivots (a superset of `free`).
+    pub coupled: Vec<u32>,
+    /// The same by rising number, each with its place among the coupled ones.
+    coupled_places: Vec<(u32, u32)>,
+    /// Place of (free, coupled) pairs in the reduced values.
+    pub places: Vec<u32>,
+    /// Place of each free unknown among the coupled ones.
+    pub free_in_coupled: Vec<u32>,
+}
+
+impl Group {
+    /// Sorts the coupled unknowns for [`place_of`](Group::place_of).
+    pub fn index(&mut self) {
+        self.coupled_places = self.coupled.iter().zip(0..).map(|(&unknown, place)| (unknown, place)).collect();
+        self.coupled_places.sort_unstable();
+    }
+
+    /// The place of an unknown among the coupled ones, where it is by construction.
+    pub fn place_of(&self, unknown: u32) -> usize {
+        let at = self.coupled_places.partition_point(|&(other, _)| other < unknown);
+        self.coupled_places[at].1 as usize
+    }
+}
+
+/// Groups rows that share unknowns and brings each group to reduced echelon form; free unknowns by full index.
+pub(super) fn eliminate(rows: &Constraints, limit: usize) -> Result<Vec<(Group, Vec<usize>)>, BoundaryError> {
+    // Union of rows through the unknowns they share.
+    let mut leader: Vec<usize> = (0..rows.len()).collect();
+    fn find(leader: &mut [usize], mut i: usize) -> usize {
+        while leader[i] != i {
+            leader[i] = leader[leader[i]];
+            i = leader[i];
+        }
+        i
+    }
+    let mut first_row: BTreeMap<usize, usize> = BTreeMap::new();
+    for (r, row) in rows.rows().iter().enumerate() {
+        for &(unknown, coefficient) in &row.entries {
+            if coefficient != 0.0 {
+                let other = *first_row.entry(unknown).or_insert(r);
+                let (a, b) = (find(&mut leader, r), find(&mut leader, other));
+                leader[a.max(b)] = a.min(b);
+            }
+        }
+    }
+    let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for r in 0..rows.len() {
+        members.entry(find(&mut leader, r)).or_default().push(r);
+    }
+    let mut groups = Vec::with_capacity(members.len());
+    for rows_of in members.into_values() {
+        let m = rows_of.len();
+        if m > limit {
+            return Err(BoundaryError::Unsuitable {
+                enforcement: "mixed transformation",
+                reason: format!(
+                    "{m} rows share unknowns and would be eliminated together, the limit is {limit}; take Lagrange multipliers"
+                ),
+            });
+        }
+        let mut unknowns: Vec<usize> =
+            rows_of.iter().flat_map(|&r| rows.rows()[r].entries.iter().filter(|e| e.1 != 0.0).map(|e| e.0)).collect();
+        unknowns.sort_unstable();
+        unknowns.dedup();
+        let n = unknowns.len();
+        // [G | I], rows scaled to a largest entry of one.
+        let width = n + m;
+        let mut a = vec![0.0; m * width];
+        for (i, &r) in rows_of.iter().enumerate() {
+            let row = &rows.rows()[r];
+            let largest = row.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
+            for &(unknown, coefficient) in &row.entries {
+                if coefficient != 0.0 {
+                    a[i * width + unknowns.partition_point(|&u| u < unknown)] += coefficient / largest;
+                }
+            }
+            a[i * width + n + i] = 1.0 / largest;
+        }
+        let mut pivot_column = vec![usize::MAX; m];
+        for _ in 0..m {
+            let mut best = (0.0, 0, 0);
+            for i in (0..m).filter(|&i| pivot_column[i] == usize::MAX) {
+                for (j, value) in a[i * width..i * width + n].iter().enumerate() {
+                    if value.abs() > best.0 {
+                        best = (value.abs(), i, j);
+                    }
+                }
+            }
+            let (size, i, j) = best;
+            if !(size > DEPENDENT) {
+                let row = (0..m).find(|&i| pivot_column[i] == usize::MAX).map_or(0, |i| rows_of[i]);
+                return Err(BoundaryError::Dependent { row, what: rows.rows()[row].label.clone(), pivot: size });
+            }
+            pivot_column[i] = j;
+            let scale = 1.0 / a[i * width + j];
+            let pivot_row: Vec<f64> = a[i * width..(i + 1) * width].iter().map(|v| v * scale).collect();
+            for k in 0..m {
+                let factor = a[k * width + j];
+                if k != i && factor != 0.0 {
+                    for (entry, pivot) in a[k * width..(k + 1) * width].iter_mut().zip(&pivot_row) {
+                        *entry -= factor * pivot;
+                    }
+                    a[k * width + j] = 0.0;
+                }
+            }
+            a[i * width..(i + 1) * width].copy_from_slice(&pivot_row);
+        }
+        let free_columns: Vec<usize> = (0..n).filter(|j| !pivot_column.contains(j)).collect();
+        let mut w = Vec::with_capacity(m * free_columns.len());
+        let mut v = Vec::with_capacity(m * m);
+        for i in 0..m {
+            w.extend(free_columns.iter().map(|&j| -a[i * width + j]));
+            v.extend_from_slice(&a[i * width + n..(i + 1) * width]);
+        }
+        let group = Group {
+            rows: rows_of,
+            pivots: pivot_column.iter().map(|&j| unknowns[j]).collect(),
+            free: Vec::new(),
+            w,
+            v,
+            coupled: Vec::new(),
+            coupled_places: Vec::new(),
+            places: Vec::new(),
+            free_in_coupled: Vec::new(),
+        };
+        groups.push((group, free_columns.iter().map(|&j| unknowns[j]).collect()));
+    }
+    Ok(groups)
+}
