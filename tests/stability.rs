@@ -232,19 +232,24 @@ fn homogeneous_states_are_reached_at_once_and_tell_that_they_are_unstable() {
 
 #[test]
 fn a_line_search_replaces_load_steps_where_the_displacements_are_alone() {
-    let bent = |field, search| {
+    let bent_by = |field, search, enforcing| {
         let rubber = Rubber::neo_hookean(0.5, 100.0).unwrap();
         let scene = Scene::new(Block::new([0.0; 2], [4.0, 1.0]), PlaneStrain, rubber)
             .hold((0, Side::Min))
             .traction((0, Side::Max), [0.0, -0.06]);
-        let mut scheme = Scheme::default().particles([13, 4]).volume(field, 2);
+        let mut scheme = Scheme::default().particles([13, 4]).volume(field, 2).enforcing(enforcing);
         scheme.newton = Newton { search, iterations: 60, ..Newton::default() };
         scheme.stepping.control = StepControl::Load;
         scene.discretize(&scheme).unwrap().run(&mut ()).unwrap().completed().unwrap()
     };
+    let bent = |field, search| bent_by(field, search, Enforcing::Transformation);
     let [off, on] = [LineSearch::Off, LineSearch::Slope].map(|search| bent(PressureField::Displacement, search));
     assert!(on.steps.len() < off.steps.len() && on.iterations < off.iterations);
     assert!((on.steps.last().unwrap().energy / off.steps.last().unwrap().energy - 1.0).abs() < 1e-10);
+    // However the end is held, the slopes along steps are the same.
+    let tied = bent_by(PressureField::Displacement, LineSearch::Slope, Enforcing::Multipliers);
+    assert_eq!((tied.steps.len(), tied.iterations), (on.steps.len(), on.iterations));
+    assert!((tied.steps.last().unwrap().energy / on.steps.last().unwrap().energy - 1.0).abs() < 1e-10);
     // With pressures the potential is a saddle: the search leaves the steps alone, to the bit.
     let [off, on] = [LineSearch::Off, LineSearch::Slope].map(|search| bent(PressureField::Linear, search));
     assert_eq!(off, on);

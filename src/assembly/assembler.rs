@@ -1,6 +1,7 @@
 //! Assembly: clusters summed into one fixed pattern.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use crate::parallel::{for_each_mut, threads};
 use crate::term::{Element, LowerBlocks, Term, View};
@@ -11,8 +12,8 @@ use super::streams::{Gathered, Schedule, Streams, Turn};
 
 /// Nodes whose columns are locked together, as a power of two.
 const PART: u32 = 5;
-/// How often a thread that waits for another looks again before it leaves the rest to the others.
-const LOOKS: usize = 100_000;
+/// How long a thread waits for another before it leaves the rest to the others.
+const PATIENCE: Duration = Duration::from_millis(200);
 /// Floats that one thread clears at a time.
 const CLEARED: usize = 1 << 16;
 
@@ -195,7 +196,8 @@ impl Assembler {
         }
         for term in 0..model.terms.len() {
             (sum.term, sum.at.locals) = (term, &locals[term]);
-            if workers > 1 && self.streams[term].len() > 1 {
+            let workers = workers.min(self.streams[term].len());
+            if workers > 1 {
                 for mut gathered in sum.in_parallel(&mut elements[..workers]) {
                     *scale += gathered.scale;
                     skew.append(&mut gathered.skew);
@@ -263,17 +265,16 @@ impl<const D: usize> Sum<'_, D> {
     fn in_parallel(&self, elements: &mut [Element]) -> impl Iterator<Item = Gathered> {
         let schedule = Mutex::new(Schedule::new(&self.assembler.streams[self.term]));
         let work = |element: &mut Element| {
-            let (mut last, mut looks) = (None, 0);
+            let (mut last, mut since): (_, Option<Instant>) = (None, None);
             loop {
                 let turn = lock(&schedule).turn(last);
                 match turn {
                     Turn::Sum(mut piece) => {
                         self.add_clusters(piece.places.clone(), element, &mut piece.gathered);
                         last = Some(lock(&schedule).finish(piece));
-                        looks = 0;
+                        since = None;
                     }
-                    Turn::Wait if looks < LOOKS => {
-                        looks += 1;
+                    Turn::Wait if since.get_or_insert_with(Instant::now).elapsed() < PATIENCE => {
                         std::thread::yield_now();
                     }
                     _ => break,
@@ -281,7 +282,7 @@ impl<const D: usize> Sum<'_, D> {
             }
         };
         for_each_mut(elements, |_, element| work(element));
-        // What was left where a thread gave up waiting: never anything, unless a term hands work to other threads.
+        // What was left where threads gave up waiting: only terms that hand work to other threads can make all of them.
         work(&mut elements[0]);
         schedule.into_inner().unwrap_or_else(PoisonError::into_inner).gathered()
     }

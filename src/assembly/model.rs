@@ -20,7 +20,7 @@ pub struct Model<const D: usize> {
 pub struct System {
     /// $r = \partial\Pi/\partial d$: internal minus external forces.
     pub residual: Vec<f64>,
-    /// $\sum|r_e|$ over clusters: what the residual is measured against (reactions included).
+    /// $\sqrt{\sum r_e^2}$ over the forces of all clusters: what the residual is measured against (reactions included).
     pub scale: f64,
     /// $\partial r/\partial\lambda$.
     pub load_slope: Vec<f64>,

@@ -6,8 +6,11 @@ use super::Model;
 
 /// Most streams of a term.
 const MOST: usize = 16;
-/// Clusters that a thread sums before it looks for another stream.
+/// Clusters below which a term has one stream.
+const FEWEST: usize = 32;
+/// Most clusters that a thread sums before it looks for another stream; of few clusters there are this many pieces.
 const PIECE: usize = 16;
+const PIECES: usize = 64;
 
 /// The order in which the clusters of a term are summed.
 ///
@@ -23,13 +26,16 @@ pub(super) struct Streams {
     starts: Vec<usize>,
     /// Clusters that are further apart in the order share no node.
     reach: usize,
+    /// Clusters that a thread sums before it looks for another stream.
+    piece: usize,
 }
 
 impl Streams {
     pub(super) fn new<const D: usize>(model: &Model<D>, term: &dyn Term<D>) -> Self {
         let count = term.clusters();
-        let mut streams = Streams { order: Vec::new(), starts: vec![0, count], reach: count };
-        if count < 2 * PIECE {
+        let piece = (count / PIECES).clamp(1, PIECE);
+        let mut streams = Streams { order: Vec::new(), starts: vec![0, count], reach: count, piece };
+        if count < FEWEST {
             return streams;
         }
         let mut seen = vec![u32::MAX; model.positions.len()];
@@ -50,10 +56,7 @@ impl Streams {
             }
         }
         // A stream that is longer than the reach overlaps with its neighbours alone.
-        let mut number = MOST;
-        while number > 1 && count / number < streams.reach + PIECE {
-            number /= 2;
-        }
+        let number = (count / (streams.reach + piece)).clamp(1, MOST);
         streams.starts = (0..=number).map(|stream| count * stream / number).collect();
         streams
     }
@@ -180,7 +183,7 @@ impl<'a> Schedule<'a> {
 
     fn piece(&self, stream: usize) -> std::ops::Range<usize> {
         let next = self.states[stream].next;
-        next..(next + PIECE).min(self.streams.places(stream).end)
+        next..(next + self.streams.piece).min(self.streams.places(stream).end)
     }
 
     /// Whether the stream behind has summed all that overlaps with the next piece.

@@ -97,7 +97,8 @@ pub trait Enforced: Send {
     /// $T^T v$ for a full vector, zero in the rows of multipliers.
     fn project(&self, full: &[f64], out: &mut Vec<f64>);
 
-    /// What is left of a residual once the conditions have taken their reactions: zero at equilibrium.
+    /// What is left of a residual once the conditions have taken their reactions, unknown by reduced unknown: zero at
+    /// equilibrium.
     fn imbalance(&self, residual: &[f64], _multipliers: &[f64], out: &mut Vec<f64>) {
         self.project(residual, out);
     }
@@ -114,7 +115,8 @@ pub trait Enforced: Send {
         false
     }
 
-    /// Positions of the reduced unknowns in the full vector, for an elimination order; multipliers are absent and last.
+    /// Positions of the reduced unknowns in the full vector, for an elimination order; multipliers have none, and stand last
+    /// until the unknowns are renumbered.
     fn full_index(&self, reduced: usize) -> Option<usize> {
         Some(reduced)
     }

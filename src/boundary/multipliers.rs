@@ -10,7 +10,7 @@ use super::{Constraints, Enforced, Enforcement, Row, pattern_fits};
 /// $$\begin{bmatrix}K + G^T R\,G & G^T\\ G & 0\end{bmatrix}
 ///   \begin{bmatrix}\delta d\\ \mu\end{bmatrix} = \begin{bmatrix}-r + G^T R\,\gamma\\ \gamma\end{bmatrix},
 ///   \qquad \gamma = g - G d,$$
-/// with each multiplier after the unknowns of its row in the order of elimination. The augmentation $G^T R\,G$ does not
+/// eliminated with each multiplier right after the last unknown of its row. The augmentation $G^T R\,G$ does not
 /// change the solution; it makes the block of the unknowns regular where the rows alone hold the body.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LagrangeMultipliers;
@@ -192,11 +192,10 @@ impl Enforced for Bound {
     }
 
     fn imbalance(&self, residual: &[f64], multipliers: &[f64], out: &mut Vec<f64>) {
-        out.clear();
-        out.extend_from_slice(residual);
+        self.project(residual, out);
         for ((row, scale), mu) in self.rows.iter().zip(multipliers) {
             for &(k, c) in row {
-                out[k] += c / scale * mu;
+                out[self.place_of[k] as usize] += c / scale * mu;
             }
         }
     }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::assembly::Pattern;
 use crate::error::LinearError;
-use crate::linear::{Inertia, LinearSolver, MatrixClass};
+use crate::linear::{Inertia, LinearSolver, MatrixClass, after_their_rows};
 
 use super::{Law, Report};
 
@@ -19,6 +19,8 @@ struct Case {
     pattern: Pattern,
     values: Vec<f64>,
     class: MatrixClass,
+    /// An elimination order that the caller gives.
+    order: Option<Vec<usize>>,
     /// Signs of the pivots, where the case is regular.
     inertia: Option<Inertia>,
 }
@@ -64,7 +66,7 @@ pub fn solver(solver: &dyn LinearSolver) -> Report {
 fn solve(solver: &dyn LinearSolver, case: &Case) -> Result<[f64; 3], LinearError> {
     let n = case.pattern.size();
     let rhs: Vec<f64> = (0..n).map(|i| 1.0 + (i as f64).sin()).collect();
-    let mut factorizer = solver.analyze(&case.pattern, case.class, None)?;
+    let mut factorizer = solver.analyze(&case.pattern, case.class, case.order.as_deref())?;
     let mut residual = |values: &[f64]| -> Result<(f64, Option<Inertia>), LinearError> {
         let factors = factorizer.factorize(values)?;
         let mut x = rhs.clone();
@@ -140,13 +142,23 @@ fn regular() -> Vec<Case> {
         let (pattern, values) = square(shift, 0);
         let negative = negative(shift);
         let inertia = Some(Inertia { positive: n - negative, negative });
-        cases.push(Case { name, pattern, values, class: MatrixClass::Definite, inertia });
+        cases.push(Case { name, pattern, values, class: MatrixClass::Definite, order: None, inertia });
     }
     let constraints = 12;
     let (pattern, values) = square(0.0, constraints);
     let inertia = Some(Inertia { positive: n, negative: constraints });
     let class = MatrixClass::Saddle { constraints };
-    cases.push(Case { name: "saddle point of 12 constraints", pattern, values, class, inertia });
+    // In the order of its analyses each multiplier follows the unknowns of its row, and stands there in the matrix.
+    let among = after_their_rows(&pattern, &(0..n).collect::<Vec<_>>());
+    let (renumbered, places) = pattern.permuted(&among);
+    let mut moved = values.clone();
+    places.iter().zip(&values).for_each(|(&place, value)| moved[place as usize] = *value);
+    let name = "saddle point with an elimination order";
+    let order = Some(among);
+    cases.push(Case { name, pattern: pattern.clone(), values: values.clone(), class, order, inertia });
+    let (name, order) = ("saddle point numbered in its elimination order", Some((0..n + constraints).collect()));
+    cases.push(Case { name, pattern: renumbered, values: moved, class, order, inertia });
+    cases.push(Case { name: "saddle point of 12 constraints", pattern, values, class, order: None, inertia });
     cases
 }
 
@@ -155,7 +167,7 @@ fn singular() -> Vec<Case> {
     let mut cases = Vec::new();
     let mut add = |name, columns, class| {
         let (pattern, values) = assemble(columns);
-        cases.push(Case { name, pattern, values, class, inertia: None });
+        cases.push(Case { name, pattern, values, class, order: None, inertia: None });
     };
     add("two equal rows", vec![vec![(0, 1.0), (1, 1.0)], vec![(1, 1.0)]], class);
     add("an unknown without stiffness", vec![vec![(0, 2.0), (1, -1.0)], vec![(1, 2.0)], vec![(2, 0.0)]], class);
@@ -176,7 +188,7 @@ fn singular() -> Vec<Case> {
     add("a constraint given twice", tied, MatrixClass::Saddle { constraints: 2 });
     let (pattern, mut values) = square(0.0, 0);
     values[7] = f64::NAN;
-    cases.push(Case { name: "an entry that is not a number", pattern, values, class, inertia: None });
+    cases.push(Case { name: "an entry that is not a number", pattern, values, class, order: None, inertia: None });
     cases
 }
 

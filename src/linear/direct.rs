@@ -21,8 +21,8 @@ use crate::error::LinearError;
 use super::factors::{Buffers, Factored, Kind, Matrix, Memory, check_length, out_of_memory, signs};
 use super::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
 
-/// Sparse direct solution: Cholesky where the matrix is definite, Bunch–Kaufman ($LBL^T$ with pivoting
-/// inside supernodes) where it is not.
+/// Sparse direct solution: Cholesky where the matrix is definite, $LDL^T$ without pivoting for saddle points of stable
+/// states, Bunch–Kaufman ($LBL^T$ with pivoting inside supernodes) for all others, which are found out by trying.
 ///
 /// Factors are computed on one thread: those of $LBL^T$ and solves with many threads were not bit-equal.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -64,7 +64,6 @@ impl LinearSolver for Direct {
             n,
             symbolic,
             class,
-            unstable: false,
             values: Vec::new(),
             subdiagonal: Vec::new(),
             forward: Vec::new(),
@@ -76,7 +75,7 @@ impl LinearSolver for Direct {
 }
 
 /// An elimination order by approximate minimum degree among the first `count` unknowns of a pattern; the others,
-/// multipliers, stay last: further forward their pivots would be zero.
+/// multipliers, stay last.
 ///
 /// # Errors
 /// Where the pattern is malformed or memory runs out.
@@ -157,8 +156,6 @@ struct CholeskyFactorizer {
     n: usize,
     symbolic: SymbolicCholesky<u32>,
     class: MatrixClass,
-    /// Whether the last saddle point had more or fewer negative pivots than multipliers: the next one then likely has, too.
-    unstable: bool,
     values: Vec<f64>,
     subdiagonal: Vec<f64>,
     forward: Vec<u32>,
@@ -178,15 +175,12 @@ impl Factorizer for CholeskyFactorizer {
             MatrixClass::Definite if self.cholesky(values)? => {
                 (Kind::Definite, Some(Inertia { positive: self.n, negative: 0 }))
             }
-            MatrixClass::Saddle { .. } if !self.unstable && self.without_pivoting(values)? => {
-                let negative = self.matrix(values).multipliers();
-                (Kind::Saddle, Some(Inertia { positive: self.n - negative, negative }))
+            MatrixClass::Saddle { constraints } if self.without_pivoting(values, constraints)? => {
+                let inertia = Inertia { positive: self.n - constraints, negative: constraints };
+                (Kind::Saddle, Some(inertia))
             }
             _ => {
                 let inertia = self.bunch_kaufman(values)?;
-                if let MatrixClass::Saddle { constraints } = class {
-                    self.unstable = inertia.is_none_or(|inertia| inertia.negative != constraints);
-                }
                 let Self { subdiagonal, forward, inverse, .. } = self;
                 (Kind::Pivoted { subdiagonal, forward, inverse }, inertia)
             }
@@ -256,8 +250,12 @@ impl CholeskyFactorizer {
     /// Tries $LDL^T$ without pivoting; `false` where pivots are not negative for multipliers and positive for all others.
     ///
     /// With each multiplier after the unknowns of its row the factors of stable saddle points exist and don't grow: they are
-    /// as accurate as those with pivoting, whose working memory is a quarter of the factors in space.
-    fn without_pivoting(&mut self, values: &[f64]) -> Result<bool, LinearError> {
+    /// as accurate as those with pivoting, whose working memory is an eighth of the factors in space.
+    fn without_pivoting(&mut self, values: &[f64], constraints: usize) -> Result<bool, LinearError> {
+        // Other rows without a positive diagonal need pivoting.
+        if self.matrix(values).multipliers() != constraints {
+            return Ok(false);
+        }
         let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &self.columns, None, &self.rows);
         let matrix = SparseColMatRef::new(pattern, values);
         self.values.clear();

@@ -27,12 +27,12 @@ pub(super) struct Matrix<'a> {
 const RESIDUAL: f64 = 1e-2;
 
 impl Matrix<'_> {
-    /// Whether a row belongs to a multiplier: its diagonal holds nothing.
+    /// Whether a row can belong to a multiplier: its diagonal is zero, or negative where a solver of others smooths it.
     pub fn is_multiplier(&self, row: usize) -> bool {
         self.values[self.columns[row] as usize] <= 0.0
     }
 
-    /// The number of multipliers.
+    /// The number of such rows.
     pub fn multipliers(&self) -> usize {
         (1..self.columns.len()).filter(|row| self.is_multiplier(row - 1)).count()
     }
@@ -83,7 +83,7 @@ impl Memory {
 pub(super) enum Kind<'a> {
     /// $LL^T$.
     Definite,
-    /// $LDL^T$ without pivoting, negative where the matrix has a zero on its diagonal.
+    /// $LDL^T$ without pivoting.
     Saddle,
     /// $LBL^T$ with pivoting inside supernodes.
     Pivoted { subdiagonal: &'a [f64], forward: &'a [u32], inverse: &'a [u32] },

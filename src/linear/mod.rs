@@ -16,8 +16,8 @@ use crate::error::LinearError;
 pub enum MatrixClass {
     /// Symmetric, expected to be positive definite near stable states; may be indefinite.
     Definite,
-    /// Symmetric saddle point; the last `constraints` rows belong to Lagrange multipliers, unless an elimination order
-    /// is given with it.
+    /// Symmetric saddle point; `constraints` of its rows belong to Lagrange multipliers: the last ones, but any where an
+    /// elimination order is given. Their diagonals are zero.
     Saddle {
         /// Number of multipliers.
         constraints: usize,
@@ -70,7 +70,8 @@ pub struct Inertia {
 /// ```
 pub trait LinearSolver: Send + Sync {
     /// The symbolic phase, once per pattern. `order` is an elimination order (old index at each new
-    /// place) where the caller knows a good one; it has each multiplier after the unknowns of its row.
+    /// place) where the caller knows a good one; it has each multiplier
+    /// after the unknowns of its row.
     ///
     /// # Errors
     /// Where the pattern is too large or malformed.

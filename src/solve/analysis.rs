@@ -239,8 +239,8 @@ impl Analysis {
     /// pattern.
     ///
     /// The orders are those that were measured to be fastest: a band for small bodies in the plane, minimum degree for
-    /// larger ones, nested dissection in space. Multipliers, which have no place in the full vector, follow the unknowns
-    /// of their rows.
+    /// larger ones, nested dissection in space. Multipliers, which have no place in the full vector, follow the last
+    /// unknowns of their rows. For conditions fresh from [`Enforcement::bind`], whose multipliers stand last.
     ///
     /// # Errors
     /// As [`LinearSolver::analyze`].

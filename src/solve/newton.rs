@@ -225,7 +225,7 @@ impl<const D: usize> Workspace<'_, D> {
             }
             let factor = match (settings.search, control) {
                 (LineSearch::Slope, Control::Load(_)) => {
-                    search(self.model, linear.enforced, state, &imbalance, &Ahead { next: &next, gap: &gap }, bound)
+                    search(self.model, state, &self.system.residual, &Ahead { next: &next, gap: &gap }, bound)
                 }
                 _ => bound,
             };

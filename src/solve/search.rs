@@ -1,7 +1,6 @@
 //! A line search on the slope of the potential along a Newton step.
 
 use crate::assembly::Model;
-use crate::boundary::Enforced;
 
 use super::increment::Increment;
 use super::newton::dot;
@@ -38,12 +37,11 @@ pub(super) struct Ahead<'a> {
     pub gap: &'a [f64],
 }
 
-/// The step factor in (0, bound] at which the slope of the potential is small enough.
+/// The step factor in (0, bound] at which the slope of the potential is small enough; `force` is $-r$ where the step starts.
 pub(super) fn search<const D: usize>(
     model: &Model<D>,
-    enforced: &dyn Enforced,
     state: &State,
-    imbalance: &[f64],
+    force: &[f64],
     ahead: &Ahead<'_>,
     bound: f64,
 ) -> f64 {
@@ -52,20 +50,9 @@ pub(super) fn search<const D: usize>(
     if state.locals.iter().any(|l| !l.is_empty()) || ahead.gap.iter().any(|g| g.abs() > MET * size) {
         return bound;
     }
-    // Slopes in the reduced unknowns: reactions of constrained ones do no work.
-    let mut reduced = Vec::new();
-    let mut slope = |at: &State, known: Option<&[f64]>| -> f64 {
-        let imbalance = match known {
-            Some(imbalance) => imbalance,
-            None => {
-                let residual = model.residual(&at.displacement, &at.locals, at.load);
-                enforced.imbalance(&residual, &at.multipliers, &mut reduced);
-                &reduced
-            }
-        };
-        (0..enforced.unknowns()).filter_map(|k| Some(step[enforced.full_index(k)?] * imbalance[k])).sum()
-    };
-    let first = slope(state, Some(imbalance));
+    // Reactions do no work on a step that keeps what is prescribed.
+    let slope = |at: &State| dot(step, &model.residual(&at.displacement, &at.locals, at.load));
+    let first = -dot(step, force);
     if !(first < 0.0) {
         return bound;
     }
@@ -75,7 +62,7 @@ pub(super) fn search<const D: usize>(
     for _ in 0..EVALUATIONS {
         let mut trial = state.clone();
         ahead.next.apply(factor, &mut trial);
-        let value = slope(&trial, None);
+        let value = slope(&trial);
         if value.abs() <= LEFT * first.abs() {
             return factor;
         }

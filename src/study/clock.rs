@@ -103,6 +103,14 @@ impl Factorizer for TimedFactorizer {
         let inner = timed(&meter.factorize, || self.inner.factorize(values))?;
         Ok(Box::new(TimedFactors { inner, meter }))
     }
+
+    fn release(&mut self) {
+        self.inner.release();
+    }
+
+    fn bytes(&self) -> Option<usize> {
+        self.inner.bytes()
+    }
 }
 
 impl Factors for TimedFactors<'_> {
