@@ -8,8 +8,9 @@ use super::Model;
 const MOST: usize = 16;
 /// Clusters below which a term has one stream.
 const FEWEST: usize = 32;
-/// Most clusters that a thread sums before it looks for another stream; of few clusters there are this many pieces.
+/// Most clusters that a thread sums before it looks for another stream.
 const PIECE: usize = 16;
+/// Pieces that fewer clusters are cut into.
 const PIECES: usize = 64;
 
 /// The order in which the clusters of a term are summed.

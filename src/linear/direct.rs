@@ -7,12 +7,12 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::perm::PermRef;
+use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
     supernodal::{SupernodalIntranodeLbltRef, SupernodalLdltRef},
 };
 use faer::sparse::linalg::{SupernodalThreshold, amd};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Par, Side, Spec};
 
 use crate::assembly::{Pattern, release};
@@ -214,9 +214,8 @@ impl CholeskyFactorizer {
 
     /// $LBL^T$ with pivoting inside supernodes; the signs of its pivots.
     fn bunch_kaufman(&mut self, values: &[f64]) -> Result<Option<Inertia>, LinearError> {
-        let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &self.columns, None, &self.rows);
-        let matrix = SparseColMatRef::new(pattern, values);
-        self.values.clear();
+        let matrix = Matrix { columns: &self.columns, rows: &self.rows, values }.lower();
+        // What they held before is overwritten.
         self.values.resize(self.symbolic.len_val(), 0.0);
         self.subdiagonal.clear();
         self.subdiagonal.resize(self.n, 0.0);
@@ -256,9 +255,8 @@ impl CholeskyFactorizer {
         if self.matrix(values).multipliers() != constraints {
             return Ok(false);
         }
-        let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &self.columns, None, &self.rows);
-        let matrix = SparseColMatRef::new(pattern, values);
-        self.values.clear();
+        let matrix = Matrix { columns: &self.columns, rows: &self.rows, values }.lower();
+        // What they held before is overwritten.
         self.values.resize(self.symbolic.len_val(), 0.0);
         let request = self.symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default());
         let memory = self.memory.reserve(request)?;
@@ -294,9 +292,8 @@ impl CholeskyFactorizer {
 
     /// Tries $LL^T$; `false` where the matrix is not positive definite.
     fn cholesky(&mut self, values: &[f64]) -> Result<bool, LinearError> {
-        let pattern = SymbolicSparseColMatRef::new_checked(self.n, self.n, &self.columns, None, &self.rows);
-        let matrix = SparseColMatRef::new(pattern, values);
-        self.values.clear();
+        let matrix = Matrix { columns: &self.columns, rows: &self.rows, values }.lower();
+        // What they held before is overwritten.
         self.values.resize(self.symbolic.len_val(), 0.0);
         let request = self.symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
         let memory = self.memory.reserve(request)?;

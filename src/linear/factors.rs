@@ -7,6 +7,7 @@ use faer::perm::PermRef;
 use faer::sparse::linalg::cholesky::{
     IntranodeLbltRef, LdltRef, LltRef, SymbolicCholesky, supernodal::SupernodalIntranodeLbltRef,
 };
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 
 use crate::assembly::add_column;
@@ -26,7 +27,14 @@ pub(super) struct Matrix<'a> {
 /// leaves about 1e-16 times its condition number; that of a singular one leaves 1 and more.
 const RESIDUAL: f64 = 1e-2;
 
-impl Matrix<'_> {
+impl<'a> Matrix<'a> {
+    /// As the library takes it.
+    pub fn lower(self) -> SparseColMatRef<'a, u32, f64> {
+        let n = self.columns.len() - 1;
+        let pattern = SymbolicSparseColMatRef::new_checked(n, n, self.columns, None, self.rows);
+        SparseColMatRef::new(pattern, self.values)
+    }
+
     /// Whether a row can belong to a multiplier: its diagonal is zero, or negative where a solver of others smooths it.
     pub fn is_multiplier(&self, row: usize) -> bool {
         self.values[self.columns[row] as usize] <= 0.0
