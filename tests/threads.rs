@@ -16,13 +16,14 @@ const QUICK: [&str; 4] = ["simple_shear", "kernels", "locking", "bushing_assembl
 const TIMED_COLUMNS: [&str; 6] = ["seconds", "discretize_s", "analyze_s", "factorize_s", "solve_s", "assemble_s"];
 /// Rows of a summary that hold seconds or ratios of them, by (example, end of the row's name); `killed_midway`
 /// counts kills that came before the end.
-const TIMED_ROWS: [(&str, &str); 7] = [
+const TIMED_ROWS: [(&str, &str); 8] = [
     ("work_precision", "_seconds"),
     ("work_precision", "_ratio"),
     ("economy", "_over_radial"),
     ("sizing", "overhead_cook"),
     ("sizing", "overhead_disk"),
     ("sizing", "reduction_tube"),
+    ("sizing", "local_seconds_0.5"),
     ("resume", "killed_midway"),
 ];
 /// Charts with an axis that is time.

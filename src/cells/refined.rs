@@ -119,6 +119,11 @@ impl Refined {
         self.macros.len()
     }
 
+    /// Whether each macro cell may be cut once more.
+    pub(crate) fn refinable(&self) -> impl Iterator<Item = bool> {
+        self.macros.iter().map(|m| m.2 < DEEPEST)
+    }
+
     /// Halvings of the finest macro cell.
     pub fn deepest(&self) -> u32 {
         self.macros.iter().map(|m| m.2).max().unwrap_or(0)

@@ -9,10 +9,6 @@ use crate::solve::Ending;
 use super::answer::{Answer, Budget, Level, Tolerance, Verdict};
 use super::quantity::Quantity;
 
-/// Assumed order of convergence: corners of rubber parts allow no more.
-pub(super) const ORDER: f64 = 1.0;
-/// An estimate falls at most with this power of the spacing: a difference that is small by accident does not count.
-const STEEPEST: f64 = 1.5;
 /// Fewer models say nothing of their error.
 const LEAST: usize = 3;
 
@@ -54,12 +50,22 @@ pub(super) fn follow<const D: usize>(
     }
 }
 
-/// Joins a model to those before it, its error estimated against one of them: its place and the ratio of spacings.
-pub(super) fn join<const D: usize>(next: &mut Answer<D>, before: Vec<Level>, compared: Option<(usize, f64)>) {
-    if let (Some(level), Some((last, factor))) = (next.levels.first_mut(), compared) {
-        let last = &before[last];
+/// The model that a finer one is compared with.
+pub(super) struct Against {
+    /// Its place among those before.
+    pub place: usize,
+    /// Its error over that of the finer model, as assumed: $f^p$ for the ratio of spacings $f$ and the order $p$.
+    pub ratio: f64,
+    /// The least part of its estimate that is left: a difference that is small by accident does not count.
+    pub left: f64,
+}
+
+/// Joins a model to those before it, its error estimated against one of them.
+pub(super) fn join<const D: usize>(next: &mut Answer<D>, before: Vec<Level>, against: Option<Against>) {
+    if let (Some(level), Some(against)) = (next.levels.first_mut(), against) {
+        let last = &before[against.place];
         let first = before.first().zip(before.get(1)).unwrap_or((last, &*level));
-        let found = estimate(first, last, level, factor);
+        let found = estimate(first, last, level, &against);
         level.estimate = Some(found);
         next.bound = found;
     }
@@ -147,7 +153,7 @@ pub(super) fn solve<const D: usize>(
 }
 
 /// The estimate of the last of two models, `first` being the first two of all.
-fn estimate(first: (&Level, &Level), before: &Level, now: &Level, factor: f64) -> f64 {
+fn estimate(first: (&Level, &Level), before: &Level, now: &Level, against: &Against) -> f64 {
     let change = |a: &Level, b: &Level, k: usize| {
         let (a, b) = (a.values[k], b.values[k]);
         if a == b { 0.0 } else { ((b - a) / b).abs() }
@@ -158,7 +164,7 @@ fn estimate(first: (&Level, &Level), before: &Level, now: &Level, factor: f64) -
     let sensitivity = (worst(first.0, first.1) / change(first.0, first.1, asked)).min(1.0);
     let guard = sensitivity * change(before, now, asked);
     let difference = worst(before, now).max(if guard.is_nan() { 0.0 } else { guard });
-    let extrapolated = difference / (factor.powf(ORDER) - 1.0);
-    let believed = before.estimate.map_or(0.0, |e| e * factor.powf(-STEEPEST));
+    let extrapolated = difference / (against.ratio - 1.0);
+    let believed = before.estimate.map_or(0.0, |e| e * against.left);
     extrapolated.max(believed)
 }

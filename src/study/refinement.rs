@@ -10,7 +10,7 @@ use crate::scene::{Problem, Scene, Scheme};
 use crate::solve::State;
 
 use super::answer::{Answer, Budget, Level, Tolerance};
-use super::nested::{Course, check, follow, join, judge, solve};
+use super::nested::{Against, Course, check, follow, join, judge, solve};
 use super::sizing::{FIRST_ACROSS, THIN};
 
 /// Share of the summed squared indicators that the refined macro cells carry (Dörfler's bulk criterion).
@@ -18,6 +18,11 @@ const BULK: f64 = 0.5;
 /// Models are compared with the last one of at most this part of their unknowns: neighbours in the sequence differ
 /// too little to tell their error.
 const COARSER: f64 = 0.6;
+/// Assumed order of convergence in $N^{-1/2}$: between the first that bare corners allow and the second of linear functions
+/// that refined ones come near.
+const ORDER: f64 = 1.25;
+/// An estimate falls at most with this power of $N^{-1/2}$: the order of linear functions where nothing is in their way.
+const STEEPEST: f64 = 2.0;
 
 impl Scene<2> {
     /// Solves the scene within a tolerance on macro cells that are refined one by one where the gradient asks for
@@ -25,9 +30,14 @@ impl Scene<2> {
     ///
     /// The marker is the distance of the gradients from their own average over neighbouring sub-cells,
     /// $\eta_z^2 = \int_z |\nabla u - \overline{\nabla u}|^2\,\mathrm d\Omega$; the macro cells $z$ with the largest
-    /// ones that sum to half of all are cut into four, neighbours so that they differ by one halving at most. The
-    /// estimate is that of [`solve_within_by`](Scene::solve_within_by) against the last model of at most six tenths of
-    /// the unknowns $N$, with $f = \sqrt{N_k/N_l}$ for the ratio of spacings.
+    /// ones that sum to half of all are cut into four, neighbours so that they differ by one halving at most, none to
+    /// less than 1/16 of the coarsest. The estimate is that of [`solve_within_by`](Scene::solve_within_by) against the
+    /// last model $l$ of at most six tenths of the unknowns $N$, with orders between those of bare corners and of smooth
+    /// solutions,
+    /// $$e_k = \max\Big(\frac{\delta_k}{f^{5/4} - 1},\ e_l\,\max(f^{-2}, s_k)\Big),\qquad f = \sqrt{N_k/N_l},$$
+    /// $s_k = \sum_{z\ \mathrm{stuck}}\eta_{z,k}^2 / \sum_z \eta_{z,l}^2$ the part of the indicators in macro cells that
+    /// can't be cut any more: a corner that has reached the smallest spacing keeps its error, and the estimate says so.
+    /// Tolerances below a few tenths of a per cent take more models than the default [`Budget`] allows.
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -62,6 +72,7 @@ impl Scene<2> {
         let even = |length: f64| 2 * ((FIRST_ACROSS * (length / shortest).floor()) / 2.0).ceil() as usize;
         let mut cells = Refined::new(domain, lengths.map(even))?;
         let mut answer: Option<Answer<2>> = None;
+        let mut totals: Vec<f64> = Vec::new();
         loop {
             let scene = self.with_cells(Arc::new(cells.clone()));
             let counts = [cells.positions().len()];
@@ -70,11 +81,18 @@ impl Scene<2> {
                 Course::Onward(next, before) => (next, before),
                 Course::Ended(best) => return Ok(best),
             };
-            let last = compared(&before, next.levels[0].unknowns);
-            join(&mut next, before, last);
-            let course = judge(next, tolerance, budget, |next| {
-                let marked = marked(&indicators(&next.problem, next.path.last(), &cells));
-                let finer = cells.refined(&marked).map_err(|error| format!("the cells can't be refined: {error}"))?;
+            let mut indicators = indicators(&next.problem, next.path.last(), &cells);
+            totals.push(indicators.iter().sum());
+            // What can't be refined must not fill the bulk.
+            let mut stuck = 0.0;
+            for (indicator, _) in indicators.iter_mut().zip(cells.refinable()).filter(|(_, refinable)| !refinable) {
+                stuck += std::mem::take(indicator);
+            }
+            let against = compared(&before, next.levels[0].unknowns, &totals, stuck);
+            join(&mut next, before, against);
+            let course = judge(next, tolerance, budget, |_| {
+                let finer = cells.refined(&marked(&indicators));
+                let finer = finer.map_err(|error| format!("the cells can't be refined: {error}"))?;
                 if finer.positions().len() == cells.positions().len() {
                     return Err("the smallest spacing is reached: 1/16 of the coarsest".to_string());
                 }
@@ -91,11 +109,14 @@ impl Scene<2> {
     }
 }
 
-/// The last model that is coarse enough to compare with, else the first, and the ratio of spacings.
-fn compared(before: &[Level], unknowns: usize) -> Option<(usize, f64)> {
+/// The last model that is coarse enough to compare with, else the first. Of its estimate as much is left at least as
+/// its indicators have in macro cells that can't be refined.
+fn compared(before: &[Level], unknowns: usize, totals: &[f64], stuck: f64) -> Option<Against> {
     let most = COARSER * unknowns as f64;
     let place = before.iter().rposition(|other| other.unknowns as f64 <= most).unwrap_or(0);
-    before.get(place).map(|other| (place, (unknowns as f64 / other.unknowns as f64).sqrt()))
+    let factor = (unknowns as f64 / before.get(place)?.unknowns as f64).sqrt();
+    let left = factor.powf(-STEEPEST).max(stuck / totals[place]).min(1.0);
+    Some(Against { place, ratio: factor.powf(ORDER), left })
 }
 
 /// $\eta_z^2$ of each macro cell.

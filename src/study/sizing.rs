@@ -4,8 +4,12 @@ use crate::error::{Error, GeometryError};
 use crate::scene::{Scene, Scheme};
 
 use super::answer::{Answer, Budget, Tolerance};
-use super::nested::{Course, ORDER, check, follow, join, judge, solve};
+use super::nested::{Against, Course, check, follow, join, judge, solve};
 
+/// Assumed order of convergence: corners of rubber parts allow no more.
+const ORDER: f64 = 1.0;
+/// An estimate falls at most with this power of the spacing.
+const STEEPEST: f64 = 1.75;
 /// Cells across the shortest side of the first model of a compact body.
 pub(super) const FIRST_ACROSS: f64 = 3.0;
 /// Spacings across the first model of a drawn shape, as if it were a square.
@@ -59,12 +63,12 @@ impl<const D: usize> Scene<D> {
     ///
     /// Nested iteration: the coarsest model is solved, each finer one corrected from it. With
     /// $\delta_k = \max_q|q_k/q_{k-1} - 1|$ and $f$ the ratio of the spacings the estimate is
-    /// $$e_k = \max\Big(\frac{\delta_k}{f - 1},\ e_{k-1}\,f^{-3/2}\Big),$$
-    /// first order assumed, because corners allow no more, and no faster fall believed. The energy is always
-    /// looked at: where it was not asked for, its change counts in proportion to what the quantities changed
-    /// beside it between the first two models, so that a quantity that crosses its limit by accident passes
-    /// for nothing. At least three models are solved; the next one aims at eight tenths of the tolerance and
-    /// has at most half the spacing.
+    /// $$e_k = \max\Big(\frac{\delta_k}{f - 1},\ e_{k-1}\,f^{-7/4}\Big),$$
+    /// first order assumed, because corners allow no more, and no fall believed that is nearly as fast as the second
+    /// order of linear functions. The energy is always looked at: where it was not asked for, its change counts in
+    /// proportion to what the quantities changed beside it between the first two models, so that a quantity that
+    /// crosses its limit by accident passes for nothing. At least three models are solved; the next one aims at eight
+    /// tenths of the tolerance and has at most half the spacing.
     ///
     /// # Errors
     /// For a tolerance that is not between 0 and 1 or asks for nothing, and where a model can't be built or
@@ -87,7 +91,10 @@ impl<const D: usize> Scene<D> {
                 Course::Ended(best) => return Ok(best),
             };
             let last = before.len().checked_sub(1);
-            let last = last.map(|last| (last, sides.spacing(&before[last].counts) / sides.spacing(&counts)));
+            let last = last.map(|place| {
+                let factor: f64 = sides.spacing(&before[place].counts) / sides.spacing(&counts);
+                Against { place, ratio: factor.powf(ORDER), left: factor.powf(-STEEPEST) }
+            });
             join(&mut next, before, last);
             let course = judge(next, tolerance, budget, |next| {
                 let factor = match next.levels.len() {

@@ -5,16 +5,15 @@
 //! 1 to 8, which `--develop` runs), compares with the references, and writes `summary.csv`, `runs.csv` and
 //! `sizing.svg`.
 
+mod local;
+#[path = "../support/mod.rs"]
 mod support;
 
-use std::collections::BTreeSet;
 use std::error::Error;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use rkpm::cells::{Cells, Refined};
-use rkpm::geometry::Domain;
 use rkpm::output::chart::{Marker, Series, Stroke};
 use rkpm::output::{Cell, Chart, Summary, Table};
 use rkpm::prelude::*;
@@ -50,7 +49,7 @@ struct Case<const D: usize> {
 fn tube() -> Result<Case<1>, rkpm::Error> {
     let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?; // MPa
     let scene = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, rubber).pressure(Side::Min, 0.46); // cm, MPa
-    let reference = support::csv_columns(include_str!("../tests/reference/tube_inflation.csv"));
+    let reference = support::csv_columns(include_str!("../../tests/reference/tube_inflation.csv"));
     let column = |name: &str| &reference.iter().find(|(n, _)| n == name).expect("the column is in the file").1;
     let row = column("p_MPa").iter().position(|p| (p - 0.46).abs() < 1e-12).expect("0.46 MPa is in the file");
     let exact = vec![column("ui_k1e5")[row], column("U_k1e5")[row] * 2.0 * std::f64::consts::PI];
@@ -62,7 +61,7 @@ fn cook() -> Result<Case<2>, rkpm::Error> {
     let scene = Scene::new(Quadrilateral { corners: COOK }, PlaneStrain, Rubber::neo_hookean(40.097, 4e5)?)
         .hold((0, Side::Min))
         .traction((0, Side::Max), [0.0, 6.25]);
-    let reference = include_str!("../tests/reference/cook_membrane.csv");
+    let reference = include_str!("../../tests/reference/cook_membrane.csv");
     let exact = ["uy_48_60", "U_stored"].map(|name| support::csv_value(reference, name)).to_vec();
     let asked = vec![Quantity::displacement([48.0, 60.0], 1), Quantity::energy()];
     Ok(Case { name: "cook", scene, asked, exact, cloud: jittered })
@@ -225,72 +224,6 @@ fn reduction(exact: f64, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Particles needed for an error with local refinement over those evenly spaced, each credited with the worst error
-/// of all finer models too.
-fn local(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
-    let error = |values: &[f64]| values.iter().zip(&case.exact).map(|(v, e)| (v / e - 1.0).abs()).fold(0.0, f64::max);
-    let mut even = Vec::new();
-    for n in [5usize, 6, 7, 8, 9, 11, 13, 15, 17, 19, 21, 25, 29, 33, 41, 49, 57] {
-        let problem = case.scene.discretize(&Scheme::default().particles([n]))?;
-        let path = problem.run(&mut ())?.completed()?;
-        let values = case.asked.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
-        even.push((n * n, error(&values)));
-    }
-    // A tolerance beyond reach shows the whole sequence.
-    let asked = Tolerance { error: 1e-6, quantities: case.asked.clone() };
-    let answer = case.scene.solve_within_locally(&Scheme::default(), &asked, Budget::default())?;
-    let fine: Vec<_> = answer.levels.iter().map(|l| (l.unknowns / 2, error(&l.values[..case.exact.len()]))).collect();
-    let needed = |series: &[(usize, f64)], tolerance: f64| {
-        let first = series.iter().rposition(|(_, e)| *e > tolerance).map_or(0, |last| last + 1);
-        series.get(first).map(|(particles, _)| *particles)
-    };
-    for tolerance in [0.5, 0.2, 0.1] {
-        if let (Some(l), Some(e)) = (needed(&fine, 1e-2 * tolerance), needed(&even, 1e-2 * tolerance)) {
-            println!("{tolerance} %: {l} particles locally refined, {e} evenly spaced");
-            summary.note(format!("cook_local_{tolerance}"), l as f64 / e as f64)?;
-            if tolerance == 0.5 {
-                let (models, best) = best_of_all(case, e / 2, error)?;
-                println!(
-                    "{models} ways to refine macro cells to at most {} particles, the best of them to {:.2} %",
-                    e / 2,
-                    100.0 * best
-                );
-                summary.note("cook_local_0.5_ways", models as f64)?;
-                summary.note("cook_local_0.5_best_error", best)?;
-            }
-        }
-    }
-    Ok(())
-}
-
-/// The least error of all models of at most `most` particles that refine macro cells of any first lattice, and their
-/// number: what no marker can do better.
-fn best_of_all(case: &Case<2>, most: usize, error: impl Fn(&[f64]) -> f64) -> Result<(usize, f64), Box<dyn Error>> {
-    let domain: Arc<dyn Domain<2>> = Arc::new(Quadrilateral { corners: COOK });
-    let mut models: Vec<Refined> = Vec::new();
-    for columns in (2..most).step_by(2) {
-        for rows in (2..most).step_by(2).take_while(|rows| (columns + 1) * (rows + 1) <= most) {
-            models.push(Refined::new(domain.clone(), [columns, rows])?);
-        }
-    }
-    let (mut seen, mut best) = (BTreeSet::new(), f64::INFINITY);
-    while let Some(cells) = models.pop() {
-        let places: Vec<[u64; 2]> = cells.positions().iter().map(|x| [x[0].to_bits(), x[1].to_bits()]).collect();
-        if !seen.insert(places) {
-            continue;
-        }
-        for zone in 0..cells.macro_count() {
-            models.extend(Some(cells.refined(&[zone])?).filter(|finer| finer.positions().len() <= most));
-        }
-        let problem = case.scene.with_cells(Arc::new(cells)).discretize(&Scheme::default())?;
-        // A model that does not carry the whole load reaches nothing.
-        let Ok(path) = problem.run(&mut ())?.completed() else { continue };
-        let values = case.asked.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
-        best = best.min(error(&values));
-    }
-    Ok((seen.len(), best))
-}
-
 fn main() -> Result<(), Box<dyn Error>> {
     let mut develop = false;
     let mut out: PathBuf = ["target", "rkpm", "sizing"].iter().collect();
@@ -348,7 +281,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     summary.note("overhead_cook", overhead(&cook)?)?;
     summary.note("overhead_disk", overhead(&disk)?)?;
     reduction(tube.exact[0], &mut summary)?;
-    local(&cook, &mut summary)?;
+    local::compare(&cook, &mut summary)?;
+    local::drawn(&mut summary)?;
     summary.write(out.join("summary.csv"))?;
     for entry in summary.quantities() {
         println!("{:<24} {:.4}", entry.name, entry.value);

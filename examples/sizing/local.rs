@@ -1,0 +1,191 @@
+//! Local refinement: particles needed, as a user needs them and as one who knows the error would.
+
+use std::collections::BTreeSet;
+use std::error::Error;
+use std::sync::Arc;
+
+use rkpm::cells::{Cells, Refined};
+use rkpm::geometry::Domain;
+use rkpm::output::Summary;
+use rkpm::prelude::*;
+use rkpm::study::{Answer, Budget, Quantity, Tolerance};
+
+use crate::{COOK, Case, Uniform};
+
+/// Size and quality of an answer in words.
+fn told(answer: &Answer<2>, error: impl Fn(&[f64]) -> f64) -> String {
+    format!(
+        "{} with {} particles, bound {:.2} %, true {:.2} %, {:.0} ms",
+        if answer.reached() { "reached" } else { "not reached" },
+        answer.problem.model.unknowns() / 2,
+        100.0 * answer.bound,
+        100.0 * error(answer.values()),
+        1e3 * answer.seconds()
+    )
+}
+
+/// Particles needed for an error with local refinement over those evenly spaced: as a user needs them, in the answers for
+/// that tolerance, and as one who knows the error would, each series credited with the worst error of all finer models.
+pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
+    let error = |values: &[f64]| values.iter().zip(&case.exact).map(|(v, e)| (v / e - 1.0).abs()).fold(0.0, f64::max);
+    let mut even = Vec::new();
+    for n in [5usize, 6, 7, 8, 9, 11, 13, 15, 17, 19, 21, 25, 29, 33, 41, 49, 57] {
+        let problem = case.scene.discretize(&Scheme::default().particles([n]))?;
+        let path = problem.run(&mut ())?.completed()?;
+        let values = case.asked.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
+        even.push((n * n, error(&values)));
+    }
+    // A tolerance beyond reach shows the whole sequence.
+    let asked = Tolerance { error: 1e-6, quantities: case.asked.clone() };
+    let answer = case.scene.solve_within_locally(&Scheme::default(), &asked, Budget::default())?;
+    let fine: Vec<_> = answer.levels.iter().map(|l| (l.unknowns / 2, error(&l.values[..case.exact.len()]))).collect();
+    for percent in [0.5, 0.3, 0.2] {
+        let asked = Tolerance { error: 1e-2 * percent, quantities: case.asked.clone() };
+        let evenly = case.scene.solve_within(&asked, Budget::default())?;
+        let locally = case.scene.solve_within_locally(&Scheme::default(), &asked, Budget::default())?;
+        println!("answers for {percent} %: evenly {}, locally {}", told(&evenly, error), told(&locally, error));
+        if evenly.reached() && locally.reached() {
+            let ratio = locally.problem.model.unknowns() as f64 / evenly.problem.model.unknowns() as f64;
+            summary.note(format!("cook_local_answer_{percent}"), ratio)?;
+            summary.note(format!("cook_local_answer_{percent}_error"), error(locally.values()))?;
+        }
+    }
+    let needed = |series: &[(usize, f64)], tolerance: f64| {
+        let first = series.iter().rposition(|(_, e)| *e > tolerance).map_or(0, |last| last + 1);
+        series.get(first).map(|(particles, _)| *particles)
+    };
+    for tolerance in [0.5, 0.2, 0.1] {
+        if let (Some(l), Some(e)) = (needed(&fine, 1e-2 * tolerance), needed(&even, 1e-2 * tolerance)) {
+            println!("{tolerance} %: {l} particles locally refined, {e} evenly spaced");
+            summary.note(format!("cook_local_{tolerance}"), l as f64 / e as f64)?;
+            if tolerance == 0.5 {
+                let (models, best) = best_of_all(case, e / 2, error)?;
+                println!(
+                    "{models} ways to refine macro cells to at most {} particles, the best of them to {:.2} %",
+                    e / 2,
+                    100.0 * best
+                );
+                summary.note("cook_local_0.5_ways", models as f64)?;
+                summary.note("cook_local_0.5_best_error", best)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The least error of all models of at most `most` particles that refine macro cells of any first lattice, and their
+/// number: what no marker can do better.
+fn best_of_all(case: &Case<2>, most: usize, error: impl Fn(&[f64]) -> f64) -> Result<(usize, f64), Box<dyn Error>> {
+    let domain: Arc<dyn Domain<2>> = Arc::new(Quadrilateral { corners: COOK });
+    let mut models: Vec<Refined> = Vec::new();
+    for columns in (2..most).step_by(2) {
+        for rows in (2..most).step_by(2).take_while(|rows| (columns + 1) * (rows + 1) <= most) {
+            models.push(Refined::new(domain.clone(), [columns, rows])?);
+        }
+    }
+    let (mut seen, mut best) = (BTreeSet::new(), f64::INFINITY);
+    while let Some(cells) = models.pop() {
+        let places: Vec<[u64; 2]> = cells.positions().iter().map(|x| [x[0].to_bits(), x[1].to_bits()]).collect();
+        if !seen.insert(places) {
+            continue;
+        }
+        for zone in 0..cells.macro_count() {
+            models.extend(Some(cells.refined(&[zone])?).filter(|finer| finer.positions().len() <= most));
+        }
+        let problem = case.scene.with_cells(Arc::new(cells)).discretize(&Scheme::default())?;
+        // A model that does not carry the whole load reaches nothing.
+        let Ok(path) = problem.run(&mut ())?.completed() else { continue };
+        let values = case.asked.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
+        best = best.min(error(&values));
+    }
+    Ok((seen.len(), best))
+}
+
+/// Tolerances for the drawn scenes.
+const DRAWN: [f64; 3] = [0.02, 0.01, 0.005];
+
+/// Twelve membranes of other shapes and loads and four bonded blocks, none of which the rule was made with: are promises
+/// kept, and how many particles do answers take that are refined locally, over evenly spaced ones?
+pub fn drawn(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
+    let (mut runs, mut accepted, mut kept, mut held) = (0, 0, 0, 0);
+    let (mut particles, mut seconds) = (Vec::new(), Vec::new());
+    for (name, domain, scene, asked) in scenes()? {
+        let exact = reference(&scene, domain, &asked)?;
+        let error = |answer: &Answer<2>| {
+            answer.values().iter().zip(&exact).map(|(v, e)| (v / e - 1.0).abs()).fold(0.0, f64::max)
+        };
+        for tolerance in DRAWN {
+            let within = Tolerance { error: tolerance, quantities: asked.clone() };
+            let locally = scene.solve_within_locally(&Scheme::default(), &within, Budget::default())?;
+            runs += 1;
+            if !locally.reached() {
+                continue;
+            }
+            accepted += 1;
+            kept += usize::from(error(&locally) < tolerance);
+            held += usize::from(error(&locally) <= locally.bound);
+            if tolerance == DRAWN[2] {
+                let evenly = scene.solve_within(&within, Budget::default())?;
+                let said = [told(&locally, |_| error(&locally)), told(&evenly, |_| error(&evenly))];
+                println!("{name}: locally {}, evenly {}", said[0], said[1]);
+                // Where the budget ended the search more particles would have been needed.
+                particles.push(locally.problem.model.unknowns() as f64 / evenly.problem.model.unknowns() as f64);
+                seconds.push(locally.seconds() / evenly.seconds());
+            }
+        }
+    }
+    let mean = |ratios: &[f64]| (ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64).exp();
+    summary.note("local_accepted", f64::from(accepted) / f64::from(runs))?;
+    summary.note("local_kept", kept as f64 / f64::from(accepted))?;
+    summary.note("local_bound_held", held as f64 / f64::from(accepted))?;
+    summary.note("local_particles_0.5", mean(&particles))?;
+    summary.note("local_particles_0.5_worst", particles.iter().copied().fold(0.0, f64::max))?;
+    summary.note("local_seconds_0.5", mean(&seconds))?;
+    Ok(())
+}
+
+/// A name, the body, the scene on it and what is asked of it.
+type Drawn = (String, Arc<dyn Domain<2>>, Scene<2>, Vec<Quantity<2>>);
+
+/// The drawn scenes.
+fn scenes() -> Result<Vec<Drawn>, rkpm::Error> {
+    let mut random = Uniform(7);
+    let mut all: Vec<Drawn> = Vec::new();
+    for load in [0.1, 0.5, 1.0].into_iter().cycle().take(12) {
+        let (width, low, height) = (35.0 + 25.0 * random.next(), 40.0 * random.next(), 14.0 + 26.0 * random.next()); // mm
+        let shape = Quadrilateral { corners: [[0.0, 0.0], [width, low], [width, low + height], [0.0, 44.0]] };
+        let scene = Scene::new(shape, PlaneStrain, Rubber::neo_hookean(40.097, 4e5)?)
+            .hold((0, Side::Min))
+            .traction((0, Side::Max), [0.0, 6.25 * load]);
+        let asked = vec![Quantity::displacement(shape.corners[2], 1), Quantity::energy()];
+        all.push((format!("membrane {width:.0} mm wide, {height:.0} mm at its end"), Arc::new(shape), scene, asked));
+    }
+    for (width, across, along) in [(2.0, -0.05, 0.0), (1.0, 0.02, 0.1), (3.0, 0.0, 0.1), (1.5, 0.2, 0.0)] {
+        let block = Block::new([0.0, 0.0], [width, 1.0]); // cm, bonded to plates below and above
+        let scene = Scene::new(block, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+            .hold((1, Side::Min))
+            .prescribe((1, Side::Max), 0, along)
+            .prescribe((1, Side::Max), 1, across);
+        let axis = usize::from(along == 0.0);
+        let asked = vec![Quantity::reaction(format!("u_{axis} on face (1, Max)"), axis), Quantity::energy()];
+        all.push((format!("block {width} wide, moved by {along}, {across}"), Arc::new(block), scene, asked));
+    }
+    Ok(all)
+}
+
+/// Values of what is asked by 32 × 32 cells, cut four times towards each corner.
+fn reference(scene: &Scene<2>, domain: Arc<dyn Domain<2>>, asked: &[Quantity<2>]) -> Result<Vec<f64>, Box<dyn Error>> {
+    let ends = [0.0, 1.0].into_iter().flat_map(|x| [0.0, 1.0].map(|y| domain.position(&Point::<2>::new(x, y))));
+    let ends: Vec<Point<2>> = ends.collect();
+    let mut cells = Refined::new(domain.clone(), [32, 32])?;
+    for _ in 0..4 {
+        let zones = cells.zones(2);
+        let at_end = |cell: &u32| cells.corners(*cell as usize).iter().any(|&c| ends.contains(&cells.positions()[c]));
+        let touches = |zone: &usize| zones.cells[zones.offsets[*zone]..zones.offsets[zone + 1]].iter().any(at_end);
+        let zones: Vec<usize> = (0..cells.macro_count()).filter(touches).collect();
+        cells = cells.refined(&zones)?;
+    }
+    let problem = scene.with_cells(Arc::new(cells)).discretize(&Scheme::default())?;
+    let path = problem.run(&mut ())?.completed()?;
+    asked.iter().map(|q| Ok(q.evaluate(&problem, path.last())?)).collect()
+}
