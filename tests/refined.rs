@@ -92,6 +92,8 @@ fn partitions_are_complete_and_balanced() {
         corner = corner.refined(&[0]).unwrap();
     }
     assert_eq!(corner.deepest(), 4);
+    // The four macro cells at the corner have reached it, no others.
+    assert_eq!(corner.refinable().filter(|refinable| !refinable).count(), 4);
     let nearest = corner.positions().iter().map(|x| x.norm()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
     assert!((nearest - 0.25 / 16.0).abs() < 1e-15);
     assert!(Refined::new(Arc::new(Block::new([0.0, 0.0], [1.0, 1.0])), [3, 4]).is_err());

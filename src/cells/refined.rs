@@ -119,8 +119,9 @@ impl Refined {
         self.macros.len()
     }
 
-    /// Whether each macro cell may be cut once more.
-    pub(crate) fn refinable(&self) -> impl Iterator<Item = bool> {
+    /// Whether each macro cell may be cut once more, in the order of [`zones`](Cells::zones) of size 2: a marker's bulk
+    /// should be filled with these alone.
+    pub fn refinable(&self) -> impl Iterator<Item = bool> {
         self.macros.iter().map(|m| m.2 < DEEPEST)
     }
 
