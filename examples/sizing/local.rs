@@ -10,16 +10,16 @@ use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::study::{Answer, Budget, Quantity, Tolerance};
 
-use crate::{COOK, Case, Uniform};
+use crate::{COOK, Case, Uniform, worst};
 
 /// Size and quality of an answer in words.
-fn told(answer: &Answer<2>, error: impl Fn(&[f64]) -> f64) -> String {
+fn told(answer: &Answer<2>, exact: &[f64]) -> String {
     format!(
         "{} with {} particles, bound {:.2} %, true {:.2} %, {:.0} ms",
         if answer.reached() { "reached" } else { "not reached" },
         answer.problem.model.unknowns() / 2,
         100.0 * answer.bound,
-        100.0 * error(answer.values()),
+        100.0 * worst(answer.values(), exact),
         1e3 * answer.seconds()
     )
 }
@@ -27,7 +27,7 @@ fn told(answer: &Answer<2>, error: impl Fn(&[f64]) -> f64) -> String {
 /// Particles needed for an error with local refinement over those evenly spaced: as a user needs them, in the answers for
 /// that tolerance, and as one who knows the error would, each series credited with the worst error of all finer models.
 pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
-    let error = |values: &[f64]| values.iter().zip(&case.exact).map(|(v, e)| (v / e - 1.0).abs()).fold(0.0, f64::max);
+    let error = |values: &[f64]| worst(values, &case.exact);
     let mut even = Vec::new();
     for n in [5usize, 6, 7, 8, 9, 11, 13, 15, 17, 19, 21, 25, 29, 33, 41, 49, 57] {
         let problem = case.scene.discretize(&Scheme::default().particles([n]))?;
@@ -43,7 +43,11 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
         let asked = Tolerance { error: 1e-2 * percent, quantities: case.asked.clone() };
         let evenly = case.scene.solve_within(&asked, Budget::default())?;
         let locally = case.scene.solve_within_locally(&Scheme::default(), &asked, Budget::default())?;
-        println!("answers for {percent} %: evenly {}, locally {}", told(&evenly, error), told(&locally, error));
+        println!(
+            "answers for {percent} %: evenly {}, locally {}",
+            told(&evenly, &case.exact),
+            told(&locally, &case.exact)
+        );
         if evenly.reached() && locally.reached() {
             let ratio = locally.problem.model.unknowns() as f64 / evenly.problem.model.unknowns() as f64;
             summary.note(format!("cook_local_answer_{percent}"), ratio)?;
@@ -59,7 +63,7 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
             println!("{tolerance} %: {l} particles locally refined, {e} evenly spaced");
             summary.note(format!("cook_local_{tolerance}"), l as f64 / e as f64)?;
             if tolerance == 0.5 {
-                let (models, best) = best_of_all(case, e / 2, error)?;
+                let (models, best) = best_of_all(case, e / 2)?;
                 println!(
                     "{models} ways to refine macro cells to at most {} particles, the best of them to {:.2} %",
                     e / 2,
@@ -73,9 +77,9 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
     Ok(())
 }
 
-/// The least error of all models of at most `most` particles that refine macro cells of any first lattice, and their
-/// number: what no marker can do better.
-fn best_of_all(case: &Case<2>, most: usize, error: impl Fn(&[f64]) -> f64) -> Result<(usize, f64), Box<dyn Error>> {
+/// The least error of all models of at most `most` particles that refine macro cells of any first lattice with even
+/// numbers of cells, and their number: what no marker of these can do better.
+fn best_of_all(case: &Case<2>, most: usize) -> Result<(usize, f64), Box<dyn Error>> {
     let domain: Arc<dyn Domain<2>> = Arc::new(Quadrilateral { corners: COOK });
     let mut models: Vec<Refined> = Vec::new();
     for columns in (2..most).step_by(2) {
@@ -96,7 +100,7 @@ fn best_of_all(case: &Case<2>, most: usize, error: impl Fn(&[f64]) -> f64) -> Re
         // A model that does not carry the whole load reaches nothing.
         let Ok(path) = problem.run(&mut ())?.completed() else { continue };
         let values = case.asked.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
-        best = best.min(error(&values));
+        best = best.min(worst(&values, &case.exact));
     }
     Ok((seen.len(), best))
 }
@@ -111,9 +115,6 @@ pub fn drawn(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
     let (mut particles, mut seconds) = (Vec::new(), Vec::new());
     for (name, domain, scene, asked) in scenes()? {
         let exact = reference(&scene, domain, &asked)?;
-        let error = |answer: &Answer<2>| {
-            answer.values().iter().zip(&exact).map(|(v, e)| (v / e - 1.0).abs()).fold(0.0, f64::max)
-        };
         for tolerance in DRAWN {
             let within = Tolerance { error: tolerance, quantities: asked.clone() };
             let locally = scene.solve_within_locally(&Scheme::default(), &within, Budget::default())?;
@@ -122,12 +123,12 @@ pub fn drawn(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
                 continue;
             }
             accepted += 1;
-            kept += usize::from(error(&locally) < tolerance);
-            held += usize::from(error(&locally) <= locally.bound);
+            let error = worst(locally.values(), &exact);
+            kept += i32::from(error < tolerance);
+            held += i32::from(error <= locally.bound);
             if tolerance == DRAWN[2] {
                 let evenly = scene.solve_within(&within, Budget::default())?;
-                let said = [told(&locally, |_| error(&locally)), told(&evenly, |_| error(&evenly))];
-                println!("{name}: locally {}, evenly {}", said[0], said[1]);
+                println!("{name}: locally {}, evenly {}", told(&locally, &exact), told(&evenly, &exact));
                 // Where the budget ended the search more particles would have been needed.
                 particles.push(locally.problem.model.unknowns() as f64 / evenly.problem.model.unknowns() as f64);
                 seconds.push(locally.seconds() / evenly.seconds());
@@ -136,8 +137,8 @@ pub fn drawn(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
     }
     let mean = |ratios: &[f64]| (ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64).exp();
     summary.note("local_accepted", f64::from(accepted) / f64::from(runs))?;
-    summary.note("local_kept", kept as f64 / f64::from(accepted))?;
-    summary.note("local_bound_held", held as f64 / f64::from(accepted))?;
+    summary.note("local_kept", f64::from(kept) / f64::from(accepted))?;
+    summary.note("local_bound_held", f64::from(held) / f64::from(accepted))?;
     summary.note("local_particles_0.5", mean(&particles))?;
     summary.note("local_particles_0.5_worst", particles.iter().copied().fold(0.0, f64::max))?;
     summary.note("local_seconds_0.5", mean(&seconds))?;

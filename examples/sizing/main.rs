@@ -120,14 +120,13 @@ fn promises<const D: usize>(case: &Case<D>, first_seed: u64, out: &mut Vec<Promi
             if let Verdict::NotReached(why) = &answer.verdict {
                 println!("not reached: {} {seed:?} {tolerance}: {why}", case.name);
             }
-            let errors = answer.values().iter().zip(&case.exact).map(|(value, exact)| (value / exact - 1.0).abs());
             out.push(Promise {
                 problem: case.name,
                 seed,
                 tolerance,
                 reached: answer.reached(),
                 bound: answer.bound,
-                error: errors.fold(0.0, f64::max),
+                error: worst(answer.values(), &case.exact),
                 unknowns: answer.problem.model.unknowns(),
                 models: answer.levels.len(),
                 seconds: answer.seconds(),
@@ -135,6 +134,11 @@ fn promises<const D: usize>(case: &Case<D>, first_seed: u64, out: &mut Vec<Promi
         }
     }
     Ok(())
+}
+
+/// The largest relative error of some values.
+fn worst(values: &[f64], exact: &[f64]) -> f64 {
+    values.iter().zip(exact).map(|(value, exact)| (value / exact - 1.0).abs()).fold(0.0, f64::max)
 }
 
 /// The middle one of some numbers.
