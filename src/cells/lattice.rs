@@ -1,72 +1,13 @@
 //! Lattices of particles and the cells between them.
 
-use std::fmt;
-use std::sync::Arc;
-
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Block, Domain, Part, Point, Side};
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
-/// How the particles of a lattice are spaced in the unit cube.
-#[derive(Clone, Default)]
-pub enum Layout {
-    /// Evenly along each axis.
-    #[default]
-    Regular,
-    /// At $t' = f(\text{axis}, t)$ for evenly spaced $t$; $f$ maps $\[0,1\]$ onto itself and rises.
-    Graded(Arc<dyn Fn(usize, f64) -> f64 + Send + Sync>),
-    /// Inner particles moved by up to `amount` of the spacing in each direction.
-    Jittered {
-        /// Largest move as a part of the spacing, below 0.5.
-        amount: f64,
-        /// Seed of the random numbers.
-        seed: u64,
-    },
-}
-
-impl fmt::Debug for Layout {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Layout::Regular => write!(f, "Regular"),
-            Layout::Graded(_) => write!(f, "Graded(..)"),
-            Layout::Jittered { amount, seed } => write!(f, "Jittered {{ amount: {amount}, seed: {seed} }}"),
-        }
-    }
-}
-
-/// A partition of the cells into zones that share a pressure.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Zones {
-    /// Cells ordered by zone.
-    pub cells: Vec<u32>,
-    /// Zone $z$ holds `cells[offsets[z]..offsets[z + 1]]`.
-    pub offsets: Vec<usize>,
-}
-
-impl Zones {
-    /// Each of `count` cells a zone of its own.
-    pub fn single(count: usize) -> Self {
-        Zones { cells: (0..count as u32).collect(), offsets: (0..=count).collect() }
-    }
-
-    /// Refuses zones that name cells beyond `count`, or whose offsets don't rise from 0 to the number of cells.
-    ///
-    /// # Errors
-    /// [`GeometryError::Count`] in these cases.
-    pub fn validate(&self, count: usize) -> Result<(), GeometryError> {
-        if let Some(&cell) = self.cells.iter().find(|&&cell| cell as usize >= count) {
-            let needed = "zones hold cells of the partition, counted from 0";
-            return Err(GeometryError::Count { what: "cell of a zone", count: cell as usize, needed });
-        }
-        let rise = self.offsets.windows(2).all(|w| w[0] <= w[1]);
-        if !rise || self.offsets.first() != Some(&0) || self.offsets.last() != Some(&self.cells.len()) {
-            let needed = "offsets rise from 0 to the number of cells in all zones";
-            return Err(GeometryError::Count { what: "offsets of zones", count: self.offsets.len(), needed });
-        }
-        Ok(())
-    }
-}
+use super::brick::{determinant, multilinear, ravel, unravel};
+use super::zones::block_starts;
+use super::{Layout, Zones};
 
 /// A lattice of nodes, axis 0 running fastest, and the cells between neighbouring nodes.
 ///
@@ -394,27 +335,6 @@ impl<const D: usize> Lattice<D> {
         Lattice { counts, positions }
     }
 
-    /// Zones of `size` cells per direction; left-over cells join their neighbour's zone, because a
-    /// macro cell of one fails the inf-sup test.
-    pub fn zones(&self, size: usize) -> Zones {
-        let cells = self.cell_counts();
-        let starts: [Vec<usize>; D] = std::array::from_fn(|i| block_starts(cells[i], size.max(1)));
-        let zone_counts: [usize; D] = std::array::from_fn(|i| starts[i].len() - 1);
-        let total: usize = zone_counts.iter().product();
-        let mut zones = Zones { cells: Vec::with_capacity(self.cell_count()), offsets: vec![0] };
-        for zone in 0..total {
-            let index = unravel(zone, &zone_counts);
-            let low: [usize; D] = std::array::from_fn(|i| starts[i][index[i]]);
-            let widths: [usize; D] = std::array::from_fn(|i| starts[i][index[i] + 1] - low[i]);
-            for inner in 0..widths.iter().product() {
-                let offset = unravel(inner, &widths);
-                zones.cells.push(ravel(&std::array::from_fn(|i| low[i] + offset[i]), &cells) as u32);
-            }
-            zones.offsets.push(zones.cells.len());
-        }
-        zones
-    }
-
     /// Gauss–Legendre points, `n` per direction in each cell, grouped by cell.
     ///
     /// # Errors
@@ -481,58 +401,5 @@ impl<const D: usize> Lattice<D> {
                 })
             })
             .collect())
-    }
-}
-
-/// First cell of each block of `size`, and the end; the left-over cells belong to the last block.
-fn block_starts(cells: usize, size: usize) -> Vec<usize> {
-    let blocks = (cells / size).max(1);
-    let mut starts: Vec<usize> = (0..blocks).map(|b| b * size).collect();
-    starts.push(cells);
-    starts
-}
-
-/// The multi-index of a linear index, axis 0 running fastest.
-#[inline]
-pub(crate) fn unravel<const D: usize>(mut linear: usize, counts: &[usize; D]) -> [usize; D] {
-    std::array::from_fn(|i| {
-        let index = linear % counts[i];
-        linear /= counts[i];
-        index
-    })
-}
-
-/// The linear index of a multi-index, axis 0 running fastest.
-#[inline]
-pub(crate) fn ravel<const D: usize>(index: &[usize; D], counts: &[usize; D]) -> usize {
-    (0..D).rev().fold(0, |linear, i| linear * counts[i] + index[i])
-}
-
-/// Position and derivative columns $\partial X/\partial\xi_i$ of the multilinear map of $2^D$ corners.
-pub(crate) fn multilinear<const D: usize>(corners: &[Point<D>; 8], at: &Point<D>) -> (Point<D>, [Point<D>; D]) {
-    let mut position = Point::zeros();
-    let mut columns = [Point::zeros(); D];
-    for (corner, x) in corners.iter().enumerate().take(1 << D) {
-        let factor = |i: usize| if (corner >> i) & 1 == 1 { at[i] } else { 1.0 - at[i] };
-        let weight: f64 = (0..D).map(factor).product();
-        position += x * weight;
-        for (k, column) in columns.iter_mut().enumerate() {
-            let sign = if (corner >> k) & 1 == 1 { 1.0 } else { -1.0 };
-            let slope: f64 = (0..D).filter(|&i| i != k).map(factor).product();
-            *column += x * (sign * slope);
-        }
-    }
-    (position, columns)
-}
-
-/// The determinant of `D` column vectors, `D` ≤ 3.
-pub(crate) fn determinant<const D: usize>(columns: &[Point<D>; D]) -> f64 {
-    match D {
-        1 => columns[0][0],
-        2 => columns[0][0] * columns[1][1] - columns[0][1] * columns[1][0],
-        _ => {
-            let (a, b, c) = (&columns[0], &columns[1], &columns[2]);
-            a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
-        }
     }
 }

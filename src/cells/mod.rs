@@ -4,8 +4,10 @@
 //! [`Lattice`] has bricks between rows of particles; [`Triangulation`] and [`Voronoi`] serve scattered particles in
 //! drawn regions.
 
+mod brick;
 mod edges;
 mod lattice;
+mod layout;
 mod mesh;
 mod partition;
 mod polygons;
@@ -16,11 +18,13 @@ mod triangulation;
 mod voronoi;
 mod zones;
 
-pub use lattice::{Lattice, Layout, Zones};
-pub(crate) use lattice::{determinant, ravel, unravel};
+pub(crate) use brick::{determinant, ravel, unravel};
+pub use lattice::Lattice;
+pub use layout::Layout;
 pub use partition::Cells;
 pub use refined::Refined;
 pub use scatter::Scatter;
 pub use smoothing::{BoundaryCells, Smoothing};
 pub use triangulation::Triangulation;
 pub use voronoi::Voronoi;
+pub use zones::Zones;

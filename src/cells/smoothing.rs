@@ -4,7 +4,8 @@ use crate::error::GeometryError;
 use crate::geometry::{Part, Point, Side};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
-use super::lattice::{Lattice, Zones, determinant, multilinear, ravel, unravel};
+use super::brick::{determinant, multilinear, ravel, unravel};
+use super::{Lattice, Zones};
 
 /// Sub-cells over which gradients are averaged, $\langle\Psi_{,j}\rangle = \frac1V\oint\Psi\,n_j\,\mathrm dA$,
 /// with the facets between neighbours stored once.

@@ -1,9 +1,76 @@
-//! Zones of triangles that share a pressure.
+//! Zones of cells that share a pressure: any, those of lattices and those of triangles.
 
 use std::collections::VecDeque;
 
-use super::Zones;
+use crate::error::GeometryError;
+
+use super::Lattice;
+use super::brick::{ravel, unravel};
 use super::mesh::{Mesh, NONE};
+
+/// A partition of the cells into zones that share a pressure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Zones {
+    /// Cells ordered by zone.
+    pub cells: Vec<u32>,
+    /// Zone $z$ holds `cells[offsets[z]..offsets[z + 1]]`.
+    pub offsets: Vec<usize>,
+}
+
+impl Zones {
+    /// Each of `count` cells a zone of its own.
+    pub fn single(count: usize) -> Self {
+        Zones { cells: (0..count as u32).collect(), offsets: (0..=count).collect() }
+    }
+
+    /// Refuses zones that name cells beyond `count`, or whose offsets don't rise from 0 to the number of cells.
+    ///
+    /// # Errors
+    /// [`GeometryError::Count`] in these cases.
+    pub fn validate(&self, count: usize) -> Result<(), GeometryError> {
+        if let Some(&cell) = self.cells.iter().find(|&&cell| cell as usize >= count) {
+            let needed = "zones hold cells of the partition, counted from 0";
+            return Err(GeometryError::Count { what: "cell of a zone", count: cell as usize, needed });
+        }
+        let rise = self.offsets.windows(2).all(|w| w[0] <= w[1]);
+        if !rise || self.offsets.first() != Some(&0) || self.offsets.last() != Some(&self.cells.len()) {
+            let needed = "offsets rise from 0 to the number of cells in all zones";
+            return Err(GeometryError::Count { what: "offsets of zones", count: self.offsets.len(), needed });
+        }
+        Ok(())
+    }
+}
+
+impl<const D: usize> Lattice<D> {
+    /// Zones of `size` cells per direction; left-over cells join their neighbour's zone, because a
+    /// macro cell of one fails the inf-sup test.
+    pub fn zones(&self, size: usize) -> Zones {
+        let cells = self.cell_counts();
+        let starts: [Vec<usize>; D] = std::array::from_fn(|i| block_starts(cells[i], size.max(1)));
+        let zone_counts: [usize; D] = std::array::from_fn(|i| starts[i].len() - 1);
+        let total: usize = zone_counts.iter().product();
+        let mut zones = Zones { cells: Vec::with_capacity(self.cell_count()), offsets: vec![0] };
+        for zone in 0..total {
+            let index = unravel(zone, &zone_counts);
+            let low: [usize; D] = std::array::from_fn(|i| starts[i][index[i]]);
+            let widths: [usize; D] = std::array::from_fn(|i| starts[i][index[i] + 1] - low[i]);
+            for inner in 0..widths.iter().product() {
+                let offset = unravel(inner, &widths);
+                zones.cells.push(ravel(&std::array::from_fn(|i| low[i] + offset[i]), &cells) as u32);
+            }
+            zones.offsets.push(zones.cells.len());
+        }
+        zones
+    }
+}
+
+/// First cell of each block of `size`, and the end; the left-over cells belong to the last block.
+pub(super) fn block_starts(cells: usize, size: usize) -> Vec<usize> {
+    let blocks = (cells / size).max(1);
+    let mut starts: Vec<usize> = (0..blocks).map(|b| b * size).collect();
+    starts.push(cells);
+    starts
+}
 
 /// Inner particles that are at least `size` edges apart, as many as fit, in the order in which a front reaches them:
 /// what belongs to each then lies snugly beside the others.

@@ -1,0 +1,121 @@
+//! Sub-cells of cells that may have particles in the middle of their sides.
+
+use std::collections::BTreeMap;
+
+use crate::geometry::Point;
+
+use super::super::brick::{determinant, multilinear};
+use super::{Refined, Smoothing};
+
+/// A point on the chord between two particles, `k` of `parts` from the one with the smaller number: the same bits from
+/// both sides.
+pub(super) fn cut(positions: &[Point<2>], ends: (u32, u32), k: usize, parts: usize) -> Point<2> {
+    let (low, high) = (positions[ends.0.min(ends.1) as usize], positions[ends.0.max(ends.1) as usize]);
+    let k = if ends.0 < ends.1 { k } else { parts - k };
+    low * (1.0 - k as f64 / parts as f64) + high * (k as f64 / parts as f64)
+}
+
+/// Facets while sub-cells are built: each with its two ends.
+#[derive(Default)]
+pub(super) struct Facets {
+    pub(super) ends: Vec<[Point<2>; 2]>,
+    chords: BTreeMap<(u32, u32), u32>,
+}
+
+impl Facets {
+    /// The sub-facets of the chord from one particle to another, with signs; made where they are new.
+    fn chord(&mut self, positions: &[Point<2>], from: u32, to: u32, parts: usize) -> Vec<(u32, f64)> {
+        let key = (from.min(to), from.max(to));
+        let next = self.ends.len() as u32;
+        let first = *self.chords.entry(key).or_insert(next);
+        if first == next {
+            let at = |k: usize| cut(positions, key, k, parts);
+            self.ends.extend((0..parts).map(|k| [at(k), at(k + 1)]));
+        }
+        let all = first..first + parts as u32;
+        if from < to { all.map(|f| (f, 1.0)).collect() } else { all.rev().map(|f| (f, -1.0)).collect() }
+    }
+
+    fn inner(&mut self, from: Point<2>, to: Point<2>) -> u32 {
+        self.ends.push([from, to]);
+        self.ends.len() as u32 - 1
+    }
+}
+
+impl Refined {
+    /// Cuts one cell into `parts` × `parts` sub-cells.
+    pub(super) fn cut_cell(&self, number: usize, parts: usize, facets: &mut Facets, out: &mut Smoothing<2>) {
+        let cell = &self.cells[number];
+        let corners = self.eight(number);
+        // Sub-facets of each side around the cell, in `parts` runs.
+        let sides: [Vec<Vec<(u32, f64)>>; 4] = std::array::from_fn(|side| {
+            let chain = self.along(cell, side);
+            let all: Vec<(u32, f64)> =
+                chain.windows(2).flat_map(|w| facets.chord(&self.positions, w[0], w[1], parts)).collect();
+            all.chunks(chain.len() - 1).map(<[_]>::to_vec).collect()
+        });
+        let ends = |&(facet, sign): &(u32, f64)| {
+            let [from, to] = facets.ends[facet as usize];
+            if sign > 0.0 { [from, to] } else { [to, from] }
+        };
+        // Corners of the sub-cells: on the sides those of the facets, inside by the map of the cell.
+        let mut grid = vec![Point::<2>::zeros(); (parts + 1) * (parts + 1)];
+        let at = |i: usize, j: usize| j * (parts + 1) + i;
+        for j in 0..=parts {
+            for i in 0..=parts {
+                let unit = Point::<2>::new(i as f64 / parts as f64, j as f64 / parts as f64);
+                grid[at(i, j)] = multilinear(&corners, &unit).0;
+            }
+        }
+        for k in 0..parts {
+            for (side, place) in
+                [at(k, 0), at(parts, k), at(parts - k, parts), at(0, parts - k)].into_iter().enumerate()
+            {
+                grid[place] = ends(&sides[side][k][0])[0];
+            }
+        }
+        // Inner facets: upward ones at x = i, rightward ones at y = j.
+        let mut upward = vec![0; (parts + 1) * parts];
+        let mut rightward = vec![0; (parts + 1) * parts];
+        for k in 1..parts {
+            for l in 0..parts {
+                upward[k * parts + l] = facets.inner(grid[at(k, l)], grid[at(k, l + 1)]);
+                rightward[k * parts + l] = facets.inner(grid[at(l, k)], grid[at(l + 1, k)]);
+            }
+        }
+        for j in 0..parts {
+            for i in 0..parts {
+                let below = if j == 0 { sides[0][i].clone() } else { vec![(rightward[j * parts + i], 1.0)] };
+                let right = if i + 1 == parts { sides[1][j].clone() } else { vec![(upward[(i + 1) * parts + j], 1.0)] };
+                let above = if j + 1 == parts {
+                    sides[2][parts - 1 - i].clone()
+                } else {
+                    vec![(rightward[(j + 1) * parts + i], -1.0)]
+                };
+                let left = if i == 0 { sides[3][parts - 1 - j].clone() } else { vec![(upward[i * parts + j], -1.0)] };
+                let around: Vec<(u32, f64)> = [below, right, above, left].concat();
+                let outline: Vec<Point<2>> =
+                    around.iter().map(|&(facet, sign)| facets.ends[facet as usize][usize::from(sign < 0.0)]).collect();
+                let (interior, centre) = fan(&outline);
+                out.cells.push(around);
+                out.interior.push(interior);
+                out.centres.push(centre);
+            }
+        }
+    }
+}
+
+/// Interior points of a polygon exact to degree 2 — mid-edge rules of the triangles around its mean corner — and its
+/// centroid.
+fn fan(outline: &[Point<2>]) -> (Vec<(Point<2>, f64)>, Point<2>) {
+    let mean = outline.iter().sum::<Point<2>>() / outline.len() as f64;
+    let (mut points, mut total, mut centre) = (Vec::with_capacity(3 * outline.len()), 0.0, Point::<2>::zeros());
+    for (k, &a) in outline.iter().enumerate() {
+        let b = outline[(k + 1) % outline.len()];
+        let area = 0.5 * determinant(&[a - mean, b - mean]);
+        total += area;
+        centre += (a + b + mean) * (area / 3.0);
+        points.extend([(a + b) * 0.5, (b + mean) * 0.5, (mean + a) * 0.5].map(|x| (x, area / 3.0)));
+    }
+    (points, centre / total)
+}
