@@ -106,10 +106,10 @@ fn best_of_all(case: &Case<2>, most: usize) -> Result<(usize, f64), Box<dyn Erro
 }
 
 /// Tolerances for the drawn scenes.
-const DRAWN: [f64; 3] = [0.02, 0.01, 0.005];
+const DRAWN: [f64; 4] = [0.02, 0.01, 0.005, 0.003];
 
-/// Twelve membranes of other shapes and loads and four bonded blocks, none of which the rule was made with: are promises
-/// kept, and how many particles do answers take that are refined locally, over evenly spaced ones?
+/// Twelve membranes of other shapes and loads and twelve bonded blocks, none of which the rule was made with: are
+/// promises kept, and how many particles do answers take that are refined locally, over evenly spaced ones?
 pub fn drawn(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
     let (mut runs, mut accepted, mut kept, mut held) = (0, 0, 0, 0);
     let (mut particles, mut seconds) = (Vec::new(), Vec::new());
@@ -126,6 +126,9 @@ pub fn drawn(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
             let error = worst(locally.values(), &exact);
             kept += i32::from(error < tolerance);
             held += i32::from(error <= locally.bound);
+            if error >= tolerance {
+                println!("missed: {name}, {}", told(&locally, &exact));
+            }
             if tolerance == DRAWN[2] {
                 let evenly = scene.solve_within(&within, Budget::default())?;
                 println!("{name}: locally {}, evenly {}", told(&locally, &exact), told(&evenly, &exact));
@@ -150,7 +153,7 @@ type Drawn = (String, Arc<dyn Domain<2>>, Scene<2>, Vec<Quantity<2>>);
 
 /// The drawn scenes.
 fn scenes() -> Result<Vec<Drawn>, rkpm::Error> {
-    let mut random = Uniform(7);
+    let mut random = Uniform(1997);
     let mut all: Vec<Drawn> = Vec::new();
     for load in [0.1, 0.5, 1.0].into_iter().cycle().take(12) {
         let (width, low, height) = (35.0 + 25.0 * random.next(), 40.0 * random.next(), 14.0 + 26.0 * random.next()); // mm
@@ -161,7 +164,9 @@ fn scenes() -> Result<Vec<Drawn>, rkpm::Error> {
         let asked = vec![Quantity::displacement(shape.corners[2], 1), Quantity::energy()];
         all.push((format!("membrane {width:.0} mm wide, {height:.0} mm at its end"), Arc::new(shape), scene, asked));
     }
-    for (width, across, along) in [(2.0, -0.05, 0.0), (1.0, 0.02, 0.1), (3.0, 0.0, 0.1), (1.5, 0.2, 0.0)] {
+    // Pulled, sheared, or both. Pressed ones have no limit: where they are bonded their free surface folds onto the plate.
+    for slide in [0.0, 0.5, 1.0].into_iter().cycle().take(12) {
+        let (width, across, along) = (1.0 + 3.0 * random.next(), 0.3 * random.next(), slide * 0.5 * random.next());
         let block = Block::new([0.0, 0.0], [width, 1.0]); // cm, bonded to plates below and above
         let scene = Scene::new(block, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
             .hold((1, Side::Min))
@@ -169,16 +174,16 @@ fn scenes() -> Result<Vec<Drawn>, rkpm::Error> {
             .prescribe((1, Side::Max), 1, across);
         let axis = usize::from(along == 0.0);
         let asked = vec![Quantity::reaction(format!("u_{axis} on face (1, Max)"), axis), Quantity::energy()];
-        all.push((format!("block {width} wide, moved by {along}, {across}"), Arc::new(block), scene, asked));
+        all.push((format!("block {width:.1} wide, moved by {along:.2}, {across:.2}"), Arc::new(block), scene, asked));
     }
     Ok(all)
 }
 
-/// Values of what is asked by 32 × 32 cells, cut four times towards each corner.
+/// Values of what is asked by 48 × 48 cells, cut four times towards each corner.
 fn reference(scene: &Scene<2>, domain: Arc<dyn Domain<2>>, asked: &[Quantity<2>]) -> Result<Vec<f64>, Box<dyn Error>> {
     let ends = [0.0, 1.0].into_iter().flat_map(|x| [0.0, 1.0].map(|y| domain.position(&Point::<2>::new(x, y))));
     let ends: Vec<Point<2>> = ends.collect();
-    let mut cells = Refined::new(domain.clone(), [32, 32])?;
+    let mut cells = Refined::new(domain.clone(), [48, 48])?;
     for _ in 0..4 {
         let zones = cells.zones(2);
         let at_end = |cell: &u32| cells.corners(*cell as usize).iter().any(|&c| ends.contains(&cells.positions()[c]));

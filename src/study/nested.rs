@@ -58,6 +58,8 @@ pub(super) struct Against {
     pub ratio: f64,
     /// The least part of its estimate that is left: a difference that is small by accident does not count.
     pub left: f64,
+    /// What the finer model shows by itself, 0 where nothing is known: errors that both models share make no difference.
+    pub least: f64,
 }
 
 /// Joins a model to those before it, its error estimated against one of them.
@@ -166,5 +168,5 @@ fn estimate(first: (&Level, &Level), before: &Level, now: &Level, against: &Agai
     let difference = worst(before, now).max(if guard.is_nan() { 0.0 } else { guard });
     let extrapolated = difference / (against.ratio - 1.0);
     let believed = before.estimate.map_or(0.0, |e| e * against.left);
-    extrapolated.max(believed)
+    extrapolated.max(believed).max(against.least)
 }
