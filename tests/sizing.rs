@@ -127,3 +127,25 @@ fn drawn_shapes_are_sized_too() {
     let path = fine.run(&mut ()).unwrap().completed().unwrap();
     assert!((answer.values()[0] / fine.energy(path.last()) - 1.0).abs() < answer.bound);
 }
+
+/// A thin disk bonded to plates: one cell through it has nothing free, and what flows out between the plates varies across.
+#[test]
+fn thin_bonded_bodies_get_cells_across() {
+    let force = || Quantity::reaction("u_1 on face (1, Max)", 1);
+    let mount = Scene::new(Block::new([0.0, 0.0], [20.0, 2.0]), Axisymmetric, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .prescribe((0, Side::Min), 0, 0.0)
+        .hold((1, Side::Min))
+        .prescribe((1, Side::Max), 0, 0.0)
+        .prescribe((1, Side::Max), 1, -0.04);
+    let answer = mount.solve_within(&Tolerance::of(force(), 0.02), Budget::default()).unwrap();
+    assert!(answer.reached() && answer.levels[0].counts == [7, 3], "{:?}", answer.levels);
+    let fine = mount.discretize(&Scheme::default().particles([81, 17])).unwrap();
+    let path = fine.run(&mut ()).unwrap().completed().unwrap();
+    let exact = force().evaluate(&fine, path.last()).unwrap();
+    let error = (answer.values()[0] / exact - 1.0).abs();
+    assert!(error < answer.bound, "{error} {}", answer.bound);
+
+    // Where nothing is free in any model the search ends and says so.
+    let nothing = mount.prescribe_field(Part::Whole, 0, |_| 0.0).prescribe((0, Side::Max), 1, 0.0);
+    assert!(nothing.solve_within(&Tolerance::energy(0.02), Budget::default()).is_err());
+}

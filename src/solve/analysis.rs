@@ -10,6 +10,8 @@ use super::newton::{Functional, Newton, Watch, Workspace};
 use super::path::{Observer, Path, State};
 use super::stepping::Stepping;
 
+/// What is missing where every displacement is prescribed.
+pub(crate) const NO_FREE: &str = "free unknowns";
 /// Unknowns up to which a body in the plane is eliminated along a band.
 const BANDED: usize = 3000;
 
@@ -213,7 +215,7 @@ impl Analysis {
         let mut enforced = self.enforcement.bind(assembler.pattern(), rows)?;
         if enforced.unknowns() == 0 {
             return Err(SolveError::Empty {
-                what: "free unknowns",
+                what: NO_FREE,
                 remedy: "every displacement is prescribed; evaluate the field instead",
             }
             .into());

@@ -15,6 +15,7 @@ mod stepping;
 mod volume;
 
 pub use analysis::Analysis;
+pub(crate) use analysis::NO_FREE;
 pub use critical::{Bracketing, CriticalKind, CriticalPoint};
 pub use newton::{Control, Deflection, Functional, Matrices, Newton};
 pub use path::{Ending, Iteration, MatrixUse, Observer, Pace, Path, State, Step};

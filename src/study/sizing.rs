@@ -1,9 +1,11 @@
 //! A tolerance in, the smallest sufficient model out.
 
-use crate::error::{Error, GeometryError};
+use crate::error::{Error, GeometryError, SolveError};
 use crate::scene::{Scene, Scheme};
 
 use super::answer::{Answer, Budget, Tolerance};
+use crate::solve::NO_FREE;
+
 use super::nested::{Against, Course, check, follow, join, judge, solve};
 
 /// Assumed order of convergence: corners of rubber parts allow no more.
@@ -28,6 +30,9 @@ const FIRST_FACTOR: f64 = 4.0 / 3.0;
 const FACTORS: [f64; 2] = [1.2, 2.0];
 /// The next model aims at this part of the tolerance.
 const AIM: f64 = 0.8;
+/// First models without a free unknown that are tried again with twice the cells.
+const ATTEMPTS: usize = 4;
+
 impl<const D: usize> Scene<D> {
     /// Solves the scene with the cheapest model found sufficient under the default scheme, see
     /// [`solve_within_by`](Scene::solve_within_by).
@@ -68,7 +73,8 @@ impl<const D: usize> Scene<D> {
     /// order of linear functions. The energy is always looked at: where it was not asked for, its change counts in
     /// proportion to what the quantities changed beside it between the first two models, so that a quantity that
     /// crosses its limit by accident passes for nothing. At least three models are solved; the next one aims at eight
-    /// tenths of the tolerance and has at most half the spacing.
+    /// tenths of the tolerance and has at most half the spacing. Where everything that the coarsest one has is
+    /// prescribed, as one cell through a thin bonded body, it takes more cells across.
     ///
     /// # Errors
     /// For a tolerance that is not between 0 and 1 or asks for nothing, and where a model can't be built or
@@ -80,12 +86,25 @@ impl<const D: usize> Scene<D> {
         budget: Budget,
     ) -> Result<Answer<D>, Error> {
         check(tolerance)?;
-        let sides = Sides::of(self)?;
-        let mut fineness = 1.0;
+        let mut sides = Sides::of(self)?;
+        let (mut fineness, mut attempts) = (1.0, 0);
         let mut counts = sides.counts(fineness);
         let mut answer: Option<Answer<D>> = None;
         loop {
             let solved = solve(self, scheme.clone().particles(counts.clone()), &counts, tolerance, answer.as_ref());
+            // Bonded on both sides, one cell through a thin body leaves nothing free.
+            if let (Err(Error::Solve(SolveError::Empty { what: NO_FREE, .. })), None) = (&solved, &answer) {
+                attempts += 1;
+                if attempts < ATTEMPTS {
+                    sides.fewest *= 2.0;
+                    // Drawn shapes have no sides to count along.
+                    if sides.counts(fineness) == counts {
+                        fineness *= FACTORS[1];
+                    }
+                    counts = sides.counts(fineness);
+                    continue;
+                }
+            }
             let (mut next, before) = match follow(solved, answer, &counts)? {
                 Course::Onward(next, before) => (next, before),
                 Course::Ended(best) => return Ok(best),
@@ -93,7 +112,7 @@ impl<const D: usize> Scene<D> {
             let last = before.len().checked_sub(1);
             let last = last.map(|place| {
                 let factor: f64 = sides.spacing(&before[place].counts) / sides.spacing(&counts);
-                Against { place, ratio: factor.powf(ORDER), left: factor.powf(-STEEPEST) }
+                Against { place, ratio: factor.powf(ORDER), left: factor.powf(-STEEPEST), least: 0.0 }
             });
             join(&mut next, before, last);
             let course = judge(next, tolerance, budget, |next| {
@@ -126,13 +145,15 @@ struct Sides<const D: usize> {
     first: f64,
     /// Longest side of those that count as thickness.
     thin: f64,
+    /// Cells across a side of the first model at least.
+    fewest: f64,
 }
 
 impl<const D: usize> Sides<D> {
     fn of(scene: &Scene<D>) -> Result<Self, Error> {
         if scene.is_scattered() {
             // A drawn shape takes the product of the counts as its number of particles.
-            return Ok(Sides { lengths: [1.0; D], first: 1.0 / FIRST_SCATTERED, thin: 0.0 });
+            return Ok(Sides { lengths: [1.0; D], first: 1.0 / FIRST_SCATTERED, thin: 0.0, fewest: 1.0 });
         }
         let needed = "a scene on a block, mapped block or drawn region, whose particles can be chosen";
         let lengths = scene.side_lengths().ok_or(GeometryError::Unsuited { what: "sizing to a tolerance", needed })?;
@@ -141,15 +162,17 @@ impl<const D: usize> Sides<D> {
         let first = if longest > THIN * shortest { longest / FIRST_ALONG } else { shortest / FIRST_ACROSS };
         // Sides that are nearly alike are taken as equal to the shortest, in favour of cells of any shape.
         let lengths = lengths.map(|l| if l < ALIKE * shortest { shortest } else { l });
-        Ok(Sides { lengths, first, thin: longest / THIN })
+        Ok(Sides { lengths, first, thin: longest / THIN, fewest: 1.0 })
     }
 
     /// Particles along each axis for a spacing `fineness` times finer than the first.
     fn counts(&self, fineness: f64) -> Vec<usize> {
         let spacing = self.first / fineness;
+        // What made them necessary varies across: they are refined with the others.
+        let fewest = if self.fewest > 1.0 { (self.fewest * fineness).round() } else { 1.0 };
         let cells = |&length: &f64| {
             let coarser = if length < self.thin { ACROSS } else { 1.0 };
-            (length / (coarser * spacing)).round().max(1.0)
+            (length / (coarser * spacing)).round().max(fewest)
         };
         self.lengths.iter().map(|length| cells(length).min(1e7) as usize + 1).collect()
     }
