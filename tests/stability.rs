@@ -279,3 +279,26 @@ fn steps_tell_how_far_they_can_be_trusted() {
         assert!(indicator > 0.92 && indicator < 1.15, "{r}: {indicator}");
     }
 }
+
+/// The first arc may be longer than the way to the limit point: it still goes where the load pushes, and the arch snaps
+/// at the load that short arcs find.
+#[test]
+fn the_first_arc_follows_the_load() {
+    let arch = Mapped(|unit: &Point<2>| {
+        let (angle, radius) = (0.5 - unit[0], 20.0 + 0.5 * unit[1]);
+        Point::<2>::new(-radius * angle.sin(), radius * angle.cos())
+    });
+    let scene = Scene::new(arch, PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold((0, Side::Min))
+        .hold((0, Side::Max))
+        .pressure((1, Side::Max), 0.004);
+    let limit = |first: f64| {
+        let stepping = Stepping { control: StepControl::ArcLength, steps: 40, first, ..Stepping::default() };
+        let problem = scene.discretize(&Scheme::default().particles([41, 3]).stepping(stepping)).unwrap();
+        let path = problem.run(&mut ()).unwrap();
+        assert!(path.steps[0].state.load > 0.0, "{}", path.steps[0].state.load);
+        path.critical_points().find(|point| point.kind == CriticalKind::Limit).map(|point| point.load())
+    };
+    let (long, short) = (limit(1.0).unwrap(), limit(0.05).unwrap());
+    assert!((long / short - 1.0).abs() < 0.02, "{long} {short}");
+}

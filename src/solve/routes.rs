@@ -108,12 +108,18 @@ impl<const D: usize> March<'_, '_, D> {
                 };
                 let arc = Arc { from: self.state.displacement.clone() };
                 let (iterations, state) = self.attempt(start, Control::Functional(&arc, increment))?;
-                let turned = self.previous.as_ref().is_some_and(|previous| {
-                    let backwards = self.state.displacement.iter().zip(&previous.displacement);
-                    let last: Vec<f64> = backwards.map(|(now, then)| now - then).collect();
-                    dot(&state.displacement, &last) < dot(&self.state.displacement, &last)
-                });
-                if turned {
+                // The first arc has no last step: it goes where the load pushes.
+                let last: Vec<f64> = match &self.previous {
+                    Some(previous) => self
+                        .state
+                        .displacement
+                        .iter()
+                        .zip(&previous.displacement)
+                        .map(|(now, then)| now - then)
+                        .collect(),
+                    None => first.clone(),
+                };
+                if dot(&state.displacement, &last) < dot(&self.state.displacement, &last) {
                     self.count_rejection();
                     return Err(Rejection::Turned);
                 }
