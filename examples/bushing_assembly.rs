@@ -142,7 +142,7 @@ fn draw_shapes(out: &FilePath, problem: &Problem<2>, path: &Path) -> Result<(), 
             .with(Series::outlines(name, &support::grid_lines(problem, state, 6)?).colour(colour))
             .with(Series::markers("", &particles).marker(Marker::Circle).colour(colour));
         let file = format!("bushing_{k}.vtu");
-        support::vtk_grid(problem, state)?.write(out.join(&file))?;
+        problem.vtk_grid(state)?.write(out.join(&file))?;
         animation.push(state.load, file);
     }
     let [inner, outer] = SLEEVES;

@@ -189,6 +189,6 @@ fn shape(out: &FilePath) -> Result<(), Box<dyn Error>> {
         .equal_aspect()
         .size(560, 600)
         .write(out.join("shape.svg"))?;
-    support::vtk_grid(&problem, state)?.write(out.join("shape.vtu"))?;
+    problem.vtk_grid(state)?.write(out.join("shape.vtu"))?;
     Ok(())
 }

@@ -229,7 +229,7 @@ fn draw_shapes(out: &FilePath) -> Result<(), Box<dyn Error>> {
             .with(Series::outlines(format!("{pressure} MPa"), &lines).colour(colour))
             .with(Series::markers("", &support::deformed(problem, state)?).marker(Marker::Circle).colour(colour));
         let file = format!("disk_{k}.vtu");
-        support::vtk_grid(problem, state)?.write(out.join(&file))?;
+        problem.vtk_grid(state)?.write(out.join(&file))?;
         animation.push(pressure, file);
     }
     chart.equal_aspect().size(680, 900).legend(Legend::Beneath).write(out.join("shapes.svg"))?;

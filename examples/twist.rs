@@ -78,7 +78,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     print!("{summary}");
     summary.write(out.join("summary.csv"))?;
 
-    support::vtk_grid(&problem, path.last())?.write(out.join("twisted.vtu"))?;
+    problem.vtk_grid(path.last())?.write(out.join("twisted.vtu"))?;
     torque_curve(&out, &particles, &reference, &reference_path)?;
     picture(&out, &problem, path.last())?;
     println!("results in {}", out.display());

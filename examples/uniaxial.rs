@@ -152,7 +152,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         summary.note(format!("error_3d_{name}"), outcome.error)?;
         summary.note(format!("steps_3d_{name}"), outcome.path.steps.len() as f64)?;
         summary.note(format!("iterations_3d_{name}"), outcome.path.iterations as f64)?;
-        support::vtk_grid(&outcome.problem, outcome.path.last())?.write(out.join(format!("cube_{name}.vtu")))?;
+        outcome.problem.vtk_grid(outcome.path.last())?.write(out.join(format!("cube_{name}.vtu")))?;
     }
     print!("{summary}");
     summary.write(out.join("summary.csv"))?;
@@ -241,7 +241,7 @@ fn shapes(out: &FilePath, scheme: &Scheme) -> Result<(), Box<dyn Error>> {
             if name == "compression" {
                 place[0] += width + 0.3;
             }
-            support::vtk_grid(&outcome.problem, state)?.write(out.join(format!("sheet_{stretch}.vtu")))?;
+            outcome.problem.vtk_grid(state)?.write(out.join(format!("sheet_{stretch}.vtu")))?;
         }
         chart.write(out.join(format!("{name}.svg")))?;
     }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use rkpm::Error;
 use rkpm::cells::Lattice;
 use rkpm::geometry::Point;
-use rkpm::output::{Chart, VtkCell, VtkField, VtkGrid};
+use rkpm::output::Chart;
 use rkpm::scene::Problem;
 use rkpm::solve::State;
 
@@ -113,27 +113,6 @@ pub fn grid_lines_at_rest<const D: usize>(lattice: &Lattice<D>) -> Vec<Vec<Point
         })
     };
     (0..D).flat_map(|axis| starts(axis).map(move |start| line(axis, start).collect())).collect()
-}
-
-/// Particles and the cells between them in their current positions, with the displacement as a field.
-pub fn vtk_grid<const D: usize>(problem: &Problem<D>, state: &State) -> Result<VtkGrid, Error> {
-    let lattice = problem.lattice().expect("a scene on a domain has a lattice");
-    let cells = (0..lattice.cell_count()).map(|cell| {
-        let base = multi_index(cell, lattice.cell_counts());
-        // VTK runs around a face where a lattice counts along its axes.
-        let corner = |corner: usize| {
-            let around = corner ^ ((corner >> 1) & 1);
-            lattice.node(std::array::from_fn(|i| base[i] + ((around >> i) & 1)))
-        };
-        match D {
-            1 => VtkCell::Line(std::array::from_fn(corner)),
-            2 => VtkCell::Quad(std::array::from_fn(corner)),
-            _ => VtkCell::Hexahedron(std::array::from_fn(corner)),
-        }
-    });
-    let mut grid = VtkGrid::new(&deformed(problem, state)?, cells.collect());
-    grid.point_data.push(VtkField::vectors("displacement", &problem.particle_displacements(state)?));
-    Ok(grid)
 }
 
 /// Several charts beside each other as one picture.

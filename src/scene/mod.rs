@@ -18,6 +18,7 @@
 mod conditions;
 mod cover;
 mod discretize;
+mod fields;
 mod problem;
 mod scheme;
 mod transfer;

@@ -1,0 +1,127 @@
+//! Fields of a state are those that the solver balances.
+#![cfg(feature = "solve")]
+
+use std::sync::Arc;
+
+use rkpm::cells::{Cells, Refined};
+use rkpm::output::{VtkCell, VtkValues};
+use rkpm::prelude::*;
+use rkpm::scene::{Partition, Rule};
+
+const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [48.0, 44.0], [48.0, 60.0], [0.0, 44.0]];
+const TRACTION: f64 = 6.25;
+
+fn membrane() -> Scene<2> {
+    Scene::new(Quadrilateral { corners: CORNERS }, PlaneStrain, Rubber::neo_hookean(40.097, 4e5).unwrap())
+        .hold((0, Side::Min))
+        .traction((0, Side::Max), [0.0, TRACTION])
+}
+
+/// Virtual work of the displacement x₁ eᵢ, which is nothing where the membrane is held: ∫ σ_{i1} dv is what the traction does
+/// on it. Holds for the discrete state up to Newton's tolerance, whatever the scheme, if the stresses are the solver's own.
+#[test]
+fn stresses_balance_the_loads() {
+    let refined = Refined::new(Arc::new(Quadrilateral { corners: CORNERS }), [4, 4]).unwrap().refined(&[2]).unwrap();
+    let lattice = Scheme::default().particles([9]);
+    let uncured = Scheme::default().particles([9]).volume(PressureField::Displacement, 1);
+    let cases = [
+        ("default", membrane(), lattice.clone()),
+        ("jittered", membrane(), lattice.clone().layout(Layout::Jittered { amount: 0.3, seed: 3 })),
+        ("quadratic", membrane(), lattice.clone().order(2)),
+        ("Gauss", membrane(), lattice.clone().rule(Rule::Gauss { zones: None, points: Some(4) })),
+        ("no pressures", membrane(), uncured),
+        ("elements", membrane(), Scheme::elements(2).particles([9])),
+        ("refined", membrane().with_cells(Arc::new(refined) as Arc<dyn Cells<2>>), Scheme::default()),
+    ];
+    for (name, scene, scheme) in cases {
+        let problem = scene.discretize(&scheme).unwrap();
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let state = path.last();
+        let mut sum = rkpm::nalgebra::Matrix3::zeros();
+        let gradients = problem.deformation_gradients(state);
+        for ((stress, f), w) in problem.stresses(state).iter().zip(&gradients).zip(problem.body.table().weights()) {
+            sum += stress * (f.determinant() * w);
+        }
+        // Simpson's rule along the loaded edge: displacements are smooth there.
+        let moved = |t: f64| problem.displacement(state, &[48.0, 44.0 + 16.0 * t].into()).unwrap()[0];
+        let strips = 64;
+        let at = |k: usize| {
+            moved(k as f64 / strips as f64) * [1.0, 4.0, 2.0][if k.is_multiple_of(strips) { 0 } else { 2 - k % 2 }]
+        };
+        let lever = 48.0 + (0..=strips).map(at).sum::<f64>() / (3 * strips) as f64;
+        let work = TRACTION * 16.0 * lever;
+        assert!(sum[(0, 0)].abs() < 1e-5 * work, "{name}: {:e}", sum[(0, 0)] / work);
+        assert!((sum[(1, 0)] / work - 1.0).abs() < 1e-3, "{name}: {:e}", sum[(1, 0)] / work - 1.0);
+    }
+}
+
+/// A bar that is pulled: σ₁₁ is the force over the current section, exactly, at each point and at each particle.
+#[test]
+fn homogeneous_stresses_are_exact_at_points_and_particles() {
+    let rubber = Rubber::neo_hookean(0.5, 1e3).unwrap();
+    let bar = Scene::new(Block::new([0.0; 3], [2.0, 1.0, 1.0]), Solid, rubber)
+        .prescribe((0, Side::Min), 0, 0.0)
+        .prescribe((1, Side::Min), 1, 0.0)
+        .prescribe((2, Side::Min), 2, 0.0)
+        .prescribe((0, Side::Max), 0, 1.0);
+    let jittered = Layout::Jittered { amount: 0.2, seed: 1 };
+    let problem = bar.discretize(&Scheme::default().particles([5, 3, 3]).layout(jittered)).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let state = path.last();
+    let section = {
+        let corner = problem.displacement(state, &[2.0, 1.0, 1.0].into()).unwrap();
+        (1.0 + corner[1]) * (1.0 + corner[2])
+    };
+    let exact = problem.reaction(state, "u_0 on face (0, Max)")[0] / section;
+    let points = problem.stresses(state);
+    for stress in points.iter().chain(&problem.at_particles(&points)) {
+        assert!((stress[(0, 0)] / exact - 1.0).abs() < 1e-9 && stress[(1, 1)].abs() < 1e-8 * exact, "{stress}");
+    }
+    let other = bar.discretize(&Scheme::default().particles([3, 3, 3])).unwrap();
+    assert!(other.stresses(state).is_empty() && other.vtk_grid(state).is_err());
+}
+
+#[test]
+fn grids_have_cells_around_and_fields_of_all_particles() {
+    let square = Outline::at([0.0, 0.0]).line("a", [1.0, 0.0]).line("b", [1.0, 1.0]).line("c", [0.0, 1.0]).close("d");
+    let rubber = || Rubber::neo_hookean(0.5, 1e3).unwrap();
+    let region = |partition| {
+        Scene::on(Region::new(square.clone()).unwrap(), PlaneStrain, rubber())
+            .hold("a")
+            .prescribe("c", 0, 0.1)
+            .prescribe("c", 1, 0.0)
+            .discretize(&Scheme::default().spacing(0.2).partition(partition))
+            .unwrap()
+    };
+    let block = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber())
+        .hold((1, Side::Min))
+        .prescribe((1, Side::Max), 0, 0.1)
+        .prescribe((1, Side::Max), 1, 0.0);
+    let base = Refined::new(Arc::new(Block::new([0.0, 0.0], [1.0, 1.0])), [4, 4]).unwrap().refined(&[1]).unwrap();
+    let problems = [
+        block.discretize(&Scheme::default().particles([5])).unwrap(),
+        block.with_cells(Arc::new(base) as Arc<dyn Cells<2>>).discretize(&Scheme::default()).unwrap(),
+        region(Partition::Triangles),
+        region(Partition::Voronoi),
+    ];
+    for problem in &problems {
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let grid = problem.vtk_grid(path.last()).unwrap();
+        assert!(grid.to_xml().is_ok() && grid.cells.len() == problem.cells.cell_count());
+        assert_eq!(grid.points.len(), problem.cells.positions().len());
+        // Nothing crosses itself: areas of the cells, with signs all alike, sum to that of the sheared square.
+        let area = |cell: &VtkCell| {
+            let x = |k: usize| grid.points[cell.corners()[k % cell.corners().len()]];
+            (0..cell.corners().len()).map(|k| x(k)[0] * x(k + 1)[1] - x(k + 1)[0] * x(k)[1]).sum::<f64>() / 2.0
+        };
+        let areas: Vec<f64> = grid.cells.iter().map(area).collect();
+        if areas.iter().any(|a| *a != 0.0) {
+            assert!(areas.iter().all(|a| *a > 0.0) && (areas.iter().sum::<f64>() - 1.0).abs() < 1e-2, "{areas:?}");
+        }
+        // Sheared by a tenth, µ = 1: σ₁₂ is below 0.1, because the sides are free, and most of it.
+        let stresses = grid.point_data.iter().find(|field| field.name == "Cauchy stress").unwrap();
+        let VtkValues::Tensors(tensors) = &stresses.values else { panic!("tensors") };
+        let mean = tensors.iter().map(|t| t[1]).sum::<f64>() / tensors.len() as f64;
+        assert!(0.06 < mean && mean < 0.1, "{mean}");
+    }
+}
