@@ -1,7 +1,7 @@
 //! Control by a functional of the displacement: falling branches, enclosed volumes, deflections.
 
 use rkpm::prelude::*;
-use rkpm::solve::{Deflection, EnclosedVolume, Functional, State, StepControl};
+use rkpm::solve::{EnclosedVolume, Functional, State, StepControl};
 
 /// A spherical shell, inner radius 1, outer 1.1, neo-Hookean µ = 1, k = 1e5, by hand from the layers.
 fn shell() -> (Model<1>, ShapeTable<1>) {
@@ -116,25 +116,13 @@ fn thin_sheets_are_led_by_their_deflection() {
 #[test]
 fn a_displacement_at_a_point_can_be_prescribed_by_the_load() {
     let problem = disk(0.1).discretize(&Scheme::default().particles([11, 2])).unwrap();
-    let psi = {
-        let lattice = &problem.cells;
-        let rk = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
-        rk.shape_functions(&[0.0, 0.0].into()).unwrap()
-    };
-    let mut weights = vec![0.0; problem.model.unknowns()];
-    for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
-        weights[2 * node as usize + 1] = value;
-    }
-    let start = State::at_rest(&problem.model, &problem.rows);
-    let path = problem
-        .analysis
-        .run_controlled(&problem.model, &problem.rows, start, &Deflection { weights }, &[1.0, 3.0, 5.0], &mut ())
-        .unwrap()
-        .completed()
-        .unwrap();
+    let centre = problem.deflection(&[0.0, 0.0].into(), 1).unwrap();
+    let path = problem.run_controlled(&centre, &[1.0, 3.0, 5.0], &mut ()).unwrap().completed().unwrap();
     let reached = problem.displacement(path.last(), &[0.0, 0.0].into()).unwrap()[1];
     // Linear control equation: met to rounding.
     assert!((reached - 5.0).abs() < 1e-10, "{reached}");
+    assert!(problem.deflection(&[0.0, 0.0].into(), 2).is_err());
+    assert!(problem.deflection(&[30.0, 0.0].into(), 1).is_err());
 }
 
 /// The pressed ring that wrinkles inside macro cells without a pointwise share of the volumetric energy.

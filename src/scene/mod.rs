@@ -16,6 +16,7 @@
 //! ```
 
 mod conditions;
+mod control;
 mod cover;
 mod discretize;
 mod fields;
