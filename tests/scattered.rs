@@ -342,6 +342,12 @@ fn particles_that_cannot_be_are_refused() {
         let error = Triangulation::scattered(&region, |_| spacing, &Scatter::default()).unwrap_err();
         assert!(error.to_string().contains(words), "{error}");
     }
+    // A dip that no sample meets, and chords without end: both took forever.
+    let dip = |x: &Point<2>| 0.1 * (x[0] - 0.123_456).abs() + 1e-70;
+    let error = Triangulation::scattered(&region, dip, &Scatter::default()).unwrap_err();
+    assert!(matches!(error, GeometryError::Number { what: "particle spacing", .. }), "{error}");
+    let error = region.clone().with_tolerance(1e-60).unwrap_err();
+    assert!(matches!(error, GeometryError::Number { what: "tolerance of arcs", .. }), "{error}");
     let error = Triangulation::scattered(&region, |_| 1e-6, &Scatter::default()).unwrap_err();
     assert!(matches!(error, GeometryError::Count { .. }), "{error}");
     let scene = Scene::on(region, PlaneStrain, moderate());

@@ -33,6 +33,8 @@ const CLEAR: f64 = 0.72;
 const TRIES: usize = 20;
 /// Particles beyond which a spacing is refused, so that a mistyped one is an error and not a crash.
 const LIMIT: f64 = 2e7;
+/// Least spacing relative to the smallest that samples find.
+const DIP: f64 = 0.01;
 /// Samples per axis of the integral of the density.
 const SAMPLES: usize = 160;
 
@@ -40,13 +42,18 @@ const SAMPLES: usize = 160;
 pub(crate) struct Spacing<'a> {
     pub function: &'a dyn Fn(&Point<2>) -> f64,
     pub factor: f64,
+    /// Below this it is refused.
+    pub floor: f64,
 }
 
 impl Spacing<'_> {
     fn at(&self, x: &Point<2>) -> Result<f64, GeometryError> {
         let h = self.factor * (self.function)(x);
-        if h > 0.0 && h.is_finite() {
+        if h > 0.0 && h >= self.floor && h.is_finite() {
             Ok(h)
+        } else if h > 0.0 && h < self.floor {
+            let needed = "let the spacing vary more slowly: between places a hundredth of the shape apart it falls to a hundredth";
+            Err(GeometryError::Number { what: "particle spacing", value: h, needed })
         } else {
             let needed = "give finite lengths above zero everywhere in the region";
             Err(GeometryError::Number { what: "particle spacing", value: h, needed })
@@ -87,8 +94,8 @@ pub(crate) fn factor_for(
     count: usize,
 ) -> Result<f64, GeometryError> {
     // Homogeneous in the factor: inner a / f² + b / f + 1 = count.
-    let (at_one, _) = Spacing { function, factor: 1.0 }.expected(region)?;
-    let (at_half, _) = Spacing { function, factor: 0.5 }.expected(region)?;
+    let (at_one, _) = Spacing { function, factor: 1.0, floor: 0.0 }.expected(region)?;
+    let (at_half, _) = Spacing { function, factor: 0.5, floor: 0.0 }.expected(region)?;
     // 4a + 2b and a + b.
     let (one, half) = (at_one - 1.0, at_half - 1.0);
     let a = 0.5 * (half - 2.0 * one);
@@ -108,6 +115,8 @@ pub(crate) fn scatter(region: &Region, spacing: &Spacing<'_>, settings: &Scatter
         let needed = "give a spacing below the smaller extent of the shape";
         return Err(GeometryError::Number { what: "particle spacing", value: smallest, needed });
     }
+    // A dip between the samples has no end: particles crowd into it.
+    let spacing = &Spacing { floor: DIP * smallest, ..*spacing };
     let (mut positions, pieces) = boundary(region, spacing)?;
     let fixed = positions.len();
     let spacings: Result<Vec<f64>, _> = positions.iter().map(|x| spacing.at(x)).collect();

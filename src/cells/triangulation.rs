@@ -47,7 +47,7 @@ impl Triangulation {
         spacing: impl Fn(&Point<2>) -> f64,
         settings: &Scatter,
     ) -> Result<Self, GeometryError> {
-        let spacing = Spacing { function: &spacing, factor: 1.0 };
+        let spacing = Spacing { function: &spacing, factor: 1.0, floor: 0.0 };
         Ok(Triangulation::over(scatter(region, &spacing, settings)?, region))
     }
 
@@ -62,12 +62,12 @@ impl Triangulation {
         settings: &Scatter,
     ) -> Result<Self, GeometryError> {
         let mut factor = factor_for(region, &spacing, count)?;
-        let mut mesh = scatter(region, &Spacing { function: &spacing, factor }, settings)?;
+        let mut mesh = scatter(region, &Spacing { function: &spacing, factor, floor: 0.0 }, settings)?;
         // The estimate knows neither corners nor the least number of particles on a line: correct it once.
         let ratio = mesh.positions.len() as f64 / count as f64;
         if (ratio - 1.0).abs() > 0.02 {
             factor *= ratio.sqrt();
-            if let Ok(better) = scatter(region, &Spacing { function: &spacing, factor }, settings) {
+            if let Ok(better) = scatter(region, &Spacing { function: &spacing, factor, floor: 0.0 }, settings) {
                 let miss = |mesh: &Mesh| mesh.positions.len().abs_diff(count);
                 if miss(&better) < miss(&mesh) {
                     mesh = better;

@@ -24,6 +24,8 @@ pub struct Region {
 
 /// Default distance of chords from their arc as a part of the region's smaller extent.
 const TOLERANCE: f64 = 1e-3;
+/// Least tolerance of arcs relative to the smaller extent.
+const FINEST: f64 = 1e-6;
 
 impl Region {
     /// A region without holes.
@@ -79,7 +81,7 @@ impl Region {
     /// Changes how far \[length\] chords may be from their arc; default 1e-3 of the smaller extent.
     ///
     /// # Errors
-    /// For a tolerance that is not positive, and where the region's chords cross.
+    /// For a tolerance below a millionth of the smaller extent, and where the region's chords cross.
     pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self, GeometryError> {
         let hollow = |region: &Region| {
             let (what, remedy) = ("the outline holds no area", "give corners that are not on one line");
@@ -88,8 +90,9 @@ impl Region {
         if !(self.extent() > 0.0) {
             return hollow(&self);
         }
-        if !(tolerance > 0.0 && tolerance.is_finite()) {
-            let needed = "give a finite length above zero";
+        // Each chord is compared with all others.
+        if !(tolerance >= FINEST * self.extent() && tolerance.is_finite()) {
+            let needed = "give a finite length, at least a millionth of the shape's smaller extent";
             return Err(GeometryError::Number { what: "tolerance of arcs", value: tolerance, needed });
         }
         self.tolerance = tolerance;
