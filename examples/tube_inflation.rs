@@ -1,10 +1,10 @@
-//! A rubber tube inflated to 2.5 times its bore (paper §6.3), beside the exact solution.
+//! A rubber tube inflated to 3.5 times its bore (paper §6.3), beside the exact solution.
 //!
 //! `cargo run --release --example tube_inflation [-- --out DIR]` prints a table and the
 //! verdict on a claim of the paper, and writes `summary.csv`, the charts of Fig. 8 with their tables, and the inflated tube for
 //! ParaView. Lengths in cm, stresses in MPa.
 //!
-//! The pressure hardly rises while the bore grows from 3 to 7 cm, near 0.166 MPa: a small error of the
+//! The pressure hardly rises while the inner wall moves from 3 to 7 cm, near 0.166 MPa: a small error of the
 //! pressure is a large one of the displacement there. So curves are drawn with either quantity upwards,
 //! and schemes are judged by their energy at 0.46 MPa (6.3).
 

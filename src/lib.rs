@@ -10,7 +10,7 @@
 //! takes full loads in one step where it can.
 //!
 //! # Ten lines
-//! A tube of 6 cm bore under 0.46 MPa, a one-dimensional problem of nine unknowns:
+//! A tube of 6 cm inner radius under 0.46 MPa, a one-dimensional problem of nine unknowns:
 //! ```
 //! use rkpm::prelude::*;
 //! fn main() -> Result<(), rkpm::Error> {
@@ -38,7 +38,7 @@
 //! | floor | modules | traits to implement |
 //! |---|---|---|
 //! | 0 | [`error`], [`geometry`], [`tensor`] | [`Domain`](geometry::Domain) |
-//! | 1 | [`kernel`], [`basis`], [`kinematics`], [`material`] | [`Kernel`](kernel::Kernel), [`Basis`](basis::Basis), [`Kinematics`](kinematics::Kinematics), [`Material`](material::Material), [`InvariantEnergy`](material::InvariantEnergy), [`VolumetricEnergy`](material::VolumetricEnergy) |
+//! | 1 | [`kernel`], [`basis`], [`kinematics`], [`material`] | [`Kernel`](kernel::Kernel), [`Basis`](basis::Basis), [`Kinematics`](kinematics::Kinematics), [`Material`](material::Material), [`InvariantEnergy`](material::InvariantEnergy), [`PrincipalEnergy`](material::PrincipalEnergy), [`VolumetricEnergy`](material::VolumetricEnergy) |
 //! | 2 | [`particles`], [`cells`], [`quadrature`] | [`Cells`](cells::Cells) |
 //! | 3 | [`shape`] | [`Approximation`](shape::Approximation) |
 //! | 4 | [`table`] | |

@@ -2,7 +2,7 @@
 //! integration rule sees every deformation; the pressures are stable; the crate's own pieces keep their
 //! contracts.
 //! GEOMETRY: unit square and cube, Cook's quadrilateral, rings; lattices jittered by 20 to 30 %.
-//! REFERENCE: the field itself; 8 Gauss points per direction; `findings.md` 1, 3, 6, 15.
+//! REFERENCE: the field itself; 8 Gauss points per direction; bounds in `docs/validation.md`.
 //!
 //! What takes longer, and the tables of what is only reported, are ignored by default:
 //! `cargo test --release --test certificates -- --ignored --nocapture`

@@ -76,7 +76,7 @@ fn solved<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<(Problem<
 fn strategies_agree<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<(Problem<D>, State), TestCaseError> {
     let (_, multipliers) = solved(scene, &scheme.clone().enforcing(Enforcing::Multipliers))?;
     let (problem, transformed) = solved(scene, &scheme.clone().enforcing(Enforcing::Transformation))?;
-    // The bound. Both span one space and Newton ends quadratically, so that what is left is the
+    // The bound asked for. Both span one space and Newton ends quadratically, so that what is left is the
     // rounding of the factors: ε times the condition of K, some 1e4 here.
     let tolerance = 1e-9;
     let (a, b) = (&multipliers.displacement, &transformed.displacement);

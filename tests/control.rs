@@ -1,4 +1,5 @@
 //! Control by a functional of the displacement: falling branches, enclosed volumes, deflections.
+#![cfg(feature = "solve")]
 
 use rkpm::prelude::*;
 use rkpm::solve::{EnclosedVolume, Functional, State, StepControl};

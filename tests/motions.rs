@@ -1,4 +1,5 @@
 //! Conditions that do not grow in proportion to the load, and the fields of a problem's states.
+#![cfg(feature = "solve")]
 
 use std::f64::consts::PI;
 

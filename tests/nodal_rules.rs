@@ -52,6 +52,6 @@ fn nodal_rules_pay_in_stability() {
     let (default, scni, nodal) = (of(Rule::Auto), of(Rule::Scni), of(Rule::Nodal));
     println!("default {default:?}\nSCNI    {scni:?}\nnodal   {nodal:?}");
     assert!(default.smallest > scni.smallest && default.smallest > nodal.smallest);
-    // `findings.md`, 6: SCNI 0.2 to 1, direct nodal integration 0.35 to 5.
+    // Found for such sets: SCNI 0.2 to 1, direct nodal integration 0.35 to 5.
     assert!(scni.smallest < 0.3 && nodal.largest > 1.5);
 }

@@ -1,4 +1,5 @@
 //! §3 and §4 of the paper, formula by formula, against the path that the crate takes.
+#![cfg(feature = "solve")]
 
 use nalgebra::{DMatrix, Matrix3, SMatrix};
 use rkpm::assembly::System;

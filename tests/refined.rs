@@ -1,4 +1,5 @@
 //! Locally refined lattices keep the laws of regular ones: exact patch test, no spurious modes, stable pressures.
+#![cfg(feature = "solve")]
 
 use std::sync::Arc;
 

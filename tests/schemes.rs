@@ -1,5 +1,6 @@
 //! Every rule × cure × enforcement that makes sense runs on one small problem; the others are refused
 //! with a reason.
+#![cfg(feature = "solve")]
 
 use rkpm::prelude::*;
 use rkpm::scene::{Enforcing, RowKind, Rule};

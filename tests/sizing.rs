@@ -1,4 +1,5 @@
 //! A tolerance in, a sufficient model out: promises kept, budgets respected, nothing stuck.
+#![cfg(feature = "solve")]
 
 use rkpm::prelude::*;
 use rkpm::study::{Budget, Quantity, Tolerance, Verdict};

@@ -1,4 +1,5 @@
 //! Laws of studies: what a series is credited with, references, failures kept as data.
+#![cfg(feature = "solve")]
 
 use rkpm::prelude::*;
 use rkpm::study::{Quantity, Reference, Run, Study, WorkPrecision};

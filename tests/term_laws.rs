@@ -200,7 +200,7 @@ fn is_free<const D: usize>(model: &Model<D>, d: &[f64]) -> Result<bool, TestCase
     let locals = model.start();
     let force = largest(&model.residual(d, &locals, 0.0));
     let scale = stiffness(model, &vec![0.0; d.len()]) * largest(d);
-    // 1e-10 of stiffness times motion, the bound; F comes out to ε times a few neighbours.
+    // 1e-10 of stiffness times motion, the bound asked for; F comes out to ε times a few neighbours.
     prop_assert!(force <= 1e-10 * scale, "{force:e} of {scale:e}");
     let energy = model.energy(d, &locals, 0.0);
     // The energy is quadratic about its minimum: rounding ε in F leaves ε² of it, and ε in the sums.
@@ -405,7 +405,7 @@ fn all_pressures_at_points_reach_the_solution_of_the_displacements() {
         let distance = |state: &State| {
             plain.last().displacement.iter().zip(&state.displacement).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
         };
-        // The bound; Newton ends with an increment of 1e-8 and squares it.
+        // The bound asked for; Newton ends with an increment of 1e-8 and squares it.
         prop_assert!(distance(mixed.last()) <= 1e-9 * size, "{:e}", distance(mixed.last()));
         // Where the pressures start must not matter either.
         let mut start = mixed.start.clone();

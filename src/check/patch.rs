@@ -20,7 +20,7 @@ pub struct PatchTest {
 }
 
 /// Prescribes the linear field $u = HX$ on the whole boundary, component by component, runs, and
-/// compares the displacement of all particles with it (1st-order patch test; `findings.md`, 1).
+/// compares the displacement of all particles with it (1st-order patch test).
 ///
 /// `gradient` is $H_{iJ} = \partial u_i/\partial X_J$. Bodies of revolution are homogeneous only under
 /// $u_R = aR$, $u_Z = bZ$: a diagonal gradient.

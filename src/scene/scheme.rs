@@ -35,7 +35,8 @@ pub type Grading = Arc<dyn Fn(&[f64]) -> f64 + Send + Sync>;
 pub enum Dilation {
     /// Local spacing, $r$ by basis and dimension: 1 (linear), 0.75 (linear, 3D), 1.3 (quadratic).
     Auto,
-    /// $d_i$ is the largest distance from the particle to its neighbours.
+    /// $d_i$ is the largest distance from the particle to its neighbours on lattices, their mean distance, smoothed, on
+    /// scattered sets.
     Local(f64),
     /// $d_i$ is the largest spacing of the whole set, as in the paper.
     Global(f64),

@@ -35,7 +35,7 @@ impl Scene<2> {
     /// $\eta_z^2 = \int_z |\nabla u - \overline{\nabla u}|^2\,\mathrm d\Omega$; the macro cells $z$ with the largest
     /// ones that sum to half of all are cut into four, neighbours so that they differ by one halving at most, none to
     /// less than 1/16 of the coarsest. The estimate is that of [`solve_within_by`](Scene::solve_within_by) against the
-    /// last model $l$ of at most six tenths of the unknowns $N$, with orders between those of bare corners and of smooth
+    /// last model $l$ of at most six tenths of the unknowns $N$, with an order between those of bare corners and of smooth
     /// solutions, and at least what the indicators say by themselves,
     /// $$e_k = \max\Big(\frac{\delta_k}{f^{3/2} - 1},\ e_l\,\max(f^{-5/2}, s_k),\
     /// \frac{0.6\sum_z\eta_{z,k}^2}{\int \mathbf F:\mathbf F - 3 - 2\ln J\,\mathrm d\Omega}\Big),

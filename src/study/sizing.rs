@@ -73,7 +73,7 @@ impl<const D: usize> Scene<D> {
     /// order of linear functions. The energy is always looked at: where it was not asked for, its change counts in
     /// proportion to what the quantities changed beside it between the first two models, so that a quantity that
     /// crosses its limit by accident passes for nothing. At least three models are solved; the next one aims at eight
-    /// tenths of the tolerance and has at most half the spacing. Where everything that the coarsest one has is
+    /// tenths of the tolerance and has at least half the spacing. Where everything that the coarsest one has is
     /// prescribed, as one cell through a thin bonded body, it takes more cells across.
     ///
     /// # Errors

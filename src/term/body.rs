@@ -142,7 +142,8 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 
     /// Local unknowns that belong to a field of hydrostatic pressures $p(X)$ \[stress\], term by term as
-    /// [`Term::locals`] counts them: $\pi$ the projection of $p$, $\theta$ that of the $J$ with $U'(J) = p$.
+    /// [`Term::locals`] counts them: the projections of the part of $p$ that zones carry, as the
+    /// derivative by what they project ($J$ or its root), and of that at the $J$ with $U'(J) = p$.
     ///
     /// A first guess for a state whose pressures are known from another model; empty where pressures are no
     /// unknowns.
