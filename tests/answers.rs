@@ -1,0 +1,134 @@
+//! What problems answer beside displacements, against values known without them.
+#![cfg(feature = "solve")]
+
+use std::ops::ControlFlow;
+
+use rkpm::output::{Cell, Table, VtkCell, VtkField, VtkGrid};
+use rkpm::prelude::*;
+use rkpm::scene::{Dilation, Rule};
+use rkpm::solve::{Observer, Step};
+use rkpm::study::{Quantity, potential};
+
+/// A sheet of a compressible rubber stretched by F = diag(1.5, 1.2).
+fn stretched() -> (Problem<2>, Path) {
+    let scene = Scene::new(Block::new([1.0, 2.0], [3.0, 3.0]), PlaneStrain, Rubber::neo_hookean(0.5, 2.0).unwrap())
+        .prescribe_field(Part::Whole, 0, |x| 0.5 * x[0])
+        .prescribe_field(Part::Whole, 1, |x| 0.2 * x[1]);
+    let problem = scene.discretize(&Scheme::default().particles([5, 4])).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    (problem, path)
+}
+
+#[test]
+fn the_volume_is_that_of_the_deformed_body() {
+    let (problem, path) = stretched();
+    let volume = Quantity::volume().evaluate(&problem, path.last()).unwrap();
+    assert!((volume / (2.0 * 1.0 * 1.5 * 1.2) - 1.0).abs() < 1e-10, "{volume}");
+}
+
+/// A sphere under an inner pressure: the load does p ΔV, along whatever way; its potential is the energy less that.
+#[test]
+fn the_potential_counts_the_work_of_loads_that_follow() {
+    let (pressure, rubber) = (0.1, Rubber::neo_hookean(0.5, 10.0).unwrap());
+    let scene = Scene::new(Block::new([1.0], [2.0]), RadialSphere, rubber).pressure(Side::Min, pressure);
+    let problem = scene.discretize(&Scheme::default().particles([9])).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let radius = 1.0 + problem.displacement(path.last(), &[1.0].into()).unwrap()[0];
+    let work = pressure * 4.0 / 3.0 * std::f64::consts::PI * (radius.powi(3) - 1.0);
+    let found = problem.energy(path.last()) - potential(&problem, path.last()).unwrap();
+    assert!((found / work - 1.0).abs() < 1e-9, "{found} {work}");
+}
+
+/// Two hoops: smoothed cells measure the whole shell, and a homogeneous stretch has its stress.
+#[test]
+fn smoothed_spheres_have_two_hoops() {
+    let scene = Scene::new(Block::new([1.0], [2.0]), RadialSphere, Rubber::neo_hookean(0.5, 2.0).unwrap())
+        .prescribe_field(Part::Whole, 0, |x| 0.3 * x[0]);
+    let problem = scene.discretize(&Scheme::default().particles([9]).rule(Rule::Smoothed { parts: 2 })).unwrap();
+    let volume: f64 = problem.body.table().weights().iter().sum();
+    assert!((volume / (4.0 / 3.0 * std::f64::consts::PI * 7.0) - 1.0).abs() < 1e-12, "{volume}");
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let exact = rkpm::nalgebra::Matrix3::<f64>::identity() * 1.3;
+    for f in problem.deformation_gradients(path.last()) {
+        assert!((f - exact).norm() < 1e-9, "{f}");
+    }
+}
+
+/// Supports over the largest spacing of an uneven set, axis by axis.
+#[test]
+fn global_supports_take_the_largest_spacing() {
+    let graded = Layout::Graded(std::sync::Arc::new(|axis, t| if axis == 0 { t * t } else { t }));
+    let scene = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 2.0).unwrap());
+    let scheme = Scheme::default().particles([5, 3]).layout(graded);
+    let problem = scene.discretize(&Scheme { dilation: Dilation::Global(1.2), ..scheme }).unwrap();
+    // 1 − (3/4)² along the first axis, ½ along the second: all 15 particles are seen at (0.45, 0.5).
+    let particles = problem.cells.particles_global(1.2).unwrap();
+    let half = |p: usize| match &particles.supports()[p] {
+        Support::Box(half) => *half,
+        Support::Ball(_) => panic!("lattices have boxes"),
+    };
+    assert!((half(0) - Point::<2>::new(2.4 * 0.4375, 1.2)).amax() < 1e-12 && half(0) == half(14));
+    assert_eq!(problem.shape_functions(&[0.45, 0.5].into()).unwrap().nodes.len(), 15);
+}
+
+/// The paper's rule: particles per direction in a zone, and two.
+#[test]
+fn zones_of_the_paper_have_as_many_points_as_it_says() {
+    let scene = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, Rubber::neo_hookean(0.5, 2.0).unwrap());
+    for (particles, zones, points) in [(9, 4, 5), (9, 2, 7), (5, 4, 4)] {
+        let rule = Rule::Gauss { zones: Some(vec![zones]), points: None };
+        let problem = scene.discretize(&Scheme::paper(1.5).particles([particles]).rule(rule)).unwrap();
+        assert_eq!(problem.body.table().len(), zones * points);
+    }
+}
+
+#[test]
+fn displacements_are_known_a_tenth_of_a_cell_outside_and_no_further() {
+    let (problem, path) = stretched();
+    let at = |x: f64| problem.displacement(path.last(), &[x, 2.5].into());
+    assert!((at(3.0 + 0.5 * 0.05).unwrap()[0] - 0.5 * 3.025).abs() < 1e-9);
+    assert!(at(3.0 + 0.5 * 0.2).is_err());
+}
+
+/// Breaks off after so many steps.
+struct Patience(usize);
+
+impl Observer for Patience {
+    fn step(&mut self, _: &Step) -> ControlFlow<()> {
+        self.0 -= 1;
+        if self.0 == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+#[test]
+fn either_of_two_observers_ends_a_run() {
+    let scene = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, Rubber::neo_hookean(0.5, 2.0).unwrap()).prescribe(
+        Side::Min,
+        0,
+        0.5,
+    );
+    let problem = scene.discretize(&Scheme::default().particles([9]).stepping(Stepping::equal(5))).unwrap();
+    for (first, second) in [(2, 4), (4, 2)] {
+        let path = problem.run(&mut (Patience(first), Patience(second))).unwrap();
+        assert_eq!(path.steps.len(), 2);
+    }
+}
+
+/// Numbers of shapes in VTK's file format, and text that its XML and a table must escape.
+#[test]
+fn files_name_shapes_and_escape_text() {
+    let corners: Vec<Point<3>> =
+        (0..8).map(|k| Point::<3>::new((k & 1) as f64, ((k >> 1) & 1) as f64, (k >> 2) as f64)).collect();
+    let cells = vec![VtkCell::Tetrahedron([0, 1, 2, 4]), VtkCell::Hexahedron([0, 1, 3, 2, 4, 5, 7, 6])];
+    let mut grid = VtkGrid::new(&corners, cells);
+    grid.point_data.push(VtkField::scalars("a \"b\" <c>", (0..8).map(f64::from)));
+    let xml = grid.to_xml().unwrap();
+    assert!(xml.contains("Name=\"a &quot;b&quot; &lt;c&gt;\""), "{xml}");
+    // vtkCellType.h: 10 is a tetrahedron, 12 a hexahedron; two bytes behind their count, in base64.
+    let types = xml.split("Name=\"types\"").nth(1).unwrap();
+    assert!(types.contains("AgAAAAAAAAAKDA=="), "{types}");
+
+    let mut table = Table::new(["what", "value"]);
+    table.push([Cell::from("two\nlines"), Cell::from(1.0)]).unwrap();
+    assert_eq!(table.to_csv().unwrap(), "what,value\n\"two\nlines\",1\n");
+}
