@@ -36,7 +36,7 @@ fn column() -> Result<Scene<3>, rkpm::Error> {
         .prescribe(end, Z, 0.0))
 }
 
-fn torque(problem: &Problem<3>, state: &State) -> f64 {
+fn torque(problem: &Problem<3>, state: &State) -> Result<f64, rkpm::Error> {
     let end: Part = (Z, Side::Max).into();
     problem.moment(state, &end.to_string(), Z)
 }
@@ -65,14 +65,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = problem.run(&mut ())?.completed()?;
     let reference = column()?.discretize(&elements)?;
     let reference_path = reference.run(&mut ())?.completed()?;
-    let reference_torque = torque(&reference, reference_path.last());
+    let reference_torque = torque(&reference, reference_path.last())?;
 
     let mut summary = Summary::new();
     summary.note("unknowns", problem.model.unknowns() as f64)?;
     summary.note("unknowns_q2p1", reference.model.unknowns() as f64)?;
     summary.note("steps", path.steps.len() as f64)?;
     summary.note("iterations", path.iterations as f64)?;
-    summary.record("torque", torque(&problem, path.last()), reference_torque)?;
+    summary.record("torque", torque(&problem, path.last())?, reference_torque)?;
     summary.note("torque_q2p1", reference_torque)?;
     summary.note("zone_j", volume_change(&problem, path.last()))?;
     print!("{summary}");
@@ -94,11 +94,11 @@ fn torque_curve(
 ) -> Result<(), Box<dyn Error>> {
     let problem = column()?.discretize(&particles.clone().stepping(Stepping::equal(12)))?;
     let path = problem.run(&mut ())?.completed()?;
-    let curve = |problem: &Problem<3>, path: &Path| -> Vec<[f64; 2]> {
+    let curve = |problem: &Problem<3>, path: &Path| -> Result<Vec<[f64; 2]>, rkpm::Error> {
         let states = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
-        states.map(|state| [180.0 * state.load, torque(problem, state)]).collect()
+        states.map(|state| Ok([180.0 * state.load, torque(problem, state)?])).collect()
     };
-    let rkpm = curve(&problem, &path);
+    let rkpm = curve(&problem, &path)?;
     let mut table = Table::new(["angle_degrees", "torque"]);
     for &[angle, torque] in &rkpm {
         table.push([angle, torque])?;
@@ -108,7 +108,7 @@ fn torque_curve(
         .x("angle [°]")
         .y("torque / (µ · width³)")
         .marked_line("RKPM, 1275 unknowns", &rkpm)
-        .markers("Q2/P1, 8019 unknowns", &curve(reference, reference_path))
+        .markers("Q2/P1, 8019 unknowns", &curve(reference, reference_path)?)
         .write(out.join("torque.svg"))?;
     Ok(())
 }

@@ -90,7 +90,7 @@ fn run<const D: usize>(
         largest = largest.max(exact.norm());
     }
     let pulled: Part = Side::Max.into();
-    let force = problem.reaction(path.last(), &format!("u_0 on {pulled}"))[0];
+    let force = problem.reaction(path.last(), &format!("u_0 on {pulled}"))?[0];
     Ok(Outcome { error: farthest / largest, nominal: force / area, path, problem })
 }
 

@@ -247,6 +247,14 @@ pub enum BoundaryError {
         /// The nearest particle.
         nearest: Vec<f64>,
     },
+    /// No row comes from the condition asked for.
+    #[error("no condition {asked}: give the label of one, word by word; there are {known}")]
+    UnknownCondition {
+        /// The label asked for.
+        asked: String,
+        /// The labels of the rows that there are.
+        known: String,
+    },
     /// A load acts beside the body.
     #[error("{what}: X = {at:?} lies outside of the body; give a point in it")]
     Outside {

@@ -186,8 +186,8 @@ fn reactions_balance_the_loads() {
             .point_load([2.0, 1.0], [0.01, 0.0])
             .body_force([0.0, weight]);
         let (problem, state) = strategies_agree(&scene, &scheme(recipe, [7, 5], random))?;
-        let reaction =
-            problem.reaction(&state, "u_0 on face (0, Min)") + problem.reaction(&state, "u_1 on face (0, Min)");
+        let of = |label| problem.reaction(&state, label).unwrap();
+        let reaction = of("u_0 on face (0, Min)") + of("u_1 on face (0, Min)");
         // The face has length 1, the body area 2; ΣΨ = 1 makes the sum of the coefficients' forces exact up
         // to what Newton leaves: its last increment, 1e-8 at most, squared, times the bulk modulus.
         let tolerance = 1e-11 * recipe.bulk;

@@ -75,7 +75,7 @@ fn bracket_quantities(elements: usize) -> [f64; 2] {
     let scheme = Scheme::elements(2).particles([2 * elements + 1, 8 * elements + 1]);
     let problem = scene.discretize(&scheme).unwrap();
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
-    [problem.reaction(path.last(), "u_1 on face (1, Min)")[1], problem.energy(path.last())]
+    [problem.reaction(path.last(), "u_1 on face (1, Min)").unwrap()[1], problem.energy(path.last())]
 }
 
 fn print(names: [&str; 2], of: impl Fn(usize) -> [f64; 2], levels: [usize; 3]) {

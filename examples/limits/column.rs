@@ -31,9 +31,9 @@ fn column(shortening: f64, imperfection: f64) -> Result<Scene<2>, rkpm::Error> {
 }
 
 /// The force on the upper end, positive in compression.
-fn force(problem: &Problem<2>, state: &rkpm::solve::State) -> f64 {
+fn force(problem: &Problem<2>, state: &rkpm::solve::State) -> Result<f64, rkpm::Error> {
     let top: Part = (1, Side::Max).into();
-    -problem.reaction(state, &format!("u_1 on {top}"))[1]
+    Ok(-problem.reaction(state, &format!("u_1 on {top}"))?[1])
 }
 
 /// Euler's load of a clamped column, softened by shear (Engesser): $P = P_E/(1 + P_E/\kappa GA)$ with
@@ -68,7 +68,7 @@ fn buckling(counts: [usize; 2], stops: &mut Stops) -> Result<Buckling, Box<dyn E
     }
     // The force is nearly proportional to the shortening over a bracket of a thousandth.
     let [low, high] = point.loads;
-    let force = force(&problem, &point.state) * point.load() / low;
+    let force = force(&problem, &point.state)? * point.load() / low;
     Ok(Buckling { force, shortening: PRESSED * point.load(), bracket: high / low - 1.0 })
 }
 
@@ -90,11 +90,12 @@ pub fn run(out: &FilePath, summary: &mut Summary, stops: &mut Stops) -> Result<(
         let path = problem.run(&mut ())?;
         stops.add("column, bent", &format!("default 5 × 41, imperfection {name}"), 0.2, &path)?;
         let states = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
-        let curve: Vec<[f64; 2]> = states.map(|state| [0.2 * state.load, force(&problem, state)]).collect();
+        let curve = states.map(|state| Ok([0.2 * state.load, force(&problem, state)?]));
+        let curve = curve.collect::<Result<Vec<_>, rkpm::Error>>()?;
         chart = chart.with(Series::line(format!("imperfection {name}"), &curve).colour(colour));
         if imperfection == 1e-3 {
             summary.note("column_bent_end_shortening", 0.2 * path.last().load)?;
-            summary.note("column_bent_force", force(&problem, path.last()))?;
+            summary.note("column_bent_force", force(&problem, path.last())?)?;
             let unstable = path.steps.iter().filter(|step| step.unstable != Some(0)).count();
             summary.note("column_bent_unstable_steps", unstable as f64)?;
             let middle = [0.5 * WIDTH + imperfection, 0.5 * LENGTH];

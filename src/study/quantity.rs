@@ -3,6 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
+use crate::boundary::Row;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::Point;
 use crate::scene::Problem;
@@ -54,13 +55,20 @@ impl<const D: usize> Quantity<D> {
         })
     }
 
-    /// Component `component` of the force \[force\] on the body by the conditions whose label starts with
-    /// `label` ("u_0 on face (0, Max)"), see [`Problem::reaction`].
+    /// Component `component` of the force \[force\] on the body by the condition of a label ("u_0 on face (0, Max)"),
+    /// see [`Problem::reaction`]. A label without a condition, and a component in which its condition does not act, are
+    /// errors of [`evaluate`](Quantity::evaluate).
     pub fn reaction(label: impl Into<String>, component: usize) -> Self {
         let label = label.into();
         Quantity::new(format!("reaction {component} of {label}"), move |problem, state| {
-            let force = problem.reaction(state, &label);
-            component_of(&force, component, || format!("reaction of {label}"))
+            let force = problem.reaction(state, &label)?;
+            let value = component_of(&force, component, || format!("reaction of {label}"))?;
+            // A zero that no row could change is a mistaken question, and any model would seem to answer it exactly.
+            let acts = |row: &Row| row.label == label && row.entries.iter().any(|&(k, _)| k % D == component);
+            if !problem.rows.rows().iter().any(acts) {
+                return Err(problem.unknown_condition(format!("{label} with a force in component {component}")).into());
+            }
+            Ok(value)
         })
     }
 
@@ -86,7 +94,7 @@ impl<const D: usize> Quantity<D> {
     /// Its value in a state.
     ///
     /// # Errors
-    /// Where the problem can't answer: a point outside the body, a component that does not exist.
+    /// Where the problem can't answer: a point outside the body, a component or a condition that does not exist.
     pub fn evaluate(&self, problem: &Problem<D>, state: &State) -> Result<f64, Error> {
         (self.measure)(problem, state)
     }

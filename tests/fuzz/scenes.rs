@@ -122,7 +122,8 @@ fn scene<const D: usize>(input: &mut Input, kinematics: impl Kinematics<D> + 'st
     let Ok(problem) = scene.discretize(&scheme) else { return };
     let Ok(path) = problem.run(&mut ()) else { return };
     let state = path.last();
+    let label = problem.rows.rows().first().map_or(String::new(), |row| row.label.clone());
     let _ = (problem.energy(state), problem.displacement(state, &max.into()), problem.particle_displacements(state));
-    let _ = (problem.reaction(state, "u_0"), problem.pressures(state));
+    let _ = (problem.reaction(state, &label), problem.pressures(state));
     input.passed = path.completed().is_ok();
 }
