@@ -28,8 +28,8 @@
 //! # Three ways in
 //! * **Shape functions only** (`default-features = false`: neither faer nor rayon):
 //!   [`ReproducingKernel`](shape::ReproducingKernel) gives values and gradients at a point.
-//! * **A part to analyse**: a [`Scene`](scene::Scene) says what — domain, kinematics, material,
-//!   conditions, loads; a [`Scheme`](scene::Scheme) says how. [`Problem`](scene::Problem) runs and answers.
+//! * **A part to analyse**: a `scene::Scene` says what — domain, kinematics, material,
+//!   conditions, loads; a `Scheme` says how. A `Problem` runs and answers.
 //! * **A piece of one's own**: each trait below composes with what is here, and its page implements it.
 //!
 //! # Floors

@@ -6,7 +6,7 @@
 //! | [`Summary`] | `.csv` | an example's results beside their references |
 //! | [`VtkGrid`] | `.vtu` | fields on particles and cells, for ParaView |
 //! | [`PvdCollection`] | `.pvd` | the `.vtu` files of a path in time or load |
-//! | [`Chart`] | `.svg` | curves, work against precision, deformed shapes |
+//! | `Chart` | `.svg` | curves, work against precision, deformed shapes |
 //! | `Journal` | `.jsonl` | a run while it runs, to be read and resumed |
 //!
 //! Each type is data first and a file last: nothing touches the disk before `write`, which makes
