@@ -148,3 +148,56 @@ fn a_pressed_ring_is_stable_and_smooth() {
         assert!(alternations < bends.len() - 1, "{free:?}");
     }
 }
+
+#[test]
+fn a_table_that_is_a_ramp_leads_like_one() {
+    let by = |amplitude| {
+        let problem = disk(0.0207).with_amplitude(amplitude).discretize(&Scheme::default().particles([11, 2])).unwrap();
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        (path.steps[0].state.load, problem.displacement(path.last(), &[0.0, 0.0].into()).unwrap()[1])
+    };
+    let (first, deflection) = by(Amplitude::Ramp);
+    let (first_of_table, deflection_of_table) = by(Amplitude::table(vec![(0.0, 0.0), (1.0, 1.0)]).unwrap());
+    // The deflection is in control from the first step on.
+    assert!(first < 0.5 && (first_of_table / first - 1.0).abs() < 1e-9, "{first} {first_of_table}");
+    assert!((deflection_of_table / deflection - 1.0).abs() < 1e-8);
+}
+
+#[test]
+fn steps_stop_at_the_knots_of_tables() {
+    let rubber = || Rubber::neo_hookean(0.5, 1e3).unwrap();
+    let table = |pairs: &[(f64, f64)]| Amplitude::table(pairs.to_vec()).unwrap();
+    let block = || Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold((0, Side::Min));
+    let loads = |scene: Scene<2>, stepping| {
+        let problem = scene.discretize(&Scheme::default().particles([5, 3]).stepping(stepping)).unwrap();
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let loads: Vec<f64> = path.steps.iter().map(|step| step.state.load).collect();
+        let tip = |load: f64| {
+            let state = path.steps.iter().map(|step| &step.state).find(|state| state.load == load).unwrap();
+            problem.displacement(state, &[2.0, 0.5].into()).unwrap()[0]
+        };
+        let peak = loads.iter().map(|&load| tip(load)).fold(0.0, f64::max);
+        (loads, peak, tip(1.0))
+    };
+    // Up and down again: the peak is a state of the path, and at the end nothing is left of it.
+    let pulled = || block().traction((0, Side::Max), [0.3, 0.0]);
+    let (steps, peak, end) =
+        loads(pulled().with_amplitude(table(&[(0.0, 0.0), (0.5, 1.0), (1.0, 0.0)])), Stepping::default());
+    assert_eq!(steps, [0.5, 1.0]);
+    let (ramp, full, _) = loads(pulled(), Stepping::default());
+    assert_eq!(ramp, [1.0]);
+    assert!((peak / full - 1.0).abs() < 1e-8 && end.abs() < 1e-8, "{peak} {full} {end}");
+    // Of all amplitudes together, those of motions too; knots at either end and beyond are none.
+    let scene = block()
+        .prescribe((0, Side::Max), 0, 0.2)
+        .with_amplitude(table(&[(0.0, 0.0), (0.3, 0.5), (0.8, 0.5), (1.0, 1.0), (1.7, 2.0)]))
+        .prescribe_motion((0, Side::Max), 1, |_, load| 0.1 * load)
+        .with_amplitude(table(&[(0.0, 0.0), (0.6, 1.0), (1.0, 0.0)]))
+        .body_force([0.0, -0.01])
+        .with_amplitude(table(&[(-0.4, 0.0), (0.8, 1.0)]));
+    assert_eq!(loads(scene, Stepping::default()).0, [0.3, 0.6, 0.8, 1.0]);
+    // Steps of a size of their own come at them earlier.
+    let scene = pulled().with_amplitude(table(&[(0.0, 0.0), (0.25, 1.0), (1.0, 0.0)]));
+    let equal = loads(scene, Stepping::equal(5)).0;
+    assert!((equal[1] - 0.25).abs() == 0.0 && equal.len() == 6, "{equal:?}");
+}

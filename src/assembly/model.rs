@@ -80,6 +80,11 @@ impl<const D: usize> Model<D> {
         &self.positions
     }
 
+    /// Load factors inside $(0, 1)$ at which the forces of a term have kinks.
+    pub fn knots(&self) -> Vec<f64> {
+        self.terms.iter().flat_map(|term| term.knots()).collect()
+    }
+
     /// Number of displacement unknowns.
     pub fn unknowns(&self) -> usize {
         self.positions.len() * D

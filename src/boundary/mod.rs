@@ -9,8 +9,8 @@ mod transformation;
 pub use full::FullTransformation;
 pub use multipliers::LagrangeMultipliers;
 pub(crate) use multipliers::dependent_rows;
-pub(crate) use rows::check_unknowns;
 pub use rows::{Constraints, Motion, Row};
+pub(crate) use rows::{agree, check_unknowns};
 pub use transformation::MixedTransformation;
 
 use crate::assembly::{Pattern, System};
@@ -47,13 +47,22 @@ pub trait Enforcement: Send + Sync {
 /// use rkpm::boundary::{Constraints, Enforced, Enforcement};
 /// use rkpm::error::BoundaryError;
 /// use rkpm::linear::MatrixClass;
-/// /// Penalty: ½ p (c·d − g)² for rows of one entry.
+/// use rkpm::prelude::{Block, PlaneStrain, Rubber, Scene, Scheme, Side};
+/// /// Penalty: ½ p (c·d − g)² for every row.
 /// struct Penalty(f64);
-/// struct Bound { pattern: Pattern, rows: Vec<(usize, f64)>, penalty: f64 }
+/// struct Bound { full: Pattern, pattern: Pattern, rows: Vec<Vec<(usize, f64)>>, penalty: f64 }
 /// impl Enforcement for Penalty {
-///     fn bind(&self, pattern: &Pattern, rows: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
-///         let rows = rows.rows().iter().map(|r| r.entries[0]).collect();
-///         Ok(Box::new(Bound { pattern: pattern.clone(), rows, penalty: self.0 }))
+///     fn bind(&self, full: &Pattern, rows: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
+///         let rows: Vec<_> = rows.rows().iter().map(|row| row.entries.clone()).collect();
+///         // A row couples all of its unknowns: the lower triangle needs an entry for each two of them.
+///         let mut columns: Vec<Vec<u32>> = (0..full.size()).map(|c| full.column(c).to_vec()).collect();
+///         for row in &rows {
+///             for &(a, _) in row {
+///                 columns[a].extend(row.iter().map(|e| e.0 as u32).filter(|&b| b as usize > a));
+///             }
+///         }
+///         let (full, pattern) = (full.clone(), Pattern::from_columns(columns));
+///         Ok(Box::new(Bound { full, pattern, rows, penalty: self.0 }))
 ///     }
 /// }
 /// impl Enforced for Bound {
@@ -61,22 +70,53 @@ pub trait Enforcement: Send + Sync {
 ///     fn class(&self) -> MatrixClass { MatrixClass::Definite }
 ///     fn unknowns(&self) -> usize { self.pattern.size() }
 ///     fn reduce(&mut self, full: &System, values: &mut Vec<f64>) {
-///         values.clone_from(&full.values);
-///         for &(d, c) in &self.rows {
-///             values[self.pattern.columns[d]] += self.penalty * c * c;
+///         values.clear();
+///         values.resize(self.pattern.entries(), 0.0);
+///         let mut add = |row, column, value| {
+///             if let Some(place) = self.pattern.find(row, column) { values[place] += value; }
+///         };
+///         for c in 0..self.full.size() {
+///             let first = self.full.columns[c];
+///             for (k, &row) in self.full.column(c).iter().enumerate() { add(row as usize, c, full.values[first + k]); }
+///         }
+///         for row in &self.rows {
+///             for &(a, x) in row {
+///                 for &(b, y) in row.iter().filter(|e| e.0 >= a) { add(b, a, self.penalty * x * y); }
+///             }
 ///         }
 ///     }
 ///     fn restrict(&self, force: &[f64], gap: &[f64], _: &System, rhs: &mut Vec<f64>) {
 ///         rhs.clear();
 ///         rhs.extend_from_slice(force);
-///         for (&(d, c), g) in self.rows.iter().zip(gap) {
-///             rhs[d] += self.penalty * c * g;
+///         for (row, g) in self.rows.iter().zip(gap) {
+///             for &(k, c) in row { rhs[k] += self.penalty * c * g; }
 ///         }
 ///     }
 ///     fn project(&self, full: &[f64], out: &mut Vec<f64>) { out.clear(); out.extend_from_slice(full); }
-///     fn recover(&self, solved: &[f64], _: &[f64], step: &mut [f64], _: &mut [f64]) { step.copy_from_slice(solved); }
+///     fn imbalance(&self, residual: &[f64], multipliers: &[f64], out: &mut Vec<f64>) {
+///         self.project(residual, out);
+///         for (row, mu) in self.rows.iter().zip(multipliers) {
+///             for &(k, c) in row { out[k] += mu * c; }
+///         }
+///     }
+///     fn recover(&self, solved: &[f64], gap: &[f64], step: &mut [f64], multipliers: &mut [f64]) {
+///         step.copy_from_slice(solved);
+///         // The reactions, µ = p (c·d − g) behind the step: `react` has nothing left to do.
+///         for ((row, g), mu) in self.rows.iter().zip(gap).zip(multipliers) {
+///             *mu = self.penalty * (row.iter().map(|&(k, c)| c * step[k]).sum::<f64>() - g);
+///         }
+///     }
 /// }
-/// # let _ = Penalty(1e6);
+/// let pulled = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e2)?)
+///     .hold(Side::Min)
+///     .prescribe(Side::Max, 0, 0.1);
+/// let mut problem = pulled.discretize(&Scheme::default().particles([5, 3]))?;
+/// let exact = problem.run(&mut ())?.completed()?;
+/// problem.analysis.enforcement = Box::new(Penalty(1e8));
+/// let penalised = problem.run(&mut ())?.completed()?;
+/// let force = |path: &rkpm::solve::Path| problem.reaction(path.last(), "u_0 on face (0, Max)").map(|f| f[0]);
+/// assert!((force(&penalised)? / force(&exact)? - 1.0).abs() < 1e-5);
+/// # Ok::<(), rkpm::Error>(())
 /// ```
 pub trait Enforced: Send {
     /// Pattern of the reduced matrix.

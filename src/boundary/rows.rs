@@ -56,6 +56,8 @@ pub struct Constraints {
     claimed: HashMap<usize, (String, f64, Amplitude)>,
     /// Values at particles by owned unknown, to find repeated and conflicting conditions.
     at_particles: HashMap<usize, usize>,
+    /// Kinks of motions, whose rows don't know them.
+    kinks: Vec<f64>,
 }
 
 impl Constraints {
@@ -67,6 +69,16 @@ impl Constraints {
     /// The rows, in the order in which they were added.
     pub fn rows(&self) -> &[Row] {
         &self.rows
+    }
+
+    /// Load factors inside $(0, 1)$ at which prescribed values have kinks: steps of the load stop there.
+    pub fn knots(&self) -> Vec<f64> {
+        self.rows.iter().flat_map(|row| row.amplitude.knots()).chain(self.kinks.iter().copied()).collect()
+    }
+
+    /// Adds load factors at which motions have kinks.
+    pub(crate) fn add_knots(&mut self, loads: Vec<f64>) {
+        self.kinks.extend(loads);
     }
 
     /// Number of rows.
@@ -352,15 +364,14 @@ fn check_component(component: usize, dimension: usize, label: &str) -> Result<()
     }
 }
 
-/// Whether two values are the same at all loads; functions are compared at a few of them.
-fn agree(first: (f64, &Amplitude), second: (f64, &Amplitude)) -> bool {
-    let at = |(target, amplitude): (f64, &Amplitude), load: f64| target * amplitude.evaluate(load).0;
-    match (first.1, second.1) {
-        (Amplitude::Function(_), Amplitude::Function(_)) => {
-            [0.0, 0.21, 0.47, 0.76, 1.0].iter().all(|&load| same(at(first, load), at(second, load)))
-        }
-        _ => first.1 == second.1 && same(first.0, second.0),
+/// Whether two values are the same at all loads: as given, or at some of them and at the knots of tables.
+pub(crate) fn agree(first: (f64, &Amplitude), second: (f64, &Amplitude)) -> bool {
+    if first.1 == second.1 {
+        return same(first.0, second.0);
     }
+    let at = |(target, amplitude): (f64, &Amplitude), load: f64| target * amplitude.evaluate(load).0;
+    let knots = first.1.knots().into_iter().chain(second.1.knots());
+    [0.0, 0.21, 0.47, 0.76, 1.0].into_iter().chain(knots).all(|load| same(at(first, load), at(second, load)))
 }
 
 /// Equal up to rounding.

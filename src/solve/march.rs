@@ -29,6 +29,8 @@ pub(super) struct March<'a, 'o, const D: usize> {
     rejected: usize,
     /// Whether a functional leads to targets of its own.
     pub(super) controlled: bool,
+    /// Load factors inside (0, 1) at which amplitudes have kinks, rising.
+    pub(super) knots: Vec<f64>,
 }
 
 impl<'a, 'o, const D: usize> March<'a, 'o, D> {
@@ -51,6 +53,10 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
             [.., before, _] => Some(before.state.clone()),
         };
         let scale = extent(model);
+        let mut knots: Vec<f64> = model.knots().into_iter().chain(rows.knots()).collect();
+        knots.retain(|&knot| knot > 0.0 && knot < 1.0);
+        knots.sort_unstable_by(f64::total_cmp);
+        knots.dedup();
         let modes = path.steps.last().and_then(|step| step.unstable);
         Ok(March {
             analysis,
@@ -64,6 +70,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
             spent: 0,
             rejected: 0,
             controlled: false,
+            knots,
         })
     }
 
@@ -72,10 +79,19 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         self.path.steps.last().map(|step| step.pace)
     }
 
+    /// Whether the current state lies at a kink of an amplitude: the last step tells nothing of the next one.
+    pub(super) fn at_knot(&self) -> bool {
+        self.knots.contains(&self.state.load)
+    }
+
     /// What leads the run and its first increment, where the load should not.
     pub(super) fn lead(&mut self) -> Option<(Lead, f64)> {
         let stepping = self.analysis.stepping;
         if stepping.control == StepControl::Load {
+            return None;
+        }
+        // Where amplitudes have kinks the load may fall again or rest: a deflection can't lead over them.
+        if stepping.control == StepControl::Auto && !self.knots.is_empty() {
             return None;
         }
         // At the first state, wherever the path has come to by now: a resumed run is led by the same deflection.
@@ -165,7 +181,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
     /// Iterates a state to an equilibrium.
     fn iterate(&mut self, mut attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
         let before = self.workspace.iterations;
-        let near = self.previous.is_some() && self.analysis.stepping.predict;
+        let near = self.previous.is_some() && self.analysis.stepping.predict && !self.at_knot();
         let newton = self.newton();
         let outcome = self.workspace.newton(&newton, &mut attempt, control, self.observer, self.scale, near);
         self.spent += self.workspace.iterations - before;

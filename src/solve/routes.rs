@@ -47,10 +47,16 @@ impl<const D: usize> March<'_, '_, D> {
             if target > 1.0 - 1e-9 {
                 target = 1.0;
             }
+            // Nor does a step pass a kink of an amplitude: what is there, a peak say, would never be seen.
+            let now = self.state.load;
+            if let Some(&knot) = self.knots.iter().find(|&&knot| knot > now + 1e-9 && target > knot - 1e-9) {
+                target = knot;
+            }
             if !self.moves(self.state.load, target) {
                 return None;
             }
             let ratio = self.previous.as_ref().map_or(0.0, |p| (target - self.state.load) / (self.state.load - p.load));
+            let ratio = if self.at_knot() { f64::NAN } else { ratio };
             match self.attempt(self.predicted(ratio), Control::Load(target)) {
                 Ok((iterations, state)) => {
                     if iterations <= stepping.quick && !rejected {

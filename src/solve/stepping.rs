@@ -8,15 +8,16 @@ use super::critical::Bracketing;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum StepControl {
     /// The load, unless the linear answer to it has $|\nabla u| > 1$: then a generalised deflection, the
-    /// mean displacement along the load.
+    /// mean displacement along the load. The load also where an amplitude table has knots inside $(0, 1)$.
     #[default]
     Auto,
-    /// The load.
+    /// The load. Steps stop at the knots of amplitude tables.
     Load,
     /// The arc length over the displacements, $|d - d_n| = \ell$ (root of the mean square of the coefficients):
     /// follows the path through limit points and along falling branches. The first arc is
     /// [`first`](Stepping::first) of the linear answer, or shorter. A path that never comes to load factor 1 ends
-    /// with its [`steps`](Stepping::steps) or by its observer.
+    /// with its [`steps`](Stepping::steps) or by its observer. Knots of amplitude tables are passed wherever an arc
+    /// ends.
     ArcLength,
 }
 

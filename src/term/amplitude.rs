@@ -14,6 +14,10 @@ pub enum Amplitude {
     /// 1 from the start.
     Constant,
     /// Straight lines between (load factor, value) pairs, constant outside.
+    ///
+    /// The argument is the load factor, not a time: runs go from 0 to 1, and what a table says beyond is never seen.
+    /// Divide seconds by the duration. Steps of the load stop at the knots inside, steps along a deflection or an arc pass
+    /// them.
     Table(Vec<(f64, f64)>),
     /// Any smooth function of $\lambda$; its slope is taken by central differences.
     Function(Arc<dyn Fn(f64) -> f64 + Send + Sync>),
@@ -74,7 +78,14 @@ impl Amplitude {
         Ok(())
     }
 
-    /// Value and slope at a load factor; at a kink the slope to the left.
+    /// The load factors inside $(0, 1)$ at which the slope of a table may change, rising.
+    pub fn knots(&self) -> Vec<f64> {
+        let Amplitude::Table(pairs) = self else { return Vec::new() };
+        pairs.iter().map(|p| p.0).filter(|&load| load > 0.0 && load < 1.0).collect()
+    }
+
+    /// Value and slope at a load factor; at a kink the slope to the left, at the first pair of a table the one to the
+    /// right: a run that starts there has to see where it leads.
     pub fn evaluate(&self, load: f64) -> (f64, f64) {
         match self {
             Amplitude::Ramp => (load, 1.0),
@@ -85,7 +96,10 @@ impl Amplitude {
             }
             Amplitude::Table(pairs) => {
                 let next = pairs.partition_point(|p| p.0 < load);
-                if next == 0 {
+                if next == 0 && pairs.len() > 1 && pairs[0].0 == load {
+                    let (a, b) = (pairs[0], pairs[1]);
+                    (a.1, (b.1 - a.1) / (b.0 - a.0))
+                } else if next == 0 {
                     (pairs.first().map_or(0.0, |p| p.1), 0.0)
                 } else if next == pairs.len() {
                     (pairs[next - 1].1, 0.0)
@@ -109,6 +123,12 @@ mod tests {
         assert_eq!(table.evaluate(0.5), (1.0, 2.0));
         assert_eq!(table.evaluate(2.0), (1.0, -1.0));
         assert_eq!(table.evaluate(9.0), (0.0, 0.0));
+        // A run that starts at the first pair is led by the slope behind it; before it and beyond, nothing changes.
+        assert_eq!(table.evaluate(0.0), (0.0, 2.0));
+        assert_eq!(table.evaluate(-0.1), (0.0, 0.0));
+        let stages = Amplitude::table(vec![(-1.0, 0.0), (0.0, 0.0), (0.2, 1.0), (0.5, 2.0), (1.0, 2.0), (4.0, 0.0)]);
+        assert_eq!(stages.unwrap().knots(), [0.2, 0.5]);
+        assert!(Amplitude::Ramp.knots().is_empty());
         assert!(Amplitude::table(vec![(0.0, 1.0)]).is_err());
         assert!(Amplitude::table(vec![(0.0, 1.0), (0.0, 2.0)]).is_err());
         assert!(Amplitude::table(vec![(0.0, 1.0), (1.0, f64::NAN)]).is_err());

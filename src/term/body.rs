@@ -6,6 +6,7 @@ use crate::geometry::Point;
 use crate::material::Material;
 use crate::table::ShapeTable;
 
+use super::guard::jacobian;
 use super::linearize::{advance, linearize};
 use super::measure::Measure;
 use super::{Element, Health, Term, View};
@@ -372,7 +373,7 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
         self.table
             .clusters()
             .points(cluster)
-            .map(|point| (self.deformation_gradient(point, view.displacement).determinant(), point))
+            .map(|point| (jacobian(&self.deformation_gradient(point, view.displacement), self.table.hoops()), point))
             // A NaN counts as the smallest of all.
             .min_by(|a, b| if a.0.is_nan() { std::cmp::Ordering::Less } else { a.0.total_cmp(&b.0) })
             .map(|(j, point)| (j, self.table.positions()[point].as_slice().to_vec()))

@@ -58,6 +58,30 @@ pub fn largest_step(f: &Matrix3<f64>, step: &Matrix3<f64>) -> f64 {
     1.0
 }
 
+/// The largest $s \le 1$ for which each hoop stretch $1 + u_1/X_1$ keeps a fifth of itself along the step: a point
+/// beyond the axis of revolution may well have $J > 0$, the radial stretch being negative too. Returns 0 where one is
+/// not positive.
+#[inline]
+pub(super) fn largest_step_of_hoops(f: &Matrix3<f64>, step: &Matrix3<f64>, hoops: &[usize]) -> f64 {
+    let mut bound: f64 = 1.0;
+    for &hoop in hoops {
+        let (now, change) = (f[(hoop, hoop)], step[(hoop, hoop)]);
+        if !(now > 0.0) {
+            return 0.0;
+        }
+        if now + change < REMAINING * now {
+            bound = bound.min((REMAINING - 1.0) * now / change);
+        }
+    }
+    bound
+}
+
+/// $\det F$, with a negative sign where a hoop stretch is not positive: beyond the axis of revolution.
+pub(super) fn jacobian(f: &Matrix3<f64>, hoops: &[usize]) -> f64 {
+    let j = f.determinant();
+    if hoops.iter().any(|&hoop| f[(hoop, hoop)] <= 0.0) { -j.abs() } else { j }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -73,6 +97,21 @@ mod tests {
         assert_eq!(largest_step(&identity, &Matrix3::zeros()), 1.0);
         assert_eq!(largest_step(&-identity, &Matrix3::zeros()), 0.0);
         assert_eq!(largest_step(&identity, &Matrix3::repeat(f64::NAN)), 0.0);
+    }
+
+    #[test]
+    fn no_step_leads_beyond_the_axis() {
+        let diagonal = |r, hoop| Matrix3::from_diagonal(&nalgebra::Vector3::new(r, hoop, 1.0));
+        let (f, step) = (diagonal(2.0, 0.5), diagonal(0.0, -1.0) - diagonal(0.0, 0.0));
+        assert_eq!(largest_step_of_hoops(&f, &step, &[]), 1.0);
+        assert!((largest_step_of_hoops(&f, &step, &[1]) - 0.4).abs() < 1e-15);
+        assert_eq!(largest_step_of_hoops(&f, &diagonal(0.0, 3.0), &[1]), 1.0);
+        assert_eq!(largest_step_of_hoops(&f, &diagonal(0.0, -0.3), &[1]), 1.0);
+        // Both stretches negative: J > 0, and yet beyond the axis.
+        let beyond = diagonal(-2.0, -0.5);
+        assert_eq!(largest_step_of_hoops(&beyond, &step, &[1]), 0.0);
+        assert_eq!((jacobian(&beyond, &[1]), jacobian(&beyond, &[])), (-1.0, 1.0));
+        assert_eq!(jacobian(&f, &[1]), 1.0);
     }
 
     #[test]

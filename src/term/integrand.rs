@@ -7,7 +7,7 @@ use crate::table::ShapeTable;
 use crate::tensor::Tangent;
 
 use super::contraction::{Contraction, reduce_stress, reduce_tangent};
-use super::guard::largest_step;
+use super::guard::{largest_step, largest_step_of_hoops};
 use super::{Element, Term, View};
 
 /// What an integrand sees at a point; always three-dimensional.
@@ -102,6 +102,11 @@ pub trait Integrand: Send + Sync {
     fn is_symmetric(&self) -> bool {
         true
     }
+
+    /// Load factors inside $(0, 1)$ at which the forces have kinks, see [`Term::knots`].
+    fn knots(&self) -> Vec<f64> {
+        Vec::new()
+    }
 }
 
 /// An integrand over a table, as a term.
@@ -144,6 +149,10 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
 
     fn is_symmetric(&self) -> bool {
         self.integrand.is_symmetric()
+    }
+
+    fn knots(&self) -> Vec<f64> {
+        self.integrand.knots()
     }
 
     fn has_matrix(&self) -> bool {
@@ -234,7 +243,8 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
         let mut bound: f64 = 1.0;
         for point in self.table.clusters().points(cluster) {
             let f = Matrix3::identity() + self.table.displacement_gradient(point, view.displacement);
-            bound = bound.min(largest_step(&f, &self.table.displacement_gradient(point, step)));
+            let df = self.table.displacement_gradient(point, step);
+            bound = bound.min(largest_step(&f, &df)).min(largest_step_of_hoops(&f, &df, self.table.hoops()));
         }
         bound
     }

@@ -9,7 +9,7 @@ use crate::tensor::{add_hessian_in, cofactor};
 
 use super::body::{Body, PressureField};
 use super::contraction::GROUP;
-use super::guard::largest_step;
+use super::guard::{largest_step, largest_step_of_hoops};
 use super::lower::{LowerBlocks, WIDTH};
 use super::measure::Jet;
 use super::{Element, Term, View};
@@ -167,7 +167,7 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
             let h = displacement_gradient::<A, D>(nodes, gradients, table.hoops(), view.displacement);
             let f = Matrix3::identity() + h;
             let df = displacement_gradient::<A, D>(nodes, gradients, table.hoops(), step);
-            bound = bound.min(largest_step(&f, &df));
+            bound = bound.min(largest_step(&f, &df)).min(largest_step_of_hoops(&f, &df, table.hoops()));
             let Some(volumetric) = volumetric else { continue };
             let j = f.determinant();
             let change = cofactor(&f).dot(&df);

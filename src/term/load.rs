@@ -27,6 +27,10 @@ impl Integrand for DeadLoad {
         flux.force = -self.force * factor;
         flux.force_by_load = -self.force * slope;
     }
+
+    fn knots(&self) -> Vec<f64> {
+        self.amplitude.knots()
+    }
 }
 
 /// A pressure that follows the surface: traction $-p\,a(\lambda)\operatorname{cof}(F)N$ per reference
@@ -65,6 +69,10 @@ impl Integrand for FollowerPressure {
 
     fn is_symmetric(&self) -> bool {
         false
+    }
+
+    fn knots(&self) -> Vec<f64> {
+        self.amplitude.knots()
     }
 }
 

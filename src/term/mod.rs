@@ -135,6 +135,11 @@ pub trait Term<const D: usize>: Send + Sync {
         true
     }
 
+    /// Load factors inside $(0, 1)$ at which the forces of the term have kinks: steps of the load stop there.
+    fn knots(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// Whether the term fills the lower blocks that the assembler asks for; those of this crate alone know them.
     #[doc(hidden)]
     fn fills_lower_blocks(&self) -> bool {
@@ -168,7 +173,8 @@ pub trait Term<const D: usize>: Send + Sync {
         0.0
     }
 
-    /// The smallest determinant of $F$ in the cluster and where, for terms that have one.
+    /// The smallest determinant of $F$ in the cluster and where, for terms that have one; negative beyond the axis of
+    /// revolution, where the hoop stretch is.
     fn smallest_jacobian(&self, _cluster: usize, _view: View<'_>) -> Option<(f64, Vec<f64>)> {
         None
     }
@@ -202,6 +208,10 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
 
     fn matrix_follows_load(&self) -> bool {
         (**self).matrix_follows_load()
+    }
+
+    fn knots(&self) -> Vec<f64> {
+        (**self).knots()
     }
 
     fn fills_lower_blocks(&self) -> bool {
