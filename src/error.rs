@@ -229,6 +229,28 @@ pub enum BoundaryError {
         /// Relative size of what is left of the row.
         pivot: f64,
     },
+    /// A prescribed value moves a point of a body of revolution to its axis or beyond.
+    #[error(
+        "{what} takes X = {at:?} to radius {radius} at load factor {load}, to the axis of revolution or beyond: prescribe values that leave it off the axis"
+    )]
+    BeyondAxis {
+        /// The condition.
+        what: String,
+        /// The point.
+        at: Vec<f64>,
+        /// The radius it would have.
+        radius: f64,
+        /// The load factor.
+        load: f64,
+    },
+    /// A call of the builder has nothing to act on.
+    #[error("{what}: {remedy}")]
+    Misplaced {
+        /// What was called where.
+        what: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// A load or target is not finite.
     #[error("{what}: value {value:e} at load factor {load}; give finite numbers")]
     Value {

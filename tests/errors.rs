@@ -398,16 +398,14 @@ fn rows_that_depend_on_each_other() {
         ["far row", "beyond the 40 of the model"]
     );
     // Over a boundary and at all of the same particles: more rows than the face can bear apart.
-    let mut scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold(Side::Min);
-    for particle in 0..4 {
-        scene = scene.prescribe_at([0.0, f64::from(particle) / 3.0], 0, 0.0);
-    }
+    let held = |rows, enforcing| sound().discretize(&coarse().rows(rows).enforcing(enforcing)).unwrap();
     for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
-        let error = refusal(&scene, &coarse().rows(RowKind::OverBoundary).enforcing(enforcing));
-        assert!(
-            matches!(error, Error::Boundary(BoundaryError::Dependent { .. } | BoundaryError::Conflict { .. })),
-            "{error:?}"
-        );
+        let mut problem = held(RowKind::OverBoundary, enforcing);
+        for row in held(RowKind::AtParticles, enforcing).rows.rows().iter().take(4) {
+            problem.rows.push(row.clone()).unwrap();
+        }
+        let error = problem.run(&mut ()).unwrap_err();
+        assert!(matches!(error, Error::Boundary(BoundaryError::Dependent { .. })), "{error:?}");
     }
     // Everything prescribed: nothing to solve.
     let mut all = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, rubber());
@@ -666,4 +664,75 @@ fn settings() {
             [what, "increments are above 0", "growth is from 1 to 1000"]
         );
     }
+}
+
+#[test]
+fn pins_on_prescribed_faces() {
+    for rows in [RowKind::OverBoundary, RowKind::AtParticles] {
+        let scheme = coarse().rows(rows);
+        let run = |scene: Scene<2>| {
+            let problem = scene.discretize(&scheme).unwrap();
+            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            (problem.rows.len(), path.last().displacement.clone())
+        };
+        // What the face says already is taken once, whether the pin comes before it or behind it.
+        let alone = run(sound());
+        assert_eq!(run(sound().prescribe_at([2.0, 1.0], 0, 0.1)), alone);
+        assert_eq!(run(sound().prescribe_at([0.0, 0.0], 1, 0.0).with_amplitude(Amplitude::Constant)), alone);
+        let before = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+            .prescribe_at([2.0, 1.0], 0, 0.1)
+            .hold(Side::Min)
+            .prescribe_motion(Side::Max, 0, |_, load| 0.1 * load);
+        let (count, displacement) = run(before);
+        assert_eq!(count, alone.0);
+        for (d, same) in displacement.iter().zip(&alone.1) {
+            assert!((d - same).abs() < 1e-9, "{d} {same}");
+        }
+        // Another component is another matter.
+        assert_eq!(run(sound().prescribe_at([2.0, 1.0], 1, 0.0)).0, alone.0 + 1);
+        // What it denies is refused, at the last load and on the way.
+        let pin = sound().prescribe_at([2.0, 1.0], 0, 0.2);
+        let late = Amplitude::table(vec![(0.0, 0.0), (0.5, 0.0), (1.0, 1.0)]).unwrap();
+        for scene in [pin, sound().prescribe_at([2.0, 1.0], 0, 0.1).with_amplitude(late)] {
+            refused!(
+                refusal(&scene, &scheme),
+                Error::Boundary(BoundaryError::Conflict { component: 0, .. }),
+                ["u_0 on face (0, Max) and u_0 at [2.0, 1.0]", "X = [2.0, 1.0]", "remove one"]
+            );
+        }
+    }
+}
+
+#[test]
+fn amplitudes_of_nothing() {
+    let block = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber());
+    let scene = block.with_amplitude(Amplitude::Constant).hold(Side::Min).prescribe(Side::Max, 0, 0.1);
+    refused!(
+        refusal(&scene, &coarse()),
+        Error::Boundary(BoundaryError::Misplaced { .. }),
+        ["with_amplitude before any", "right after the condition or load"]
+    );
+}
+
+#[test]
+fn motions_beyond_the_axis_of_revolution() {
+    // Both stretches turn negative on the way: J > 0 in the end, and a bore of negative radius.
+    let tube = || Scene::new(Block::new([1.0], [2.0]), RadialCylinder, rubber());
+    let scheme = Scheme::default().particles([9]);
+    for scene in [tube().prescribe(Side::Min, 0, -1.5), tube().prescribe_at([1.0], 0, -1.0)] {
+        refused!(
+            refusal(&scene, &scheme),
+            Error::Boundary(BoundaryError::BeyondAxis { .. }),
+            ["u_0", "X = [1.0]", "axis of revolution", "load factor 1"]
+        );
+    }
+    let problem = tube().prescribe(Side::Min, 0, -0.5).discretize(&scheme).unwrap();
+    // A state beyond the axis is inverted, though its J is positive everywhere: u = −2.5 X, both stretches −1.5.
+    let mut state = problem.at_rest();
+    for (d, x) in state.displacement.iter_mut().zip(problem.model.positions()) {
+        *d = -2.5 * x[0];
+    }
+    assert!(problem.deformation_gradients(&state).iter().all(|f| f.determinant() > 0.0));
+    let error = problem.analysis.run_from(&problem.model, &problem.rows, state, &mut ()).unwrap_err();
+    assert!(matches!(error, Error::Solve(SolveError::InvertedStart { .. })), "{error:?}");
 }

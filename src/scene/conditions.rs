@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::boundary::{Constraints, Motion};
+use crate::boundary::{Constraints, Motion, agree};
 use crate::cells::Cells;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::Point;
@@ -23,13 +23,94 @@ pub(super) fn rows<const D: usize, A: Approximation<D>>(
     let mut rows = Constraints::new();
     for condition in &scene.conditions {
         let before = rows.clone();
-        if let Err(error) = add(&mut rows, scene, condition, cells, approximation, facets) {
+        // Rows over a face know nothing of single particles: what they say twice is looked up in the scene.
+        let added = match facets.map_or(Ok(false), |_| lies_on_part(scene, condition, cells)) {
+            Ok(true) => Ok(()),
+            Ok(false) => add(&mut rows, scene, condition, cells, approximation, facets),
+            Err(error) => Err(error),
+        };
+        if let Err(error) = added {
             refused(error)?;
             // Without the rows that were added before it was refused.
             rows = before;
         }
     }
     Ok(rows)
+}
+
+/// Whether a condition at a particle says again what one on a part that holds the particle says: taken as well, the
+/// particle would be prescribed twice.
+///
+/// # Errors
+/// Where it says something else.
+fn lies_on_part<const D: usize>(
+    scene: &Scene<D>,
+    condition: &Condition<D>,
+    cells: &dyn Cells<D>,
+) -> Result<bool, Error> {
+    let Place::Particle(at) = &condition.place else { return Ok(false) };
+    let particle = particle_at(cells, at, &condition.label)?;
+    let at = &cells.positions()[particle];
+    for other in scene.conditions.iter().filter(|other| other.component == condition.component) {
+        let Place::Part(part) = &other.place else { continue };
+        // Parts that don't exist are refused with their own condition.
+        if !cells.boundary_nodes(part).is_ok_and(|nodes| nodes.contains(&particle)) {
+            continue;
+        }
+        let ((first, a), (second, b)) = (value_at(other, at), value_at(condition, at));
+        if agree((first, &a), (second, &b)) {
+            return Ok(true);
+        }
+        return Err(BoundaryError::Conflict {
+            first: other.label.clone(),
+            second: condition.label.clone(),
+            component: condition.component,
+            at: at.as_slice().to_vec(),
+            values: [first * a.evaluate(1.0).0, second * b.evaluate(1.0).0],
+        }
+        .into());
+    }
+    Ok(false)
+}
+
+/// What a condition prescribes at a point: a value and its amplitude.
+fn value_at<const D: usize>(condition: &Condition<D>, at: &Point<D>) -> (f64, Amplitude) {
+    match &condition.value {
+        Value::Field(field) => (field(at), condition.amplitude.clone()),
+        Value::Motion(motion) => {
+            let (motion, at) = (along(motion, &condition.amplitude), *at);
+            (1.0, Amplitude::Function(Arc::new(move |load| motion(&at, load))))
+        }
+    }
+}
+
+/// Refuses values that take a point of a body of revolution to its axis or beyond, where its hoops would be inverted.
+fn stays_off_axis<const D: usize>(
+    scene: &Scene<D>,
+    condition: &Condition<D>,
+    cells: &dyn Cells<D>,
+    nodes: &[usize],
+) -> Result<(), BoundaryError> {
+    if condition.component != 0 || scene.kinematics.hoops().is_empty() {
+        return Ok(());
+    }
+    for &node in nodes {
+        let at = &cells.positions()[node];
+        let (target, amplitude) = value_at(condition, at);
+        for load in [1.0, 0.75, 0.5, 0.25].into_iter().chain(condition.amplitude.knots()) {
+            let radius = at[0] + target * amplitude.evaluate(load).0;
+            // Points on the axis may stay there.
+            if radius < 0.0 || radius == 0.0 && at[0] > 0.0 {
+                return Err(BoundaryError::BeyondAxis {
+                    what: condition.label.clone(),
+                    at: at.as_slice().to_vec(),
+                    radius,
+                    load,
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Adds the rows of one condition.
@@ -42,8 +123,12 @@ fn add<const D: usize, A: Approximation<D>>(
     facets: Option<FacetRule>,
 ) -> Result<(), Error> {
     let (component, amplitude, label) = (condition.component, &condition.amplitude, condition.label.as_str());
+    if let Value::Motion(_) = &condition.value {
+        rows.add_knots(amplitude.knots());
+    }
     let nodes = match (&condition.place, facets) {
         (Place::Part(part), Some(facets)) => {
+            stays_off_axis(scene, condition, cells, &cells.boundary_nodes(part)?)?;
             // One by one, so that each piece claims its corners in turn.
             for cells in cells.boundary_pieces(part, facets.parts, facets.gauss)? {
                 let kinematics = &*scene.kinematics;
@@ -63,6 +148,7 @@ fn add<const D: usize, A: Approximation<D>>(
         (Place::Particle(at), _) => vec![particle_at(cells, at, label)?],
         (Place::Body, _) => return Ok(()),
     };
+    stays_off_axis(scene, condition, cells, &nodes)?;
     match &condition.value {
         Value::Field(field) => rows.at_particles(approximation, &nodes, component, &**field, amplitude, label)?,
         Value::Motion(motion) => {

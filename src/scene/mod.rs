@@ -116,6 +116,8 @@ pub struct Scene<const D: usize> {
     pub(crate) conditions: Vec<Condition<D>>,
     pub(crate) loads: Vec<Load<D>>,
     last: Last,
+    /// Whether an amplitude was given before any condition or load.
+    stray_amplitude: bool,
 }
 
 impl<const D: usize> Scene<D> {
@@ -145,6 +147,7 @@ impl<const D: usize> Scene<D> {
             conditions: Vec::new(),
             loads: Vec::new(),
             last: Last::Nothing,
+            stray_amplitude: false,
         }
     }
 
@@ -275,9 +278,10 @@ impl<const D: usize> Scene<D> {
     }
 
     /// Changes the amplitude of the condition or load that was added last; a [`hold`](Scene::hold) needs none, its values are zero.
+    /// Before any of them it is refused when the scene is discretised.
     pub fn with_amplitude(mut self, amplitude: Amplitude) -> Self {
         match self.last {
-            Last::Nothing => {}
+            Last::Nothing => self.stray_amplitude = true,
             Last::Condition => {
                 if let Some(last) = self.conditions.last_mut() {
                     last.amplitude = amplitude;
@@ -325,6 +329,13 @@ impl<const D: usize> Scene<D> {
 
     /// Refuses conditions and loads that no scheme could serve.
     fn validate(&self) -> Result<(), Error> {
+        if self.stray_amplitude {
+            return Err(BoundaryError::Misplaced {
+                what: "with_amplitude before any condition or load",
+                remedy: "call it right after the condition or load that it belongs to",
+            }
+            .into());
+        }
         if let Source::Domain(domain) = &self.source {
             domain.validate()?;
         }
