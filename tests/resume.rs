@@ -305,3 +305,60 @@ fn killed_runs_are_readable_and_resume() {
     assert_eq!((killed.readable, killed.differences), (12, 0), "{killed:?}");
     assert!(killed.midway >= 3, "{killed:?}: the moments miss the run");
 }
+
+/// A path of another scene whose vectors happen to be as long is no path of this one.
+#[test]
+fn paths_of_other_scenes_are_refused() {
+    let scene = |stiffness: f64, pull: f64, lift: f64, length: f64| {
+        Scene::new(Block::new([0.0, 0.0], [length, 1.0]), PlaneStrain, Rubber::neo_hookean(stiffness, 1e3).unwrap())
+            .hold(Side::Min)
+            .prescribe(Side::Max, 0, pull)
+            .traction((1, Side::Max), [0.0, lift])
+    };
+    let equal = |steps| Scheme::default().particles([5, 3]).stepping(Stepping::equal(steps));
+    for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
+        let problem = |stiffness, pull, lift, length| {
+            scene(stiffness, pull, lift, length).discretize(&equal(5).enforcing(enforcing)).unwrap()
+        };
+        let whole = problem(0.5, 0.4, 0.05, 2.0).run(&mut ()).unwrap().completed().unwrap();
+        let mut half = whole.clone();
+        half.steps.truncate(3);
+        half.ending = Ending::Interrupted;
+        for (other, what) in [
+            (problem(0.6, 0.4, 0.05, 2.0), "unbalanced"),
+            (problem(0.5, 0.41, 0.05, 2.0), "prescribed"),
+            (problem(0.5, 0.4, 0.06, 2.0), "unbalanced"),
+            (problem(0.5, 0.4, 0.05, 2.1), "unbalanced"),
+        ] {
+            for path in [&half, &whole] {
+                let error = other.resume(path.clone(), &mut ()).unwrap_err();
+                assert!(matches!(error, Error::Solve(SolveError::OtherProblem { .. })), "{error:?}");
+                assert!(error.to_string().contains(what), "{error}");
+            }
+        }
+        // Another energy gives away what is in balance all the same.
+        let mut forged = half.clone();
+        forged.steps[2].energy *= 1.001;
+        let error = problem(0.5, 0.4, 0.05, 2.0).resume(forged, &mut ()).unwrap_err();
+        assert!(error.to_string().contains("energy"), "{error}");
+        // Other steps and another strategy are legitimate.
+        for other in [Enforcing::Transformation, Enforcing::Multipliers] {
+            let scheme = equal(8).enforcing(other);
+            let problem = scene(0.5, 0.4, 0.05, 2.0).discretize(&scheme).unwrap();
+            let path = problem.resume(half.clone(), &mut ()).unwrap().completed().unwrap();
+            for (d, same) in path.last().displacement.iter().zip(&whole.last().displacement) {
+                assert!((d - same).abs() < 1e-8, "{d} {same}");
+            }
+        }
+    }
+    // Bodies that only move, or are back at rest, have forces of rounding alone.
+    let there_and_back = Amplitude::table(vec![(0.0, 0.0), (0.5, 1.0), (1.0, 0.0)]).unwrap();
+    let block = || Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber());
+    let moved = block().prescribe(Side::Min, 0, 0.7).prescribe(Side::Min, 1, 0.3);
+    let back = block().hold(Side::Min).traction(Side::Max, [0.2, 0.1]).with_amplitude(there_and_back);
+    for scene in [moved, back, block().hold(Side::Min)] {
+        let problem = scene.discretize(&equal(4)).unwrap();
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        assert_eq!(differences(&problem.resume(path.clone(), &mut ()).unwrap(), &path), 0);
+    }
+}

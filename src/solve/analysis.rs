@@ -79,10 +79,12 @@ impl Analysis {
     ///
     /// The path comes back with the new steps behind the old ones; only the first and the last two of its states
     /// are used. A path that has reached its last load comes back as it is. Nothing but the path is needed:
-    /// factors and scalings are made afresh within every step.
+    /// factors and scalings are made afresh within every step. Stepping and strategies may be others than those of the
+    /// first run, model and conditions may not.
     ///
     /// # Errors
-    /// As [`run_from`](Analysis::run_from).
+    /// As [`run_from`](Analysis::run_from), and where the last state of the path is no equilibrium of this model under
+    /// these conditions, or has another energy than was recorded: the path is that of another problem.
     pub fn resume<const D: usize>(
         &self,
         model: &Model<D>,
@@ -92,6 +94,7 @@ impl Analysis {
     ) -> Result<Path, Error> {
         self.validate(model, rows, &path)?;
         let mut march = March::new(self, model, rows, path, observer)?;
+        march.check_recorded()?;
         let lead = match march.lead() {
             None => march.by_load(),
             lead => lead,
@@ -143,6 +146,7 @@ impl Analysis {
             return Err(SolveError::Setting { what: "control target", value, needed: "give finite values" }.into());
         }
         let mut march = March::new(self, model, rows, path, observer)?;
+        march.check_recorded()?;
         let reached = march.pace().map_or(0, |pace| pace.reached);
         for (index, &target) in targets.iter().enumerate().skip(reached) {
             if !march.reach(functional, index, target) {

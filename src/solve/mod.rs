@@ -8,6 +8,7 @@ mod lead;
 mod march;
 mod newton;
 mod path;
+mod recorded;
 mod rejection;
 mod routes;
 mod search;

@@ -1,0 +1,58 @@
+//! Whether a recorded path belongs to the problem that is to go on with it.
+
+use crate::assembly::System;
+use crate::error::{Error, SolveError};
+
+use super::march::March;
+use super::newton::norm;
+
+/// What may be left of forces and gaps, relative to their own size: far above what Newton's method leaves.
+const BALANCED: f64 = 1e-4;
+/// How closely a recorded energy is that of its state; machines differ by rounding.
+const ENERGY: f64 = 1e-6;
+/// The uniform strain whose forces are the least that count: those of a body that only moved are rounding.
+const LEAST_STRAIN: f64 = 1e-6;
+
+impl<const D: usize> March<'_, '_, D> {
+    /// Refuses a path whose last state is no equilibrium here: it was recorded with another scene or scheme.
+    pub(super) fn check_recorded(&mut self) -> Result<(), Error> {
+        let Some(step) = self.path.steps.last() else { return Ok(()) };
+        let (model, rows, state) = (self.workspace.model, self.workspace.rows, &step.state);
+        let refuse = |what, value| Err(SolveError::OtherProblem { what, value, load: state.load }.into());
+
+        let mut forces = System::default();
+        let assembler = &mut self.workspace.assembler;
+        let strain: Vec<f64> =
+            model.positions().iter().flat_map(|x| x.iter().map(|x| LEAST_STRAIN * x).collect::<Vec<_>>()).collect();
+        assembler.assemble_forces(model, &strain, &model.start(), 0.0, &mut forces);
+        let least = forces.scale;
+        assembler.assemble_forces(model, &state.displacement, &state.locals, state.load, &mut forces);
+        let size = forces.scale.max(least);
+        let mut left = Vec::new();
+        self.workspace.enforced.imbalance(&forces.residual, &state.multipliers, &mut left);
+        let unbalanced = norm(&left) / size.max(f64::MIN_POSITIVE);
+        if !(unbalanced <= BALANCED) {
+            return refuse("relative to all forces its unbalanced ones are", unbalanced);
+        }
+
+        // Held displacements are sums of coefficients that need not be small themselves.
+        rows.gap(&state.displacement, state.load, &mut left);
+        let sums = rows.rows().iter().map(|row| {
+            let sum: f64 = row.entries.iter().map(|&(k, c)| (c * state.displacement[k]).abs()).sum();
+            sum.max((row.target * row.amplitude.evaluate(state.load).0).abs())
+        });
+        let gap = norm(&left) / norm(&sums.collect::<Vec<_>>()).max(f64::MIN_POSITIVE);
+        if !(gap <= BALANCED) {
+            return refuse("it misses the prescribed displacements by a part of", gap);
+        }
+
+        let energy = model.energy(&state.displacement, &state.locals, state.load);
+        let off = (energy - step.energy).abs();
+        let least = size * norm(&state.displacement);
+        // Materials may leave energies undefined.
+        if off > ENERGY * energy.abs().max(step.energy.abs()).max(least) {
+            return refuse("its energy here differs from the recorded one by a part of", off / step.energy.abs());
+        }
+        Ok(())
+    }
+}
