@@ -401,6 +401,28 @@ pub enum SolveError {
         /// What to do.
         remedy: &'static str,
     },
+    /// A path that is to be resumed was recorded with another problem.
+    #[error(
+        "the last state of the path, at load factor {load}, is none of this problem: {what} {value:.1e}; resume with the scene and the scheme that it was recorded with"
+    )]
+    OtherProblem {
+        /// What gave it away.
+        what: &'static str,
+        /// By how much.
+        value: f64,
+        /// Load factor of the state.
+        load: f64,
+    },
+    /// The analysis ended before its last load, though further steps may well be found.
+    #[error("ended at load factor {load} after {steps} converged steps: {why}")]
+    BrokenOff {
+        /// Load factor of the last converged state.
+        load: f64,
+        /// Converged steps.
+        steps: usize,
+        /// Who broke off.
+        why: &'static str,
+    },
     /// The analysis stalled before its last load.
     #[error("stalled at load factor {load} after {steps} converged steps: {why}")]
     Stalled {

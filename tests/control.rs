@@ -201,3 +201,31 @@ fn steps_stop_at_the_knots_of_tables() {
     let equal = loads(scene, Stepping::equal(5)).0;
     assert!((equal[1] - 0.25).abs() == 0.0 && equal.len() == 6, "{equal:?}");
 }
+
+/// A spherical shell of neo-Hookean rubber under more pressure than it can bear.
+fn overblown(stepping: Stepping) -> Path {
+    let scene = Scene::new(Block::new([1.0], [2.0]), RadialSphere, Rubber::neo_hookean(0.5, 1e5).unwrap())
+        .pressure(Side::Min, 5.0);
+    scene.discretize(&Scheme::default().particles([17]).stepping(stepping)).unwrap().run(&mut ()).unwrap()
+}
+
+#[test]
+fn stalls_say_where_the_path_turned_and_what_leads_on() {
+    let arcs = Stepping { control: StepControl::ArcLength, steps: 60, ..Stepping::default() };
+    for stepping in [arcs, Stepping { steps: 400, ..arcs }] {
+        let path = overblown(stepping);
+        let largest = path.steps.iter().map(|step| step.state.load).fold(0.0, f64::max);
+        let Ending::Stalled(why) = &path.ending else { panic!("{:?}", path.ending) };
+        assert!(path.last().load < largest, "{}", path.last().load);
+        assert!(why.contains("limit point was passed") && why.contains(&format!("{largest:.6}")), "{why}");
+        assert!(!why.contains("rigid"), "{why}");
+    }
+    // Under load control there is no way on, but there are others.
+    let path = overblown(Stepping { control: StepControl::Load, ..Stepping::default() });
+    let Ending::Stalled(why) = &path.ending else { panic!("{:?}", path.ending) };
+    assert!(!path.steps.is_empty() && why.contains("ArcLength") && why.contains("check::scene"), "{why}");
+    // An observer that breaks off stalls nothing.
+    let error = Path { ending: Ending::Stopped, ..path }.completed().unwrap_err();
+    assert!(matches!(error, rkpm::error::SolveError::BrokenOff { .. }), "{error:?}");
+    assert!(!error.to_string().contains("stalled"), "{error}");
+}

@@ -736,3 +736,18 @@ fn motions_beyond_the_axis_of_revolution() {
     let error = problem.analysis.run_from(&problem.model, &problem.rows, state, &mut ()).unwrap_err();
     assert!(matches!(error, Error::Solve(SolveError::InvertedStart { .. })), "{error:?}");
 }
+
+#[test]
+fn amplitudes_that_are_no_numbers() {
+    let broken = || Amplitude::Function(std::sync::Arc::new(|load: f64| if load > 0.4 { f64::NAN } else { load }));
+    for (scene, label) in [
+        (sound().pressure((1, Side::Max), 0.1).with_amplitude(broken()), "amplitude of pressure on face (1, Max)"),
+        (sound().with_amplitude(broken()), "amplitude of u_0 on face (0, Max)"),
+    ] {
+        refused!(
+            refusal(&scene, &coarse()),
+            Error::Boundary(BoundaryError::Value { .. }),
+            [label, "at load factor 0.5", "finite"]
+        );
+    }
+}

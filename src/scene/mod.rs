@@ -341,6 +341,7 @@ impl<const D: usize> Scene<D> {
         }
         for condition in &self.conditions {
             condition.amplitude.validate()?;
+            is_finite(&condition.amplitude, &condition.label)?;
             if condition.component >= D {
                 return Err(BoundaryError::Component {
                     what: condition.label.clone(),
@@ -352,6 +353,7 @@ impl<const D: usize> Scene<D> {
         }
         for load in &self.loads {
             load.amplitude.validate()?;
+            is_finite(&load.amplitude, &load.label)?;
             let value = match &load.kind {
                 LoadKind::Dead(force) => force.iter().copied().find(|v| !v.is_finite()),
                 LoadKind::Pressure(pressure) => Some(*pressure).filter(|p| !p.is_finite()),
@@ -408,6 +410,15 @@ impl Scene<2> {
             })
         };
         Scene::of(Source::Scattered(Arc::new(scattering)), kinematics, material)
+    }
+}
+
+/// Refuses an amplitude that is no number at load factors of a run.
+fn is_finite(amplitude: &Amplitude, label: &str) -> Result<(), BoundaryError> {
+    let values = [0.0, 0.25, 0.5, 0.75, 1.0].map(|load| (load, amplitude.evaluate(load).0));
+    match values.into_iter().find(|(_, value)| !value.is_finite()) {
+        Some((load, value)) => Err(BoundaryError::Value { what: format!("amplitude of {label}"), value, load }),
+        None => Ok(()),
     }
 }
 

@@ -255,14 +255,15 @@ impl Path {
     /// The path itself if the last load was reached.
     ///
     /// # Errors
-    /// [`SolveError::Stalled`] where it was not; keep the path instead to use what there is of it.
+    /// [`SolveError::Stalled`] where it could not be, [`SolveError::BrokenOff`] where an observer or a kill ended the
+    /// run; keep the path instead to use what there is of it.
     pub fn completed(self) -> Result<Path, SolveError> {
-        let why = match &self.ending {
-            Ending::Completed => return Ok(self),
-            Ending::Stopped => "an observer broke off".to_string(),
-            Ending::Stalled(why) => why.clone(),
-            Ending::Interrupted => "the run was broken off; resume it".to_string(),
-        };
-        Err(SolveError::Stalled { load: self.last().load, steps: self.steps.len(), why })
+        let (load, steps) = (self.last().load, self.steps.len());
+        match self.ending {
+            Ending::Completed => Ok(self),
+            Ending::Stopped => Err(SolveError::BrokenOff { load, steps, why: "an observer broke off" }),
+            Ending::Interrupted => Err(SolveError::BrokenOff { load, steps, why: "the run was broken off; resume it" }),
+            Ending::Stalled(why) => Err(SolveError::Stalled { load, steps, why }),
+        }
     }
 }

@@ -19,7 +19,7 @@ pub enum Rejection {
         /// The last increment relative to the displacement.
         increment: f64,
     },
-    /// Numbers that are not finite: a material left its domain.
+    /// Numbers that are not finite: of a material that left its domain, a load or a term of one's own.
     NotFinite,
     /// The linear solve failed.
     Linear(LinearError),
@@ -53,6 +53,30 @@ impl Rejection {
     }
 }
 
+/// What to do where the load leads into an attempt that can't be solved.
+const BY_LOAD: &str =
+    "; StepControl::ArcLength or a prescribed deflection passes limit points, check::scene finds free rigid motions";
+
+impl Rejection {
+    /// Why a run stalls: the reason of the last attempt as it looks from the path behind it, of `steps` converged steps
+    /// up to the load factor `largest`, now at `load`.
+    pub(super) fn stall(&self, steps: usize, [load, largest]: [f64; 2], by_load: bool) -> String {
+        // What the first steps have solved is not free to move.
+        let what = match self {
+            Rejection::Linear(LinearError::Pivot { .. } | LinearError::Residual { .. }) if steps > 0 => {
+                "the matrix is singular in the next state".to_string()
+            }
+            other => other.to_string(),
+        };
+        if load < largest {
+            return format!("a limit point was passed, the largest load factor was {largest:.6}; now {what}");
+        }
+        let led_on = matches!(self, Rejection::Iterations(_) | Rejection::Guarded { .. } | Rejection::Diverging { .. })
+            || matches!(self, Rejection::Linear(_)) && steps > 0;
+        if by_load && led_on { what + BY_LOAD } else { what }
+    }
+}
+
 impl fmt::Display for Rejection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -66,7 +90,10 @@ impl fmt::Display for Rejection {
                     "the increments grow (now {increment:.1e} of the displacement): the next state is too far away"
                 )
             }
-            Rejection::NotFinite => write!(f, "forces are not finite: a material left its domain"),
+            Rejection::NotFinite => write!(
+                f,
+                "forces are not finite: a material left its domain, or a load, an amplitude or a term of one's own is NaN there"
+            ),
             Rejection::Linear(error) => write!(f, "{error}"),
             Rejection::Unstable { before, after } => {
                 write!(f, "a large step turns {before} unstable modes into {after}: the state may lie on another path")

@@ -10,9 +10,25 @@ impl<const D: usize> March<'_, '_, D> {
     fn steps_left(&mut self) -> bool {
         let left = self.path.steps.len() < self.analysis.stepping.steps;
         if !left {
-            self.path.ending = Ending::Stalled(format!("{} steps are used up", self.analysis.stepping.steps));
+            let most = self.analysis.stepping.steps;
+            let turned = match self.loads() {
+                [load, largest] if load < largest => format!("; a limit point was passed at load factor {largest:.6}"),
+                _ => String::new(),
+            };
+            self.path.ending = Ending::Stalled(format!("{most} steps are used up{turned}"));
         }
         left
+    }
+
+    /// The load factor now and the largest one of the path.
+    fn loads(&self) -> [f64; 2] {
+        let loads = self.path.steps.iter().map(|step| step.state.load);
+        [self.state.load, loads.fold(self.path.start.load, f64::max)]
+    }
+
+    /// Ends the run for want of a further state.
+    fn stall(&mut self, rejection: &Rejection, by_load: bool) {
+        self.path.ending = Ending::Stalled(rejection.stall(self.path.steps.len(), self.loads(), by_load));
     }
 
     /// Whether a step changes what is controlled by more than its rounding: below, halves round up to the whole and
@@ -78,7 +94,7 @@ impl<const D: usize> March<'_, '_, D> {
                     rejected = true;
                     increment = 0.5 * (target - self.state.load);
                     if increment < rejection.least(stepping.smallest) {
-                        self.path.ending = Ending::Stalled(rejection.to_string());
+                        self.stall(&rejection, true);
                         return None;
                     }
                 }
@@ -181,7 +197,7 @@ impl<const D: usize> March<'_, '_, D> {
                     rejected = true;
                     increment *= 0.5;
                     if increment < rejection.least(stepping.smallest) * first {
-                        self.path.ending = Ending::Stalled(rejection.to_string());
+                        self.stall(&rejection, false);
                         return;
                     }
                 }
@@ -223,7 +239,7 @@ impl<const D: usize> March<'_, '_, D> {
                 Err(rejection) => {
                     part *= 0.5;
                     if part < rejection.least(self.analysis.stepping.smallest) {
-                        self.path.ending = Ending::Stalled(rejection.to_string());
+                        self.stall(&rejection, false);
                         return false;
                     }
                 }
