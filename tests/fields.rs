@@ -72,7 +72,7 @@ fn homogeneous_stresses_are_exact_at_points_and_particles() {
         let corner = problem.displacement(state, &[2.0, 1.0, 1.0].into()).unwrap();
         (1.0 + corner[1]) * (1.0 + corner[2])
     };
-    let exact = problem.reaction(state, "u_0 on face (0, Max)")[0] / section;
+    let exact = problem.reaction(state, "u_0 on face (0, Max)").unwrap()[0] / section;
     let points = problem.stresses(state);
     for stress in points.iter().chain(&problem.at_particles(&points)) {
         assert!((stress[(0, 0)] / exact - 1.0).abs() < 1e-9 && stress[(1, 1)].abs() < 1e-8 * exact, "{stress}");
