@@ -248,6 +248,37 @@ fn cells_tile_the_shape() {
 }
 
 #[test]
+fn measures_do_not_depend_on_the_place_of_the_shape() {
+    for (at, size) in [(0.0, 1.0), (1e6, 1e-3), (-3e5, 2.0), (1.0, 1e-6)] {
+        let (low, high) = (at, at + size);
+        // What is drawn: corners are rounded, the area between them should not be.
+        let side: f64 = high - low;
+        let square = Outline::at([low, low]).line("b", [high, low]).line("r", [high, high]).line("t", [low, high]);
+        let region = Region::new(square.clone().close("l")).unwrap();
+        assert!((region.area() / (side * side) - 1.0).abs() < 1e-14, "{at} {size}: {}", region.area());
+        let hole = Outline::circle("hole", [low + 0.5 * side, low + 0.5 * side], 0.2 * side);
+        let holed = Region::with_holes(square.close("l"), [hole]).unwrap();
+        // The radius is a difference of rounded coordinates.
+        let rounding = 1e-12 + 8.0 * f64::EPSILON * at.abs() / size;
+        let exact = 1.0 - 0.04 * std::f64::consts::PI;
+        assert!((holed.area() / (side * side) - exact).abs() < rounding, "{at} {size}: {}", holed.area());
+        let cells = Triangulation::about(&holed, 200, |_| 1.0, &Scatter::default()).unwrap();
+        assert!(cells.positions().len().abs_diff(200) < 20, "{at} {size}: {}", cells.positions().len());
+        let sum: f64 = cells.gauss(2).unwrap().weights.iter().sum();
+        let smoothing = cells.smoothing(2, 2, &cells.zones(2)).unwrap();
+        let kernel = ReproducingKernel::new(cells.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+        let table = ShapeTable::smoothed(&kernel, &smoothing, &PlaneStrain).unwrap();
+        let measures = smoothing.volumes();
+        for (measure, weight) in measures.iter().zip(table.weights()) {
+            assert!((weight / measure - 1.0).abs() < 1e-9 + 10.0 * rounding, "{at} {size}: {measure} {weight}");
+        }
+        for total in [measures.iter().sum::<f64>(), table.weights().iter().sum()] {
+            assert!((total / sum - 1.0).abs() < 1e-12 + rounding, "{at} {size}: {total} {sum}");
+        }
+    }
+}
+
+#[test]
 fn spacing_follows_its_function() {
     let graded = |x: &Point<2>| 0.02 + 0.1 * (x - Point::<2>::new(1.0, 1.0)).norm();
     let cells = Triangulation::scattered(&l_shape(), graded, &Scatter::default()).unwrap();

@@ -61,11 +61,16 @@ impl<const D: usize> Smoothing<D> {
     /// that do not exist.
     pub fn volumes(&self) -> Vec<f64> {
         let volume = |facets: &Vec<(u32, f64)>| {
+            // Measured from a point of the sub-cell: about a distant origin the fluxes are large and cancel.
+            let first = facets.first().map_or(0, |f| (f.0 as usize).saturating_mul(self.points_per_facet));
+            let origin = self.facet_points.get(first).copied().unwrap_or_else(Point::zeros);
             let flux = |&(facet, sign): &(u32, f64)| -> f64 {
                 let first = (facet as usize).saturating_mul(self.points_per_facet);
                 let points = first..first.saturating_add(self.points_per_facet);
                 match (self.facet_points.get(points.clone()), self.facet_areas.get(points)) {
-                    (Some(at), Some(areas)) => at.iter().zip(areas).map(|(x, area)| sign * x.dot(area)).sum(),
+                    (Some(at), Some(areas)) => {
+                        at.iter().zip(areas).map(|(x, area)| sign * (x - origin).dot(area)).sum()
+                    }
                     _ => f64::NAN,
                 }
             };

@@ -114,8 +114,10 @@ impl Outline {
                     let centre = Point::<2>::from(centre);
                     let (a, b) = (start - centre, end - centre);
                     let radius = a.norm();
-                    // Corners typed with eight digits still lie on their arc.
-                    if !(radius > 0.0) || (b.norm() - radius).abs() > 1e-8 * radius {
+                    // Corners typed with eight digits still lie on their arc, and so do those of a small arc far
+                    // from the origin, whose coordinates are rounded.
+                    let rounding = 4.0 * f64::EPSILON * start.amax().max(end.amax()).max(centre.amax());
+                    if !(radius > 0.0) || (b.norm() - radius).abs() > 1e-8 * radius + rounding {
                         return Err(wrong(
                             "the ends of an arc have different distances from its centre",
                             to,
@@ -217,11 +219,16 @@ impl Curve {
         }
     }
 
-    /// $\tfrac12\int x\,\mathrm dy - y\,\mathrm dx$ along the curve.
-    pub(super) fn signed_area(&self) -> f64 {
+    /// $\tfrac12\int x\,\mathrm dy - y\,\mathrm dx$ along the curve, with coordinates from a point near it: about a
+    /// distant one the parts of a loop are large and cancel.
+    pub(super) fn signed_area(&self, about: &Point<2>) -> f64 {
         match *self {
-            Curve::Line { from, to } => 0.5 * (from[0] * to[1] - from[1] * to[0]),
+            Curve::Line { from, to } => {
+                let (a, b) = (from - about, to - about);
+                0.5 * (a[0] * b[1] - a[1] * b[0])
+            }
             Curve::Arc { from: a, to: b, centre, radius, sweep, .. } => {
+                let centre = centre - about;
                 0.5 * (radius * radius * sweep + centre[0] * (b[1] - a[1]) - centre[1] * (b[0] - a[0]))
             }
         }

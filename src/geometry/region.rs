@@ -52,7 +52,8 @@ impl Region {
         };
         for (index, outline) in std::iter::once(outline).chain(holes).enumerate() {
             let curves = outline.curves()?;
-            let area: f64 = curves.iter().map(|(curve, _)| curve.signed_area()).sum();
+            let corner = curves[0].0.at(0.0);
+            let area: f64 = curves.iter().map(|(curve, _)| curve.signed_area(&corner)).sum();
             let mut parts = Vec::with_capacity(curves.len());
             for (curve, name) in curves {
                 let part = region.names.iter().position(|n| *n == name).unwrap_or(region.names.len());

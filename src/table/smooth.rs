@@ -8,7 +8,7 @@ use crate::parallel::map_ranges;
 use crate::shape::{Approximation, ShapeFunctions};
 
 use super::build::{Rows, SERIAL_BELOW, rows};
-use super::{Clusters, inverse_radius};
+use super::{Clusters, check_values, inverse_radius};
 
 /// Facets in consecutive runs, as they were integrated: joining them would copy the largest lists of all.
 struct Facets<const D: usize> {
@@ -23,7 +23,7 @@ struct Run<const D: usize> {
     ends: Vec<usize>,
     nodes: Vec<u32>,
     sums: Vec<Point<D>>,
-    /// $\int m\,x_0 n_0\,\mathrm dA$: the facet's part in the measure of its cells.
+    /// $\int m\,(x_0 - o)\,n_0\,\mathrm dA$: the facet's part in the measure of its cells.
     volumes: Vec<f64>,
     rcond: f64,
 }
@@ -45,6 +45,10 @@ impl<const D: usize> Facets<D> {
     ) -> Result<Self, ApproximationError> {
         let count = smoothing.facet_points.len() / smoothing.points_per_facet.max(1);
         let dimension = (1 + kinematics.hoops().len()) as f64;
+        // Radii count from the axis. Other coordinates count from the body: far from the origin the parts of a small
+        // cell would be large and cancel.
+        let on_axis = !kinematics.hoops().is_empty();
+        let origin = smoothing.facet_points.first().filter(|_| !on_axis).map_or(0.0, |at| at[0]);
         let runs = map_ranges(count, SERIAL_BELOW, |range| -> Result<(usize, Run<D>), ApproximationError> {
             let mut facets = Run {
                 ends: Vec::with_capacity(range.len()),
@@ -63,9 +67,10 @@ impl<const D: usize> Facets<D> {
                 for point in first..first + smoothing.points_per_facet {
                     let at = &smoothing.facet_points[point];
                     approximation.evaluate_values(at, &mut scratch, &mut psi)?;
+                    check_values(&psi, approximation.nodes().len(), at)?;
                     facets.rcond = facets.rcond.min(psi.rcond);
                     let area = smoothing.facet_areas[point] * kinematics.measure(at);
-                    volume += at[0] * area[0] / dimension;
+                    volume += (at[0] - origin) * area[0] / dimension;
                     list.add(Point::zeros(), &psi.nodes, |a, sum| *sum += area * psi.values[a]);
                 }
                 facets.nodes.extend_from_slice(&list.nodes);
@@ -184,6 +189,7 @@ pub(super) fn smoothed<const D: usize, A: Approximation<D>>(
                     let measure = kinematics.measure(&off_axis);
                     let inverse = inverse_radius(off_axis[0], at.as_slice(), measure)?;
                     approximation.evaluate_values(at, scratch, psi)?;
+                    check_values(psi, approximation.nodes().len(), at)?;
                     list.add([0.0; 4], &psi.nodes, |a, sum| {
                         // m,R = (number of hoops) m / R for the measures 2πR and 4πR².
                         let hoop = psi.values[a] * weight * measure * inverse;
