@@ -142,7 +142,7 @@ pub enum ApproximationError {
     },
     /// The moment matrix is singular to working precision.
     #[error(
-        "moment matrix at X = {at:?} has reciprocal condition {rcond:e} < {limit:e} ({covering} particles cover the point, nearly on a line or plane): raise the dilation there or add particles off that line"
+        "moment matrix at X = {at:?} has reciprocal condition {rcond:e} < {limit:e} ({covering} particles cover the point): if they are few or nearly on a line or plane, raise the dilation there or add particles off that line; if they are many, supports are too wide or the kernel too narrow for their spacing: lower the dilation (r of 1 to 3) or take a wider kernel"
     )]
     Singular {
         /// The point.
@@ -153,6 +153,18 @@ pub enum ApproximationError {
         limit: f64,
         /// Particles whose support holds the point.
         covering: usize,
+    },
+    /// A kernel, a basis or shape functions of one's own have values that nothing can be made of.
+    #[error("{what} is {value:e} at {at}: {remedy}")]
+    Function {
+        /// The function.
+        what: &'static str,
+        /// Its value or slope, or the parameter that makes it unusable.
+        value: f64,
+        /// Where: a point or a normalised distance.
+        at: String,
+        /// What to do.
+        remedy: &'static str,
     },
     /// A point is not finite.
     #[error("evaluation point X = {at:?} is not finite")]

@@ -279,6 +279,138 @@ fn uncovered_and_singular_points() {
     );
 }
 
+/// (1 − z²)³ with something else between 0.501 and 0.514, which no sample of the kernel meets.
+struct Faulty(f64, f64);
+
+impl Kernel for Faulty {
+    fn value_and_slope(&self, z: f64) -> (f64, f64) {
+        let q = (1.0 - z * z).max(0.0);
+        if z > 0.501 && z < 0.514 { (self.0, self.1) } else { (q.powi(3), -6.0 * z * q * q) }
+    }
+}
+
+#[test]
+fn kernels() {
+    let line = |support: Support<1>| {
+        Particles::new((0..8).map(|i| Point::<1>::new(f64::from(i))).collect(), vec![support; 8]).unwrap()
+    };
+    let box_of = |half: f64| Support::Box(Point::<1>::new(half));
+    let at = Point::<1>::new(3.01);
+    // Seen at a point: particle 2 is 1.01 away, z = 0.505.
+    for support in [Support::Ball(2.0), box_of(2.0)] {
+        for (kernel, words) in [
+            (Faulty(NAN, 0.0), ["the value of the kernel is NaN", "finite values"]),
+            (Faulty(INFINITY, 0.0), ["the value of the kernel is inf", "finite values"]),
+            (Faulty(-0.1, 0.0), ["the value of the kernel is -1e-1", "nowhere negative"]),
+            (Faulty(0.4, NAN), ["the slope of the kernel is NaN", "finite slopes"]),
+            (Faulty(0.4, INFINITY), ["the slope of the kernel is inf", "finite slopes"]),
+        ] {
+            let functions = ReproducingKernel::new(line(support), kernel, Polynomial::linear()).unwrap();
+            let error = functions.shape_functions(&at).unwrap_err();
+            says(&error, &["X = [3.01]", "z = 0.50", "particle 2"]);
+            refused!(error, ApproximationError::Function { .. }, words);
+        }
+        // Nothing at all is no fault: the particle is left out.
+        let functions = ReproducingKernel::new(line(support), Faulty(0.0, 0.0), Polynomial::linear()).unwrap();
+        assert_eq!(functions.shape_functions(&at).unwrap().nodes, [3, 4, 5]);
+    }
+    // Seen at once.
+    struct Everywhere(fn(f64) -> (f64, f64));
+    impl Kernel for Everywhere {
+        fn value_and_slope(&self, z: f64) -> (f64, f64) {
+            (self.0)(z)
+        }
+    }
+    for (kernel, word) in [
+        (Everywhere(|z| ((1.0 - z * z) * (1.0 - 3.0 * z * z), -8.0 * z + 12.0 * z.powi(3))), "nowhere negative"),
+        (Everywhere(|z| (1.0 - z, NAN)), "finite slopes"),
+        (Everywhere(|_| (NAN, NAN)), "finite values"),
+        (Everywhere(|_| (0.0, 0.0)), "positive value at the centre"),
+    ] {
+        let error = ReproducingKernel::new(line(Support::Ball(2.0)), kernel, Polynomial::linear()).err().unwrap();
+        refused!(error, ApproximationError::Function { .. }, ["of the kernel", "z = 0", word]);
+    }
+    for width in [0.0, -0.4, NAN, INFINITY, 1e-4, 1e9] {
+        let kernel: std::sync::Arc<dyn Kernel> = std::sync::Arc::new(Gaussian { width });
+        let error = ReproducingKernel::new(line(Support::Ball(2.0)), kernel, Polynomial::linear()).err().unwrap();
+        refused!(error, ApproximationError::Function { .. }, ["width of a Gaussian kernel", "0.01 and 1000"]);
+    }
+    for width in [0.05, 0.4, 10.0, 1e3] {
+        let functions = ReproducingKernel::new(line(Support::Ball(2.0)), Gaussian { width }, Polynomial::linear());
+        if width > 0.1 {
+            let psi = functions.unwrap().shape_functions(&at).unwrap();
+            assert!((psi.values.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        }
+    }
+    // Supports far too wide: every particle looks alike, and more of the same would not help.
+    let functions = ReproducingKernel::new(line(Support::Ball(1e7)), CubicSpline, Polynomial::linear()).unwrap();
+    refused!(
+        functions.shape_functions(&at).unwrap_err(),
+        ApproximationError::Singular { covering: 8, .. },
+        ["8 particles", "supports are too wide", "lower the dilation"]
+    );
+}
+
+#[test]
+fn functions_that_are_not_finite() {
+    struct Basis1([fn(f64) -> f64; 2]);
+    impl rkpm::basis::Basis<1> for Basis1 {
+        fn len(&self) -> usize {
+            2
+        }
+        fn fill(&self, x: &Point<1>, h: &mut [f64], dh: &mut [Point<1>]) {
+            h.copy_from_slice(&[1.0, self.0[0](x[0])]);
+            dh.copy_from_slice(&[Point::<1>::new(0.0), Point::<1>::new(self.0[1](x[0]))]);
+        }
+    }
+    let particles = Block::new([0.0], [7.0]).particles([8], 1.2).unwrap();
+    for (functions, word) in [
+        ([|x| if x > 0.0 { NAN } else { x }, |_| 1.0] as [fn(f64) -> f64; 2], "a function of the basis is NaN"),
+        ([|x| x, |x| if x < 0.0 { INFINITY } else { 1.0 }], "a slope of the basis is inf"),
+    ] {
+        let kernel = ReproducingKernel::new(particles.clone(), CubicSpline, Basis1(functions)).unwrap();
+        let error = kernel.shape_functions(&Point::<1>::new(3.3)).unwrap_err();
+        refused!(error, ApproximationError::Function { .. }, ["X = [3.3]", word]);
+    }
+
+    /// Hats over 0, 1, …, 7 after something was done to them.
+    struct Spoilt<F>(Vec<Point<1>>, F);
+    impl<F: Fn(&mut ShapeFunctions<1>) + Sync> Approximation<1> for Spoilt<F> {
+        type Scratch = ();
+        fn nodes(&self) -> &[Point<1>] {
+            &self.0
+        }
+        fn evaluate(&self, at: &Point<1>, _: &mut (), out: &mut ShapeFunctions<1>) -> Result<(), ApproximationError> {
+            let left = (at[0] as u32).min(6);
+            let t = at[0] - f64::from(left);
+            (out.nodes, out.values) = (vec![left, left + 1], vec![1.0 - t, t]);
+            (out.gradients, out.rcond) = (vec![Point::<1>::new(-1.0), Point::<1>::new(1.0)], 1.0);
+            (self.1)(out);
+            Ok(())
+        }
+    }
+    let lattice = Block::new([0.0], [7.0]).lattice([8]).unwrap();
+    let smoothing = lattice.smoothing(1, 1, &lattice.zones(1)).unwrap();
+    let points = lattice.gauss(2).unwrap();
+    type Spoil = fn(&mut ShapeFunctions<1>);
+    for (spoil, word) in [
+        ((|psi| psi.values[1] = NAN) as Spoil, "the value of a shape function is NaN"),
+        (|psi| psi.values.truncate(1), "values at a point: 1 entries for 2"),
+        (|psi| psi.values.push(0.0), "values at a point: 3 entries for 2"),
+        (|psi| psi.nodes[1] = 8, "do not exist"),
+        (|psi| psi.nodes.swap(0, 1), "do not rise"),
+    ] {
+        let hats = Spoilt(lattice.positions().to_vec(), spoil);
+        says(&ShapeTable::new(&hats, &points, &RadialCylinder).unwrap_err(), &[word]);
+        says(&ShapeTable::smoothed(&hats, &smoothing, &RadialCylinder).unwrap_err(), &[word]);
+    }
+    let hats = Spoilt(lattice.positions().to_vec(), |psi: &mut ShapeFunctions<1>| psi.gradients[0][0] = NAN);
+    let error = ShapeTable::new(&hats, &points, &RadialCylinder).unwrap_err();
+    says(&error, &["the gradient of a shape function is NaN", "X = [0.2"]);
+    let sound = Spoilt(lattice.positions().to_vec(), |_: &mut ShapeFunctions<1>| {});
+    assert_eq!(ShapeTable::smoothed(&sound, &smoothing, &RadialCylinder).unwrap().len(), 7);
+}
+
 #[test]
 fn selections() {
     let on = |scene: Scene<2>| refusal(&scene, &coarse());

@@ -1,9 +1,14 @@
 //! Kernel functions $\Phi(z)$ of the normalised distance $z = \|x - x_I\|/a$, eqs. (3.3), (3.25).
 
+use crate::error::ApproximationError;
+
 /// A kernel function of the normalised distance.
 ///
 /// Kernels are even, largest at 0 and zero for $z \ge 1$. Their scale is irrelevant: it cancels in
-/// the moment matrix.
+/// the moment matrix. Values and slopes are finite, and no value is negative: the moment matrix is factorised as a
+/// positive definite one, which it is for kernels without a negative part alone. A particle whose kernel is zero
+/// inside its support is left out there. What breaks this is refused, when the shape functions are made or at
+/// the point that meets it.
 ///
 /// ```
 /// use rkpm::kernel::Kernel;
@@ -33,6 +38,11 @@ pub trait Kernel: Send + Sync {
             (*value, *slope) = self.value_and_slope(*z);
         }
     }
+
+    /// Refuses parameters that make no kernel; the default accepts all (values are checked all the same).
+    fn validate(&self) -> Result<(), ApproximationError> {
+        Ok(())
+    }
 }
 
 impl<K: Kernel + ?Sized> Kernel for std::sync::Arc<K> {
@@ -42,6 +52,10 @@ impl<K: Kernel + ?Sized> Kernel for std::sync::Arc<K> {
 
     fn fill(&self, z: &[f64], values: &mut [f64], slopes: &mut [f64]) {
         (**self).fill(z, values, slopes);
+    }
+
+    fn validate(&self) -> Result<(), ApproximationError> {
+        (**self).validate()
     }
 }
 
@@ -53,6 +67,48 @@ impl<K: Kernel + ?Sized> Kernel for &K {
     fn fill(&self, z: &[f64], values: &mut [f64], slopes: &mut [f64]) {
         (**self).fill(z, values, slopes);
     }
+
+    fn validate(&self) -> Result<(), ApproximationError> {
+        (**self).validate()
+    }
+}
+
+/// Distances at which a kernel is looked at before it is used.
+const SAMPLES: usize = 64;
+/// What rounding may leave of a kernel that ends at zero, as a part of its value at the centre.
+const ROUNDING: f64 = 1e-12;
+
+/// What is wrong with a value or slope of a kernel, if anything; `top` is the value at the centre.
+pub(crate) fn fault((value, slope): (f64, f64), top: f64) -> Option<(&'static str, f64, &'static str)> {
+    if !value.is_finite() {
+        Some(("the value of the kernel", value, "give finite values for z >= 0, zero from z = 1 on"))
+    } else if value < -ROUNDING * top.abs() {
+        let remedy = "the moment matrix needs kernels that are nowhere negative; take such a one";
+        Some(("the value of the kernel", value, remedy))
+    } else if !slope.is_finite() {
+        Some(("the slope of the kernel", slope, "give finite slopes for z >= 0, zero from z = 1 on"))
+    } else {
+        None
+    }
+}
+
+/// Refuses kernels with parameters, values or slopes that shape functions can't be made of.
+pub(crate) fn check(kernel: &(impl Kernel + ?Sized)) -> Result<(), ApproximationError> {
+    kernel.validate()?;
+    let top = kernel.value_and_slope(0.0).0;
+    let refuse = |(what, value, remedy), z: f64| {
+        Err(ApproximationError::Function { what, value, at: format!("z = {z}"), remedy })
+    };
+    for sample in 0..SAMPLES {
+        let z = sample as f64 / SAMPLES as f64;
+        if let Some(fault) = fault(kernel.value_and_slope(z), top) {
+            return refuse(fault, z);
+        }
+    }
+    if !(top > 0.0) {
+        return refuse(("the value of the kernel", top, "give a positive value at the centre of the support"), 0.0);
+    }
+    Ok(())
 }
 
 /// The cubic B-spline (3.25), $C^2$:
@@ -97,7 +153,8 @@ impl Kernel for QuinticSpline {
 /// $(e^{-(z/c)^2} - e^{-1/c^2})/(1 - e^{-1/c^2})$, $C^0$ at $z = 1$.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gaussian {
-    /// The width $c$ as a part of the dilation.
+    /// The width $c$ as a part of the dilation, 0.01 to 1000: narrower ones see no neighbour, of wider ones
+    /// rounding leaves nothing.
     pub width: f64,
 }
 
@@ -118,6 +175,15 @@ impl Kernel for Gaussian {
         let end = (-1.0 / c2).exp();
         let bell = (-z * z / c2).exp();
         ((bell - end) / (1.0 - end), -2.0 * z / c2 * bell / (1.0 - end))
+    }
+
+    fn validate(&self) -> Result<(), ApproximationError> {
+        if self.width >= 0.01 && self.width <= 1e3 {
+            return Ok(());
+        }
+        let remedy = "give it as a part of the dilation, between 0.01 and 1000; 0.4 is usual";
+        let at = "every point".to_string();
+        Err(ApproximationError::Function { what: "the width of a Gaussian kernel", value: self.width, at, remedy })
     }
 }
 

@@ -87,7 +87,8 @@ fn multiply(x: &[f64], y: &[f64], z: &mut [f64]) {
 }
 
 impl<const D: usize, B: Basis<D>> Task for Correction<'_, D, B> {
-    /// The reciprocal condition number of the moment matrix; where it is too small nothing else is written.
+    /// The reciprocal condition number of the moment matrix; where it is too small nothing else is written. NaN
+    /// where a value or slope of the kernel or the basis is not finite.
     type Output = f64;
 
     #[inline(always)]
@@ -163,6 +164,10 @@ impl<const D: usize, B: Basis<D>> Task for Correction<'_, D, B> {
         for (b, correction) in b.iter_mut().zip(&*left) {
             *b += correction;
         }
+        // Weights and basis are finite where their products in M were; $H(0)$ shows here.
+        if !b.iter().all(|b| b.is_finite()) {
+            return f64::NAN;
+        }
 
         let values = &mut values[..n];
         values.fill(0.0);
@@ -191,6 +196,10 @@ impl<const D: usize, B: Basis<D>> Task for Correction<'_, D, B> {
             }
             for i in 0..terms {
                 left[i] = -dot::<A>(&h[row(i)], total) - inverse_scale[k] * dot::<A>(&dh[row(i * D + k)], values);
+            }
+            // Every slope is a part of these sums: one that is not finite shows in them.
+            if !left.iter().all(|left| left.is_finite()) {
+                return f64::NAN;
             }
             solve(factor, terms, left);
             for i in 0..terms {

@@ -74,8 +74,10 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
     /// Shape functions of the given particles.
     ///
     /// # Errors
-    /// Where there are fewer particles than terms of the basis, or the basis has no term.
+    /// Where there are fewer particles than terms of the basis, the basis has no term, or the kernel has negative
+    /// values or ones that are not finite.
     pub fn new(particles: Particles<D>, kernel: K, basis: B) -> Result<Self, ApproximationError> {
+        crate::kernel::check(&kernel)?;
         if basis.is_empty() {
             return Err(ApproximationError::Particle {
                 particle: 0,
@@ -191,7 +193,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         self.collect(at, scratch, out);
         // A particle whose kernel underflows to zero inside its support adds nothing; met at its very edge.
         if !self.weigh(scratch, out, gradients) {
-            self.drop_weightless(at, scratch, out);
+            self.drop_weightless(at, scratch, out)?;
             self.weigh(scratch, out, gradients);
         }
         let covering = out.nodes.len();
@@ -222,9 +224,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         });
         // The negation also refuses NaN.
         if !(out.rcond >= self.rcond_limit) {
-            let rcond = if out.rcond.is_finite() { out.rcond } else { 0.0 };
-            let limit = self.rcond_limit;
-            return Err(ApproximationError::Singular { at: at.as_slice().to_vec(), rcond, limit, covering });
+            return Err(self.refusal(at, scratch, out, gradients));
         }
         out.values.clear();
         out.values.extend_from_slice(&scratch.sums.values[..covering]);
@@ -278,12 +278,67 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         scratch.balls = balls;
     }
 
-    /// Removes particles whose kernel vanishes at the point.
-    fn drop_weightless(&self, at: &Point<D>, scratch: &mut KernelScratch<D>, out: &mut ShapeFunctions<D>) {
+    /// Why a point has no shape functions: values or slopes that are not finite, else a singular moment matrix.
+    #[cold]
+    fn refusal(
+        &self,
+        at: &Point<D>,
+        scratch: &KernelScratch<D>,
+        out: &ShapeFunctions<D>,
+        gradients: bool,
+    ) -> ApproximationError {
+        if let Err(error) = self.check_kernel(at, scratch, out) {
+            return error;
+        }
+        let covering = out.nodes.len();
+        let (terms, stride) = (self.basis.len(), padded(covering));
+        let values = (&scratch.sums.basis, terms, "a function of the basis");
+        let slopes = (&scratch.sums.basis_slopes, if gradients { terms * D } else { 0 }, "a slope of the basis");
+        let remedy = "give finite values and slopes for arguments between -1 and 1 along each axis";
+        for (entries, rows, what) in [values, slopes] {
+            if let Some(&value) = entries[..rows * stride].iter().find(|v| !v.is_finite()) {
+                return ApproximationError::Function { what, value, at: format!("X = {:?}", at.as_slice()), remedy };
+            }
+        }
+        let rcond = if out.rcond.is_finite() { out.rcond } else { 0.0 };
+        let limit = self.rcond_limit;
+        ApproximationError::Singular { at: at.as_slice().to_vec(), rcond, limit, covering }
+    }
+
+    /// Refuses values and slopes of the kernel, as [`weigh`](Self::weigh) left them, that are negative or not finite.
+    #[cold]
+    fn check_kernel(
+        &self,
+        at: &Point<D>,
+        scratch: &KernelScratch<D>,
+        out: &ShapeFunctions<D>,
+    ) -> Result<(), ApproximationError> {
+        let top = self.kernel.value_and_slope(0.0).0;
+        for (a, &node) in out.nodes.iter().enumerate() {
+            let axes = if self.reaches[node as usize].is_ball { 1 } else { D };
+            for entry in (0..axes).map(|k| k * scratch.row + a) {
+                let pair = (scratch.factors[entry], scratch.factor_slopes[entry]);
+                if let Some((what, value, remedy)) = crate::kernel::fault(pair, top) {
+                    let at = format!("X = {:?}, z = {} from particle {node}", at.as_slice(), scratch.distances[entry]);
+                    return Err(ApproximationError::Function { what, value, at, remedy });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes particles whose kernel vanishes at the point; the kernel is nowhere negative.
+    fn drop_weightless(
+        &self,
+        at: &Point<D>,
+        scratch: &mut KernelScratch<D>,
+        out: &mut ShapeFunctions<D>,
+    ) -> Result<(), ApproximationError> {
+        self.check_kernel(at, scratch, out)?;
         let row = scratch.row;
         let mut kept = 0;
         for a in 0..out.nodes.len() {
-            if self.kernel_at(out.nodes[a] as usize, at, false).is_some_and(|(value, _)| value > 0.0) {
+            if scratch.sums.weights[a] > 0.0 {
                 out.nodes[kept] = out.nodes[a];
                 scratch.offsets[kept] = scratch.offsets[a];
                 scratch.inverse_halves[kept] = scratch.inverse_halves[a];
@@ -295,6 +350,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         }
         out.nodes.truncate(kept);
         scratch.balls = out.nodes.iter().filter(|&&node| self.reaches[node as usize].is_ball).count();
+        Ok(())
     }
 
     /// Kernel values and, if asked for, gradients of the collected particles, as [`kernel_at`](Self::kernel_at)
