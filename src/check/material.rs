@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use crate::material::{Material, Response};
+use crate::material::{Distortion, InvariantEnergy, Material, Response};
 use crate::tensor::{Tangent, Vector9, components, from_components};
 
 use super::{Law, Report, signed};
@@ -21,7 +21,8 @@ const ROUNDING: f64 = 1e-10;
 /// Checks the contract of [`Material`] at rest and at random $F$ with principal stretches between 0.8 and
 /// 1.25: $P = \partial W/\partial F$, the tangent $= \partial P/\partial F$ and symmetric, frame indifference,
 /// no stress at rest and a tangent that is not negative there, and the split: its parts sum to the whole,
-/// $\bar W(sF) = \bar W(F)$, $U'$ and $U''$ are derivatives.
+/// $\bar W(sF) = \bar W(F)$, $U'$ and $U''$ are derivatives. [`Material::respond`], which bodies call, must give what
+/// [`Material::response`] gives, for the whole and for the distortional part.
 ///
 /// Violations are relative to the size of stress or tangent (whichever of $|P|$ and $|A|\,|F - I|$ is larger).
 ///
@@ -48,6 +49,7 @@ pub fn material(material: &dyn Material) -> Report {
     }
     let mut laws = derivatives(material, &samples, stiffness);
     laws.extend(frames(material, &samples, stiffness, &mut random));
+    laws.push(components_alone(material, &samples, stiffness));
     let report = Report::default().with([free, stable]).with(laws);
     if material.split().is_some() {
         report.with(split(material, &samples, stiffness))
@@ -78,6 +80,81 @@ fn derivatives(material: &dyn Material, samples: &[Matrix3<f64>], stiffness: f64
         symmetry.see((a - a.transpose()).norm() / stiffness.max(a.norm()), place);
     }
     vec![stress, tangent, symmetry]
+}
+
+/// [`Material::respond`] against the whole response, for the components that plane, radial and solid bodies ask for.
+fn components_alone(material: &dyn Material, samples: &[Matrix3<f64>], stiffness: f64) -> Law {
+    let lists: [&[usize]; 8] =
+        [&[0], &[0, 4], &[0, 4, 8], &[0, 1, 3, 4], &[0, 1, 3, 4, 8], &[1, 5, 6], &[2, 7], &[0, 1, 2, 3, 4, 5, 6, 7, 8]];
+    let mut same = Law::new("respond gives the components of response", ROUNDING);
+    let distortional = material.split().map(|(distortional, _)| distortional);
+    for (part, word) in std::iter::once((material, "")).chain(distortional.map(|d| (d, ", distortional part"))) {
+        for f in samples {
+            let whole = part.response(f);
+            let size = stress_size(&whole.stress, f, stiffness);
+            for list in lists {
+                let n = list.len();
+                for with_tangent in [false, true] {
+                    // What is not written stays a NaN and shows.
+                    let mut stress = vec![f64::NAN; n];
+                    let mut tangent = vec![f64::NAN; if with_tangent { n * n } else { 0 }];
+                    part.respond(f, list, &mut stress, &mut tangent);
+                    let place = || format!("components {list:?}, {}{word}", place(f));
+                    for (stress, &c) in stress.iter().zip(list) {
+                        same.see((stress - whole.stress[(c / 3, c % 3)]).abs() / size, place);
+                    }
+                    for (k, entry) in tangent.iter().enumerate() {
+                        let exact = whole.tangent[(list[k / n], list[k % n])];
+                        same.see((entry - exact).abs() / stiffness.max(whole.tangent.norm()), place);
+                    }
+                }
+            }
+        }
+    }
+    same
+}
+
+/// Checks the contract of [`InvariantEnergy`] at the invariants of the same random $F$: the first and second
+/// derivatives are those of the energy, and [`InvariantEnergy::evaluate_excess`], which [`Invariants`] calls, gives
+/// what [`InvariantEnergy::evaluate`] gives.
+///
+/// [`Invariants`]: crate::material::Invariants
+///
+/// ```
+/// use rkpm::{check, material::Gent};
+/// assert!(check::invariant_energy(&Gent::new(1.0, 30.0)?).holds());
+/// # Ok::<(), rkpm::error::MaterialError>(())
+/// ```
+pub fn invariant_energy(energy: &dyn InvariantEnergy) -> Report {
+    let mut random = fastrand::Rng::with_seed(2);
+    let mut same = Law::new("evaluate_excess gives what evaluate gives", ROUNDING);
+    let mut first = Law::new("w1 and w2 are derivatives of the energy", TOLERANCE);
+    let mut second = Law::new("w11, w12 and w22 are derivatives of w1 and w2", TOLERANCE);
+    let list = |d: &Distortion| [d.energy, d.w1, d.w2, d.w11, d.w12, d.w22];
+    for _ in 0..SAMPLES {
+        let f = deformation(&mut random);
+        let bar = f / f.determinant().cbrt();
+        let (i1, i2) = (bar.norm_squared(), crate::tensor::cofactor(&bar).norm_squared());
+        let place = || format!("I1 = {i1}, I2 = {i2}");
+        let exact = energy.evaluate(i1, i2);
+        let size = list(&exact)[1..].iter().map(|w| w.abs()).sum::<f64>();
+        let excess = list(&energy.evaluate_excess(i1 - 3.0, i2 - 3.0));
+        for (a, b) in excess.iter().zip(list(&exact)) {
+            same.see((a - b).abs() / size, place);
+        }
+        let along = |unit: [f64; 2]| {
+            difference(|t| {
+                let moved = list(&energy.evaluate(i1 + unit[0] * t, i2 + unit[1] * t));
+                Vector9::from_fn(|k, _| moved.get(k).copied().unwrap_or(0.0))
+            })
+        };
+        let (by_first, by_second) = (along([1.0, 0.0]), along([0.0, 1.0]));
+        first.see(((by_first[0] - exact.w1).abs() + (by_second[0] - exact.w2).abs()) / size, place);
+        let errors = [by_first[1] - exact.w11, by_second[1] - exact.w12, by_first[2] - exact.w12];
+        let error = errors.iter().map(|e| e.abs()).sum::<f64>() + (by_second[2] - exact.w22).abs();
+        second.see(error / size, place);
+    }
+    Report::default().with([same, first, second])
 }
 
 /// $W(QF) = W(F)$ and $P(QF) = QP(F)$.
@@ -208,6 +285,55 @@ mod tests {
         let rubber = Rubber::neo_hookean(0.5, 10.0).unwrap();
         assert!(broken(&material(&Scaled(rubber.clone(), 1.01, 1.01))).contains(&"P is the derivative of W"));
         assert_eq!(broken(&material(&Scaled(rubber.clone(), 1.0, 1.01))), ["the tangent is the derivative of P"]);
+
+        /// A rubber with a stress of its own for a few components.
+        struct Few(Rubber, f64, usize);
+        impl Material for Few {
+            fn energy(&self, f: &Matrix3<f64>) -> f64 {
+                self.0.energy(f)
+            }
+            fn response(&self, f: &Matrix3<f64>) -> Response {
+                self.0.response(f)
+            }
+            fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+                let unwritten = tangent.len() * self.2;
+                self.0.respond(f, components, stress, tangent);
+                stress.iter_mut().for_each(|p| *p *= self.1);
+                tangent[..unwritten].fill(f64::NAN);
+            }
+        }
+        assert!(material(&Few(rubber.clone(), 1.0, 0)).holds());
+        for few in [Few(rubber.clone(), 1.01, 0), Few(rubber.clone(), 1.0, 1)] {
+            assert_eq!(broken(&material(&few)), ["respond gives the components of response"]);
+        }
+
+        /// An energy of the invariants whose parts are off by factors.
+        struct Parts([f64; 3]);
+        impl InvariantEnergy for Parts {
+            fn evaluate(&self, i1: f64, i2: f64) -> Distortion {
+                let (e1, e2) = (i1 - 3.0, i2 - 3.0);
+                let energy = 0.5 * e1 + 0.1 * e1 * e2;
+                Distortion {
+                    energy,
+                    w1: (0.5 + 0.1 * e2) * self.0[0],
+                    w2: 0.1 * e1 * self.0[0],
+                    w12: 0.1 * self.0[0] * self.0[1],
+                    ..Distortion::default()
+                }
+            }
+            fn evaluate_excess(&self, e1: f64, e2: f64) -> Distortion {
+                let exact = self.evaluate(3.0 + e1, 3.0 + e2);
+                Distortion { energy: exact.energy * self.0[2], ..exact }
+            }
+        }
+        assert!(invariant_energy(&Parts([1.0; 3])).holds());
+        for (parts, law) in [
+            ([1.01, 1.0, 1.0], "w1 and w2 are derivatives of the energy"),
+            ([1.0, 1.01, 1.0], "w11, w12 and w22 are derivatives of w1 and w2"),
+            ([1.0, 1.0, 1.01], "evaluate_excess gives what evaluate gives"),
+        ] {
+            assert_eq!(broken(&invariant_energy(&Parts(parts))), [law]);
+        }
 
         /// Takes the whole for the distortional part.
         struct Twice(Rubber, QuadraticVolume);

@@ -4,7 +4,8 @@
 //! * [`patch_test`]: are homogeneous fields reproduced?
 //! * [`spurious_modes`]: does the integration rule see every deformation?
 //! * [`inf_sup`]: are the pressures stable?
-//! * [`kernel`], [`basis`], [`material`], [`term`], [`solver`]: does a piece keep the contract of its trait?
+//! * [`kernel`], [`basis`], [`material`], [`invariant_energy`], [`term`], [`solver`]: does a piece keep the contract of
+//!   its trait?
 //!
 //! Certificates use dense linear algebra and small problems (at most [`SIZE_LIMIT`] unknowns): what they
 //! tell of a scheme does not depend on the size. Contract checks sample the piece, with fixed seeds, and
@@ -36,7 +37,7 @@ mod stability;
 mod term;
 
 pub use inf_sup::{InfSup, inf_sup};
-pub use material::material;
+pub use material::{invariant_energy, material};
 pub use patch::{PatchTest, patch_test, patch_test_of};
 pub use scene::{Diagnosis, FreeMotion, UncoveredRegion, scene};
 pub use shape::{basis, kernel};

@@ -14,13 +14,16 @@ const KERNEL_SAMPLES: usize = 400;
 const STEP: f64 = 1e-5;
 /// What differences with [`STEP`] leave of exact slopes, with room for knots of splines.
 const SLOPE_TOLERANCE: f64 = 1e-6;
+/// What another order of the same operations may change.
+const SAME: f64 = 1e-10;
 /// Terms of a basis up to which it is checked; a moment matrix of more is out of reach anyway.
 const TERM_LIMIT: usize = 200;
 /// Condition number of a basis on samples beyond which its functions count as dependent.
 const DEPENDENT: f64 = 1e8;
 
 /// Checks the contract of [`Kernel`]: value and slope zero for $z \ge 1$, positive inside, largest at 0,
-/// slope zero at 0 (else the even kernel has a kink there), slope the derivative of the value.
+/// slope zero at 0 (else the even kernel has a kink there), slope the derivative of the value, and that
+/// [`Kernel::fill`], which shape functions call, gives the same.
 ///
 /// ```
 /// use rkpm::kernel::{CubicSpline, Gaussian, QuinticSpline, WendlandC2};
@@ -50,7 +53,25 @@ pub fn kernel(kernel: &dyn Kernel) -> Report {
         let (above, below) = (kernel.value_and_slope(z + STEP).0, kernel.value_and_slope(z - STEP).0);
         slopes.see(((above - below) / (2.0 * STEP) - slope).abs() / top.abs(), place(z));
     }
-    Report::default().with([ends, positive, largest, even, slopes])
+    Report::default().with([ends, positive, largest, even, slopes, filled(kernel, top)])
+}
+
+/// [`Kernel::fill`] against the kernel point by point, for lists of several lengths.
+fn filled(kernel: &dyn Kernel, top: f64) -> Law {
+    let mut same = Law::new("fill gives what value_and_slope gives", SAME);
+    let distances: Vec<f64> = (0..KERNEL_SAMPLES).map(|i| 1.05 * (i as f64 + 0.377) / KERNEL_SAMPLES as f64).collect();
+    for count in [1, 3, 8, 13, KERNEL_SAMPLES] {
+        // What is not written stays a NaN and shows.
+        let (mut values, mut slopes) = (vec![f64::NAN; count], vec![f64::NAN; count]);
+        let z = &distances[KERNEL_SAMPLES - count..];
+        kernel.fill(z, &mut values, &mut slopes);
+        for ((&z, filled), slope_filled) in z.iter().zip(values).zip(slopes) {
+            let (value, slope) = kernel.value_and_slope(z);
+            let error = (filled - value).abs() + (slope_filled - slope).abs();
+            same.see(error / top.abs(), || format!("z = {z}, one of {count}"));
+        }
+    }
+    same
 }
 
 /// How far a number is from being positive; NaN stays NaN.
@@ -59,7 +80,8 @@ fn not_positive(value: f64) -> f64 {
 }
 
 /// Checks the contract of [`Basis`]: the gradients are derivatives, the span holds the constant, the
-/// functions are independent, and the span does not depend on shift and scale of its argument.
+/// functions are independent, the span does not depend on shift and scale of its argument, and
+/// [`Basis::fill_many`], which shape functions call, gives what [`Basis::fill`] gives.
 ///
 /// ```
 /// use rkpm::{basis::{Basis, Polynomial}, geometry::Point};
@@ -110,6 +132,7 @@ pub fn basis<const D: usize>(basis: &dyn Basis<D>) -> Report {
         }
     }
 
+    let same = filled_many(basis, &samples);
     // All functions at all samples, each scaled to size 1.
     let mut matrix = DMatrix::zeros(samples.len(), terms);
     for (row, x) in samples.iter().enumerate() {
@@ -126,7 +149,7 @@ pub fn basis<const D: usize>(basis: &dyn Basis<D>) -> Report {
     let mut closed = Law::new("the span does not depend on shift and scale", 1e-9);
     if matrix.iter().any(|v| !v.is_finite()) {
         independent.see(f64::NAN, || "a function is not finite between -1 and 1".into());
-        return Report::default().with([slopes, independent]);
+        return Report::default().with([slopes, same, independent]);
     }
     let decomposition = matrix.clone().svd(true, true);
     let singular = &decomposition.singular_values;
@@ -147,7 +170,36 @@ pub fn basis<const D: usize>(basis: &dyn Basis<D>) -> Report {
         let values = DVector::from_fn(samples.len(), |row, _| shifted[row][k]);
         closed.see(distance(values), || format!("function {k} at 0.7 xi + {:?}", shift.as_slice()));
     }
-    Report::default().with([slopes, constant, independent, closed])
+    Report::default().with([slopes, same, constant, independent, closed])
+}
+
+/// [`Basis::fill_many`] against the basis point by point, with slopes and without, for several numbers of points.
+fn filled_many<const D: usize>(basis: &dyn Basis<D>, samples: &[Point<D>]) -> Law {
+    let mut same = Law::new("fill_many gives what fill gives", SAME);
+    let terms = basis.len();
+    let (mut h, mut dh) = (vec![0.0; terms], vec![Point::<D>::zeros(); terms]);
+    for count in [1, 3, 8, samples.len()] {
+        let points = &samples[..count];
+        let x: Vec<f64> = (0..D).flat_map(|k| points.iter().map(move |x| x[k])).collect();
+        for slopes in [false, true] {
+            // What is not written stays a NaN and shows.
+            let mut values = vec![f64::NAN; terms * count];
+            let mut gradients = vec![f64::NAN; if slopes { terms * D * count } else { 0 }];
+            basis.fill_many(count, &x, &mut values, &mut gradients);
+            for (a, point) in points.iter().enumerate() {
+                basis.fill(point, &mut h, &mut dh);
+                for i in 0..terms {
+                    let place = || format!("function {i}, xi = {:?}, one of {count}", point.as_slice());
+                    same.see((values[i * count + a] - h[i]).abs() / (1.0 + h[i].abs()), place);
+                    for k in (0..D).filter(|_| slopes) {
+                        let error = (gradients[(i * D + k) * count + a] - dh[i][k]).abs();
+                        same.see(error / (1.0 + dh[i].norm()), place);
+                    }
+                }
+            }
+        }
+    }
+    same
 }
 
 #[cfg(test)]
@@ -193,7 +245,53 @@ mod tests {
         let negative = From(move |z: f64| inside(z, (1.0 - 2.0 * z * z, -4.0 * z)));
         assert_eq!(broken(&kernel(&negative)), ["the value is positive inside the support"]);
         let nan = From(|_: f64| (f64::NAN, f64::NAN));
-        assert_eq!(broken(&kernel(&nan)).len(), 5);
+        assert_eq!(broken(&kernel(&nan)).len(), 6);
+
+        /// A kernel with a fill of its own.
+        struct Filled(fn(&[f64], &mut [f64], &mut [f64]));
+        impl Kernel for Filled {
+            fn value_and_slope(&self, z: f64) -> (f64, f64) {
+                CubicSpline.value_and_slope(z)
+            }
+            fn fill(&self, z: &[f64], values: &mut [f64], slopes: &mut [f64]) {
+                (self.0)(z, values, slopes);
+            }
+        }
+        assert!(kernel(&Filled(|z, values, slopes| CubicSpline.fill(z, values, slopes))).holds());
+        let wrong: [fn(&[f64], &mut [f64], &mut [f64]); 3] = [
+            |_, _, _| {},
+            |z, values, slopes| {
+                CubicSpline.fill(z, values, slopes);
+                slopes.iter_mut().for_each(|slope| *slope *= 1.01);
+            },
+            // Whole groups of four alone.
+            |z, values, slopes| {
+                let n = z.len() / 4 * 4;
+                CubicSpline.fill(&z[..n], &mut values[..n], &mut slopes[..n]);
+            },
+        ];
+        for fill in wrong {
+            assert_eq!(broken(&kernel(&Filled(fill))), ["fill gives what value_and_slope gives"]);
+        }
+
+        /// A basis with a fill of its own for many points.
+        struct Many(f64, bool);
+        impl Basis<2> for Many {
+            fn len(&self) -> usize {
+                3
+            }
+            fn fill(&self, x: &Point<2>, h: &mut [f64], dh: &mut [Point<2>]) {
+                Polynomial::linear().fill(x, h, dh);
+            }
+            fn fill_many(&self, count: usize, x: &[f64], h: &mut [f64], dh: &mut [f64]) {
+                Polynomial::<2>::linear().fill_many(count, x, h, if self.1 { dh } else { &mut [] });
+                h.iter_mut().for_each(|h| *h *= self.0);
+            }
+        }
+        assert!(basis(&Many(1.0, true)).holds());
+        for many in [Many(1.01, true), Many(1.0, false)] {
+            assert_eq!(broken(&basis(&many)), ["fill_many gives what fill gives"]);
+        }
 
         struct Powers([i32; 2], f64);
         impl Basis<1> for Powers {
