@@ -107,6 +107,12 @@ pub trait Integrand: Send + Sync {
     fn knots(&self) -> Vec<f64> {
         Vec::new()
     }
+
+    /// Whether it reads the normal, as a pressure does: over points inside a body, which have none, it would be no
+    /// load at all, and is refused.
+    fn needs_normals(&self) -> bool {
+        false
+    }
 }
 
 /// An integrand over a table, as a term.
@@ -161,6 +167,12 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
     }
 
     fn validate(&self) -> Result<(), SolveError> {
+        if self.integrand.needs_normals() && self.table.normals().len() != self.table.len() {
+            return Err(SolveError::Empty {
+                what: "normals at the points of a pressure",
+                remedy: "points inside a body have none: tabulate it over the points of a boundary (Cells::boundary)",
+            });
+        }
         if self.integrand.blocks().force && !self.table.is_empty() && !self.table.has_values() {
             return Err(SolveError::Empty {
                 what: "values in the table of a load",

@@ -34,7 +34,7 @@ impl Integrand for DeadLoad {
 }
 
 /// A pressure that follows the surface: traction $-p\,a(\lambda)\operatorname{cof}(F)N$ per reference
-/// area, $N$ outward from the body, $p$ positive inwards.
+/// area, $N$ outward from the body, $p$ positive inwards. Its points need normals: those of a boundary have them.
 ///
 /// Its derivative is the load stiffness; without it Newton is not quadratic. On boundaries that are
 /// closed or held at their ends it is symmetric in total.
@@ -73,6 +73,10 @@ impl Integrand for FollowerPressure {
 
     fn knots(&self) -> Vec<f64> {
         self.amplitude.knots()
+    }
+
+    fn needs_normals(&self) -> bool {
+        true
     }
 }
 
