@@ -40,6 +40,10 @@ pub(super) fn discretize<const D: usize>(
     scheme: &Scheme,
     refused: Refused<'_>,
 ) -> Result<Problem<D>, Error> {
+    if let Volume::Field { size: 0, .. } = scheme.volume {
+        let needed = "at least 1 is needed";
+        return Err(GeometryError::Count { what: "cells per direction of a pressure zone", count: 0, needed }.into());
+    }
     let cells = cells(scene, scheme)?;
     match scheme.functions {
         Functions::Particles => particles(scene, scheme, cells, refused),
