@@ -5,6 +5,7 @@
 
 use std::f64::consts::PI;
 
+use crate::error::GeometryError;
 use crate::geometry::Point;
 
 /// A kinematics: the in-plane block of $F$ is $\delta_{ij} + \partial u_i/\partial X_j$, `hoops` names the
@@ -21,11 +22,46 @@ use crate::geometry::Point;
 /// assert_eq!(HeldBar { area: 2.0 }.measure(&Point::<1>::new(0.3)), 2.0);
 /// ```
 pub trait Kinematics<const D: usize>: Send + Sync {
-    /// Diagonal entries of $F$ that hold the hoop stretch (none, one or two, all $\ge D$).
+    /// Diagonal entries of $F$ that hold the hoop stretch (none, one or two, all $\ge D$, each once).
     fn hoops(&self) -> &'static [usize];
 
-    /// The factor of the coordinate measure at $X$: $1$, $2\pi R$, $4\pi R^2$, an area or a thickness.
+    /// The factor of the coordinate measure at $X$: $1$, $2\pi R$, $4\pi R^2$, an area or a thickness. Positive
+    /// and finite; on the axis of a kinematics with hoops it is zero.
     fn measure(&self, at: &Point<D>) -> f64;
+}
+
+/// The hoops of a kinematics, after a look at them.
+pub(crate) fn hoops<const D: usize>(
+    kinematics: &(impl Kinematics<D> + ?Sized),
+) -> Result<&'static [usize], GeometryError> {
+    let hoops = kinematics.hoops();
+    match (0..hoops.len()).find(|&k| hoops[k] < D || hoops[k] > 2 || hoops[..k].contains(&hoops[k])) {
+        None => Ok(hoops),
+        Some(k) => {
+            let needed = "Kinematics::hoops() names entries from the number of coordinates up to 2, each once";
+            Err(GeometryError::Count { what: "hoop of the kinematics", count: hoops[k], needed })
+        }
+    }
+}
+
+/// The measure of a kinematics at a point, after a look at it. Points beyond the axis are left to whoever divides by the
+/// radius.
+pub(crate) fn measure<const D: usize>(
+    kinematics: &(impl Kinematics<D> + ?Sized),
+    has_hoops: bool,
+    at: &Point<D>,
+) -> Result<f64, GeometryError> {
+    let measure = kinematics.measure(at);
+    if measure > 0.0 && measure.is_finite() || has_hoops && (at[0] < 0.0 || at[0] == 0.0 && measure == 0.0) {
+        return Ok(measure);
+    }
+    let what = if measure.is_finite() {
+        "the measure of the kinematics is not positive"
+    } else {
+        "the measure of the kinematics is not finite"
+    };
+    let remedy = "Kinematics::measure() gives a thickness, an area or a circumference: finite and above zero";
+    Err(GeometryError::Kinematics { what, at: at.as_slice().to_vec(), remedy })
 }
 
 /// Plane strain, per unit thickness.

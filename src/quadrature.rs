@@ -114,7 +114,11 @@ impl<const D: usize> Points<D> {
         self.groups.extend(other.groups.iter().skip(1).map(|g| g.saturating_add(shift)));
     }
 
-    /// Refuses sets whose arrays do not fit together or hold numbers that are not finite.
+    /// Refuses sets whose arrays do not fit together, that hold numbers that are not finite, or whose weights do
+    /// not add up to more than nothing; single weights may be negative.
+    ///
+    /// # Errors
+    /// [`GeometryError::Count`] and [`GeometryError::Number`] in these cases.
     pub fn validate(&self) -> Result<(), GeometryError> {
         let n = self.positions.len();
         let lengths_fit = self.weights.len() == n && (self.normals.is_empty() || self.normals.len() == n);
@@ -130,6 +134,11 @@ impl<const D: usize> Points<D> {
         }
         if let Some(&value) = self.weights.iter().find(|w| !w.is_finite()) {
             return Err(GeometryError::Number { what: "integration weight", value, needed: "give finite weights" });
+        }
+        let total: f64 = self.weights.iter().sum();
+        if !(total > 0.0) && n > 0 {
+            let needed = "weights measure a body or its boundary: give ones that add up to more than nothing";
+            return Err(GeometryError::Number { what: "sum of the integration weights", value: total, needed });
         }
         Ok(())
     }

@@ -412,6 +412,123 @@ fn functions_that_are_not_finite() {
 }
 
 #[test]
+fn kinematics_that_measure_nothing() {
+    /// A thickness and hoops of one's own.
+    struct Own(fn(&Point<2>) -> f64, &'static [usize]);
+    impl Kinematics<2> for Own {
+        fn hoops(&self) -> &'static [usize] {
+            self.1
+        }
+        fn measure(&self, at: &Point<2>) -> f64 {
+            (self.0)(at)
+        }
+    }
+    let lattice = Block::new([1.0, 0.0], [2.0, 1.0]).lattice([4, 4]).unwrap();
+    let functions = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let (points, smoothing) = (lattice.gauss(2).unwrap(), lattice.smoothing(2, 2, &lattice.zones(1)).unwrap());
+    for (measure, word) in [
+        ((|_| 0.0) as fn(&Point<2>) -> f64, "is not positive"),
+        (|_| -1.0, "is not positive"),
+        (|x| 1.5 - x[0], "is not positive"),
+        (|_| NAN, "is not finite"),
+        (|_| INFINITY, "is not finite"),
+    ] {
+        for hoops in [&[] as &[usize], &[2]] {
+            let own = Own(measure, hoops);
+            let words = ["measure of the kinematics", word, "X = [1.", "Kinematics::measure()"];
+            for error in [
+                ShapeTable::new(&functions, &points, &own).unwrap_err(),
+                ShapeTable::smoothed(&functions, &smoothing, &own).unwrap_err(),
+            ] {
+                refused!(error, Error::Geometry(GeometryError::Kinematics { .. }), words);
+            }
+        }
+    }
+    for hoops in [&[2usize, 2] as &[usize], &[1], &[3]] {
+        let own = || Own(|_| 1.0, hoops);
+        let scene = Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), own(), rubber()).hold(Side::Min);
+        for error in [
+            ShapeTable::new(&functions, &points, &own()).unwrap_err(),
+            ShapeTable::smoothed(&functions, &smoothing, &own()).unwrap_err(),
+            refusal(&scene, &coarse()),
+        ] {
+            refused!(error, Error::Geometry(GeometryError::Count { .. }), ["hoop of the kinematics", "each once"]);
+        }
+    }
+}
+
+#[test]
+fn weights_that_measure_nothing() {
+    let lattice = Block::new([0.0, 0.0], [1.0, 1.0]).lattice([5, 5]).unwrap();
+    let functions = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let sound = lattice.gauss_in(2, &lattice.zones(2)).unwrap();
+    for factor in [0.0, -1.0] {
+        let mut points = sound.clone();
+        points.weights.iter_mut().for_each(|w| *w *= factor);
+        let error = ShapeTable::new(&functions, &points, &PlaneStrain).unwrap_err();
+        refused!(
+            error,
+            Error::Geometry(GeometryError::Number { .. }),
+            ["sum of the integration weights", "more than nothing"]
+        );
+    }
+    // A single negative weight is legitimate, a zone without a measure can hold no pressure.
+    let mut points = sound.clone();
+    points.weights[0] *= -0.1;
+    let run = |points: &Points<2>, field| {
+        let table = ShapeTable::new(&functions, points, &PlaneStrain).unwrap();
+        let mut model = Model::new(lattice.positions().to_vec());
+        model.add(Body::new(table, rubber(), field));
+        let mut rows = Constraints::new();
+        let held = lattice.boundary_nodes(&Part::Whole).unwrap();
+        for component in 0..2 {
+            rows.at_particles(&functions, &held, component, &|_| 0.0, &Amplitude::Ramp, "held").unwrap();
+        }
+        Analysis::new(LagrangeMultipliers, Direct).run(&model, &rows, &mut ())
+    };
+    run(&points, PressureField::Linear).unwrap();
+    let zone = sound.groups[0]..sound.groups[1];
+    points.weights[zone].iter_mut().for_each(|w| *w = -0.5 * w.abs());
+    for field in [PressureField::Linear, PressureField::Constant] {
+        let error = run(&points, field).unwrap_err();
+        let words = ["square norm of a pressure function", "give positive ones", "PressureField::Pointwise"];
+        refused!(error, Error::Solve(SolveError::Setting { .. }), words);
+    }
+    // Zones of no cell are nobody's wish.
+    let none = coarse().volume(PressureField::Linear, 0);
+    for scheme in [none, Scheme::elements(1).particles([5, 4]).volume(PressureField::Constant, 0)] {
+        let error = refusal(&self::sound(), &scheme);
+        refused!(error, Error::Geometry(GeometryError::Count { count: 0, .. }), ["pressure zone", "at least 1"]);
+    }
+}
+
+#[test]
+fn pressures_on_points_without_normals() {
+    let lattice = Block::new([0.0, 0.0], [1.0, 1.0]).lattice([4, 4]).unwrap();
+    let functions = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let table = |points: &Points<2>| ShapeTable::new(&functions, points, &PlaneStrain).unwrap();
+    let pressure = || FollowerPressure { pressure: 0.01, amplitude: Amplitude::Ramp };
+    let run = |points: &Points<2>| {
+        let mut model = Model::new(lattice.positions().to_vec());
+        model.add(Body::new(table(&lattice.gauss(2).unwrap()), rubber(), PressureField::Pointwise));
+        model.add(Pointwise::new(table(points), pressure()));
+        let mut rows = Constraints::new();
+        let held = lattice.boundary_nodes(&Side::Min.into()).unwrap();
+        for component in 0..2 {
+            rows.at_particles(&functions, &held, component, &|_| 0.0, &Amplitude::Ramp, "held").unwrap();
+        }
+        Analysis::new(LagrangeMultipliers, Direct).run(&model, &rows, &mut ())
+    };
+    let face = lattice.boundary(&Side::Max.into(), 1, 2).unwrap().points;
+    run(&face).unwrap();
+    let bare = Points { normals: Vec::new(), ..face };
+    for points in [bare, lattice.gauss(2).unwrap()] {
+        let error = run(&points).unwrap_err();
+        refused!(error, Error::Solve(SolveError::Empty { .. }), ["normals at the points of a pressure", "a boundary"]);
+    }
+}
+
+#[test]
 fn selections() {
     let on = |scene: Scene<2>| refusal(&scene, &coarse());
     let unknown = "no boundary part face (2, Min)";

@@ -289,12 +289,14 @@ impl Constraints {
         let mut sums: HashMap<u32, Sum<D>> = HashMap::new();
         let mut scratch = A::Scratch::default();
         let mut psi = ShapeFunctions::default();
+        let has_hoops = !crate::kinematics::hoops(kinematics)?.is_empty();
         for group in boundary.points.groups.windows(2) {
-            let on_axis = boundary.points.positions[group[0]..group[1]].iter().all(|x| kinematics.measure(x) == 0.0);
+            let mut at_group = boundary.points.positions[group[0]..group[1]].iter();
+            let on_axis = has_hoops && at_group.all(|x| kinematics.measure(x) == 0.0);
             for point in group[0]..group[1] {
                 let at = boundary.points.positions[point];
                 approximation.evaluate_values(&at, &mut scratch, &mut psi)?;
-                let measure = if on_axis { 1.0 } else { kinematics.measure(&at) };
+                let measure = if on_axis { 1.0 } else { crate::kinematics::measure(kinematics, has_hoops, &at)? };
                 for &(particle, hat) in &boundary.hats[point] {
                     let Some(&particle) = receiver.get(&particle) else { continue };
                     let weight = boundary.points.weights[point] * measure * hat;

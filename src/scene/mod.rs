@@ -35,7 +35,7 @@ use nalgebra::Vector3;
 
 use crate::boundary::Motion;
 use crate::cells::{Cells, Triangulation, Voronoi};
-use crate::error::{BoundaryError, Error, GeometryError};
+use crate::error::{BoundaryError, Error};
 use crate::geometry::{Domain, Part, Point, Region};
 use crate::kinematics::Kinematics;
 use crate::material::Material;
@@ -362,16 +362,7 @@ impl<const D: usize> Scene<D> {
                 return Err(BoundaryError::Value { what: load.label.clone(), value, load: 1.0 }.into());
             }
         }
-        for hoop in self.kinematics.hoops() {
-            if *hoop < D || *hoop > 2 {
-                return Err(GeometryError::Kinematics {
-                    what: "a hoop on a diagonal entry that belongs to the plane",
-                    at: vec![*hoop as f64],
-                    remedy: "hoops are entries D to 2",
-                }
-                .into());
-            }
-        }
+        crate::kinematics::hoops(&*self.kinematics)?;
         Ok(())
     }
 }

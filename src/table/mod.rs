@@ -114,7 +114,7 @@ impl<const D: usize> ShapeTable<D> {
         evaluate: impl Fn(&mut S, usize, &mut ShapeFunctions<D>) -> Result<(), ApproximationError> + Sync + Send,
     ) -> Result<Self, Error> {
         points.validate()?;
-        let hoops = kinematics.hoops();
+        let hoops = crate::kinematics::hoops(kinematics)?;
         let (rows, clusters) = build::rows(
             &points.groups,
             <(S, ShapeFunctions<D>)>::default,
@@ -122,7 +122,7 @@ impl<const D: usize> ShapeTable<D> {
                 let at = points.positions[point];
                 evaluate(scratch, point, psi)?;
                 check_functions(psi, node_count, &at)?;
-                let measure = kinematics.measure(&at);
+                let measure = crate::kinematics::measure(kinematics, !hoops.is_empty(), &at)?;
                 rows.nodes.extend_from_slice(&psi.nodes);
                 rows.values.extend_from_slice(&psi.values);
                 for slot in 0..D {
@@ -137,6 +137,12 @@ impl<const D: usize> ShapeTable<D> {
                 Ok(())
             },
         )?;
+        let total: f64 = rows.weights.iter().sum();
+        // Points on the axis have the measure zero.
+        if total < 0.0 || total == 0.0 && hoops.is_empty() && !rows.weights.is_empty() {
+            let needed = "weights times the measure of the kinematics add up to more than nothing: give positive ones";
+            return Err(GeometryError::Number { what: "sum of the weights of a table", value: total, needed }.into());
+        }
         let (positions, normals) = (points.positions.clone(), points.normals.clone());
         Ok(ShapeTable::of_rows(node_count, rows, clusters, hoops, positions, normals))
     }

@@ -1,9 +1,9 @@
 //! Gradients averaged over sub-cells, from values on their facets.
 
 use crate::cells::Smoothing;
-use crate::error::{ApproximationError, Error, GeometryError};
+use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
-use crate::kinematics::Kinematics;
+use crate::kinematics::{Kinematics, hoops, measure};
 use crate::parallel::map_ranges;
 use crate::shape::{Approximation, ShapeFunctions};
 
@@ -42,14 +42,14 @@ impl<const D: usize> Facets<D> {
         approximation: &A,
         smoothing: &Smoothing<D>,
         kinematics: &(impl Kinematics<D> + ?Sized),
-    ) -> Result<Self, ApproximationError> {
+    ) -> Result<Self, Error> {
         let count = smoothing.facet_points.len() / smoothing.points_per_facet.max(1);
         let dimension = (1 + kinematics.hoops().len()) as f64;
         // Radii count from the axis. Other coordinates count from the body: far from the origin the parts of a small
         // cell would be large and cancel.
         let on_axis = !kinematics.hoops().is_empty();
         let origin = smoothing.facet_points.first().filter(|_| !on_axis).map_or(0.0, |at| at[0]);
-        let runs = map_ranges(count, SERIAL_BELOW, |range| -> Result<(usize, Run<D>), ApproximationError> {
+        let runs = map_ranges(count, SERIAL_BELOW, |range| -> Result<(usize, Run<D>), Error> {
             let mut facets = Run {
                 ends: Vec::with_capacity(range.len()),
                 nodes: Vec::new(),
@@ -69,7 +69,7 @@ impl<const D: usize> Facets<D> {
                     approximation.evaluate_values(at, &mut scratch, &mut psi)?;
                     check_values(&psi, approximation.nodes().len(), at)?;
                     facets.rcond = facets.rcond.min(psi.rcond);
-                    let area = smoothing.facet_areas[point] * kinematics.measure(at);
+                    let area = smoothing.facet_areas[point] * measure(kinematics, on_axis, at)?;
                     volume += (at[0] - origin) * area[0] / dimension;
                     list.add(Point::zeros(), &psi.nodes, |a, sum| *sum += area * psi.values[a]);
                 }
@@ -158,7 +158,7 @@ pub(super) fn smoothed<const D: usize, A: Approximation<D>>(
     smoothing: &Smoothing<D>,
     kinematics: &(impl Kinematics<D> + ?Sized),
 ) -> Result<(Rows, Clusters), Error> {
-    let hoops = kinematics.hoops();
+    let hoops = hoops(kinematics)?;
     let slots = D + usize::from(!hoops.is_empty());
     let facets = Facets::integrate(approximation, smoothing, kinematics)?;
     type Scratch<S, const D: usize> = (S, ShapeFunctions<D>, List<[f64; 4]>);
@@ -186,7 +186,7 @@ pub(super) fn smoothed<const D: usize, A: Approximation<D>>(
                     if at[0] == 0.0 {
                         off_axis[0] = 1e-8 * weight.abs().sqrt();
                     }
-                    let measure = kinematics.measure(&off_axis);
+                    let measure = measure(kinematics, true, &off_axis)?;
                     let inverse = inverse_radius(off_axis[0], at.as_slice(), measure)?;
                     approximation.evaluate_values(at, scratch, psi)?;
                     check_values(psi, approximation.nodes().len(), at)?;

@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix3;
 
+use crate::error::SolveError;
 use crate::geometry::Point;
 use crate::material::Material;
 use crate::table::ShapeTable;
@@ -55,6 +56,8 @@ pub struct Body<const D: usize, M> {
     share: f64,
     /// Points of the smallest zone where the share grows with the points of a zone; else 0.
     fewest: usize,
+    /// A zone on which no functions are orthonormal, and the square norm of one that is not positive.
+    unsuited: Option<f64>,
     pub(super) measure: Measure,
 }
 
@@ -88,8 +91,17 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// measure of [`new`](Body::new) it needs no pointwise part at all. Homogeneous states do not depend on $s$.
     pub fn zonal(table: ShapeTable<D>, material: M, field: PressureField, share: f64) -> Self {
         let field = if material.split().is_some() { field } else { PressureField::Displacement };
-        let mut body =
-            Body { table, material, field, functions: 0, phi: Vec::new(), share, fewest: 0, measure: Measure::VOLUME };
+        let mut body = Body {
+            table,
+            material,
+            field,
+            functions: 0,
+            phi: Vec::new(),
+            share,
+            fewest: 0,
+            unsuited: None,
+            measure: Measure::VOLUME,
+        };
         match field {
             PressureField::Constant => body.tabulate_zone_functions(1),
             PressureField::Linear => body.tabulate_zone_functions(D + 1),
@@ -205,10 +217,11 @@ impl<const D: usize, M: Material> Body<D, M> {
                 for (p, x) in positions.iter().enumerate() {
                     phi[p * functions + k] = if k == 0 { 1.0 } else { x[k - 1] - centre[k - 1] };
                 }
-                let norm_of = |phi: &[f64]| -> f64 {
-                    weights.iter().enumerate().map(|(p, w)| w * phi[p * functions + k].powi(2)).sum::<f64>().sqrt()
+                let square_of = |phi: &[f64]| -> f64 {
+                    weights.iter().enumerate().map(|(p, w)| w * phi[p * functions + k].powi(2)).sum::<f64>()
                 };
-                let before = norm_of(phi);
+                let square = square_of(phi);
+                let before = square.sqrt();
                 // Twice is enough: the second sweep removes what rounding left of the first.
                 for _ in 0..2 {
                     for l in 0..k {
@@ -222,7 +235,16 @@ impl<const D: usize, M: Material> Body<D, M> {
                         }
                     }
                 }
-                let norm = norm_of(phi);
+                let left = square_of(phi);
+                let norm = left.sqrt();
+                // Weights of both signs may leave a function no norm: such a zone has no projection.
+                let rounding = -1e-12
+                    * weights.iter().enumerate().map(|(p, w)| w.abs() * phi[p * functions + k].powi(2)).sum::<f64>();
+                for square in [square, left] {
+                    if !weights.is_empty() && !(square >= rounding && (k > 0 || square > 0.0)) {
+                        self.unsuited.get_or_insert(square);
+                    }
+                }
                 // A zone with fewer independent points than functions simply has fewer functions.
                 let scale = if norm > 1e-10 * before { 1.0 / norm } else { 0.0 };
                 for p in 0..weights.len() {
@@ -311,6 +333,13 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
 
     fn nodes(&self, cluster: usize) -> &[u32] {
         self.table.clusters().nodes(cluster)
+    }
+
+    fn validate(&self) -> Result<(), SolveError> {
+        let Some(value) = self.unsuited else { return Ok(()) };
+        let needed = "pressures of zones need weights that add up to more than nothing in each zone: give positive ones, \
+                      or take PressureField::Pointwise";
+        Err(SolveError::Setting { what: "square norm of a pressure function over a zone", value, needed })
     }
 
     fn locals(&self, cluster: usize) -> std::ops::Range<usize> {
