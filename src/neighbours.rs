@@ -1,4 +1,8 @@
-//! Neighbour search by a grid of bins.
+//! Neighbour search: by a grid of bins for particles that cover a point, by a tree for neighbours of a rank.
+
+mod tree;
+
+pub(crate) use tree::distances;
 
 use crate::geometry::Point;
 use crate::particles::Particles;
@@ -17,6 +21,8 @@ pub(crate) struct BinGrid<const D: usize> {
 
 /// Bins per particle at which refining the grid no longer shortens the candidate lists enough.
 const BINS_PER_PARTICLE: f64 = 4.0;
+/// As many times more bins are accepted where some axes are shorter than a bin.
+const WIDEST: f64 = 4.0;
 
 impl<const D: usize> BinGrid<D> {
     pub(crate) fn new(particles: &Particles<D>) -> Self {
@@ -38,7 +44,13 @@ impl<const D: usize> BinGrid<D> {
             ideal *= (limit / bins).powf(1.0 / D as f64);
         }
         // A side shorter than one bin leaves its share to nobody: clamp each axis by the limit too.
-        let counts: [usize; D] = std::array::from_fn(|i| (ideal[i].min(limit).floor() as usize).max(1));
+        let mut counts: [usize; D] = std::array::from_fn(|i| (ideal[i].min(limit).floor() as usize).max(1));
+        // Axes that are clamped do not take up their share: of a few particles far from all others the axes would
+        // have as many bins as there are particles, each.
+        while counts.iter().map(|&c| c as f64).product::<f64>() > WIDEST * limit {
+            let widest = (0..D).max_by_key(|&i| counts[i]).unwrap_or(0);
+            counts[widest] /= 2;
+        }
         let inverse_width = Point::<D>::from_fn(|i, _| counts[i] as f64 / (max[i] - min[i]));
         let mut grid = BinGrid { min, inverse_width, counts, offsets: Vec::new(), entries: Vec::new() };
         let total: usize = counts.iter().product();
@@ -101,78 +113,6 @@ impl<const D: usize> BinGrid<D> {
     }
 }
 
-/// The distance from each point to its neighbour of rank `rank`, 1 being the nearest; `rank` is below their number.
-pub(crate) fn distances<const D: usize>(positions: &[Point<D>], rank: usize) -> Vec<f64> {
-    let mut min = Point::<D>::repeat(f64::INFINITY);
-    let mut max = Point::<D>::repeat(f64::NEG_INFINITY);
-    for x in positions {
-        min = min.zip_map(x, f64::min);
-        max = max.zip_map(x, f64::max);
-    }
-    // A bin holds about one point; flat sets have bins along their extents alone.
-    let extent = max - min;
-    let largest = extent.max();
-    let measure: f64 = extent.iter().map(|e| e.max(1e-3 * largest)).product();
-    let width = (measure / positions.len() as f64).powf(1.0 / D as f64).max(f64::MIN_POSITIVE);
-    let counts: [usize; D] = std::array::from_fn(|i| ((extent[i] / width) as usize + 1).min(positions.len()));
-    let index = |x: &Point<D>| -> [usize; D] {
-        std::array::from_fn(|i| (((x[i] - min[i]) / width).max(0.0) as usize).min(counts[i] - 1))
-    };
-    let ravel = |index: [usize; D]| (0..D).rev().fold(0, |linear, i| linear * counts[i] + index[i]);
-    let mut offsets = vec![0u32; counts.iter().product::<usize>() + 1];
-    for x in positions {
-        offsets[ravel(index(x)) + 1] += 1;
-    }
-    for bin in 1..offsets.len() {
-        offsets[bin] += offsets[bin - 1];
-    }
-    let mut cursor = offsets.clone();
-    let mut entries = vec![0u32; positions.len()];
-    for (k, x) in positions.iter().enumerate() {
-        let slot = &mut cursor[ravel(index(x))];
-        entries[*slot as usize] = k as u32;
-        *slot += 1;
-    }
-    let mut found = Vec::new();
-    positions
-        .iter()
-        .enumerate()
-        .map(|(k, x)| {
-            let home = index(x);
-            let mut reach = 1usize;
-            loop {
-                // All points nearer than `reach` bins are in this block of bins.
-                let low: [usize; D] = std::array::from_fn(|i| home[i].saturating_sub(reach));
-                let high: [usize; D] = std::array::from_fn(|i| (home[i] + reach).min(counts[i] - 1));
-                found.clear();
-                let mut at = low;
-                'bins: loop {
-                    let bin = ravel(at);
-                    let range = offsets[bin] as usize..offsets[bin + 1] as usize;
-                    let others = entries[range].iter().filter(|&&other| other as usize != k);
-                    found.extend(others.map(|&other| (positions[other as usize] - x).norm()));
-                    for axis in 0..D {
-                        at[axis] += 1;
-                        if at[axis] <= high[axis] {
-                            continue 'bins;
-                        }
-                        at[axis] = low[axis];
-                    }
-                    break;
-                }
-                let whole = (0..D).all(|i| low[i] == 0 && high[i] + 1 == counts[i]);
-                if found.len() >= rank {
-                    let (_, nth, _) = found.select_nth_unstable_by(rank - 1, f64::total_cmp);
-                    if whole || *nth <= reach as f64 * width {
-                        return *nth;
-                    }
-                }
-                reach *= 2;
-            }
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -198,17 +138,14 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_by_rank_are_those_of_a_full_search() {
-        let mut random = fastrand::Rng::with_seed(5);
-        let positions: Vec<Point<2>> =
-            (0..300).map(|_| Point::<2>::new(random.f64().powi(3) * 9.0, random.f64())).collect();
-        for rank in [1, 6, 299] {
-            let found = distances(&positions, rank);
-            for (k, x) in positions.iter().enumerate() {
-                let mut all: Vec<f64> = positions.iter().map(|y| (y - x).norm()).collect();
-                all.sort_by(f64::total_cmp);
-                assert_eq!(found[k], all[rank]);
-            }
-        }
+    fn a_far_particle_does_not_blow_up_the_grid() {
+        let mut random = fastrand::Rng::with_seed(3);
+        let mut positions: Vec<Point<3>> = (0..2000).map(|_| Point::<3>::from_fn(|_, _| random.f64())).collect();
+        positions.push(Point::<3>::new(1e9, 1e9, 0.5));
+        let particles = Particles::new(positions, vec![Support::Ball(0.2); 2001]).unwrap();
+        let grid = BinGrid::new(&particles);
+        assert!(grid.offsets.len() < 100 * 2001 && grid.entries.len() < 100 * 2001);
+        assert_eq!(grid.candidates(&Point::<3>::new(1e9, 1e9, 0.5)), [2000]);
+        assert!(grid.candidates(&Point::<3>::repeat(0.5)).len() >= 2000);
     }
 }
