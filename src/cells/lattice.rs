@@ -6,6 +6,7 @@ use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::brick::{determinant, multilinear, ravel, unravel};
+use super::locator::Locator;
 use super::zones::block_starts;
 use super::{Layout, Zones};
 
@@ -16,6 +17,7 @@ use super::{Layout, Zones};
 pub struct Lattice<const D: usize> {
     counts: [usize; D],
     positions: Vec<Point<D>>,
+    pub(super) locator: Locator<D>,
 }
 
 /// Nodes beyond which a lattice is refused, so that a mistyped count is an error and not a crash.
@@ -112,7 +114,7 @@ impl<const D: usize> Lattice<D> {
             }
             positions.push(domain.position(&unit));
         }
-        let lattice = Lattice { counts, positions };
+        let lattice = Lattice { counts, positions, locator: Locator::default() };
         lattice.validate()?;
         Ok(lattice)
     }
@@ -130,7 +132,7 @@ impl<const D: usize> Lattice<D> {
                 needed: "the product of the counts (each at least 2) is needed",
             });
         }
-        let lattice = Lattice { counts, positions };
+        let lattice = Lattice { counts, positions, locator: Locator::default() };
         lattice.validate()?;
         Ok(lattice)
     }
@@ -186,42 +188,8 @@ impl<const D: usize> Lattice<D> {
         corners
     }
 
-    fn corners(&self, cell: usize) -> [Point<D>; 8] {
+    pub(super) fn corners(&self, cell: usize) -> [Point<D>; 8] {
         self.corner_nodes(cell).map(|node| self.positions[node])
-    }
-
-    /// Whether a point lies in the body, up to a tenth of a cell: the cells cut the corners of curved boundaries.
-    pub fn contains(&self, at: &Point<D>) -> bool {
-        const SLACK: f64 = 0.1;
-        if !at.iter().all(|x| x.is_finite()) {
-            return false;
-        }
-        (0..self.cell_count()).any(|cell| {
-            let corners = self.corners(cell);
-            let used = &corners[..1 << D];
-            let low = used.iter().fold(Point::<D>::repeat(f64::INFINITY), |low, x| low.zip_map(x, f64::min));
-            let high = used.iter().fold(Point::<D>::repeat(f64::NEG_INFINITY), |high, x| high.zip_map(x, f64::max));
-            let margin = (high - low) * SLACK;
-            if (0..D).any(|i| at[i] < low[i] - margin[i] || at[i] > high[i] + margin[i]) {
-                return false;
-            }
-            // Newton on the multilinear map, by Cramer's rule; a few steps from the middle.
-            let mut local = Point::<D>::repeat(0.5);
-            for _ in 0..20 {
-                let (x, columns) = multilinear(&corners, &local);
-                let total = determinant(&columns);
-                let step = Point::<D>::from_fn(|i, _| {
-                    let mut replaced = columns;
-                    replaced[i] = at - x;
-                    determinant(&replaced) / total
-                });
-                local += step;
-                if step.norm() < 1e-12 {
-                    break;
-                }
-            }
-            local.iter().all(|t| *t >= -SLACK && *t <= 1.0 + SLACK)
-        })
     }
 
     /// Box supports from the local spacing: half-widths $a_i = 2 r d_i$ (6.1) with $d_i$ the largest
@@ -318,7 +286,7 @@ impl<const D: usize> Lattice<D> {
             let corners = self.corners(ravel(&cell, &self.cell_counts()));
             positions.push(multilinear(&corners, &at).0);
         }
-        Ok(Lattice { counts, positions })
+        Ok(Lattice { counts, positions, locator: Locator::default() })
     }
 
     /// The lattice that keeps every `parts`-th node along each axis; left-over cells join the last one.
@@ -332,7 +300,7 @@ impl<const D: usize> Lattice<D> {
                 self.positions[self.node(std::array::from_fn(|i| starts[i][index[i]]))]
             })
             .collect();
-        Lattice { counts, positions }
+        Lattice { counts, positions, locator: Locator::default() }
     }
 
     /// Gauss–Legendre points, `n` per direction in each cell, grouped by cell.

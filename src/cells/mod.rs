@@ -8,6 +8,7 @@ mod brick;
 mod edges;
 mod lattice;
 mod layout;
+mod locator;
 mod mesh;
 mod partition;
 mod polygons;
