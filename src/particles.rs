@@ -49,30 +49,15 @@ impl<const D: usize> Particles<D> {
     ///
     /// # Errors
     /// Where there is no particle, the lengths differ, a number is not finite, a support is not
-    /// positive, or two particles coincide.
+    /// positive, or two particles are at one place, closer than rounding leaves them.
     pub fn new(positions: Vec<Point<D>>, supports: Vec<Support<D>>) -> Result<Self, ApproximationError> {
-        if positions.is_empty() {
-            return Err(ApproximationError::Particle {
-                particle: 0,
-                what: "the set is empty",
-                remedy: "give at least as many particles as the basis has terms",
-            });
-        }
+        check_positions(&positions)?;
         if supports.len() != positions.len() {
             return Err(ApproximationError::Length {
                 what: "supports",
                 given: supports.len(),
                 particles: positions.len(),
             });
-        }
-        for (particle, position) in positions.iter().enumerate() {
-            if !position.iter().all(|x| x.is_finite()) {
-                return Err(ApproximationError::Particle {
-                    particle,
-                    what: "the position is not finite",
-                    remedy: "give finite coordinates",
-                });
-            }
         }
         for (particle, support) in supports.iter().enumerate() {
             for &value in support.half_widths().iter() {
@@ -81,13 +66,7 @@ impl<const D: usize> Particles<D> {
                 }
             }
         }
-        if let Some(particle) = coincident(&positions) {
-            return Err(ApproximationError::Particle {
-                particle,
-                what: "another particle has the same position",
-                remedy: "remove one of them",
-            });
-        }
+        check_places(&positions, |particle| supports[particle].half_widths())?;
         Ok(Particles { positions, supports, volumes: Vec::new() })
     }
 
@@ -100,7 +79,14 @@ impl<const D: usize> Particles<D> {
             let remedy = "give a rank of 1 up to, not including, the number of particles";
             return Err(ApproximationError::Particle { particle: 0, what: "no neighbour has this rank", remedy });
         }
-        let supports = distances(&positions, rank).into_iter().map(|d| Support::Ball(factor * d)).collect();
+        check_positions(&positions)?;
+        let distances = |rank| distances(&positions, rank);
+        if rank == 1 && positions.len() > 2 {
+            // Of two particles at one place each would have a support that holds nothing else.
+            let second = distances(2);
+            check_places(&positions, |particle| Point::repeat(second[particle]))?;
+        }
+        let supports = distances(rank).into_iter().map(|d| Support::Ball(factor * d)).collect();
         Particles::new(positions, supports)
     }
 
@@ -146,12 +132,68 @@ impl<const D: usize> Particles<D> {
     }
 }
 
-/// The first particle that shares its position with another one.
-fn coincident<const D: usize>(positions: &[Point<D>]) -> Option<usize> {
+/// Particles closer than this part of their supports, and of the mean spacing, are at one place: no shape functions tell
+/// them apart, while the closest ones of any graded set are far wider apart.
+const ONE_PLACE: f64 = 1e-9;
+
+/// Refuses positions that are missing or not finite.
+fn check_positions<const D: usize>(positions: &[Point<D>]) -> Result<(), ApproximationError> {
+    if positions.is_empty() || D == 0 {
+        return Err(ApproximationError::Particle {
+            particle: 0,
+            what: "the set is empty",
+            remedy: "give at least as many particles as the basis has terms",
+        });
+    }
+    match positions.iter().position(|position| !position.iter().all(|x| x.is_finite())) {
+        None => Ok(()),
+        Some(particle) => Err(ApproximationError::Particle {
+            particle,
+            what: "the position is not finite",
+            remedy: "give finite coordinates",
+        }),
+    }
+}
+
+/// Refuses two particles at one place; `half_widths` are those of their supports.
+fn check_places<const D: usize>(
+    positions: &[Point<D>],
+    half_widths: impl Fn(usize) -> Point<D>,
+) -> Result<(), ApproximationError> {
+    match coincident(positions, half_widths) {
+        None => Ok(()),
+        Some(particle) => Err(ApproximationError::Particle {
+            particle,
+            what: "another particle has the same position, but for rounding",
+            remedy: "remove one of them; where a mapped domain closes on itself (a full ring), model half of it with \
+                     conditions of symmetry, or draw a Region",
+        }),
+    }
+}
+
+/// The first particle in a sweep across the set that shares its place with another one.
+fn coincident<const D: usize>(positions: &[Point<D>], half_widths: impl Fn(usize) -> Point<D>) -> Option<usize> {
+    let (mut min, mut max) = (positions[0], positions[0]);
+    for x in positions {
+        (min, max) = (min.inf(x), max.sup(x));
+    }
+    let spacing = (max - min).max() / (positions.len() as f64).powf(1.0 / D as f64);
+    let reach = |i: usize| half_widths(i).map(|half| ONE_PLACE * half.min(spacing));
+    // A slanting direction, along which no two nodes of an ordinary lattice are level.
+    const DIRECTION: [f64; 3] = [1.0, 0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+    let along: Vec<f64> = positions.iter().map(|x| (0..D).map(|k| (x[k] - min[k]) * DIRECTION[k % 3]).sum()).collect();
     let mut order: Vec<usize> = (0..positions.len()).collect();
-    let key = |i: usize, j: usize| {
-        positions[i].iter().zip(positions[j].iter()).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne())
-    };
-    order.sort_unstable_by(|&i, &j| key(i, j).unwrap_or(std::cmp::Ordering::Equal));
-    order.windows(2).find(|w| positions[w[0]] == positions[w[1]]).map(|w| w[0].max(w[1]))
+    order.sort_unstable_by(|&i, &j| along[i].total_cmp(&along[j]).then(i.cmp(&j)));
+    for (place, &i) in order.iter().enumerate() {
+        let own = reach(i);
+        // What rounding of the sums adds to their distance.
+        let window = own.sum() + 8.0 * f64::EPSILON * along[i];
+        for &j in order[place + 1..].iter().take_while(|&&j| along[j] - along[i] <= window) {
+            let (offset, other) = (positions[j] - positions[i], reach(j));
+            if (0..D).all(|k| offset[k].abs() <= own[k].min(other[k])) {
+                return Some(i.max(j));
+            }
+        }
+    }
+    None
 }

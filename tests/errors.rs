@@ -199,6 +199,54 @@ fn particles() {
 }
 
 #[test]
+fn particles_at_one_place() {
+    let helps = ["same position", "remove one", "a full ring", "symmetry", "draw a Region"];
+    // A ring that closes on itself, but for rounding.
+    let ring = Mapped(|unit: &Point<2>| {
+        let (radius, angle) = (1.0 + unit[0], std::f64::consts::TAU * unit[1]);
+        Point::<2>::new(radius * angle.cos(), radius * angle.sin())
+    });
+    let scene = Scene::new(ring, PlaneStrain, rubber()).hold(Side::Min);
+    for nodes in [[4, 25], [3, 48]] {
+        let error = refusal(&scene, &Scheme::default().particles(nodes));
+        refused!(error, Error::Approximation(ApproximationError::Particle { .. }), helps);
+    }
+    // Whatever the sign of a zero, between others that sort in between.
+    let mut positions: Vec<Point<2>> =
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-0.0, 0.5], [-0.0, 0.7], [0.0, 0.5]]
+            .map(Point::from)
+            .into();
+    let count = positions.len();
+    let balls = |count| vec![Support::Ball(3.0); count];
+    let error = Particles::new(positions.clone(), balls(count)).unwrap_err();
+    refused!(error, ApproximationError::Particle { particle: 6, .. }, helps);
+    for rank in [1, 2, 4] {
+        let error = Particles::by_neighbour(positions.clone(), rank, 1.5).unwrap_err();
+        refused!(error, ApproximationError::Particle { particle: 6, .. }, helps);
+    }
+    positions[6] = Point::<2>::new(1e-13, 0.5);
+    let error = Particles::by_neighbour(positions.clone(), 1, 1.5).unwrap_err();
+    refused!(error, ApproximationError::Particle { particle: 6, .. }, helps);
+
+    // Close is not one place: fine sets far from the origin, graded ones, thin ones, far particles, wide supports.
+    let fine = Block::new([1e6, 1e6], [1e6 + 1e-3, 1e6 + 1e-3]).lattice([5, 5]).unwrap();
+    fine.particles(1.0).unwrap();
+    let graded = |power: i32| {
+        let layout = Layout::Graded(std::sync::Arc::new(move |_, t: f64| t.powi(power)));
+        Lattice::new(&Block::new([0.0, 0.0], [1.0, 1.0]), [8, 8], &layout).unwrap()
+    };
+    graded(12).particles(1.0).unwrap();
+    graded(8).particles_global(1.0).unwrap();
+    Block::new([0.0, 0.0], [1.0, 1e-6]).particles([5, 5], 1.0).unwrap();
+    let mut far: Vec<Point<2>> = fine.positions().iter().map(|x| x - Point::<2>::repeat(1e6)).collect();
+    far.push(Point::<2>::repeat(1e6));
+    Particles::by_neighbour(far.clone(), 1, 2.0).unwrap();
+    Particles::by_neighbour(far.clone(), 3, 2.0).unwrap();
+    Particles::new(far, vec![Support::Ball(1e-3); 26]).unwrap();
+    Block::new([0.0, 0.0], [1.0, 1.0]).particles([9, 9], 1e12).unwrap();
+}
+
+#[test]
 fn supports() {
     let positions = vec![Point::<2>::new(0.0, 0.0), Point::<2>::new(1.0, 0.0)];
     let with = |supports: Vec<Support<2>>| Particles::new(positions.clone(), supports).unwrap_err();
