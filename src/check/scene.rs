@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use crate::boundary::dependent_rows;
 use crate::cells::Cells;
-use crate::error::{ApproximationError, BoundaryError, Error};
+use crate::error::{ApproximationError, BoundaryError, Error, GeometryError};
 use crate::geometry::Point;
 use crate::scene::{Functions, Problem, Scene, Scheme, kernel_functions};
 use crate::shape::{Approximation, Cover, ShapeFunctions};
@@ -226,24 +226,39 @@ fn cover<const D: usize, A: Approximation<D>>(
         rcond == 0.0
     };
     let at_particles: Vec<bool> = cells.positions().iter().map(&mut is_lost).collect();
-    let mut gaps: Vec<(usize, Vec<Point<D>>)> = Vec::new();
+    let mut gaps = Vec::new();
+    if points.groups.len() != cells.cell_count() + 1 {
+        let (count, needed) = (points.groups.len().saturating_sub(1), "Cells::gauss_in gives one for each zone");
+        return Err(GeometryError::Count { what: "groups of points in single cells", count, needed }.into());
+    }
     for (cell, group) in points.groups.windows(2).enumerate() {
         let corners = cells.corners(cell);
+        if let Some(&count) = corners.iter().find(|&&corner| corner >= at_particles.len()) {
+            let needed = "Cells::corners names particles of Cells::positions, counted from 0";
+            return Err(GeometryError::Count { what: "corner of a cell", count, needed }.into());
+        }
         let lost_corners = corners.iter().filter(|&&c| at_particles[c]).map(|&c| cells.positions()[c]);
         let inside = points.positions[group[0]..group[1]].iter().copied().filter(&mut is_lost);
         let lost: Vec<Point<D>> = lost_corners.chain(inside).collect();
         if !lost.is_empty() {
-            gaps.push((cell, lost));
+            gaps.push(Gap { cell, corners, lost });
         }
     }
-    Ok((cover, joined(gaps, cells)))
+    Ok((cover, joined(&gaps, at_particles.len())))
+}
+
+/// A cell with uncovered points.
+struct Gap<const D: usize> {
+    cell: usize,
+    corners: Vec<usize>,
+    lost: Vec<Point<D>>,
 }
 
 /// Cells that share corners, joined to regions.
-fn joined<const D: usize>(gaps: Vec<(usize, Vec<Point<D>>)>, cells: &dyn Cells<D>) -> Vec<UncoveredRegion> {
-    let mut holders: Vec<Vec<usize>> = vec![Vec::new(); cells.positions().len()];
-    for (gap, (cell, _)) in gaps.iter().enumerate() {
-        cells.corners(*cell).into_iter().for_each(|corner| holders[corner].push(gap));
+fn joined<const D: usize>(gaps: &[Gap<D>], particles: usize) -> Vec<UncoveredRegion> {
+    let mut holders: Vec<Vec<usize>> = vec![Vec::new(); particles];
+    for (number, gap) in gaps.iter().enumerate() {
+        gap.corners.iter().for_each(|&corner| holders[corner].push(number));
     }
     let mut seen = vec![false; gaps.len()];
     let mut regions = Vec::new();
@@ -254,12 +269,12 @@ fn joined<const D: usize>(gaps: Vec<(usize, Vec<Point<D>>)>, cells: &dyn Cells<D
         let (mut region, mut open) = (Vec::new(), vec![first]);
         let (mut low, mut high) = (Point::<D>::repeat(f64::INFINITY), Point::<D>::repeat(f64::NEG_INFINITY));
         while let Some(gap) = open.pop() {
-            let (cell, points) = &gaps[gap];
+            let Gap { cell, corners, lost } = &gaps[gap];
             region.push(*cell);
-            for x in points {
+            for x in lost {
                 (low, high) = (low.inf(x), high.sup(x));
             }
-            for corner in cells.corners(*cell) {
+            for &corner in corners {
                 for &other in &holders[corner] {
                     if !std::mem::replace(&mut seen[other], true) {
                         open.push(other);

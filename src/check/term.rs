@@ -18,7 +18,8 @@ const SOLVED: f64 = 1e-12;
 
 /// Checks the contract of [`Term`] around a state, cluster by cluster: the residual is the derivative of
 /// the energy (where there is one), the matrix that of the residual, the load slope that of the residual
-/// by the load factor; nodes rise, and [`advance`](Term::advance) allows a step of nothing in full.
+/// by the load factor; nodes rise, residual, load slope and matrix keep the lengths in which they are handed over, and
+/// [`advance`](Term::advance) allows a step of nothing in full.
 ///
 /// `displacement` holds the coefficients of all nodes, `D` components each: a small admissible state that
 /// is not at rest, where errors hide. Terms with local unknowns are checked with these solved
@@ -68,11 +69,19 @@ pub fn term<const D: usize>(term: &dyn Term<D>, displacement: &[f64], load: f64)
             .with([order])
             .unchecked("all derivatives: the local unknowns were not solved by advance() with a step of nothing"));
     };
+    let mut lengths = Law::new("linearize() keeps the lengths of its buffers", 0.0);
+    for cluster in 0..clusters {
+        let changed = probe.changed_lengths(cluster, &base);
+        lengths.see(changed as f64, || format!("cluster {cluster}"));
+    }
+    if !lengths.finding.holds() {
+        return Ok(report.with([order, lengths]).unchecked("all derivatives: the buffers have other lengths"));
+    }
     for cluster in 0..clusters {
         let factor = probe.advance(cluster, displacement, load, &base, &probe.nothing, &mut Vec::new());
         still.see((factor - 1.0).abs(), || format!("cluster {cluster}"));
     }
-    let report = report.with([order, still]);
+    let report = report.with([order, lengths, still]);
     Ok(probe.derivatives(report, &base))
 }
 
@@ -139,9 +148,29 @@ impl<'a, const D: usize> Probe<'a, D> {
 
     fn linearize(&self, cluster: usize, displacement: &[f64], load: f64, locals: &[f64], matrix: bool) -> Element {
         let mut element = Element::default();
-        element.reset(self.term.nodes(cluster).len() * D, matrix);
+        let size = self.term.nodes(cluster).len() * D;
+        element.reset(size, matrix);
         self.term.linearize(cluster, View { displacement, locals, load }, &mut element);
+        // They may change in one state and not in another.
+        element.residual.resize(size, f64::NAN);
+        element.load_slope.resize(size, f64::NAN);
+        element.matrix.resize(if matrix { size * size } else { 0 }, f64::NAN);
         element
+    }
+
+    /// Entries by which a linearisation, with a matrix and without, makes its buffers longer or shorter.
+    fn changed_lengths(&self, cluster: usize, locals: &[f64]) -> usize {
+        let size = self.term.nodes(cluster).len() * D;
+        let view = View { displacement: self.displacement, locals, load: self.load };
+        let mut changed = 0;
+        for matrix in [false, true] {
+            let mut element = Element::default();
+            element.reset(size, matrix);
+            self.term.linearize(cluster, view, &mut element);
+            changed += element.residual.len().abs_diff(size) + element.load_slope.len().abs_diff(size);
+            changed += element.matrix.len().abs_diff(if matrix { size * size } else { 0 });
+        }
+        changed
     }
 
     fn energy(&self, cluster: usize, displacement: &[f64], locals: &[f64]) -> f64 {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::assembly::Model;
 use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
 use crate::cells::{Cells, Lattice, Layout};
-use crate::error::{BoundaryError, Error, GeometryError};
+use crate::error::{ApproximationError, BoundaryError, Error, GeometryError};
 use crate::geometry::{Domain, Part, Point};
 use crate::linear::Direct;
 use crate::material::Material;
@@ -114,6 +114,11 @@ fn covering<const D: usize>(scheme: &Scheme, cells: &dyn Cells<D>) -> Result<(Ke
         Dilation::Global(r) => cells.particles_global(r)?,
         Dilation::Neighbour { rank, factor } => Particles::by_neighbour(cells.positions().to_vec(), rank, factor)?,
     };
+    let (given, needed) = (particles.positions().len(), cells.positions().len());
+    if given != needed {
+        let what = "particles that the cells make for their positions";
+        return Err(ApproximationError::Length { what, given, particles: needed }.into());
+    }
     // On lattices the default covers by construction, and a dilation that does not is the user's to know.
     if cells.lattice().is_some() {
         Ok((cover::functions(scheme, particles)?, 0))
