@@ -135,6 +135,9 @@ impl<const D: usize> Points<D> {
         if let Some(&value) = self.weights.iter().find(|w| !w.is_finite()) {
             return Err(GeometryError::Number { what: "integration weight", value, needed: "give finite weights" });
         }
+        if let Some(&value) = self.normals.iter().flat_map(|normal| normal.iter()).find(|n| !n.is_finite()) {
+            return Err(GeometryError::Number { what: "component of a normal", value, needed: "give finite normals" });
+        }
         let total: f64 = self.weights.iter().sum();
         if !(total > 0.0) && n > 0 {
             let needed = "weights measure a body or its boundary: give ones that add up to more than nothing";

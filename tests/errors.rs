@@ -569,6 +569,10 @@ fn pressures_on_points_without_normals() {
     };
     let face = lattice.boundary(&Side::Max.into(), 1, 2).unwrap().points;
     run(&face).unwrap();
+    let mut spoilt = face.clone();
+    spoilt.normals[1][0] = NAN;
+    let error = ShapeTable::new(&functions, &spoilt, &PlaneStrain).unwrap_err();
+    refused!(error, Error::Geometry(GeometryError::Number { .. }), ["component of a normal", "finite normals"]);
     let bare = Points { normals: Vec::new(), ..face };
     for points in [bare, lattice.gauss(2).unwrap()] {
         let error = run(&points).unwrap_err();
