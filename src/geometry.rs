@@ -74,7 +74,15 @@ impl fmt::Display for Part {
     }
 }
 
-/// An axis-aligned block $\prod_i [\min_i, \max_i]$ \[length\].
+/// Refuses dimensions other than one, two and three.
+pub(crate) fn check_dimension<const D: usize>() -> Result<(), GeometryError> {
+    if matches!(D, 1..=3) {
+        return Ok(());
+    }
+    Err(GeometryError::Count { what: "dimensions D", count: D, needed: "1, 2 and 3 are possible" })
+}
+
+/// An axis-aligned block $\prod_i [\min_i, \max_i]$ \[length\] in one, two or three dimensions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Block<const D: usize> {
     /// The corner with the smallest coordinates.
@@ -89,8 +97,9 @@ impl<const D: usize> Block<D> {
         Block { min: min.into(), max: max.into() }
     }
 
-    /// Refuses a block without a finite positive extent along each axis.
+    /// Refuses a block without a finite positive extent along each axis, or of other than one to three dimensions.
     pub fn validate(&self) -> Result<(), GeometryError> {
+        check_dimension::<D>()?;
         for axis in 0..D {
             let extent = self.max[axis] - self.min[axis];
             // The negation also catches NaN.
@@ -111,11 +120,11 @@ impl<const D: usize> Block<D> {
 /// impl Domain<2> for QuarterRing {
 ///     fn position(&self, unit: &Point<2>) -> Point<2> {
 ///         let radius = self.inner + (self.outer - self.inner) * unit[0];
-///         let angle = std::f64::consts::FRAC_PI_2 * (1.0 - unit[1]);
+///         let angle = std::f64::consts::FRAC_PI_2 * unit[1];
 ///         Point::<2>::new(radius * angle.cos(), radius * angle.sin())
 ///     }
 /// }
-/// assert!((QuarterRing { inner: 1.0, outer: 2.0 }.position(&Point::<2>::new(1.0, 1.0))[0] - 2.0).abs() < 1e-15);
+/// assert!((QuarterRing { inner: 1.0, outer: 2.0 }.position(&Point::<2>::new(1.0, 0.0))[0] - 2.0).abs() < 1e-15);
 /// ```
 pub trait Domain<const D: usize>: Send + Sync {
     /// The position $X(\xi)$ \[length\] of a point $\xi \in \[0,1\]^D$; orientation-preserving.

@@ -105,8 +105,24 @@ impl<const D: usize> Model<D> {
             .collect()
     }
 
-    /// Energy stored in all terms \[stress·length³; per unit length in plane strain\].
+    /// Whether vectors are as long as the terms read them, and the terms stay among the nodes.
+    fn reads(&self, displacement: &[f64], locals: &[Vec<f64>]) -> bool {
+        let fits = |term: &dyn Term<D>, locals: &Vec<f64>| {
+            (0..term.clusters()).all(|c| {
+                let last = term.nodes(c).last().map_or(0, |&last| last as usize);
+                last < self.positions.len() && term.locals(c).end <= locals.len()
+            })
+        };
+        displacement.len() == self.unknowns()
+            && locals.len() == self.terms.len()
+            && self.terms.iter().zip(locals).all(|(term, locals)| fits(&**term, locals))
+    }
+
+    /// Energy stored in all terms \[stress·length³; per unit length in plane strain\]; NaN for vectors of another model.
     pub fn energy(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64) -> f64 {
+        if !self.reads(displacement, locals) {
+            return f64::NAN;
+        }
         let mut energy = 0.0;
         for (term, locals) in self.terms.iter().zip(locals) {
             let view = View { displacement, locals, load };
@@ -203,15 +219,22 @@ impl<const D: usize> Model<D> {
         Assembler::new(self)
     }
 
-    /// The residual $r$ of the model, without any matrix.
+    /// The residual $r$ of the model, without any matrix; NaN for vectors of another model.
     pub fn residual(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64) -> Vec<f64> {
+        if !self.reads(displacement, locals) {
+            return vec![f64::NAN; self.unknowns()];
+        }
         let mut residual = vec![0.0; self.unknowns()];
         self.sum_forces(displacement, locals, load, |unknown, force, _| residual[unknown] += force);
         residual
     }
 
-    /// Writes $\partial r/\partial\lambda$.
+    /// Writes $\partial r/\partial\lambda$; NaN for vectors of another model.
     pub fn load_slope(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64, slope: &mut [f64]) {
+        if !self.reads(displacement, locals) || slope.len() != self.unknowns() {
+            slope.fill(f64::NAN);
+            return;
+        }
         slope.fill(0.0);
         self.sum_forces(displacement, locals, load, |unknown, _, change| slope[unknown] += change);
     }

@@ -6,6 +6,7 @@ use crate::assembly::{Pattern, System};
 use crate::error::{BoundaryError, Error, LinearError};
 use crate::linear::MatrixClass;
 use crate::shape::{Approximation, ShapeFunctions};
+use crate::table::check_values;
 
 use super::{Constraints, Enforced, Enforcement, pattern_fits};
 
@@ -47,6 +48,7 @@ impl FullTransformation {
         let mut psi = ShapeFunctions::default();
         for particle in 0..n {
             approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
+            check_values(&psi, n, &approximation.nodes()[particle])?;
             for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
                 at_particles[(particle, node as usize)] = value;
             }
@@ -58,10 +60,13 @@ impl FullTransformation {
     }
 
     /// The transformed functions $\hat\Psi_K(X) = \sum_I A^{-1}_{KI}\Psi_I(X)$ (4.33) for given $\Psi_I(X)$,
-    /// one for each particle.
+    /// one for each particle; NaN where one of them is that of no particle.
     pub fn transformed(&self, nodes: &[u32], values: &[f64]) -> Vec<f64> {
         (0..self.inverse.ncols())
-            .map(|k| nodes.iter().zip(values).map(|(&i, v)| self.inverse[(i as usize, k)] * v).sum())
+            .map(|k| {
+                let entry = |i: u32| self.inverse.get((i as usize, k)).copied().unwrap_or(f64::NAN);
+                nodes.iter().zip(values).map(|(&i, v)| entry(i) * v).sum()
+            })
             .collect()
     }
 }

@@ -1,7 +1,7 @@
 //! Lattices of particles and the cells between them.
 
 use crate::error::{ApproximationError, GeometryError};
-use crate::geometry::{Block, Domain, Part, Point, Side};
+use crate::geometry::{Block, Domain, Part, Point, Side, check_dimension};
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
@@ -48,6 +48,7 @@ impl<const D: usize> Lattice<D> {
     /// For a degenerate domain, fewer than two nodes along an axis, a jitter outside $[0, 0.5)$, a
     /// grading that does not rise from 0 to 1, or cells turned inside out.
     pub fn new(domain: &(impl Domain<D> + ?Sized), counts: [usize; D], layout: &Layout) -> Result<Self, GeometryError> {
+        check_dimension::<D>()?;
         domain.validate()?;
         let mut total = 1usize;
         for &count in &counts {
@@ -124,6 +125,7 @@ impl<const D: usize> Lattice<D> {
     /// # Errors
     /// Where the number of positions is not the product of the counts, or a cell is inverted.
     pub fn from_positions(counts: [usize; D], positions: Vec<Point<D>>) -> Result<Self, GeometryError> {
+        check_dimension::<D>()?;
         let total = counts.iter().fold(1usize, |product, &count| product.saturating_mul(count));
         if counts.iter().any(|&c| c < 2) || total != positions.len() {
             return Err(GeometryError::Count {

@@ -1,5 +1,14 @@
 //! Clusters of points that are assembled together.
 
+/// From one offset to the next; nothing where there are none.
+#[inline]
+fn between(offsets: &[usize], k: usize) -> std::ops::Range<usize> {
+    match (offsets.get(k), offsets.get(k.saturating_add(1))) {
+        (Some(&first), Some(&end)) => first..end,
+        _ => 0..0,
+    }
+}
+
 /// Points of one cell or zone with the nodes they see between them.
 ///
 /// A cluster plays the part of a finite element: its points are summed into one dense matrix over its
@@ -37,28 +46,28 @@ impl Clusters {
         self.len() == 0
     }
 
-    /// The points of a cluster.
+    /// The points of a cluster; none where there is no such cluster.
     #[inline]
     pub fn points(&self, cluster: usize) -> std::ops::Range<usize> {
-        self.points[cluster]..self.points[cluster + 1]
+        between(&self.points, cluster)
     }
 
-    /// The nodes of a cluster, by rising index.
+    /// The nodes of a cluster, by rising index; none where there is no such cluster.
     #[inline]
     pub fn nodes(&self, cluster: usize) -> &[u32] {
-        &self.nodes[self.node_offsets[cluster]..self.node_offsets[cluster + 1]]
+        &self.nodes[between(&self.node_offsets, cluster)]
     }
 
-    /// For each node of a point, its place among the nodes of the point's cluster.
+    /// For each node of a point, its place among the nodes of the point's cluster; none where there is no such point.
     #[inline]
     pub fn local(&self, point: usize) -> &[u16] {
-        &self.local[self.offsets[point]..self.offsets[point + 1]]
+        &self.local[between(&self.offsets, point)]
     }
 
-    /// The entries of a point in compressed rows.
+    /// The entries of a point in compressed rows; none where there is no such point.
     #[inline]
     pub(super) fn entries(&self, point: usize) -> std::ops::Range<usize> {
-        self.offsets[point]..self.offsets[point + 1]
+        between(&self.offsets, point)
     }
 
     /// Bytes held.

@@ -9,7 +9,7 @@ pub use clusters::Clusters;
 use nalgebra::Matrix3;
 
 use crate::cells::Smoothing;
-use crate::error::{ApproximationError, Error, GeometryError};
+use crate::error::{ApproximationError, Error, GeometryError, SolveError};
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
 use crate::quadrature::Points;
@@ -53,7 +53,7 @@ fn check_functions<const D: usize>(
 }
 
 /// The same for values alone: smoothed tables need no gradients.
-fn check_values<const D: usize>(
+pub(crate) fn check_values<const D: usize>(
     psi: &ShapeFunctions<D>,
     nodes: usize,
     at: &Point<D>,
@@ -229,7 +229,7 @@ impl<const D: usize> ShapeTable<D> {
         self.node_count
     }
 
-    /// Nodes with a nonzero function at a point, by rising index.
+    /// Nodes with a nonzero function at a point, by rising index; none where there is no such point.
     #[inline]
     pub fn nodes(&self, point: usize) -> &[u32] {
         &self.nodes[self.clusters.entries(point)]
@@ -299,15 +299,29 @@ impl<const D: usize> ShapeTable<D> {
     }
 
     /// The gradient of a coefficient vector `d` (node by node, `D` components each) at a point, padded
-    /// to 3×3: $\nabla u$ with hoops on the diagonal; $F = I + \nabla u$.
+    /// to 3×3: $\nabla u$ with hoops on the diagonal; $F = I + \nabla u$. NaN where there is no such point, or `d` is too
+    /// short for the nodes.
     #[inline]
     pub fn displacement_gradient(&self, point: usize, d: &[f64]) -> Matrix3<f64> {
+        if !self.reads(point, d) {
+            return Matrix3::repeat(f64::NAN);
+        }
         displacement_gradient::<Plain, D>(self.nodes(point), self.gradients(point), self.hoops, d)
     }
 
-    /// The displacement $u = \sum_I \Psi_I d_I$ at a point; zero in smoothed tables, which hold no values.
+    /// Whether there is such a point, and coefficients for all nodes.
+    #[inline]
+    fn reads(&self, point: usize, d: &[f64]) -> bool {
+        point < self.len() && d.len() >= self.node_count * D
+    }
+
+    /// The displacement $u = \sum_I \Psi_I d_I$ at a point; zero in smoothed tables, which hold no values. NaN where
+    /// there is no such point, or `d` is too short for the nodes.
     #[inline]
     pub fn displacement(&self, point: usize, d: &[f64]) -> Point<D> {
+        if !self.reads(point, d) {
+            return Point::repeat(f64::NAN);
+        }
         let mut u = Point::zeros();
         for (&node, &value) in self.nodes(point).iter().zip(self.values(point)) {
             for i in 0..D {
@@ -326,8 +340,12 @@ impl<const D: usize> ShapeTable<D> {
     /// The kernel stays the material one (4.47): the same particles are seen however far they move.
     ///
     /// # Errors
-    /// Where $\det F \le 0$.
+    /// Where $\det F \le 0$, and where `d` is too short for the nodes.
     pub fn pushed_forward(&self, d: &[f64]) -> Result<Self, Error> {
+        let (given, needed) = (d.len(), self.node_count * D);
+        if given < needed {
+            return Err(SolveError::Length { what: "displacement to push a table forward by", given, needed }.into());
+        }
         let mut current = self.clone();
         for point in 0..self.len() {
             let f = Matrix3::identity() + self.displacement_gradient(point, d);

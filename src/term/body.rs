@@ -275,7 +275,8 @@ impl<const D: usize, M: Material> Body<D, M> {
         &self.phi[point * self.functions..(point + 1) * self.functions]
     }
 
-    /// The deformation gradient $F$ at a point of the table.
+    /// The deformation gradient $F$ at a point of the table; NaN where there is no such point, or the displacement is too
+    /// short.
     pub fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
         Matrix3::identity() + self.table.displacement_gradient(point, displacement)
     }

@@ -1,0 +1,225 @@
+//! Pieces of one's own and vectors that do not fit: refused, or answered by NaN, and never by a panic.
+#![cfg(feature = "solve")]
+
+use std::sync::Arc;
+
+use rkpm::boundary::FullTransformation;
+use rkpm::cells::{BoundaryCells, Smoothing, Zones};
+use rkpm::check;
+use rkpm::error::{ApproximationError, GeometryError, SolveError};
+use rkpm::prelude::*;
+use rkpm::term::{Element, View};
+
+fn lattice() -> Lattice<2> {
+    Block::new([0.0, 0.0], [2.0, 1.0]).lattice([5, 4]).unwrap()
+}
+
+type Functions = ReproducingKernel<2, CubicSpline, Polynomial<2>>;
+
+fn functions() -> Functions {
+    ReproducingKernel::new(lattice().particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap()
+}
+
+fn rubber() -> Rubber {
+    Rubber::neo_hookean(0.5, 100.0).unwrap()
+}
+
+/// A spring whose buffers come out longer or shorter, from a load on or in one state alone.
+struct Spring {
+    residual: usize,
+    slope: usize,
+    matrix: usize,
+    when: fn(&View<'_>) -> bool,
+}
+
+impl Term<1> for Spring {
+    fn clusters(&self) -> usize {
+        1
+    }
+    fn nodes(&self, _: usize) -> &[u32] {
+        &[0, 1]
+    }
+    fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
+        let force = view.displacement[1] - view.displacement[0];
+        out.residual.copy_from_slice(&[-force, force]);
+        if out.with_matrix {
+            out.matrix.copy_from_slice(&[1.0, -1.0, -1.0, 1.0]);
+        }
+        if (self.when)(&view) {
+            out.residual.resize(self.residual, 0.0);
+            out.load_slope.resize(self.slope, 0.0);
+            out.matrix.resize(if out.with_matrix { self.matrix } else { 0 }, 0.0);
+        }
+    }
+    fn energy(&self, _: usize, view: View<'_>) -> f64 {
+        0.5 * (view.displacement[1] - view.displacement[0]).powi(2)
+    }
+}
+
+#[test]
+fn terms_that_change_their_buffers() {
+    let always = |_: &View<'_>| true;
+    let report = |spring: Spring| check::term(&spring, &[0.1, 0.3], 1.0).unwrap();
+    assert!(report(Spring { residual: 2, slope: 2, matrix: 4, when: always }).holds());
+    for [residual, slope, matrix] in
+        [[0, 2, 4], [1, 2, 4], [3, 2, 4], [2, 1, 4], [2, 5, 4], [2, 2, 0], [2, 2, 3], [2, 2, 9]]
+    {
+        let report = report(Spring { residual, slope, matrix, when: always });
+        let broken: Vec<&str> = report.violations().map(|f| f.law).collect();
+        assert_eq!(broken, ["linearize() keeps the lengths of its buffers"], "{residual} {slope} {matrix}");
+    }
+    // In some states alone: derivatives are none.
+    let moved = |view: &View<'_>| view.displacement[0] != 0.1 || view.load != 1.0;
+    let report = report(Spring { residual: 1, slope: 1, matrix: 1, when: moved });
+    assert!(report.violations().any(|f| f.law == "the matrix is the derivative of the residual"));
+}
+
+/// A lattice with something wrong about it.
+struct Odd(Lattice<2>, u8);
+
+impl Cells<2> for Odd {
+    fn positions(&self) -> &[Point<2>] {
+        if self.1 == 1 { &self.0.positions()[..12] } else { self.0.positions() }
+    }
+    fn cell_count(&self) -> usize {
+        if self.1 == 2 { 99 } else { self.0.cell_count() }
+    }
+    fn corners(&self, cell: usize) -> Vec<usize> {
+        if self.1 == 3 { vec![999] } else { Cells::corners(&self.0, cell) }
+    }
+    fn local_spacing(&self, particle: usize) -> f64 {
+        Cells::local_spacing(&self.0, particle)
+    }
+    fn particles(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
+        if self.1 == 4 { Lattice::refined(&self.0, 2).unwrap().particles(r) } else { self.0.particles(r) }
+    }
+    fn particles_global(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
+        self.0.particles_global(r)
+    }
+    fn is_thin(&self) -> bool {
+        self.0.is_thin()
+    }
+    fn zones(&self, size: usize) -> Zones {
+        self.0.zones(size)
+    }
+    fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<2>, GeometryError> {
+        if self.1 == 5 { self.0.gauss_in(n, &self.0.zones(2)) } else { self.0.gauss_in(n, zones) }
+    }
+    fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
+        self.0.smoothing(parts, gauss, zones)
+    }
+    fn dual(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
+        self.0.dual(gauss)
+    }
+    fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
+        self.0.boundary(part, parts, gauss)
+    }
+    fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
+        self.0.boundary_nodes(part)
+    }
+    fn contains(&self, at: &Point<2>) -> bool {
+        self.0.contains(at)
+    }
+}
+
+#[test]
+fn scenes_over_cells_that_name_what_is_not_there() {
+    let words = [
+        "",
+        "particles that the cells make",
+        "cell of a zone",
+        "corner of a cell: 999",
+        "particles that the",
+        "groups of",
+    ];
+    for (odd, word) in words.iter().enumerate() {
+        let cells = Arc::new(Odd(lattice(), odd as u8));
+        let scene = Scene::over(cells, PlaneStrain, rubber()).hold(Side::Min);
+        match check::scene(&scene, &Scheme::default()) {
+            Ok(diagnosis) => assert!(odd == 0 && diagnosis.holds()),
+            Err(error) => assert!(odd > 0 && error.to_string().contains(word), "{odd}: {error}"),
+        }
+    }
+}
+
+/// Kernel functions that name a node too many.
+struct Beyond(Functions);
+
+impl Approximation<2> for Beyond {
+    type Scratch = <Functions as Approximation<2>>::Scratch;
+    fn nodes(&self) -> &[Point<2>] {
+        self.0.nodes()
+    }
+    fn evaluate(
+        &self,
+        at: &Point<2>,
+        scratch: &mut Self::Scratch,
+        out: &mut ShapeFunctions<2>,
+    ) -> Result<(), ApproximationError> {
+        self.0.evaluate(at, scratch, out)?;
+        out.nodes.push(20);
+        out.values.push(0.0);
+        Ok(())
+    }
+}
+
+#[test]
+fn nodes_that_are_not_there() {
+    let error = FullTransformation::new(&Beyond(functions())).unwrap_err();
+    assert!(matches!(error, Error::Approximation(ApproximationError::Particle { particle: 20, .. })), "{error}");
+    let full = FullTransformation::new(&functions()).unwrap();
+    assert!(full.transformed(&[3, 20], &[0.5, 0.5]).iter().all(|v| v.is_nan()));
+    assert!(full.transformed(&[3, 19], &[0.5, 0.5]).iter().all(|v| v.is_finite()));
+}
+
+#[test]
+fn tables_asked_for_points_and_vectors_that_are_not_there() {
+    let table =
+        ShapeTable::new(&functions(), &lattice().gauss_in(2, &lattice().zones(2)).unwrap(), &PlaneStrain).unwrap();
+    let (fits, short) = (vec![0.0; 40], vec![0.0; 39]);
+    assert_eq!(table.displacement(0, &fits), Point::<2>::zeros());
+    assert!(table.displacement_gradient(0, &fits).iter().all(|h| *h == 0.0));
+    for (point, d) in [(0, &short), (0, &vec![]), (table.len(), &fits), (usize::MAX, &fits)] {
+        assert!(table.displacement(point, d).iter().all(|u| u.is_nan()));
+        assert!(table.displacement_gradient(point, d).iter().all(|h| h.is_nan()));
+    }
+    for point in [table.len(), usize::MAX] {
+        assert!(table.nodes(point).is_empty() && table.values(point).is_empty() && table.gradients(point).is_empty());
+        assert!(table.clusters().local(point).is_empty());
+        assert!(table.clusters().nodes(point).is_empty() && table.clusters().points(point).is_empty());
+    }
+    assert!(table.pushed_forward(&fits).is_ok());
+    let error = table.pushed_forward(&short).unwrap_err();
+    assert!(matches!(error, Error::Solve(SolveError::Length { given: 39, needed: 40, .. })), "{error}");
+    let body = Body::new(table, rubber(), PressureField::Linear);
+    assert!(body.deformation_gradient(9999, &fits).iter().all(|f| f.is_nan()));
+    assert!(body.deformation_gradient(0, &short).iter().all(|f| f.is_nan()));
+
+    let mut model = Model::new(lattice().positions().to_vec());
+    model.add(body);
+    let locals = model.start();
+    let cut: Vec<Vec<f64>> = locals.iter().map(|l| l[1..].to_vec()).collect();
+    assert!(model.energy(&fits, &locals, 0.0).abs() < 1e-12);
+    assert!(model.residual(&fits, &locals, 0.0).iter().all(|r| r.abs() < 1e-12));
+    for (d, locals) in [(&short, &locals), (&vec![0.0; 41], &locals), (&fits, &cut), (&fits, &vec![])] {
+        assert!(model.energy(d, locals, 0.0).is_nan());
+        let residual = model.residual(d, locals, 0.0);
+        assert!(residual.len() == 40 && residual.iter().all(|r| r.is_nan()));
+        let mut slope = vec![0.0; 40];
+        model.load_slope(d, locals, 0.0, &mut slope);
+        assert!(slope.iter().all(|r| r.is_nan()));
+    }
+}
+
+#[test]
+fn dimensions_that_no_one_lives_in() {
+    let says = |error: GeometryError| assert!(error.to_string().contains("1, 2 and 3 are possible"), "{error}");
+    says(Block::<0>::new([], []).validate().unwrap_err());
+    says(Block::<0>::new([], []).lattice([]).unwrap_err());
+    says(Block::<4>::new([0.0; 4], [1.0; 4]).validate().unwrap_err());
+    says(Block::<4>::new([0.0; 4], [1.0; 4]).lattice([2; 4]).unwrap_err());
+    says(Lattice::<4>::from_positions([2; 4], vec![Point::zeros(); 16]).unwrap_err());
+    let scaled = Mapped(|unit: &Point<4>| unit * 2.0);
+    says(Lattice::new(&scaled, [2; 4], &Layout::Regular).unwrap_err());
+    assert!(Block::<4>::new([0.0; 4], [1.0; 4]).particles([2; 4], 1.0).is_err());
+}
