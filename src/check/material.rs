@@ -22,7 +22,8 @@ const ROUNDING: f64 = 1e-10;
 /// 1.25: $P = \partial W/\partial F$, the tangent $= \partial P/\partial F$ and symmetric, frame indifference,
 /// no stress at rest and a tangent that is not negative there, and the split: its parts sum to the whole,
 /// $\bar W(sF) = \bar W(F)$, $U'$ and $U''$ are derivatives. [`Material::respond`], which bodies call, must give what
-/// [`Material::response`] gives, for the whole and for the distortional part.
+/// [`Material::response`] gives, for the whole and for the distortional part. An energy of the invariants shows itself
+/// to [`invariant_energy`]: the material of it calls one of its two ways alone.
 ///
 /// Violations are relative to the size of stress or tangent (whichever of $|P|$ and $|A|\,|F - I|$ is larger).
 ///

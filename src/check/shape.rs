@@ -247,8 +247,9 @@ mod tests {
         let nan = From(|_: f64| (f64::NAN, f64::NAN));
         assert_eq!(broken(&kernel(&nan)).len(), 6);
 
+        type Fill = fn(&[f64], &mut [f64], &mut [f64]);
         /// A kernel with a fill of its own.
-        struct Filled(fn(&[f64], &mut [f64], &mut [f64]));
+        struct Filled(Fill);
         impl Kernel for Filled {
             fn value_and_slope(&self, z: f64) -> (f64, f64) {
                 CubicSpline.value_and_slope(z)
@@ -258,7 +259,7 @@ mod tests {
             }
         }
         assert!(kernel(&Filled(|z, values, slopes| CubicSpline.fill(z, values, slopes))).holds());
-        let wrong: [fn(&[f64], &mut [f64], &mut [f64]); 3] = [
+        let wrong: [Fill; 3] = [
             |_, _, _| {},
             |z, values, slopes| {
                 CubicSpline.fill(z, values, slopes);

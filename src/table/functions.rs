@@ -1,0 +1,56 @@
+//! What a table asks of shape functions, of one's own ones too.
+
+use crate::error::ApproximationError;
+use crate::geometry::Point;
+use crate::shape::ShapeFunctions;
+
+/// Refuses functions that a table could not hold: values and gradients for each node, nodes rising and there,
+/// numbers finite.
+pub(super) fn check_functions<const D: usize>(
+    psi: &ShapeFunctions<D>,
+    nodes: usize,
+    at: &Point<D>,
+) -> Result<(), ApproximationError> {
+    check_values(psi, nodes, at)?;
+    if psi.gradients.len() != psi.nodes.len() {
+        let (given, particles) = (psi.gradients.len(), psi.nodes.len());
+        return Err(ApproximationError::Length { what: "gradients at a point", given, particles });
+    }
+    let finite = psi.gradients.iter().flat_map(|g| g.iter());
+    check_finite("the gradient of a shape function", finite, at)
+}
+
+/// The same for values alone: smoothed tables need no gradients.
+pub(crate) fn check_values<const D: usize>(
+    psi: &ShapeFunctions<D>,
+    nodes: usize,
+    at: &Point<D>,
+) -> Result<(), ApproximationError> {
+    let particles = psi.nodes.len();
+    if psi.values.len() != particles {
+        return Err(ApproximationError::Length { what: "values at a point", given: psi.values.len(), particles });
+    }
+    let last = psi.nodes.last().map_or(0, |&n| n as usize);
+    if psi.nodes.windows(2).any(|w| w[0] >= w[1]) || (particles > 0 && last >= nodes) {
+        return Err(ApproximationError::Particle {
+            particle: last,
+            what: "an approximation lists nodes at a point that do not rise, or do not exist",
+            remedy: "list each node once, by rising index",
+        });
+    }
+    check_finite("the value of a shape function", psi.values.iter(), at)
+}
+
+fn check_finite<'a, const D: usize>(
+    what: &'static str,
+    numbers: impl Iterator<Item = &'a f64> + Clone,
+    at: &Point<D>,
+) -> Result<(), ApproximationError> {
+    // Without a way out in the middle whole registers are compared at once.
+    if numbers.clone().fold(true, |finite, x| finite & x.is_finite()) {
+        return Ok(());
+    }
+    let value = numbers.copied().find(|x| !x.is_finite()).unwrap_or(f64::NAN);
+    let (at, remedy) = (format!("X = {:?}", at.as_slice()), "an approximation gives finite values and gradients");
+    Err(ApproximationError::Function { what, value, at, remedy })
+}
