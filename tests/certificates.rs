@@ -10,7 +10,7 @@
 
 use rkpm::cells::Layout;
 use rkpm::check::{self, InfSup, PatchTest, Stability, inf_sup, patch_test, spurious_modes};
-use rkpm::error::{Error, GeometryError};
+use rkpm::error::{BoundaryError, Error, GeometryError};
 use rkpm::nalgebra::{Matrix2, Matrix3};
 use rkpm::prelude::*;
 use rkpm::scene::{RowKind, Rule};
@@ -211,9 +211,11 @@ fn show(tests: impl IntoIterator<Item = Result<PatchTest, Error>>) -> String {
 fn patch_tests_refuse_what_is_no_patch_test() {
     let test = |gradient: Matrix2<f64>| patch_test(square(), Axisymmetric, moderate(), &gradient, &Scheme::default());
     assert!(matches!(test(plane()), Err(Error::Geometry(GeometryError::Kinematics { .. }))));
-    for gradient in [Matrix2::zeros(), -2.0 * Matrix2::new(1.0, 0.0, 0.0, 0.0), Matrix2::repeat(f64::NAN)] {
-        assert!(matches!(test(gradient), Err(Error::Solve(_))));
+    for gradient in [Matrix2::zeros(), -2.0 * Matrix2::new(0.0, 0.0, 0.0, 1.0), Matrix2::repeat(f64::NAN)] {
+        assert!(matches!(test(gradient), Err(Error::Solve(_))), "{:?}", test(gradient).map(|_| ()));
     }
+    let beyond = test(-2.0 * Matrix2::new(1.0, 0.0, 0.0, 0.0));
+    assert!(matches!(beyond, Err(Error::Boundary(BoundaryError::BeyondAxis { .. }))));
 }
 
 /// Extremes of θ and the largest number of spurious modes over some seeds.
