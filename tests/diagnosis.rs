@@ -255,3 +255,23 @@ fn what_cannot_be_placed_at_all_is_an_error() {
     let nan = square().traction(Side::Max, [f64::NAN, 0.0]);
     assert!(matches!(check::scene(&nan, &Scheme::default()), Err(Error::Boundary(_))));
 }
+
+/// A material of one's own that can't be split is integrated as it is: stiff against changes of volume it locks.
+#[test]
+fn stiff_materials_that_cannot_be_split_are_found() {
+    struct Whole(Rubber);
+    impl Material for Whole {
+        fn energy(&self, f: &rkpm::nalgebra::Matrix3<f64>) -> f64 {
+            self.0.energy(f)
+        }
+        fn response(&self, f: &rkpm::nalgebra::Matrix3<f64>) -> rkpm::material::Response {
+            self.0.response(f)
+        }
+    }
+    for (bulk, sound) in [(5.0, true), (1e3, false)] {
+        let rubber = Whole(Rubber::neo_hookean(0.5, bulk).unwrap());
+        let scene = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber).hold((0, Side::Min));
+        let diagnosis = check::scene(&scene, &Scheme::default().particles([7])).unwrap();
+        assert_eq!(diagnosis.holds(), sound, "{}", diagnosis.report());
+    }
+}

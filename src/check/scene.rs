@@ -2,12 +2,13 @@
 
 use std::fmt;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Matrix3};
 
 use crate::boundary::dependent_rows;
 use crate::cells::Cells;
 use crate::error::{ApproximationError, BoundaryError, Error, GeometryError};
 use crate::geometry::Point;
+use crate::material::Material;
 use crate::scene::{Functions, Problem, Scene, Scheme, kernel_functions};
 use crate::shape::{Approximation, Cover, ShapeFunctions};
 use crate::term::PressureField;
@@ -23,6 +24,9 @@ const FREE: f64 = 1e-12;
 /// Gauss points per direction and cell at which the cover is sampled, beside the particles: the loads' and bodies'
 /// own points lie between them.
 const SAMPLES: usize = 4;
+
+/// Bulk over shear modulus above which a point's volume counts as a constraint.
+const STIFF: f64 = 20.0;
 
 /// Connected cells in which too few particles cover some points.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,7 +79,7 @@ pub struct Diagnosis {
     pub dependent: Vec<BoundaryError>,
     /// Rigid motions left free.
     pub free: Vec<FreeMotion>,
-    /// Pressure unknowns of the body.
+    /// Pressure unknowns of the body; its points, where it has none and resists changes of volume.
     pub pressures: usize,
     /// Displacement unknowns that the rows leave.
     pub displacements: usize,
@@ -140,7 +144,7 @@ impl Diagnosis {
                 violation: self.pressures as f64 / self.displacements.max(1) as f64,
                 tolerance: self.most_pressures,
                 at: format!(
-                    "{} pressures, {} displacements: project the volumetric energy on larger zones",
+                    "{} pressures or points, {} displacements: project the volumetric energy on larger zones, which a material allows by its split",
                     self.pressures, self.displacements
                 ),
             });
@@ -197,7 +201,9 @@ pub fn scene<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagno
     diagnosis.free = free_motions(&problem);
     let table = problem.body.table();
     diagnosis.pressures = match problem.body.field() {
-        PressureField::Displacement if problem.body.material().split().is_none() => 0,
+        PressureField::Displacement if problem.body.material().split().is_none() && !stiff(problem.body.material()) => {
+            0
+        }
         // Without pressures of its own each point constrains the volume all the same.
         PressureField::Displacement | PressureField::Pointwise => table.len(),
         PressureField::Constant => table.clusters().len(),
@@ -206,6 +212,13 @@ pub fn scene<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagno
     let rows = problem.rows.len() - diagnosis.dependent.len();
     diagnosis.displacements = problem.model.unknowns().saturating_sub(rows);
     Ok(diagnosis)
+}
+
+/// Whether a material resists a change of volume at rest so much more than one of shape that it locks.
+fn stiff(material: &dyn Material) -> bool {
+    let tangent = material.response(&Matrix3::identity()).tangent;
+    let bulk: f64 = (0..9).map(|k| tangent[(4 * (k / 3), 4 * (k % 3))]).sum::<f64>() / 9.0;
+    bulk > STIFF * tangent[(1, 1)]
 }
 
 /// The cover at particles and points in cells, and the regions where there is none.

@@ -100,7 +100,8 @@ pub enum RowKind {
     Auto,
     /// Values at particles: the paper's transformation (4.29).
     AtParticles,
-    /// Boundary integrals with linear hats: the paper's multipliers (4.16).
+    /// Boundary integrals with linear hats: the paper's multipliers (4.16). Prescribed values are met in the mean: particles
+    /// of a held face move a little, by some thousandths of the largest displacement on coarse lattices.
     OverBoundary,
 }
 

@@ -6,7 +6,9 @@
 pub struct Health {
     /// The smallest reciprocal condition number of the moment matrix behind the shape functions.
     pub rcond: Option<f64>,
-    /// The smallest and the largest $J = \det F$.
+    /// The smallest and the largest $J = \det F$ at the points of the body, those of averaged gradients with smoothed
+    /// cells: close to edges of pressed faces the field may fold between them unseen. Faces that meet or pass through each
+    /// other are not looked for.
     pub jacobians: Option<[f64; 2]>,
     /// Energy of changes of volume within zones, $\int U(J) - U(\bar J)$, where pressures are not projected:
     /// what locking costs \[energy\].
