@@ -168,28 +168,33 @@ impl Factors for BlindFactors<'_> {
     }
 }
 
-/// A block whose upper edge is turned by 180°, everything else free.
-fn turned_block() -> Problem<2> {
-    let turn = |load: f64| (load * std::f64::consts::PI).sin_cos();
+/// A block whose upper edge is turned, everything else free.
+fn turned_block(particles: usize, turns: f64) -> Problem<2> {
+    let turn = move |load: f64| (load * turns * std::f64::consts::TAU).sin_cos();
     let rubber = Rubber::neo_hookean(0.5, 1e3).unwrap();
     Scene::new(Block::new([-0.5, -0.5], [0.5, 0.5]), PlaneStrain, rubber)
         .prescribe_motion((1, Side::Max), 0, move |x, l| x[0] * (turn(l).1 - 1.0) - x[1] * turn(l).0)
         .prescribe_motion((1, Side::Max), 1, move |x, l| x[0] * turn(l).0 + x[1] * (turn(l).1 - 1.0))
-        .discretize(&Scheme::default().particles([9]))
+        .discretize(&Scheme::default().particles([particles]))
         .unwrap()
 }
 
 #[test]
 fn large_steps_do_not_land_on_false_equilibria() {
-    // A rigid rotation costs nothing. Who does not see the signs of the pivots accepts a folded block on the way.
-    let mut problem = turned_block();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
-    assert!(path.steps.iter().all(|step| step.unstable == Some(0)));
-    assert!(path.steps.last().unwrap().energy < 1e-20);
-    problem.analysis.solver = Box::new(Blind(Direct));
-    let path = problem.run(&mut ()).unwrap();
-    assert!(path.steps.iter().all(|step| step.unstable.is_none() && step.critical.is_empty()));
-    assert!(path.steps.last().unwrap().energy > 0.1);
+    // A rigid rotation costs nothing. Who does not see the signs of the pivots accepts a folded block on the way, on some
+    // of these lattices: which ones is decided by rounding.
+    let mut folded = 0;
+    for (particles, turns) in [(5, 0.35), (8, 0.4), (8, 0.5), (9, 0.3), (9, 0.5)] {
+        let mut problem = turned_block(particles, turns);
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        assert!(path.steps.iter().all(|step| step.unstable == Some(0)));
+        assert!(path.steps.last().unwrap().energy < 1e-20);
+        problem.analysis.solver = Box::new(Blind(Direct));
+        let path = problem.run(&mut ()).unwrap();
+        assert!(path.steps.iter().all(|step| step.unstable.is_none() && step.critical.is_empty()));
+        folded += usize::from(path.steps.iter().any(|step| step.energy > 0.01));
+    }
+    assert!(folded > 0);
 }
 
 #[test]
