@@ -229,3 +229,15 @@ fn stalls_say_where_the_path_turned_and_what_leads_on() {
     assert!(matches!(error, rkpm::error::SolveError::BrokenOff { .. }), "{error:?}");
     assert!(!error.to_string().contains("stalled"), "{error}");
 }
+
+/// A pressure on a free face has a stiffness that is not symmetric. Left out, Newton's method converges linearly.
+#[test]
+fn pressures_on_free_faces_converge_quadratically() {
+    let scene = Scene::new(Block::new([0.0, 0.0], [4.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold((0, Side::Min))
+        .pressure((1, Side::Min), 0.02);
+    let problem = scene.discretize(&Scheme::default().particles([17, 5]).stepping(Stepping::equal(2))).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let tip = problem.displacement(path.last(), &[4.0, 0.5].into()).unwrap();
+    assert!(tip[1] > 1.0 && path.iterations <= 12, "{} {tip}", path.iterations);
+}

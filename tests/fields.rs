@@ -125,3 +125,25 @@ fn grids_have_cells_around_and_fields_of_all_particles() {
         assert!(0.06 < mean && mean < 0.1, "{mean}");
     }
 }
+
+/// Reactions balance a load at a point: their force and, about each axis, their moment, arms being those of the deformed body.
+#[test]
+fn reactions_and_their_moments_balance_a_load() {
+    let rubber = Rubber::neo_hookean(0.5, 1e3).unwrap();
+    let (corner, force) = ([1.0, 1.0, 2.0], [0.02, -0.03, 0.05]);
+    let block =
+        Scene::new(Block::new([0.0; 3], [1.0, 1.0, 2.0]), Solid, rubber).hold((2, Side::Min)).point_load(corner, force);
+    let problem = block.discretize(&Scheme::default().particles([3, 3, 5])).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let state = path.last();
+    let at = problem.displacement(state, &corner.into()).unwrap() + Point::<3>::from(corner);
+    assert!((at - Point::<3>::from(corner)).norm() > 0.1);
+    for axis in 0..3 {
+        let reaction = problem.reaction(state, &format!("u_{axis} on face (2, Min)")).unwrap()[axis];
+        assert!((reaction + force[axis]).abs() < 1e-7, "{axis}: {reaction}");
+        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+        let applied = at[i] * force[j] - at[j] * force[i];
+        let moment = problem.moment(state, "face (2, Min)", axis).unwrap();
+        assert!((moment + applied).abs() < 1e-6, "{axis}: {moment} {applied}");
+    }
+}

@@ -78,6 +78,21 @@ fn two_faces_may_share_a_motion_and_must_not_contradict_it() -> Result<(), rkpm:
     Ok(())
 }
 
+/// Motions that agree at the full load alone contradict each other on the way.
+#[test]
+fn motions_are_compared_on_the_way() -> Result<(), rkpm::Error> {
+    let scheme = Scheme::default().particles([4, 5]).rows(RowKind::AtParticles);
+    for (power, agree) in [(1, true), (3, false)] {
+        let scene = block()?.prescribe_motion((1, Side::Min), 0, |_, load| 0.1 * load).prescribe_motion(
+            (0, Side::Min),
+            0,
+            move |_, load| 0.1 * load.powi(power),
+        );
+        assert_eq!(scene.discretize(&scheme).is_ok(), agree);
+    }
+    Ok(())
+}
+
 #[test]
 fn pressures_are_those_of_the_volume_change() -> Result<(), rkpm::Error> {
     // The whole boundary follows a homogeneous deformation: p = k (J − 1) everywhere, however it is projected.

@@ -30,6 +30,24 @@ fn shape_functions_are_the_modified_kernel() {
     }
 }
 
+/// With volumes inside the sum kernels are densities of supports that differ: (3.3), (3.26). Any common factor would cancel.
+#[test]
+fn densities_of_unequal_supports_are_those_of_the_modified_kernel() {
+    let lattice = Block::new([1.0, 0.0], [3.0, 1.0]).lattice([7, 5]).unwrap();
+    let half = |k: usize| Point::<2>::new(0.8 + 0.02 * k as f64, 0.9 - 0.01 * k as f64);
+    let supports = (0..35).map(|k| Support::Box(half(k))).collect();
+    let volumes: Vec<f64> = (0..35).map(|k| 0.05 + 0.003 * k as f64).collect();
+    let particles = Particles::new(lattice.positions().to_vec(), supports).unwrap().with_volumes(volumes).unwrap();
+    let rk = ReproducingKernel::new(particles, CubicSpline, Polynomial::linear()).unwrap();
+    for at in [[1.2, 0.1], [1.37, 0.61], [2.9, 0.99]] {
+        let at = at.into();
+        let psi = rk.shape_functions(&at).unwrap();
+        for (&node, value) in psi.nodes.iter().zip(&psi.values) {
+            assert!((rk.modified_kernel(&at, node as usize).unwrap() - value).abs() < 1e-11);
+        }
+    }
+}
+
 #[test]
 fn the_uncorrected_estimate_fails_at_the_boundary() {
     // Remarks of §3.1: with volumes inside the sum the interior moments of a regular set are constant; at an
