@@ -7,7 +7,7 @@ use crate::neighbours::distances;
 /// The support of one kernel function.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Support<const D: usize> {
-    /// A ball of the given radius $a$, kernel $\Phi(\|x-x_I\|/a)$, eq. (3.27).
+    /// A ball of the given radius $a$, kernel $\Phi(\\|x-x_I\\|/a)$, eq. (3.27).
     Ball(f64),
     /// A box of half-widths $a_i$, kernel $\prod_i \Phi(|x_i-x_{Ii}|/a_i)$, eq. (3.26).
     Box(Point<D>),

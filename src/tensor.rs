@@ -46,7 +46,7 @@ pub fn cofactor(f: &Matrix3<f64>) -> Matrix3<f64> {
     )
 }
 
-/// Adds $s\,\partial^2 J/\partial F_{iJ}\partial F_{kL} = s\,\epsilon_{ikm}\epsilon_{JLN}F_{mN}$ to `tangent`.
+/// Adds $s\\,\partial^2 J/\partial F_{iJ}\partial F_{kL} = s\\,\epsilon_{ikm}\epsilon_{JLN}F_{mN}$ to `tangent`.
 #[inline]
 pub fn add_determinant_hessian(tangent: &mut Tangent, f: &Matrix3<f64>, s: f64) {
     for i in 0..3 {
@@ -63,7 +63,7 @@ pub fn add_determinant_hessian(tangent: &mut Tangent, f: &Matrix3<f64>, s: f64) 
     }
 }
 
-/// $\partial^2 J/\partial F_c\,\partial F_d$ for two components numbered row by row: one entry of
+/// $\partial^2 J/\partial F_c\\,\partial F_d$ for two components numbered row by row: one entry of
 /// [`add_determinant_hessian`] for callers that need few.
 #[inline(always)]
 pub fn determinant_hessian(f: &Matrix3<f64>, c: usize, d: usize) -> f64 {

@@ -7,10 +7,10 @@ use crate::linear::MatrixClass;
 use super::{Constraints, Enforced, Enforcement, Row, pattern_fits};
 
 /// Lagrange multipliers: the saddle point system (4.11),
-/// $$\begin{bmatrix}K + G^T R\,G & G^T\\ G & 0\end{bmatrix}
-///   \begin{bmatrix}\delta d\\ \mu\end{bmatrix} = \begin{bmatrix}-r + G^T R\,\gamma\\ \gamma\end{bmatrix},
+/// $$\begin{bmatrix}K + G^T R\\,G & G^T\\ G & 0\end{bmatrix}
+///   \begin{bmatrix}\delta d\\ \mu\end{bmatrix} = \begin{bmatrix}-r + G^T R\\,\gamma\\ \gamma\end{bmatrix},
 ///   \qquad \gamma = g - G d,$$
-/// eliminated with each multiplier right after the last unknown of its row. The augmentation $G^T R\,G$ does not
+/// eliminated with each multiplier right after the last unknown of its row. The augmentation $G^T R\\,G$ does not
 /// change the solution; it makes the block of the unknowns regular where the rows alone hold the body.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LagrangeMultipliers;

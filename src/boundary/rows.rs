@@ -10,7 +10,7 @@ use crate::kinematics::Kinematics;
 use crate::shape::{Approximation, ShapeFunctions};
 use crate::term::Amplitude;
 
-/// One condition $\sum_k c_k d_k = g\,a(\lambda)$ on the coefficients $d$.
+/// One condition $\sum_k c_k d_k = g\\,a(\lambda)$ on the coefficients $d$.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// (unknown, coefficient) pairs.
@@ -31,7 +31,7 @@ pub type Motion<const D: usize> = Arc<dyn Fn(&Point<D>, f64) -> f64 + Send + Syn
 /// The value of a row that weighs the given points: $g$ and $a(\lambda)$.
 type Value<'a, const D: usize> = &'a dyn Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude);
 
-/// $g\,a(\lambda)$ with $g = \sum w\,g(X)$.
+/// $g\\,a(\lambda)$ with $g = \sum w\\,g(X)$.
 fn scaled<'a, const D: usize>(
     target: &'a dyn Fn(&Point<D>) -> f64,
     amplitude: &'a Amplitude,
@@ -39,7 +39,7 @@ fn scaled<'a, const D: usize>(
     move |points| (points.iter().map(|(x, w)| w * target(x)).sum(), amplitude.clone())
 }
 
-/// $\sum w\,g(X, \lambda)$, all of it in the amplitude.
+/// $\sum w\\,g(X, \lambda)$, all of it in the amplitude.
 fn moved<'a, const D: usize>(motion: &'a Motion<D>) -> impl Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude) + 'a {
     move |points| {
         let motion = motion.clone();
@@ -112,7 +112,7 @@ impl Constraints {
         Ok(())
     }
 
-    /// Conditions $u_i(X_J) = g(X_J)\,a(\lambda)$ at particles: the rows $\Psi_I(X_J)$ of the paper's
+    /// Conditions $u_i(X_J) = g(X_J)\\,a(\lambda)$ at particles: the rows $\Psi_I(X_J)$ of the paper's
     /// transformation (4.29).
     ///
     /// A condition given twice with equal values is taken once.
@@ -186,7 +186,7 @@ impl Constraints {
         Ok(())
     }
 
-    /// Conditions $\int\Theta_J(u_i - g\,a(\lambda))\,\mathrm d\Gamma = 0$ over a boundary part with its linear
+    /// Conditions $\int\Theta_J(u_i - g\\,a(\lambda))\\,\mathrm d\Gamma = 0$ over a boundary part with its linear
     /// hats $\Theta_J$, (4.8), (4.16).
     ///
     /// Each corner and edge is owned by the part that claims it first; on the others its hat is merged
@@ -209,7 +209,7 @@ impl Constraints {
         self.integrate(approximation, boundary, kinematics, component, &scaled(target, amplitude), label)
     }
 
-    /// Conditions $\int\Theta_J(u_i - g(X, \lambda))\,\mathrm d\Gamma = 0$: as
+    /// Conditions $\int\Theta_J(u_i - g(X, \lambda))\\,\mathrm d\Gamma = 0$: as
     /// [`over_boundary`](Constraints::over_boundary) for values that do not grow in proportion.
     ///
     /// # Errors
@@ -322,7 +322,7 @@ impl Constraints {
         Ok(())
     }
 
-    /// Writes $g\,a(\lambda) - Gd$, row by row.
+    /// Writes $g\\,a(\lambda) - Gd$, row by row.
     pub fn gap(&self, displacement: &[f64], load: f64, gap: &mut Vec<f64>) {
         gap.clear();
         gap.extend(self.rows.iter().map(|row| {
@@ -331,7 +331,7 @@ impl Constraints {
         }));
     }
 
-    /// Writes $g\,a'(\lambda)$, row by row.
+    /// Writes $g\\,a'(\lambda)$, row by row.
     pub fn load_slope(&self, load: f64, slope: &mut Vec<f64>) {
         slope.clear();
         slope.extend(self.rows.iter().map(|row| row.target * row.amplitude.evaluate(load).1));

@@ -160,7 +160,7 @@ impl Enforcement for MixedTransformation {
 }
 
 impl Bound {
-    /// $V\,\text{gap}$ at the pivots of a group.
+    /// $V\\,\text{gap}$ at the pivots of a group.
     fn prescribed(group: &Group, gap: &[f64]) -> Vec<f64> {
         let m = group.rows.len();
         (0..m).map(|p| group.rows.iter().zip(&group.v[p * m..(p + 1) * m]).map(|(&r, v)| v * gap[r]).sum()).collect()

@@ -14,7 +14,7 @@ use super::mesh::{Mesh, Piece};
 /// Rows reproduce the tractions of homogeneous stress exactly where the hats can combine to the normal of each
 /// chord. On a line hats that sum to one do. On an arc the normals jump from chord to chord: there the weights of the
 /// particles around a chord are the hats with the smallest change for which $\sum_J f_J = 1$ and
-/// $\sum_J f_J\,n_J = n$, with $n_J$ the mean normal at particle $J$. The ends of an open arc carry none: they belong
+/// $\sum_J f_J\\,n_J = n$, with $n_J$ the mean normal at particle $J$. The ends of an open arc carry none: they belong
 /// to the pieces beside it.
 pub(crate) fn facets(
     mesh: &Mesh,

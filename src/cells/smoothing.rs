@@ -7,13 +7,13 @@ use crate::quadrature::{Points, check_point_count, gauss_legendre};
 use super::brick::{determinant, multilinear, ravel, unravel};
 use super::{Lattice, Zones};
 
-/// Sub-cells over which gradients are averaged, $\langle\Psi_{,j}\rangle = \frac1V\oint\Psi\,n_j\,\mathrm dA$,
+/// Sub-cells over which gradients are averaged, $\langle\Psi_{,j}\rangle = \frac1V\oint\Psi\\,n_j\\,\mathrm dA$,
 /// with the facets between neighbours stored once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Smoothing<const D: usize> {
     /// Points on all facets.
     pub facet_points: Vec<Point<D>>,
-    /// $n\,\mathrm dA$ at each facet point, in the direction in which the facet is stored.
+    /// $n\\,\mathrm dA$ at each facet point, in the direction in which the facet is stored.
     pub facet_areas: Vec<Point<D>>,
     /// Facet points per facet.
     pub points_per_facet: usize,
@@ -57,7 +57,7 @@ impl<const D: usize> Smoothing<D> {
         Ok(())
     }
 
-    /// Coordinate measures of the sub-cells \[length^d\], $V = \frac1D\oint x\cdot n\,\mathrm dA$; NaN for facets
+    /// Coordinate measures of the sub-cells \[length^d\], $V = \frac1D\oint x\cdot n\\,\mathrm dA$; NaN for facets
     /// that do not exist.
     pub fn volumes(&self) -> Vec<f64> {
         let volume = |facets: &Vec<(u32, f64)>| {
@@ -316,7 +316,7 @@ fn facet_point<const D: usize>(
     (at, weight)
 }
 
-/// $n\,\mathrm dA$ of the facet normal to lattice axis `axis`: the cofactor column of the map.
+/// $n\\,\mathrm dA$ of the facet normal to lattice axis `axis`: the cofactor column of the map.
 fn area_vector<const D: usize>(axis: usize, columns: &[Point<D>; D]) -> Point<D> {
     Point::from_fn(|i, _| {
         let mut replaced = *columns;

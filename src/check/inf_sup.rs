@@ -29,10 +29,10 @@ pub struct InfSup {
 }
 
 /// The numerical inf-sup constant of the scheme's pressures (Chapelle & Bathe 1993),
-/// $$\beta = \inf_p \sup_u \frac{\int p\,\mathrm{div}\,u}{\|p\|\;|u|_1},$$
+/// $$\beta = \inf_p \sup_u \frac{\int p\\,\mathrm{div}\\,u}{\\|p\\|\\;|u|_1},$$
 /// with the displacement fixed on the whole boundary by the scheme's own rows and the constant pressure
 /// removed: the root of the smallest eigenvalue of $CK^{-1}C^Tp = \beta^2 Mp$, $K$ the vector
-/// Laplacian and $C = \int\varphi\,\mathrm{div}\,u$ over the scheme's own table, $M$ the pressure mass.
+/// Laplacian and $C = \int\varphi\\,\mathrm{div}\\,u$ over the scheme's own table, $M$ the pressure mass.
 ///
 /// Pressures at points and displacement form have one pressure function per integration point. The
 /// scene gives domain and kinematics; its material matters only where it can't be split (then the
@@ -147,7 +147,7 @@ impl Pressures {
     }
 }
 
-/// $\int\nabla\Psi_I\cdot\nabla\Psi_J$ (with $\Psi_I\Psi_J/R^2$ for each hoop) and $\int\varphi_k\,\mathrm{div}(\Psi_I e_i)$
+/// $\int\nabla\Psi_I\cdot\nabla\Psi_J$ (with $\Psi_I\Psi_J/R^2$ for each hoop) and $\int\varphi_k\\,\mathrm{div}(\Psi_I e_i)$
 /// of one displacement component, particles by pressures.
 fn matrices<const D: usize>(
     table: &ShapeTable<D>,

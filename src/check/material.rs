@@ -25,7 +25,7 @@ const ROUNDING: f64 = 1e-10;
 /// [`Material::response`] gives, for the whole and for the distortional part. An energy of the invariants shows itself
 /// to [`invariant_energy`]: the material of it calls one of its two ways alone.
 ///
-/// Violations are relative to the size of stress or tangent (whichever of $|P|$ and $|A|\,|F - I|$ is larger).
+/// Violations are relative to the size of stress or tangent (whichever of $|P|$ and $|A|\\,|F - I|$ is larger).
 ///
 /// ```
 /// use rkpm::{check, material::Rubber};

@@ -37,7 +37,7 @@ pub struct UncoveredRegion {
     pub bounds: [Vec<f64>; 2],
 }
 
-/// A rigid motion that neither conditions nor energy resist: $u = t + \Omega\,(X - X_0)$.
+/// A rigid motion that neither conditions nor energy resist: $u = t + \Omega\\,(X - X_0)$.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeMotion {
     /// The translation $t$, components relative to the largest displacement of the motion.

@@ -40,7 +40,7 @@ pub struct Stability {
 }
 
 /// The generalised eigenvalues of
-/// $$K_{rule}\,v = \theta\,K_{reference}\,v$$
+/// $$K_{rule}\\,v = \theta\\,K_{reference}\\,v$$
 /// on the complement of the rigid motions: both tangents at rest, with the same particles, shape
 /// functions and material, $K_{reference}$ integrated by 8 Gauss points per direction in each cell.
 ///

@@ -219,7 +219,7 @@ impl Curve {
         }
     }
 
-    /// $\tfrac12\int x\,\mathrm dy - y\,\mathrm dx$ along the curve, with coordinates from a point near it: about a
+    /// $\tfrac12\int x\\,\mathrm dy - y\\,\mathrm dx$ along the curve, with coordinates from a point near it: about a
     /// distant one the parts of a loop are large and cancel.
     pub(super) fn signed_area(&self, about: &Point<2>) -> f64 {
         match *self {

@@ -1,4 +1,4 @@
-//! Kernel functions $\Phi(z)$ of the normalised distance $z = \|x - x_I\|/a$, eqs. (3.3), (3.25).
+//! Kernel functions $\Phi(z)$ of the normalised distance $z = \\|x - x_I\\|/a$, eqs. (3.3), (3.25).
 
 use crate::error::ApproximationError;
 
@@ -40,6 +40,9 @@ pub trait Kernel: Send + Sync {
     }
 
     /// Refuses parameters that make no kernel; the default accepts all (values are checked all the same).
+    ///
+    /// # Errors
+    /// Where a parameter is outside of what the kernel is made for.
     fn validate(&self) -> Result<(), ApproximationError> {
         Ok(())
     }

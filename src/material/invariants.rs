@@ -213,7 +213,7 @@ impl<E: InvariantEnergy> Material for Invariants<E> {
 }
 
 /// What stress and tangent are made of: with $g_1$, $g_2$ and $N$ the dyads
-/// $A \ni \sum k_{ab}\,g_a\otimes g_b$, and `unit`, `q` and `hessian` times what is left of
+/// $A \ni \sum k_{ab}\\,g_a\otimes g_b$, and `unit`, `q` and `hessian` times what is left of
 /// $\partial^2\bar I_1$ and $\partial^2\bar I_2$.
 struct Dyads {
     stress: Matrix3<f64>,

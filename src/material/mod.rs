@@ -70,7 +70,7 @@ impl Response {
 /// is $\partial^2 W/\partial F\partial F$ (hence symmetric), and where $W$ is undefined the answer is
 /// NaN ([`Response::undefined`]), never a panic.
 ///
-/// A St. Venant–Kirchhoff solid, $W = \frac\lambda2 (\operatorname{tr}E)^2 + \mu\,E:E$ with $E$ of (2.3):
+/// A St. Venant–Kirchhoff solid, $W = \frac\lambda2 (\operatorname{tr}E)^2 + \mu\\,E:E$ with $E$ of (2.3):
 ///
 /// ```
 /// use rkpm::material::{Material, Response};
@@ -193,7 +193,7 @@ forward!(&T, Box<T>, Arc<T>);
 /// $$P = \frac{\partial\bar W}{\partial F} + p\operatorname{cof}F,\qquad
 /// \frac{\partial P}{\partial F} = \frac{\partial^2\bar W}{\partial F\partial F}
 /// {}+ \tilde W''\operatorname{cof}F\otimes\operatorname{cof}F
-/// {}+ p\,\frac{\partial^2 J}{\partial F\partial F}.$$
+/// {}+ p\\,\frac{\partial^2 J}{\partial F\partial F}.$$
 ///
 /// `distortional` is expected to depend on $\bar F = J^{-1/3}F$ alone ([`Invariants`] and
 /// [`PrincipalStretches`] see to it); then $p$ is the mean Cauchy stress. NaN for $J \le 0$.

@@ -14,7 +14,7 @@ pub struct Principal {
     pub energy: f64,
     /// $\partial\bar W/\partial\ln\bar\lambda_a$.
     pub gradient: Vector3<f64>,
-    /// $\partial^2\bar W/\partial\ln\bar\lambda_a\,\partial\ln\bar\lambda_b$.
+    /// $\partial^2\bar W/\partial\ln\bar\lambda_a\\,\partial\ln\bar\lambda_b$.
     pub hessian: Matrix3<f64>,
 }
 
@@ -156,7 +156,7 @@ impl PrincipalEnergy for Hencky {
 
 /// The material of an energy of the reduced principal stretches, $W(F) = \bar W(\bar\lambda_a)$.
 ///
-/// With $F = \sum_a\lambda_a\,u_a\otimes v_a$ and $t_a = \partial W/\partial\ln\lambda_a$ (the
+/// With $F = \sum_a\lambda_a\\,u_a\otimes v_a$ and $t_a = \partial W/\partial\ln\lambda_a$ (the
 /// principal Kirchhoff stresses), $P = \sum_a\frac{t_a}{\lambda_a}u_a\otimes v_a$. In the basis
 /// $u_a\otimes v_b$ the tangent couples the diagonal components among each other,
 /// $\frac{1}{\lambda_a\lambda_b}\left(\frac{\partial t_a}{\partial\ln\lambda_b} - \delta_{ab}t_a\right)$,

@@ -8,7 +8,7 @@ use super::Problem;
 
 impl<const D: usize> Problem<D> {
     /// A displacement component at a point of the body as a functional \[length\]: what a displacement-controlled run prescribes,
-    /// $q = \sum_I \Psi_I(X)\,d_{Ii}$.
+    /// $q = \sum_I \Psi_I(X)\\,d_{Ii}$.
     ///
     /// # Errors
     /// Where the point lies outside the body, or the component does not exist.

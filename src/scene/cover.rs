@@ -36,7 +36,7 @@ pub struct Certificate {
     pub smallest_rcond: f64,
     /// Smallest number of particles that cover a point.
     pub cover: usize,
-    /// $\max a_I\,|\nabla\Psi_I|$ with the dilation $a_I$: of order one where functions do not oscillate.
+    /// $\max a_I\\,|\nabla\Psi_I|$ with the dilation $a_I$: of order one where functions do not oscillate.
     pub largest_slope: f64,
     /// Particles whose supports were raised to cover the body.
     pub raised: usize,

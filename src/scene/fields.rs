@@ -18,7 +18,7 @@ impl<const D: usize> Problem<D> {
     /// Cauchy stresses $\sigma$ \[stress\] at the points of the body's table, whose positions are
     /// `problem.body.table().positions()`; none for a state of another problem.
     ///
-    /// $$\sigma = \operatorname{dev}\big(J^{-1}\,\mathbf P\,\mathbf F^{\mathsf T}\big) + p\,\mathbf 1$$
+    /// $$\sigma = \operatorname{dev}\big(J^{-1}\\,\mathbf P\\,\mathbf F^{\mathsf T}\big) + p\\,\mathbf 1$$
     /// with the [`pressures`](Problem::pressures) $p$ of the scheme: those that balance the loads. The volumetric law at a
     /// point's own $J$, as `material.response` has it, is as rough as locking makes it. Materials that can't be split give
     /// their stress as it is.
@@ -50,17 +50,21 @@ impl<const D: usize> Problem<D> {
         gradients.iter().enumerate().map(cauchy).collect()
     }
 
-    /// Values at the points of the body's table averaged at the particles: weighted with the points' volumes, falling to
-    /// nothing at a particle's distance to its neighbours. Zeros for values of another table.
+    /// Values at the $P$ points of the body's table, one for each, averaged at the particles, one for each,
+    /// $$\bar v_I = \frac{\sum_P w_P\\,h_I(X_P)\\,v_P}{\sum_P w_P\\,h_I(X_P)},\qquad
+    /// h_I(X) = \max\Big(0, 1 - \frac{|X - X_I|}{d_I}\Big),$$
+    /// $w_P$ the measures of the points, $d_I$ the distance of a particle to its neighbours, in the values' unit. Zeros for
+    /// values of another table.
     pub fn at_particles(&self, values: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
         let table = self.body.table();
         let particles = self.cells.positions();
+        let spacings: Vec<f64> = (0..particles.len()).map(|node| self.cells.local_spacing(node)).collect();
         let mut sums = vec![(0.0, Matrix3::zeros()); particles.len()];
         if values.len() == table.len() {
             for (point, value) in values.iter().enumerate() {
                 for &node in table.nodes(point) {
                     let distance = (particles[node as usize] - table.positions()[point]).norm();
-                    let near = 1.0 - distance / self.cells.local_spacing(node as usize);
+                    let near = 1.0 - distance / spacings[node as usize];
                     if near > 0.0 {
                         let weight = near * table.weights()[point];
                         let (total, sum) = &mut sums[node as usize];
@@ -75,7 +79,7 @@ impl<const D: usize> Problem<D> {
 
     /// Particles and the cells between them in their current positions as a grid for ParaView, with the displacement, the
     /// Cauchy stress averaged at the particles, its mean \[stress, positive in tension\] and von Mises' equivalent
-    /// $\sqrt{\tfrac32\,\mathbf s:\mathbf s}$.
+    /// $\sqrt{\tfrac32\\,\mathbf s:\mathbf s}$.
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -108,7 +112,8 @@ impl<const D: usize> Problem<D> {
         Ok(grid)
     }
 
-    /// The problem's shape functions at a point of the body: for quantities and couplings of one's own.
+    /// The problem's shape functions $\Psi_I(X)$ and their gradients \[1/length\] at a point of the body, node by node
+    /// (3.22): for quantities and couplings of one's own.
     ///
     /// # Errors
     /// Where the point is not covered.

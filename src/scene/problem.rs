@@ -101,7 +101,7 @@ impl<const D: usize> Problem<D> {
         self.analysis.resume(&self.model, &self.rows, path, observer)
     }
 
-    /// The displacement $u(X) = \sum_I\Psi_I(X)\,d_I$ \[length\] at a point of the body.
+    /// The displacement $u(X) = \sum_I\Psi_I(X)\\,d_I$ \[length\] at a point of the body.
     ///
     /// # Errors
     /// Where the point lies outside the body by more than a tenth of a cell, though supports reach there.

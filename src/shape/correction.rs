@@ -31,7 +31,7 @@ pub(super) struct Sums {
     pub(super) values: Vec<f64>,
     pub(super) basis: Vec<f64>,
     pub(super) basis_slopes: Vec<f64>,
-    /// $\Phi H$ and $\Phi\,(b\cdot H)$.
+    /// $\Phi H$ and $\Phi\\,(b\cdot H)$.
     pub(super) weighted: Vec<f64>,
     pub(super) carried: Vec<f64>,
     pub(super) moment: Vec<f64>,

@@ -13,7 +13,7 @@ use crate::kernel::Kernel;
 use super::ReproducingKernel;
 
 impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
-    /// The weight $\Phi_a(x - x_I)\,\Delta V_I$ of each particle that covers a point, (3.3), (3.26), (3.27);
+    /// The weight $\Phi_a(x - x_I)\\,\Delta V_I$ of each particle that covers a point, (3.3), (3.26), (3.27);
     /// without volumes the kernel carries no factor $1/a$, which cancels in every corrected quantity.
     pub fn kernel_weights(&self, at: &Point<D>) -> Vec<(u32, f64)> {
         self.covering(at)
@@ -21,7 +21,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
             .collect()
     }
 
-    /// The uncorrected kernel estimate $u^a(x) = \sum_I \Phi_a(x - x_I)\,u_I\,\Delta V_I$ (3.2): not even
+    /// The uncorrected kernel estimate $u^a(x) = \sum_I \Phi_a(x - x_I)\\,u_I\\,\Delta V_I$ (3.2): not even
     /// constants are reproduced near a boundary.
     pub fn kernel_estimate(&self, at: &Point<D>, values: &[f64]) -> f64 {
         self.kernel_weights(at)
@@ -30,7 +30,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
             .sum()
     }
 
-    /// The moment $m_\alpha(x) = \sum_I (x - x_I)^\alpha\,\Phi_a(x - x_I)\,\Delta V_I$ (3.6).
+    /// The moment $m_\alpha(x) = \sum_I (x - x_I)^\alpha\\,\Phi_a(x - x_I)\\,\Delta V_I$ (3.6).
     pub fn moment(&self, at: &Point<D>, exponents: [i32; D]) -> f64 {
         let power = |particle: u32| -> f64 {
             let offset = at - self.particles().positions()[particle as usize];
@@ -39,7 +39,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         self.kernel_weights(at).iter().map(|&(particle, weight)| weight * power(particle)).sum()
     }
 
-    /// The moment matrix $M(x) = \sum_I H H^T\,\Phi_a\,\Delta V_I$ (3.19), basis shifted but not scaled.
+    /// The moment matrix $M(x) = \sum_I H H^T\\,\Phi_a\\,\Delta V_I$ (3.19), basis shifted but not scaled.
     pub fn moment_matrix(&self, at: &Point<D>) -> DMatrix<f64> {
         let n = self.basis().len();
         let mut moment = DMatrix::zeros(n, n);
@@ -50,7 +50,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         moment
     }
 
-    /// The coefficients $b(x) = M^{-1}(x)\,H(0)$ of the correction (3.21).
+    /// The coefficients $b(x) = M^{-1}(x)\\,H(0)$ of the correction (3.21).
     ///
     /// # Errors
     /// Where the moment matrix is singular.
@@ -61,7 +61,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         Ok(factor.solve(&self.basis_at(&Point::zeros())))
     }
 
-    /// The correction function $C(x; x - s) = H^T(x - s)\,b(x)$ (3.11).
+    /// The correction function $C(x; x - s) = H^T(x - s)\\,b(x)$ (3.11).
     ///
     /// # Errors
     /// Where the moment matrix is singular.
@@ -69,7 +69,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         Ok(self.basis_at(&(at - s)).dot(&self.correction_coefficients(at)?))
     }
 
-    /// The modified kernel $\bar\Phi_a(x; x - x_I) = C(x; x - x_I)\,\Phi_a(x - x_I)\,[\Delta V_I]$ of one particle
+    /// The modified kernel $\bar\Phi_a(x; x - x_I) = C(x; x - x_I)\\,\Phi_a(x - x_I)\\,[\Delta V_I]$ of one particle
     /// (3.10), (3.22): its shape function, by the paper's own route.
     ///
     /// # Errors

@@ -19,10 +19,10 @@ use super::{Approximation, ShapeFunctions};
 const RCOND_LIMIT: f64 = 1e-8;
 
 /// Reproducing kernel shape functions
-/// $$\Psi_I(x) = H^T(0) M^{-1}(x) H(x - x_I)\, \Phi_a(x - x_I)\,[\Delta V_I],\qquad
-///   M(x) = \sum_I H(x - x_I) H^T(x - x_I)\, \Phi_a(x - x_I)\,[\Delta V_I]$$
+/// $$\Psi_I(x) = H^T(0) M^{-1}(x) H(x - x_I)\\, \Phi_a(x - x_I)\\,[\Delta V_I],\qquad
+///   M(x) = \sum_I H(x - x_I) H^T(x - x_I)\\, \Phi_a(x - x_I)\\,[\Delta V_I]$$
 /// (3.22), (3.29), (3.32), with a shifted and scaled basis. Every function in the span of the basis is
-/// reproduced: $\sum_I \Psi_I(x)\,p(x_I) = p(x)$.
+/// reproduced: $\sum_I \Psi_I(x)\\,p(x_I) = p(x)$.
 ///
 /// ```
 /// use rkpm::prelude::*;

@@ -97,7 +97,7 @@ pub struct Step {
 }
 
 impl Step {
-    /// The locking indicator $\eta = \int U(J) - U(\bar J_{zone})\,\mathrm d\Omega / \Pi$: the part of the energy that
+    /// The locking indicator $\eta = \int U(J) - U(\bar J_{zone})\\,\mathrm d\Omega / \Pi$: the part of the energy that
     /// is spent on changes of volume within zones, which a cure would give back. `None` where pressures are projected.
     pub fn locking(&self) -> Option<f64> {
         self.health.locked_energy.map(|locked| locked / self.energy).filter(|eta| eta.is_finite())

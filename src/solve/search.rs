@@ -12,7 +12,7 @@ pub enum LineSearch {
     /// Whole steps, up to the path guard.
     #[default]
     Off,
-    /// Steps end where the slope $g(s) = \delta d\cdot r(d + s\,\delta d)$ of the potential along them has fallen to
+    /// Steps end where the slope $g(s) = \delta d\cdot r(d + s\\,\delta d)$ of the potential along them has fallen to
     /// 0.8 of its first value: in energies of the displacements alone, under load control, and once the prescribed
     /// displacements are met. Whole steps elsewhere.
     ///

@@ -8,9 +8,9 @@ use crate::tensor::{Tangent, add_determinant_hessian, cofactor};
 use super::newton::Functional;
 
 /// The change of the volume enclosed by a boundary part,
-/// $$V(d) = -\tfrac1m\int x\cdot\operatorname{cof}(F)N\,\mathrm d\Gamma - V(0),$$
+/// $$V(d) = -\tfrac1m\int x\cdot\operatorname{cof}(F)N\\,\mathrm d\Gamma - V(0),$$
 /// $N$ outward from the body, $m$ the number of directions that the kinematics moves (2 in plane strain and
-/// for cylinders, 3 otherwise). A uniform pressure is its work conjugate: $-p\,\partial V/\partial d$ are the
+/// for cylinders, 3 otherwise). A uniform pressure is its work conjugate: $-p\\,\partial V/\partial d$ are the
 /// forces of a follower pressure on a part that is closed, or held at its ends.
 #[derive(Debug, Clone)]
 pub struct EnclosedVolume<const D: usize> {

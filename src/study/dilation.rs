@@ -74,7 +74,7 @@ pub fn best_dilation<const D: usize>(
     }
 }
 
-/// The potential $\Pi = U - W$ of a state, $W = \int_0^1 f(s\,d)\cdot d\,\mathrm ds$ being the work of the loads
+/// The potential $\Pi = U - W$ of a state, $W = \int_0^1 f(s\\,d)\cdot d\\,\mathrm ds$ being the work of the loads
 /// along a straight way to it: that of any way where they are conservative, as dead loads are, and pressures on
 /// closed or held surfaces. Loads whose amplitude is not zero at load factor 0 count from there on.
 ///

@@ -42,7 +42,7 @@ impl<const D: usize> Quantity<D> {
         Quantity { name: name.into(), measure: Arc::new(measure) }
     }
 
-    /// The energy stored, $\int W\,\mathrm d\Omega$; of the whole revolution for bodies of revolution.
+    /// The energy stored, $\int W\\,\mathrm d\Omega$; of the whole revolution for bodies of revolution.
     pub fn energy() -> Self {
         Quantity::new("energy", |problem, state| Ok(problem.energy(state)))
     }
@@ -72,7 +72,7 @@ impl<const D: usize> Quantity<D> {
         })
     }
 
-    /// The current volume of the body $\int J\,\mathrm d\Omega$ \[length³; per unit thickness in plane strain\].
+    /// The current volume of the body $\int J\\,\mathrm d\Omega$ \[length³; per unit thickness in plane strain\].
     pub fn volume() -> Self {
         Quantity::new("volume", |problem, state| {
             let weights = problem.body.table().weights();

@@ -32,15 +32,15 @@ impl Scene<2> {
     /// it, by request: never chosen by itself, since thin bodies need other cells.
     ///
     /// The marker is the distance of the gradients from their own average over neighbouring sub-cells,
-    /// $\eta_z^2 = \int_z |\nabla u - \overline{\nabla u}|^2\,\mathrm d\Omega$; the macro cells $z$ with the largest
+    /// $\eta_z^2 = \int_z |\nabla u - \overline{\nabla u}|^2\\,\mathrm d\Omega$; the macro cells $z$ with the largest
     /// ones that sum to half of all are cut into four, neighbours so that they differ by one halving at most, none to
     /// less than 1/16 of the coarsest. The estimate is that of [`solve_within_by`](Scene::solve_within_by) against the
     /// last model $l$ of at most six tenths of the unknowns $N$, with an order between those of bare corners and of smooth
     /// solutions, and at least what the indicators say by themselves,
-    /// $$e_k = \max\Big(\frac{\delta_k}{f^{3/2} - 1},\ e_l\,\max(f^{-5/2}, s_k),\
-    /// \frac{0.6\sum_z\eta_{z,k}^2}{\int \mathbf F:\mathbf F - 3 - 2\ln J\,\mathrm d\Omega}\Big),
-    /// \qquad f = \sqrt{N_k/N_l}.$$
-    /// The last is the energy of the uneven gradients over that of the body, both those of one neo-Hookean rubber, so
+    /// $$e_k = \max\Big(\frac{\delta_k}{f^{3/2} - 1},\ e_l\\,\max(f^{-5/2}, s_k),\ 0.6\\,\zeta_k\Big),\qquad
+    /// f = \sqrt{N_k/N_l},\qquad
+    /// \zeta_k = \frac{\sum_z\eta_{z,k}^2}{\int \mathbf F:\mathbf F - 3 - 2\ln J\\,\mathrm d\Omega}.$$
+    /// $\zeta$ is the energy of the uneven gradients over that of the body, both those of one neo-Hookean rubber, so
     /// that any material will do; differences can't see what cells make that no model has cut. In
     /// $s_k = \sum_{z\ \mathrm{stuck}}\eta_{z,k}^2 / \sum_z \eta_{z,l}^2$ stands the part of the indicators in macro
     /// cells that can't be cut any more: a corner that has reached the smallest spacing keeps its error, and the estimate
@@ -161,7 +161,7 @@ fn indicators(problem: &Problem<2>, gradients: &[Matrix3<f64>], cells: &Refined)
     eta
 }
 
-/// $\int \mathbf F:\mathbf F - 3 - 2\ln J\,\mathrm d\Omega$: what indicators are compared with, nothing for a rigid motion.
+/// $\int \mathbf F:\mathbf F - 3 - 2\ln J\\,\mathrm d\Omega$: what indicators are compared with, nothing for a rigid motion.
 fn strain(problem: &Problem<2>, gradients: &[Matrix3<f64>]) -> f64 {
     // In terms of H = F − 1, so that nothing cancels where strains are small.
     let density = |f: &Matrix3<f64>| {

@@ -127,8 +127,8 @@ impl<const D: usize> ShapeTable<D> {
     }
 
     /// Tabulates gradients averaged over sub-cells,
-    /// $$\langle\Psi_{,j}\rangle = \frac1V\Big(\oint\Psi\,m\,n_j\,\mathrm dA - \int\Psi\,m_{,j}\,\mathrm dV\Big),\quad
-    ///   \langle\Psi/R\rangle = \frac1V\int\frac{\Psi}{R}\,m\,\mathrm dV,\quad V = \int m\,\mathrm dV,$$
+    /// $$\langle\Psi_{,j}\rangle = \frac1V\Big(\oint\Psi\\,m\\,n_j\\,\mathrm dA - \int\Psi\\,m_{,j}\\,\mathrm dV\Big),\quad
+    ///   \langle\Psi/R\rangle = \frac1V\int\frac{\Psi}{R}\\,m\\,\mathrm dV,\quad V = \int m\\,\mathrm dV,$$
     /// with the measure $m$ of the kinematics ($1$, $2\pi R$). Values are not stored: loads have tables of their own.
     ///
     /// # Errors
@@ -287,8 +287,8 @@ impl<const D: usize> ShapeTable<D> {
 
 impl<const D: usize> ShapeTable<D> {
     /// The table referred to the current configuration: gradients
-    /// $\partial\Psi_I/\partial x_i = \partial\Psi_I/\partial X_j\,F^{-1}_{ji}$ (4.48), hoops over the current
-    /// radius, weights $J\,w$, positions $x$ where the table holds values.
+    /// $\partial\Psi_I/\partial x_i = \partial\Psi_I/\partial X_j\\,F^{-1}_{ji}$ (4.48), hoops over the current
+    /// radius, weights $J\\,w$, positions $x$ where the table holds values.
     ///
     /// The kernel stays the material one (4.47): the same particles are seen however far they move.
     ///

@@ -18,12 +18,12 @@ struct Facets<const D: usize> {
     rcond: f64,
 }
 
-/// $\int\Psi_I\,m\,n\,\mathrm dA$ over each facet of a run, in the direction in which the facet is stored.
+/// $\int\Psi_I\\,m\\,n\\,\mathrm dA$ over each facet of a run, in the direction in which the facet is stored.
 struct Run<const D: usize> {
     ends: Vec<usize>,
     nodes: Vec<u32>,
     sums: Vec<Point<D>>,
-    /// $\int m\,(x_0 - o)\,n_0\,\mathrm dA$: the facet's part in the measure of its cells.
+    /// $\int m\\,(x_0 - o)\\,n_0\\,\mathrm dA$: the facet's part in the measure of its cells.
     volumes: Vec<f64>,
     rcond: f64,
 }

@@ -32,19 +32,19 @@ pub enum PressureField {
     Linear,
 }
 
-/// The elastic energy of a body over a table, $\Pi = \int W(F)\,\mathrm d\Omega$ (4.4).
+/// The elastic energy of a body over a table, $\Pi = \int W(F)\\,\mathrm d\Omega$ (4.4).
 ///
-/// With projected pressures, $W = \bar W(F) + (1-s)\,U(\bar J) + s\,U(J)$, where $G(\bar J) = \varphi^T\theta$ is the
+/// With projected pressures, $W = \bar W(F) + (1-s)\\,U(\bar J) + s\\,U(J)$, where $G(\bar J) = \varphi^T\theta$ is the
 /// $L_2$ projection of a measure $G(J)$ of the volume on the zone functions $\varphi$; $\theta$ and $\pi$
 /// ($p = G'\varphi^T\pi$) are local unknowns of Newton, condensed before assembly. With orthonormal $\varphi$,
-/// $\hat U(G(J)) = U(J)$, $C = \int\varphi\,\partial G/\partial d$ and $H = \int\varphi\,(1-s)\hat U''\varphi^T$ the
+/// $\hat U(G(J)) = U(J)$, $C = \int\varphi\\,\partial G/\partial d$ and $H = \int\varphi\\,(1-s)\hat U''\varphi^T$ the
 /// condensed system is
-/// $$\Big[K_{dev} + \int \varphi^T\pi\,\partial^2_{dd}G + C^T H C\Big]\delta d = -\big(f + C^T(r_\theta + H r_\pi)\big).$$
+/// $$\Big[K_{dev} + \int \varphi^T\pi\\,\partial^2_{dd}G + C^T H C\Big]\delta d = -\big(f + C^T(r_\theta + H r_\pi)\big).$$
 ///
-/// The measure is $G = m\,(J^{1/m} - 1) + 1$ with $m$ the number of directions in which the kinematics moves (2 in
+/// The measure is $G = m\\,(J^{1/m} - 1) + 1$ with $m$ the number of directions in which the kinematics moves (2 in
 /// plane strain and cylinders, 3 in bodies of revolution and spheres; 2 in solids, where 3 would let the mean volume
 /// of a zone drift by a third more). Inside a zone a change of volume that is neither constant nor linear costs
-/// nothing by its projection, and where the zone is pressed the geometric part $p\,\partial^2J$ makes it pay: pressed
+/// nothing by its projection, and where the zone is pressed the geometric part $p\\,\partial^2J$ makes it pay: pressed
 /// bodies wrinkle inside their macro cells. $J^{1/m}$ is linear in a uniform stretch of $m$ directions, so that the
 /// pressure does nothing to it, at any pressure.
 pub struct Body<const D: usize, M> {

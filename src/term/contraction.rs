@@ -92,7 +92,7 @@ impl Windows {
         self.windows.iter().zip(&self.gradients).map(move |(window, gradients)| (window.start as usize, &gradients[p]))
     }
 
-    /// Adds $P_{is}\,g_{as}$ of the `p`-th point to forces by components of a padded length.
+    /// Adds $P_{is}\\,g_{as}$ of the `p`-th point to forces by components of a padded length.
     #[inline(always)]
     pub(crate) fn add_forces<A: Arithmetic, const D: usize, const S: usize>(
         &self,
@@ -116,7 +116,7 @@ impl Windows {
         }
     }
 
-    /// Adds $f_k\,P_{is}\,g_{as}$ for several factors $f_k$ to as many vectors of `D` components.
+    /// Adds $f_k\\,P_{is}\\,g_{as}$ for several factors $f_k$ to as many vectors of `D` components.
     #[inline(always)]
     pub(crate) fn add_multiples<A: Arithmetic, const D: usize, const S: usize>(
         &self,
@@ -145,7 +145,7 @@ impl Windows {
         }
     }
 
-    /// Adds $g_{as} A_{isjt}\,g_{bt}$ of the group's points to the lower half of a cluster's matrix.
+    /// Adds $g_{as} A_{isjt}\\,g_{bt}$ of the group's points to the lower half of a cluster's matrix.
     #[inline(always)]
     pub(crate) fn add_matrices<A: Arithmetic, const D: usize, const S: usize>(
         &self,
@@ -210,7 +210,7 @@ impl Windows {
         }
     }
 
-    /// The structured contraction: $T_{isj} = A_{isjt}\,g_{bt}$ first, then for each window as many products as
+    /// The structured contraction: $T_{isj} = A_{isjt}\\,g_{bt}$ first, then for each window as many products as
     /// points and slots.
     #[inline(always)]
     fn add_group<A: Arithmetic, const D: usize, const S: usize, const P: usize>(
@@ -310,7 +310,7 @@ impl Contraction {
         Contraction { dimension: D, slots: table.slots() }
     }
 
-    /// Adds $w\,P_{is}\,g_{as}$ to the forces of a cluster.
+    /// Adds $w\\,P_{is}\\,g_{as}$ to the forces of a cluster.
     #[inline]
     pub(crate) fn add_forces<const D: usize>(
         self,
@@ -335,7 +335,7 @@ impl Contraction {
         }
     }
 
-    /// Adds $w\,g_{as} A_{isjt}\,g_{bt}$ to the matrix of a cluster.
+    /// Adds $w\\,g_{as} A_{isjt}\\,g_{bt}$ to the matrix of a cluster.
     #[allow(clippy::too_many_arguments)]
     pub(crate) fn add_matrix<const D: usize>(
         self,

@@ -7,7 +7,7 @@ use crate::tensor::cofactor;
 /// Part of the determinant that must be left along a step.
 const REMAINING: f64 = 0.2;
 
-/// The largest $s \le 1$ for which $\min_{0 \le t \le s} \det(F + t\,\delta F) \ge 0.2 \det F$.
+/// The largest $s \le 1$ for which $\min_{0 \le t \le s} \det(F + t\\,\delta F) \ge 0.2 \det F$.
 ///
 /// Testing the end alone lets a step pass through inversion and land on a state with two axes flipped
 /// and $J > 0$. The determinant is a cubic in $t$. Returns 0 where $\det F \le 0$ or a number is not finite.

@@ -38,11 +38,11 @@ pub struct Flux {
     pub stress_by_gradient: Tangent,
     /// $\partial\pi/\partial u$: minus the external force.
     pub force: Vector3<f64>,
-    /// $\partial\,\text{force}/\partial F$, column $3k + L$.
+    /// $\partial\\,\text{force}/\partial F$, column $3k + L$.
     pub force_by_gradient: SMatrix<f64, 3, 9>,
-    /// $\partial\,\text{force}/\partial u$.
+    /// $\partial\\,\text{force}/\partial u$.
     pub force_by_displacement: Matrix3<f64>,
-    /// $\partial\,\text{force}/\partial\lambda$.
+    /// $\partial\\,\text{force}/\partial\lambda$.
     pub force_by_load: Vector3<f64>,
 }
 

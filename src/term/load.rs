@@ -8,7 +8,7 @@ use super::amplitude::Amplitude;
 use super::integrand::{Blocks, Flux, Integrand, PointState};
 
 /// A force per reference volume (body force), per reference area (dead traction) or, on a table of one
-/// point of weight 1, a point load; $\Pi = -\int u\cdot b\,a(\lambda)$, (4.4).
+/// point of weight 1, a point load; $\Pi = -\int u\cdot b\\,a(\lambda)$, (4.4).
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeadLoad {
     /// The force density $b$ \[stress/length, stress or force\].
@@ -33,7 +33,7 @@ impl Integrand for DeadLoad {
     }
 }
 
-/// A pressure that follows the surface: traction $-p\,a(\lambda)\operatorname{cof}(F)N$ per reference
+/// A pressure that follows the surface: traction $-p\\,a(\lambda)\operatorname{cof}(F)N$ per reference
 /// area, $N$ outward from the body, $p$ positive inwards. Its points need normals: those of a boundary have them.
 ///
 /// Its derivative is the load stiffness; without it Newton is not quadratic. On boundaries that are
@@ -80,7 +80,7 @@ impl Integrand for FollowerPressure {
     }
 }
 
-/// Springs under a surface or in a body: $\Pi = \tfrac12\int k\,|u|^2$.
+/// Springs under a surface or in a body: $\Pi = \tfrac12\int k\\,|u|^2$.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElasticFoundation {
     /// Stiffness per reference area or volume $k$ \[stress/length\].

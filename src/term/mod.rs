@@ -42,9 +42,9 @@ pub struct View<'a> {
 pub struct Element {
     /// $\partial\Pi/\partial d$, internal minus external forces.
     pub residual: Vec<f64>,
-    /// $\partial^2\Pi/\partial d\,\partial\lambda$.
+    /// $\partial^2\Pi/\partial d\\,\partial\lambda$.
     pub load_slope: Vec<f64>,
-    /// $\partial^2\Pi/\partial d\,\partial d$, `size × size` by columns; empty where only forces are asked for.
+    /// $\partial^2\Pi/\partial d\\,\partial d$, `size × size` by columns; empty where only forces are asked for.
     pub matrix: Vec<f64>,
     /// Whether the matrix is asked for.
     pub with_matrix: bool,
