@@ -168,5 +168,6 @@ fn estimate(first: (&Level, &Level), before: &Level, now: &Level, against: &Agai
     let difference = worst(before, now).max(if guard.is_nan() { 0.0 } else { guard });
     let extrapolated = difference / (against.ratio - 1.0);
     let believed = before.estimate.map_or(0.0, |e| e * against.left);
+    // A part that is no number, as of a body at rest, counts for nothing.
     extrapolated.max(believed).max(against.least)
 }
