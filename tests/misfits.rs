@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use rkpm::assembly::System;
 use rkpm::boundary::FullTransformation;
 use rkpm::cells::{BoundaryCells, Smoothing, Zones};
 use rkpm::check;
@@ -208,7 +209,53 @@ fn tables_asked_for_points_and_vectors_that_are_not_there() {
         let mut slope = vec![0.0; 40];
         model.load_slope(d, locals, 0.0, &mut slope);
         assert!(slope.iter().all(|r| r.is_nan()));
+        assert!(model.smallest_jacobian(d, locals, 0.0).unwrap().0.is_nan());
+        assert!(model.health(d, locals, 0.0).jacobians.unwrap().iter().all(|j| j.is_nan()));
+        assert_eq!(model.advance(d, locals, 0.0, &fits, &mut model.start()), 0.0);
     }
+    assert!(model.largest_gradient(&short).is_nan());
+    assert_eq!(model.largest_gradient(&fits), 0.0);
+    assert_eq!(model.advance(&fits, &locals, 0.0, &fits, &mut model.start()), 1.0);
+    for (step, mut out) in [(&short, model.start()), (&fits, cut.clone()), (&fits, vec![])] {
+        assert_eq!(model.advance(&fits, &locals, 0.0, step, &mut out), 0.0);
+    }
+}
+
+#[test]
+fn assemblers_asked_for_models_and_vectors_of_others() {
+    let body = || {
+        let points = lattice().gauss_in(2, &lattice().zones(2)).unwrap();
+        Body::new(ShapeTable::new(&functions(), &points, &PlaneStrain).unwrap(), rubber(), PressureField::Linear)
+    };
+    let model = |nodes: usize, bodies: usize| {
+        let mut model = Model::new(lattice().positions()[..nodes].to_vec());
+        for _ in 0..bodies {
+            model.add(body());
+        }
+        model
+    };
+    let mine = model(20, 1);
+    let (fits, locals) = (vec![0.0; 40], mine.start());
+    let (mut assembler, mut system) = (mine.assembler(), System::default());
+    assembler.assemble(&mine, &fits, &locals, 0.0, &mut system);
+    assert!(system.scale.is_finite() && system.residual.iter().chain(&system.values).all(|v| v.is_finite()));
+    let entries = system.values.len();
+    // Bodies of another model, two for one, and none.
+    for other in [model(20, 2), model(20, 0)] {
+        assembler.assemble(&other, &fits, &other.start(), 0.0, &mut system);
+        assert!(system.scale.is_nan() && system.residual.len() == 40 && system.values.len() == entries);
+        assert!(system.residual.iter().chain(&system.load_slope).chain(&system.values).all(|v| v.is_nan()));
+    }
+    for (d, locals) in [(&vec![0.0; 39], &locals), (&fits, &vec![]), (&fits, &vec![vec![]])] {
+        assembler.assemble(&mine, &fits, &mine.start(), 0.0, &mut system);
+        assembler.assemble_forces(&mine, d, locals, 0.0, &mut system);
+        assert!(system.scale.is_nan() && system.residual.iter().chain(&system.load_slope).all(|v| v.is_nan()));
+        assert!(system.values.iter().all(|v| v.is_finite()));
+    }
+    // A body that reaches beyond the nodes of its model.
+    let small = model(12, 1);
+    small.assembler().assemble(&small, &[0.0; 24], &small.start(), 0.0, &mut system);
+    assert!(system.residual.len() == 24 && system.residual.iter().all(|v| v.is_nan()));
 }
 
 #[test]

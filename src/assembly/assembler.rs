@@ -1,57 +1,44 @@
 //! Assembly: clusters summed into one fixed pattern.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::sync::{Arc, Mutex};
 
 use crate::parallel::{for_each_mut, threads};
-use crate::term::{Element, LowerBlocks, Term, View};
+use crate::term::{Element, Term, View};
 
 use super::model::{Model, SERIAL_BELOW, System};
 use super::pattern::Pattern;
-use super::streams::{Gathered, Schedule, Streams, Turn};
+use super::streams::{Gathered, Streams};
+use super::sum::{Part, Sum};
 
 /// Nodes whose columns are locked together, as a power of two.
 const PART: u32 = 5;
-/// How long a thread waits for another before it leaves the rest to the others.
-const PATIENCE: Duration = Duration::from_millis(200);
 /// Floats that one thread clears at a time.
 const CLEARED: usize = 1 << 16;
 
 /// The fixed pattern of a model and the places of all cluster blocks in it.
 #[derive(Debug, Clone, Default)]
 pub struct Assembler {
-    pattern: Pattern,
+    pub(super) pattern: Pattern,
     /// Entries of the pattern.
     entries: usize,
     /// Node columns: first scalar entry and node rows below and on the diagonal.
     node_columns: Vec<usize>,
     /// For each term and cluster the first entry in `places`.
-    first_place: Vec<Vec<usize>>,
+    pub(super) first_place: Vec<Vec<usize>>,
     /// For each pair (a ≥ b) of a cluster's nodes, by columns b, the place of the block in its node column.
-    places: Vec<u32>,
+    pub(super) places: Vec<u32>,
     /// The order of the sums, for each term.
-    streams: Vec<Streams>,
+    pub(super) streams: Vec<Streams>,
     /// One for each thread.
     elements: Vec<Element>,
-}
-
-/// The columns of consecutive nodes.
-struct Part<'a> {
-    /// The first unknown.
-    first: usize,
-    values: &'a mut [f64],
-    residual: &'a mut [f64],
-    load_slope: &'a mut [f64],
-}
-
-/// Nothing that a part holds is broken by a panic: it is summed anew.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Assembler {
     pub(super) fn new<const D: usize>(model: &Model<D>) -> Self {
         let nodes = model.positions.len();
+        if !model.is_complete() {
+            return Assembler::default();
+        }
         // Clusters that hold each node, so that a column is the union of its clusters' nodes.
         let mut holders: Vec<Vec<(u32, u32)>> = vec![Vec::new(); nodes];
         for (t, term) in model.terms.iter().enumerate() {
@@ -139,7 +126,14 @@ impl Assembler {
         self.pattern.rows = Arc::default();
     }
 
-    /// Assembles the system of `model` at a state. The sums run in one order whatever the number of threads.
+    /// Whether a model is the one that this assembler was made of, as far as numbers of nodes, terms and clusters tell.
+    fn is_of<const D: usize>(&self, model: &Model<D>) -> bool {
+        let clusters = || self.first_place.iter().zip(&model.terms).all(|(mine, term)| mine.len() == term.clusters());
+        self.node_columns.len() == model.positions.len() + 1 && self.streams.len() == model.terms.len() && clusters()
+    }
+
+    /// Assembles the system of `model` at a state; all NaN for another model than the assembler's or vectors of one. The
+    /// sums run in one order whatever the number of threads.
     pub fn assemble<const D: usize>(
         &mut self,
         model: &Model<D>,
@@ -153,7 +147,7 @@ impl Assembler {
         self.sum(model, View { displacement, locals: &[], load }, locals, true, system);
     }
 
-    /// Assembles residual and load slope alone: the matrix of `system` is left as it is.
+    /// Assembles residual and load slope alone, as [`assemble`](Assembler::assemble): the matrix of `system` is left as it is.
     pub fn assemble_forces<const D: usize>(
         &mut self,
         model: &Model<D>,
@@ -180,6 +174,16 @@ impl Assembler {
         system.load_slope.clear();
         system.load_slope.resize(unknowns, 0.0);
         system.scale = 0.0;
+        if !self.is_of(model) || !model.reads(at.displacement, locals) {
+            system.scale = f64::NAN;
+            for all in [&mut system.residual, &mut system.load_slope] {
+                all.fill(f64::NAN);
+            }
+            if with_matrix {
+                system.values.fill(f64::NAN);
+            }
+            return;
+        }
         let workers = if unknowns >= SERIAL_BELOW { threads() } else { 1 };
         let mut elements = std::mem::take(&mut self.elements);
         elements.resize_with(workers.max(elements.len()), Element::default);
@@ -247,128 +251,6 @@ impl Assembler {
     }
 }
 
-/// The sum over the clusters of one term.
-#[derive(Clone, Copy)]
-struct Sum<'a, const D: usize> {
-    assembler: &'a Assembler,
-    model: &'a Model<D>,
-    at: View<'a>,
-    term: usize,
-    with_matrix: bool,
-    parts: &'a [Mutex<Part<'a>>],
-    /// Nodes of a part, as a power of two.
-    part: u32,
-}
-
-impl<const D: usize> Sum<'_, D> {
-    /// Sums all clusters, a thread for each element; what the streams gathered, in the order of the sums.
-    fn in_parallel(&self, elements: &mut [Element]) -> impl Iterator<Item = Gathered> {
-        let schedule = Mutex::new(Schedule::new(&self.assembler.streams[self.term]));
-        let work = |element: &mut Element| {
-            let (mut last, mut since): (_, Option<Instant>) = (None, None);
-            loop {
-                let turn = lock(&schedule).turn(last);
-                match turn {
-                    Turn::Sum(mut piece) => {
-                        self.add_clusters(piece.places.clone(), element, &mut piece.gathered);
-                        last = Some(lock(&schedule).finish(piece));
-                        since = None;
-                    }
-                    Turn::Wait if since.get_or_insert_with(Instant::now).elapsed() < PATIENCE => {
-                        std::thread::yield_now();
-                    }
-                    _ => break,
-                }
-            }
-        };
-        for_each_mut(elements, |_, element| work(element));
-        // What was left where threads gave up waiting: only terms that hand work to other threads can make all of them.
-        work(&mut elements[0]);
-        schedule.into_inner().unwrap_or_else(PoisonError::into_inner).gathered()
-    }
-
-    /// Adds the clusters at some places of the order.
-    fn add_clusters(&self, places: std::ops::Range<usize>, element: &mut Element, gathered: &mut Gathered) {
-        let term = &*self.model.terms[self.term];
-        let (has_matrix, lower) = (self.with_matrix && term.has_matrix(), term.fills_lower_blocks());
-        for cluster in places.map(|place| self.assembler.streams[self.term].cluster(place)) {
-            let nodes = term.nodes(cluster);
-            if has_matrix && lower {
-                element.reset_lower::<D>(nodes.len());
-            } else {
-                element.reset(nodes.len() * D, has_matrix);
-            }
-            term.linearize(cluster, self.at, element);
-            if has_matrix && !term.is_symmetric() {
-                symmetrise(element);
-                collect_skew::<D>(nodes, element, &mut gathered.skew);
-            }
-            for force in &element.residual {
-                gathered.scale += force * force;
-            }
-            let mut from = 0;
-            while from < nodes.len() {
-                let part = nodes[from] as usize >> self.part;
-                let to = from + nodes[from..].partition_point(|&node| node as usize >> self.part == part);
-                let part = &mut *lock(&self.parts[part]);
-                for (a, &node) in nodes.iter().enumerate().take(to).skip(from) {
-                    let first = node as usize * D - part.first;
-                    for i in 0..D {
-                        part.residual[first + i] += element.residual[a * D + i];
-                        part.load_slope[first + i] += element.load_slope[a * D + i];
-                    }
-                }
-                if has_matrix {
-                    self.add_columns(cluster, nodes, from..to, element, part);
-                }
-                from = to;
-            }
-        }
-    }
-
-    /// Adds some node columns of an element's matrix to the part that holds them.
-    fn add_columns(
-        &self,
-        cluster: usize,
-        nodes: &[u32],
-        columns: std::ops::Range<usize>,
-        element: &Element,
-        part: &mut Part<'_>,
-    ) {
-        let Assembler { pattern, first_place, places, .. } = self.assembler;
-        let base = pattern.columns[part.first];
-        let size = nodes.len() * D;
-        // Blocks of earlier columns: Σ (len − b) for b < from.
-        let from = columns.start;
-        let mut place = first_place[self.term][cluster] + from * nodes.len() - from * from.saturating_sub(1) / 2;
-        for b in columns {
-            let column = nodes[b] as usize;
-            let blocks = &places[place..place + nodes.len() - b];
-            place += nodes.len() - b;
-            for j in 0..D {
-                let target = pattern.columns[column * D + j] - base;
-                // Component i of the a-th node from b on stands at `source[i * by_component + a * by_node]`.
-                let (source, by_component, by_node) = if element.lower.wanted {
-                    let (source, rows) = element.lower.column::<D>(b, j);
-                    (&source[b - LowerBlocks::start(b)..], rows, 1)
-                } else {
-                    (&element.matrix[(b * D + j) * size + b * D..(b * D + j + 1) * size], 1, D)
-                };
-                for i in j..D {
-                    part.values[target + i - j] += source[i * by_component];
-                }
-                for (a, &block) in blocks.iter().enumerate().skip(1) {
-                    let at = target + D - j + (block as usize - 1) * D;
-                    let entries = &mut part.values[at..at + D];
-                    for (i, entry) in entries.iter_mut().enumerate() {
-                        *entry += source[i * by_component + a * by_node];
-                    }
-                }
-            }
-        }
-    }
-}
-
 /// Makes a list of zeros: on all threads where it is long and its memory is there, for threads that touch new memory
 /// at the same time hold each other up.
 fn clear(values: &mut Vec<f64>, count: usize) {
@@ -379,31 +261,4 @@ fn clear(values: &mut Vec<f64>, count: usize) {
     }
     let mut parts: Vec<&mut [f64]> = values.chunks_mut(CLEARED).collect();
     for_each_mut(&mut parts, |_, part| part.fill(0.0));
-}
-
-/// Replaces the matrix by its symmetric part below and on the diagonal, its skew part above.
-fn symmetrise(element: &mut Element) {
-    let size = element.residual.len();
-    for column in 0..size {
-        for row in column + 1..size {
-            let lower = element.matrix[column * size + row];
-            let upper = element.matrix[row * size + column];
-            element.matrix[column * size + row] = 0.5 * (lower + upper);
-            element.matrix[row * size + column] = 0.5 * (lower - upper);
-        }
-    }
-}
-
-/// Appends the skew part that [`symmetrise`] left above the diagonal.
-fn collect_skew<const D: usize>(nodes: &[u32], element: &Element, skew: &mut Vec<(u32, u32, f64)>) {
-    let size = element.residual.len();
-    let unknown = |local: usize| nodes[local / D] * D as u32 + (local % D) as u32;
-    for column in 0..size {
-        for row in column + 1..size {
-            let value = element.matrix[row * size + column];
-            if value != 0.0 {
-                skew.push((unknown(row), unknown(column), value));
-            }
-        }
-    }
 }

@@ -4,6 +4,7 @@ mod assembler;
 mod model;
 mod pattern;
 mod streams;
+mod sum;
 
 pub use assembler::Assembler;
 #[cfg(feature = "solve")]

@@ -13,6 +13,8 @@ pub(super) const SERIAL_BELOW: usize = 400;
 pub struct Model<const D: usize> {
     pub(super) positions: Vec<Point<D>>,
     pub(super) terms: Vec<Box<dyn Term<D>>>,
+    /// Nodes and local unknowns that each term reads at least.
+    needs: Vec<[usize; 2]>,
 }
 
 /// The assembled system at one state: $r$, $\partial r/\partial\lambda$ and $K$.
@@ -61,11 +63,14 @@ impl System {
 impl<const D: usize> Model<D> {
     /// A model without terms over nodes at the given reference positions.
     pub fn new(positions: Vec<Point<D>>) -> Self {
-        Model { positions, terms: Vec::new() }
+        Model { positions, terms: Vec::new(), needs: Vec::new() }
     }
 
     /// Adds a term.
     pub fn add(&mut self, term: impl Term<D> + 'static) -> &mut Self {
+        let clusters = 0..term.clusters();
+        let nodes = clusters.clone().flat_map(|c| term.nodes(c)).map(|&node| node as usize + 1);
+        self.needs.push([nodes.max().unwrap_or(0), clusters.map(|c| term.locals(c).end).max().unwrap_or(0)]);
         self.terms.push(Box::new(term));
         self
     }
@@ -94,9 +99,9 @@ impl<const D: usize> Model<D> {
     pub fn start(&self) -> Vec<Vec<f64>> {
         self.terms
             .iter()
-            .map(|term| {
-                let total = (0..term.clusters()).map(|c| term.locals(c).end).max().unwrap_or(0);
-                let mut locals = vec![0.0; total];
+            .zip(&self.needs)
+            .map(|(term, [_, total])| {
+                let mut locals = vec![0.0; *total];
                 for cluster in 0..term.clusters() {
                     term.start(cluster, &mut locals[term.locals(cluster)]);
                 }
@@ -105,17 +110,18 @@ impl<const D: usize> Model<D> {
             .collect()
     }
 
+    /// Whether all terms stay among the nodes.
+    pub(super) fn is_complete(&self) -> bool {
+        self.needs.iter().all(|[nodes, _]| *nodes <= self.positions.len())
+    }
+
     /// Whether vectors are as long as the terms read them, and the terms stay among the nodes.
-    fn reads(&self, displacement: &[f64], locals: &[Vec<f64>]) -> bool {
-        let fits = |term: &dyn Term<D>, locals: &Vec<f64>| {
-            (0..term.clusters()).all(|c| {
-                let last = term.nodes(c).last().map_or(0, |&last| last as usize);
-                last < self.positions.len() && term.locals(c).end <= locals.len()
-            })
-        };
-        displacement.len() == self.unknowns()
-            && locals.len() == self.terms.len()
-            && self.terms.iter().zip(locals).all(|(term, locals)| fits(&**term, locals))
+    pub(super) fn reads(&self, displacement: &[f64], locals: &[Vec<f64>]) -> bool {
+        self.is_complete() && displacement.len() == self.unknowns() && self.reads_locals(locals)
+    }
+
+    fn reads_locals(&self, locals: &[Vec<f64>]) -> bool {
+        locals.len() == self.terms.len() && self.needs.iter().zip(locals).all(|([_, needed], l)| *needed <= l.len())
     }
 
     /// Energy stored in all terms \[stress·length³; per unit length in plane strain\]; NaN for vectors of another model.
@@ -133,16 +139,23 @@ impl<const D: usize> Model<D> {
         energy
     }
 
-    /// The largest $|\nabla u|$ of a displacement at any point.
+    /// The largest $|\nabla u|$ of a displacement at any point; NaN for one of another model.
     pub fn largest_gradient(&self, displacement: &[f64]) -> f64 {
+        if !self.is_complete() || displacement.len() != self.unknowns() {
+            return f64::NAN;
+        }
         let of_term = |term: &dyn Term<D>| {
             (0..term.clusters()).map(|c| term.largest_gradient(c, displacement)).fold(0.0, f64::max)
         };
         self.terms.iter().map(|term| of_term(&**term)).fold(0.0, f64::max)
     }
 
-    /// The smallest $\det F$ at any point and where, `None` where no term has a deformation gradient.
+    /// The smallest $\det F$ at any point and where, `None` where no term has a deformation gradient; NaN nowhere for vectors
+    /// of another model.
     pub fn smallest_jacobian(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64) -> Option<(f64, Vec<f64>)> {
+        if !self.reads(displacement, locals) {
+            return Some((f64::NAN, Vec::new()));
+        }
         let mut smallest: Option<(f64, Vec<f64>)> = None;
         for (term, locals) in self.terms.iter().zip(locals) {
             let view = View { displacement, locals, load };
@@ -157,8 +170,11 @@ impl<const D: usize> Model<D> {
         smallest
     }
 
-    /// How far a state can be trusted: the worst of all clusters.
+    /// How far a state can be trusted: the worst of all clusters; Jacobians are NaN for vectors of another model.
     pub fn health(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64) -> Health {
+        if !self.reads(displacement, locals) {
+            return Health { jacobians: Some([f64::NAN; 2]), ..Health::default() };
+        }
         let mut health = Health::default();
         for (term, locals) in self.terms.iter().zip(locals) {
             let view = View { displacement, locals, load };
@@ -169,7 +185,8 @@ impl<const D: usize> Model<D> {
         health
     }
 
-    /// Increments of the local unknowns for a displacement increment, and the largest admissible step factor.
+    /// Increments of the local unknowns for a displacement increment, and the largest admissible step factor; 0 for vectors
+    /// of another model.
     pub fn advance(
         &self,
         displacement: &[f64],
@@ -178,6 +195,11 @@ impl<const D: usize> Model<D> {
         step: &[f64],
         locals_step: &mut [Vec<f64>],
     ) -> f64 {
+        let fit =
+            self.reads(displacement, locals) && step.len() == displacement.len() && self.reads_locals(locals_step);
+        if !fit {
+            return 0.0;
+        }
         let mut bound: f64 = 1.0;
         // min() would drop a NaN.
         let least = |bound: f64, limit: f64| if limit.is_nan() { 0.0 } else { bound.min(limit) };

@@ -1,0 +1,176 @@
+//! The sum over the clusters of a term, by one thread or several.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use crate::parallel::for_each_mut;
+use crate::term::{Element, LowerBlocks, View};
+
+use super::streams::{Gathered, Schedule, Turn};
+use super::{Assembler, Model};
+
+/// How long a thread waits for another before it leaves the rest to the others.
+const PATIENCE: Duration = Duration::from_millis(200);
+
+/// The columns of consecutive nodes.
+pub(super) struct Part<'a> {
+    /// The first unknown.
+    pub(super) first: usize,
+    pub(super) values: &'a mut [f64],
+    pub(super) residual: &'a mut [f64],
+    pub(super) load_slope: &'a mut [f64],
+}
+
+/// Nothing that a part holds is broken by a panic: it is summed anew.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The sum over the clusters of one term.
+#[derive(Clone, Copy)]
+pub(super) struct Sum<'a, const D: usize> {
+    pub(super) assembler: &'a Assembler,
+    pub(super) model: &'a Model<D>,
+    pub(super) at: View<'a>,
+    pub(super) term: usize,
+    pub(super) with_matrix: bool,
+    pub(super) parts: &'a [Mutex<Part<'a>>],
+    /// Nodes of a part, as a power of two.
+    pub(super) part: u32,
+}
+
+impl<const D: usize> Sum<'_, D> {
+    /// Sums all clusters, a thread for each element; what the streams gathered, in the order of the sums.
+    pub(super) fn in_parallel(&self, elements: &mut [Element]) -> impl Iterator<Item = Gathered> {
+        let schedule = Mutex::new(Schedule::new(&self.assembler.streams[self.term]));
+        let work = |element: &mut Element| {
+            let (mut last, mut since): (_, Option<Instant>) = (None, None);
+            loop {
+                let turn = lock(&schedule).turn(last);
+                match turn {
+                    Turn::Sum(mut piece) => {
+                        self.add_clusters(piece.places.clone(), element, &mut piece.gathered);
+                        last = Some(lock(&schedule).finish(piece));
+                        since = None;
+                    }
+                    Turn::Wait if since.get_or_insert_with(Instant::now).elapsed() < PATIENCE => {
+                        std::thread::yield_now();
+                    }
+                    _ => break,
+                }
+            }
+        };
+        for_each_mut(elements, |_, element| work(element));
+        // What was left where threads gave up waiting: only terms that hand work to other threads can make all of them.
+        work(&mut elements[0]);
+        schedule.into_inner().unwrap_or_else(PoisonError::into_inner).gathered()
+    }
+
+    /// Adds the clusters at some places of the order.
+    pub(super) fn add_clusters(&self, places: std::ops::Range<usize>, element: &mut Element, gathered: &mut Gathered) {
+        let term = &*self.model.terms[self.term];
+        let (has_matrix, lower) = (self.with_matrix && term.has_matrix(), term.fills_lower_blocks());
+        for cluster in places.map(|place| self.assembler.streams[self.term].cluster(place)) {
+            let nodes = term.nodes(cluster);
+            if has_matrix && lower {
+                element.reset_lower::<D>(nodes.len());
+            } else {
+                element.reset(nodes.len() * D, has_matrix);
+            }
+            term.linearize(cluster, self.at, element);
+            if has_matrix && !term.is_symmetric() {
+                symmetrise(element);
+                collect_skew::<D>(nodes, element, &mut gathered.skew);
+            }
+            for force in &element.residual {
+                gathered.scale += force * force;
+            }
+            let mut from = 0;
+            while from < nodes.len() {
+                let part = nodes[from] as usize >> self.part;
+                let to = from + nodes[from..].partition_point(|&node| node as usize >> self.part == part);
+                let part = &mut *lock(&self.parts[part]);
+                for (a, &node) in nodes.iter().enumerate().take(to).skip(from) {
+                    let first = node as usize * D - part.first;
+                    for i in 0..D {
+                        part.residual[first + i] += element.residual[a * D + i];
+                        part.load_slope[first + i] += element.load_slope[a * D + i];
+                    }
+                }
+                if has_matrix {
+                    self.add_columns(cluster, nodes, from..to, element, part);
+                }
+                from = to;
+            }
+        }
+    }
+
+    /// Adds some node columns of an element's matrix to the part that holds them.
+    fn add_columns(
+        &self,
+        cluster: usize,
+        nodes: &[u32],
+        columns: std::ops::Range<usize>,
+        element: &Element,
+        part: &mut Part<'_>,
+    ) {
+        let Assembler { pattern, first_place, places, .. } = self.assembler;
+        let base = pattern.columns[part.first];
+        let size = nodes.len() * D;
+        // Blocks of earlier columns: Σ (len − b) for b < from.
+        let from = columns.start;
+        let mut place = first_place[self.term][cluster] + from * nodes.len() - from * from.saturating_sub(1) / 2;
+        for b in columns {
+            let column = nodes[b] as usize;
+            let blocks = &places[place..place + nodes.len() - b];
+            place += nodes.len() - b;
+            for j in 0..D {
+                let target = pattern.columns[column * D + j] - base;
+                // Component i of the a-th node from b on stands at `source[i * by_component + a * by_node]`.
+                let (source, by_component, by_node) = if element.lower.wanted {
+                    let (source, rows) = element.lower.column::<D>(b, j);
+                    (&source[b - LowerBlocks::start(b)..], rows, 1)
+                } else {
+                    (&element.matrix[(b * D + j) * size + b * D..(b * D + j + 1) * size], 1, D)
+                };
+                for i in j..D {
+                    part.values[target + i - j] += source[i * by_component];
+                }
+                for (a, &block) in blocks.iter().enumerate().skip(1) {
+                    let at = target + D - j + (block as usize - 1) * D;
+                    let entries = &mut part.values[at..at + D];
+                    for (i, entry) in entries.iter_mut().enumerate() {
+                        *entry += source[i * by_component + a * by_node];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Replaces the matrix by its symmetric part below and on the diagonal, its skew part above.
+fn symmetrise(element: &mut Element) {
+    let size = element.residual.len();
+    for column in 0..size {
+        for row in column + 1..size {
+            let lower = element.matrix[column * size + row];
+            let upper = element.matrix[row * size + column];
+            element.matrix[column * size + row] = 0.5 * (lower + upper);
+            element.matrix[row * size + column] = 0.5 * (lower - upper);
+        }
+    }
+}
+
+/// Appends the skew part that [`symmetrise`] left above the diagonal.
+fn collect_skew<const D: usize>(nodes: &[u32], element: &Element, skew: &mut Vec<(u32, u32, f64)>) {
+    let size = element.residual.len();
+    let unknown = |local: usize| nodes[local / D] * D as u32 + (local % D) as u32;
+    for column in 0..size {
+        for row in column + 1..size {
+            let value = element.matrix[row * size + column];
+            if value != 0.0 {
+                skew.push((unknown(row), unknown(column), value));
+            }
+        }
+    }
+}
