@@ -73,8 +73,9 @@ fn linear_fields_come_out_exactly() {
     // Three sub-cells per direction, three points on each edge.
     let quadratic = worst_patch(moderate, &Scheme::default().order(2));
     println!("linear {linear:.1e}, Voronoi {voronoi:.1e}, SCNI {scni:.1e}, quadratic {quadratic:.1e}");
+    // Rounding alone, k/µ = 1e3 times 1e-16 and a few: found 4e-14 at most, 1e-14 with quadratic functions.
     assert!(linear <= 1e-12 && voronoi <= 1e-12 && scni <= 1e-12, "{linear:e} {voronoi:e} {scni:e}");
-    assert!(quadratic <= 1e-11, "{quadratic:e}");
+    assert!(quadratic <= 1e-12, "{quadratic:e}");
     // Rounding is multiplied by k/µ = 1.3e5.
     let stiff = worst_patch(paper, &Scheme::default());
     println!("linear, paper's rubber {stiff:.1e}");
@@ -91,6 +92,7 @@ fn direct_nodal_integration_fails_the_patch_test() {
         })
         .collect();
     println!("nodal {errors:.2?}");
+    // Found 0.02 to 0.06; a rule that is nearly consistent would be far below a hundredth of that.
     assert!(errors.iter().all(|e| *e > 1e-3));
 }
 
@@ -120,7 +122,8 @@ fn the_default_sees_every_deformation_and_its_pressures_are_stable() {
                 modes.smallest, pressures.constant, pressures.pressures, pressures.displacements
             );
             assert_eq!((modes.zero_modes, modes.rigid_motions, pressures.spurious), (0, 3, 0));
-            // What all seeds hold. The domain itself allows 0.19 (constants on large zones).
+            // What all seeds hold: 0.49 to 0.60 and 0.088 to 0.17. The domain itself allows 0.19 (constants on large zones);
+            // modes that cost nothing, and pressures that nothing sees, are below 0.01.
             assert!(modes.smallest >= 0.45, "{modes:?}");
             assert!(pressures.constant >= 0.07, "{pressures:?}");
             assert!(pressures.displacements as f64 >= 1.8 * pressures.pressures as f64);
@@ -136,6 +139,8 @@ fn inf_sup_does_not_depend_on_the_spacing() {
             .map(|seed| inf_sup(&scene, &Scheme::default().particles([count]).seed(seed)).unwrap().constant)
             .fold(f64::INFINITY, f64::min);
         println!("{count}: {smallest:.3}");
+        // The worst patch of a cloud decides: 0.30 to 0.53 on 64 clouds of 49 to 784 particles. From the first to the last
+        // of these counts β would fall to a third, 0.14, if it went with the spacing.
         assert!(smallest >= 0.3, "{count}: {smallest}");
     }
 }
@@ -170,6 +175,7 @@ fn cooks_membrane_converges_from_every_seed() {
     for seed in 1..=8 {
         let (coarse, fine) = (error(9, seed), error(17, seed));
         println!("seed {seed}: {:.2} % with 81, {:.2} % with 289", 100.0 * coarse, 100.0 * fine);
+        // Twice what the worst of these seeds has, 0.62 and 0.19 %: other rounding may scatter particles otherwise.
         assert!(coarse <= 0.012 && fine <= 0.004 && fine < coarse, "{coarse} {fine}");
     }
 }
@@ -186,7 +192,8 @@ fn nothing_locks() {
     let spread = differences.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b))
         - differences.iter().fold(f64::INFINITY, |a, b| a.min(*b));
     println!("{differences:.3?}");
-    assert!(spread <= 1.0, "{differences:?}");
+    // Found 0.1; functions that lock lose half of the deflection and more.
+    assert!(spread <= 0.5, "{differences:?}");
 }
 
 #[test]
@@ -205,7 +212,7 @@ fn a_perforated_strip_is_stretched_to_twice_its_length() {
     let grading = |x: &[f64]| 0.3 + 0.7 * ((x[0].hypot(x[1]) - 2.0) / 4.0).clamp(0.0, 1.0);
     let problem = scene.discretize(&Scheme::default().particles([150, 1]).graded(grading)).unwrap();
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
-    // `tests/reference/perforated_strip.csv`, 1.2e-3.
+    // `tests/reference/perforated_strip.csv`, 1.2e-3; 150 particles come to within a few times that.
     let error = problem.energy(path.last()) / 34.768606 - 1.0;
     assert!(error.abs() <= 5e-3, "{error}");
 }
@@ -285,6 +292,7 @@ fn spacing_follows_its_function() {
     let ratios: Vec<f64> =
         cells.positions().iter().enumerate().map(|(p, x)| cells.local_spacing(p) / graded(x)).collect();
     let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+    // Relaxed particles settle where their neighbours allow; smoothing spreads the function over a spacing or two.
     assert!((mean - 1.0).abs() < 0.15 && ratios.iter().all(|r| *r > 0.6 && *r < 1.7), "{mean} {ratios:?}");
     // Boundary particles are on it to the bit of its own arithmetic.
     for particle in cells.boundary_nodes(&"hole".into()).unwrap() {
