@@ -9,7 +9,8 @@ use crate::particles::Particles;
 
 /// A grid of bins that lists, for each bin, the particles whose support touches it.
 ///
-/// A query reads exactly one bin; candidates come in rising order of particle.
+/// A query reads one bin, and one of the finer grid inside where particles lie closer than elsewhere; candidates come in
+/// rising order of particle.
 #[derive(Debug, Clone)]
 pub(crate) struct BinGrid<const D: usize> {
     min: Point<D>,
@@ -17,29 +18,44 @@ pub(crate) struct BinGrid<const D: usize> {
     counts: [usize; D],
     offsets: Vec<u32>,
     entries: Vec<u32>,
+    /// Finer grids of crowded bins, by rising bin.
+    finer: Vec<(u32, BinGrid<D>)>,
 }
 
 /// Bins per particle at which refining the grid no longer shortens the candidate lists enough.
 const BINS_PER_PARTICLE: f64 = 4.0;
 /// As many times more bins are accepted where some axes are shorter than a bin.
 const WIDEST: f64 = 4.0;
+/// Particles of a bin that may be looked at one by one however close they are.
+const CROWD: usize = 64;
+/// A crowded bin gets a finer grid where that has at least this many bins.
+const FINER: f64 = 8.0;
 
 impl<const D: usize> BinGrid<D> {
     pub(crate) fn new(particles: &Particles<D>) -> Self {
-        let count = particles.positions().len();
+        let all: Vec<u32> = (0..particles.positions().len() as u32).collect();
+        let everywhere = [Point::<D>::repeat(f64::NEG_INFINITY), Point::<D>::repeat(f64::INFINITY)];
+        let mut grid = BinGrid::of(particles, &all, everywhere);
+        grid.refine(particles);
+        grid
+    }
+
+    /// A grid over what some particles cover of a box.
+    fn of(particles: &Particles<D>, some: &[u32], [low, high]: [Point<D>; 2]) -> Self {
         let mut min = Point::<D>::repeat(f64::INFINITY);
         let mut max = Point::<D>::repeat(f64::NEG_INFINITY);
         let mut mean = Point::<D>::zeros();
-        for (x, support) in particles.positions().iter().zip(particles.supports()) {
-            let half = support.half_widths();
-            min = min.zip_map(&(x - half), f64::min);
-            max = max.zip_map(&(x + half), f64::max);
-            mean += half / count as f64;
+        for &particle in some {
+            let (x, half) = (particles.positions()[particle as usize], half_widths(particles, particle));
+            min = min.inf(&(x - half));
+            max = max.sup(&(x + half));
+            mean += half / some.len() as f64;
         }
+        let (min, max) = (min.sup(&low), max.inf(&high));
         // Bins half a support wide keep the lists short at a bounded number of entries per particle.
         let mut ideal = Point::<D>::from_fn(|i, _| (2.0 * (max[i] - min[i]) / mean[i]).max(1.0));
         let bins: f64 = ideal.iter().product();
-        let limit = BINS_PER_PARTICLE * count as f64 + 64.0;
+        let limit = BINS_PER_PARTICLE * some.len() as f64 + 64.0;
         if bins > limit {
             ideal *= (limit / bins).powf(1.0 / D as f64);
         }
@@ -52,10 +68,11 @@ impl<const D: usize> BinGrid<D> {
             counts[widest] /= 2;
         }
         let inverse_width = Point::<D>::from_fn(|i, _| counts[i] as f64 / (max[i] - min[i]));
-        let mut grid = BinGrid { min, inverse_width, counts, offsets: Vec::new(), entries: Vec::new() };
+        let mut grid =
+            BinGrid { min, inverse_width, counts, offsets: Vec::new(), entries: Vec::new(), finer: Vec::new() };
         let total: usize = counts.iter().product();
         let mut offsets = vec![0u32; total + 1];
-        for particle in 0..count {
+        for &particle in some {
             grid.for_each_bin(particles, particle, |bin| offsets[bin + 1] += 1);
         }
         for bin in 0..total {
@@ -63,9 +80,9 @@ impl<const D: usize> BinGrid<D> {
         }
         let mut cursor = offsets.clone();
         let mut entries = vec![0u32; offsets[total] as usize];
-        for particle in 0..count {
+        for &particle in some {
             grid.for_each_bin(particles, particle, |bin| {
-                entries[cursor[bin] as usize] = particle as u32;
+                entries[cursor[bin] as usize] = particle;
                 cursor[bin] += 1;
             });
         }
@@ -74,14 +91,44 @@ impl<const D: usize> BinGrid<D> {
         grid
     }
 
+    /// Gives bins that are crowded by small supports grids of their own: beside wide supports, or far from others, the mean
+    /// width says nothing of theirs.
+    fn refine(&mut self, particles: &Particles<D>) {
+        for bin in 0..self.offsets.len() - 1 {
+            let list = self.list(bin);
+            if list.len() <= CROWD {
+                continue;
+            }
+            let mut rest = bin;
+            let place: [usize; D] = std::array::from_fn(|i| {
+                let place = rest % self.counts[i];
+                rest /= self.counts[i];
+                place
+            });
+            let corner = |more: usize| {
+                Point::<D>::from_fn(|i, _| self.min[i] + (place[i] + more) as f64 / self.inverse_width[i])
+            };
+            let mut grid = BinGrid::of(particles, list, [corner(0), corner(1)]);
+            // One that leaves a bin as crowded as this one would be followed by others without end.
+            let longest = (0..grid.offsets.len() - 1).map(|bin| grid.list(bin).len()).max().unwrap_or(0);
+            if grid.offsets.len() as f64 > FINER && longest < list.len() {
+                grid.refine(particles);
+                self.finer.push((bin as u32, grid));
+            }
+        }
+    }
+
+    fn list(&self, bin: usize) -> &[u32] {
+        &self.entries[self.offsets[bin] as usize..self.offsets[bin + 1] as usize]
+    }
+
     fn bin_of(&self, value: f64, axis: usize) -> usize {
         let scaled = (value - self.min[axis]) * self.inverse_width[axis];
         (scaled.max(0.0) as usize).min(self.counts[axis] - 1)
     }
 
-    fn for_each_bin(&self, particles: &Particles<D>, particle: usize, mut visit: impl FnMut(usize)) {
-        let x = particles.positions()[particle];
-        let half = particles.supports()[particle].half_widths();
+    fn for_each_bin(&self, particles: &Particles<D>, particle: u32, mut visit: impl FnMut(usize)) {
+        let (x, half) = (particles.positions()[particle as usize], half_widths(particles, particle));
         let low: [usize; D] = std::array::from_fn(|i| self.bin_of(x[i] - half[i], i));
         let high: [usize; D] = std::array::from_fn(|i| self.bin_of(x[i] + half[i], i));
         let mut index = low;
@@ -109,8 +156,15 @@ impl<const D: usize> BinGrid<D> {
         for axis in (0..D).rev() {
             bin = bin * self.counts[axis] + self.bin_of(at[axis], axis);
         }
-        &self.entries[self.offsets[bin] as usize..self.offsets[bin + 1] as usize]
+        match self.finer.binary_search_by_key(&(bin as u32), |finer| finer.0) {
+            Ok(place) => self.finer[place].1.candidates(at),
+            Err(_) => self.list(bin),
+        }
     }
+}
+
+fn half_widths<const D: usize>(particles: &Particles<D>, particle: u32) -> Point<D> {
+    particles.supports()[particle as usize].half_widths()
 }
 
 #[cfg(test)]
@@ -118,34 +172,67 @@ mod tests {
     use super::*;
     use crate::particles::Support;
 
-    #[test]
-    fn candidates_hold_every_covering_particle() {
-        let mut random = fastrand::Rng::with_seed(3);
-        let positions: Vec<Point<2>> = (0..200).map(|_| Point::<2>::new(random.f64() * 9.0, random.f64())).collect();
-        let supports = (0..200).map(|_| Support::Ball(0.1 + random.f64())).collect();
-        let particles = Particles::new(positions, supports).unwrap();
-        let grid = BinGrid::new(&particles);
-        for _ in 0..500 {
-            let x = Point::<2>::new(random.f64() * 12.0 - 1.5, random.f64() * 3.0 - 1.0);
-            let found = grid.candidates(&x);
+    /// The longest list of candidates at some points, each of which holds every particle that covers the point.
+    fn longest<const D: usize>(particles: &Particles<D>, grid: &BinGrid<D>, at: &[Point<D>]) -> usize {
+        let lists = at.iter().map(|x| {
+            let found = grid.candidates(x);
             for (i, (p, s)) in particles.positions().iter().zip(particles.supports()).enumerate() {
                 if (p - x).norm() < s.half_widths()[0] {
                     assert!(found.contains(&(i as u32)));
                 }
             }
             assert!(found.windows(2).all(|w| w[0] < w[1]));
-        }
+            found.len()
+        });
+        lists.max().unwrap()
+    }
+
+    #[test]
+    fn candidates_hold_every_covering_particle() {
+        let mut random = fastrand::Rng::with_seed(3);
+        let positions: Vec<Point<2>> = (0..200).map(|_| Point::<2>::new(random.f64() * 9.0, random.f64())).collect();
+        let supports = (0..200).map(|_| Support::Ball(0.1 + random.f64())).collect();
+        let particles = Particles::new(positions, supports).unwrap();
+        let at: Vec<Point<2>> =
+            (0..500).map(|_| Point::<2>::new(random.f64() * 12.0 - 1.5, random.f64() * 3.0 - 1.0)).collect();
+        longest(&particles, &BinGrid::new(&particles), &at);
+    }
+
+    #[test]
+    fn lists_stay_short_where_particles_crowd() {
+        let mut random = fastrand::Rng::with_seed(5);
+        // Spacings in proportion to the distance from the origin, over four decades.
+        let mut point = || {
+            let (radius, angle) = (10f64.powf(-4.0 * random.f64()), 6.3 * random.f64());
+            Point::<2>::new(radius * angle.cos(), radius * angle.sin())
+        };
+        let positions: Vec<Point<2>> = (0..4000).map(|_| point()).collect();
+        let supports = positions.iter().map(|x| Support::Ball(0.15 * x.norm())).collect();
+        let particles = Particles::new(positions, supports).unwrap();
+        let grid = BinGrid::new(&particles);
+        let at: Vec<Point<2>> = (0..500).map(|_| point()).collect();
+        let most = longest(&particles, &grid, &at);
+        // About 20 particles cover each point.
+        assert!(most < 130, "{most}");
+        // Particles close together can't be kept apart, and are not tried to be without end.
+        let close = (0..500).map(|_| point() * 1e-3).collect();
+        let particles = Particles::new(close, vec![Support::Ball(2.0); 500]).unwrap();
+        assert_eq!(longest(&particles, &BinGrid::new(&particles), &at), 500);
     }
 
     #[test]
     fn a_far_particle_does_not_blow_up_the_grid() {
         let mut random = fastrand::Rng::with_seed(3);
         let mut positions: Vec<Point<3>> = (0..2000).map(|_| Point::<3>::from_fn(|_, _| random.f64())).collect();
+        let at = positions.clone();
         positions.push(Point::<3>::new(1e9, 1e9, 0.5));
         let particles = Particles::new(positions, vec![Support::Ball(0.2); 2001]).unwrap();
         let grid = BinGrid::new(&particles);
-        assert!(grid.offsets.len() < 100 * 2001 && grid.entries.len() < 100 * 2001);
+        let size = |grid: &BinGrid<3>| grid.offsets.len() + grid.entries.len();
+        assert!(size(&grid) + grid.finer.iter().map(|finer| size(&finer.1)).sum::<usize>() < 200 * 2001);
         assert_eq!(grid.candidates(&Point::<3>::new(1e9, 1e9, 0.5)), [2000]);
-        assert!(grid.candidates(&Point::<3>::repeat(0.5)).len() >= 2000);
+        // A bin and its particles' supports are 0.5 wide: an eighth of all.
+        let most = longest(&particles, &grid, &at[..200]);
+        assert!(most < 500, "{most}");
     }
 }
