@@ -62,6 +62,25 @@ fn what_is_not_reached_is_said_and_the_best_model_returned() {
     let answer = cook(1.0).solve_within(&tolerance, Budget { unknowns: 10_000, levels: 3 }).unwrap();
     assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("3 models")), "{:?}", answer.verdict);
 
+    // What symmetry makes vanish has no relative error.
+    let square = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap());
+    let square = square.hold((1, Side::Min));
+    let pulled = square.clone().prescribe((1, Side::Max), 0, 0.0).prescribe((1, Side::Max), 1, 0.1);
+    let aside = Quantity::reaction("u_0 on face (1, Max)", 0);
+    let few = Budget { unknowns: 3000, levels: 12 };
+    let answer = pulled.solve_within(&Tolerance::of(aside.clone(), 0.01), few).unwrap();
+    let told = |why: &str| why.contains("of reaction 0 of u_0") && why.contains("Quantity::relative_to");
+    assert!(matches!(&answer.verdict, Verdict::NotReached(why) if told(why)), "{:?}", answer.verdict);
+    let answer = pulled.solve_within(&Tolerance::of(aside.clone().relative_to(0.1), 0.01), few).unwrap();
+    assert!(answer.reached() && answer.values()[0].abs() < answer.bound.max(1e-9) * 0.1, "{:?}", answer.verdict);
+    for size in [-1.0, f64::NAN, f64::INFINITY] {
+        assert!(pulled.solve_within(&Tolerance::of(aside.clone().relative_to(size), 0.01), few).is_err());
+    }
+    // A body at rest is solved by any model.
+    let corner = Quantity::displacement([1.0, 1.0], 0);
+    let at_rest = square.traction((0, Side::Max), [0.0, 0.0]).solve_within(&Tolerance::of(corner, 0.01), few).unwrap();
+    assert!(at_rest.reached() && at_rest.values() == [0.0] && at_rest.levels.len() == 3);
+
     for error in [0.0, -1.0, 1.0, f64::NAN] {
         assert!(cook(1.0).solve_within(&Tolerance::energy(error), Budget::default()).is_err());
     }

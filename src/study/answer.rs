@@ -9,7 +9,7 @@ use super::quantity::Quantity;
 /// What is to be known, and how well.
 #[derive(Debug, Clone)]
 pub struct Tolerance<const D: usize> {
-    /// Largest relative error of each quantity.
+    /// Largest relative error of each quantity (relative to its value, or see [`Quantity::relative_to`]).
     pub error: f64,
     /// The quantities asked for.
     pub quantities: Vec<Quantity<D>>,

@@ -28,6 +28,10 @@ pub(super) fn check<const D: usize>(tolerance: &Tolerance<D>) -> Result<(), Erro
         let remedy = "name at least one quantity; Tolerance::energy is one";
         return Err(SolveError::Empty { what: "quantities of a tolerance", remedy }.into());
     }
+    if let Some(wrong) = tolerance.quantities.iter().find(|q| !(q.size >= 0.0 && q.size.is_finite())) {
+        let needed = "give a finite number of at least 0";
+        return Err(SolveError::Setting { what: "size of a quantity", value: wrong.size, needed }.into());
+    }
     Ok(())
 }
 
@@ -63,11 +67,16 @@ pub(super) struct Against {
 }
 
 /// Joins a model to those before it, its error estimated against one of them.
-pub(super) fn join<const D: usize>(next: &mut Answer<D>, before: Vec<Level>, against: Option<Against>) {
+pub(super) fn join<const D: usize>(
+    next: &mut Answer<D>,
+    before: Vec<Level>,
+    tolerance: &Tolerance<D>,
+    against: Option<Against>,
+) {
     if let (Some(level), Some(against)) = (next.levels.first_mut(), against) {
         let last = &before[against.place];
         let first = before.first().zip(before.get(1)).unwrap_or((last, &*level));
-        let found = estimate(first, last, level, &against);
+        let found = estimate(first, last, level, tolerance, &against);
         level.estimate = Some(found);
         next.bound = found;
     }
@@ -86,7 +95,7 @@ pub(super) fn judge<const D: usize, Next>(
         answer.verdict = Verdict::Reached;
         return Course::Ended(answer);
     }
-    let why = if answer.levels.len() >= budget.levels {
+    let mut why = if answer.levels.len() >= budget.levels {
         format!("the budget of {} models is used up", budget.levels)
     } else {
         match finer(&answer) {
@@ -97,6 +106,18 @@ pub(super) fn judge<const D: usize, Next>(
             Err(why) => why,
         }
     };
+    if let [.., before, last] = &answer.levels[..] {
+        let changes = changes(before, last, tolerance).enumerate();
+        if let Some((k, _)) = changes.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            let [from, to] = [before, last].map(|level| level.values[k]);
+            // What is zero but for rounding never settles.
+            let remedy = "where it vanishes, Quantity::relative_to says what size counts";
+            why += &format!(
+                "; the last models say {from:.6e} and {to:.6e} of {} ({remedy})",
+                tolerance.quantities[k].name()
+            );
+        }
+    }
     answer.verdict = Verdict::NotReached(why);
     Course::Ended(answer)
 }
@@ -154,17 +175,33 @@ pub(super) fn solve<const D: usize>(
     Ok(Answer { verdict: Verdict::NotReached(String::new()), bound: f64::INFINITY, problem, path, levels: vec![level] })
 }
 
+/// The change of the values asked for from one model to another, relative to the latter or to the size given for them.
+fn changes<const D: usize>(a: &Level, b: &Level, tolerance: &Tolerance<D>) -> impl Iterator<Item = f64> {
+    let values = a.values.iter().zip(&b.values);
+    tolerance.quantities.iter().zip(values).map(|(quantity, (a, b))| change(*a, *b, quantity.size))
+}
+
+fn change(a: f64, b: f64, size: f64) -> f64 {
+    if a == b { 0.0 } else { ((b - a) / b.abs().max(size)).abs() }
+}
+
 /// The estimate of the last of two models, `first` being the first two of all.
-fn estimate(first: (&Level, &Level), before: &Level, now: &Level, against: &Against) -> f64 {
-    let change = |a: &Level, b: &Level, k: usize| {
-        let (a, b) = (a.values[k], b.values[k]);
-        if a == b { 0.0 } else { ((b - a) / b).abs() }
+fn estimate<const D: usize>(
+    first: (&Level, &Level),
+    before: &Level,
+    now: &Level,
+    tolerance: &Tolerance<D>,
+    against: &Against,
+) -> f64 {
+    let worst = |a: &Level, b: &Level| changes(a, b, tolerance).fold(0.0, f64::max);
+    // The energy stands behind what is asked for.
+    let energies = |a: &Level, b: &Level| {
+        let both = a.values.last().zip(b.values.last());
+        both.map_or(0.0, |(a, b)| change(*a, *b, 0.0))
     };
-    let asked = now.values.len() - 1;
-    let worst = |a: &Level, b: &Level| (0..asked).map(|k| change(a, b, k)).fold(0.0, f64::max);
     // How much the quantities moved with the energy at first: at most as much as the energy itself.
-    let sensitivity = (worst(first.0, first.1) / change(first.0, first.1, asked)).min(1.0);
-    let guard = sensitivity * change(before, now, asked);
+    let sensitivity = (worst(first.0, first.1) / energies(first.0, first.1)).min(1.0);
+    let guard = sensitivity * energies(before, now);
     let difference = worst(before, now).max(if guard.is_nan() { 0.0 } else { guard });
     let extrapolated = difference / (against.ratio - 1.0);
     let believed = before.estimate.map_or(0.0, |e| e * against.left);

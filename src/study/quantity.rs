@@ -9,6 +9,9 @@ use crate::geometry::Point;
 use crate::scene::Problem;
 use crate::solve::State;
 
+/// Gradients of displacements below this are rounding of those that bodies have.
+const REST: f64 = 1e-13;
+
 /// How a quantity is read off a state.
 type Measure<const D: usize> = Arc<dyn Fn(&Problem<D>, &State) -> Result<f64, Error> + Send + Sync>;
 
@@ -17,6 +20,8 @@ type Measure<const D: usize> = Arc<dyn Fn(&Problem<D>, &State) -> Result<f64, Er
 pub struct Quantity<const D: usize> {
     name: String,
     measure: Measure<D>,
+    /// Errors are relative to this where the value is smaller.
+    pub(super) size: f64,
 }
 
 impl<const D: usize> fmt::Debug for Quantity<D> {
@@ -39,18 +44,20 @@ impl<const D: usize> Quantity<D> {
         name: impl Into<String>,
         measure: impl Fn(&Problem<D>, &State) -> Result<f64, Error> + Send + Sync + 'static,
     ) -> Self {
-        Quantity { name: name.into(), measure: Arc::new(measure) }
+        Quantity { name: name.into(), measure: Arc::new(measure), size: 0.0 }
     }
 
-    /// The energy stored, $\int W\\,\mathrm d\Omega$; of the whole revolution for bodies of revolution.
+    /// The energy stored, $\int W\\,\mathrm d\Omega$; of the whole revolution for bodies of revolution. 0 for a body
+    /// at rest, rounding or not.
     pub fn energy() -> Self {
-        Quantity::new("energy", |problem, state| Ok(problem.energy(state)))
+        Quantity::new("energy", |problem, state| Ok(if rests(problem, state) { 0.0 } else { problem.energy(state) }))
     }
 
-    /// Displacement component `component` at a point of the body \[length\].
+    /// Displacement component `component` at a point of the body \[length\]. 0 for a body at rest, rounding or not.
     pub fn displacement(at: [f64; D], component: usize) -> Self {
         Quantity::new(format!("u_{component} at {at:?}"), move |problem, state| {
             let u = problem.displacement(state, &at.into())?;
+            let u = if rests(problem, state) { Point::zeros() } else { u };
             component_of(&u, component, || format!("u_{component} at {at:?}"))
         })
     }
@@ -86,6 +93,26 @@ impl<const D: usize> Quantity<D> {
         Quantity { name: name.into(), ..self }
     }
 
+    /// The same quantity, its errors relative to `size` wherever it is smaller: a force that symmetry makes vanish, say,
+    /// has no relative error of its own that any model could bring below a tolerance.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// use rkpm::study::{Budget, Quantity, Tolerance};
+    /// // A block bonded to plates that are pulled apart: nothing pushes it aside.
+    /// let block = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .hold((1, Side::Min))
+    ///     .prescribe((1, Side::Max), 0, 0.0)
+    ///     .prescribe((1, Side::Max), 1, 0.1);
+    /// let aside = Quantity::reaction("u_0 on face (1, Max)", 0).relative_to(0.1); // N/mm
+    /// let answer = block.solve_within(&Tolerance::of(aside, 0.01), Budget::default())?;
+    /// assert!(answer.reached() && answer.values()[0].abs() < 0.01 * 0.1);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn relative_to(self, size: f64) -> Self {
+        Quantity { size, ..self }
+    }
+
     /// Its name.
     pub fn name(&self) -> &str {
         &self.name
@@ -98,6 +125,11 @@ impl<const D: usize> Quantity<D> {
     pub fn evaluate(&self, problem: &Problem<D>, state: &State) -> Result<f64, Error> {
         (self.measure)(problem, state)
     }
+}
+
+/// Whether nothing is strained.
+fn rests<const D: usize>(problem: &Problem<D>, state: &State) -> bool {
+    problem.model.largest_gradient(&state.displacement) <= REST
 }
 
 /// A component of a vector, or the error that says whose it was.

@@ -100,7 +100,7 @@ impl Scene<2> {
                 stuck += std::mem::take(indicator);
             }
             let against = compared(&before, next.levels[0].unknowns, &totals, stuck, least);
-            join(&mut next, before, against);
+            join(&mut next, before, tolerance, against);
             let course = judge(next, tolerance, budget, |_| {
                 let finer = cells.refined(&marked(&indicators));
                 let finer = finer.map_err(|error| format!("the cells can't be refined: {error}"))?;

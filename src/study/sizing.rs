@@ -114,7 +114,7 @@ impl<const D: usize> Scene<D> {
                 let factor: f64 = sides.spacing(&before[place].counts) / sides.spacing(&counts);
                 Against { place, ratio: factor.powf(ORDER), left: factor.powf(-STEEPEST), least: 0.0 }
             });
-            join(&mut next, before, last);
+            join(&mut next, before, tolerance, last);
             let course = judge(next, tolerance, budget, |next| {
                 let factor = match next.levels.len() {
                     1 => FIRST_FACTOR,
