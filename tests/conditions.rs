@@ -371,3 +371,42 @@ fn one_and_more_threads_give_the_same_bits_in_3d() {
     );
     same_bits(&scene, &Scheme::default().particles([9]));
 }
+
+#[test]
+fn values_that_differ_by_rounding_where_conditions_meet_are_the_same() {
+    let scene = Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 10.0).unwrap())
+        .prescribe((0, Side::Min), 0, 0.0)
+        // 8e-17 at the corner.
+        .prescribe_field((1, Side::Min), 0, |x: &Point<2>| 1.1 * x[0] - x[0] - 0.1)
+        .prescribe((1, Side::Min), 1, 0.0);
+    let schemes = [Scheme::default(), Scheme::default().rows(RowKind::AtParticles), Scheme::elements(1)];
+    for scheme in schemes {
+        assert!(scene.discretize(&scheme.particles([5])).is_ok());
+    }
+    let contradicted = scene.prescribe_field((0, Side::Min), 0, |_| 1e-9);
+    assert!(contradicted.discretize(&Scheme::elements(1).particles([5])).is_err());
+}
+
+#[test]
+fn the_axis_stays_where_it_is() {
+    let rubber = || Rubber::neo_hookean(0.5, 10.0).unwrap();
+    let rod = Scene::new(Block::new([0.0], [1.0]), RadialCylinder, rubber()).prescribe(Side::Max, 0, 0.1);
+    assert!(rod.clone().prescribe(Side::Min, 0, 0.0).discretize(&Scheme::default()).is_ok());
+    let error = rod.prescribe(Side::Min, 0, 0.1).discretize(&Scheme::default()).err().unwrap();
+    assert!(error.to_string().contains("axis"), "{error}");
+}
+
+#[test]
+fn runs_start_at_most_where_they_end() {
+    let problem = tube(Rubber::neo_hookean(0.5, 10.0).unwrap(), 0.01);
+    let beyond = State { load: 1.5, ..problem.run(&mut ()).unwrap().completed().unwrap().last().clone() };
+    let error = problem.analysis.run_from(&problem.model, &problem.rows, beyond, &mut ()).unwrap_err();
+    assert!(error.to_string().contains("load factor of the first state"), "{error}");
+    // Equal steps however many.
+    let path = |steps| {
+        let mut problem = tube(Rubber::neo_hookean(0.5, 10.0).unwrap(), 0.01);
+        problem.analysis.stepping = Stepping::equal(steps);
+        problem.run(&mut ()).unwrap().completed().unwrap().steps.len()
+    };
+    assert_eq!(path(20_000), 20_000);
+}

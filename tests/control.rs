@@ -241,3 +241,29 @@ fn pressures_on_free_faces_converge_quadratically() {
     let tip = problem.displacement(path.last(), &[4.0, 0.5].into()).unwrap();
     assert!(tip[1] > 1.0 && path.iterations <= 12, "{} {tip}", path.iterations);
 }
+
+/// Large prescribed displacements lead themselves: a load beside them, however small, must not be followed instead.
+#[test]
+fn prescribed_displacements_lead_beside_loads() {
+    let rubber = || Rubber::neo_hookean(0.5, 1e3).unwrap();
+    let pad = Scene::new(Block::new([0.0, 0.0], [40.0, 10.0]), PlaneStrain, rubber())
+        .hold((1, Side::Min))
+        .prescribe((1, Side::Max), 0, 20.0)
+        .prescribe((1, Side::Max), 1, 0.0)
+        .body_force([0.0, -1e-8]);
+    let path =
+        pad.discretize(&Scheme::default().particles([17, 5])).unwrap().run(&mut ()).unwrap().completed().unwrap();
+    assert!(path.steps.len() == 1 && path.iterations <= 10, "{} {}", path.steps.len(), path.iterations);
+    let sheet = Scene::new(Block::new([0.0, 0.0], [10.0, 0.1]), PlaneStrain, rubber())
+        .hold((0, Side::Min))
+        .prescribe((0, Side::Max), 0, 12.0)
+        .prescribe((0, Side::Max), 1, 0.0)
+        .body_force([0.0, -1e-5]);
+    let energy = |control| {
+        let scheme = Scheme::default().particles([21, 2]).stepping(Stepping { control, ..Stepping::default() });
+        let problem = sheet.discretize(&scheme).unwrap();
+        problem.energy(problem.run(&mut ()).unwrap().completed().unwrap().last())
+    };
+    let (auto, load) = (energy(StepControl::Auto), energy(StepControl::Load));
+    assert!((auto / load - 1.0).abs() < 1e-12, "{auto} {load}");
+}

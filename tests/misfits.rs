@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rkpm::assembly::System;
 use rkpm::boundary::FullTransformation;
-use rkpm::cells::{BoundaryCells, Smoothing, Zones};
+use rkpm::cells::{BoundaryCells, Cells, Refined, Scatter, Smoothing, Triangulation, Voronoi, Zones};
 use rkpm::check;
 use rkpm::error::{ApproximationError, GeometryError, SolveError};
 use rkpm::prelude::*;
@@ -269,4 +269,24 @@ fn dimensions_that_no_one_lives_in() {
     let scaled = Mapped(|unit: &Point<4>| unit * 2.0);
     says(Lattice::new(&scaled, [2; 4], &Layout::Regular).unwrap_err());
     assert!(Block::<4>::new([0.0; 4], [1.0; 4]).particles([2; 4], 1.0).is_err());
+}
+
+#[test]
+fn zones_of_cells_that_are_not_there() {
+    let square = Outline::at([0.0, 0.0]).line("b", [1.0, 0.0]).line("r", [1.0, 1.0]).line("t", [0.0, 1.0]).close("l");
+    let region = Region::new(square).unwrap();
+    let triangles = Triangulation::scattered(&region, |_: &Point<2>| 0.25, &Scatter::default()).unwrap();
+    let refined = Refined::new(Arc::new(Block::new([0.0, 0.0], [1.0, 1.0])), [4, 4]).unwrap();
+    let cells: [Box<dyn Cells<2>>; 4] =
+        [Box::new(lattice()), Box::new(Voronoi::new(triangles.clone())), Box::new(triangles), Box::new(refined)];
+    for cells in &cells {
+        let good = Zones::single(cells.cell_count());
+        assert!(cells.gauss_in(2, &good).is_ok() && cells.smoothing(2, 2, &good).is_ok());
+        let bad = |cells: Vec<u32>, offsets: Vec<usize>| Zones { cells, offsets };
+        for zones in [Zones::single(100_000), bad(vec![0, 1], vec![0, 5]), bad(vec![0, 1], vec![0, 2, 1])] {
+            assert!(matches!(cells.gauss_in(2, &zones), Err(GeometryError::Count { .. })));
+            assert!(matches!(cells.smoothing(2, 2, &zones), Err(GeometryError::Count { .. })));
+        }
+        assert!(matches!(cells.smoothing(1_000_000, 2, &good), Err(GeometryError::Count { .. })));
+    }
 }

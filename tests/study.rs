@@ -2,7 +2,7 @@
 #![cfg(feature = "solve")]
 
 use rkpm::prelude::*;
-use rkpm::study::{Quantity, Reference, Run, Study, WorkPrecision};
+use rkpm::study::{Budget, Quantity, Reference, Run, Study, Tolerance, WorkPrecision};
 
 fn tube() -> Scene<1> {
     let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5).unwrap();
@@ -164,4 +164,18 @@ fn reactions_are_those_of_one_condition_by_its_whole_label() {
         assert!(scene.solve_within(&Tolerance::of(quantity, 0.1), Budget::default()).is_err(), "{label} {component}");
     }
     assert_eq!(Quantity::reaction("u_0 on end", 0).evaluate(&problem, path.last()).unwrap(), pulled);
+}
+
+#[test]
+fn values_that_are_no_numbers_are_no_answers() {
+    for value in [f64::NAN, f64::INFINITY] {
+        let odd = || Quantity::<1>::new("odd", move |_, _| Ok(value));
+        let error = tube().solve_within(&Tolerance::of(odd(), 0.01), Budget::default()).err().unwrap();
+        assert!(error.to_string().contains("value of a quantity"), "{error}");
+        let given = Reference::Given { value: 1.0, uncertainty: 0.0 };
+        let series = [5, 9].map(|n| Scheme::default().particles([n]));
+        let study = WorkPrecision::new("tube", tube()).quantity(odd(), given).series("d", series).run().unwrap();
+        assert!(study.runs.iter().all(|run| run.failure.is_some() && run.error.is_nan()));
+        assert!(study.seconds_at("d", 1.0).is_none());
+    }
 }

@@ -156,6 +156,7 @@ impl Constraints {
         label: &str,
     ) -> Result<(), Error> {
         check_component(component, D, label)?;
+        let rounding = rounding(approximation.nodes());
         let mut scratch = A::Scratch::default();
         let mut psi = ShapeFunctions::default();
         for &particle in particles {
@@ -166,7 +167,7 @@ impl Constraints {
             let (target, amplitude) = value(vec![(at, 1.0)]);
             if let Some(&earlier) = self.at_particles.get(&owner) {
                 let row = &self.rows[earlier];
-                if agree((row.target, &row.amplitude), (target, &amplitude)) {
+                if agree((row.target, &row.amplitude), (target, &amplitude), rounding) {
                     continue;
                 }
                 return Err(BoundaryError::Conflict {
@@ -256,6 +257,7 @@ impl Constraints {
                 facets_of.entry(particle).or_default().extend(&members);
             }
         }
+        let rounding = rounding(approximation.nodes());
         let free = |particle: u32| !self.claimed.contains_key(&(particle as usize * D + component));
         let mut receiver: HashMap<u32, u32> = HashMap::new();
         for &particle in &order {
@@ -273,7 +275,7 @@ impl Constraints {
             } else if let Some((first, target, amplitude)) = self.claimed.get(&(particle as usize * D + component)) {
                 // The hat has nowhere to go: it says again what an earlier condition said, or contradicts it.
                 let (again, other) = value(vec![(at, 1.0)]);
-                if !agree((*target, amplitude), (again, &other)) {
+                if !agree((*target, amplitude), (again, &other), rounding) {
                     return Err(BoundaryError::Conflict {
                         first: first.clone(),
                         second: label.to_string(),
@@ -366,17 +368,21 @@ fn check_component(component: usize, dimension: usize, label: &str) -> Result<()
     }
 }
 
-/// Whether two values are the same at all loads: as given, or at some of them and at the knots of tables.
-pub(crate) fn agree(first: (f64, &Amplitude), second: (f64, &Amplitude)) -> bool {
+/// Displacements closer than this part of the coordinates are equal: they may be differences of them.
+const ROUNDING: f64 = 1e-14;
+
+/// The rounding of displacements of some nodes.
+pub(crate) fn rounding<const D: usize>(nodes: &[Point<D>]) -> f64 {
+    ROUNDING * nodes.iter().fold(0.0, |largest: f64, x| largest.max(x.amax()))
+}
+
+/// Whether two values are the same at all loads but for rounding: as given, or at some of them and at the knots of tables.
+pub(crate) fn agree(first: (f64, &Amplitude), second: (f64, &Amplitude), rounding: f64) -> bool {
+    let same = |a: f64, b: f64| (a - b).abs() <= rounding + 1e-12 * a.abs().max(b.abs());
     if first.1 == second.1 {
         return same(first.0, second.0);
     }
     let at = |(target, amplitude): (f64, &Amplitude), load: f64| target * amplitude.evaluate(load).0;
     let knots = first.1.knots().into_iter().chain(second.1.knots());
     [0.0, 0.21, 0.47, 0.76, 1.0].into_iter().chain(knots).all(|load| same(at(first, load), at(second, load)))
-}
-
-/// Equal up to rounding.
-fn same(a: f64, b: f64) -> bool {
-    (a - b).abs() <= 1e-12 * a.abs().max(b.abs())
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Domain, Part, Point, Side};
 use crate::particles::{Particles, Support, check_dilation};
-use crate::quadrature::{Points, gauss_legendre};
+use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::brick::{determinant, multilinear};
 use super::{BoundaryCells, Cells, Lattice, Layout, Smoothing, Zones};
@@ -273,6 +273,7 @@ impl Cells<2> for Refined {
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<2>, GeometryError> {
+        zones.validate(self.cell_count())?;
         let (abscissae, weights) = gauss_legendre(n)?;
         let mut points = Points::empty();
         for zone in zones.offsets.windows(2) {
@@ -292,6 +293,8 @@ impl Cells<2> for Refined {
     }
 
     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
+        zones.validate(self.cell_count())?;
+        check_point_count(self.cell_count().saturating_mul(8), parts.saturating_mul(parts).saturating_mul(gauss))?;
         let (abscissae, weights) = gauss_legendre(gauss)?;
         if parts == 0 {
             let needed = "at least 1 is needed";

@@ -3,7 +3,7 @@
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Part, Point, Region};
 use crate::particles::{Particles, Support, check_dilation};
-use crate::quadrature::{Points, gauss_legendre};
+use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::edges::facets;
 use super::mesh::{Mesh, NONE, collapse, cross};
@@ -226,6 +226,7 @@ impl Cells<2> for Triangulation {
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<2>, GeometryError> {
+        zones.validate(self.cell_count())?;
         let rule = gauss_legendre(n)?;
         let mut points = Points::empty();
         for zone in zones.offsets.windows(2) {
@@ -238,6 +239,8 @@ impl Cells<2> for Triangulation {
     }
 
     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
+        zones.validate(self.cell_count())?;
+        check_point_count(self.cell_count().saturating_mul(8), parts.saturating_mul(parts).saturating_mul(gauss))?;
         if parts == 0 {
             let needed = "at least 1 is needed";
             return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });

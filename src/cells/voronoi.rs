@@ -3,7 +3,7 @@
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Part, Point, Region};
 use crate::particles::Particles;
-use crate::quadrature::{Points, gauss_legendre};
+use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::mesh::{Mesh, NONE, circumcentre, collapse, cross};
 use super::polygons::Polygons;
@@ -219,6 +219,7 @@ impl Cells<2> for Voronoi {
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<2>, GeometryError> {
+        zones.validate(self.positions().len())?;
         let rule = gauss_legendre(n)?;
         let fans = fans(&self.triangles.mesh, zones);
         let mut points = Points::empty();
@@ -233,6 +234,8 @@ impl Cells<2> for Voronoi {
     }
 
     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
+        zones.validate(self.positions().len())?;
+        check_point_count(self.cell_count().saturating_mul(8), parts.saturating_mul(parts).saturating_mul(gauss))?;
         let mesh = &self.triangles.mesh;
         match parts {
             1 => {

@@ -350,7 +350,7 @@ fn base64(bytes: &[u8], out: &mut String) {
     }
 }
 
-/// Text as an XML attribute holds it; control characters, which XML forbids, become spaces.
+/// Text as an XML attribute holds it; control characters and others that XML forbids become spaces.
 fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for character in text.chars() {
@@ -359,7 +359,7 @@ fn escaped(text: &str) -> String {
             '<' => safe.push_str("&lt;"),
             '>' => safe.push_str("&gt;"),
             '"' => safe.push_str("&quot;"),
-            c if c.is_control() => safe.push(' '),
+            c if c.is_control() || matches!(c, '\u{FFFE}' | '\u{FFFF}') => safe.push(' '),
             c => safe.push(c),
         }
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::boundary::{Constraints, Motion, agree};
+use crate::boundary::{Constraints, Motion, agree, rounding};
 use crate::cells::Cells;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::Point;
@@ -58,7 +58,7 @@ fn lies_on_part<const D: usize>(
             continue;
         }
         let ((first, a), (second, b)) = (value_at(other, at), value_at(condition, at));
-        if agree((first, &a), (second, &b)) {
+        if agree((first, &a), (second, &b), rounding(cells.positions())) {
             return Ok(true);
         }
         return Err(BoundaryError::Conflict {
@@ -99,8 +99,8 @@ fn stays_off_axis<const D: usize>(
         let (target, amplitude) = value_at(condition, at);
         for load in [1.0, 0.75, 0.5, 0.25].into_iter().chain(condition.amplitude.knots()) {
             let radius = at[0] + target * amplitude.evaluate(load).0;
-            // Points on the axis may stay there.
-            if radius < 0.0 || radius == 0.0 && at[0] > 0.0 {
+            // Points on the axis stay there: moved off it, they would be circles that were points.
+            if radius < 0.0 || (radius == 0.0) != (at[0] == 0.0) {
                 return Err(BoundaryError::BeyondAxis {
                     what: condition.label.clone(),
                     at: at.as_slice().to_vec(),

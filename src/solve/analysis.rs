@@ -63,7 +63,7 @@ impl Analysis {
     /// Follows the load factor from that of a given state to 1.
     ///
     /// # Errors
-    /// As [`run`](Analysis::run), and where the state does not fit the model or is inverted.
+    /// As [`run`](Analysis::run), and where the state does not fit the model, is inverted, or lies beyond load factor 1.
     pub fn run_from<const D: usize>(
         &self,
         model: &Model<D>,
@@ -93,6 +93,14 @@ impl Analysis {
         observer: &mut dyn Observer,
     ) -> Result<Path, Error> {
         self.validate(model, rows, &path)?;
+        if path.steps.is_empty() && path.start.load > 1.0 {
+            return Err(SolveError::Setting {
+                what: "load factor of the first state",
+                value: path.start.load,
+                needed: "start from at most 1, where the run ends; Analysis::run_controlled goes on beyond",
+            }
+            .into());
+        }
         let mut march = March::new(self, model, rows, path, observer)?;
         march.check_recorded()?;
         let lead = match march.lead() {

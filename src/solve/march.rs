@@ -103,6 +103,14 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
             // Driven by prescribed displacements alone.
             return None;
         }
+        if stepping.control == StepControl::Auto {
+            // Where they are driven as well, the mean displacement along the load says nothing of the path.
+            let mut moved = Vec::new();
+            self.workspace.rows.load_slope(start.load, &mut moved);
+            if moved.iter().any(|slope| *slope != 0.0) {
+                return None;
+            }
+        }
         let model = self.workspace.model;
         let follows = model.terms().iter().any(|term| term.has_matrix() && term.matrix_follows_load());
         let whole = stepping.control == StepControl::Auto && stepping.first >= 1.0;

@@ -93,6 +93,7 @@ impl Stepping {
         Stepping {
             first,
             largest: first,
+            smallest: first.min(Stepping::default().smallest),
             growth: 1.0,
             predict: false,
             steps: 100 * steps.max(1),

@@ -56,7 +56,10 @@ pub fn best_dilation<const D: usize>(
         let solve = || -> Result<f64, Error> {
             let problem = scene.discretize(&Scheme { dilation, ..scheme.clone() })?;
             let path = problem.run(&mut ())?.completed()?;
-            potential(&problem, path.last())
+            let value = potential(&problem, path.last())?;
+            let needed = "energies and loads that are finite in the state reached";
+            let setting = SolveError::Setting { what: "potential", value, needed };
+            if value.is_finite() { Ok(value) } else { Err(setting.into()) }
         };
         trials.push(match solve() {
             Ok(potential) => Trial { r, potential: Some(potential), failure: None },

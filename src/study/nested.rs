@@ -164,6 +164,9 @@ pub(super) fn solve<const D: usize>(
     let energy = Quantity::energy();
     let asked = tolerance.quantities.iter().chain([&energy]);
     let values = asked.map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
+    for (value, quantity) in values.iter().zip(&tolerance.quantities) {
+        quantity.check(*value)?;
+    }
     let level = Level {
         counts: counts.to_vec(),
         unknowns: problem.model.unknowns(),

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::boundary::Row;
-use crate::error::{BoundaryError, Error};
+use crate::error::{BoundaryError, Error, SolveError};
 use crate::geometry::Point;
 use crate::scene::Problem;
 use crate::solve::State;
@@ -124,6 +124,15 @@ impl<const D: usize> Quantity<D> {
     /// Where the problem can't answer: a point outside the body, a component or a condition that does not exist.
     pub fn evaluate(&self, problem: &Problem<D>, state: &State) -> Result<f64, Error> {
         (self.measure)(problem, state)
+    }
+}
+
+impl<const D: usize> Quantity<D> {
+    /// Refuses values that are no numbers: no error could be told from them.
+    pub(super) fn check(&self, value: f64) -> Result<(), SolveError> {
+        let needed = "a quantity that is finite in the state reached";
+        let what = "value of a quantity";
+        if value.is_finite() { Ok(()) } else { Err(SolveError::Setting { what, value, needed }) }
     }
 }
 

@@ -203,11 +203,11 @@ impl<const D: usize> WorkPrecision<D> {
     /// Value and relative uncertainty of a quantity's reference.
     fn reference(&self, quantity: usize, runs: &[Run]) -> Result<(f64, f64), Error> {
         if let Reference::Given { value, uncertainty } = self.quantities[quantity].1 {
-            return if value != 0.0 && value.is_finite() && uncertainty >= 0.0 {
+            return if value != 0.0 && value.is_finite() && uncertainty >= 0.0 && uncertainty.is_finite() {
                 Ok((value, uncertainty))
             } else {
                 let needed =
-                    "relative errors need a finite reference other than zero, and an uncertainty of at least 0";
+                    "relative errors need a finite reference other than zero, and a finite uncertainty of at least 0";
                 Err(SolveError::Setting { what: "reference of a quantity", value, needed }.into())
             };
         }
@@ -293,6 +293,9 @@ impl<const D: usize> WorkPrecision<D> {
             .iter()
             .map(|(quantity, _)| quantity.evaluate(&problem, path.last()))
             .collect::<Result<_, _>>()?;
+        for (value, (quantity, _)) in run.values.iter().zip(&self.quantities) {
+            quantity.check(*value)?;
+        }
         Ok(seconds)
     }
 }

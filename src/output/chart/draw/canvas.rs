@@ -304,8 +304,9 @@ impl<'a> Canvas<'a> {
             color: INK.to_backend_color(),
             pos: Pos::new(side, VPos::Center),
         };
-        // XML has no way to write control characters.
-        let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        // XML has no way to write these.
+        let forbidden = |c: char| c.is_control() || matches!(c, '\u{FFFE}' | '\u{FFFF}');
+        let text: String = text.chars().map(|c| if forbidden(c) { ' ' } else { c }).collect();
         self.backend.draw_text(&text, &style, (units(x), units(y))).map_err(reason)
     }
 }
