@@ -267,3 +267,16 @@ fn prescribed_displacements_lead_beside_loads() {
     let (auto, load) = (energy(StepControl::Auto), energy(StepControl::Load));
     assert!((auto / load - 1.0).abs() < 1e-12, "{auto} {load}");
 }
+
+#[test]
+fn increments_grow_up_to_the_largest_one() {
+    let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold((0, Side::Min))
+        .traction((0, Side::Max), [0.1, 0.0]);
+    let stepping = Stepping { first: 0.1, largest: 0.2, growth: 2.0, ..Stepping::default() };
+    let problem = scene.discretize(&Scheme::default().particles([5, 3]).stepping(stepping)).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let loads: Vec<f64> = path.steps.iter().map(|step| step.state.load).collect();
+    assert_eq!(loads.len(), 6);
+    assert!(loads.iter().zip([0.1, 0.3, 0.5, 0.7, 0.9, 1.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{loads:?}");
+}

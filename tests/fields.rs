@@ -147,3 +147,27 @@ fn reactions_and_their_moments_balance_a_load() {
         assert!((moment + applied).abs() < 1e-6, "{axis}: {moment} {applied}");
     }
 }
+
+/// Averages at particles do not reach across flat cells: the bending stress at the faces of a thin beam stays there.
+#[test]
+fn stresses_of_thin_beams_are_not_smeared_across() {
+    let length = 20.0;
+    let scene = Scene::new(Block::new([0.0, 0.0], [length, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold((0, Side::Min))
+        .traction((0, Side::Max), [0.0, 0.02 / length]);
+    let problem = scene.discretize(&Scheme::default().particles([21, 5])).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let stresses = problem.stresses(path.last());
+    let at_particles = problem.at_particles(&stresses);
+    let at = Point::<2>::new(0.5 * length, 1.0);
+    let particle = problem.cells.positions().iter().position(|x| (x - at).norm() < 1e-9).unwrap();
+    // Points in the row of sub-cells next to the face, half a spacing to both sides.
+    let positions = problem.body.table().positions();
+    let near = |x: &Point<2>| (x[0] - at[0]).abs() < 0.5 && x[1] > 0.875;
+    let rows: Vec<f64> =
+        positions.iter().zip(&stresses).filter(|(x, _)| near(x)).map(|(_, stress)| stress[(0, 0)]).collect();
+    let points = rows.iter().sum::<f64>() / rows.len() as f64;
+    // Half of the points of a cell lie further inside, where the stress is five sevenths of that of the others.
+    let ratio = at_particles[particle][(0, 0)] / points;
+    assert!(rows.len() == 2 && (0.88..1.05).contains(&ratio), "{ratio} {points} {}", rows.len());
+}

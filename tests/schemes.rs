@@ -126,3 +126,22 @@ fn conditions_of_all_kinematics_run_under_the_default() {
     let reaction = of(0) + of(1) + of(2);
     assert!((reaction - Point::<3>::new(-0.05, 0.0, -0.1)).norm() < 1e-9, "{reaction:?}");
 }
+
+/// What `Auto` stands for, as the documentation has it: supports and rules by dimension and order.
+#[test]
+fn defaults_are_those_of_the_documentation() {
+    let functions = |scheme: Scheme| {
+        let scene = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, Rubber::neo_hookean(0.5, 10.0).unwrap());
+        let problem = scene.discretize(&scheme.particles([6])).unwrap();
+        let psi = problem.shape_functions(&Point::<3>::repeat(0.43)).unwrap();
+        psi.values
+    };
+    assert_eq!(functions(Scheme::default()), functions(Scheme::default().dilation(0.75)));
+    assert_eq!(functions(Scheme::default().order(2)), functions(Scheme::default().order(2).dilation(1.3)));
+    let points = |scheme: Scheme| {
+        let tube = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, Rubber::neo_hookean(0.5, 10.0).unwrap());
+        tube.discretize(&scheme.particles([9])).unwrap().body.table().len()
+    };
+    // Five in each of four zones; seven in each of eight cells.
+    assert_eq!((points(Scheme::default()), points(Scheme::default().order(2))), (20, 56));
+}

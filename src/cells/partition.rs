@@ -65,8 +65,15 @@ pub trait Cells<const D: usize>: Send + Sync {
     /// in polygons.
     fn corners(&self, cell: usize) -> Vec<usize>;
 
-    /// The distance from a particle to its neighbours \[length\].
+    /// The distance from a particle to its neighbours \[length\]: on lattices and refined ones the length of
+    /// [`spacings`](Cells::spacings), the diagonal of a cell.
     fn local_spacing(&self, particle: usize) -> f64;
+
+    /// The largest distances from a particle to its neighbours along each axis \[length\]; the same in all directions unless
+    /// the cells know better.
+    fn spacings(&self, particle: usize) -> Point<D> {
+        Point::repeat(self.local_spacing(particle))
+    }
 
     /// Particles with supports of normalised dilation `r` (6.1) times the local spacing.
     ///
@@ -158,6 +165,10 @@ impl<const D: usize> Cells<D> for Lattice<D> {
 
     fn local_spacing(&self, particle: usize) -> f64 {
         self.local_spacing(particle).norm()
+    }
+
+    fn spacings(&self, particle: usize) -> Point<D> {
+        self.local_spacing(particle)
     }
 
     fn particles(&self, r: f64) -> Result<Particles<D>, ApproximationError> {

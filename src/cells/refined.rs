@@ -246,6 +246,10 @@ impl Cells<2> for Refined {
         self.spacing[particle].norm()
     }
 
+    fn spacings(&self, particle: usize) -> Point<2> {
+        self.spacing[particle]
+    }
+
     fn particles(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
         check_dilation(r)?;
         self.supports(|p| self.spacing[p] * (2.0 * r))

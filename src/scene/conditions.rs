@@ -164,11 +164,12 @@ fn along<const D: usize>(motion: &Motion<D>, amplitude: &Amplitude) -> Motion<D>
     Arc::new(move |x, load| motion(x, amplitude.evaluate(load).0))
 }
 
-/// The particle that lies at a point, to a thousandth of its spacing.
+/// The particle that lies at a point, to a thousandth of its spacing along each axis.
 fn particle_at<const D: usize>(cells: &dyn Cells<D>, at: &Point<D>, label: &str) -> Result<usize, Error> {
     let distance = |node: usize| (cells.positions()[node] - at).norm();
     let nearest = (0..cells.positions().len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
-    if distance(nearest) <= 1e-3 * cells.local_spacing(nearest) {
+    let (offset, spacings) = (cells.positions()[nearest] - at, cells.spacings(nearest));
+    if (0..D).all(|i| offset[i].abs() <= 1e-3 * spacings[i]) {
         Ok(nearest)
     } else {
         let nearest = cells.positions()[nearest].as_slice().to_vec();

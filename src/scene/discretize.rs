@@ -22,6 +22,9 @@ use super::problem::Evaluate;
 use super::scheme::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule, Scheme, Volume};
 use super::{LoadKind, Place, Problem, Scene, Source};
 
+/// Gauss points per cell in 1D where the basis is quadratic or higher.
+const FINE: usize = 7;
+
 /// Rows up to which the mixed transformation is the default: beyond, its dense faces cost more than multipliers.
 const TRANSFORMATION_ROWS: usize = 600;
 
@@ -335,10 +338,11 @@ fn body_table<const D: usize, A: Approximation<D>>(
     let kinematics = &*scene.kinematics;
     match &scheme.rule {
         Rule::Auto if D == 1 => {
-            // Gauss points over whole zones, which end at particles.
+            // Gauss points over whole zones, which end at particles; over single cells and more of them for functions whose
+            // third and fourth order the error of the rule would hide.
             let points = match cells.lattice() {
-                Some(lattice) => lattice.coarsened(size).gauss(5 + more)?,
-                None => cells.gauss_in(5 + more, &cells.zones(size))?,
+                Some(lattice) if scheme.order < 2 => lattice.coarsened(size).gauss(5)?,
+                _ => cells.gauss_in(if scheme.order < 2 { 5 } else { FINE }, &cells.zones(size))?,
             };
             let table = ShapeTable::new(approximation, &points, kinematics)?;
             Ok((table, FacetRule { parts: 1, gauss: 1 }, field))

@@ -52,19 +52,20 @@ impl<const D: usize> Problem<D> {
 
     /// Values at the $P$ points of the body's table, one for each, averaged at the particles, one for each,
     /// $$\bar v_I = \frac{\sum_P w_P\\,h_I(X_P)\\,v_P}{\sum_P w_P\\,h_I(X_P)},\qquad
-    /// h_I(X) = \max\Big(0, 1 - \frac{|X - X_I|}{d_I}\Big),$$
-    /// $w_P$ the measures of the points, $d_I$ the distance of a particle to its neighbours, in the values' unit. Zeros for
-    /// values of another table.
+    /// h_I(X) = \prod_i\max\Big(0, 1 - \frac{|X_i - X_{Ii}|}{d_{Ii}}\Big),$$
+    /// $w_P$ the measures of the points, $d_{Ii}$ the distance of a particle to its neighbours along axis $i$
+    /// ([`Cells::spacings`](crate::cells::Cells::spacings)), in the values' unit. Zeros for values of another table.
     pub fn at_particles(&self, values: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
         let table = self.body.table();
         let particles = self.cells.positions();
-        let spacings: Vec<f64> = (0..particles.len()).map(|node| self.cells.local_spacing(node)).collect();
+        let spacings: Vec<Point<D>> = (0..particles.len()).map(|node| self.cells.spacings(node)).collect();
         let mut sums = vec![(0.0, Matrix3::zeros()); particles.len()];
         if values.len() == table.len() {
             for (point, value) in values.iter().enumerate() {
                 for &node in table.nodes(point) {
-                    let distance = (particles[node as usize] - table.positions()[point]).norm();
-                    let near = 1.0 - distance / spacings[node as usize];
+                    let offset = particles[node as usize] - table.positions()[point];
+                    let hat = |i: usize| (1.0 - offset[i].abs() / spacings[node as usize][i]).max(0.0);
+                    let near: f64 = (0..D).map(hat).product();
                     if near > 0.0 {
                         let weight = near * table.weights()[point];
                         let (total, sum) = &mut sums[node as usize];

@@ -156,6 +156,10 @@ impl<const D: usize> Problem<D> {
     /// The force on the body by the condition of a label, `u_0 on face (0, Max)` or `u_1 at [0.0, 2.0]` as the scene
     /// makes them, component by component: $-\sum_J \mu_J \sum_k c_{Jk}$ over its rows.
     ///
+    /// Rows over boundaries, the default, give each face its own force. With rows at particles and finite elements a
+    /// particle where two conditions meet belongs to the one that came first, with its whole force: only the sum over all faces
+    /// is exact then, and the share of a corner, of the order of the spacing, may be missing from one of them.
+    ///
     /// # Errors
     /// Where no row carries the label, with those that rows do carry; for a state of another problem.
     pub fn reaction(&self, state: &State, label: &str) -> Result<Point<D>, Error> {

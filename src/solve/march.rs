@@ -10,7 +10,9 @@ use super::lead::{Lead, root_mean_square};
 use super::newton::{Control, Deflection, Functional, Matrices, Newton, Watch, Workspace};
 use super::path::{Ending, Observer, Pace, Path, State, Step};
 use super::rejection::Rejection;
-use super::stepping::{FAR, FIRST_GRADIENT, Following, LARGE_CHANGE, SLOW, StepControl};
+use super::stepping::{
+    FAR, FIRST_GRADIENT, FOLD_ITERATIONS, FOLD_STEP, FOLDED, Following, LARGE_CHANGE, SLOW, StepControl,
+};
 
 /// One run: what it works with and what it has reached.
 pub(super) struct March<'a, 'o, const D: usize> {
@@ -176,8 +178,12 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
 
     /// Tries one state, which has to lie on the path of the current one.
     pub(super) fn attempt(&mut self, attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
+        let by_load = matches!(control, Control::Load(_));
         let (iterations, state) = self.iterate(attempt, control)?;
         self.on_path(&state, iterations).inspect_err(|_| self.count_rejection())?;
+        if by_load {
+            self.unfolded(&state, iterations).inspect_err(|_| self.count_rejection())?;
+        }
         Ok((iterations, state))
     }
 
@@ -229,6 +235,18 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         }
         let before = self.modes();
         if after > before { Err(Rejection::Unstable { before, after }) } else { Ok(()) }
+    }
+
+    /// Rejects a state that was found slowly, far from the current one, and whose changes of volume are far less even: folds
+    /// between points cost little where pressures are projected, and stable states have them as well.
+    fn unfolded(&self, attempt: &State, iterations: usize) -> Result<(), Rejection> {
+        if iterations < FOLD_ITERATIONS || (attempt.load - self.state.load).abs() <= FOLD_STEP {
+            return Ok(());
+        }
+        let uneven = |jacobians: Option<[f64; 2]>| jacobians.map_or(1.0, |[low, high]| high / low);
+        let before = uneven(self.path.steps.last().and_then(|step| step.health.jacobians));
+        let after = uneven(self.workspace.model.health(&attempt.displacement, &attempt.locals, attempt.load).jacobians);
+        if after > FOLDED * before { Err(Rejection::Folded { before, after }) } else { Ok(()) }
     }
 
     /// Unstable modes of the current state. Those of the first one are counted when they are asked for, which

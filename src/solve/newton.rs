@@ -75,8 +75,9 @@ pub enum Control<'a> {
 pub struct Newton {
     /// Most iterations of one attempt.
     pub iterations: usize,
-    /// Converged where the increment is below this part of the displacement. Looser values lost the
-    /// path of thin sheets.
+    /// Converged where the increment is below this part of the displacement (of at least 1e-6 of the body's extent), the
+    /// residual below 3e-10 of the forces, and changes of local unknowns and load are small beside them as well. Looser
+    /// values lost the path of thin sheets.
     pub tolerance: f64,
     /// Whether steps are shortened by what the residual does along them.
     pub search: LineSearch,

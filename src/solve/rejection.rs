@@ -32,6 +32,13 @@ pub enum Rejection {
         /// Unstable modes after it.
         after: usize,
     },
+    /// A large step has made the changes of volume far less even: it may have folded the field between points.
+    Folded {
+        /// The largest $J$ over the smallest one before the step.
+        before: f64,
+        /// The same after it.
+        after: f64,
+    },
     /// The arc runs back along the path.
     Turned,
     /// The linear answer to the load is so large that a deflection should lead.
@@ -98,6 +105,10 @@ impl fmt::Display for Rejection {
             Rejection::Unstable { before, after } => {
                 write!(f, "a large step turns {before} unstable modes into {after}: the state may lie on another path")
             }
+            Rejection::Folded { before, after } => write!(
+                f,
+                "in a large step the largest volume ratio went from {before:.2} to {after:.2} of the smallest: the field may be folded"
+            ),
             Rejection::Turned => write!(f, "the arc runs back along the path"),
             Rejection::Far => write!(f, "the linear answer to the load is too large"),
             Rejection::Control => write!(f, "the controlled quantity does not change with the load"),
