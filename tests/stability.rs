@@ -187,6 +187,7 @@ fn large_steps_do_not_land_on_false_equilibria() {
         let mut problem = turned_block(particles, turns);
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
         assert!(path.steps.iter().all(|step| step.unstable == Some(0) && step.energy < 1e-9));
+        assert!(path.steps.last().unwrap().energy < 1e-20);
         problem.analysis.solver = Box::new(Blind(Direct));
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
         assert!(path.rejected > 0);
