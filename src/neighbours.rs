@@ -29,19 +29,20 @@ const WIDEST: f64 = 4.0;
 /// Particles of a bin that may be looked at one by one however close they are.
 const CROWD: usize = 64;
 /// A crowded bin gets a finer grid where that has at least this many bins.
-const FINER: f64 = 8.0;
+const FINER: usize = 8;
 
 impl<const D: usize> BinGrid<D> {
     pub(crate) fn new(particles: &Particles<D>) -> Self {
         let all: Vec<u32> = (0..particles.positions().len() as u32).collect();
         let everywhere = [Point::<D>::repeat(f64::NEG_INFINITY), Point::<D>::repeat(f64::INFINITY)];
-        let mut grid = BinGrid::of(particles, &all, everywhere);
+        let mut grid = BinGrid::over(particles, &all, everywhere);
+        grid.fill(particles, &all);
         grid.refine(particles);
         grid
     }
 
-    /// A grid over what some particles cover of a box.
-    fn of(particles: &Particles<D>, some: &[u32], [low, high]: [Point<D>; 2]) -> Self {
+    /// The bins, still empty, over what some particles cover of a box.
+    fn over(particles: &Particles<D>, some: &[u32], [low, high]: [Point<D>; 2]) -> Self {
         let mut min = Point::<D>::repeat(f64::INFINITY);
         let mut max = Point::<D>::repeat(f64::NEG_INFINITY);
         let mut mean = Point::<D>::zeros();
@@ -68,12 +69,15 @@ impl<const D: usize> BinGrid<D> {
             counts[widest] /= 2;
         }
         let inverse_width = Point::<D>::from_fn(|i, _| counts[i] as f64 / (max[i] - min[i]));
-        let mut grid =
-            BinGrid { min, inverse_width, counts, offsets: Vec::new(), entries: Vec::new(), finer: Vec::new() };
-        let total: usize = counts.iter().product();
+        BinGrid { min, inverse_width, counts, offsets: Vec::new(), entries: Vec::new(), finer: Vec::new() }
+    }
+
+    /// Lists particles in the bins that their supports touch.
+    fn fill(&mut self, particles: &Particles<D>, some: &[u32]) {
+        let total: usize = self.counts.iter().product();
         let mut offsets = vec![0u32; total + 1];
         for &particle in some {
-            grid.for_each_bin(particles, particle, |bin| offsets[bin + 1] += 1);
+            self.for_each_bin(particles, particle, |bin| offsets[bin + 1] += 1);
         }
         for bin in 0..total {
             offsets[bin + 1] += offsets[bin];
@@ -81,14 +85,12 @@ impl<const D: usize> BinGrid<D> {
         let mut cursor = offsets.clone();
         let mut entries = vec![0u32; offsets[total] as usize];
         for &particle in some {
-            grid.for_each_bin(particles, particle, |bin| {
+            self.for_each_bin(particles, particle, |bin| {
                 entries[cursor[bin] as usize] = particle;
                 cursor[bin] += 1;
             });
         }
-        grid.offsets = offsets;
-        grid.entries = entries;
-        grid
+        (self.offsets, self.entries) = (offsets, entries);
     }
 
     /// Gives bins that are crowded by small supports grids of their own: beside wide supports, or far from others, the mean
@@ -108,10 +110,14 @@ impl<const D: usize> BinGrid<D> {
             let corner = |more: usize| {
                 Point::<D>::from_fn(|i, _| self.min[i] + (place[i] + more) as f64 / self.inverse_width[i])
             };
-            let mut grid = BinGrid::of(particles, list, [corner(0), corner(1)]);
+            let mut grid = BinGrid::over(particles, list, [corner(0), corner(1)]);
+            if grid.counts.iter().product::<usize>() < FINER {
+                continue;
+            }
+            grid.fill(particles, list);
             // One that leaves a bin as crowded as this one would be followed by others without end.
             let longest = (0..grid.offsets.len() - 1).map(|bin| grid.list(bin).len()).max().unwrap_or(0);
-            if grid.offsets.len() as f64 > FINER && longest < list.len() {
+            if longest < list.len() {
                 grid.refine(particles);
                 self.finer.push((bin as u32, grid));
             }

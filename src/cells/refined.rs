@@ -298,7 +298,7 @@ impl Cells<2> for Refined {
 
     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
         zones.validate(self.cell_count())?;
-        check_point_count(self.cell_count().saturating_mul(8), parts.saturating_mul(parts).saturating_mul(gauss))?;
+        check_point_count(self.cell_count().saturating_mul(2), parts.saturating_mul(parts).saturating_mul(gauss))?;
         let (abscissae, weights) = gauss_legendre(gauss)?;
         if parts == 0 {
             let needed = "at least 1 is needed";

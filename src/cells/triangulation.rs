@@ -240,7 +240,7 @@ impl Cells<2> for Triangulation {
 
     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
         zones.validate(self.cell_count())?;
-        check_point_count(self.cell_count().saturating_mul(8), parts.saturating_mul(parts).saturating_mul(gauss))?;
+        check_point_count(self.cell_count().saturating_mul(2), parts.saturating_mul(parts).saturating_mul(gauss))?;
         if parts == 0 {
             let needed = "at least 1 is needed";
             return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });

@@ -235,7 +235,7 @@ impl Cells<2> for Voronoi {
 
     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
         zones.validate(self.positions().len())?;
-        check_point_count(self.cell_count().saturating_mul(8), parts.saturating_mul(parts).saturating_mul(gauss))?;
+        check_point_count(self.cell_count().saturating_mul(2), parts.saturating_mul(parts).saturating_mul(gauss))?;
         let mesh = &self.triangles.mesh;
         match parts {
             1 => {

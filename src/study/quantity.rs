@@ -93,7 +93,7 @@ impl<const D: usize> Quantity<D> {
         Quantity { name: name.into(), ..self }
     }
 
-    /// The same quantity, its errors relative to `size` wherever it is smaller: a force that symmetry makes vanish, say,
+    /// The same quantity, its errors relative to `size` \[unit of the quantity\] wherever it is smaller: a force that symmetry makes vanish, say,
     /// has no relative error of its own that any model could bring below a tolerance.
     ///
     /// ```

@@ -67,7 +67,7 @@ impl<const D: usize> Scene<D> {
     /// is chosen here.
     ///
     /// Nested iteration: the coarsest model is solved, each finer one corrected from it. With
-    /// $\delta_k = \max_q|q_k/q_{k-1} - 1|$ and $f$ the ratio of the spacings the estimate is
+    /// $\delta_k = \max_q|q_k - q_{k-1}|/|q_k|$ (over the size of [`relative_to`](super::Quantity::relative_to) where that is larger) and $f$ the ratio of the spacings the estimate is
     /// $$e_k = \max\Big(\frac{\delta_k}{f - 1},\ e_{k-1}\\,f^{-7/4}\Big),$$
     /// first order assumed, because corners allow no more, and no fall believed that is nearly as fast as the second
     /// order of linear functions. The energy is always looked at: where it was not asked for, its change counts in
