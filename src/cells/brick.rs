@@ -35,6 +35,52 @@ pub(crate) fn multilinear<const D: usize>(corners: &[Point<D>; 8], at: &Point<D>
     (position, columns)
 }
 
+/// A cell: a multilinear image of the unit cube, or one by parabolas. Corners and nodes run along axis 0 fastest, unused ones
+/// are zero.
+pub(crate) enum Shape<const D: usize> {
+    /// $2^D$ corners.
+    Straight([Point<D>; 8]),
+    /// $3^D$ nodes.
+    Curved([Point<D>; 27]),
+}
+
+impl<const D: usize> Shape<D> {
+    /// Position and derivative columns $\partial X/\partial\xi_i$ at local coordinates between 0 and 1.
+    pub(crate) fn map(&self, at: &Point<D>) -> (Point<D>, [Point<D>; D]) {
+        match self {
+            Shape::Straight(corners) => multilinear(corners, at),
+            Shape::Curved(nodes) => multiquadratic(nodes, at),
+        }
+    }
+
+    /// The points that it lies between.
+    pub(crate) fn nodes(&self) -> &[Point<D>] {
+        match self {
+            Shape::Straight(corners) => &corners[..1 << D],
+            Shape::Curved(nodes) => &nodes[..3usize.pow(D as u32)],
+        }
+    }
+}
+
+/// Position and derivative columns of the map by tensor products of parabolas through $3^D$ nodes, axis 0 running fastest.
+fn multiquadratic<const D: usize>(nodes: &[Point<D>; 27], at: &Point<D>) -> (Point<D>, [Point<D>; D]) {
+    let parabolas = |t: f64| [(1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)];
+    let slopes = |t: f64| [4.0 * t - 3.0, 4.0 - 8.0 * t, 4.0 * t - 1.0];
+    let (values, derivatives): ([_; D], [_; D]) =
+        (std::array::from_fn(|i| parabolas(at[i])), std::array::from_fn(|i| slopes(at[i])));
+    let mut position = Point::zeros();
+    let mut columns = [Point::zeros(); D];
+    for (node, x) in nodes.iter().enumerate().take(3usize.pow(D as u32)) {
+        let place = unravel(node, &[3; D]);
+        position += x * (0..D).map(|i| values[i][place[i]]).product::<f64>();
+        for (k, column) in columns.iter_mut().enumerate() {
+            let factor = |i: usize| if i == k { derivatives[i][place[i]] } else { values[i][place[i]] };
+            *column += x * (0..D).map(factor).product::<f64>();
+        }
+    }
+    (position, columns)
+}
+
 /// The determinant of `D` column vectors, `D` ≤ 3.
 pub(crate) fn determinant<const D: usize>(columns: &[Point<D>; D]) -> f64 {
     match D {
@@ -45,4 +91,14 @@ pub(crate) fn determinant<const D: usize>(columns: &[Point<D>; D]) -> f64 {
             a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
         }
     }
+}
+
+/// $n\\,\mathrm dA$ of the facet normal to lattice axis `axis`: the cofactor column of the map.
+pub(crate) fn area_vector<const D: usize>(axis: usize, columns: &[Point<D>; D]) -> Point<D> {
+    Point::from_fn(|i, _| {
+        let mut replaced = *columns;
+        replaced[axis] = Point::zeros();
+        replaced[axis][i] = 1.0;
+        determinant(&replaced)
+    })
 }

@@ -7,7 +7,8 @@ use crate::geometry::Point;
 use crate::quadrature::{Points, gauss_legendre};
 
 use super::BoundaryCells;
-use super::mesh::{Mesh, Piece};
+use super::mesh::{Mesh, Piece, parabola};
+use super::smoothing::on_facets;
 
 /// Facets of one piece, each chord cut into `parts` with `gauss` points on each part.
 ///
@@ -26,25 +27,23 @@ pub(crate) fn facets(
         let needed = "at least 1 is needed";
         return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
     }
-    let (abscissae, weights) = gauss_legendre(gauss)?;
+    let (abscissae, weights) = gauss_legendre(on_facets(gauss, mesh.is_curved()))?;
     let mut cells = BoundaryCells { points: Points::empty(), hats: Vec::new() };
     let at = |k: usize| mesh.positions[piece.particles[k] as usize];
     let normals = Normals::of(mesh, piece);
     for chord in 0..piece.particles.len() - 1 {
         let (from, to) = (at(chord), at(chord + 1));
-        let along = to - from;
-        let length = along.norm();
-        let normal = Point::<2>::new(along[1], -along[0]) / length;
+        let bulge = mesh.bulge(piece.particles[chord], piece.particles[chord + 1]);
         let window = if piece.curved { normals.window(chord) } else { Vec::new() };
         for part in 0..parts {
-            // The same products as in the sub-cells, so that the points are the same to the bit or nearly so.
-            let cut = |k: usize| from * (1.0 - k as f64 / parts as f64) + to * (k as f64 / parts as f64);
-            let (low, high) = (cut(part), cut(part + 1));
             for (t, w) in abscissae.iter().zip(&weights) {
-                cells.points.positions.push(low * (1.0 - t) + high * *t);
+                let t = (part as f64 + t) / parts as f64;
+                let (position, along) = parabola(&from, &to, &bulge, t);
+                let length = along.norm();
+                let normal = Point::<2>::new(along[1], -along[0]) / length;
+                cells.points.positions.push(position);
                 cells.points.weights.push(length * w / parts as f64);
                 cells.points.normals.push(normal);
-                let t = (part as f64 + t) / parts as f64;
                 cells.hats.push(if window.len() >= 3 {
                     normals.hats(piece, &window, chord, t, &normal)
                 } else {

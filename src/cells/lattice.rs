@@ -5,23 +5,31 @@ use crate::geometry::{Block, Domain, Part, Point, Side, check_dimension};
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
-use super::brick::{determinant, multilinear, ravel, unravel};
+use super::brick::{Shape, area_vector, determinant, multilinear, ravel, unravel};
 use super::locator::Locator;
 use super::zones::block_starts;
 use super::{Layout, Zones};
 
 /// A lattice of nodes, axis 0 running fastest, and the cells between neighbouring nodes.
 ///
-/// Cells are intervals, straight-edged quadrilaterals and bricks with bilinear faces.
+/// Cells are intervals, straight-edged quadrilaterals and bricks with bilinear faces. Where the boundary of the domain is
+/// curved all edges are parabolas and faces biquadratic, through the images of the middles of cells, sides and edges: the
+/// cells then fill the body up to the fourth order of the spacing, where chords leave the second.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lattice<const D: usize> {
     counts: [usize; D],
     positions: Vec<Point<D>>,
+    /// Nodes and middles of curved cells, $2n - 1$ along an axis of $n$ nodes; none where cells are straight.
+    middles: Vec<Point<D>>,
     pub(super) locator: Locator<D>,
 }
 
 /// Nodes beyond which a lattice is refused, so that a mistyped count is an error and not a crash.
 const NODE_LIMIT: usize = 20_000_000;
+
+/// How far a boundary is off its straight cells, as a part of a cell, to be called curved: far above rounding, far below
+/// what matters.
+const BENT: f64 = 1e-9;
 
 impl<const D: usize> Block<D> {
     /// A regular lattice of nodes over the block.
@@ -81,7 +89,7 @@ impl<const D: usize> Lattice<D> {
             Layout::Jittered { seed, .. } => fastrand::Rng::with_seed(*seed),
             _ => fastrand::Rng::with_seed(0),
         };
-        let mut positions = Vec::with_capacity(total);
+        let mut units = Vec::with_capacity(total);
         for node in 0..total {
             let index = unravel(node, &counts);
             let mut unit = Point::<D>::from_fn(|i, _| index[i] as f64 / (counts[i] - 1) as f64);
@@ -113,10 +121,16 @@ impl<const D: usize> Lattice<D> {
                     }
                 }
             }
-            positions.push(domain.position(&unit));
+            units.push(unit);
         }
-        let lattice = Lattice { counts, positions, locator: Locator::default() };
+        let positions = units.iter().map(|unit| domain.position(unit)).collect();
+        let mut lattice = Lattice { counts, positions, middles: Vec::new(), locator: Locator::default() };
         lattice.validate()?;
+        lattice.bend(domain, &units);
+        if lattice.validate().is_err() {
+            // Parabolas that miss a kink of the domain by so much: chords it is.
+            lattice.middles.clear();
+        }
         Ok(lattice)
     }
 
@@ -134,19 +148,88 @@ impl<const D: usize> Lattice<D> {
                 needed: "the product of the counts (each at least 2) is needed",
             });
         }
-        let lattice = Lattice { counts, positions, locator: Locator::default() };
+        let lattice = Lattice { counts, positions, middles: Vec::new(), locator: Locator::default() };
         lattice.validate()?;
         Ok(lattice)
     }
 
+    /// Gives the cells the middles of a domain whose boundary is curved; `units` are the nodes in the unit cube.
+    fn bend(&mut self, domain: &(impl Domain<D> + ?Sized), units: &[Point<D>]) {
+        if D == 1 {
+            return;
+        }
+        let middle = |cell: usize, at: &Point<D>| {
+            let corners = self.corner_nodes(cell).map(|node| units[node]);
+            domain.position(&multilinear(&corners, at).0)
+        };
+        let curved = |cell: usize, axis: usize, end: f64| {
+            let corners = self.corners(cell);
+            (0..3usize.pow(D as u32 - 1)).any(|place| {
+                let mut place = unravel(place, &[3; D]).into_iter();
+                let at =
+                    Point::<D>::from_fn(|i, _| if i == axis { end } else { 0.5 * place.next().unwrap_or(0) as f64 });
+                let (straight, columns) = multilinear(&corners, &at);
+                let area = area_vector(axis, &columns);
+                let away = (middle(cell, &at) - straight).dot(&area.normalize());
+                away.abs() > BENT * area.norm().powf(1.0 / (D as f64 - 1.0))
+            })
+        };
+        let cells = self.cell_counts();
+        let bent = (0..self.cell_count()).any(|cell| {
+            let index = unravel(cell, &cells);
+            (0..D).any(|axis| {
+                index[axis] == 0 && curved(cell, axis, 0.0) || index[axis] + 1 == cells[axis] && curved(cell, axis, 1.0)
+            })
+        });
+        if bent {
+            self.middles = self.subdivided(2, middle);
+        }
+    }
+
+    /// Nodes of the lattice with each cell cut into `parts` per direction: `position(cell, local)` of each.
+    fn subdivided(&self, parts: usize, position: impl Fn(usize, &Point<D>) -> Point<D>) -> Vec<Point<D>> {
+        let counts = self.counts.map(|c| (c - 1) * parts + 1);
+        let of = |node| {
+            let index = unravel(node, &counts);
+            let cell: [usize; D] = std::array::from_fn(|i| (index[i] / parts).min(self.counts[i] - 2));
+            let at = Point::<D>::from_fn(|i, _| (index[i] - cell[i] * parts) as f64 / parts as f64);
+            position(ravel(&cell, &self.cell_counts()), &at)
+        };
+        (0..counts.iter().product()).map(of).collect()
+    }
+
+    /// Whether cells are curved.
+    pub(super) fn is_curved(&self) -> bool {
+        !self.middles.is_empty()
+    }
+
+    /// The shape of a cell.
+    pub(super) fn shape(&self, cell: usize) -> Shape<D> {
+        if self.is_curved() { Shape::Curved(self.nodes(cell)) } else { Shape::Straight(self.corners(cell)) }
+    }
+
+    /// The $3^D$ nodes of a curved cell, axis 0 running fastest (unused entries are zero).
+    fn nodes(&self, cell: usize) -> [Point<D>; 27] {
+        let base = unravel(cell, &self.cell_counts());
+        let counts = self.counts.map(|c| 2 * c - 1);
+        let mut nodes = [Point::zeros(); 27];
+        for (node, x) in nodes.iter_mut().enumerate().take(3usize.pow(D as u32)) {
+            let place = unravel(node, &[3; D]);
+            *x = self.middles[ravel(&std::array::from_fn(|i| 2 * base[i] + place[i]), &counts)];
+        }
+        nodes
+    }
+
     fn validate(&self) -> Result<(), GeometryError> {
         for cell in 0..self.cell_count() {
-            let corners = self.corners(cell);
-            // The Jacobian at the corners decides for intervals and quadrilaterals, and nearly so for bricks.
-            for corner in 0..1 << D {
-                let at = Point::<D>::from_fn(|i, _| ((corner >> i) & 1) as f64);
-                let (_, jacobian) = multilinear(&corners, &at);
-                let measure = determinant(&jacobian);
+            // The Jacobian at the corners decides for intervals and quadrilaterals, and nearly so for bricks; curved
+            // cells are asked at their middles too.
+            let shape = self.shape(cell);
+            let each: usize = if self.is_curved() { 3 } else { 2 };
+            for place in 0..each.pow(D as u32) {
+                let place = unravel(place, &[each; D]);
+                let (_, columns) = shape.map(&Point::<D>::from_fn(|i, _| place[i] as f64 / (each - 1) as f64));
+                let measure = determinant(&columns);
                 if !(measure > 0.0 && measure.is_finite()) {
                     return Err(GeometryError::InvertedCell { cell, measure });
                 }
@@ -280,15 +363,10 @@ impl<const D: usize> Lattice<D> {
                 needed: "at most 2e7 are accepted",
             });
         }
-        let mut positions = Vec::with_capacity(total);
-        for node in 0..total {
-            let index = unravel(node, &counts);
-            let cell: [usize; D] = std::array::from_fn(|i| (index[i] / parts).min(self.counts[i] - 2));
-            let at = Point::<D>::from_fn(|i, _| (index[i] - cell[i] * parts) as f64 / parts as f64);
-            let corners = self.corners(ravel(&cell, &self.cell_counts()));
-            positions.push(multilinear(&corners, &at).0);
-        }
-        Ok(Lattice { counts, positions, locator: Locator::default() })
+        let at = |cell: usize, local: &Point<D>| self.shape(cell).map(local).0;
+        let positions = self.subdivided(parts, at);
+        let middles = if self.is_curved() { self.subdivided(2 * parts, at) } else { Vec::new() };
+        Ok(Lattice { counts, positions, middles, locator: Locator::default() })
     }
 
     /// The lattice that keeps every `parts`-th node along each axis; left-over cells join the last one.
@@ -302,7 +380,7 @@ impl<const D: usize> Lattice<D> {
                 self.positions[self.node(std::array::from_fn(|i| starts[i][index[i]]))]
             })
             .collect();
-        Lattice { counts, positions, locator: Locator::default() }
+        Lattice { counts, positions, middles: Vec::new(), locator: Locator::default() }
     }
 
     /// Gauss–Legendre points, `n` per direction in each cell, grouped by cell.
@@ -326,11 +404,11 @@ impl<const D: usize> Lattice<D> {
         let mut points = Points::empty();
         for zone in zones.offsets.windows(2) {
             for &cell in &zones.cells[zone[0]..zone[1]] {
-                let corners = self.corners(cell as usize);
+                let cell = self.shape(cell as usize);
                 for point in 0..per_cell {
                     let index = unravel(point, &shape);
                     let at = Point::<D>::from_fn(|i, _| abscissae[index[i]]);
-                    let (position, jacobian) = multilinear(&corners, &at);
+                    let (position, jacobian) = cell.map(&at);
                     let weight: f64 = index.iter().map(|&i| weights[i]).product();
                     points.positions.push(position);
                     points.weights.push(weight * determinant(&jacobian));

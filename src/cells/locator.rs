@@ -5,10 +5,13 @@ use std::sync::OnceLock;
 use crate::geometry::Point;
 
 use super::Lattice;
-use super::brick::{determinant, multilinear, ravel, unravel};
+use super::brick::{determinant, ravel, unravel};
 
 /// Cells per direction in a block of the finest level, which are looked at one by one.
 const FINEST: usize = 4;
+
+/// How far outside a cell a point may lie, as a part of the cell.
+const SLACK: f64 = 0.1;
 
 /// Boxes around blocks of a lattice's cells, coarser and coarser ones, made when they are first asked for.
 #[derive(Clone, Default)]
@@ -90,44 +93,48 @@ impl<const D: usize> Locator<D> {
 }
 
 impl<const D: usize> Lattice<D> {
-    /// Whether a point lies in the body, up to a tenth of a cell: the cells cut the corners of curved boundaries.
+    /// Whether a point lies in the body, up to a tenth of a cell.
     pub fn contains(&self, at: &Point<D>) -> bool {
-        const SLACK: f64 = 0.1;
         if !at.iter().all(|x| x.is_finite()) {
             return false;
         }
-        // The box of a cell and its margin.
-        let around = |cell: usize| {
-            let corners = self.corners(cell);
-            let used = &corners[..1 << D];
-            let low = used.iter().fold(Point::<D>::repeat(f64::INFINITY), |low, x| low.zip_map(x, f64::min));
-            let high = used.iter().fold(Point::<D>::repeat(f64::NEG_INFINITY), |high, x| high.zip_map(x, f64::max));
-            let margin = (high - low) * SLACK;
-            [low - margin, high + margin]
-        };
-        self.locator.any(&self.cell_counts(), at, around, |cell| {
-            let [low, high] = around(cell);
-            if (0..D).any(|i| at[i] < low[i] || at[i] > high[i]) {
-                return false;
+        let holds = |cell| self.holds(cell, at);
+        self.locator.any(&self.cell_counts(), at, |cell| self.around(cell), holds)
+    }
+
+    /// The box of a cell and its margin.
+    fn around(&self, cell: usize) -> [Point<D>; 2] {
+        let shape = self.shape(cell);
+        let nodes = shape.nodes();
+        let low = nodes.iter().fold(Point::<D>::repeat(f64::INFINITY), |low, x| low.zip_map(x, f64::min));
+        let high = nodes.iter().fold(Point::<D>::repeat(f64::NEG_INFINITY), |high, x| high.zip_map(x, f64::max));
+        let margin = (high - low) * SLACK;
+        [low - margin, high + margin]
+    }
+
+    /// Whether a cell holds a point.
+    fn holds(&self, cell: usize, at: &Point<D>) -> bool {
+        let [low, high] = self.around(cell);
+        if (0..D).any(|i| at[i] < low[i] || at[i] > high[i]) {
+            return false;
+        }
+        // Newton on the cell's map, by Cramer's rule; a few steps from the middle.
+        let shape = self.shape(cell);
+        let mut local = Point::<D>::repeat(0.5);
+        for _ in 0..20 {
+            let (x, columns) = shape.map(&local);
+            let total = determinant(&columns);
+            let step = Point::<D>::from_fn(|i, _| {
+                let mut replaced = columns;
+                replaced[i] = at - x;
+                determinant(&replaced) / total
+            });
+            local += step;
+            if step.norm() < 1e-12 {
+                break;
             }
-            let corners = self.corners(cell);
-            // Newton on the multilinear map, by Cramer's rule; a few steps from the middle.
-            let mut local = Point::<D>::repeat(0.5);
-            for _ in 0..20 {
-                let (x, columns) = multilinear(&corners, &local);
-                let total = determinant(&columns);
-                let step = Point::<D>::from_fn(|i, _| {
-                    let mut replaced = columns;
-                    replaced[i] = at - x;
-                    determinant(&replaced) / total
-                });
-                local += step;
-                if step.norm() < 1e-12 {
-                    break;
-                }
-            }
-            local.iter().all(|t| *t >= -SLACK && *t <= 1.0 + SLACK)
-        })
+        }
+        local.iter().all(|t| *t >= -SLACK && *t <= 1.0 + SLACK)
     }
 }
 
@@ -139,11 +146,7 @@ mod tests {
 
     /// The cells that hold a point, each of the lattice asked.
     fn holders<const D: usize>(lattice: &Lattice<D>, at: &Point<D>) -> usize {
-        (0..lattice.cell_count())
-            .filter(|&cell| {
-                Lattice::from_positions([2; D], lattice.corners(cell)[..1 << D].to_vec()).unwrap().contains(at)
-            })
-            .count()
+        (0..lattice.cell_count()).filter(|&cell| lattice.holds(cell, at)).count()
     }
 
     #[test]

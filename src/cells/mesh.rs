@@ -1,5 +1,7 @@
 //! Constrained Delaunay triangulations of particles in drawn regions.
 
+use std::collections::HashMap;
+
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
 
@@ -33,6 +35,10 @@ pub(crate) struct Mesh {
     pub edges: Vec<[u32; 2]>,
     /// Triangles beside each edge; on the boundary the second is `NONE`.
     pub beside: Vec<[u32; 2]>,
+    /// How far the middle of each edge stands off its chord: on arcs, where a parabola follows them.
+    pub bulges: Vec<Point<2>>,
+    /// Curved edges by their ends, the lower one first.
+    curved: HashMap<[u32; 2], u32>,
 }
 
 /// No triangle beyond an edge.
@@ -96,6 +102,8 @@ impl Mesh {
             triangle_edges: Vec::new(),
             edges: Vec::new(),
             beside: Vec::new(),
+            bulges: Vec::new(),
+            curved: HashMap::new(),
         };
         let mut number = vec![NONE; delaunay.num_undirected_edges()];
         for face in delaunay.inner_faces() {
@@ -131,9 +139,57 @@ impl Mesh {
         if let Some(particle) = used.iter().position(|u| !u) {
             return refuse("a particle lies outside of the region", particle, "give particles in the region");
         }
+        mesh.bulges = vec![Point::<2>::zeros(); mesh.edges.len()];
         mesh.positions = positions;
         mesh.pieces = pieces;
         Ok(mesh)
+    }
+
+    /// Lets the edges on arcs follow them, where their triangles keep their orientation.
+    pub fn bend(&mut self, region: &Region) {
+        let outer = (0..self.edges.len()).filter(|&edge| self.beside[edge][1] == NONE);
+        let known: HashMap<[u32; 2], usize> = outer.map(|edge| (sorted(self.edges[edge]), edge)).collect();
+        let mut bulges = vec![Point::<2>::zeros(); self.edges.len()];
+        // Pieces were made curve by curve.
+        for (piece, (curve, _)) in self.pieces.iter().zip(region.loops.iter().flatten()) {
+            for ends in piece.particles.windows(2).filter(|_| piece.curved) {
+                let middle = (self.positions[ends[0] as usize] + self.positions[ends[1] as usize]) * 0.5;
+                if let Some(&edge) = known.get(&sorted([ends[0], ends[1]])) {
+                    bulges[edge] = curve.at(curve.nearest(&middle).0) - middle;
+                }
+            }
+        }
+        self.bulges = bulges;
+        for triangle in 0..self.triangles.len() {
+            let (corners, sides) = (self.corners(triangle), self.sides(triangle));
+            let places = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]];
+            if places.iter().any(|&[s, t]| !(bent(&corners, &sides, s, t).1 > 0.0)) {
+                for edge in self.triangle_edges[triangle] {
+                    self.bulges[edge as usize] = Point::<2>::zeros();
+                }
+            }
+        }
+        self.curved = self.curved().map(|(edge, _)| (sorted(self.edges[edge]), edge as u32)).collect();
+    }
+
+    /// Whether any edge follows an arc.
+    pub fn is_curved(&self) -> bool {
+        !self.curved.is_empty()
+    }
+
+    /// How far the middle of the edge between two particles stands off its chord.
+    pub fn bulge(&self, a: u32, b: u32) -> Point<2> {
+        self.curved.get(&sorted([a, b])).map_or_else(Point::<2>::zeros, |&edge| self.bulges[edge as usize])
+    }
+
+    /// Curved edges and their bulges.
+    pub fn curved(&self) -> impl Iterator<Item = (usize, Point<2>)> {
+        self.bulges.iter().copied().enumerate().filter(|(_, bulge)| *bulge != Point::<2>::zeros())
+    }
+
+    /// Bulges of a triangle's sides, side k from corner k to the next.
+    pub fn sides(&self, triangle: usize) -> [Point<2>; 3] {
+        self.triangle_edges[triangle].map(|edge| self.bulges[edge as usize])
     }
 
     /// Given particles in a region: those on its lines and arcs become the boundary.
@@ -266,19 +322,43 @@ fn close_pair(positions: &[Point<2>], distance: f64) -> Option<[usize; 2]> {
     None
 }
 
+/// The ends of an edge, the lower one first.
+fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
 /// Twice the signed area of a triangle.
 pub(crate) fn cross(a: Point<2>, b: Point<2>, c: Point<2>) -> f64 {
     let (u, v) = (b - a, c - a);
     u[0] * v[1] - u[1] * v[0]
 }
 
+/// Position and Jacobian of a triangle whose sides are parabolas, `s` of the way to corner 1 and `t` to corner 2.
+pub(crate) fn bent([a, b, c]: &[Point<2>; 3], bulges: &[Point<2>; 3], s: f64, t: f64) -> (Point<2>, f64) {
+    let r = 1.0 - s - t;
+    let position = a * r + b * s + c * t + (bulges[0] * (r * s) + bulges[1] * (s * t) + bulges[2] * (t * r)) * 4.0;
+    let along_s = b - a + (bulges[0] * (r - s) + bulges[1] * t - bulges[2] * t) * 4.0;
+    let along_t = c - a + (bulges[2] * (r - t) + bulges[1] * s - bulges[0] * s) * 4.0;
+    (position, along_s[0] * along_t[1] - along_s[1] * along_t[0])
+}
+
+/// A point on a parabola at $t \in \[0,1\]$ from one end to the other, and its derivative.
+pub(crate) fn parabola(from: &Point<2>, to: &Point<2>, bulge: &Point<2>, t: f64) -> (Point<2>, Point<2>) {
+    (from * (1.0 - t) + to * t + bulge * (4.0 * t * (1.0 - t)), to - from + bulge * (4.0 - 8.0 * t))
+}
+
 /// Adds the Gauss points of the square collapsed onto a triangle, exact to degree $2n - 2$ for a rule of $n$ points.
-pub(crate) fn collapse(rule: &(Vec<f64>, Vec<f64>), [a, b, c]: [Point<2>; 3], points: &mut Points<2>) {
-    let twice = cross(a, b, c);
+pub(crate) fn collapse(
+    rule: &(Vec<f64>, Vec<f64>),
+    corners: &[Point<2>; 3],
+    bulges: &[Point<2>; 3],
+    points: &mut Points<2>,
+) {
     for (s, ws) in rule.0.iter().zip(&rule.1) {
         for (t, wt) in rule.0.iter().zip(&rule.1) {
-            points.positions.push(a * (1.0 - s) + (b * (1.0 - t) + c * *t) * *s);
-            points.weights.push(twice * ws * wt * s);
+            let (position, jacobian) = bent(corners, bulges, (1.0 - t) * s, t * s);
+            points.positions.push(position);
+            points.weights.push(jacobian * ws * wt * s);
         }
     }
 }

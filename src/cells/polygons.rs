@@ -4,10 +4,11 @@ use std::collections::HashMap;
 
 use crate::error::GeometryError;
 use crate::geometry::Point;
-use crate::quadrature::gauss_legendre;
+use crate::quadrature::{Points, gauss_legendre};
 
 use super::Smoothing;
-use super::mesh::cross;
+use super::mesh::{collapse, cross, parabola};
+use super::smoothing::on_facets;
 
 /// Polygons over shared vertices, counter-clockwise, in groups.
 pub(crate) struct Polygons {
@@ -18,11 +19,14 @@ pub(crate) struct Polygons {
     pub offsets: Vec<usize>,
     /// Offsets of the groups of polygons.
     pub groups: Vec<usize>,
+    /// How far the middle of a side stands off its chord, by its vertices, the lower one first; sides not listed are
+    /// straight.
+    pub bulges: HashMap<(u32, u32), Point<2>>,
 }
 
 impl Polygons {
     pub fn new(vertices: Vec<Point<2>>) -> Self {
-        Polygons { vertices, corners: Vec::new(), offsets: vec![0], groups: vec![0] }
+        Polygons { vertices, corners: Vec::new(), offsets: vec![0], groups: vec![0], bulges: HashMap::new() }
     }
 
     pub fn push(&mut self, corners: impl IntoIterator<Item = u32>) {
@@ -30,13 +34,33 @@ impl Polygons {
         self.offsets.push(self.corners.len());
     }
 
+    /// Moves a chain of vertices at equal parts of a chord onto its parabola, whose pieces follow it.
+    pub fn bend(&mut self, chain: &[u32], bulge: &Point<2>) {
+        let parts = chain.len() - 1;
+        for (k, ends) in chain.windows(2).enumerate() {
+            if k > 0 {
+                let t = k as f64 / parts as f64;
+                self.vertices[ends[0] as usize] += bulge * (4.0 * t * (1.0 - t));
+            }
+            // A piece of a parabola is one again.
+            self.bulges.insert((ends[0].min(ends[1]), ends[0].max(ends[1])), bulge / (parts * parts) as f64);
+        }
+    }
+
+    pub fn bulge(&self, a: u32, b: u32) -> Point<2> {
+        self.bulges.get(&(a.min(b), a.max(b))).copied().unwrap_or_else(Point::<2>::zeros)
+    }
+
     pub fn close_group(&mut self) {
         self.groups.push(self.offsets.len() - 1);
     }
 
     /// Sub-cells with `gauss` points on each edge; an edge between two polygons is stored once.
-    pub fn smoothing(self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
+    pub fn smoothing(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
+        // Curved sides take one point more: the patch test stays exact on parabolas in bodies of revolution too.
+        let gauss = on_facets(gauss, !self.bulges.is_empty());
         let (abscissae, weights) = gauss_legendre(gauss)?;
+        let curved = gauss_legendre(3)?;
         let mut smoothing = Smoothing {
             facet_points: Vec::new(),
             facet_areas: Vec::new(),
@@ -44,7 +68,7 @@ impl Polygons {
             cells: Vec::with_capacity(self.offsets.len() - 1),
             interior: Vec::with_capacity(self.offsets.len() - 1),
             centres: Vec::with_capacity(self.offsets.len() - 1),
-            groups: self.groups,
+            groups: self.groups.clone(),
         };
         let mut known: HashMap<(u32, u32), u32> = HashMap::with_capacity(self.corners.len());
         for range in self.offsets.windows(2) {
@@ -56,10 +80,11 @@ impl Polygons {
                 let facet = *known.entry((a.min(b), a.max(b))).or_insert(next);
                 if facet == next {
                     let (from, to) = (self.vertices[a as usize], self.vertices[b as usize]);
-                    let normal = Point::<2>::new(to[1] - from[1], from[0] - to[0]);
+                    let bulge = self.bulge(a, b);
                     for (t, w) in abscissae.iter().zip(&weights) {
-                        smoothing.facet_points.push(from * (1.0 - t) + to * *t);
-                        smoothing.facet_areas.push(normal * *w);
+                        let (position, along) = parabola(&from, &to, &bulge, *t);
+                        smoothing.facet_points.push(position);
+                        smoothing.facet_areas.push(Point::<2>::new(along[1], -along[0]) * *w);
                     }
                 }
                 // The first polygon stores its edge outward; the second runs it the other way.
@@ -74,8 +99,21 @@ impl Polygons {
                 let part = 0.5 * cross(a, b, c);
                 centre += (a + b + c) * (part / 3.0);
                 area += part;
-                // Mid-edge points: exact to degree 2.
-                interior.extend([(a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5].map(|x| (x, part / 3.0)));
+                let side = |first: usize, second: usize| self.bulge(corners[first], corners[second]);
+                // Diagonals are straight.
+                let bulges = [
+                    if k == 1 { side(0, 1) } else { Point::<2>::zeros() },
+                    side(k, k + 1),
+                    if k + 2 == corners.len() { side(k + 1, 0) } else { Point::<2>::zeros() },
+                ];
+                if bulges == [Point::<2>::zeros(); 3] {
+                    // Mid-edge points: exact to degree 2.
+                    interior.extend([(a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5].map(|x| (x, part / 3.0)));
+                } else {
+                    let mut points = Points::empty();
+                    collapse(&curved, &[a, b, c], &bulges, &mut points);
+                    interior.extend(points.positions.into_iter().zip(points.weights));
+                }
             }
             smoothing.centres.push(centre / area);
             smoothing.interior.push(interior);

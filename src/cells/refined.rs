@@ -10,9 +10,11 @@ use crate::geometry::{Domain, Part, Point, Side};
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
-use super::brick::{determinant, multilinear};
+use super::brick::{Shape, determinant, multilinear};
+use super::mesh::parabola;
+use super::smoothing::on_facets;
 use super::{BoundaryCells, Cells, Lattice, Layout, Smoothing, Zones};
-use subcells::{Facets, cut};
+use subcells::Facets;
 
 /// Halvings of a cell at most: spacings stay above 1/16 of the coarsest.
 const DEEPEST: u32 = 4;
@@ -55,6 +57,8 @@ pub struct Refined {
     /// Four cells for each macro cell, in its order.
     cells: Vec<Cell>,
     spacing: Vec<Point<2>>,
+    /// How far the middles of curved sides on the boundary stand off their chords, by their ends, the lower one first.
+    bulges: BTreeMap<(u32, u32), Point<2>>,
 }
 
 impl std::fmt::Debug for Refined {
@@ -94,6 +98,7 @@ impl Refined {
             places: Vec::new(),
             cells: Vec::new(),
             spacing: Vec::new(),
+            bulges: BTreeMap::new(),
         }
         .built()
     }
@@ -213,7 +218,74 @@ impl Refined {
             }
         }
         self.spacing = spacing;
+        let middles = self.sides_between(|a, b| self.domain.position(&((unit(&a) + unit(&b)) * 0.5)));
+        self.bend(middles);
         Ok(self)
+    }
+
+    /// Curved sides on the boundary, with the middles that `middle(place, place)` gives.
+    fn sides_between(&self, middle: impl Fn((u32, u32), (u32, u32)) -> Point<2>) -> BTreeMap<(u32, u32), Point<2>> {
+        if !self.base.is_curved() {
+            return BTreeMap::new();
+        }
+        let faces = [(0, Side::Min), (0, Side::Max), (1, Side::Min), (1, Side::Max)];
+        let chords = faces.into_iter().flat_map(|face| self.face_chords(face));
+        let middle = |(a, b): (u32, u32)| {
+            let chord = (self.positions[a as usize] + self.positions[b as usize]) * 0.5;
+            ((a.min(b), a.max(b)), middle(self.places[a as usize], self.places[b as usize]) - chord)
+        };
+        chords.map(middle).collect()
+    }
+
+    /// Lets sides follow these bulges where their cells keep their orientation.
+    fn bend(&mut self, bulges: BTreeMap<(u32, u32), Point<2>>) {
+        self.bulges = bulges;
+        for cell in 0..self.cells.len() {
+            let shape = self.shape(cell);
+            let measure = |place: usize| {
+                let at = Point::<2>::new((place % 3) as f64, (place / 3) as f64) * 0.5;
+                determinant(&shape.map(&at).1)
+            };
+            if (0..9).any(|place| !(measure(place) > 0.0)) {
+                for side in 0..4 {
+                    let (a, b) = self.side(cell, side);
+                    self.bulges.remove(&(a.min(b), a.max(b)));
+                }
+            }
+        }
+    }
+
+    /// The corners at the ends of a side, around the cell.
+    fn side(&self, cell: usize, side: usize) -> (u32, u32) {
+        let corners = &self.cells[cell].corners;
+        (corners[side], corners[(side + 1) % 4])
+    }
+
+    /// How far the middle between two particles stands off their chord.
+    fn bulge(&self, a: u32, b: u32) -> Point<2> {
+        self.bulges.get(&(a.min(b), a.max(b))).copied().unwrap_or_else(Point::<2>::zeros)
+    }
+
+    /// The shape of a cell, with parabolas on curved sides.
+    fn shape(&self, cell: usize) -> Shape<2> {
+        let corners = self.eight(cell);
+        let bulges: [Point<2>; 4] = std::array::from_fn(|side| {
+            let (a, b) = self.side(cell, side);
+            self.bulge(a, b)
+        });
+        if bulges == [Point::<2>::zeros(); 4] {
+            return Shape::Straight(corners);
+        }
+        let mut nodes = [Point::<2>::zeros(); 27];
+        for (place, node) in nodes.iter_mut().enumerate().take(9) {
+            let (s, t) = ((place % 3) as f64 * 0.5, (place / 3) as f64 * 0.5);
+            let off = [(s, 1.0 - t), (t, s), (s, t), (t, 1.0 - s)];
+            *node = multilinear(&corners, &Point::<2>::new(s, t)).0;
+            for (bulge, (along, near)) in bulges.iter().zip(off) {
+                *node += bulge * (4.0 * along * (1.0 - along) * near);
+            }
+        }
+        Shape::Curved(nodes)
     }
 
     /// Particles along a side of a cell, around it: two, or three with a hanging one.
@@ -282,10 +354,10 @@ impl Cells<2> for Refined {
         let mut points = Points::empty();
         for zone in zones.offsets.windows(2) {
             for &cell in &zones.cells[zone[0]..zone[1]] {
-                let corners = self.eight(cell as usize);
+                let shape = self.shape(cell as usize);
                 for (t, wt) in abscissae.iter().zip(&weights) {
                     for (s, ws) in abscissae.iter().zip(&weights) {
-                        let (position, columns) = multilinear(&corners, &Point::<2>::new(*s, *t));
+                        let (position, columns) = shape.map(&Point::<2>::new(*s, *t));
                         points.positions.push(position);
                         points.weights.push(determinant(&columns) * ws * wt);
                     }
@@ -299,11 +371,13 @@ impl Cells<2> for Refined {
     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
         zones.validate(self.cell_count())?;
         check_point_count(self.cell_count().saturating_mul(2), parts.saturating_mul(parts).saturating_mul(gauss))?;
+        let gauss = on_facets(gauss, !self.bulges.is_empty());
         let (abscissae, weights) = gauss_legendre(gauss)?;
         if parts == 0 {
             let needed = "at least 1 is needed";
             return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
         }
+        let curved = gauss_legendre(3)?;
         let mut facets = Facets::default();
         let mut out = Smoothing {
             facet_points: Vec::new(),
@@ -316,14 +390,14 @@ impl Cells<2> for Refined {
         };
         for zone in zones.offsets.windows(2) {
             for &cell in &zones.cells[zone[0]..zone[1]] {
-                self.cut_cell(cell as usize, parts, &mut facets, &mut out);
+                self.cut_cell(cell as usize, parts, &curved, &mut facets, &mut out);
             }
             out.groups.push(out.cells.len());
         }
-        for [from, to] in &facets.ends {
-            let along = to - from;
+        for ([from, to], bulge) in facets.ends.iter().zip(&facets.bulges) {
             for (t, w) in abscissae.iter().zip(&weights) {
-                out.facet_points.push(from * (1.0 - t) + to * *t);
+                let (position, along) = parabola(from, to, bulge, *t);
+                out.facet_points.push(position);
                 out.facet_areas.push(Point::<2>::new(along[1], -along[0]) * *w);
             }
         }
@@ -335,6 +409,7 @@ impl Cells<2> for Refined {
     }
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
+        let gauss = on_facets(gauss, !self.bulges.is_empty());
         let (abscissae, weights) = gauss_legendre(gauss)?;
         if parts == 0 {
             let needed = "at least 1 is needed";
@@ -343,15 +418,16 @@ impl Cells<2> for Refined {
         let mut cells = BoundaryCells { points: Points::empty(), hats: Vec::new() };
         for face in self.base.faces(part)? {
             for ends in self.face_chords(face) {
+                let [from, to] = [ends.0, ends.1].map(|p| self.positions[p as usize]);
+                let bulge = self.bulge(ends.0, ends.1);
                 for k in 0..parts {
-                    let (low, high) = (cut(&self.positions, ends, k, parts), cut(&self.positions, ends, k + 1, parts));
-                    let along = high - low;
-                    let length = along.norm();
                     for (t, w) in abscissae.iter().zip(&weights) {
-                        cells.points.positions.push(low * (1.0 - t) + high * *t);
-                        cells.points.weights.push(length * w);
-                        cells.points.normals.push(Point::<2>::new(along[1], -along[0]) / length);
                         let t = (k as f64 + t) / parts as f64;
+                        let (position, along) = parabola(&from, &to, &bulge, t);
+                        let length = along.norm();
+                        cells.points.positions.push(position);
+                        cells.points.weights.push(length * w / parts as f64);
+                        cells.points.normals.push(Point::<2>::new(along[1], -along[0]) / length);
                         cells.hats.push(vec![(ends.0, 1.0 - t), (ends.1, t)]);
                     }
                 }

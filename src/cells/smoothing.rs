@@ -4,7 +4,7 @@ use crate::error::GeometryError;
 use crate::geometry::{Part, Point, Side};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
-use super::brick::{determinant, multilinear, ravel, unravel};
+use super::brick::{Shape, area_vector, determinant, ravel, unravel};
 use super::{Lattice, Zones};
 
 /// Sub-cells over which gradients are averaged, $\langle\Psi_{,j}\rangle = \frac1V\oint\Psi\\,n_j\\,\mathrm dA$,
@@ -155,6 +155,7 @@ impl<const D: usize> Lattice<D> {
     pub fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<D>, GeometryError> {
         zones.validate(self.cell_count())?;
         let fine = self.refined(parts)?;
+        let gauss = on_facets(gauss, self.is_curved());
         let (abscissae, weights) = gauss_legendre(gauss)?;
         let points_per_facet = gauss.pow(D as u32 - 1);
         check_point_count(fine.positions().len().saturating_mul(D), points_per_facet)?;
@@ -173,16 +174,18 @@ impl<const D: usize> Lattice<D> {
                 if upper {
                     index[axis] -= 1;
                 }
-                let corners = fine.corner_nodes(ravel(&index, &fine.cell_counts())).map(|n| fine.positions()[n]);
+                let shape = fine.shape(ravel(&index, &fine.cell_counts()));
                 for point in 0..points_per_facet {
                     let (at, weight) = facet_point::<D>(axis, f64::from(upper), point, &abscissae, &weights);
-                    let (position, columns) = multilinear(&corners, &at);
+                    let (position, columns) = shape.map(&at);
                     facet_points.push(position);
                     facet_areas.push(area_vector(axis, &columns) * weight);
                 }
             }
         }
         let fine_cells = fine.cell_counts();
+        // Exact to degree 2, and on curved cells, whose maps have a higher degree, to the hoops of linear fields.
+        let rule = gauss_legendre(2 + usize::from(self.is_curved()))?;
         let sub_shape = [parts; D];
         let mut smoothing = Smoothing {
             facet_points,
@@ -209,9 +212,9 @@ impl<const D: usize> Lattice<D> {
                         facets.push(((first_facet[axis] + upper) as u32, 1.0));
                     }
                     smoothing.cells.push(facets);
-                    let corners = fine.corner_nodes(ravel(&index, &fine_cells)).map(|n| fine.positions()[n]);
-                    smoothing.centres.push(multilinear(&corners, &Point::repeat(0.5)).0);
-                    smoothing.interior.push(interior_rule(&corners));
+                    let shape = fine.shape(ravel(&index, &fine_cells));
+                    smoothing.centres.push(shape.map(&Point::repeat(0.5)).0);
+                    smoothing.interior.push(interior_rule(&shape, &rule));
                 }
             }
             smoothing.groups.push(smoothing.cells.len());
@@ -249,6 +252,7 @@ impl<const D: usize> Lattice<D> {
                 needed: "at least 1 is needed",
             });
         }
+        let gauss = on_facets(gauss, self.is_curved());
         let (abscissae, weights) = gauss_legendre(gauss)?;
         let per_facet = (0..D - 1).fold(1usize, |total, _| total.saturating_mul(parts).saturating_mul(gauss));
         check_point_count(self.positions().len().saturating_mul(2 * D), per_facet)?;
@@ -264,8 +268,8 @@ impl<const D: usize> Lattice<D> {
                 if side == Side::Max {
                     index[axis] = self.cell_counts()[axis] - 1;
                 }
-                let nodes = self.corner_nodes(ravel(&index, &self.cell_counts()));
-                let corners = nodes.map(|n| self.positions()[n]);
+                let cell = ravel(&index, &self.cell_counts());
+                let (nodes, shape) = (self.corner_nodes(cell), self.shape(cell));
                 for sub in 0..sub_shape.iter().product() {
                     let offset = unravel(sub, &sub_shape);
                     for point in 0..gauss.pow(D as u32 - 1) {
@@ -273,7 +277,7 @@ impl<const D: usize> Lattice<D> {
                         let at = Point::<D>::from_fn(|i, _| {
                             if i == axis { end } else { (offset[i] as f64 + local[i]) / parts as f64 }
                         });
-                        let (position, columns) = multilinear(&corners, &at);
+                        let (position, columns) = shape.map(&at);
                         let share = weight / (parts as f64).powi(D as i32 - 1);
                         let area = area_vector(axis, &columns) * (share * (2.0 * end - 1.0));
                         let size = area.norm();
@@ -298,6 +302,11 @@ impl<const D: usize> Lattice<D> {
     }
 }
 
+/// Points per direction on a facet: curved ones take one more, which keeps the patch test exact on parabolas.
+pub(super) fn on_facets(gauss: usize, curved: bool) -> usize {
+    gauss + usize::from(curved && (1..64).contains(&gauss))
+}
+
 /// Unit-cube coordinates and weight of one Gauss point on the facet normal to `axis`.
 fn facet_point<const D: usize>(
     axis: usize,
@@ -316,36 +325,19 @@ fn facet_point<const D: usize>(
     (at, weight)
 }
 
-/// $n\\,\mathrm dA$ of the facet normal to lattice axis `axis`: the cofactor column of the map.
-fn area_vector<const D: usize>(axis: usize, columns: &[Point<D>; D]) -> Point<D> {
-    Point::from_fn(|i, _| {
-        let mut replaced = *columns;
-        replaced[axis] = Point::zeros();
-        replaced[axis][i] = 1.0;
-        determinant(&replaced)
-    })
-}
-
-/// Interior points exact to degree 2 on an interval or a quadrilateral; none are needed in 3D.
-fn interior_rule<const D: usize>(corners: &[Point<D>; 8]) -> Vec<(Point<D>, f64)> {
-    match D {
-        1 => {
-            let length = corners[1][0] - corners[0][0];
-            let half = 0.5 - 0.5 / 3f64.sqrt();
-            [half, 1.0 - half].iter().map(|&t| (corners[0] * (1.0 - t) + corners[1] * t, 0.5 * length)).collect()
-        }
-        2 => {
-            // Two triangles with the mid-edge rule; corners run 0, 1, 3, 2 around the cell.
-            let mut points = Vec::with_capacity(6);
-            for [a, b, c] in [[0, 1, 3], [0, 3, 2]] {
-                let (p, q) = (corners[b] - corners[a], corners[c] - corners[a]);
-                let area = 0.5 * (p[0] * q[1] - p[1] * q[0]);
-                for (s, t) in [(a, b), (b, c), (c, a)] {
-                    points.push(((corners[s] + corners[t]) * 0.5, area / 3.0));
-                }
-            }
-            points
-        }
-        _ => Vec::new(),
+/// Interior points on an interval or a quadrilateral; none are needed in 3D.
+fn interior_rule<const D: usize>(
+    shape: &Shape<D>,
+    (abscissae, weights): &(Vec<f64>, Vec<f64>),
+) -> Vec<(Point<D>, f64)> {
+    if D == 3 {
+        return Vec::new();
     }
+    let counts = [weights.len(); D];
+    let point = |point| {
+        let index = unravel(point, &counts);
+        let (position, columns) = shape.map(&Point::<D>::from_fn(|i, _| abscissae[index[i]]));
+        (position, index.iter().map(|&i| weights[i]).product::<f64>() * determinant(&columns))
+    };
+    (0..counts.iter().product()).map(point).collect()
 }

@@ -85,7 +85,8 @@ impl Triangulation {
         Ok(Triangulation::over(Mesh::of_particles(region, positions)?, region))
     }
 
-    fn over(mesh: Mesh, region: &Region) -> Self {
+    fn over(mut mesh: Mesh, region: &Region) -> Self {
+        mesh.bend(region);
         let (offsets, neighbours) = mesh.neighbours();
         let row = |p: usize| &neighbours[offsets[p]..offsets[p + 1]];
         let distances: Vec<f64> = (0..mesh.positions.len())
@@ -138,6 +139,12 @@ impl Triangulation {
                 let t = k as f64 / parts as f64;
                 polygons.vertices.push(low * (1.0 - t) + high * t);
             }
+        }
+        for (edge, bulge) in mesh.curved() {
+            let [a, b] = mesh.edges[edge];
+            let first = particles + edge as u32 * inner;
+            let chain: Vec<u32> = [a.min(b)].into_iter().chain(first..first + inner).chain([a.max(b)]).collect();
+            polygons.bend(&chain, &bulge);
         }
         // Vertex k of `parts` along edge `side` of a triangle, seen from its own start.
         let along = |triangle: usize, side: usize, k: u32| -> u32 {
@@ -231,7 +238,8 @@ impl Cells<2> for Triangulation {
         let mut points = Points::empty();
         for zone in zones.offsets.windows(2) {
             for &triangle in &zones.cells[zone[0]..zone[1]] {
-                collapse(&rule, self.mesh.corners(triangle as usize), &mut points);
+                let (corners, sides) = (self.mesh.corners(triangle as usize), self.mesh.sides(triangle as usize));
+                collapse(&rule, &corners, &sides, &mut points);
             }
             points.close_group();
         }

@@ -65,12 +65,12 @@ fn vertices(mesh: &Mesh) -> Vec<Point<2>> {
     // Each round pulls at least one triangle; few are ever pulled.
     loop {
         let mut folded = Vec::new();
-        for (edge, &[first, second]) in mesh.edges.iter().zip(&mesh.beside) {
+        for ((edge, &[first, second]), bulge) in mesh.edges.iter().zip(&mesh.beside).zip(&mesh.bulges) {
             // The edge runs counter-clockwise in its first triangle.
             let (a, b) = (mesh.positions[edge[0] as usize], mesh.positions[edge[1] as usize]);
             let size = (b - a).norm_squared();
             let inner = vertices[first as usize];
-            let outer = if second == NONE { (a + b) * 0.5 } else { vertices[second as usize] };
+            let outer = if second == NONE { (a + b) * 0.5 + bulge } else { vertices[second as usize] };
             // Half a fan on each side of the edge: from the vertex outside to the one inside.
             if cross(a, outer, inner) < -1e-12 * size || cross(b, inner, outer) < -1e-12 * size {
                 folded.push(first);
@@ -92,10 +92,13 @@ fn vertices(mesh: &Mesh) -> Vec<Point<2>> {
             let offset = vertices[triangle] - centre;
             // Along the way from the centroid (⅓, ⅓, ⅓) until a coordinate falls to INSIDE.
             let mut step: f64 = 1.0;
-            for (p, q) in [(a, b), (b, c), (c, a)] {
+            for ((p, q), bulge) in [(a, b), (b, c), (c, a)].into_iter().zip(mesh.sides(triangle)) {
                 let coordinate = cross(centre + offset, p, q) / area;
-                if coordinate < INSIDE {
-                    step = step.min((1.0 / 3.0 - INSIDE) / (1.0 / 3.0 - coordinate));
+                // Sides that curve inward are as far away as others.
+                let curved = cross((p + q) * 0.5 + bulge, p, q) / area;
+                let inside = (INSIDE + curved.max(0.0)).min(0.3);
+                if coordinate < inside {
+                    step = step.min((1.0 / 3.0 - inside) / (1.0 / 3.0 - coordinate));
                 }
             }
             vertices[triangle] = centre + offset * step;
@@ -150,6 +153,14 @@ fn vertex_list(mesh: &Mesh) -> (Vec<Point<2>>, u32, u32) {
     (list, middles, centres)
 }
 
+/// Lets both halves of curved edges follow their arcs.
+fn bend(mesh: &Mesh, middles: u32, polygons: &mut Polygons) {
+    for (edge, bulge) in mesh.curved() {
+        let [a, b] = mesh.edges[edge];
+        polygons.bend(&[a, middles + edge as u32, b], &bulge);
+    }
+}
+
 /// The rim of a particle's cell without the particle, counter-clockwise, and whether it is closed.
 fn rim(mesh: &Mesh, particle: usize, star: &[u32], middles: u32, centres: u32) -> (Vec<u32>, bool) {
     let own = |t: u32| mesh.triangles[t as usize].iter().position(|&p| p as usize == particle).unwrap_or(0);
@@ -172,6 +183,7 @@ fn rim(mesh: &Mesh, particle: usize, star: &[u32], middles: u32, centres: u32) -
 pub(crate) fn dual_polygons(mesh: &Mesh) -> Polygons {
     let (list, middles, centres) = vertex_list(mesh);
     let mut polygons = Polygons::new(list);
+    bend(mesh, middles, &mut polygons);
     for (particle, star) in ordered_stars(mesh).iter().enumerate() {
         let (rim, closed) = rim(mesh, particle, star, middles, centres);
         if closed {
@@ -226,7 +238,8 @@ impl Cells<2> for Voronoi {
         for group in fans.groups.windows(2) {
             for fan in group[0]..group[1] {
                 let corners = &fans.corners[fans.offsets[fan]..fans.offsets[fan + 1]];
-                collapse(&rule, [0, 1, 2].map(|k| fans.vertices[corners[k] as usize]), &mut points);
+                let sides = [0, 1, 2].map(|k| fans.bulge(corners[k], corners[(k + 1) % 3]));
+                collapse(&rule, &[0, 1, 2].map(|k| fans.vertices[corners[k] as usize]), &sides, &mut points);
             }
             points.close_group();
         }
@@ -240,7 +253,7 @@ impl Cells<2> for Voronoi {
         match parts {
             1 => {
                 let cells = dual_polygons(mesh);
-                let mut grouped = Polygons::new(cells.vertices);
+                let mut grouped = Polygons { bulges: cells.bulges, ..Polygons::new(cells.vertices) };
                 for zone in zones.offsets.windows(2) {
                     for &cell in &zones.cells[zone[0]..zone[1]] {
                         let range = cells.offsets[cell as usize]..cells.offsets[cell as usize + 1];
@@ -285,6 +298,7 @@ fn fans(mesh: &Mesh, zones: &Zones) -> Polygons {
     let (list, middles, centres) = vertex_list(mesh);
     let stars = ordered_stars(mesh);
     let mut polygons = Polygons::new(list);
+    bend(mesh, middles, &mut polygons);
     // A side of no length (four particles on a circle) has no triangle.
     let shortest = |p: &Polygons, particle: u32, a: u32, b: u32| {
         let at = |v: u32| p.vertices[v as usize];

@@ -4,33 +4,39 @@ use std::collections::BTreeMap;
 
 use crate::geometry::Point;
 
-use super::super::brick::{determinant, multilinear};
+use crate::quadrature::Points;
+
+use super::super::brick::determinant;
+use super::super::mesh::{collapse, parabola};
 use super::{Refined, Smoothing};
 
-/// A point on the chord between two particles, `k` of `parts` from the one with the smaller number: the same bits from
-/// both sides.
-pub(super) fn cut(positions: &[Point<2>], ends: (u32, u32), k: usize, parts: usize) -> Point<2> {
-    let (low, high) = (positions[ends.0.min(ends.1) as usize], positions[ends.0.max(ends.1) as usize]);
-    let k = if ends.0 < ends.1 { k } else { parts - k };
-    low * (1.0 - k as f64 / parts as f64) + high * (k as f64 / parts as f64)
+/// A point between two particles, `k` of `parts` from the first one, on their chord or its parabola.
+fn cut(positions: &[Point<2>], ends: (u32, u32), bulge: &Point<2>, k: usize, parts: usize) -> Point<2> {
+    let (low, high) = (&positions[ends.0 as usize], &positions[ends.1 as usize]);
+    parabola(low, high, bulge, k as f64 / parts as f64).0
 }
 
 /// Facets while sub-cells are built: each with its two ends.
 #[derive(Default)]
 pub(super) struct Facets {
     pub(super) ends: Vec<[Point<2>; 2]>,
+    /// How far the middle of each stands off its chord.
+    pub(super) bulges: Vec<Point<2>>,
     chords: BTreeMap<(u32, u32), u32>,
 }
 
 impl Facets {
-    /// The sub-facets of the chord from one particle to another, with signs; made where they are new.
-    fn chord(&mut self, positions: &[Point<2>], from: u32, to: u32, parts: usize) -> Vec<(u32, f64)> {
+    /// The sub-facets of the side from one particle to another, with signs; made where they are new.
+    fn side(&mut self, cells: &Refined, from: u32, to: u32, parts: usize) -> Vec<(u32, f64)> {
         let key = (from.min(to), from.max(to));
         let next = self.ends.len() as u32;
         let first = *self.chords.entry(key).or_insert(next);
         if first == next {
-            let at = |k: usize| cut(positions, key, k, parts);
+            let bulge = cells.bulge(from, to);
+            let at = |k: usize| cut(&cells.positions, key, &bulge, k, parts);
             self.ends.extend((0..parts).map(|k| [at(k), at(k + 1)]));
+            // A piece of a parabola is one again.
+            self.bulges.extend((0..parts).map(|_| bulge / (parts * parts) as f64));
         }
         let all = first..first + parts as u32;
         if from < to { all.map(|f| (f, 1.0)).collect() } else { all.rev().map(|f| (f, -1.0)).collect() }
@@ -38,20 +44,27 @@ impl Facets {
 
     fn inner(&mut self, from: Point<2>, to: Point<2>) -> u32 {
         self.ends.push([from, to]);
+        self.bulges.push(Point::<2>::zeros());
         self.ends.len() as u32 - 1
     }
 }
 
 impl Refined {
     /// Cuts one cell into `parts` × `parts` sub-cells.
-    pub(super) fn cut_cell(&self, number: usize, parts: usize, facets: &mut Facets, out: &mut Smoothing<2>) {
+    pub(super) fn cut_cell(
+        &self,
+        number: usize,
+        parts: usize,
+        curved: &(Vec<f64>, Vec<f64>),
+        facets: &mut Facets,
+        out: &mut Smoothing<2>,
+    ) {
         let cell = &self.cells[number];
-        let corners = self.eight(number);
+        let shape = self.shape(number);
         // Sub-facets of each side around the cell, in `parts` runs.
         let sides: [Vec<Vec<(u32, f64)>>; 4] = std::array::from_fn(|side| {
             let chain = self.along(cell, side);
-            let all: Vec<(u32, f64)> =
-                chain.windows(2).flat_map(|w| facets.chord(&self.positions, w[0], w[1], parts)).collect();
+            let all: Vec<(u32, f64)> = chain.windows(2).flat_map(|w| facets.side(self, w[0], w[1], parts)).collect();
             all.chunks(chain.len() - 1).map(<[_]>::to_vec).collect()
         });
         let ends = |&(facet, sign): &(u32, f64)| {
@@ -64,7 +77,7 @@ impl Refined {
         for j in 0..=parts {
             for i in 0..=parts {
                 let unit = Point::<2>::new(i as f64 / parts as f64, j as f64 / parts as f64);
-                grid[at(i, j)] = multilinear(&corners, &unit).0;
+                grid[at(i, j)] = shape.map(&unit).0;
             }
         }
         for k in 0..parts {
@@ -96,7 +109,8 @@ impl Refined {
                 let around: Vec<(u32, f64)> = [below, right, above, left].concat();
                 let outline: Vec<Point<2>> =
                     around.iter().map(|&(facet, sign)| facets.ends[facet as usize][usize::from(sign < 0.0)]).collect();
-                let (interior, centre) = fan(&outline);
+                let bulges: Vec<Point<2>> = around.iter().map(|&(facet, _)| facets.bulges[facet as usize]).collect();
+                let (interior, centre) = fan(&outline, &bulges, curved);
                 out.cells.push(around);
                 out.interior.push(interior);
                 out.centres.push(centre);
@@ -107,7 +121,7 @@ impl Refined {
 
 /// Interior points of a polygon exact to degree 2 — mid-edge rules of the triangles around its mean corner — and its
 /// centroid.
-fn fan(outline: &[Point<2>]) -> (Vec<(Point<2>, f64)>, Point<2>) {
+fn fan(outline: &[Point<2>], bulges: &[Point<2>], curved: &(Vec<f64>, Vec<f64>)) -> (Vec<(Point<2>, f64)>, Point<2>) {
     let mean = outline.iter().sum::<Point<2>>() / outline.len() as f64;
     let (mut points, mut total, mut centre) = (Vec::with_capacity(3 * outline.len()), 0.0, Point::<2>::zeros());
     for (k, &a) in outline.iter().enumerate() {
@@ -115,6 +129,13 @@ fn fan(outline: &[Point<2>]) -> (Vec<(Point<2>, f64)>, Point<2>) {
         let area = 0.5 * determinant(&[a - mean, b - mean]);
         total += area;
         centre += (a + b + mean) * (area / 3.0);
+        if bulges[k] != Point::<2>::zeros() {
+            let mut rule = Points::empty();
+            let sides = [bulges[k], Point::<2>::zeros(), Point::<2>::zeros()];
+            collapse(curved, &[a, b, mean], &sides, &mut rule);
+            points.extend(rule.positions.into_iter().zip(rule.weights));
+            continue;
+        }
         points.extend([(a + b) * 0.5, (b + mean) * 0.5, (mean + a) * 0.5].map(|x| (x, area / 3.0)));
     }
     (points, centre / total)
