@@ -275,3 +275,17 @@ fn stiff_materials_that_cannot_be_split_are_found() {
         assert_eq!(diagnosis.holds(), sound, "{}", diagnosis.report());
     }
 }
+
+#[test]
+fn one_cell_through_a_thin_body_is_said() {
+    let beam = Scene::new(Block::new([0.0, 0.0], [20.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold((0, Side::Min));
+    let said = |across: usize| {
+        let diagnosis = diagnose(&beam, &Scheme::default().particles([21, across]));
+        assert!(diagnosis.holds());
+        let report = diagnosis.report().to_string();
+        assert_eq!(report.contains("bending"), diagnosis.thin);
+        diagnosis.thin
+    };
+    assert!(said(2) && !said(3));
+}

@@ -169,3 +169,20 @@ fn thin_bonded_bodies_get_cells_across() {
     let nothing = mount.prescribe_field(Part::Whole, 0, |_| 0.0).prescribe((0, Side::Max), 1, 0.0);
     assert!(nothing.solve_within(&Tolerance::energy(0.02), Budget::default()).is_err());
 }
+
+#[test]
+fn thin_bodies_that_bend_take_more_than_one_cell_across() {
+    // A cantilever of 20 × 1: small deflections q L⁴ / 8 D with D = 4 µ t³ / 12, 3 µ-like shear left out. One cell across
+    // deflects 2.6 times as far, and refining along the beam never shows it.
+    let (length, load) = (20.0, 1e-5);
+    let beam = Scene::new(Block::new([0.0, -0.5], [length, 0.5]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold((0, Side::Min))
+        .traction((0, Side::Max), [0.0, load]);
+    let exact = load * length.powi(3) / (3.0 * 4.0 / 12.0);
+    let tip = Quantity::displacement([length, 0.0], 1);
+    let answer = beam.solve_within(&Tolerance::of(tip, 0.02), Budget::default()).unwrap();
+    assert!(answer.reached() && answer.levels.iter().all(|level| level.counts[1] > 2));
+    let off = (answer.values()[0] / exact - 1.0).abs();
+    // Shear adds 0.5 %, the held end takes as much.
+    assert!(off < 0.03, "{off:.3}");
+}

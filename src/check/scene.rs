@@ -83,6 +83,8 @@ pub struct Diagnosis {
     pub pressures: usize,
     /// Displacement unknowns that the rows leave.
     pub displacements: usize,
+    /// Whether a single cell spans a thickness of the body, with pressures that are constant across it.
+    pub thin: bool,
     /// Pressures per displacement above which a nearly incompressible body locks: those of the continuum, one
     /// pressure for `D` displacements at each point.
     pub most_pressures: f64,
@@ -149,6 +151,10 @@ impl Diagnosis {
                 ),
             });
         }
+        if self.thin {
+            let bending = "bending: one cell spans the thickness, which does for membranes; give a body that bends two cells or more";
+            report.unchecked.push(bending.into());
+        }
         report
     }
 }
@@ -179,6 +185,7 @@ pub fn scene<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagno
         let cells = scene.cells(scheme)?;
         let (cover, uncovered) = cover(&kernel_functions(scheme, &*cells)?, &*cells)?;
         (diagnosis.cover, diagnosis.uncovered) = (Some(cover), uncovered);
+        diagnosis.thin = D > 1 && cells.is_thin();
         if !diagnosis.uncovered.is_empty() {
             return Ok(diagnosis);
         }

@@ -83,6 +83,9 @@ pub enum Rule {
 pub enum Volume {
     /// Linear pressures on macro cells of two cells per direction; constant per cell where only one
     /// cell spans a thickness.
+    ///
+    /// One cell does for membranes. In bending a pressure that is constant across it resists nothing: a beam comes out 2.6 times
+    /// too soft, however many cells it has along itself. With two cells across it is off by 5 %, with four by 1 %.
     Auto,
     /// A field of one's own choice on zones of `size` cells per direction.
     Field {

@@ -56,7 +56,7 @@ pub struct Level {
     pub counts: Vec<usize>,
     /// Displacement unknowns.
     pub unknowns: usize,
-    /// Newton iterations, those of a first guess that led nowhere included.
+    /// Newton iterations, those of a first guess that led nowhere included, and of a model that was only compared with.
     pub iterations: usize,
     /// Seconds from particles to the solution.
     pub seconds: f64,

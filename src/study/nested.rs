@@ -45,13 +45,17 @@ pub(super) fn follow<const D: usize>(
     match (solved, before) {
         (Ok(next), before) => Ok(Course::Onward(next, before.map(|before| before.levels).unwrap_or_default())),
         (Err(error), Some(mut best)) => {
-            let particles: Vec<String> = counts.iter().map(usize::to_string).collect();
-            let why = format!("the model of {} particles failed: {error}", particles.join(" × "));
-            best.verdict = Verdict::NotReached(why);
+            best.verdict = failed(counts, &error);
             Ok(Course::Ended(best))
         }
         (Err(error), None) => Err(error),
     }
+}
+
+/// The verdict where a further model could not be solved.
+pub(super) fn failed(counts: &[usize], error: &Error) -> Verdict {
+    let particles: Vec<String> = counts.iter().map(usize::to_string).collect();
+    Verdict::NotReached(format!("the model of {} particles failed: {error}", particles.join(" × ")))
 }
 
 /// The model that a finer one is compared with.
@@ -184,6 +188,11 @@ fn changes<const D: usize>(a: &Level, b: &Level, tolerance: &Tolerance<D>) -> im
     tolerance.quantities.iter().zip(values).map(|(quantity, (a, b))| change(*a, *b, quantity.size))
 }
 
+/// The largest of the changes from one model to another.
+pub(super) fn worst<const D: usize>(a: &Level, b: &Level, tolerance: &Tolerance<D>) -> f64 {
+    changes(a, b, tolerance).fold(0.0, f64::max)
+}
+
 fn change(a: f64, b: f64, size: f64) -> f64 {
     if a == b { 0.0 } else { ((b - a) / b.abs().max(size)).abs() }
 }
@@ -196,16 +205,15 @@ fn estimate<const D: usize>(
     tolerance: &Tolerance<D>,
     against: &Against,
 ) -> f64 {
-    let worst = |a: &Level, b: &Level| changes(a, b, tolerance).fold(0.0, f64::max);
     // The energy stands behind what is asked for.
     let energies = |a: &Level, b: &Level| {
         let both = a.values.last().zip(b.values.last());
         both.map_or(0.0, |(a, b)| change(*a, *b, 0.0))
     };
     // How much the quantities moved with the energy at first: at most as much as the energy itself.
-    let sensitivity = (worst(first.0, first.1) / energies(first.0, first.1)).min(1.0);
+    let sensitivity = (worst(first.0, first.1, tolerance) / energies(first.0, first.1)).min(1.0);
     let guard = sensitivity * energies(before, now);
-    let difference = worst(before, now).max(if guard.is_nan() { 0.0 } else { guard });
+    let difference = worst(before, now, tolerance).max(if guard.is_nan() { 0.0 } else { guard });
     let extrapolated = difference / (against.ratio - 1.0);
     let believed = before.estimate.map_or(0.0, |e| e * against.left);
     // A part that is no number, as of a body at rest, counts for nothing.
