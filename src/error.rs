@@ -48,6 +48,18 @@ pub enum GeometryError {
         /// Its signed measure.
         measure: f64,
     },
+    /// The points of one group see more nodes between them than a table can hold.
+    #[error(
+        "group {group} of points sees {nodes} nodes, at most {limit} fit into one: close groups more often, best with each cell"
+    )]
+    CrowdedGroup {
+        /// The group, counted from 0.
+        group: usize,
+        /// Nodes that its points see between them.
+        nodes: usize,
+        /// How many may be seen.
+        limit: usize,
+    },
     /// A boundary part does not exist.
     #[error("no boundary part {part}: this domain has {known}")]
     UnknownPart {

@@ -81,7 +81,8 @@ pub struct Points<const D: usize> {
     pub weights: Vec<f64>,
     /// Outward unit normals $N_p$ on a boundary, empty inside a body.
     pub normals: Vec<Point<D>>,
-    /// Offsets of the groups: group $g$ holds the points `groups[g]..groups[g + 1]`.
+    /// Offsets of the groups: group $g$ holds the points `groups[g]..groups[g + 1]`. A group plays the part of a
+    /// finite element, its points see 65 536 nodes between them at most.
     pub groups: Vec<usize>,
 }
 

@@ -1,12 +1,19 @@
 //! How tables are built: runs of clusters, each into buffers of its own, joined in order.
 
-use crate::error::Error;
+use crate::error::{Error, GeometryError};
 use crate::parallel::map_ranges;
 
 use super::Clusters;
 
 /// Points below which a table is built on one thread: waking the pool costs more than this many points.
 pub(super) const SERIAL_BELOW: usize = 64;
+
+/// Nodes that the points of a cluster may see between them: places among them are stored in 16 bits.
+const GROUP_LIMIT: usize = 1 << 16;
+
+/// Nodes of a cluster up to which rows are merged into them one by one: with longer lists, those of large groups, that
+/// would take quadratic time.
+const MERGED: usize = 1024;
 
 /// Rows of consecutive clusters; buffers grow from run to run and not from point to point.
 #[derive(Debug, Default)]
@@ -47,15 +54,35 @@ impl Rows {
     }
 
     /// Ends a cluster: its nodes are those of the rows since the last one ended.
-    fn close(&mut self) {
+    fn close(&mut self, cluster: usize) -> Result<(), GeometryError> {
         self.union.clear();
+        let mut sorted = MERGED;
         for row in self.closed..self.ends.len() {
             let entries = self.row(row);
             let again = row > self.closed && self.nodes[self.row(row - 1)] == self.nodes[entries.clone()];
-            if !again {
+            if again {
+                continue;
+            }
+            if self.union.len() <= MERGED {
                 merge(&self.union, &self.nodes[entries], &mut self.merged);
                 std::mem::swap(&mut self.union, &mut self.merged);
+                continue;
             }
+            // Sorted whenever it has doubled: in no more memory than a few times the union.
+            self.union.extend_from_slice(&self.nodes[entries]);
+            if self.union.len() > 2 * sorted {
+                self.union.sort_unstable();
+                self.union.dedup();
+                sorted = self.union.len();
+            }
+        }
+        let long = self.union.len() > MERGED;
+        if long {
+            self.union.sort_unstable();
+            self.union.dedup();
+        }
+        if self.union.len() > GROUP_LIMIT {
+            return Err(GeometryError::CrowdedGroup { group: cluster, nodes: self.union.len(), limit: GROUP_LIMIT });
         }
         for row in self.closed..self.ends.len() {
             let entries = self.row(row);
@@ -65,16 +92,19 @@ impl Rows {
             }
             let mut place = 0;
             for &node in &self.nodes[entries] {
+                if long {
+                    place += self.union[place..].partition_point(|&other| other < node);
+                }
                 while self.union[place] < node {
                     place += 1;
                 }
-                // A cluster of more than 65536 nodes would not fit in memory.
                 self.local.push(place as u16);
             }
         }
         self.cluster_nodes.extend_from_slice(&self.union);
         self.cluster_ends.push(self.cluster_nodes.len());
         self.closed = self.ends.len();
+        Ok(())
     }
 }
 
@@ -116,7 +146,7 @@ pub(super) fn rows<S>(
                     rows.reserve(groups[range.end] - first);
                 }
             }
-            rows.close();
+            rows.close(cluster)?;
         }
         Ok(rows)
     });
@@ -186,5 +216,39 @@ mod tests {
                 assert_eq!(found, lists[point]);
             }
         }
+    }
+
+    /// Rows over one group of `points`, each with three nodes that lie far apart and come in no order.
+    fn one_group(points: u32) -> Result<(Rows, Clusters), Error> {
+        rows(
+            &[0, points as usize],
+            || (),
+            |(), point, rows| {
+                let node = (point as u32 * 7919) % points;
+                rows.nodes.extend([node, node + points, node + 2 * points]);
+                rows.weights.push(1.0);
+                Ok(())
+            },
+        )
+    }
+
+    #[test]
+    fn a_group_of_many_points_has_the_places_of_all_its_nodes() {
+        // A third of the limit: 65 535 nodes.
+        let points = 21_845;
+        let (rows, clusters) = one_group(points).unwrap();
+        assert_eq!(clusters.nodes(0).len(), 65_535);
+        for point in 0..points as usize {
+            let found = clusters.local(point).iter().map(|&l| clusters.nodes(0)[l as usize]);
+            assert!(found.eq(rows.nodes[3 * point..3 * point + 3].iter().copied()), "{point}");
+        }
+    }
+
+    #[test]
+    fn a_group_of_more_nodes_than_places_is_refused() {
+        let error = one_group(21_846).unwrap_err();
+        let expected = GeometryError::CrowdedGroup { group: 0, nodes: 65_538, limit: 65_536 };
+        assert!(matches!(&error, Error::Geometry(found) if *found == expected), "{error}");
+        assert!(error.to_string().contains("close groups more often"), "{error}");
     }
 }

@@ -44,7 +44,8 @@ impl<const D: usize> ShapeTable<D> {
     /// Tabulates an approximation at points; weights get the factor of the kinematics.
     ///
     /// # Errors
-    /// Where a point is not covered, or a hoop is needed at $R \le 0$ with a weight.
+    /// Where a point is not covered, a hoop is needed at $R \le 0$ with a weight, or the points of a group see more
+    /// than 65 536 nodes.
     pub fn new<A: Approximation<D>>(
         approximation: &A,
         points: &Points<D>,
