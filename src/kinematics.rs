@@ -27,6 +27,9 @@ pub trait Kinematics<const D: usize>: Send + Sync {
 
     /// The factor of the coordinate measure at $X$: $1$, $2\pi R$, $4\pi R^2$, an area or a thickness. Positive
     /// and finite; on the axis of a kinematics with hoops it is zero.
+    ///
+    /// Rules that average gradients over sub-cells ask for a constant, or with hoops for a multiple of $R$ to their
+    /// number, and refuse other measures; those of [`Rule::Gauss`](crate::scene::Rule::Gauss) take any.
     fn measure(&self, at: &Point<D>) -> f64;
 }
 

@@ -477,7 +477,6 @@ fn kinematics_that_measure_nothing() {
     for (measure, word) in [
         ((|_| 0.0) as fn(&Point<2>) -> f64, "is not positive"),
         (|_| -1.0, "is not positive"),
-        (|x| 1.5 - x[0], "is not positive"),
         (|_| NAN, "is not finite"),
         (|_| INFINITY, "is not finite"),
     ] {
@@ -492,6 +491,47 @@ fn kinematics_that_measure_nothing() {
             }
         }
     }
+    // Averages over sub-cells take the measure for constant, or with a hoop for a multiple of R.
+    let averaged: [(fn(&Point<2>) -> f64, bool, &[usize]); 6] = [
+        (|_| 3.0, true, &[]),
+        (|x| 1.0 + x[0], false, &[]),
+        (|x| 5.0 * x[0], true, &[2]),
+        (|x| 5.0 * x[0] + 1e-6, false, &[2]),
+        (|x| 5.0 * x[0] * x[0], false, &[2]),
+        (|_| 1.0, false, &[2]),
+    ];
+    for (measure, fits, hoops) in averaged {
+        let own = Own(measure, hoops);
+        match ShapeTable::smoothed(&functions, &smoothing, &own) {
+            Ok(table) => {
+                let exact = if hoops.is_empty() { 3.0 } else { 7.5 };
+                assert!(fits && (table.weights().iter().sum::<f64>() - exact).abs() < 1e-12);
+            }
+            Err(error) => {
+                assert!(!fits, "{error}");
+                let words = ["the measure of the kinematics", "proportional to R", "at X = [1", "Rule::Gauss"];
+                refused!(error, Error::Geometry(GeometryError::Kinematics { .. }), words);
+            }
+        }
+        assert!(ShapeTable::new(&functions, &points, &own).is_ok());
+    }
+    let fading = Own(|x| 1.5 - x[0], &[]);
+    let error = ShapeTable::new(&functions, &points, &fading).unwrap_err();
+    refused!(error, Error::Geometry(GeometryError::Kinematics { .. }), ["is not positive", "X = [1."]);
+    /// The same area at all ends of sub-cells, a larger one between them.
+    struct Bulging;
+    impl Kinematics<1> for Bulging {
+        fn hoops(&self) -> &'static [usize] {
+            &[]
+        }
+        fn measure(&self, at: &Point<1>) -> f64 {
+            1.0 + (8.0 * std::f64::consts::PI * at[0]).sin().powi(2)
+        }
+    }
+    let bar = Block::new([1.0], [2.0]).lattice([5]).unwrap();
+    let line = ReproducingKernel::new(bar.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let error = ShapeTable::smoothed(&line, &bar.smoothing(2, 1, &bar.zones(1)).unwrap(), &Bulging).unwrap_err();
+    refused!(error, Error::Geometry(GeometryError::Kinematics { .. }), ["proportional to R", "at X = [1.0625]"]);
     for hoops in [&[2usize, 2] as &[usize], &[1], &[3]] {
         let own = || Own(|_| 1.0, hoops);
         let scene = Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), own(), rubber()).hold(Side::Min);

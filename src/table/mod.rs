@@ -130,10 +130,12 @@ impl<const D: usize> ShapeTable<D> {
     /// Tabulates gradients averaged over sub-cells,
     /// $$\langle\Psi_{,j}\rangle = \frac1V\Big(\oint\Psi\\,m\\,n_j\\,\mathrm dA - \int\Psi\\,m_{,j}\\,\mathrm dV\Big),\quad
     ///   \langle\Psi/R\rangle = \frac1V\int\frac{\Psi}{R}\\,m\\,\mathrm dV,\quad V = \int m\\,\mathrm dV,$$
-    /// with the measure $m$ of the kinematics ($1$, $2\pi R$). Values are not stored: loads have tables of their own.
+    /// with the measure $m$ of the kinematics: a constant, or with hoops one proportional to $R$ to their number
+    /// ($2\pi R$, $4\pi R^2$). Values are not stored: loads have tables of their own.
     ///
     /// # Errors
-    /// Where a facet point is not covered, a sub-cell is inverted, or it reaches over the axis.
+    /// Where a facet point is not covered, a sub-cell is inverted, or it reaches over the axis, and for other measures:
+    /// a thickness that varies is integrated at Gauss points.
     pub fn smoothed<A: Approximation<D>>(
         approximation: &A,
         smoothing: &Smoothing<D>,

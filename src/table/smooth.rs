@@ -10,6 +10,43 @@ use crate::shape::{Approximation, ShapeFunctions};
 use super::build::{Rows, SERIAL_BELOW, rows};
 use super::{Clusters, check_values, inverse_radius};
 
+/// What differences of the measure rounding may leave, relative to it.
+const ROUNDING: f64 = 1e-9;
+
+/// Refuses measures that the averages are wrong for: the divergence theorem takes them for constant, or with hoops for
+/// proportional to $R$ to their number.
+struct Measured<'a, const D: usize, K: ?Sized> {
+    kinematics: &'a K,
+    hoops: usize,
+    /// The first facet point off the axis, and the measure there.
+    reference: Option<(f64, f64)>,
+}
+
+impl<'a, const D: usize, K: Kinematics<D> + ?Sized> Measured<'a, D, K> {
+    fn new(kinematics: &'a K, hoops: usize, smoothing: &Smoothing<D>) -> Result<Self, GeometryError> {
+        let reference = match smoothing.facet_points.iter().find(|at| hoops == 0 || at[0] > 0.0) {
+            Some(at) => Some((at[0], measure(kinematics, hoops > 0, at)?)),
+            None => None,
+        };
+        Ok(Measured { kinematics, hoops, reference })
+    }
+
+    /// The measure at a point.
+    fn at(&self, at: &Point<D>) -> Result<f64, GeometryError> {
+        let found = measure(self.kinematics, self.hoops > 0, at)?;
+        let Some((radius, first)) = self.reference.filter(|_| self.hoops == 0 || at[0] > 0.0) else { return Ok(found) };
+        let expected = if self.hoops == 0 { first } else { first * (at[0] / radius).powi(self.hoops as i32) };
+        if (found - expected).abs() <= ROUNDING * found.abs().max(expected.abs()) {
+            return Ok(found);
+        }
+        Err(GeometryError::Kinematics {
+            what: "the measure of the kinematics is neither constant nor, with hoops, proportional to R to their number",
+            at: at.as_slice().to_vec(),
+            remedy: "averages over sub-cells are made for such measures alone: integrate at Gauss points (Rule::Gauss)",
+        })
+    }
+}
+
 /// Facets in consecutive runs, as they were integrated: joining them would copy the largest lists of all.
 struct Facets<const D: usize> {
     /// First facet of each run.
@@ -41,13 +78,13 @@ impl<const D: usize> Facets<D> {
     fn integrate<A: Approximation<D>>(
         approximation: &A,
         smoothing: &Smoothing<D>,
-        kinematics: &(impl Kinematics<D> + ?Sized),
+        measured: &Measured<'_, D, impl Kinematics<D> + ?Sized>,
     ) -> Result<Self, Error> {
         let count = smoothing.facet_points.len() / smoothing.points_per_facet.max(1);
-        let dimension = (1 + kinematics.hoops().len()) as f64;
+        let dimension = (1 + measured.hoops) as f64;
         // Radii count from the axis. Other coordinates count from the body: far from the origin the parts of a small
         // cell would be large and cancel.
-        let on_axis = !kinematics.hoops().is_empty();
+        let on_axis = measured.hoops > 0;
         let origin = smoothing.facet_points.first().filter(|_| !on_axis).map_or(0.0, |at| at[0]);
         let runs = map_ranges(count, SERIAL_BELOW, |range| -> Result<(usize, Run<D>), Error> {
             let mut facets = Run {
@@ -69,7 +106,7 @@ impl<const D: usize> Facets<D> {
                     approximation.evaluate_values(at, &mut scratch, &mut psi)?;
                     check_values(&psi, approximation.nodes().len(), at)?;
                     facets.rcond = facets.rcond.min(psi.rcond);
-                    let area = smoothing.facet_areas[point] * measure(kinematics, on_axis, at)?;
+                    let area = smoothing.facet_areas[point] * measured.at(at)?;
                     volume += (at[0] - origin) * area[0] / dimension;
                     list.add(Point::zeros(), &psi.nodes, |a, sum| *sum += area * psi.values[a]);
                 }
@@ -160,13 +197,16 @@ pub(super) fn smoothed<const D: usize, A: Approximation<D>>(
 ) -> Result<(Rows, Clusters), Error> {
     let hoops = hoops(kinematics)?;
     let slots = D + usize::from(!hoops.is_empty());
-    let facets = Facets::integrate(approximation, smoothing, kinematics)?;
+    let measured = Measured::new(kinematics, hoops.len(), smoothing)?;
+    let facets = Facets::integrate(approximation, smoothing, &measured)?;
     type Scratch<S, const D: usize> = (S, ShapeFunctions<D>, List<[f64; 4]>);
     let (mut rows, clusters) = rows(
         &smoothing.groups,
         <Scratch<A::Scratch, D>>::default,
         |(scratch, psi, list), cell, rows: &mut Rows| -> Result<(), Error> {
             list.clear();
+            // A measure that is the same on all facets may bulge between them.
+            measured.at(&smoothing.centres[cell])?;
             // The measure of the cell from the divergence theorem along axis 0, so that V and the
             // gradients come from the same numbers.
             let mut volume = 0.0;
@@ -186,7 +226,7 @@ pub(super) fn smoothed<const D: usize, A: Approximation<D>>(
                     if at[0] == 0.0 {
                         off_axis[0] = 1e-8 * weight.abs().sqrt();
                     }
-                    let measure = measure(kinematics, true, &off_axis)?;
+                    let measure = measured.at(&off_axis)?;
                     let inverse = inverse_radius(off_axis[0], at.as_slice(), measure)?;
                     approximation.evaluate_values(at, scratch, psi)?;
                     check_values(psi, approximation.nodes().len(), at)?;
