@@ -39,6 +39,27 @@ fn the_potential_counts_the_work_of_loads_that_follow() {
     assert!((found / work - 1.0).abs() < 1e-9, "{found} {work}");
 }
 
+/// A load that is there from the start does the work of one that is raised, and both find the same dilation.
+#[test]
+fn the_work_of_loads_does_not_ask_how_they_are_raised() {
+    use rkpm::study::best_dilation;
+    let rubber = Rubber::neo_hookean(0.5, 10.0).unwrap();
+    let bar = |amplitude: Amplitude| {
+        Scene::new(Block::new([0.0, 0.0], [4.0, 1.0]), PlaneStrain, rubber.clone())
+            .hold((0, Side::Min))
+            .traction((0, Side::Max), [0.0, 1e-3])
+            .with_amplitude(amplitude)
+    };
+    let dilations = [0.8, 1.2, 1.6];
+    let best = |amplitude| best_dilation(&bar(amplitude), &Scheme::paper(1.0).particles([7, 4]), &dilations).unwrap();
+    let (raised, constant) = (best(Amplitude::Ramp), best(Amplitude::Constant));
+    assert_eq!(raised.r, constant.r);
+    for (a, b) in raised.trials.iter().zip(&constant.trials) {
+        let (a, b) = (a.potential.unwrap(), b.potential.unwrap());
+        assert!((a - b).abs() < 1e-6 * a.abs() && a < 0.0, "{a} {b}");
+    }
+}
+
 /// Two hoops: smoothed cells measure the whole shell, and a homogeneous stretch has its stress.
 #[test]
 fn smoothed_spheres_have_two_hoops() {

@@ -4,6 +4,7 @@ use crate::error::{Error, SolveError};
 use crate::quadrature::gauss_legendre;
 use crate::scene::{Dilation, Problem, Scene, Scheme};
 use crate::solve::State;
+use crate::term::{Element, Term, View};
 
 /// One dilation that was tried.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,21 +80,47 @@ pub fn best_dilation<const D: usize>(
 
 /// The potential $\Pi = U - W$ of a state, $W = \int_0^1 f(s\\,d)\cdot d\\,\mathrm ds$ being the work of the loads
 /// along a straight way to it: that of any way where they are conservative, as dead loads are, and pressures on
-/// closed or held surfaces. Loads whose amplitude is not zero at load factor 0 count from there on.
+/// closed or held surfaces. Loads are the terms beside the body that store no energy; of a term that stores some, what
+/// changes with the load factor does work.
 ///
 /// # Errors
-/// Never for states of the problem itself.
+/// Never for states of the problem itself; the potential of another's is NaN.
 pub fn potential<const D: usize>(problem: &Problem<D>, state: &State) -> Result<f64, Error> {
+    let energy = problem.energy(state);
+    if energy.is_nan() {
+        return Ok(energy);
+    }
     // Follower pressures are polynomials of degree 3 at most in s: the rule is exact.
     let (abscissae, weights) = gauss_legendre(3)?;
+    let mut element = Element::default();
     let mut work = 0.0;
-    for (s, weight) in abscissae.iter().zip(&weights) {
-        let d: Vec<f64> = state.displacement.iter().map(|d| s * d).collect();
-        // The body's own forces do not follow the load factor: the difference is that of the loads.
-        let loaded = problem.model.residual(&d, &state.locals, state.load);
-        let unloaded = problem.model.residual(&d, &state.locals, 0.0);
-        let along: f64 = loaded.iter().zip(&unloaded).zip(&state.displacement).map(|((r, r0), d)| (r0 - r) * d).sum();
-        work += weight * along;
+    // The body, the first of the terms, has no forces that follow the load factor.
+    for (term, locals) in problem.model.terms().iter().zip(&state.locals).skip(1) {
+        let whole = View { displacement: &state.displacement, locals, load: state.load };
+        let stores = (0..term.clusters()).map(|c| term.energy(c, whole)).sum::<f64>() != 0.0;
+        for (s, weight) in abscissae.iter().zip(&weights) {
+            let d: Vec<f64> = state.displacement.iter().map(|d| s * d).collect();
+            let mut along = |load| {
+                let view = View { displacement: &d, locals, load };
+                work_rate::<D>(&**term, view, &state.displacement, &mut element)
+            };
+            let unloaded = if stores { along(0.0) } else { 0.0 };
+            work += weight * (along(state.load) - unloaded);
+        }
     }
-    Ok(problem.energy(state) - work)
+    Ok(energy - work)
+}
+
+/// $f\cdot d$ for the forces of a term, which are the negative of its residual.
+fn work_rate<const D: usize>(term: &dyn Term<D>, view: View<'_>, d: &[f64], element: &mut Element) -> f64 {
+    let mut sum = 0.0;
+    for cluster in 0..term.clusters() {
+        let nodes = term.nodes(cluster);
+        element.reset(nodes.len() * D, false);
+        term.linearize(cluster, view, element);
+        for (&node, forces) in nodes.iter().zip(element.residual.chunks_exact(D)) {
+            sum -= forces.iter().zip(&d[node as usize * D..]).map(|(force, d)| force * d).sum::<f64>();
+        }
+    }
+    sum
 }
