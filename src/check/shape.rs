@@ -14,6 +14,8 @@ const KERNEL_SAMPLES: usize = 400;
 const STEP: f64 = 1e-5;
 /// What differences with [`STEP`] leave of exact slopes, with room for knots of splines.
 const SLOPE_TOLERANCE: f64 = 1e-6;
+/// Intervals at whose ends a kernel without jumps has one value.
+const SHORTEST: f64 = 1e-9;
 /// What another order of the same operations may change.
 const SAME: f64 = 1e-10;
 /// Terms of a basis up to which it is checked; a moment matrix of more is out of reach anyway.
@@ -22,8 +24,8 @@ const TERM_LIMIT: usize = 200;
 const DEPENDENT: f64 = 1e8;
 
 /// Checks the contract of [`Kernel`]: value and slope zero for $z \ge 1$, positive inside, largest at 0,
-/// slope zero at 0 (else the even kernel has a kink there), slope the derivative of the value, and that
-/// [`Kernel::fill`], which shape functions call, gives the same.
+/// slope zero at 0 (else the even kernel has a kink there), slope the derivative of the value, no jump of the value up
+/// to $z = 1$, and that [`Kernel::fill`], which shape functions call, gives the same.
 ///
 /// ```
 /// use rkpm::kernel::{CubicSpline, Gaussian, QuinticSpline, WendlandC2};
@@ -53,7 +55,33 @@ pub fn kernel(kernel: &dyn Kernel) -> Report {
         let (above, below) = (kernel.value_and_slope(z + STEP).0, kernel.value_and_slope(z - STEP).0);
         slopes.see(((above - below) / (2.0 * STEP) - slope).abs() / top.abs(), place(z));
     }
-    Report::default().with([ends, positive, largest, even, slopes, filled(kernel, top)])
+    Report::default().with([ends, positive, largest, even, slopes, jumps(kernel, top), filled(kernel, top)])
+}
+
+/// Differences of the value against integrals of the slope: off at a jump however short the interval. Differences at
+/// samples alone step over jumps between them.
+fn jumps(kernel: &dyn Kernel, top: f64) -> Law {
+    let mut steady = Law::new("the value has no jumps", SLOPE_TOLERANCE);
+    let value = |z: f64| kernel.value_and_slope(z).0;
+    // Simpson's rule, whose error falls with the interval even where the slope jumps.
+    let off = |low: f64, high: f64| {
+        let slope = |part: f64| kernel.value_and_slope(low + part * (high - low)).1;
+        // The slope to the left of the end: at z = 1 that to the right is zero.
+        let integral = (high - low) / 6.0 * (slope(0.0) + 4.0 * slope(0.5) + slope(1.0 - 1e-3));
+        ((value(high) - value(low)) - integral).abs() / top.abs()
+    };
+    for i in 0..KERNEL_SAMPLES {
+        let (mut low, mut high) = (i as f64 / KERNEL_SAMPLES as f64, (i + 1) as f64 / KERNEL_SAMPLES as f64);
+        let mut found = off(low, high);
+        // What is left of kinks and of coarse rules halves with the interval.
+        while found > SLOPE_TOLERANCE && high - low > SHORTEST {
+            let middle = 0.5 * (low + high);
+            let (left, right) = (off(low, middle), off(middle, high));
+            (found, low, high) = if left > right { (left, low, middle) } else { (right, middle, high) };
+        }
+        steady.see(found, || format!("z = {high}"));
+    }
+    steady
 }
 
 /// [`Kernel::fill`] against the kernel point by point, for lists of several lengths.
@@ -242,10 +270,25 @@ mod tests {
         assert_eq!(broken(&kernel(&hat)), ["the slope is zero at z = 0"]);
         let wrong = From(move |z: f64| inside(z, ((1.0 - z * z).powi(2), -2.0 * z * (1.0 - z * z))));
         assert_eq!(broken(&kernel(&wrong)), ["the slope is the derivative of the value"]);
-        let negative = From(move |z: f64| inside(z, (1.0 - 2.0 * z * z, -4.0 * z)));
+        let negative = From(move |z: f64| inside(z, (1.0 - 3.0 * z * z + 2.0 * z.powi(4), -6.0 * z + 8.0 * z.powi(3))));
         assert_eq!(broken(&kernel(&negative)), ["the value is positive inside the support"]);
         let nan = From(|_: f64| (f64::NAN, f64::NAN));
-        assert_eq!(broken(&kernel(&nan)).len(), 6);
+        assert_eq!(broken(&kernel(&nan)).len(), 7);
+        // Jumps between samples, at them and at the end of the support; kinks are none.
+        for at in [0.3, 0.3003, 0.5, 2.0 / 3.0] {
+            let jump = From(move |z: f64| {
+                let (q, part) = (1.0 - z * z, if z < at { 1.0 } else { 0.5 });
+                inside(z, (part * q.powi(3), -6.0 * part * z * q * q))
+            });
+            assert_eq!(broken(&kernel(&jump)), ["the value has no jumps"], "{at}");
+        }
+        let cut = From(move |z: f64| inside(z, ((-4.0 * z * z).exp(), -8.0 * z * (-4.0 * z * z).exp())));
+        assert_eq!(broken(&kernel(&cut)), ["the value has no jumps"]);
+        let plateau =
+            From(move |z: f64| inside(z, if z < 0.3007 { (1.0, 0.0) } else { ((1.0 - z) / 0.6993, -1.0 / 0.6993) }));
+        assert!(kernel(&plateau).holds(), "{}", kernel(&plateau));
+        let rising = From(move |z: f64| inside(z, ((1.0 - z * z) * (1.0 + 3.0 * z * z), 4.0 * z - 12.0 * z.powi(3))));
+        assert_eq!(broken(&kernel(&rising)), ["the value is largest at z = 0"]);
 
         type Fill = fn(&[f64], &mut [f64], &mut [f64]);
         /// A kernel with a fill of its own.

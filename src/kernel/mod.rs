@@ -7,8 +7,10 @@ use crate::error::ApproximationError;
 /// Kernels are even, largest at 0 and zero for $z \ge 1$. Their scale is irrelevant: it cancels in
 /// the moment matrix. Values and slopes are finite, and no value is negative: the moment matrix is factorised as a
 /// positive definite one, which it is for kernels without a negative part alone. A particle whose kernel is zero
-/// inside its support is left out there. What breaks this is refused, when the shape functions are made or at
-/// the point that meets it.
+/// inside its support is left out there. Values that are negative or not finite, slopes that are not finite, and a
+/// kernel without a value at 0 are refused, when the shape functions are made or at the point that meets them; jumps,
+/// values that are larger elsewhere than at 0 and ones beyond $z = 1$, which nothing reads, are what
+/// [`check::kernel`](crate::check::kernel) finds.
 ///
 /// ```
 /// use rkpm::kernel::Kernel;
