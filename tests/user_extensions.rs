@@ -98,6 +98,24 @@ fn a_users_kernel_inflates_the_tube() {
     assert!((u - spline).abs() > 1e-9 * u, "{u} {spline}");
 }
 
+/// A kernel with a kink at 0 has no slope there, as it has none in balls: by symmetry neither has the shape function.
+#[test]
+fn a_users_kernel_with_a_kink_at_its_centre_prefers_no_side() {
+    struct Hat;
+    impl Kernel for Hat {
+        fn value_and_slope(&self, z: f64) -> (f64, f64) {
+            if z < 1.0 { (1.0 - z, -1.0) } else { (0.0, 0.0) }
+        }
+    }
+    let particles = Block::new([0.0, 0.0], [8.0, 8.0]).particles([9, 9], 1.2).unwrap();
+    let functions = ReproducingKernel::new(particles, Hat, Polynomial::linear()).unwrap();
+    let psi = functions.shape_functions(&functions.nodes()[40]).unwrap();
+    let own = psi.nodes.iter().position(|&node| node == 40).unwrap();
+    assert!(psi.values[own] > 0.1 && psi.gradients[own].norm() < 1e-14, "{:?}", psi.gradients[own]);
+    let (weight, gradient) = (psi.values.iter().sum::<f64>(), psi.gradients.iter().sum::<Point<2>>());
+    assert!((weight - 1.0).abs() < 1e-14 && gradient.norm() < 1e-13, "{weight} {gradient}");
+}
+
 /// The pressure that opens a tube of `Compressible` to a given bore displacement, by shooting: an integration
 /// of the radial equilibrium dP_R/dR = (P_T − P_R)/R with classical Runge–Kutta from the free outer surface.
 fn exact_pressure(material: &Compressible, bore: f64) -> f64 {

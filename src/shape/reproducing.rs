@@ -154,7 +154,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
                 let mut gradient = Point::zeros();
                 if slopes {
                     for axis in 0..D {
-                        let mut product = factors[axis].1 * offset[axis].signum() / half[axis];
+                        let mut product = factors[axis].1 * sign(offset[axis]) / half[axis];
                         for other in 0..D {
                             if other != axis {
                                 product *= factors[other].0;
@@ -359,7 +359,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
                 }
                 if gradients {
                     for k in 0..D {
-                        let mut slope = factor_slopes[k * row + a] * offsets[a][k].signum() * inverse_halves[a][k];
+                        let mut slope = factor_slopes[k * row + a] * sign(offsets[a][k]) * inverse_halves[a][k];
                         for other in (0..D).filter(|&other| other != k) {
                             slope *= factors[other * row + a];
                         }
@@ -380,6 +380,12 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         }
         positive
     }
+}
+
+/// The sign of an offset, 0 at the centre: the kernel is even, and what its slope says there is of one side alone.
+#[inline(always)]
+fn sign(offset: f64) -> f64 {
+    if offset == 0.0 { 0.0 } else { offset.signum() }
 }
 
 impl<const D: usize, K: Kernel, B: Basis<D>> Approximation<D> for ReproducingKernel<D, K, B> {
