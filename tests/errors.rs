@@ -451,6 +451,11 @@ fn functions_that_are_not_finite() {
         let hats = Spoilt(lattice.positions().to_vec(), spoil);
         says(&ShapeTable::new(&hats, &points, &RadialCylinder).unwrap_err(), &[word]);
         says(&ShapeTable::smoothed(&hats, &smoothing, &RadialCylinder).unwrap_err(), &[word]);
+        let (mut rows, ramp) = (Constraints::new(), &Amplitude::Ramp);
+        says(&rows.at_particles(&hats, &[3], 0, &|_| 0.1, ramp, "u").unwrap_err(), &[word]);
+        let end = lattice.boundary(&Side::Max.into(), 1, 1).unwrap();
+        says(&rows.over_boundary(&hats, &end, &RadialCylinder, 0, &|_| 0.1, ramp, "u").unwrap_err(), &[word]);
+        assert!(rows.is_empty());
     }
     let hats = Spoilt(lattice.positions().to_vec(), |psi: &mut ShapeFunctions<1>| psi.gradients[0][0] = NAN);
     let error = ShapeTable::new(&hats, &points, &RadialCylinder).unwrap_err();

@@ -71,6 +71,7 @@ fn the_uncorrected_estimate_fails_at_the_boundary() {
     assert!((rk.moment_matrix(&[11.0].into()) - &interior).norm() < 1e-13);
     assert!((rk.moment_matrix(&[0.0].into()) - &interior).norm() > 0.1);
     assert!((rk.kernel_estimate(&[0.0].into(), &ones) - 0.25).abs() < 1e-14);
+    assert!(rk.kernel_estimate(&[0.0].into(), &ones[1..]).is_nan());
     // The correction is constant inside (Fig. 1) and repairs the end.
     let c = rk.correction(&[8.0].into(), &[7.0].into()).unwrap();
     assert!((c - 2.0).abs() < 1e-13);
@@ -371,5 +372,8 @@ fn a_spatial_kernel_loses_its_cover_and_warns_before() {
         assert!(!cover(2.0 * r * 0.99).is_lost() && cover(2.0 * r * 1.001).is_lost());
         assert!(cover(2.0 * r * 0.99).is_warned());
         assert!(!cover(1.0).is_warned());
+        let strict = rk.spatial(rk.nodes().to_vec()).unwrap().with_rcond_limit(1.0);
+        let again = strict.spatial(rk.nodes().to_vec()).unwrap();
+        assert!(again.rcond_limit() == 1.0 && again.cover(rk.nodes()).is_lost());
     }
 }

@@ -8,6 +8,7 @@ use crate::error::{ApproximationError, BoundaryError, Error};
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
 use crate::shape::{Approximation, ShapeFunctions};
+use crate::table::check_values;
 use crate::term::Amplitude;
 
 /// One condition $\sum_k c_k d_k = g\\,a(\lambda)$ on the coefficients $d$.
@@ -180,6 +181,7 @@ impl Constraints {
                 .into());
             }
             approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
+            check_values(&psi, approximation.nodes().len(), &at)?;
             let entries = psi.nodes.iter().zip(&psi.values).map(|(&n, &v)| (n as usize * D + component, v)).collect();
             self.push(Row { entries, owner, target, amplitude, label: label.to_string() })?;
             self.at_particles.insert(owner, self.rows.len() - 1);
@@ -298,6 +300,7 @@ impl Constraints {
             for point in group[0]..group[1] {
                 let at = boundary.points.positions[point];
                 approximation.evaluate_values(&at, &mut scratch, &mut psi)?;
+                check_values(&psi, approximation.nodes().len(), &at)?;
                 let measure = if on_axis { 1.0 } else { crate::kinematics::measure(kinematics, has_hoops, &at)? };
                 for &(particle, hat) in &boundary.hats[point] {
                     let Some(&particle) = receiver.get(&particle) else { continue };

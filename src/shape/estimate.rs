@@ -22,12 +22,12 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
     }
 
     /// The uncorrected kernel estimate $u^a(x) = \sum_I \Phi_a(x - x_I)\\,u_I\\,\Delta V_I$ (3.2): not even
-    /// constants are reproduced near a boundary.
+    /// constants are reproduced near a boundary. NaN for fewer values than particles.
     pub fn kernel_estimate(&self, at: &Point<D>, values: &[f64]) -> f64 {
-        self.kernel_weights(at)
-            .iter()
-            .map(|&(particle, weight)| weight * values.get(particle as usize).copied().unwrap_or(0.0))
-            .sum()
+        if values.len() < self.particles().positions().len() {
+            return f64::NAN;
+        }
+        self.kernel_weights(at).iter().map(|&(particle, weight)| weight * values[particle as usize]).sum()
     }
 
     /// The moment $m_\alpha(x) = \sum_I (x - x_I)^\alpha\\,\Phi_a(x - x_I)\\,\Delta V_I$ (3.6).

@@ -37,7 +37,8 @@ impl Cover {
 }
 
 impl<const D: usize, K: Kernel + Clone, B: Basis<D> + Clone> ReproducingKernel<D, K, B> {
-    /// The spatial kernel: the same kernel, basis and supports on particles at their current positions, (4.53).
+    /// The spatial kernel: the same kernel, basis, supports and limit of the condition number on particles at their
+    /// current positions, (4.53).
     ///
     /// A material kernel needs no such thing: its supports deform with the body and always cover the same
     /// particles (4.46). With fixed dilation the spatial one loses its cover at a stretch of $2r$ (linear basis).
@@ -61,7 +62,8 @@ impl<const D: usize, K: Kernel + Clone, B: Basis<D> + Clone> ReproducingKernel<D
         if !self.particles().volumes().is_empty() {
             moved = moved.with_volumes(self.particles().volumes().to_vec())?;
         }
-        ReproducingKernel::new(moved, self.kernel().clone(), self.basis().clone())
+        let spatial = ReproducingKernel::new(moved, self.kernel().clone(), self.basis().clone())?;
+        Ok(spatial.with_rcond_limit(self.rcond_limit()))
     }
 }
 
