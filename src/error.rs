@@ -407,6 +407,16 @@ pub enum SolveError {
         /// Entries needed.
         needed: usize,
     },
+    /// The nodes of a cluster fall or repeat.
+    #[error(
+        "term {term} of the model, cluster {cluster}: Term::nodes() does not rise; list each node once, by rising index"
+    )]
+    Nodes {
+        /// The term, counted from 0.
+        term: usize,
+        /// Its cluster, counted from 0.
+        cluster: usize,
+    },
     /// A setting is out of its range.
     #[error("{what} = {value:e}: {needed}")]
     Setting {

@@ -75,6 +75,49 @@ fn terms_that_change_their_buffers() {
     assert!(report.violations().any(|f| f.law == "the matrix is the derivative of the residual"));
 }
 
+/// Springs between nodes named in any order.
+struct Between(Vec<[u32; 2]>);
+
+impl Term<2> for Between {
+    fn clusters(&self) -> usize {
+        self.0.len()
+    }
+    fn nodes(&self, cluster: usize) -> &[u32] {
+        &self.0[cluster]
+    }
+    fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
+        for i in 0..2 {
+            let [a, b] = self.0[cluster].map(|node| view.displacement[2 * node as usize + i]);
+            (out.residual[i], out.residual[2 + i]) = (a - b, b - a);
+            if out.with_matrix {
+                for (row, column, value) in [(i, i, 1.0), (i, 2 + i, -1.0), (2 + i, i, -1.0), (2 + i, 2 + i, 1.0)] {
+                    out.matrix[4 * column + row] = value;
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn terms_whose_nodes_fall_or_repeat() {
+    let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+        .hold((0, Side::Min))
+        .traction((0, Side::Max), [0.1, 0.0]);
+    let run = |pairs: Vec<[u32; 2]>| {
+        let mut problem = scene.discretize(&Scheme::default().particles([5, 4])).unwrap();
+        problem.model.add(Between(pairs));
+        (problem.model.terms().len() - 1, problem.run(&mut ()))
+    };
+    assert!(run(vec![[0, 4], [5, 9]]).1.unwrap().completed().is_ok());
+    for pairs in [vec![[0, 4], [9, 5]], vec![[0, 4], [5, 5]]] {
+        let (added, result) = run(pairs);
+        let error = result.unwrap_err();
+        let expected = SolveError::Nodes { term: added, cluster: 1 };
+        assert!(matches!(&error, Error::Solve(found) if *found == expected), "{error}");
+        assert!(error.to_string().contains("cluster 1: Term::nodes() does not rise"), "{error}");
+    }
+}
+
 /// A lattice with something wrong about it.
 struct Odd(Lattice<2>, u8);
 

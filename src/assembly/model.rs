@@ -15,6 +15,8 @@ pub struct Model<const D: usize> {
     pub(super) terms: Vec<Box<dyn Term<D>>>,
     /// Nodes and local unknowns that each term reads at least.
     needs: Vec<[usize; 2]>,
+    /// The first term, and its cluster, whose nodes do not rise.
+    unsorted: Option<[usize; 2]>,
 }
 
 /// The assembled system at one state: $r$, $\partial r/\partial\lambda$ and $K$.
@@ -63,12 +65,16 @@ impl System {
 impl<const D: usize> Model<D> {
     /// A model without terms over nodes at the given reference positions.
     pub fn new(positions: Vec<Point<D>>) -> Self {
-        Model { positions, terms: Vec::new(), needs: Vec::new() }
+        Model { positions, terms: Vec::new(), needs: Vec::new(), unsorted: None }
     }
 
     /// Adds a term.
     pub fn add(&mut self, term: impl Term<D> + 'static) -> &mut Self {
         let clusters = 0..term.clusters();
+        let falls = |&cluster: &usize| !term.nodes(cluster).is_sorted_by(|a, b| a < b);
+        if self.unsorted.is_none() {
+            self.unsorted = clusters.clone().find(falls).map(|cluster| [self.terms.len(), cluster]);
+        }
         let nodes = clusters.clone().flat_map(|c| term.nodes(c)).map(|&node| node as usize + 1);
         self.needs.push([nodes.max().unwrap_or(0), clusters.map(|c| term.locals(c).end).max().unwrap_or(0)]);
         self.terms.push(Box::new(term));
@@ -78,6 +84,11 @@ impl<const D: usize> Model<D> {
     /// The terms.
     pub fn terms(&self) -> &[Box<dyn Term<D>>] {
         &self.terms
+    }
+
+    /// The first term, and its cluster, whose nodes do not rise: nothing can be solved with it.
+    pub fn unsorted(&self) -> Option<[usize; 2]> {
+        self.unsorted
     }
 
     /// Reference positions of the nodes \[length\].

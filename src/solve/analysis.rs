@@ -303,8 +303,11 @@ fn check_state<const D: usize>(model: &Model<D>, rows: &Constraints, state: &Sta
     Ok(())
 }
 
-/// Refuses terms over nodes that the model lacks: their tables belong to another set.
+/// Refuses terms whose nodes do not rise, and ones over nodes that the model lacks: their tables belong to another set.
 fn check_terms<const D: usize>(model: &Model<D>) -> Result<(), SolveError> {
+    if let Some([term, cluster]) = model.unsorted() {
+        return Err(SolveError::Nodes { term, cluster });
+    }
     let needed = model.positions().len();
     for term in model.terms() {
         term.validate()?;

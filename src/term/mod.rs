@@ -108,7 +108,7 @@ pub trait Term<const D: usize>: Send + Sync {
     /// Number of clusters.
     fn clusters(&self) -> usize;
 
-    /// Nodes of a cluster, by rising index.
+    /// Nodes of a cluster, each once and by rising index; others are refused before an analysis begins.
     fn nodes(&self, cluster: usize) -> &[u32];
 
     /// Refuses what can't be summed, before an analysis begins: a force over a table without values.
