@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use rkpm::assembly::System;
+use rkpm::assembly::{Pattern, System};
 use rkpm::boundary::FullTransformation;
 use rkpm::cells::{BoundaryCells, Cells, Refined, Scatter, Smoothing, Triangulation, Voronoi, Zones};
 use rkpm::check;
@@ -299,6 +299,44 @@ fn assemblers_asked_for_models_and_vectors_of_others() {
     let small = model(12, 1);
     small.assembler().assemble(&small, &[0.0; 24], &small.start(), 0.0, &mut system);
     assert!(system.residual.len() == 24 && system.residual.iter().all(|v| v.is_nan()));
+}
+
+#[test]
+fn patterns_and_lattices_asked_for_what_is_not_there() {
+    let pattern = Pattern::from_columns(vec![vec![1], vec![], vec![]]);
+    assert_eq!((pattern.column(0), pattern.find(1, 0)), (&[0, 1][..], Some(1)));
+    for column in [3, 7, usize::MAX] {
+        assert!(pattern.column(column).is_empty() && pattern.find(0, column).is_none());
+    }
+    assert!(pattern.find(1 << 32, 0).is_none() && Pattern::default().column(0).is_empty());
+    let product = |values: usize, x: usize, y: usize| {
+        let mut y = vec![0.0; y];
+        pattern.multiply_add(&vec![1.0; values], &vec![1.0; x], &mut y);
+        y
+    };
+    assert_eq!(product(4, 3, 3), [2.0, 2.0, 1.0]);
+    for (values, x, y) in [(3, 3, 3), (4, 2, 3), (4, 3, 2), (0, 3, 3)] {
+        assert!(product(values, x, y).iter().all(|y| y.is_nan()));
+    }
+    assert!(lattice().local_spacing(19).iter().all(|s| *s > 0.0));
+    let refined = Refined::new(Arc::new(Block::new([0.0, 0.0], [1.0, 1.0])), [4, 4]).unwrap();
+    for node in [20, 1000, usize::MAX] {
+        assert!(lattice().local_spacing(node).iter().all(|s| s.is_nan()));
+    }
+    let square = Outline::at([0.0, 0.0]).line("b", [1.0, 0.0]).line("r", [1.0, 1.0]).line("t", [0.0, 1.0]).close("l");
+    let (region, evenly) = (Region::new(square).unwrap(), |_: &Point<2>| 0.25);
+    let triangles = Triangulation::scattered(&region, evenly, &Scatter::default()).unwrap();
+    assert!(refined.local_spacing(1000).is_nan() && triangles.local_spacing(1000).is_nan());
+}
+
+#[test]
+fn limits_that_are_no_numbers() {
+    let functions = functions().with_rcond_limit(f64::NAN);
+    assert!(functions.rcond_limit() == 1e-8 && functions.shape_functions(&[0.7, 0.4].into()).is_ok());
+    let scheme = Scheme { rcond_limit: Some(f64::NAN), ..Scheme::default().particles([5, 4]) };
+    let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold((0, Side::Min));
+    let Err(error) = scene.discretize(&scheme) else { panic!("a limit that is no number") };
+    assert!(error.to_string().contains("the limit of the reciprocal condition number is NaN"), "{error}");
 }
 
 #[test]

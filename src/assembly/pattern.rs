@@ -47,15 +47,19 @@ impl Pattern {
         Ok(())
     }
 
-    /// Rows of a column.
+    /// Rows of a column; none where there is no such column.
     pub fn column(&self, column: usize) -> &[u32] {
-        &self.rows[self.columns[column]..self.columns[column + 1]]
+        match self.columns.get(column..).and_then(|ends| ends.first_chunk()) {
+            Some(&[first, end]) => self.rows.get(first..end).unwrap_or(&[]),
+            None => &[],
+        }
     }
 
     /// The place of an entry, `None` outside the pattern or above the diagonal.
     pub fn find(&self, row: usize, column: usize) -> Option<usize> {
         let rows = self.column(column);
-        rows.binary_search(&(row as u32)).ok().map(|k| self.columns[column] + k)
+        let row = u32::try_from(row).ok()?;
+        rows.binary_search(&row).ok().map(|k| self.columns[column] + k)
     }
 
     /// The lower pattern from the sorted-or-not rows of each column; the diagonal is always present.
@@ -129,8 +133,12 @@ impl Pattern {
         (Pattern { columns, rows: Arc::new(rows) }, places)
     }
 
-    /// $y \mathrel{+}= A x$ for the symmetric matrix with these lower values.
+    /// $y \mathrel{+}= A x$ for the symmetric matrix with these lower values; NaN for vectors that are too short.
     pub fn multiply_add(&self, values: &[f64], x: &[f64], y: &mut [f64]) {
+        if values.len() < self.entries() || x.len().min(y.len()) < self.size() {
+            y.fill(f64::NAN);
+            return;
+        }
         for column in 0..self.size() {
             let entries = self.columns[column]..self.columns[column + 1];
             add_column(&self.rows[entries.clone()], &values[entries], 1.0, x, y);

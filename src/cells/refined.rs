@@ -315,11 +315,11 @@ impl Cells<2> for Refined {
     }
 
     fn local_spacing(&self, particle: usize) -> f64 {
-        self.spacing[particle].norm()
+        self.spacings(particle).norm()
     }
 
     fn spacings(&self, particle: usize) -> Point<2> {
-        self.spacing[particle]
+        self.spacing.get(particle).copied().unwrap_or(Point::<2>::repeat(f64::NAN))
     }
 
     fn particles(&self, r: f64) -> Result<Particles<2>, ApproximationError> {

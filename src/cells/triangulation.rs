@@ -209,7 +209,7 @@ impl Cells<2> for Triangulation {
     }
 
     fn local_spacing(&self, particle: usize) -> f64 {
-        self.spacings[particle]
+        self.spacings.get(particle).copied().unwrap_or(f64::NAN)
     }
 
     fn particles(&self, r: f64) -> Result<Particles<2>, ApproximationError> {

@@ -50,6 +50,14 @@ pub(super) fn functions<const D: usize>(
     scheme: &Scheme,
     particles: Particles<D>,
 ) -> Result<KernelFunctions<D>, ApproximationError> {
+    if let Some(value) = scheme.rcond_limit.filter(|limit| limit.is_nan()) {
+        return Err(ApproximationError::Function {
+            what: "the limit of the reciprocal condition number",
+            value,
+            at: "every point".to_string(),
+            remedy: "give a small number, such as 1e-8",
+        });
+    }
     let functions = ReproducingKernel::new(particles, scheme.kernel.clone(), Polynomial::new(scheme.order))?;
     Ok(match scheme.rcond_limit {
         Some(limit) => functions.with_rcond_limit(limit),
