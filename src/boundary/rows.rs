@@ -82,6 +82,25 @@ impl Constraints {
         self.kinks.extend(loads);
     }
 
+    /// How far rows and kinks have come, to [`take_back`](Constraints::take_back) what is added from here on.
+    pub(crate) fn mark(&self) -> [usize; 2] {
+        [self.rows.len(), self.kinks.len()]
+    }
+
+    /// Takes back what was added since a mark: copies of all rows would cost as many as there are for each condition.
+    pub(crate) fn take_back(&mut self, [rows, kinks]: [usize; 2]) {
+        for (place, row) in self.rows.iter().enumerate().skip(rows) {
+            // A row is one at a particle, or one over a boundary that claimed its owner.
+            if self.at_particles.get(&row.owner) == Some(&place) {
+                self.at_particles.remove(&row.owner);
+            } else {
+                self.claimed.remove(&row.owner);
+            }
+        }
+        self.rows.truncate(rows);
+        self.kinks.truncate(kinks);
+    }
+
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.rows.len()

@@ -22,7 +22,7 @@ pub(super) fn rows<const D: usize, A: Approximation<D>>(
 ) -> Result<Constraints, Error> {
     let mut rows = Constraints::new();
     for condition in &scene.conditions {
-        let before = rows.clone();
+        let before = rows.mark();
         // Rows over a face know nothing of single particles: what they say twice is looked up in the scene.
         let added = match facets.map_or(Ok(false), |_| lies_on_part(scene, condition, cells)) {
             Ok(true) => Ok(()),
@@ -32,7 +32,7 @@ pub(super) fn rows<const D: usize, A: Approximation<D>>(
         if let Err(error) = added {
             refused(error)?;
             // Without the rows that were added before it was refused.
-            rows = before;
+            rows.take_back(before);
         }
     }
     Ok(rows)
@@ -174,5 +174,41 @@ fn particle_at<const D: usize>(cells: &dyn Cells<D>, at: &Point<D>, label: &str)
     } else {
         let nearest = cells.positions()[nearest].as_slice().to_vec();
         Err(BoundaryError::Empty { what: label.to_string(), nearest }.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prelude::*;
+
+    /// Rows at particles and over boundaries, some owned twice, taken back one condition after the other.
+    #[test]
+    fn what_was_added_is_taken_back() {
+        let block = Block::new([0.0, 0.0], [2.0, 1.0]);
+        let scene = Scene::new(block, PlaneStrain, Rubber::neo_hookean(0.5, 10.0).unwrap())
+            .prescribe_at([0.0, 0.0], 0, 0.0)
+            .hold((0, Side::Min))
+            .prescribe_motion((0, Side::Max), 0, |x, load| 0.1 * x[1] * load)
+            .with_amplitude(Amplitude::table(vec![(0.0, 0.0), (0.5, 2.0), (1.0, 1.0)]).unwrap())
+            .prescribe_at([2.0, 0.0], 1, 0.1)
+            .prescribe((1, Side::Max), 0, 0.0);
+        let cells = block.lattice([5, 4]).unwrap();
+        let functions =
+            ReproducingKernel::new(cells.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+        for facets in [None, Some(FacetRule { parts: 2, gauss: 2 })] {
+            let mut rows = Constraints::new();
+            for condition in &scene.conditions {
+                let (before, mark) = (rows.clone(), rows.mark());
+                let refused = add(&mut rows, &scene, condition, &cells, &functions, facets).is_err();
+                let added = rows.clone();
+                assert!(refused || added != before);
+                rows.take_back(mark);
+                assert_eq!(rows, before);
+                if !refused {
+                    add(&mut rows, &scene, condition, &cells, &functions, facets).unwrap();
+                }
+            }
+        }
     }
 }
