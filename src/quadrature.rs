@@ -115,8 +115,8 @@ impl<const D: usize> Points<D> {
         self.groups.extend(other.groups.iter().skip(1).map(|g| g.saturating_add(shift)));
     }
 
-    /// Refuses sets whose arrays do not fit together, that hold numbers that are not finite, or whose weights do
-    /// not add up to more than nothing; single weights may be negative.
+    /// Refuses sets whose arrays do not fit together, that hold numbers that are not finite or normals that are not of
+    /// length 1, or whose weights do not add up to more than nothing; single weights may be negative.
     ///
     /// # Errors
     /// [`GeometryError::Count`] and [`GeometryError::Number`] in these cases.
@@ -138,6 +138,11 @@ impl<const D: usize> Points<D> {
         }
         if let Some(&value) = self.normals.iter().flat_map(|normal| normal.iter()).find(|n| !n.is_finite()) {
             return Err(GeometryError::Number { what: "component of a normal", value, needed: "give finite normals" });
+        }
+        // A little more than rounding: normals may come from tables of few digits.
+        if let Some(normal) = self.normals.iter().find(|normal| (normal.norm_squared() - 1.0).abs() > 1e-6) {
+            let needed = "normals point outward with length 1, areas belong into the weights";
+            return Err(GeometryError::Number { what: "length of a normal", value: normal.norm(), needed });
         }
         let total: f64 = self.weights.iter().sum();
         if !(total > 0.0) && n > 0 {

@@ -352,6 +352,35 @@ fn dimensions_that_no_one_lives_in() {
     assert!(Block::<4>::new([0.0; 4], [1.0; 4]).particles([2; 4], 1.0).is_err());
 }
 
+/// Sub-cells that lack a facet or turn one inward, and normals that are areas.
+#[test]
+fn surfaces_that_do_not_close() {
+    let smoothing = lattice().smoothing(2, 2, &lattice().zones(1)).unwrap();
+    let table = |smoothing: &Smoothing<2>| ShapeTable::smoothed(&functions(), smoothing, &PlaneStrain);
+    assert!(table(&smoothing).is_ok());
+    let spoil: [fn(&mut Smoothing<2>); 4] = [
+        |s| drop(s.cells[7].pop()),
+        |s| s.cells[7][0].1 *= -1.0,
+        |s| s.cells[7][2] = s.cells[7][1],
+        |s| s.facet_areas[0] *= 2.0,
+    ];
+    for spoil in spoil {
+        let mut spoilt = smoothing.clone();
+        spoil(&mut spoilt);
+        let error = table(&spoilt).unwrap_err();
+        assert!(matches!(error, Error::Geometry(GeometryError::Shape { .. })), "{error}");
+        assert!(error.to_string().contains("do not close it"), "{error}");
+    }
+    let boundary = lattice().boundary(&Part::Whole, 2, 2).unwrap();
+    assert!(boundary.validate(20).is_ok());
+    for factor in [0.0, 0.5, 1.001] {
+        let mut points = boundary.points.clone();
+        points.normals[3] *= factor;
+        let error = ShapeTable::new(&functions(), &points, &PlaneStrain).unwrap_err();
+        assert!(error.to_string().contains("length of a normal"), "{error}");
+    }
+}
+
 #[test]
 fn zones_of_cells_that_are_not_there() {
     let square = Outline::at([0.0, 0.0]).line("b", [1.0, 0.0]).line("r", [1.0, 1.0]).line("t", [0.0, 1.0]).close("l");
@@ -364,7 +393,13 @@ fn zones_of_cells_that_are_not_there() {
         let good = Zones::single(cells.cell_count());
         assert!(cells.gauss_in(2, &good).is_ok() && cells.smoothing(2, 2, &good).is_ok());
         let bad = |cells: Vec<u32>, offsets: Vec<usize>| Zones { cells, offsets };
-        for zones in [Zones::single(100_000), bad(vec![0, 1], vec![0, 5]), bad(vec![0, 1], vec![0, 2, 1])] {
+        let count = cells.cell_count();
+        let mut twice = good.clone();
+        twice.cells[1] = 0;
+        let lacking = Zones::single(count - 1);
+        for zones in
+            [Zones::single(100_000), bad(vec![0, 1], vec![0, 5]), bad(vec![0, 1], vec![0, 2, 1]), twice, lacking]
+        {
             assert!(matches!(cells.gauss_in(2, &zones), Err(GeometryError::Count { .. })));
             assert!(matches!(cells.smoothing(2, 2, &zones), Err(GeometryError::Count { .. })));
         }

@@ -7,6 +7,10 @@ use crate::quadrature::{Points, check_point_count, gauss_legendre};
 use super::brick::{Shape, area_vector, determinant, ravel, unravel};
 use super::{Lattice, Zones};
 
+/// What rounding may leave of $\oint n\\,\mathrm dA$ over a sub-cell, as a part of its surface: coordinates far from the
+/// origin have few digits for a small cell, and a facet that lacks is far larger.
+const GAP: f64 = 1e-6;
+
 /// Sub-cells over which gradients are averaged, $\langle\Psi_{,j}\rangle = \frac1V\oint\Psi\\,n_j\\,\mathrm dA$,
 /// with the facets between neighbours stored once.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,10 +32,11 @@ pub struct Smoothing<const D: usize> {
 }
 
 impl<const D: usize> Smoothing<D> {
-    /// Refuses sub-cells whose arrays do not fit together.
+    /// Refuses sub-cells whose arrays do not fit together, and ones that are not closed: $\oint n\\,\mathrm dA = 0$.
     ///
     /// # Errors
-    /// [`GeometryError::Count`] with the array that is too long or too short, or names what does not exist.
+    /// [`GeometryError::Count`] with the array that is too long or too short, or names what does not exist;
+    /// [`GeometryError::Shape`] for facets that leave a gap.
     pub fn validate(&self) -> Result<(), GeometryError> {
         let wrong = |what, count, needed| Err(GeometryError::Count { what, count, needed });
         let (points, cells) = (self.facet_points.len(), self.cells.len());
@@ -53,6 +58,29 @@ impl<const D: usize> Smoothing<D> {
         let rise = self.groups.windows(2).all(|w| w[0] <= w[1]);
         if !rise || self.groups.first() != Some(&0) || self.groups.last() != Some(&cells) {
             return wrong("groups of sub-cells", self.groups.len(), "offsets rise from 0 to the number of sub-cells");
+        }
+        self.check_closure()
+    }
+
+    /// Refuses sub-cells whose facets leave a gap: constant fields would have gradients.
+    fn check_closure(&self) -> Result<(), GeometryError> {
+        for (facets, centre) in self.cells.iter().zip(&self.centres) {
+            let (mut sum, mut size) = (Point::<D>::zeros(), 0.0);
+            for &(facet, sign) in facets {
+                let first = facet as usize * self.points_per_facet;
+                for area in &self.facet_areas[first..first + self.points_per_facet] {
+                    sum += area * sign;
+                    size += area.norm();
+                }
+            }
+            // The negation also refuses NaN.
+            if !(sum.norm() <= GAP * size) {
+                return Err(GeometryError::Shape {
+                    what: "the facets of a sub-cell do not close it",
+                    at: centre.as_slice().to_vec(),
+                    remedy: "name all of them, with the signs that turn them outward: their n dA sum to nothing",
+                });
+            }
         }
         Ok(())
     }

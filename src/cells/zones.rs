@@ -23,7 +23,8 @@ impl Zones {
         Zones { cells: (0..count as u32).collect(), offsets: (0..=count).collect() }
     }
 
-    /// Refuses zones that name cells beyond `count`, or whose offsets don't rise from 0 to the number of cells.
+    /// Refuses zones that name cells beyond `count`, that do not name each of them once, or whose offsets don't rise from 0
+    /// to the number of cells.
     ///
     /// # Errors
     /// [`GeometryError::Count`] in these cases.
@@ -36,6 +37,14 @@ impl Zones {
         if !rise || self.offsets.first() != Some(&0) || self.offsets.last() != Some(&self.cells.len()) {
             let needed = "offsets rise from 0 to the number of cells in all zones";
             return Err(GeometryError::Count { what: "offsets of zones", count: self.offsets.len(), needed });
+        }
+        let mut named = vec![false; count];
+        let needed = "each cell belongs to one zone";
+        if let Some(&cell) = self.cells.iter().find(|&&cell| std::mem::replace(&mut named[cell as usize], true)) {
+            return Err(GeometryError::Count { what: "cell that is named twice", count: cell as usize, needed });
+        }
+        if let Some(cell) = named.iter().position(|named| !named) {
+            return Err(GeometryError::Count { what: "cell that no zone names", count: cell, needed });
         }
         Ok(())
     }
