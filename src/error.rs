@@ -49,9 +49,7 @@ pub enum GeometryError {
         measure: f64,
     },
     /// The points of one group see more nodes between them than a table can hold.
-    #[error(
-        "group {group} of points sees {nodes} nodes, at most {limit} fit into one: close groups more often, best with each cell"
-    )]
+    #[error("group {group} of points sees {nodes} nodes, at most {limit} fit into one: close groups more often")]
     CrowdedGroup {
         /// The group, counted from 0.
         group: usize,

@@ -307,8 +307,8 @@ impl<const D: usize> Lattice<D> {
         Particles::new(self.positions.clone(), supports)
     }
 
-    /// The largest distance along each coordinate from a node to its neighbours on the lattice; NaN where there is no such
-    /// node.
+    /// The largest distance along each coordinate from a node to its neighbours on the lattice; NaN where there is no
+    /// such node.
     pub fn local_spacing(&self, node: usize) -> Point<D> {
         if node >= self.positions.len() {
             return Point::repeat(f64::NAN);

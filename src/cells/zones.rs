@@ -23,8 +23,8 @@ impl Zones {
         Zones { cells: (0..count as u32).collect(), offsets: (0..=count).collect() }
     }
 
-    /// Refuses zones that name cells beyond `count`, that do not name each of them once, or whose offsets don't rise from 0
-    /// to the number of cells.
+    /// Refuses zones that name cells beyond `count`, that do not name each of them once, or whose offsets don't rise
+    /// from 0 to the number of cells.
     ///
     /// # Errors
     /// [`GeometryError::Count`] in these cases.

@@ -22,12 +22,12 @@ const ROUNDING: f64 = 1e-10;
 /// 1.25: $P = \partial W/\partial F$, the tangent $= \partial P/\partial F$ and symmetric, frame indifference,
 /// no stress at rest and a tangent that is not negative there, and the split: its parts sum to the whole,
 /// $\bar W(sF) = \bar W(F)$, $U'$ and $U''$ are derivatives. [`Material::respond`], which bodies call, must give what
-/// [`Material::response`] gives. Derivatives, frames and components are those of the whole and of the distortional part,
-/// whose errors would vanish beside a large bulk modulus. An energy of the invariants shows itself to
+/// [`Material::response`] gives. Derivatives, frames and components are those of the whole and of the distortional
+/// part, whose errors would vanish beside a large bulk modulus. An energy of the invariants shows itself to
 /// [`invariant_energy`]: the material of it calls one of its two ways alone.
 ///
-/// Violations are relative to the size of stress or tangent (whichever of $|P|$ and $|A|\\,|F - I|$ is larger), those of
-/// the distortional part to its own.
+/// Violations are relative to the size of stress or tangent (whichever of $|P|$ and $|A|\\,|F - I|$ is larger), those
+/// of the distortional part to its own.
 ///
 /// ```
 /// use rkpm::{check, material::Rubber};
@@ -385,8 +385,8 @@ mod tests {
         assert_eq!(broken(&material(&Twice(rubber, QuadraticVolume::new(10.0).unwrap()))), expected);
     }
 
-    /// A rubber nearly incompressible whose distortional stress and tangent are off by a factor, in both its forms or in
-    /// the tangent of its parts alone.
+    /// A rubber nearly incompressible whose distortional stress and tangent are off by a factor, in both its forms or
+    /// in the tangent of its parts alone.
     #[test]
     fn errors_do_not_hide_behind_a_bulk_modulus() {
         struct Part(Rubber, f64, f64);

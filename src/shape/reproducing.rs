@@ -104,8 +104,8 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         Ok(ReproducingKernel { reaches: reaches.collect(), particles, kernel, basis, bins, rcond_limit: RCOND_LIMIT })
     }
 
-    /// Changes the reciprocal condition number below which a point is refused (default 1e-8); a NaN, below which nothing
-    /// is, changes nothing.
+    /// Changes the reciprocal condition number below which a point is refused (default 1e-8); a NaN, below which
+    /// nothing is, changes nothing.
     pub fn with_rcond_limit(mut self, limit: f64) -> Self {
         if !limit.is_nan() {
             self.rcond_limit = limit;

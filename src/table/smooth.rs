@@ -40,7 +40,7 @@ impl<'a, const D: usize, K: Kinematics<D> + ?Sized> Measured<'a, D, K> {
             return Ok(found);
         }
         Err(GeometryError::Kinematics {
-            what: "the measure of the kinematics is neither constant nor, with hoops, proportional to R to their number",
+            what: "the measure of the kinematics is not constant or, with hoops, proportional to R to their number",
             at: at.as_slice().to_vec(),
             remedy: "averages over sub-cells are made for such measures alone: integrate at Gauss points (Rule::Gauss)",
         })
