@@ -497,7 +497,8 @@ fn kinematics_that_measure_nothing() {
         }
     }
     // Averages over sub-cells take the measure for constant, or with a hoop for a multiple of R.
-    let averaged: [(fn(&Point<2>) -> f64, bool, &[usize]); 6] = [
+    type Measure = fn(&Point<2>) -> f64;
+    let averaged: [(Measure, bool, &[usize]); 6] = [
         (|_| 3.0, true, &[]),
         (|x| 1.0 + x[0], false, &[]),
         (|x| 5.0 * x[0], true, &[2]),
