@@ -671,28 +671,69 @@ fn point_loads_just_outside_of_the_body() {
 
 #[test]
 fn rows_that_conflict() {
-    let at_particles = coarse().rows(RowKind::AtParticles);
-    refused!(
-        refusal(&sound().prescribe((1, Side::Min), 0, 0.3), &at_particles),
-        Error::Boundary(BoundaryError::Conflict { component: 0, .. }),
-        [
-            "u_0 on face (0, Min) and u_0 on face (1, Min)",
-            "component 0 at X = [0.0, 0.0]",
-            "[0.0, 0.3]",
-            "remove one or make them equal"
-        ]
-    );
-    refused!(
-        refusal(&sound().prescribe_at([2.0, 1.0], 0, 0.2), &at_particles),
-        Error::Boundary(BoundaryError::Conflict { .. }),
-        ["u_0 at [2.0, 1.0]", "X = [2.0, 1.0]", "[0.1, 0.2]"]
-    );
-    // Equal values at different rates conflict on the way.
-    let scene = sound().prescribe_at([2.0, 1.0], 0, 0.1).with_amplitude(Amplitude::Constant);
-    assert!(matches!(refusal(&scene, &at_particles), Error::Boundary(BoundaryError::Conflict { .. })));
-    // Equal conditions are taken once.
-    let twice = sound().prescribe(Side::Max, 0, 0.1).prescribe((1, Side::Min), 1, 0.0);
-    twice.discretize(&at_particles).unwrap().run(&mut ()).unwrap().completed().unwrap();
+    for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
+        let scheme = coarse().rows(rows);
+        refused!(
+            refusal(&sound().prescribe((1, Side::Min), 0, 0.3), &scheme),
+            Error::Boundary(BoundaryError::Conflict { component: 0, .. }),
+            [
+                "u_0 on face (0, Min) and u_0 on face (1, Min)",
+                "component 0 at X = [0.0, 0.0]",
+                "[0.0, 0.3]",
+                "remove one or make them equal"
+            ]
+        );
+        refused!(
+            refusal(&sound().prescribe_at([2.0, 1.0], 0, 0.2), &scheme),
+            Error::Boundary(BoundaryError::Conflict { .. }),
+            ["u_0 at [2.0, 1.0]", "X = [2.0, 1.0]", "[0.1, 0.2]"]
+        );
+        // Equal values at different rates conflict on the way, and the message says by how much.
+        let scene = sound().prescribe_at([2.0, 1.0], 0, 0.1).with_amplitude(Amplitude::Constant);
+        refused!(
+            refusal(&scene, &scheme),
+            Error::Boundary(BoundaryError::Conflict { .. }),
+            ["different values [0.0, 0.1]"]
+        );
+        // Equal conditions are taken once.
+        let twice = sound().prescribe(Side::Max, 0, 0.1).prescribe((1, Side::Min), 1, 0.0);
+        twice.discretize(&scheme).unwrap().run(&mut ()).unwrap().completed().unwrap();
+    }
+}
+
+/// Faces that meet at a corner may not prescribe different values there: the answer would depend on their order.
+#[test]
+fn corners_of_two_values() {
+    let held = || Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber());
+    let between = |scene: Scene<2>| scene.hold((1, Side::Min)).hold((1, Side::Max));
+    for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
+        let scheme = Scheme::default().particles([7, 7]).rows(rows);
+        for (scene, first, values) in [
+            (
+                between(held()).prescribe(Side::Min, 0, 0.1),
+                "u_0 on face (1, Min) and u_0 on face (0, Min)",
+                "[0.0, 0.1]",
+            ),
+            (
+                between(held().prescribe(Side::Min, 0, 0.1)),
+                "u_0 on face (0, Min) and u_0 on face (1, Min)",
+                "[0.1, 0.0]",
+            ),
+        ] {
+            refused!(
+                refusal(&scene, &scheme),
+                Error::Boundary(BoundaryError::Conflict { component: 0, .. }),
+                [first, "X = [0.0, 0.0]", values]
+            );
+        }
+        // Other components, and values that come down to the corners, stand beside each other.
+        for scene in [
+            between(held()).prescribe_field(Side::Min, 0, |x| 0.4 * x[1] * (1.0 - x[1])),
+            held().prescribe((1, Side::Min), 1, 0.0).prescribe((1, Side::Max), 1, 0.0).prescribe(Side::Min, 0, 0.1),
+        ] {
+            scene.discretize(&scheme).unwrap();
+        }
+    }
 }
 
 #[test]

@@ -62,7 +62,6 @@ fn a_motion_in_proportion_is_a_field() -> Result<(), rkpm::Error> {
 
 #[test]
 fn two_faces_may_share_a_motion_and_must_not_contradict_it() -> Result<(), rkpm::Error> {
-    let scheme = Scheme::default().particles([4, 5]).rows(RowKind::AtParticles);
     let corner = |factor: f64| -> Result<Scene<2>, rkpm::Error> {
         Ok(block()?.prescribe_motion((1, Side::Max), 0, |x, load| x[0] * load.sin()).prescribe_motion(
             (0, Side::Max),
@@ -70,25 +69,30 @@ fn two_faces_may_share_a_motion_and_must_not_contradict_it() -> Result<(), rkpm:
             move |x, load| factor * x[0] * load.sin(),
         ))
     };
-    assert!(corner(1.0)?.discretize(&scheme).is_ok());
-    let refused = corner(2.0)?.discretize(&scheme).err().expect("the corner cannot move both ways").to_string();
-    assert!(refused.contains("u_0 on face (1, Max)"), "{refused}");
-    let endless = block()?.prescribe_motion(Side::Max, 0, |_, load| 1.0 / (load - 1.0));
-    assert!(endless.discretize(&scheme).is_err());
+    for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
+        let scheme = Scheme::default().particles([4, 5]).rows(rows);
+        assert!(corner(1.0)?.discretize(&scheme).is_ok());
+        let refused = corner(2.0)?.discretize(&scheme).err().expect("the corner cannot move both ways").to_string();
+        assert!(refused.contains("u_0 on face (1, Max)"), "{refused}");
+        let endless = block()?.prescribe_motion(Side::Max, 0, |_, load| 1.0 / (load - 1.0));
+        assert!(endless.discretize(&scheme).is_err());
+    }
     Ok(())
 }
 
 /// Motions that agree at the full load alone contradict each other on the way.
 #[test]
 fn motions_are_compared_on_the_way() -> Result<(), rkpm::Error> {
-    let scheme = Scheme::default().particles([4, 5]).rows(RowKind::AtParticles);
     for (power, agree) in [(1, true), (3, false)] {
         let scene = block()?.prescribe_motion((1, Side::Min), 0, |_, load| 0.1 * load).prescribe_motion(
             (0, Side::Min),
             0,
             move |_, load| 0.1 * load.powi(power),
         );
-        assert_eq!(scene.discretize(&scheme).is_ok(), agree);
+        for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
+            let scheme = Scheme::default().particles([4, 5]).rows(rows);
+            assert_eq!(scene.discretize(&scheme).is_ok(), agree, "{rows:?}");
+        }
     }
     Ok(())
 }

@@ -10,7 +10,7 @@ pub use full::FullTransformation;
 pub use multipliers::LagrangeMultipliers;
 pub(crate) use multipliers::dependent_rows;
 pub use rows::{Constraints, Motion, Row};
-pub(crate) use rows::{agree, check_unknowns, rounding};
+pub(crate) use rows::{check_agreement, check_unknowns, rounding};
 pub use transformation::MixedTransformation;
 
 use crate::assembly::{Pattern, System};

@@ -187,17 +187,9 @@ impl Constraints {
             let (target, amplitude) = value(vec![(at, 1.0)]);
             if let Some(&earlier) = self.at_particles.get(&owner) {
                 let row = &self.rows[earlier];
-                if agree((row.target, &row.amplitude), (target, &amplitude), rounding) {
-                    continue;
-                }
-                return Err(BoundaryError::Conflict {
-                    first: row.label.clone(),
-                    second: label.to_string(),
-                    component,
-                    at: at.as_slice().to_vec(),
-                    values: [row.target * row.amplitude.evaluate(1.0).0, target * amplitude.evaluate(1.0).0],
-                }
-                .into());
+                let first = (row.label.as_str(), row.target, &row.amplitude);
+                check_agreement(first, (label, target, &amplitude), component, &at, rounding)?;
+                continue;
             }
             approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
             check_values(&psi, approximation.nodes().len(), &at)?;
@@ -216,7 +208,7 @@ impl Constraints {
     /// part still sum to one. On the axis of a body of revolution the measure is that of the line.
     ///
     /// # Errors
-    /// Where a component does not exist or a shape function is not defined.
+    /// Where two conditions conflict at a corner, a component does not exist, or a shape function is not defined.
     #[allow(clippy::too_many_arguments)]
     pub fn over_boundary<const D: usize, A: Approximation<D>>(
         &mut self,
@@ -282,30 +274,22 @@ impl Constraints {
         let free = |particle: u32| !self.claimed.contains_key(&(particle as usize * D + component));
         let mut receiver: HashMap<u32, u32> = HashMap::new();
         for &particle in &order {
-            if free(particle) {
+            let Some((first, target, amplitude)) = self.claimed.get(&(particle as usize * D + component)) else {
                 receiver.insert(particle, particle);
                 continue;
-            }
+            };
             let at = approximation.nodes()[particle as usize];
+            // Both conditions hold at the corner, whoever owns it: merged without a look, the later one would be spread
+            // over its neighbours and the answer depend on the order.
+            let (again, other) = value(vec![(at, 1.0)]);
+            check_agreement((first, *target, amplitude), (label, again, &other), component, &at, rounding)?;
             let nearest = facets_of[&particle].iter().copied().filter(|&other| free(other)).min_by(|&a, &b| {
                 let distance = |n: u32| (approximation.nodes()[n as usize] - at).norm_squared();
                 distance(a).total_cmp(&distance(b)).then(a.cmp(&b))
             });
+            // A hat that has nowhere to go says again what an earlier condition said.
             if let Some(nearest) = nearest {
                 receiver.insert(particle, nearest);
-            } else if let Some((first, target, amplitude)) = self.claimed.get(&(particle as usize * D + component)) {
-                // The hat has nowhere to go: it says again what an earlier condition said, or contradicts it.
-                let (again, other) = value(vec![(at, 1.0)]);
-                if !agree((*target, amplitude), (again, &other), rounding) {
-                    return Err(BoundaryError::Conflict {
-                        first: first.clone(),
-                        second: label.to_string(),
-                        component,
-                        at: at.as_slice().to_vec(),
-                        values: [target * amplitude.evaluate(1.0).0, again * other.evaluate(1.0).0],
-                    }
-                    .into());
-                }
             }
         }
         type Sum<const D: usize> = (HashMap<usize, f64>, Vec<(Point<D>, f64)>);
@@ -398,13 +382,31 @@ pub(crate) fn rounding<const D: usize>(nodes: &[Point<D>]) -> f64 {
     ROUNDING * nodes.iter().fold(0.0, |largest: f64, x| largest.max(x.amax()))
 }
 
-/// Whether two values are the same at all loads but for rounding: as given, or at some of them and at the knots of tables.
-pub(crate) fn agree(first: (f64, &Amplitude), second: (f64, &Amplitude), rounding: f64) -> bool {
-    let same = |a: f64, b: f64| (a - b).abs() <= rounding + 1e-12 * a.abs().max(b.abs());
-    if first.1 == second.1 {
-        return same(first.0, second.0);
+/// Refuses two conditions (label, target, amplitude) on one component that say different things at a point, with the
+/// values at the full load, or at the first load found where they differ.
+pub(crate) fn check_agreement<const D: usize>(
+    first: (&str, f64, &Amplitude),
+    second: (&str, f64, &Amplitude),
+    component: usize,
+    at: &Point<D>,
+    rounding: f64,
+) -> Result<(), BoundaryError> {
+    let same = |[a, b]: [f64; 2]| (a - b).abs() <= rounding + 1e-12 * a.abs().max(b.abs());
+    let found = if first.2 == second.2 {
+        Some((1.0, [first.1, second.1])).filter(|&(_, values)| !same(values))
+    } else {
+        // At some loads and at the knots of tables; those of functions can't be known.
+        let knots = first.2.knots().into_iter().chain(second.2.knots());
+        let loads = [1.0, 0.0, 0.21, 0.47, 0.76].into_iter().chain(knots);
+        let both = |load: f64| (load, [first, second].map(|(_, g, a)| g * a.evaluate(load).0));
+        loads.map(both).find(|&(_, values)| !same(values))
+    };
+    let Some((load, values)) = found else { return Ok(()) };
+    for ((label, ..), value) in [first, second].into_iter().zip(values) {
+        if !value.is_finite() {
+            return Err(BoundaryError::Value { what: label.to_string(), value, load });
+        }
     }
-    let at = |(target, amplitude): (f64, &Amplitude), load: f64| target * amplitude.evaluate(load).0;
-    let knots = first.1.knots().into_iter().chain(second.1.knots());
-    [0.0, 0.21, 0.47, 0.76, 1.0].into_iter().chain(knots).all(|load| same(at(first, load), at(second, load)))
+    let (first, second) = (first.0.to_string(), second.0.to_string());
+    Err(BoundaryError::Conflict { first, second, component, at: at.as_slice().to_vec(), values })
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::boundary::{Constraints, Motion, agree, rounding};
+use crate::boundary::{Constraints, Motion, check_agreement, rounding};
 use crate::cells::Cells;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::Point;
@@ -58,17 +58,9 @@ fn lies_on_part<const D: usize>(
             continue;
         }
         let ((first, a), (second, b)) = (value_at(other, at), value_at(condition, at));
-        if agree((first, &a), (second, &b), rounding(cells.positions())) {
-            return Ok(true);
-        }
-        return Err(BoundaryError::Conflict {
-            first: other.label.clone(),
-            second: condition.label.clone(),
-            component: condition.component,
-            at: at.as_slice().to_vec(),
-            values: [first * a.evaluate(1.0).0, second * b.evaluate(1.0).0],
-        }
-        .into());
+        let (first, second) = ((other.label.as_str(), first, &a), (condition.label.as_str(), second, &b));
+        check_agreement(first, second, condition.component, at, rounding(cells.positions()))?;
+        return Ok(true);
     }
     Ok(false)
 }

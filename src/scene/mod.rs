@@ -196,6 +196,8 @@ impl<const D: usize> Scene<D> {
     }
 
     /// Prescribes displacement component `component` \[length\] on a boundary part.
+    ///
+    /// Where parts meet both values hold: [`discretize`](Scene::discretize) refuses those that differ.
     pub fn prescribe(self, part: impl Into<Part>, component: usize, value: f64) -> Self {
         self.prescribe_field(part, component, move |_| value)
     }
