@@ -119,3 +119,64 @@ fn pressures_are_those_of_the_volume_change() -> Result<(), rkpm::Error> {
     }
     Ok(())
 }
+
+/// A column around axis 2 whose upper end turns about it as a rigid plate, in the given steps.
+fn twisted(degrees: f64, stepping: Stepping) -> Result<(Problem<3>, Path), rkpm::Error> {
+    let turn = move |load: f64| (load * degrees.to_radians()).sin_cos();
+    let end = (2, Side::Max);
+    let scene = Scene::new(Block::new([-0.5, -0.5, 0.0], [0.5, 0.5, 3.0]), Solid, Rubber::neo_hookean(0.5, 1e2)?)
+        .hold((2, Side::Min))
+        .prescribe_motion(end, 0, move |x, load| x[0] * (turn(load).1 - 1.0) - x[1] * turn(load).0)
+        .prescribe_motion(end, 1, move |x, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0))
+        .prescribe(end, 2, 0.0);
+    let problem = scene.discretize(&Scheme::default().particles([3, 3, 7]).stepping(stepping))?;
+    let path = problem.run(&mut ())?.completed()?;
+    Ok((problem, path))
+}
+
+/// Motions that come back, or nearly, have been away: the way between two loads is input as well as its ends.
+#[test]
+fn turns_are_made_all_the_way() -> Result<(), rkpm::Error> {
+    let small = Stepping { first: 0.05, largest: 0.05, ..Stepping::default() };
+    for degrees in [90.0, 270.0, 340.0, 360.0] {
+        let answer = |stepping| -> Result<[f64; 2], rkpm::Error> {
+            let (problem, path) = twisted(degrees, stepping)?;
+            println!(
+                "{degrees}: {} steps, {} iterations, {} rejected",
+                path.steps.len(),
+                path.iterations,
+                path.rejected
+            );
+            Ok([problem.energy(path.last()), problem.moment(path.last(), "face (2, Max)", 2)?])
+        };
+        let (whole, fine) = (answer(Stepping::default())?, answer(small)?);
+        for (a, b) in whole.iter().zip(fine) {
+            assert!(b > 0.05 && (a / b - 1.0).abs() < 1e-6, "{degrees}: {whole:?} {fine:?}");
+        }
+    }
+    Ok(())
+}
+
+/// Straight ways are not cut, whoever tells them: neither motions in proportion, nor those that hurry along a line.
+#[test]
+fn straight_ways_are_gone_in_one_step() -> Result<(), rkpm::Error> {
+    let straight: [fn(f64) -> f64; 3] = [|load| load, |load| load * load, |load| (1.5 * load).sin()];
+    for way in straight {
+        let scene = block()?
+            .hold((1, Side::Min))
+            .prescribe_motion((1, Side::Max), 0, move |x, load| (0.2 + 0.1 * x[0]) * way(load))
+            .prescribe_motion((1, Side::Max), 1, move |_, load| 0.1 * way(load));
+        let path = scene.discretize(&Scheme::default().particles([4, 5]))?.run(&mut ())?.completed()?;
+        assert_eq!(path.steps.len(), 1);
+    }
+    // There and back is a way as well, and so is a hundred times around.
+    let back = Amplitude::Function(std::sync::Arc::new(|load: f64| (PI * load).sin()));
+    let scene = block()?.hold((1, Side::Min)).prescribe((1, Side::Max), 0, 0.4).with_amplitude(back);
+    let scene = scene.prescribe((1, Side::Max), 1, 0.0);
+    let path = scene.discretize(&Scheme::default().particles([4, 5]))?.run(&mut ())?.completed()?;
+    let energies: Vec<f64> = path.steps.iter().map(|step| step.energy).collect();
+    assert!(energies.len() >= 2 && energies[0] > 0.01 && energies[energies.len() - 1] < 1e-12, "{energies:?}");
+    let path = turned(200.0 * PI)?.discretize(&Scheme::default().particles([4, 5]))?.run(&mut ())?.completed()?;
+    assert!(path.steps.len() >= 400, "{}", path.steps.len());
+    Ok(())
+}

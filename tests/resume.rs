@@ -85,6 +85,18 @@ fn steps_after_rejections_resume_to_the_bit() {
 }
 
 #[test]
+fn steps_around_a_turn_resume_to_the_bit() {
+    let turn = |load: f64| (load * std::f64::consts::TAU).sin_cos();
+    let problem = Scene::new(Block::new([-0.5, -1.0], [0.5, 1.0]), PlaneStrain, rubber())
+        .prescribe_motion((1, Side::Max), 0, move |x, load| x[0] * (turn(load).1 - 1.0) - x[1] * turn(load).0)
+        .prescribe_motion((1, Side::Max), 1, move |x, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0))
+        .discretize(&Scheme::default().particles([4, 5]))
+        .unwrap();
+    let whole = problem.run(&mut ()).unwrap().completed().unwrap();
+    resumes_everywhere("turn", &whole, |path| problem.resume(path, &mut ()).unwrap());
+}
+
+#[test]
 fn deflection_control_resumes_to_the_bit() {
     let problem = killed::problem().unwrap();
     let whole = problem.run(&mut ()).unwrap().completed().unwrap();

@@ -26,6 +26,13 @@ pub struct Row {
     pub label: String,
 }
 
+impl Row {
+    /// $\sum_k |c_k|$: what makes values of rows over a boundary lengths, of those at particles about 1.
+    pub(crate) fn measure(&self) -> f64 {
+        self.entries.iter().map(|(_, c)| c.abs()).sum()
+    }
+}
+
 /// A displacement component as a function of $X$ and the load factor.
 pub type Motion<const D: usize> = Arc<dyn Fn(&Point<D>, f64) -> f64 + Send + Sync>;
 

@@ -217,7 +217,8 @@ impl<const D: usize> Scene<D> {
     /// Prescribes a displacement component on a boundary part as a function of $X$ and the load factor,
     /// for what does not grow in proportion: a part that turns runs along circles.
     ///
-    /// An amplitude given to it takes the place of the load factor.
+    /// An amplitude given to it takes the place of the load factor. Load steps follow the way: they turn a part by a
+    /// quarter at most, and one that comes back to where it was has been away.
     ///
     /// ```
     /// use rkpm::prelude::*;

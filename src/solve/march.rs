@@ -13,6 +13,7 @@ use super::rejection::Rejection;
 use super::stepping::{
     FAR, FIRST_GRADIENT, FOLD_ITERATIONS, FOLD_STEP, FOLDED, Following, LARGE_CHANGE, SLOW, StepControl,
 };
+use super::ways::Ways;
 
 /// One run: what it works with and what it has reached.
 pub(super) struct March<'a, 'o, const D: usize> {
@@ -33,6 +34,8 @@ pub(super) struct March<'a, 'o, const D: usize> {
     pub(super) controlled: bool,
     /// Load factors inside (0, 1) at which amplitudes have kinks, rising.
     pub(super) knots: Vec<f64>,
+    /// Prescribed values that run along curves.
+    pub(super) ways: Ways<'a>,
 }
 
 impl<'a, 'o, const D: usize> March<'a, 'o, D> {
@@ -73,6 +76,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
             rejected: 0,
             controlled: false,
             knots,
+            ways: Ways::new(rows, D),
         })
     }
 

@@ -14,6 +14,7 @@ mod routes;
 mod search;
 mod stepping;
 mod volume;
+mod ways;
 
 pub use analysis::Analysis;
 pub(crate) use analysis::NO_FREE;

@@ -68,11 +68,14 @@ impl<const D: usize> March<'_, '_, D> {
             if let Some(&knot) = self.knots.iter().find(|&&knot| knot > now + 1e-9 && target > knot - 1e-9) {
                 target = knot;
             }
+            // Prescribed values that come back in between would never have left.
+            target = self.ways.until(now, target, stepping.smallest);
             if !self.moves(self.state.load, target) {
                 return None;
             }
             let ratio = self.previous.as_ref().map_or(0.0, |p| (target - self.state.load) / (self.state.load - p.load));
-            let ratio = if self.at_knot() { f64::NAN } else { ratio };
+            let turns = self.previous.as_ref().is_some_and(|p| !self.ways.go_on([p.load, now], target));
+            let ratio = if self.at_knot() || turns { f64::NAN } else { ratio };
             match self.attempt(self.predicted(ratio), Control::Load(target)) {
                 Ok((iterations, state)) => {
                     if iterations <= stepping.quick && !rejected {

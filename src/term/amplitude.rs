@@ -84,6 +84,19 @@ impl Amplitude {
         pairs.iter().map(|p| p.0).filter(|&load| load > 0.0 && load < 1.0).collect()
     }
 
+    /// Whether the value may be any function of the load factor.
+    pub(crate) fn is_function(&self) -> bool {
+        matches!(self, Amplitude::Function(_))
+    }
+
+    /// The value alone, for a third of the calls of a function.
+    pub(crate) fn value(&self, load: f64) -> f64 {
+        match self {
+            Amplitude::Function(function) => function(load),
+            other => other.evaluate(load).0,
+        }
+    }
+
     /// Value and slope at a load factor; at a kink the slope to the left, at the first pair of a table the one to the
     /// right: a run that starts there has to see where it leads.
     pub fn evaluate(&self, load: f64) -> (f64, f64) {

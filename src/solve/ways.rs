@@ -1,0 +1,121 @@
+//! Ways of prescribed values: a part that turns runs along circles, and the way is input as much as its end.
+
+use crate::boundary::Constraints;
+
+/// A step may lead this part of its largest change away from the straight line between its ends: a quarter turn leads
+/// 0.207 away, half a turn 0.5, a full one comes back.
+const STRAIGHT: f64 = 0.22;
+/// Departures below this part of a way's whole extent count for nothing: at a corner steps of any size would depart.
+const SLIGHT: f64 = 0.02;
+/// Ways shorter than this part of the longest one are rounding: points on the axis of a turn.
+const AT_REST: f64 = 1e-9;
+/// Where a step is looked at: the middle, and parts that no number of turns makes periods of.
+const PARTS: [f64; 8] = [0.0901699, 0.2360680, 0.3541020, 0.4721360, 0.5, 0.6180340, 0.7639320, 0.9098301];
+
+/// The rows of one particle that is moved along a curve.
+struct Way {
+    /// Row, and the factor that makes its value a length.
+    rows: Vec<(usize, f64)>,
+    /// The least departure from a straight line that counts.
+    slight: f64,
+}
+
+/// The ways of all particles whose prescribed values are functions of the load factor.
+pub(super) struct Ways<'a> {
+    constraints: &'a Constraints,
+    ways: Vec<Way>,
+}
+
+impl<'a> Ways<'a> {
+    /// The ways of rows with functions for amplitudes; others are straight between the knots of their tables.
+    pub(super) fn new(constraints: &'a Constraints, dimension: usize) -> Self {
+        let rows = constraints.rows();
+        let particle = |row: usize| rows[row].owner / dimension;
+        let mut moved: Vec<usize> =
+            (0..rows.len()).filter(|&r| rows[r].amplitude.is_function()).map(particle).collect();
+        moved.sort_unstable();
+        moved.dedup();
+        let mut ways: Vec<Way> = moved.iter().map(|_| Way { rows: Vec::new(), slight: 0.0 }).collect();
+        if ways.is_empty() {
+            return Ways { constraints, ways };
+        }
+        for (r, row) in rows.iter().enumerate() {
+            if let Ok(way) = moved.binary_search(&particle(r)) {
+                ways[way].rows.push((r, 1.0 / row.measure()));
+            }
+        }
+        let mut ways = Ways { constraints, ways };
+        let extents: Vec<f64> = ways.ways.iter().map(|way| ways.extent(way)).collect();
+        let longest = extents.iter().copied().fold(0.0, f64::max);
+        for (way, extent) in ways.ways.iter_mut().zip(&extents) {
+            way.slight = SLIGHT * extent;
+        }
+        let mut extents = extents.iter();
+        ways.ways.retain(|_| extents.next().is_some_and(|&extent| extent > AT_REST * longest));
+        ways
+    }
+
+    /// The load factor up to which a step from `now` to `target` may go: the first of as many equal parts as keep all ways
+    /// near their straight lines, or are below `smallest`.
+    pub(super) fn until(&self, now: f64, target: f64, smallest: f64) -> f64 {
+        let mut parts = 1.0;
+        loop {
+            let next = if parts == 1.0 { target } else { now + (target - now) / parts };
+            if next - now <= smallest || self.ways.iter().all(|way| self.straight(way, now, next)) {
+                return next;
+            }
+            parts = (1.2 * parts + 0.9_f64).floor();
+        }
+    }
+
+    /// Whether the values at `target` lie nearer to those extrapolated from two loads than to those of the second one:
+    /// beyond a sixth of a turn, or where ways turn back, they don't.
+    pub(super) fn go_on(&self, [before, now]: [f64; 2], target: f64) -> bool {
+        let ratio = (target - now) / (now - before);
+        let (mut ahead, mut here) = (0.0, 0.0);
+        for way in &self.ways {
+            let [a, b, c] = [before, now, target].map(|load| self.position(way, load));
+            for ((a, b), c) in a.iter().zip(&b).zip(&c) {
+                ahead += (c - b - ratio * (b - a)).powi(2);
+                here += (c - b).powi(2);
+            }
+        }
+        !(ahead > here)
+    }
+
+    /// The largest distance from the start of a way.
+    fn extent(&self, way: &Way) -> f64 {
+        let start = self.position(way, 0.0);
+        PARTS.iter().chain(&[1.0]).map(|&load| distance(&self.position(way, load), &start)).fold(0.0, f64::max)
+    }
+
+    /// Whether a way stays near its straight line between two loads, and does not run back along it.
+    fn straight(&self, way: &Way, from: f64, to: f64) -> bool {
+        let (start, end) = (self.position(way, from), self.position(way, to));
+        let line: Vec<f64> = end.iter().zip(&start).map(|(b, a)| b - a).collect();
+        let length = line.iter().map(|l| l * l).sum::<f64>();
+        let (mut reached, mut departure, mut change): (f64, f64, f64) = (0.0, 0.0, length.sqrt());
+        for part in PARTS {
+            let at = self.position(way, from + part * (to - from));
+            let along: f64 = at.iter().zip(&start).zip(&line).map(|((x, a), l)| (x - a) * l).sum();
+            if length > 0.0 {
+                reached = reached.max((along / length).min(1.0));
+            }
+            let foot: Vec<f64> = start.iter().zip(&line).map(|(a, l)| a + reached * l).collect();
+            departure = departure.max(distance(&at, &foot));
+            change = change.max(distance(&at, &start));
+        }
+        // Values that are no numbers are left to the attempt, which says where they are.
+        !(departure > way.slight && departure > STRAIGHT * change)
+    }
+
+    /// The prescribed values of a way \[length\].
+    fn position(&self, way: &Way, load: f64) -> Vec<f64> {
+        let rows = self.constraints.rows();
+        way.rows.iter().map(|&(r, factor)| factor * rows[r].target * rows[r].amplitude.value(load)).collect()
+    }
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
