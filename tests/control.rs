@@ -280,3 +280,29 @@ fn increments_grow_up_to_the_largest_one() {
     assert_eq!(loads.len(), 6);
     assert!(loads.iter().zip([0.1, 0.3, 0.5, 0.7, 0.9, 1.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{loads:?}");
 }
+
+/// Units change nothing: rows over boundaries of a body of revolution are lengths times areas, and their gaps decide
+/// whether the matrix is kept.
+#[test]
+fn the_unit_of_length_changes_no_iteration() {
+    let counts = |unit: f64| {
+        let button = Block::new([0.0, 0.0], [unit, 0.5 * unit]);
+        let path = Scene::new(button, Axisymmetric, Rubber::mooney_rivlin(0.3, 0.2, 1e3).unwrap())
+            .prescribe((0, Side::Min), 0, 0.0)
+            .hold((1, Side::Min))
+            .prescribe((1, Side::Max), 0, 0.0)
+            .prescribe((1, Side::Max), 1, -0.15 * unit)
+            .pressure((0, Side::Max), 0.1)
+            .discretize(&Scheme::default().particles([9, 7]))
+            .unwrap()
+            .run(&mut ())
+            .unwrap()
+            .completed()
+            .unwrap();
+        (path.steps.len(), path.iterations, path.rejected)
+    };
+    let one = counts(1.0);
+    for unit in [1e-3, 1e3, 1e5] {
+        assert_eq!(counts(unit), one, "{unit}");
+    }
+}

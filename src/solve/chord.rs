@@ -52,6 +52,8 @@ impl<const D: usize> Kept<'_, D> {
             let State { displacement, locals, load, .. } = &*state;
             self.assembler.assemble_forces(self.model, displacement, locals, *load, self.forces);
             self.rows.gap(&state.displacement, state.load, &mut gap);
+            // Gaps of rows over a boundary are lengths times areas; a step is a length.
+            gap.iter_mut().zip(self.rows.rows()).for_each(|(gap, row)| *gap /= row.measure());
             if !self.forces.scale.is_finite() || norm(&gap) > MET * size {
                 return false;
             }
