@@ -107,7 +107,7 @@ fn grids_have_cells_around_and_fields_of_all_particles() {
     for problem in &problems {
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
         let grid = problem.vtk_grid(path.last()).unwrap();
-        assert!(grid.to_xml().is_ok() && grid.cells.len() == problem.cells.cell_count());
+        assert!(grid.to_xml().is_ok() && grid.cells.len() == problem.cells.drawn().len());
         assert_eq!(grid.points.len(), problem.cells.positions().len());
         // Nothing crosses itself: areas of the cells, with signs all alike, sum to that of the sheared square.
         let area = |cell: &VtkCell| {
@@ -115,9 +115,7 @@ fn grids_have_cells_around_and_fields_of_all_particles() {
             (0..cell.corners().len()).map(|k| x(k)[0] * x(k + 1)[1] - x(k + 1)[0] * x(k)[1]).sum::<f64>() / 2.0
         };
         let areas: Vec<f64> = grid.cells.iter().map(area).collect();
-        if areas.iter().any(|a| *a != 0.0) {
-            assert!(areas.iter().all(|a| *a > 0.0) && (areas.iter().sum::<f64>() - 1.0).abs() < 1e-2, "{areas:?}");
-        }
+        assert!(areas.iter().all(|a| *a > 0.0) && (areas.iter().sum::<f64>() - 1.0).abs() < 1e-2, "{areas:?}");
         // Sheared by a tenth, µ = 1: σ₁₂ is below 0.1, because the sides are free, and most of it.
         let stresses = grid.point_data.iter().find(|field| field.name == "Cauchy stress").unwrap();
         let VtkValues::Tensors(tensors) = &stresses.values else { panic!("tensors") };

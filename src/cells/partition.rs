@@ -65,6 +65,12 @@ pub trait Cells<const D: usize>: Send + Sync {
     /// in polygons.
     fn corners(&self, cell: usize) -> Vec<usize>;
 
+    /// What is drawn, by the particles at its corners in the order of [`corners`](Cells::corners): the cells themselves
+    /// where they lie between particles, the triangles dual to Voronoi cells.
+    fn drawn(&self) -> Vec<Vec<usize>> {
+        (0..self.cell_count()).map(|cell| self.corners(cell)).collect()
+    }
+
     /// The distance from a particle to its neighbours \[length\]: on lattices and refined ones the length of
     /// [`spacings`](Cells::spacings), the diagonal of a cell.
     fn local_spacing(&self, particle: usize) -> f64;

@@ -209,6 +209,10 @@ impl Cells<2> for Voronoi {
         vec![cell]
     }
 
+    fn drawn(&self) -> Vec<Vec<usize>> {
+        self.triangles.drawn()
+    }
+
     fn local_spacing(&self, particle: usize) -> f64 {
         self.triangles.local_spacing(particle)
     }

@@ -99,7 +99,7 @@ impl<const D: usize> Problem<D> {
         let displacements = self.particle_displacements(state)?;
         let positions = self.cells.positions();
         let current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
-        let cells = (0..self.cells.cell_count()).map(|cell| vtk_cell(&self.cells.corners(cell), positions)).collect();
+        let cells = self.cells.drawn().iter().map(|corners| vtk_cell(corners, positions)).collect();
         let stresses = self.at_particles(&self.stresses(state));
         let mean = |stress: &Matrix3<f64>| stress.trace() / 3.0;
         let mises = |stress: &Matrix3<f64>| (1.5f64).sqrt() * (stress - Matrix3::identity() * mean(stress)).norm();
