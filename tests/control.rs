@@ -2,7 +2,7 @@
 #![cfg(feature = "solve")]
 
 use rkpm::prelude::*;
-use rkpm::solve::{EnclosedVolume, Functional, State, StepControl};
+use rkpm::solve::{EnclosedVolume, Functional, Newton, State, StepControl};
 
 /// A spherical shell, inner radius 1, outer 1.1, neo-Hookean µ = 1, k = 1e5, by hand from the layers.
 fn shell() -> (Model<1>, ShapeTable<1>) {
@@ -224,6 +224,21 @@ fn stalls_say_where_the_path_turned_and_what_leads_on() {
     let path = overblown(Stepping { control: StepControl::Load, ..Stepping::default() });
     let Ending::Stalled(why) = &path.ending else { panic!("{:?}", path.ending) };
     assert!(!path.steps.is_empty() && why.contains("ArcLength") && why.contains("check::scene"), "{why}");
+    // Where displacements alone are prescribed there is no load whose limit could be passed.
+    let squeezed = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold((1, Side::Min))
+        .prescribe((1, Side::Max), 0, 0.0)
+        .prescribe((1, Side::Max), 1, -0.8);
+    let newton = Newton { iterations: 2, ..Newton::default() };
+    for (scene, loaded) in [(squeezed.clone().body_force([0.0, -1e-3]), true), (squeezed, false)] {
+        let mut problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
+        problem.analysis.newton = newton;
+        problem.analysis.stepping.smallest = 0.1;
+        let squeezed = problem.run(&mut ()).unwrap();
+        let Ending::Stalled(why) = &squeezed.ending else { panic!("{:?}", squeezed.ending) };
+        assert_eq!((why.contains("ArcLength"), why.contains("no load grows")), (loaded, !loaded), "{why}");
+        assert!(loaded || why.contains("finer particles") && why.contains("Health::jacobians"), "{why}");
+    }
     // An observer that breaks off stalls nothing.
     let error = Path { ending: Ending::Stopped, ..path }.completed().unwrap_err();
     assert!(matches!(error, rkpm::error::SolveError::BrokenOff { .. }), "{error:?}");

@@ -60,14 +60,38 @@ impl Rejection {
     }
 }
 
-/// What to do where the load leads into an attempt that can't be solved.
-const BY_LOAD: &str =
-    "; StepControl::ArcLength or a prescribed deflection passes limit points, check::scene finds free rigid motions";
+/// What leads a run into its next state.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Driven {
+    /// Loads that grow with the load factor.
+    ByLoads,
+    /// Prescribed displacements alone.
+    ByDisplacements,
+    /// A functional or an arc.
+    Otherwise,
+}
+
+impl Driven {
+    /// What to do where the next state can't be found.
+    fn remedy(self) -> &'static str {
+        match self {
+            Driven::ByLoads => {
+                "; StepControl::ArcLength or a prescribed deflection passes limit points, \
+                 check::scene finds free rigid motions"
+            }
+            Driven::ByDisplacements => {
+                "; no load grows here: a smaller Stepping::smallest or finer particles go on further, Health::jacobians \
+                 of the last step tell material that is squeezed through, check::scene finds free rigid motions"
+            }
+            Driven::Otherwise => "",
+        }
+    }
+}
 
 impl Rejection {
     /// Why a run stalls: the reason of the last attempt as it looks from the path behind it, of `steps` converged steps
     /// up to the load factor `largest`, now at `load`.
-    pub(super) fn stall(&self, steps: usize, [load, largest]: [f64; 2], by_load: bool) -> String {
+    pub(super) fn stall(&self, steps: usize, [load, largest]: [f64; 2], driven: Driven) -> String {
         // What the first steps have solved is not free to move.
         let what = match self {
             Rejection::Linear(LinearError::Pivot { .. } | LinearError::Residual { .. }) if steps > 0 => {
@@ -80,7 +104,7 @@ impl Rejection {
         }
         let led_on = matches!(self, Rejection::Iterations(_) | Rejection::Guarded { .. } | Rejection::Diverging { .. })
             || matches!(self, Rejection::Linear(_)) && steps > 0;
-        if by_load && led_on { what + BY_LOAD } else { what }
+        if led_on { what + driven.remedy() } else { what }
     }
 }
 

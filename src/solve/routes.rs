@@ -4,7 +4,7 @@ use super::lead::{Arc, Lead, along, predict, root_mean_square};
 use super::march::March;
 use super::newton::{Control, Functional, Watch, dot};
 use super::path::{Ending, Pace, State};
-use super::rejection::Rejection;
+use super::rejection::{Driven, Rejection};
 
 impl<const D: usize> March<'_, '_, D> {
     fn steps_left(&mut self) -> bool {
@@ -27,8 +27,19 @@ impl<const D: usize> March<'_, '_, D> {
     }
 
     /// Ends the run for want of a further state.
-    fn stall(&mut self, rejection: &Rejection, by_load: bool) {
-        self.path.ending = Ending::Stalled(rejection.stall(self.path.steps.len(), self.loads(), by_load));
+    fn stall(&mut self, rejection: &Rejection, driven: Driven) {
+        self.path.ending = Ending::Stalled(rejection.stall(self.path.steps.len(), self.loads(), driven));
+    }
+
+    /// What drives a run under load control: loads, or prescribed displacements alone.
+    fn driven(&self) -> Driven {
+        let mut loads = vec![0.0; self.workspace.model.unknowns()];
+        self.workspace.model.load_slope(&self.state.displacement, &self.state.locals, self.state.load, &mut loads);
+        if loads.iter().all(|slope| *slope == 0.0) && !self.workspace.rows.is_empty() {
+            Driven::ByDisplacements
+        } else {
+            Driven::ByLoads
+        }
     }
 
     /// Whether a step changes what is controlled by more than its rounding: below, halves round up to the whole and
@@ -97,7 +108,7 @@ impl<const D: usize> March<'_, '_, D> {
                     rejected = true;
                     increment = 0.5 * (target - self.state.load);
                     if increment < rejection.least(stepping.smallest) {
-                        self.stall(&rejection, true);
+                        self.stall(&rejection, self.driven());
                         return None;
                     }
                 }
@@ -200,7 +211,7 @@ impl<const D: usize> March<'_, '_, D> {
                     rejected = true;
                     increment *= 0.5;
                     if increment < rejection.least(stepping.smallest) * first {
-                        self.stall(&rejection, false);
+                        self.stall(&rejection, Driven::Otherwise);
                         return;
                     }
                 }
@@ -242,7 +253,7 @@ impl<const D: usize> March<'_, '_, D> {
                 Err(rejection) => {
                     part *= 0.5;
                     if part < rejection.least(self.analysis.stepping.smallest) {
-                        self.stall(&rejection, false);
+                        self.stall(&rejection, Driven::Otherwise);
                         return false;
                     }
                 }
