@@ -190,7 +190,8 @@ fn large_steps_do_not_land_on_false_equilibria() {
         assert!(path.steps.last().unwrap().energy < 1e-20);
         problem.analysis.solver = Box::new(Blind(Direct));
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
-        assert!(path.rejected > 0);
+        // Steps follow the way of the edge, a quarter of a turn at most each.
+        assert!(path.steps.len() >= 2);
         assert!(path.steps.iter().all(|step| step.unstable.is_none() && step.critical.is_empty()));
         assert!(path.steps.iter().all(|step| step.energy < 1e-9), "{particles} {turns}");
     }
