@@ -375,3 +375,27 @@ fn few_of_many_bent_blocks_differ_from_small_steps() {
     println!("{differ} of {runs}");
     assert!(runs == 270 && differ <= 1, "{differ} of {runs}");
 }
+
+#[test]
+fn pulled_bodies_say_where_the_default_is_no_longer_stable() {
+    // A bonded pad of 20 × 2, a quarter of it, pulled by a tenth. The limit as docs/stability.md has it, and what is beyond it.
+    let pad = Scene::new(Block::new([0.0, 0.0], [10.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .prescribe((0, Side::Min), 0, 0.0)
+        .prescribe((1, Side::Min), 1, 0.0)
+        .prescribe((1, Side::Max), 0, 0.0)
+        .prescribe((1, Side::Max), 1, 0.1);
+    let stepping = Stepping { first: 0.1, largest: 0.1, ..Stepping::default() };
+    let run = |scheme: Scheme| {
+        let problem = pad.discretize(&scheme.particles([33, 7]).stepping(stepping)).unwrap();
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let force = problem.reaction(path.last(), "u_1 on face (1, Max)").unwrap()[1];
+        let first = path.steps.iter().find(|step| step.unstable.is_some_and(|modes| modes > 0));
+        let largest = |p: Vec<f64>| p.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        (force, first.and_then(|step| problem.pressures(&step.state)).map(largest))
+    };
+    let (elements, none) = run(Scheme::elements(2));
+    assert_eq!(none, None);
+    let (force, tension) = run(Scheme::default());
+    assert!(tension.is_some_and(|p| p > 3.0 && p < 6.0), "{tension:?}");
+    assert!((force / elements - 1.0).abs() < 0.03, "{force} {elements}");
+}

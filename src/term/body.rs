@@ -46,7 +46,8 @@ pub enum PressureField {
 /// of a zone drift by a third more). Inside a zone a change of volume that is neither constant nor linear costs
 /// nothing by its projection, and where the zone is pressed the geometric part $p\\,\partial^2J$ makes it pay: pressed
 /// bodies wrinkle inside their macro cells. $J^{1/m}$ is linear in a uniform stretch of $m$ directions, so that the
-/// pressure does nothing to it, at any pressure.
+/// pressure does nothing to it, however large. Where a zone is pulled beyond 3 to 4 $\mu_0$ it is the root that gains: bonded
+/// bodies in such tension ask for [`zonal`](Body::zonal).
 pub struct Body<const D: usize, M> {
     pub(super) table: ShapeTable<D>,
     pub(super) material: M,
