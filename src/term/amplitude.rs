@@ -85,11 +85,13 @@ impl Amplitude {
     }
 
     /// Whether the value may be any function of the load factor.
+    #[cfg(feature = "solve")]
     pub(crate) fn is_function(&self) -> bool {
         matches!(self, Amplitude::Function(_))
     }
 
     /// The value alone, for a third of the calls of a function.
+    #[cfg(feature = "solve")]
     pub(crate) fn value(&self, load: f64) -> f64 {
         match self {
             Amplitude::Function(function) => function(load),
