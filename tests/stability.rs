@@ -397,5 +397,6 @@ fn pulled_bodies_say_where_the_default_is_no_longer_stable() {
     assert_eq!(none, None);
     let (force, tension) = run(Scheme::default());
     assert!(tension.is_some_and(|p| p > 3.0 && p < 6.0), "{tension:?}");
+    // Beyond the limit the answer depends on the steps: 0.1 % low in one, 2.2 % in twenty.
     assert!((force / elements - 1.0).abs() < 0.03, "{force} {elements}");
 }

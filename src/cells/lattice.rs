@@ -127,7 +127,7 @@ impl<const D: usize> Lattice<D> {
         let mut lattice = Lattice { counts, positions, middles: Vec::new(), locator: Locator::default() };
         lattice.validate()?;
         lattice.bend(domain, &units);
-        if lattice.validate().is_err() {
+        if lattice.is_curved() && lattice.validate().is_err() {
             // Parabolas that miss a kink of the domain by so much: chords it is.
             lattice.middles.clear();
         }

@@ -113,7 +113,8 @@ pub trait Cells<const D: usize>: Send + Sync {
         self.gauss_in(n, &Zones::single(self.cell_count()))
     }
 
-    /// Sub-cells, `parts` per direction in each cell, `gauss` points per direction on each facet, grouped by zone.
+    /// Sub-cells, `parts` per direction in each cell, `gauss` points per direction on each facet (the crate's own take one
+    /// more where boundaries are curved), grouped by zone.
     ///
     /// # Errors
     /// For an impossible number of parts or points.
@@ -126,7 +127,8 @@ pub trait Cells<const D: usize>: Send + Sync {
     /// For an impossible number of points.
     fn dual(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError>;
 
-    /// Facets of a boundary part, each cut into `parts` per direction with `gauss` points per direction.
+    /// Facets of a boundary part, each cut into `parts` per direction with `gauss` points per direction (one more where
+    /// [`smoothing`](Cells::smoothing) takes it).
     ///
     /// # Errors
     /// Where the part does not exist or the numbers are impossible.

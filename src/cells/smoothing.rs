@@ -175,8 +175,8 @@ impl<const D: usize> BoundaryCells<D> {
 }
 
 impl<const D: usize> Lattice<D> {
-    /// `parts` sub-cells per direction in each cell, `gauss` points per direction on each facet,
-    /// grouped by zone.
+    /// `parts` sub-cells per direction in each cell, `gauss` points per direction on each facet, one
+    /// more where cells are curved, grouped by zone.
     ///
     /// # Errors
     /// For an impossible number of parts or points.
@@ -268,7 +268,7 @@ impl<const D: usize> Lattice<D> {
     }
 
     /// The facets of a boundary part, each cut into `parts` per direction with `gauss` points per
-    /// direction: the edge points of [`smoothing`](Lattice::smoothing) with the same numbers.
+    /// direction, one more where cells are curved: the edge points of [`smoothing`](Lattice::smoothing) with the same numbers.
     ///
     /// # Errors
     /// Where the part does not exist or the numbers are impossible.

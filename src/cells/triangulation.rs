@@ -14,7 +14,7 @@ use super::{BoundaryCells, Cells, Scatter, Smoothing, Zones};
 
 /// Particles in a drawn region and the triangles between them: a constrained Delaunay triangulation.
 ///
-/// Sub-cells are the `parts`² congruent triangles of each triangle. Zones are the triangles around inner particles
+/// Sub-cells are the `parts`² congruent triangles of each triangle; sides on arcs are parabolas. Zones are the triangles around inner particles
 /// two edges apart. Supports are balls.
 ///
 /// ```

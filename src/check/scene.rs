@@ -83,7 +83,7 @@ pub struct Diagnosis {
     pub pressures: usize,
     /// Displacement unknowns that the rows leave.
     pub displacements: usize,
-    /// Whether a single cell spans a thickness of the body, with pressures that are constant across it.
+    /// Whether a single cell spans a thickness of the body.
     pub thin: bool,
     /// Pressures per displacement above which a nearly incompressible body locks: those of the continuum, one
     /// pressure for `D` displacements at each point.

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use crate::geometry::Point;
-
 use crate::quadrature::Points;
 
 use super::super::brick::determinant;
