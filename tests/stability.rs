@@ -376,27 +376,95 @@ fn few_of_many_bent_blocks_differ_from_small_steps() {
     assert!(runs == 270 && differ <= 1, "{differ} of {runs}");
 }
 
-#[test]
-fn pulled_bodies_say_where_the_default_is_no_longer_stable() {
-    // A bonded pad of 20 × 2, a quarter of it, pulled by a tenth. The limit as docs/stability.md has it, and what is beyond it.
-    let pad = Scene::new(Block::new([0.0, 0.0], [10.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+/// A bonded pad of 20 × 2 (a quarter of it) pulled by a tenth: tensions of 16 µ inside.
+fn pulled_pad(scattered: bool) -> (Scene<2>, &'static str) {
+    let rubber = Rubber::neo_hookean(0.5, 1e3).unwrap();
+    if scattered {
+        let outline = Outline::at([0.0, 0.0]).line("b", [10.0, 0.0]).line("r", [10.0, 1.0]).line("t", [0.0, 1.0]);
+        let region = Region::new(outline.close("l")).unwrap();
+        let scene = Scene::on(region, PlaneStrain, rubber).prescribe("l", 0, 0.0).prescribe("b", 1, 0.0);
+        return (scene.prescribe("t", 0, 0.0).prescribe("t", 1, 0.1), "u_1 on t");
+    }
+    let scene = Scene::new(Block::new([0.0, 0.0], [10.0, 1.0]), PlaneStrain, rubber)
         .prescribe((0, Side::Min), 0, 0.0)
         .prescribe((1, Side::Min), 1, 0.0)
         .prescribe((1, Side::Max), 0, 0.0)
         .prescribe((1, Side::Max), 1, 0.1);
-    let stepping = Stepping { first: 0.1, largest: 0.1, ..Stepping::default() };
-    let run = |scheme: Scheme| {
-        let problem = pad.discretize(&scheme.particles([33, 7]).stepping(stepping)).unwrap();
+    (scene, "u_1 on face (1, Max)")
+}
+
+#[test]
+fn pulled_bodies_do_not_tear_up_inside_their_macro_cells() {
+    // With roots of J alone the modes of a zone gain energy beyond a tension of 3 to 4 µ: 39 unstable modes on the lattice, and
+    // scattered particles ended, stable, at 41.9 in place of 68.6 (Q2/P1: 68.64).
+    for (scattered, scheme) in [
+        (false, Scheme::default().particles([33, 7])),
+        (true, Scheme::default().spacing(0.17)),
+        (true, Scheme::default().spacing(0.25)),
+    ] {
+        let (scene, label) = pulled_pad(scattered);
+        let mut forces = Vec::new();
+        for steps in [1, 10] {
+            let size = 1.0 / f64::from(steps);
+            let stepping = Stepping { first: size, largest: size, ..Stepping::default() };
+            let problem = scene.discretize(&scheme.clone().stepping(stepping)).unwrap();
+            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            assert!(path.steps.iter().all(|step| step.unstable == Some(0)));
+            assert!(path.iterations <= 16 + 4 * path.steps.len(), "{}", path.iterations);
+            forces.push(problem.reaction(path.last(), label).unwrap()[1]);
+        }
+        // Nearly the same state by either way, zones may stand a sixteenth apart; and 0.2 % off the finite elements.
+        assert!((forces[0] / forces[1] - 1.0).abs() < 1e-4, "{forces:?}");
+        assert!((forces[0] / 68.64 - 1.0).abs() < 2e-3, "{forces:?}");
+    }
+}
+
+#[test]
+fn work_is_stored_while_measures_change() {
+    // Exponents follow the pressure without being derived from the potential: what that leaves of ∫F du is far below what the
+    // lattice is off.
+    let (scene, label) = pulled_pad(false);
+    let stepping = Stepping { first: 0.01, largest: 0.01, ..Stepping::default() };
+    let problem = scene.discretize(&Scheme::default().particles([33, 7]).stepping(stepping)).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let force = |state: &State| problem.reaction(state, label).unwrap()[1];
+    let (mut work, mut before) = (0.0, (0.0, 0.0));
+    for step in &path.steps {
+        let now = (0.1 * step.state.load, force(&step.state));
+        work += 0.5 * (now.1 + before.1) * (now.0 - before.0);
+        before = now;
+    }
+    let off = work / problem.energy(path.last()) - 1.0;
+    assert!(off.abs() < 3e-4, "{off:.1e}");
+}
+
+#[test]
+fn pulled_bodies_of_revolution_and_solids_are_stable() {
+    // Bonded between plates and pulled by 30 % and a fifth: tensions of 4.4 and 5 µ, beyond the 3 and 4 µ of roots.
+    let rubber = || Rubber::neo_hookean(0.5, 1e3).unwrap();
+    let cylinder = Scene::new(Block::new([0.0, 0.0], [5.0, 1.0]), Axisymmetric, rubber())
+        .prescribe((0, Side::Min), 0, 0.0)
+        .prescribe((1, Side::Min), 1, 0.0)
+        .prescribe((1, Side::Max), 0, 0.0)
+        .prescribe((1, Side::Max), 1, 0.3);
+    let block = Scene::new(Block::new([0.0; 3], [3.0, 3.0, 0.5]), Solid, rubber())
+        .prescribe((0, Side::Min), 0, 0.0)
+        .prescribe((1, Side::Min), 1, 0.0)
+        .prescribe((2, Side::Min), 2, 0.0)
+        .prescribe((2, Side::Max), 0, 0.0)
+        .prescribe((2, Side::Max), 1, 0.0)
+        .prescribe((2, Side::Max), 2, 0.1);
+    fn run<const D: usize>(scene: &Scene<D>, counts: &[usize], tension: f64) -> f64 {
+        let problem = scene.discretize(&Scheme::default().particles(counts).stepping(Stepping::equal(5))).unwrap();
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
-        let force = problem.reaction(path.last(), "u_1 on face (1, Max)").unwrap()[1];
-        let first = path.steps.iter().find(|step| step.unstable.is_some_and(|modes| modes > 0));
-        let largest = |p: Vec<f64>| p.into_iter().fold(f64::NEG_INFINITY, f64::max);
-        (force, first.and_then(|step| problem.pressures(&step.state)).map(largest))
-    };
-    let (elements, none) = run(Scheme::elements(2));
-    assert_eq!(none, None);
-    let (force, tension) = run(Scheme::default());
-    assert!(tension.is_some_and(|p| p > 3.0 && p < 6.0), "{tension:?}");
-    // Beyond the limit the answer depends on the steps: 0.1 % low in one, 2.2 % in twenty.
-    assert!((force / elements - 1.0).abs() < 0.03, "{force} {elements}");
+        assert!(path.steps.iter().all(|step| step.unstable == Some(0)));
+        let largest = problem.pressures(path.last()).unwrap().into_iter().fold(0.0, f64::max);
+        assert!(largest > tension, "{largest}");
+        problem.energy(path.last())
+    }
+    // Q2/P1 with 41 × 13 nodes, refined once: 30.555; in space with 13 × 13 × 5: 1.2376, not refined.
+    let energy = run(&cylinder, &[21, 7], 4.2);
+    assert!((energy / 30.555 - 1.0).abs() < 3e-3, "{energy}");
+    let energy = run(&block, &[9, 9, 5], 4.5);
+    assert!((energy / 1.2376 - 1.0).abs() < 0.02, "{energy}");
 }

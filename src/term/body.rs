@@ -15,6 +15,17 @@ use super::{Element, Health, Term, View};
 /// Part of the bulk modulus that may stay pointwise beside projected pressures; see [`Body::zonal`].
 const POINTWISE_SHARE: f64 = 0.1;
 
+/// Tensions of a zone, by the sum of its initial shear modulus and von Mises' stress, between which its measure goes over
+/// from roots of $J$ to $J$. Roots are stable below 3 to 4; with 1 and 3 a cylinder of revolution, bonded and pulled by 30 %,
+/// had unstable modes on the way. A pulled sheet stays below 2/3.
+const TENSIONS: [f64; 2] = [0.8, 1.6];
+
+/// Equal parts of that way: the measure goes it part by part, so that it rests while Newton's method comes to rest.
+const PARTS: f64 = 16.0;
+
+/// A zone keeps its part until the pressure asks for one that is further off than this.
+const KEPT: f64 = 0.75;
+
 /// Zones of so many times the points of the smallest keep as many times its share, wider ones no more.
 const WIDEST: f64 = 1.5;
 
@@ -46,8 +57,12 @@ pub enum PressureField {
 /// of a zone drift by a third more). Inside a zone a change of volume that is neither constant nor linear costs
 /// nothing by its projection, and where the zone is pressed the geometric part $p\\,\partial^2J$ makes it pay: pressed
 /// bodies wrinkle inside their macro cells. $J^{1/m}$ is linear in a uniform stretch of $m$ directions, so that the
-/// pressure does nothing to it, however large. Where a zone is pulled beyond 3 to 4 $\mu_0$ it is the root that gains: bonded
-/// bodies in such tension ask for [`zonal`](Body::zonal).
+/// pressure does nothing to it, however large. Where a zone is pulled it is the root that pays, for a stretch in one direction,
+/// $-p\\,(1 - \tfrac1m)\\,(\delta J)^2$: beyond 3 to 4 $\mu_0$ bonded bodies would tear up inside their macro cells. So the exponent $q$
+/// of $G = 1 + (J^q - 1)/q$ rises from $1/m$ to 1, in sixteen parts, while the mean pressure of the zone rises from 0.8 to 1.6
+/// of $\mu_0 + \sigma$, with von Mises' stress $\sigma$ of the zone: sheets and threads, whose pressures come of their stretch, keep
+/// roots at any stretch. It is a local unknown that [`advance`](Term::advance) sets by the pressure and everything else takes
+/// as given: forces and matrix are those of the potential with it.
 pub struct Body<const D: usize, M> {
     pub(super) table: ShapeTable<D>,
     pub(super) material: M,
@@ -59,7 +74,9 @@ pub struct Body<const D: usize, M> {
     fewest: usize,
     /// A zone on which no functions are orthonormal, and the square norm of one that is not positive.
     unsuited: Option<f64>,
-    pub(super) measure: Measure,
+    /// Initial shear modulus where the measure follows the pressure, else 0.
+    shear: f64,
+    measure: Measure,
 }
 
 impl<const D: usize, M: Material> Body<D, M> {
@@ -81,6 +98,7 @@ impl<const D: usize, M: Material> Body<D, M> {
             let clusters = body.table.clusters();
             body.fewest = (0..clusters.len()).map(|zone| clusters.points(zone).len()).min().unwrap_or(0);
             body.measure = Measure::roots(if D == 3 { 2 } else { D + body.table.hoops().len() });
+            body.shear = crate::material::initial_shear_modulus(&body.material);
         }
         body
     }
@@ -101,7 +119,8 @@ impl<const D: usize, M: Material> Body<D, M> {
             share,
             fewest: 0,
             unsuited: None,
-            measure: Measure::VOLUME,
+            shear: 0.0,
+            measure: Measure::Volume,
         };
         match field {
             PressureField::Constant => body.tabulate_zone_functions(1),
@@ -144,10 +163,10 @@ impl<const D: usize, M: Material> Body<D, M> {
                     PressureField::Displacement => pointwise(point).slope,
                     PressureField::Pointwise => view.locals[2 * point + 1],
                     PressureField::Constant | PressureField::Linear => {
-                        let pi = &view.locals[self.locals(cluster)][self.functions..];
+                        let (_, pi, measure) = self.zone(cluster, view.locals);
                         let projected: f64 = self.phi(point).iter().zip(pi).map(|(p, pi)| p * pi).sum();
                         let j = self.deformation_gradient(point, view.displacement).determinant();
-                        projected * self.measure.of(j).slope + self.share(cluster) * volumetric.evaluate(j).slope
+                        projected * measure.of(j).slope + self.share(cluster) * volumetric.evaluate(j).slope
                     }
                 });
             }
@@ -171,6 +190,17 @@ impl<const D: usize, M: Material> Body<D, M> {
         }
         for cluster in 0..clusters.len() {
             let range = self.locals(cluster);
+            let mut measure = self.measure;
+            if self.functions > 0 {
+                let (mut sum, mut volume) = (0.0, 0.0);
+                for point in clusters.points(cluster) {
+                    let weight = self.table.weights()[point];
+                    (sum, volume) = (sum + weight * pressure(&self.table.positions()[point]), volume + weight);
+                }
+                let pulled = self.pulled(cluster, sum / volume, None, 0.0);
+                locals[range.end - 1] = pulled;
+                measure = self.measure.towards_volume(pulled * self.unit(cluster));
+            }
             for point in clusters.points(cluster) {
                 let p = pressure(&self.table.positions()[point]);
                 let mut j = 1.0;
@@ -184,7 +214,7 @@ impl<const D: usize, M: Material> Body<D, M> {
                     j = next;
                 }
                 if self.functions > 0 {
-                    let measure = self.measure.of(j);
+                    let measure = measure.of(j);
                     let (theta, pi) = locals[range.clone()].split_at_mut(self.functions);
                     let weight = self.table.weights()[point];
                     for (k, phi) in self.phi(point).iter().enumerate() {
@@ -261,6 +291,60 @@ impl<const D: usize, M: Material> Body<D, M> {
         self.phi(point)
     }
 
+    /// The unknowns of a zone: coefficients of $\bar G$ and of its conjugate, and the measure it has by the last one.
+    #[inline(always)]
+    pub(super) fn zone<'a>(&self, cluster: usize, locals: &'a [f64]) -> (&'a [f64], &'a [f64], Measure) {
+        let n = self.functions;
+        if n == 0 {
+            return (&[], &[], self.measure);
+        }
+        let all = &locals[self.locals(cluster)];
+        (&all[..n], &all[n..2 * n], self.measure.towards_volume(all[2 * n] * self.unit(cluster)))
+    }
+
+    /// The constant zone function: the last local unknown is counted in its inverse, so that it is of the size of the first,
+    /// whatever the unit of length.
+    #[inline(always)]
+    pub(super) fn unit(&self, cluster: usize) -> f64 {
+        self.table.clusters().points(cluster).next().map_or(0.0, |point| self.phi(point)[0])
+    }
+
+    /// The last local unknown of a zone that has `held` under a mean pressure: how far it is on the way from roots of $J$
+    /// to $J$. Without a displacement the stresses of shape are taken for none.
+    #[inline(always)]
+    pub(super) fn pulled(&self, cluster: usize, pressure: f64, displacement: Option<&[f64]>, held: f64) -> f64 {
+        let [from, to] = TENSIONS;
+        let unit = self.unit(cluster);
+        // Without a shear modulus nothing is known; a zone without a volume has no pressure.
+        if !(self.shear > 0.0 && unit > 0.0 && (pressure > from * self.shear || held != 0.0)) {
+            return 0.0;
+        }
+        let scale = self.shear + displacement.map_or(0.0, |d| self.shape_stress(cluster, d)).max(0.0);
+        let x = ((pressure - from * scale) / ((to - from) * scale)).clamp(0.0, 1.0);
+        let (wanted, held_part) = (PARTS * x * x * (3.0 - 2.0 * x), PARTS * held * unit);
+        // What was predicted from two states, or gone by a part of a step, may lie between.
+        let whole = (held_part - held_part.round()).abs() < 1e-6;
+        if whole && (wanted - held_part).abs() <= KEPT { held } else { wanted.round() / (PARTS * unit) }
+    }
+
+    /// The mean of von Mises' stress, of the distortional energy per volume at rest, over a zone.
+    #[inline(never)]
+    fn shape_stress(&self, cluster: usize, displacement: &[f64]) -> f64 {
+        let Some((distortional, _)) = self.material.split() else { return 0.0 };
+        const ALL: [usize; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+        let (mut sum, mut volume) = (0.0, 0.0);
+        for point in self.table.clusters().points(cluster) {
+            let f = self.deformation_gradient(point, displacement);
+            let mut stress = [0.0; 9];
+            distortional.respond(&f, &ALL, &mut stress, &mut []);
+            let kirchhoff = Matrix3::from_row_slice(&stress) * f.transpose();
+            let deviator = kirchhoff - Matrix3::identity() * (kirchhoff.trace() / 3.0);
+            let weight = self.table.weights()[point];
+            (sum, volume) = (sum + weight * (1.5 * deviator.norm_squared()).sqrt(), volume + weight);
+        }
+        sum / volume
+    }
+
     /// The part of the volumetric energy of a zone that stays pointwise.
     #[inline(always)]
     pub(super) fn share(&self, cluster: usize) -> f64 {
@@ -283,7 +367,8 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 
     /// The energy of a body without local unknowns at a state: projected where the field is.
-    fn zone_energy(&self, cluster: usize, d: &[f64]) -> f64 {
+    fn zone_energy(&self, cluster: usize, view: View<'_>) -> f64 {
+        let d = view.displacement;
         let Some((distortional, volumetric)) = self.material.split() else {
             return self
                 .table
@@ -293,6 +378,7 @@ impl<const D: usize, M: Material> Body<D, M> {
                 .sum();
         };
         let n = self.functions;
+        let (_, _, measure) = self.zone(cluster, view.locals);
         let mut theta = [0.0; 4];
         let mut energy = 0.0;
         for point in self.table.clusters().points(cluster) {
@@ -302,9 +388,9 @@ impl<const D: usize, M: Material> Body<D, M> {
             energy += weight * distortional.energy(&f);
             let pointwise = if self.functions > 0 { self.share(cluster) } else { 1.0 };
             energy += weight * pointwise * volumetric.evaluate(j).energy;
-            let measure = self.measure.of(j).value;
+            let value = measure.of(j).value;
             for (t, phi) in theta.iter_mut().zip(self.phi(point)) {
-                *t += weight * phi * measure;
+                *t += weight * phi * value;
             }
         }
         if n > 0 {
@@ -312,7 +398,7 @@ impl<const D: usize, M: Material> Body<D, M> {
                 let projected: f64 = self.phi(point).iter().zip(&theta).map(|(p, t)| p * t).sum();
                 energy += self.table.weights()[point]
                     * (1.0 - self.share(cluster))
-                    * self.measure.energy(volumetric, projected).energy;
+                    * measure.energy(volumetric, projected).energy;
             }
         }
         energy
@@ -351,7 +437,11 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
                 let points = self.table.clusters().points(cluster);
                 2 * points.start..2 * points.end
             }
-            _ => 2 * self.functions * cluster..2 * self.functions * (cluster + 1),
+            // θ, π and the exponent.
+            _ => {
+                let each = 2 * self.functions + 1;
+                each * cluster..each * (cluster + 1)
+            }
         }
     }
 
@@ -392,7 +482,7 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
     }
 
     fn energy(&self, cluster: usize, view: View<'_>) -> f64 {
-        self.zone_energy(cluster, view.displacement)
+        self.zone_energy(cluster, view)
     }
 
     fn largest_gradient(&self, cluster: usize, displacement: &[f64]) -> f64 {

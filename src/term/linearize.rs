@@ -11,7 +11,7 @@ use super::body::{Body, PressureField};
 use super::contraction::GROUP;
 use super::guard::{largest_step, largest_step_of_hoops};
 use super::lower::{LowerBlocks, WIDTH};
-use super::measure::Jet;
+use super::measure::{Jet, Measure};
 use super::{Element, Term, View};
 
 /// Adds forces and, where asked for, the matrix of a cluster; see [`Term::linearize`].
@@ -74,8 +74,9 @@ struct Pressure {
 }
 
 /// Residuals of the local equations of one zone and their Hessian; at most four functions.
-#[derive(Default)]
 struct Zone {
+    /// What is projected.
+    measure: Measure,
     /// The part of the volumetric energy that stays pointwise.
     share: f64,
     of_theta: [f64; 4],
@@ -85,8 +86,8 @@ struct Zone {
 
 impl Zone {
     #[inline(always)]
-    fn new(theta: &[f64], pi: &[f64], share: f64) -> Self {
-        let mut zone = Zone { share, ..Zone::default() };
+    fn new(theta: &[f64], pi: &[f64], share: f64, measure: Measure) -> Self {
+        let mut zone = Zone { measure, share, of_theta: [0.0; 4], of_pi: [0.0; 4], hessian: [[0.0; 4]; 4] };
         for k in 0..theta.len() {
             zone.of_theta[k] = -pi[k];
             zone.of_pi[k] = -theta[k];
@@ -106,12 +107,12 @@ impl Zone {
         j: f64,
     ) -> Jet {
         let (phi, share) = (body.phi(point), 1.0 - self.share);
-        let measure = body.measure.of(j);
+        let measure = self.measure.of(j);
         let mut projected = 0.0;
         for (p, t) in phi.iter().zip(theta) {
             projected += p * t;
         }
-        let u = body.measure.energy(volumetric, projected);
+        let u = self.measure.energy(volumetric, projected);
         let n = theta.len();
         for k in 0..n {
             let factor = weight * phi[k];
@@ -152,8 +153,8 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
         let Advance { body, cluster, view, step, locals_step } = self;
         let table = &body.table;
         let n = body.functions;
-        let (theta, pi) = view.locals[body.locals(cluster)].split_at(n);
-        let mut zone = Zone::new(theta, pi, body.share(cluster));
+        let (theta, pi, measure) = body.zone(cluster, view.locals);
+        let mut zone = Zone::new(theta, pi, body.share(cluster), measure);
         let mut bound: f64 = 1.0;
         // C δd, function by function.
         let mut change_of_pi = [0.0; 4];
@@ -193,6 +194,11 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
                 locals_step[n + k] += zone.hessian[k][l] * (zone.of_pi[l] + change_of_pi[l]);
             }
         }
+        if n > 0 {
+            // The exponent follows the pressure that is held, not that of the step: increments are linear in steps.
+            let held = view.locals[body.locals(cluster)][2 * n];
+            locals_step[2 * n] = body.pulled(cluster, pi[0] * body.unit(cluster), Some(view.displacement), held) - held;
+        }
         bound
     }
 }
@@ -225,8 +231,8 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                 (PressureField::Displacement, _) | (_, None) => (&body.material, None),
                 (_, Some((distortional, volumetric))) => (distortional, Some(volumetric)),
             };
-        let (theta, pi) = view.locals[body.locals(cluster)].split_at(n);
-        let mut zone = Zone::new(theta, pi, body.share(cluster));
+        let (theta, pi, measure) = body.zone(cluster, view.locals);
+        let mut zone = Zone::new(theta, pi, body.share(cluster), measure);
         // Points in a row that see the same nodes wait for each other, as many as have their products in registers.
         let most = match D * S {
             0..=4 => GROUP,

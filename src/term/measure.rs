@@ -2,10 +2,17 @@
 
 use crate::material::{Volumetric, VolumetricEnergy};
 
-/// $G(J) = 1 + m(J^{1/m} - 1)$, the volume itself for $m = 1$; $G(1) = G'(1) = 1$.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Measure {
-    roots: i32,
+/// $G(J) = 1 + (J^q - 1)/q$: $m(J^{1/m} - 1) + 1$ for $q = 1/m$, the volume itself for $q = 1$; $G(1) = G'(1) = 1$.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Measure {
+    /// $q = 1$.
+    Volume,
+    /// $q = \tfrac12$.
+    Square,
+    /// $q = \tfrac13$.
+    Cube,
+    /// Any $q$ in between.
+    Power(f64),
 }
 
 /// A function of one variable with two derivatives.
@@ -17,44 +24,104 @@ pub(super) struct Jet {
 }
 
 impl Measure {
-    /// $G = J$.
-    pub const VOLUME: Measure = Measure { roots: 1 };
-
-    /// The measure with $m$ = `roots`, from 1 to 3.
+    /// The measure with $q = 1/m$, $m$ = `roots` from 1 to 3.
     pub fn roots(roots: usize) -> Self {
-        Measure { roots: roots.clamp(1, 3) as i32 }
+        match roots {
+            0 | 1 => Measure::Volume,
+            2 => Measure::Square,
+            _ => Measure::Cube,
+        }
+    }
+
+    /// The measure whose $q$ is a part of the way from this one's to 1.
+    #[inline(always)]
+    pub fn towards_volume(self, part: f64) -> Self {
+        // Nothing of it is by far the usual case.
+        if part <= 0.0 || self == Measure::Volume {
+            return self;
+        }
+        if part >= 1.0 {
+            return Measure::Volume;
+        }
+        let q = self.exponent();
+        Measure::Power(q + part * (1.0 - q))
+    }
+
+    fn exponent(self) -> f64 {
+        match self {
+            Measure::Volume => 1.0,
+            Measure::Square => 0.5,
+            Measure::Cube => 1.0 / 3.0,
+            Measure::Power(q) => q,
+        }
     }
 
     /// $G$ at a determinant; NaN below zero.
     #[inline(always)]
     pub fn of(self, j: f64) -> Jet {
-        let root = match self.roots {
-            1 => return Jet { value: j, slope: 1.0, curvature: 0.0 },
-            2 => j.sqrt(),
+        let power = match self {
+            Measure::Volume => return Jet { value: j, slope: 1.0, curvature: 0.0 },
+            Measure::Square => j.sqrt(),
             // Quicker than the cube root, and NaN below zero as well.
-            _ => (j.ln() / 3.0).exp(),
+            Measure::Cube => (j.ln() / 3.0).exp(),
+            Measure::Power(q) => (j.ln() * q).exp(),
         };
-        let m = f64::from(self.roots);
-        let slope = root / j;
-        Jet { value: 1.0 + m * (root - 1.0), slope, curvature: (1.0 / m - 1.0) * slope / j }
+        let q = self.exponent();
+        let slope = power / j;
+        Jet { value: 1.0 + (power - 1.0) / q, slope, curvature: (q - 1.0) * slope / j }
     }
 
     /// $\hat U$, the energy as a function of $G$: $\hat U(G(J)) = U(J)$.
     #[inline(always)]
     pub fn energy(self, volumetric: &dyn VolumetricEnergy, measure: f64) -> Volumetric {
-        if self.roots == 1 {
-            return volumetric.evaluate(measure);
-        }
-        let m = f64::from(self.roots);
-        let root = 1.0 + (measure - 1.0) / m;
-        // dJ/dG and d²J/dG² of J = rootᵐ.
-        let slope = root.powi(self.roots - 1);
-        let curvature = (m - 1.0) / m * root.powi(self.roots - 2);
-        let u = volumetric.evaluate(slope * root);
+        let q = self.exponent();
+        let power = 1.0 + q * (measure - 1.0);
+        // dJ/dG and d²J/dG² of J = powerᵐ, m = 1/q.
+        let (slope, curvature) = match self {
+            Measure::Volume => return volumetric.evaluate(measure),
+            Measure::Square => (power, 0.5),
+            Measure::Cube => (power * power, 2.0 / 3.0 * power),
+            Measure::Power(q) => {
+                let slope = (power.ln() * (1.0 / q - 1.0)).exp();
+                (slope, (1.0 - q) * slope / power)
+            }
+        };
+        let u = volumetric.evaluate(slope * power);
         Volumetric {
             energy: u.energy,
             slope: u.slope * slope,
             curvature: u.curvature * slope * slope + u.slope * curvature,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::QuadraticVolume;
+
+    #[test]
+    fn measures_are_derivatives_of_each_other_and_invert() {
+        let energy = QuadraticVolume { bulk: 10.0 };
+        for base in [Measure::Square, Measure::Cube] {
+            for part in [0.0, 1e-3, 0.4, 1.0] {
+                let measure = base.towards_volume(part);
+                for j in [0.4, 0.97, 1.0, 1.6] {
+                    let (step, at) = (1e-5, measure.of(j));
+                    let [low, high] = [j - step, j + step].map(|j| measure.of(j));
+                    assert!(((high.value - low.value) / (2.0 * step) / at.slope - 1.0).abs() < 1e-8);
+                    assert!(((high.slope - low.slope) / (2.0 * step) - at.curvature).abs() < 1e-8);
+                    let u = measure.energy(&energy, at.value);
+                    assert!((u.energy - energy.evaluate(j).energy).abs() < 1e-13, "{measure:?} {j}");
+                    let [low, high] = [at.value - step, at.value + step].map(|g| measure.energy(&energy, g));
+                    assert!(((high.energy - low.energy) / (2.0 * step) - u.slope).abs() < 1e-8);
+                    assert!(((high.slope - low.slope) / (2.0 * step) - u.curvature).abs() < 1e-6);
+                }
+            }
+        }
+        // The ends of the way meet what they lead to.
+        let j = 1.3;
+        assert!((Measure::Cube.towards_volume(1e-12).of(j).value - Measure::Cube.of(j).value).abs() < 1e-11);
+        assert!((Measure::Cube.towards_volume(1.0 - 1e-12).of(j).value - j).abs() < 1e-11);
     }
 }
