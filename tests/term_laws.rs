@@ -139,11 +139,12 @@ fn deformed<const D: usize>(random: &mut fastrand::Rng, lattice: &Lattice<D>, no
 
 /// Where the exponents of zones stand among local unknowns: the last of each zone's, whose number is odd.
 fn exponents<const D: usize>(model: &Model<D>) -> Vec<(usize, usize)> {
-    let of = |(t, term): (usize, &Box<dyn Term<D>>)| -> Vec<(usize, usize)> {
+    let of = |t: usize| -> Vec<(usize, usize)> {
+        let term = &model.terms()[t];
         let ranges = (0..term.clusters()).map(|c| term.locals(c)).filter(|range| range.len() % 2 == 1);
         ranges.map(|range| (t, range.end - 1)).collect()
     };
-    model.terms().iter().enumerate().flat_map(of).collect()
+    (0..model.terms().len()).flat_map(of).collect()
 }
 
 /// The local unknowns that belong to a displacement: those that a Newton step of zero leaves as they are.
