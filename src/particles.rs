@@ -1,5 +1,7 @@
 //! Particles: positions, supports and representative volumes.
 
+use nalgebra::{DMatrix, SMatrix};
+
 use crate::error::ApproximationError;
 use crate::geometry::Point;
 use crate::neighbours::distances;
@@ -11,6 +13,10 @@ pub enum Support<const D: usize> {
     Ball(f64),
     /// A box of half-widths $a_i$, kernel $\prod_i \Phi(|x_i-x_{Ii}|/a_i)$, eq. (3.26).
     Box(Point<D>),
+    /// A parallelepiped, in the plane a parallelogram, with half-axes $a_k$, the columns of a matrix \[length\]: kernel
+    /// $\prod_k \Phi(|\xi_k|)$, $x - x_I = \sum_k \xi_k a_k$. Eq. (3.26) along directions of one's own; lattices that are askew to
+    /// the axes have turned boxes.
+    Parallelepiped(SMatrix<f64, D, D>),
 }
 
 impl<const D: usize> Support<D> {
@@ -19,6 +25,7 @@ impl<const D: usize> Support<D> {
         match self {
             Support::Ball(radius) => Point::repeat(*radius),
             Support::Box(half) => *half,
+            Support::Parallelepiped(axes) => Point::from_fn(|i, _| axes.row(i).abs().sum()),
         }
     }
 
@@ -27,7 +34,19 @@ impl<const D: usize> Support<D> {
         match self {
             Support::Ball(radius) => Support::Ball(radius * factor),
             Support::Box(half) => Support::Box(half * factor),
+            Support::Parallelepiped(axes) => Support::Parallelepiped(axes * factor),
         }
+    }
+
+    /// The matrix that takes an offset to its $\xi$ in a parallelepiped; `None` for other supports, and where half-axes lie in
+    /// one plane or on one line.
+    pub(crate) fn inverse_axes(&self) -> Option<SMatrix<f64, D, D>> {
+        let Support::Parallelepiped(axes) = self else { return None };
+        // Scaled, so that a length of 1e-200 is not taken for none.
+        let scale = axes.amax();
+        let inverse = DMatrix::from_fn(D, D, |i, j| axes[(i, j)] / scale).try_inverse()?;
+        let inverse: SMatrix<f64, D, D> = SMatrix::from_fn(|i, j| inverse[(i, j)] / scale);
+        inverse.iter().all(|entry| entry.is_finite()).then_some(inverse)
     }
 }
 
@@ -64,6 +83,14 @@ impl<const D: usize> Particles<D> {
                 if !(value > 0.0 && value.is_finite()) {
                     return Err(ApproximationError::Support { particle, value });
                 }
+            }
+            if matches!(support, Support::Parallelepiped(_)) && support.inverse_axes().is_none() {
+                let remedy = "give half-axes in as many directions as there are dimensions";
+                return Err(ApproximationError::Particle {
+                    particle,
+                    what: "the half-axes of its support enclose nothing",
+                    remedy,
+                });
             }
         }
         check_places(&positions, |particle| supports[particle].half_widths())?;

@@ -7,6 +7,7 @@ use proptest::test_runner::{RngSeed, TestCaseError, TestRunner};
 use rkpm::basis::{Basis, Polynomial};
 use rkpm::error::ApproximationError;
 use rkpm::kernel::{CubicSpline, Gaussian, Kernel, QuinticSpline, WendlandC2};
+use rkpm::nalgebra::{DMatrix, DVector, SMatrix};
 use rkpm::particles::{Particles, Support};
 use rkpm::prelude::{Approximation, Block, ReproducingKernel, ShapeFunctions};
 
@@ -97,7 +98,15 @@ fn cloud<const D: usize>(recipe: &Recipe) -> Cloud<D> {
     let supports = (0..n)
         .map(|_| {
             let mut dilation = || mean * (0.7 + 0.7 * random.f64());
-            if recipe.boxes { Support::Box(Point::from_fn(|_, _| dilation())) } else { Support::Ball(dilation()) }
+            let half = Point::<D>::from_fn(|_, _| dilation());
+            match (recipe.boxes, random.u8(0..3)) {
+                (false, _) => Support::Ball(half[0]),
+                // A third of the boxes are askew.
+                (true, 0) => Support::Parallelepiped(SMatrix::from_fn(|i, k| {
+                    half[k] * if i == k { 1.0 } else { 0.6 * (random.f64() - 0.5) }
+                })),
+                (true, _) => Support::Box(half),
+            }
         })
         .collect();
     let mut particles = Particles::new(positions, supports).unwrap();
@@ -434,6 +443,12 @@ fn unequal_volumes_do_change_the_shape_functions() {
 /// Supports end a rounding before their edge.
 const EDGE: f64 = 1.0 - 1e-12;
 
+/// The place of an offset in a parallelepiped.
+fn solved<const D: usize>(axes: &SMatrix<f64, D, D>, offset: &Point<D>) -> Point<D> {
+    let place = DMatrix::from_fn(D, D, |i, k| axes[(i, k)]).lu().solve(&DVector::from_fn(D, |i, _| offset[i])).unwrap();
+    Point::from_fn(|i, _| place[i])
+}
+
 /// The particles whose support holds a point, by looking at all of them.
 fn brute_force<const D: usize>(cloud: &Cloud<D>, at: &Point<D>) -> Vec<u32> {
     let particles = cloud.particles();
@@ -443,6 +458,7 @@ fn brute_force<const D: usize>(cloud: &Cloud<D>, at: &Point<D>) -> Vec<u32> {
             let distances = match particles.supports()[i] {
                 Support::Ball(radius) => Point::repeat(offset.norm() / radius),
                 Support::Box(half) => offset.abs().component_div(&half),
+                Support::Parallelepiped(axes) => solved(&axes, &offset).abs(),
             };
             let value: f64 = distances.iter().map(|&z| cloud.kernel().value_and_slope(z).0).product();
             value > 0.0 && distances.max() < EDGE

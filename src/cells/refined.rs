@@ -5,12 +5,15 @@ mod subcells;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use nalgebra::Matrix2;
+
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Domain, Part, Point, Side};
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::brick::{Shape, determinant, multilinear};
+use super::lattice::ASKEW;
 use super::mesh::parabola;
 use super::smoothing::on_facets;
 use super::{BoundaryCells, Cells, Lattice, Layout, Smoothing, Zones};
@@ -57,6 +60,8 @@ pub struct Refined {
     /// Four cells for each macro cell, in its order.
     cells: Vec<Cell>,
     spacing: Vec<Point<2>>,
+    /// Directions along the axes of the domain at each particle, as long as its spacing along them.
+    axes: Vec<Matrix2<f64>>,
     /// How far the middles of curved sides on the boundary stand off their chords, by their ends, the lower one first.
     bulges: BTreeMap<(u32, u32), Point<2>>,
 }
@@ -98,6 +103,7 @@ impl Refined {
             places: Vec::new(),
             cells: Vec::new(),
             spacing: Vec::new(),
+            axes: Vec::new(),
             bulges: BTreeMap::new(),
         }
         .built()
@@ -195,7 +201,8 @@ impl Refined {
                 Cell { corners: corners.map(|c| numbers[&c]), hanging: middles.map(|m| numbers.get(&m).copied()) }
             })
             .collect();
-        let mut spacing = vec![Point::<2>::zeros(); self.positions.len()];
+        // What leads from each particle to its neighbours along either axis of the domain.
+        let mut ways = vec![[const { Vec::new() }; 2]; self.positions.len()];
         for (number, cell) in self.cells.iter().enumerate() {
             let x = cell.corners.map(|c| self.positions[c as usize]);
             let measure = determinant(&[x[1] - x[0], x[3] - x[0]]).min(determinant(&[x[3] - x[2], x[1] - x[2]]));
@@ -203,21 +210,20 @@ impl Refined {
                 return Err(GeometryError::InvertedCell { cell: number, measure });
             }
             for k in 0..4 {
-                for other in [(k + 1) % 4, (k + 3) % 4] {
-                    let own = &mut spacing[cell.corners[k] as usize];
-                    *own = own.zip_map(&(x[other] - x[k]), |d, to| d.max(to.abs()));
+                for (axis, other) in [(k % 2, (k + 1) % 4), (1 - k % 2, (k + 3) % 4)] {
+                    ways[cell.corners[k] as usize][axis].push(x[other] - x[k]);
                 }
                 if let Some(middle) = cell.hanging[k] {
                     let at = self.positions[middle as usize];
                     let across = (x[(k + 2) % 4] + x[(k + 3) % 4]) * 0.5;
-                    for to in [x[k], x[(k + 1) % 4], across] {
-                        let own = &mut spacing[middle as usize];
-                        *own = own.zip_map(&(to - at), |d, to| d.max(to.abs()));
+                    for (axis, to) in [(k % 2, x[k]), (k % 2, x[(k + 1) % 4]), (1 - k % 2, across)] {
+                        ways[middle as usize][axis].push(to - at);
                     }
                 }
             }
         }
-        self.spacing = spacing;
+        self.spacing = ways.iter().map(|ways| largest(ways.iter().flatten().copied())).collect();
+        self.axes = ways.iter().map(half_axes).collect();
         let middles = self.sides_between(|a, b| self.domain.position(&((unit(&a) + unit(&b)) * 0.5)));
         self.bend(middles);
         Ok(self)
@@ -324,7 +330,14 @@ impl Cells<2> for Refined {
 
     fn particles(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
         check_dilation(r)?;
-        self.supports(|p| self.spacing[p] * (2.0 * r))
+        let support = |(p, axes): (usize, &Matrix2<f64>)| {
+            if axes[(0, 1)].abs().max(axes[(1, 0)].abs()) < ASKEW * axes.amax() {
+                Support::Box(self.spacing[p] * (2.0 * r))
+            } else {
+                Support::Parallelepiped(axes * (2.0 * r))
+            }
+        };
+        Particles::new(self.positions.clone(), self.axes.iter().enumerate().map(support).collect())
     }
 
     fn particles_global(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
@@ -477,4 +490,23 @@ impl Refined {
         chords.sort_by_key(|&(a, b)| along(a).min(along(b)));
         chords
     }
+}
+
+/// The largest components of vectors.
+fn largest(vectors: impl Iterator<Item = Point<2>>) -> Point<2> {
+    vectors.fold(Point::zeros(), |largest, v| largest.zip_map(&v, |l, v| l.max(v.abs())))
+}
+
+/// The mean directions to neighbours along both axes of the domain, as long as the farthest of them.
+///
+/// Lattices have supports half-way to a turned box; but a parallelogram sees no farther than its neighbours, and what
+/// it would take from finer ones nearby costs accuracy: twelve membranes took 56 particles for 0.5 % with these, 77 with those of
+/// lattices (geometric means).
+fn half_axes(ways: &[Vec<Point<2>>; 2]) -> Matrix2<f64> {
+    let column = |ways: &Vec<Point<2>>| {
+        let up = |way: &Point<2>| way.normalize() * if way.dot(&ways[0]) < 0.0 { -1.0 } else { 1.0 };
+        let longest = ways.iter().map(|way| way.norm()).fold(0.0, f64::max);
+        ways.iter().map(up).sum::<Point<2>>().normalize() * longest
+    };
+    Matrix2::from_columns(&[column(&ways[0]), column(&ways[1])])
 }

@@ -2,6 +2,8 @@
 
 mod refusal;
 
+use nalgebra::{DMatrix, SMatrix};
+
 use crate::basis::Basis;
 use crate::error::ApproximationError;
 use crate::geometry::Point;
@@ -40,6 +42,10 @@ pub struct ReproducingKernel<const D: usize, K, B> {
     bins: BinGrid<D>,
     /// What the search for covering particles reads of each, together in memory.
     reaches: Vec<Reach<D>>,
+    /// What takes offsets to their places in parallelepipeds, in the order of their particles.
+    inverse_axes: Vec<SMatrix<f64, D, D>>,
+    /// Volumes over those of supports: with volumes inside the sum the kernel is a density, (3.3), (3.26).
+    densities: Vec<f64>,
     rcond_limit: f64,
 }
 
@@ -49,7 +55,16 @@ struct Reach<const D: usize> {
     position: Point<D>,
     /// One over the half-widths of the support.
     inverse: Point<D>,
-    is_ball: bool,
+    form: Form,
+}
+
+/// What distances from a particle are measured by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Form {
+    Ball,
+    Box,
+    /// With the place of its inverse half-axes.
+    Parallelepiped(u32),
 }
 
 /// Buffers of [`ReproducingKernel`].
@@ -95,13 +110,41 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
             });
         }
         let bins = BinGrid::new(&particles);
+        let mut inverse_axes = Vec::new();
         let reaches = particles.positions().iter().zip(particles.supports());
-        let reaches = reaches.map(|(position, support)| Reach {
+        let reach = |(position, support): (&Point<D>, &Support<D>)| Reach {
             position: *position,
             inverse: support.half_widths().map(|half| 1.0 / half),
-            is_ball: matches!(support, Support::Ball(_)),
-        });
-        Ok(ReproducingKernel { reaches: reaches.collect(), particles, kernel, basis, bins, rcond_limit: RCOND_LIMIT })
+            form: match support {
+                Support::Ball(_) => Form::Ball,
+                Support::Box(_) => Form::Box,
+                Support::Parallelepiped(_) => {
+                    // Particles have been asked for theirs.
+                    inverse_axes.push(support.inverse_axes().unwrap_or_else(SMatrix::zeros));
+                    Form::Parallelepiped(inverse_axes.len() as u32 - 1)
+                }
+            },
+        };
+        let reaches: Vec<Reach<D>> = reaches.map(reach).collect();
+        let measure = |reach: &Reach<D>| match reach.form {
+            Form::Ball | Form::Box => reach.inverse.iter().product(),
+            Form::Parallelepiped(place) => {
+                let inverse = &inverse_axes[place as usize];
+                DMatrix::from_fn(D, D, |i, j| inverse[(i, j)]).determinant().abs()
+            }
+        };
+        let densities =
+            particles.volumes().iter().zip(&reaches).map(|(volume, reach)| volume * measure(reach)).collect();
+        Ok(ReproducingKernel {
+            reaches,
+            inverse_axes,
+            densities,
+            particles,
+            kernel,
+            basis,
+            bins,
+            rcond_limit: RCOND_LIMIT,
+        })
     }
 
     /// Changes the reciprocal condition number below which a point is refused (default 1e-8); a NaN, below which
@@ -137,8 +180,10 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
     #[inline]
     pub(super) fn kernel_at(&self, particle: usize, at: &Point<D>, slopes: bool) -> Option<(f64, Point<D>)> {
         let offset = at - self.particles.positions()[particle];
-        let (mut value, mut gradient) = match &self.particles.supports()[particle] {
-            Support::Ball(radius) => {
+        let half = self.particles.supports()[particle].half_widths();
+        let (mut value, mut gradient) = match self.reaches[particle].form {
+            Form::Ball => {
+                let radius = half[0];
                 let distance = offset.norm();
                 if distance >= EDGE * radius {
                     return None;
@@ -148,39 +193,40 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
                 let scale = if distance > 0.0 { slope / (radius * distance) } else { 0.0 };
                 (value, offset * scale)
             }
-            Support::Box(half) => {
-                let mut value = 1.0;
-                let mut factors = [(0.0, 0.0); D];
-                for axis in 0..D {
-                    let z = offset[axis].abs() / half[axis];
-                    if z >= EDGE {
-                        return None;
-                    }
-                    factors[axis] = self.kernel.value_and_slope(z);
-                    value *= factors[axis].0;
-                }
-                let mut gradient = Point::zeros();
-                if slopes {
-                    for axis in 0..D {
-                        let mut product = factors[axis].1 * sign(offset[axis]) / half[axis];
-                        for other in 0..D {
-                            if other != axis {
-                                product *= factors[other].0;
-                            }
-                        }
-                        gradient[axis] = product;
-                    }
-                }
-                (value, gradient)
+            Form::Box => self.product(&offset.component_div(&half), slopes, |s| s.component_div(&half))?,
+            Form::Parallelepiped(place) => {
+                let inverse = &self.inverse_axes[place as usize];
+                self.product(&(inverse * offset), slopes, |s| inverse.tr_mul(s))?
             }
         };
-        if let Some(volume) = self.particles.volumes().get(particle) {
-            // With volumes inside the sum the kernel is a density: (3.3), (3.26).
-            let density = volume / self.particles.supports()[particle].half_widths().iter().product::<f64>();
+        if let Some(&density) = self.densities.get(particle) {
             value *= density;
             gradient *= density;
         }
         Some((value, gradient))
+    }
+
+    /// $\prod_k \Phi(|\xi_k|)$ and, if asked for, its gradient, made of that by $\xi$; `None` outside the support.
+    #[inline(always)]
+    fn product(
+        &self,
+        xi: &Point<D>,
+        slopes: bool,
+        gradient: impl FnOnce(&Point<D>) -> Point<D>,
+    ) -> Option<(f64, Point<D>)> {
+        if xi.iter().any(|xi| xi.abs() >= EDGE) {
+            return None;
+        }
+        let factors: [(f64, f64); D] = std::array::from_fn(|k| self.kernel.value_and_slope(xi[k].abs()));
+        let value = factors.iter().map(|factor| factor.0).product();
+        if !slopes {
+            return Some((value, Point::zeros()));
+        }
+        let by_xi = Point::from_fn(|k, _| {
+            let others = (0..D).filter(|&other| other != k).map(|other| factors[other].0);
+            factors[k].1 * sign(xi[k]) * others.product::<f64>()
+        });
+        Some((value, gradient(&by_xi)))
     }
 
     /// Particles that may cover a point, by rising index.
@@ -263,25 +309,36 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
             let reach = &self.reaches[particle as usize];
             let offset = at - reach.position;
             let mut inside = true;
-            if reach.is_ball {
-                let distance = offset.norm() * reach.inverse[0];
-                inside = distance < EDGE;
-                distances[covering] = distance;
-                for k in 1..D {
-                    distances[k * row + covering] = 0.0;
+            match reach.form {
+                Form::Ball => {
+                    let distance = offset.norm() * reach.inverse[0];
+                    inside = distance < EDGE;
+                    distances[covering] = distance;
+                    for k in 1..D {
+                        distances[k * row + covering] = 0.0;
+                    }
                 }
-            } else {
-                for k in 0..D {
-                    let distance = offset[k].abs() * reach.inverse[k];
-                    inside &= distance < EDGE;
-                    distances[k * row + covering] = distance;
+                Form::Box => {
+                    for k in 0..D {
+                        let distance = offset[k].abs() * reach.inverse[k];
+                        inside &= distance < EDGE;
+                        distances[k * row + covering] = distance;
+                    }
+                }
+                Form::Parallelepiped(place) => {
+                    let xi = self.inverse_axes[place as usize] * offset;
+                    for k in 0..D {
+                        let distance = xi[k].abs();
+                        inside &= distance < EDGE;
+                        distances[k * row + covering] = distance;
+                    }
                 }
             }
             out.nodes[covering] = particle;
             offsets[covering] = offset;
             inverse_halves[covering] = reach.inverse;
             covering += usize::from(inside);
-            balls += usize::from(inside && reach.is_ball);
+            balls += usize::from(inside && reach.form == Form::Ball);
         }
         out.nodes.truncate(covering);
         scratch.row = row;
@@ -310,7 +367,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
             }
         }
         out.nodes.truncate(kept);
-        scratch.balls = out.nodes.iter().filter(|&&node| self.reaches[node as usize].is_ball).count();
+        scratch.balls = out.nodes.iter().filter(|&&node| self.reaches[node as usize].form == Form::Ball).count();
         Ok(())
     }
 
@@ -335,8 +392,10 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
             let all = k * row..k * row + covering;
             self.kernel.fill(&distances[all.clone()], &mut factors[all.clone()], &mut factor_slopes[all]);
         }
-        let is_ball = |a: usize| balls > 0 && self.reaches[out.nodes[a] as usize].is_ball;
-        if balls == 0 && !gradients && self.particles.volumes().is_empty() {
+        // Boxes alone are by far the usual case.
+        let boxes = balls == 0 && self.inverse_axes.is_empty();
+        let form = |a: usize| if boxes { Form::Box } else { self.reaches[out.nodes[a] as usize].form };
+        if balls == 0 && !gradients && self.densities.is_empty() {
             // What smoothed tables ask for: products of whole rows.
             let weights = &mut sums.weights[..covering];
             weights.copy_from_slice(&factors[..covering]);
@@ -350,7 +409,8 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         let mut positive = true;
         for a in 0..covering {
             let mut weight = 1.0;
-            if is_ball(a) {
+            let form = form(a);
+            if form == Form::Ball {
                 weight = factors[a];
                 if gradients {
                     // The kernel is even: its slope vanishes at the centre, where the direction is undefined.
@@ -365,19 +425,29 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
                 for k in 0..D {
                     weight *= factors[k * row + a];
                 }
-                if gradients {
-                    for k in 0..D {
-                        let mut slope = factor_slopes[k * row + a] * sign(offsets[a][k]) * inverse_halves[a][k];
-                        for other in (0..D).filter(|&other| other != k) {
-                            slope *= factors[other * row + a];
+                // Slopes by places in the support, then by those in the body.
+                let by_place = |k: usize, sign: f64| {
+                    let others = (0..D).filter(|&other| other != k).map(|other| factors[other * row + a]);
+                    others.fold(factor_slopes[k * row + a] * sign, |slope, factor| slope * factor)
+                };
+                match form {
+                    _ if !gradients => {}
+                    Form::Parallelepiped(place) => {
+                        let inverse = &self.inverse_axes[place as usize];
+                        let xi = inverse * offsets[a];
+                        let slopes = inverse.tr_mul(&Point::<D>::from_fn(|k, _| by_place(k, sign(xi[k]))));
+                        for k in 0..D {
+                            sums.slopes[k * stride + a] = slopes[k];
                         }
-                        sums.slopes[k * stride + a] = slope;
+                    }
+                    Form::Ball | Form::Box => {
+                        for k in 0..D {
+                            sums.slopes[k * stride + a] = by_place(k, sign(offsets[a][k]) * inverse_halves[a][k]);
+                        }
                     }
                 }
             }
-            if let Some(volume) = self.particles.volumes().get(out.nodes[a] as usize) {
-                // With volumes inside the sum the kernel is a density: (3.3), (3.26).
-                let density = volume * inverse_halves[a].iter().product::<f64>();
+            if let Some(&density) = self.densities.get(out.nodes[a] as usize) {
                 weight *= density;
                 for k in 0..D {
                     sums.slopes[k * stride + a] *= density;

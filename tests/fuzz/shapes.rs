@@ -1,3 +1,4 @@
+use rkpm::nalgebra::SMatrix;
 use rkpm::prelude::*;
 
 use super::harness::Input;
@@ -26,6 +27,11 @@ fn cloud<const D: usize>(input: &mut Input) {
     let supports: Vec<Support<D>> = (0..input.length(count))
         .map(|_| {
             let a = if spoilt { input.number(0.4, 1.5) } else { input.good(0.4, 1.5) };
+            if input.once_in(5) {
+                // Now and then with half-axes in one plane.
+                let shear = if input.once_in(3) { 1.0 } else { 0.3 };
+                return Support::Parallelepiped(SMatrix::from_fn(|i, k| a * if i == k { 1.0 } else { shear }));
+            }
             if input.once_in(2) { Support::Ball(a) } else { Support::Box(Point::repeat(a * scale)) }
         })
         .collect();

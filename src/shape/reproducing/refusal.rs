@@ -7,7 +7,7 @@ use crate::kernel::{Kernel, fault};
 
 use super::super::ShapeFunctions;
 use super::super::correction::padded;
-use super::{KernelScratch, ReproducingKernel};
+use super::{Form, KernelScratch, ReproducingKernel};
 
 impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
     /// Why a point has no shape functions: values or slopes that are not finite, else a singular moment matrix.
@@ -47,7 +47,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
     ) -> Result<(), ApproximationError> {
         let top = self.kernel.value_and_slope(0.0).0;
         for (a, &node) in out.nodes.iter().enumerate() {
-            let axes = if self.reaches[node as usize].is_ball { 1 } else { D };
+            let axes = if self.reaches[node as usize].form == Form::Ball { 1 } else { D };
             for entry in (0..axes).map(|k| k * scratch.row + a) {
                 let pair = (scratch.factors[entry], scratch.factor_slopes[entry]);
                 if let Some((what, value, remedy)) = fault(pair, top) {
