@@ -28,13 +28,18 @@ fn told(answer: &Answer<2>, exact: &[f64]) -> String {
 /// that tolerance, and as one who knows the error would, each series credited with the worst error of all finer models.
 pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
     let error = |values: &[f64]| worst(values, &case.exact);
-    let mut even = Vec::new();
-    for n in [5usize, 6, 7, 8, 9, 11, 13, 15, 17, 19, 21, 25, 29, 33, 41, 49, 57] {
-        let problem = case.scene.discretize(&Scheme::default().particles([n]))?;
-        let path = problem.run(&mut ())?.completed()?;
-        let values = case.asked.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
-        even.push((n * n, error(&values)));
-    }
+    // As many cells along both sides, or in proportion to them: a series each.
+    let series = |sizes: &[[usize; 2]]| -> Result<Vec<(usize, f64)>, Box<dyn Error>> {
+        let errors = sizes.iter().map(|&counts| {
+            let problem = case.scene.discretize(&Scheme::default().particles(counts))?;
+            let path = problem.run(&mut ())?.completed()?;
+            let values = case.asked.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
+            Ok((counts[0] * counts[1], error(&values)))
+        });
+        errors.collect()
+    };
+    let alike = series(&[5, 6, 7, 8, 9, 11, 13, 15, 17, 19, 21, 25, 29, 33, 41, 49, 57].map(|n| [n, n]))?;
+    let square = series(&[2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 24, 30, 36].map(|k| [3 * k / 2 + 1, k + 1]))?;
     // A tolerance beyond reach shows the whole sequence.
     let asked = Tolerance { error: 1e-6, quantities: case.asked.clone() };
     let answer = case.scene.solve_within_locally(&Scheme::default(), &asked, Budget::default())?;
@@ -59,7 +64,9 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
         series.get(first).map(|(particles, _)| *particles)
     };
     for tolerance in [0.5, 0.2, 0.1] {
-        if let (Some(l), Some(e)) = (needed(&fine, 1e-2 * tolerance), needed(&even, 1e-2 * tolerance)) {
+        let within = 1e-2 * tolerance;
+        let even = [&alike, &square].into_iter().filter_map(|series| needed(series, within)).min();
+        if let (Some(l), Some(e)) = (needed(&fine, within), even) {
             println!("{tolerance} %: {l} particles locally refined, {e} evenly spaced");
             summary.note(format!("cook_local_{tolerance}"), l as f64 / e as f64)?;
             if tolerance == 0.5 {

@@ -11,15 +11,22 @@ use crate::error::{ApproximationError, BoundaryError, Error, GeometryError, Solv
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
 use crate::material::Material;
+use crate::parallel::map_with;
 use crate::quadrature::Points;
 use crate::shape::{Approximation, ShapeFunctions};
 use crate::solve::{Analysis, Observer, Path, State};
 use crate::table::ShapeTable;
 use crate::term::{Body, View};
 
+/// Fewer points are evaluated by one thread.
+const SERIAL_BELOW: usize = 64;
+
 /// Shape functions of any approximation, with the type erased.
 pub(crate) trait Evaluate<const D: usize>: Send + Sync {
     fn shape_functions_at(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError>;
+
+    /// Displacements at many points, by their values alone.
+    fn displacements_at(&self, points: &[Point<D>], state: &State) -> Vec<Result<Point<D>, ApproximationError>>;
 
     /// Values at a node; interpolating functions know them without looking.
     fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<D>, ApproximationError>;
@@ -31,6 +38,13 @@ pub(crate) trait Evaluate<const D: usize>: Send + Sync {
 impl<const D: usize, A: Approximation<D> + Send> Evaluate<D> for A {
     fn shape_functions_at(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError> {
         self.shape_functions(at)
+    }
+
+    fn displacements_at(&self, points: &[Point<D>], state: &State) -> Vec<Result<Point<D>, ApproximationError>> {
+        map_with(points.len(), SERIAL_BELOW, <(A::Scratch, ShapeFunctions<D>)>::default, |(scratch, psi), point| {
+            self.evaluate_values(&points[point], scratch, psi)?;
+            Ok(weighted(psi, state))
+        })
     }
 
     fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<D>, ApproximationError> {
@@ -124,7 +138,7 @@ impl<const D: usize> Problem<D> {
     }
 
     /// A displacement vector as long as this problem has it.
-    fn check_length(&self, state: &State) -> Result<(), SolveError> {
+    pub(super) fn check_length(&self, state: &State) -> Result<(), SolveError> {
         let (given, needed) = (state.displacement.len(), self.model.unknowns());
         if given == needed { Ok(()) } else { Err(SolveError::Length { what: "displacement", given, needed }) }
     }

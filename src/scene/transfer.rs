@@ -1,6 +1,6 @@
 //! States carried from one discretisation of a scene to another.
 
-use crate::error::Error;
+use crate::error::{ApproximationError, Error};
 use crate::geometry::Point;
 use crate::neighbours::BinGrid;
 use crate::particles::{Particles, Support};
@@ -18,8 +18,13 @@ impl<const D: usize> Problem<D> {
     pub fn transfer(&self, from: &Problem<D>, state: &State) -> Result<State, Error> {
         let mut guess = State::at_rest(&self.model, &self.rows);
         guess.load = state.load;
-        for (node, x) in self.model.positions().iter().enumerate() {
-            let u = from.displacement(state, x)?;
+        let positions = self.model.positions();
+        if let Some(x) = positions.iter().find(|x| !from.cells.contains(x)) {
+            return Err(ApproximationError::Outside { at: x.as_slice().to_vec() }.into());
+        }
+        from.check_length(state)?;
+        for (node, u) in from.approximation.displacements_at(positions, state).into_iter().enumerate() {
+            let u = u?;
             guess.displacement[node * D..(node + 1) * D].copy_from_slice(u.as_slice());
         }
         if let Some(pressures) = from.pressures(state) {

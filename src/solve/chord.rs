@@ -4,7 +4,7 @@ use crate::assembly::{Assembler, Model, System};
 use crate::boundary::Constraints;
 
 use super::increment::{Buffers, Increment, Linear};
-use super::newton::{Control, FORCES_SETTLED, Newton, norm, settled};
+use super::newton::{Control, Newton, norm, settled};
 use super::path::{Iteration, MatrixUse, Observer, State};
 
 /// Chord steps that cost about as much as another matrix with its factors: from 3 (150 unknowns in the plane) to 6
@@ -83,7 +83,10 @@ impl<const D: usize> Kept<'_, D> {
             let matrix = MatrixUse::Kept;
             observer.iteration(&Iteration { load: state.load, number, matrix, residual, increment, factor: 1.0 });
             let forces = residual * (increment / before[1]).min(1.0);
-            if increment <= LAST * self.settings.tolerance && forces <= FORCES_SETTLED && settled(next, state) {
+            if increment <= LAST * self.settings.tolerance
+                && forces <= self.settings.forces_settled()
+                && settled(next, state)
+            {
                 return true;
             }
             let steps = 2.0 * (LAST * self.settings.tolerance / increment).ln() / contraction.ln();

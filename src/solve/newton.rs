@@ -76,8 +76,8 @@ pub struct Newton {
     /// Most iterations of one attempt.
     pub iterations: usize,
     /// Converged where the increment is below this part of the displacement (of at least 1e-6 of the body's extent), the
-    /// residual below 3e-10 of the forces, and changes of local unknowns and load are small beside them as well. Looser
-    /// values lost the path of thin sheets.
+    /// residual below 3e-10 of the forces or 0.03 of this, and changes of local unknowns and load are small beside them as
+    /// well. Looser values lost the path of thin sheets.
     pub tolerance: f64,
     /// Whether steps are shortened by what the residual does along them.
     pub search: LineSearch,
@@ -96,6 +96,13 @@ pub enum Matrices {
     /// In every iteration: the inertia is that of the last state but one, down to its rounding. Paths that are
     /// followed through critical points are solved like this.
     Always,
+}
+
+impl Newton {
+    /// What a last step may leave of the residual.
+    pub(super) fn forces_settled(&self) -> f64 {
+        FORCES_SETTLED.max(FORCES_OF_TOLERANCE * self.tolerance)
+    }
 }
 
 impl Default for Newton {
@@ -123,7 +130,9 @@ const LOCALS_SETTLED: f64 = 1e-8;
 /// What a last step may leave of the residual, relative to the forces; it falls with the increments where the matrix is
 /// kept and with their square where it is not. Displacements of nearly incompressible bodies rest before their
 /// reactions, which were off by as much.
-pub(super) const FORCES_SETTLED: f64 = 3e-10;
+const FORCES_SETTLED: f64 = 3e-10;
+/// The same as a part of a tolerance for which that is more: who asks for three digits does not wait for ten.
+const FORCES_OF_TOLERANCE: f64 = 0.03;
 /// Load factors below this count as this one: a path may pass through zero.
 const LEAST_LOAD: f64 = 1e-3;
 
@@ -249,9 +258,9 @@ impl<const D: usize> Workspace<'_, D> {
             before = increment;
             if factor == 1.0
                 && increment <= settings.tolerance
-                && left <= FORCES_SETTLED
+                && left <= settings.forces_settled()
                 && settled(&next, state)
-                && local_change(&next, state) <= LOCALS_SETTLED
+                && local_change(&next, state) <= LOCALS_SETTLED.max(settings.tolerance)
             {
                 return Ok(number);
             }

@@ -126,9 +126,9 @@ pub(super) fn judge<const D: usize, Next>(
     Course::Ended(answer)
 }
 
-/// Corrections end once increments are below this part of the tolerance: what is left of a quadratic fall is then far
-/// below what the next model changes.
-const ALGEBRAIC: f64 = 1e-3;
+/// Corrections end once increments are below this part of the tolerance: what is left of a quadratic fall is then its
+/// square, and steps with a kept matrix end at far less.
+const ALGEBRAIC: f64 = 0.1;
 
 /// Solves one model, corrected from a coarser one where there is one.
 pub(super) fn solve<const D: usize>(

@@ -10,10 +10,14 @@ use crate::scene::{Problem, Scene, Scheme};
 
 use super::answer::{Answer, Budget, Level, Tolerance};
 use super::nested::{Against, Course, check, follow, join, judge, solve};
-use super::sizing::{FIRST_ACROSS, THIN};
+use super::sizing::THIN;
 
 /// Share of the summed squared indicators that the refined macro cells carry (Dörfler's bulk criterion).
 const BULK: f64 = 0.5;
+/// Cells along the shortest side of the first lattice; the others have in proportion, so that cells are nearly square. Twelve
+/// membranes took 56 particles for 0.5 % in place of 75 with as many along sides that differ by less than two (geometric
+/// means of those who know the error).
+const FIRST: f64 = 4.0;
 /// Models are compared with the last one of at most this part of their unknowns: neighbours in the sequence differ
 /// too little to tell their error.
 const COARSER: f64 = 0.6;
@@ -76,8 +80,7 @@ impl Scene<2> {
         if lengths[0].max(lengths[1]) > THIN * shortest {
             return Err(unsuited.into());
         }
-        // Sides that are nearly alike get as many cells, in favour of a small first model.
-        let even = |length: f64| 2 * ((FIRST_ACROSS * (length / shortest).floor()) / 2.0).ceil() as usize;
+        let even = |length: f64| 2 * (0.5 * FIRST * length / shortest).round() as usize;
         let mut cells = Refined::new(domain, lengths.map(even))?;
         let mut answer: Option<Answer<2>> = None;
         let mut totals: Vec<f64> = Vec::new();

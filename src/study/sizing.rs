@@ -13,7 +13,7 @@ const ORDER: f64 = 1.0;
 /// An estimate falls at most with this power of the spacing.
 const STEEPEST: f64 = 1.75;
 /// Cells across the shortest side of the first model of a compact body.
-pub(super) const FIRST_ACROSS: f64 = 3.0;
+const FIRST_ACROSS: f64 = 4.0;
 /// Spacings across the first model of a drawn shape, as if it were a square.
 const FIRST_SCATTERED: f64 = 6.0;
 /// Cells along the longest side of the first model of a thin body.
@@ -25,9 +25,9 @@ const ALIKE: f64 = 2.0;
 /// Spacing across a thin body relative to that along it: bending varies along, hardly across.
 const ACROSS: f64 = 2.0;
 /// The second model's spacing relative to the first: close enough to be cheap, far enough to tell.
-const FIRST_FACTOR: f64 = 4.0 / 3.0;
+const FIRST_FACTOR: f64 = 1.5;
 /// Bounds of all later factors.
-const FACTORS: [f64; 2] = [1.2, 2.0];
+const FACTORS: [f64; 2] = [1.5, 2.0];
 /// The next model aims at this part of the tolerance.
 const AIM: f64 = 0.8;
 /// First models without a free unknown that are tried again with twice the cells.
@@ -72,8 +72,8 @@ impl<const D: usize> Scene<D> {
     /// first order assumed, because corners allow no more, and no fall believed that is nearly as fast as the second
     /// order of linear functions. The energy is always looked at: where it was not asked for, its change counts in
     /// proportion to what the quantities changed beside it between the first two models, so that a quantity that
-    /// crosses its limit by accident passes for nothing. At least three models are solved; the next one aims at eight
-    /// tenths of the tolerance and has at least half the spacing. Where everything that the coarsest one has is
+    /// crosses its limit by accident passes for nothing. At least three models are solved, with even numbers of
+    /// cells; the next one aims at eight tenths of the tolerance and has two thirds to half the spacing. Where everything that the coarsest one has is
     /// prescribed, as one cell through a thin bonded body, it takes more cells across. And where it has one cell through a
     /// thin body it is compared with the model that has two: if that changes a quantity by more than eight tenths of the
     /// tolerance, as it does in bending, all models have two or more; else the change stays part of the bound.
@@ -170,13 +170,21 @@ struct Sides<const D: usize> {
     thin: f64,
     /// Cells across a side of the first model at least.
     fewest: f64,
+    /// Numbers of cells are even, where there are more than two.
+    in_pairs: bool,
 }
 
 impl<const D: usize> Sides<D> {
     fn of(scene: &Scene<D>) -> Result<Self, Error> {
         if scene.is_scattered() {
             // A drawn shape takes the product of the counts as its number of particles.
-            return Ok(Sides { lengths: [1.0; D], first: 1.0 / FIRST_SCATTERED, thin: 0.0, fewest: 1.0 });
+            return Ok(Sides {
+                lengths: [1.0; D],
+                first: 1.0 / FIRST_SCATTERED,
+                thin: 0.0,
+                fewest: 1.0,
+                in_pairs: false,
+            });
         }
         let needed = "a scene on a block, mapped block or drawn region, whose particles can be chosen";
         let lengths = scene.side_lengths().ok_or(GeometryError::Unsuited { what: "sizing to a tolerance", needed })?;
@@ -185,7 +193,7 @@ impl<const D: usize> Sides<D> {
         let first = if longest > THIN * shortest { longest / FIRST_ALONG } else { shortest / FIRST_ACROSS };
         // Sides that are nearly alike are taken as equal to the shortest, in favour of cells of any shape.
         let lengths = lengths.map(|l| if l < ALIKE * shortest { shortest } else { l });
-        Ok(Sides { lengths, first, thin: longest / THIN, fewest: 1.0 })
+        Ok(Sides { lengths, first, thin: longest / THIN, fewest: 1.0, in_pairs: true })
     }
 
     /// Particles along each axis for a spacing `fineness` times finer than the first.
@@ -195,7 +203,10 @@ impl<const D: usize> Sides<D> {
         let fewest = if self.fewest > 1.0 { (self.fewest * fineness).round() } else { 1.0 };
         let cells = |&length: &f64| {
             let coarser = if length < self.thin { ACROSS } else { 1.0 };
-            (length / (coarser * spacing)).round().max(fewest)
+            let cells = length / (coarser * spacing);
+            // Pressure zones take two by two: the wider one that an odd number leaves makes errors of its own, and models
+            // with and without it differ by them.
+            if self.in_pairs && cells >= 2.5 { 2.0 * (0.5 * cells).round() } else { cells.round() }.max(fewest)
         };
         self.lengths.iter().map(|length| cells(length).min(1e7) as usize + 1).collect()
     }
