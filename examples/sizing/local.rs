@@ -69,6 +69,17 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
         if let (Some(l), Some(e)) = (needed(&fine, within), even) {
             println!("{tolerance} %: {l} particles locally refined, {e} evenly spaced");
             summary.note(format!("cook_local_{tolerance}"), l as f64 / e as f64)?;
+            // Odd numbers of cells among them make the credit of the evenly spaced ones worse.
+            let pairs: Vec<_> = alike.iter().copied().filter(|(particles, _)| particles % 2 == 1).collect();
+            if let Some(e) = needed(&pairs, within) {
+                println!("{tolerance} %: {e} evenly spaced with even numbers of cells");
+                summary.note(format!("cook_local_{tolerance}_even_cells"), l as f64 / e as f64)?;
+            }
+            // The first model is not refined yet.
+            if let Some(refined) = needed(&fine[1..], within) {
+                println!("{tolerance} %: {refined} particles after at least one refinement");
+                summary.note(format!("cook_local_{tolerance}_refined"), refined as f64 / e as f64)?;
+            }
             if tolerance == 0.5 {
                 let (models, best) = best_of_all(case, e / 2)?;
                 println!(
