@@ -462,9 +462,10 @@ fn pulled_bodies_of_revolution_and_solids_are_stable() {
         assert!(largest > tension, "{largest}");
         problem.energy(path.last())
     }
-    // Q2/P1 with 41 × 13 nodes, refined once: 30.555; in space with 13 × 13 × 5: 1.2376, not refined.
+    // Q2/P1 with 41 × 13 nodes, refined once: 30.555, from which 21 × 7 particles are 0.2 % off. In space with 13 × 13 × 5: 1.2376,
+    // not refined; the default says 0.5 % more with 9 and with 13 particles a side.
     let energy = run(&cylinder, &[21, 7], 4.2);
     assert!((energy / 30.555 - 1.0).abs() < 3e-3, "{energy}");
     let energy = run(&block, &[9, 9, 5], 4.5);
-    assert!((energy / 1.2376 - 1.0).abs() < 0.02, "{energy}");
+    assert!((energy / 1.2376 - 1.0).abs() < 0.007, "{energy}");
 }

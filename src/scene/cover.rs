@@ -13,6 +13,7 @@ use crate::quadrature::Points;
 use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
 
 use super::discretize::Unmeasured;
+use super::problem::SERIAL_BELOW;
 use super::{Problem, Scheme};
 
 /// Rounds after which supports are no longer raised: raising until all is well often does not end.
@@ -26,8 +27,6 @@ const SOUND: f64 = 1e-6;
 const EASY: f64 = 1e-4;
 /// Points per direction and cell of the closer look.
 const DENSE: usize = 4;
-/// Points below which the check stays on one thread.
-const SERIAL_BELOW: usize = 64;
 
 /// How well a discretisation's shape functions are conditioned, at particles, in the middle of cells and on the boundary.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -19,7 +19,7 @@ use crate::table::ShapeTable;
 use crate::term::{Body, View};
 
 /// Fewer points are evaluated by one thread.
-const SERIAL_BELOW: usize = 64;
+pub(super) const SERIAL_BELOW: usize = 64;
 
 /// Shape functions of any approximation, with the type erased.
 pub(crate) trait Evaluate<const D: usize>: Send + Sync {
