@@ -347,6 +347,13 @@ pub(crate) fn parabola(from: &Point<2>, to: &Point<2>, bulge: &Point<2>, t: f64)
     (from * (1.0 - t) + to * t + bulge * (4.0 * t * (1.0 - t)), to - from + bulge * (4.0 - 8.0 * t))
 }
 
+/// Three points of a triangle and their weights, exact to degree 2. They lie inside: points on its sides would lose their
+/// measure on an axis of revolution, and what is left would not tell linear fields apart.
+pub(crate) fn three_points([a, b, c]: [Point<2>; 3], area: f64) -> [(Point<2>, f64); 3] {
+    let third = (a + b + c) / 6.0;
+    [a, b, c].map(|corner| (third + corner * 0.5, area / 3.0))
+}
+
 /// Adds the Gauss points of the square collapsed onto a triangle, exact to degree $2n - 2$ for a rule of $n$ points.
 pub(crate) fn collapse(
     rule: &(Vec<f64>, Vec<f64>),

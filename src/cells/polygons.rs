@@ -7,7 +7,7 @@ use crate::geometry::Point;
 use crate::quadrature::{Points, gauss_legendre};
 
 use super::Smoothing;
-use super::mesh::{collapse, cross, parabola};
+use super::mesh::{collapse, cross, parabola, three_points};
 use super::smoothing::on_facets;
 
 /// Polygons over shared vertices, counter-clockwise, in groups.
@@ -107,8 +107,7 @@ impl Polygons {
                     if k + 2 == corners.len() { side(k + 1, 0) } else { Point::<2>::zeros() },
                 ];
                 if bulges == [Point::<2>::zeros(); 3] {
-                    // Mid-edge points: exact to degree 2.
-                    interior.extend([(a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5].map(|x| (x, part / 3.0)));
+                    interior.extend(three_points([a, b, c], part));
                 } else {
                     let mut points = Points::empty();
                     collapse(&curved, &[a, b, c], &bulges, &mut points);

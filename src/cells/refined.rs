@@ -17,7 +17,7 @@ use super::lattice::ASKEW;
 use super::mesh::parabola;
 use super::smoothing::on_facets;
 use super::{BoundaryCells, Cells, Lattice, Layout, Smoothing, Zones};
-use subcells::Facets;
+use subcells::{Facets, Rules};
 
 /// Halvings of a cell at most: spacings stay above 1/16 of the coarsest.
 const DEEPEST: u32 = 4;
@@ -390,7 +390,7 @@ impl Cells<2> for Refined {
             let needed = "at least 1 is needed";
             return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
         }
-        let curved = gauss_legendre(3)?;
+        let rules = Rules { straight: gauss_legendre(2)?, curved: gauss_legendre(3)? };
         let mut facets = Facets::default();
         let mut out = Smoothing {
             facet_points: Vec::new(),
@@ -403,7 +403,7 @@ impl Cells<2> for Refined {
         };
         for zone in zones.offsets.windows(2) {
             for &cell in &zones.cells[zone[0]..zone[1]] {
-                self.cut_cell(cell as usize, parts, &curved, &mut facets, &mut out);
+                self.cut_cell(cell as usize, parts, &rules, &mut facets, &mut out);
             }
             out.groups.push(out.cells.len());
         }

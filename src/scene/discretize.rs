@@ -347,6 +347,14 @@ fn body_table<const D: usize, A: Approximation<D>>(
             let table = ShapeTable::new(approximation, &points, kinematics)?;
             Ok((table, FacetRule { parts: 1, gauss: 1 }, field))
         }
+        // Averages would leave a basis that can do more at their second order. In space gradients that are linear in a brick
+        // leave three of its deformations unseen: averages over 27 parts of it don't.
+        Rule::Auto if D == 2 && scheme.order > 1 => {
+            let gauss = 2 + more;
+            let smoothing = cells.smoothing(1, gauss, &cells.zones(size))?;
+            let table = ShapeTable::consistent(approximation, &smoothing, kinematics)?;
+            Ok((table, FacetRule { parts: 1, gauss }, field))
+        }
         Rule::Auto | Rule::Smoothed { .. } => {
             let parts = if let Rule::Smoothed { parts } = scheme.rule { parts } else { 2 + more };
             let gauss = 2 + more;

@@ -53,7 +53,9 @@ pub enum Dilation {
 /// How the domain is integrated.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Rule {
-    /// Gauss points in 1D, smoothed sub-cells beyond.
+    /// Gauss points in 1D; beyond, gradients averaged over two sub-cells per direction of each cell. For orders above 1
+    /// gradients that are linear in each cell of the plane ([`ShapeTable::consistent`](crate::table::ShapeTable::consistent)),
+    /// averages over three sub-cells per direction in space.
     Auto,
     /// Gauss points, `points` per direction in each of `zones` equal zones along each axis. `None`
     /// for the points means particles per direction in the zone + 2 (the paper's rule), `None` for
@@ -275,9 +277,9 @@ impl Scheme {
 
     /// Sets the order of the basis.
     ///
-    /// Default rules average gradients over sub-cells, which keeps the patch test and leaves second order in the energy with
-    /// any basis. Who wants the third and fourth that a quadratic one has takes Gauss points, as many as integrate its
-    /// rational functions: `rule(Rule::Gauss { zones: None, points: Some(10) })`; the patch test is then met to their error.
+    /// Second and higher orders pay where solutions are smooth: the default rule is then consistent with quadratic fields in
+    /// one and two dimensions, and the energy of a strip of revolution of 9 × 9 particles is off by 1.5e-6 where averages
+    /// over sub-cells leave 1.0e-4. In space rules stay averages of the second order.
     pub fn order(mut self, order: u8) -> Self {
         self.order = order;
         self

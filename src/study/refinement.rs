@@ -6,6 +6,7 @@ use nalgebra::Matrix3;
 
 use crate::cells::{Cells, Refined};
 use crate::error::{Error, GeometryError};
+use crate::geometry::Point;
 use crate::scene::{Problem, Scene, Scheme};
 
 use super::answer::{Answer, Budget, Level, Tolerance};
@@ -137,9 +138,20 @@ fn compared(before: &[Level], unknowns: usize, totals: &[f64], stuck: f64, least
 fn indicators(problem: &Problem<2>, gradients: &[Matrix3<f64>], cells: &Refined) -> Vec<f64> {
     let weights = problem.body.table().weights();
     let macros = cells.macro_count();
-    // Clusters of the body are macro cells of four cells; their points are shared out cell by cell.
-    let per_cell = gradients.len() / (4 * macros).max(1);
-    let cell_of = |point: usize| point / per_cell.max(1);
+    // Clusters of the body are macro cells of four cells, each of which has the points nearest to its middle.
+    let middles: Vec<Point<2>> = (0..cells.cell_count())
+        .map(|cell| cells.corners(cell).iter().map(|&corner| cells.positions()[corner]).sum::<Point<2>>() * 0.25)
+        .collect();
+    let table = problem.body.table();
+    let mut macro_of = vec![0; gradients.len()];
+    for cluster in 0..table.clusters().len() {
+        macro_of[table.clusters().points(cluster)].fill(cluster);
+    }
+    let cell_of = |point: usize| {
+        let away = |cell: &usize| (middles[*cell] - table.positions()[point]).norm_squared();
+        let own = 4 * macro_of[point]..4 * macro_of[point] + 4;
+        own.min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or_default()
+    };
     // The recovered gradient at a particle: the mean over all sub-cells of the cells around it.
     let mut sums = vec![(0.0, Matrix3::<f64>::zeros()); cells.positions().len()];
     for (point, (f, w)) in gradients.iter().zip(weights).enumerate() {
@@ -150,7 +162,7 @@ fn indicators(problem: &Problem<2>, gradients: &[Matrix3<f64>], cells: &Refined)
     }
     let mut eta = vec![0.0; macros];
     for (point, (f, w)) in gradients.iter().zip(weights).enumerate() {
-        let at = &problem.body.table().positions()[point];
+        let at = &table.positions()[point];
         let corners = cells.corners(cell_of(point));
         // Nearer corners count more.
         let (mut total, mut mean) = (0.0, Matrix3::<f64>::zeros());
@@ -159,7 +171,7 @@ fn indicators(problem: &Problem<2>, gradients: &[Matrix3<f64>], cells: &Refined)
             total += near;
             mean += sums[corner].1 * (near / sums[corner].0.max(f64::MIN_POSITIVE));
         }
-        eta[point / (4 * per_cell).max(1)] += w * (f - mean / total).norm_squared();
+        eta[macro_of[point]] += w * (f - mean / total).norm_squared();
     }
     eta
 }

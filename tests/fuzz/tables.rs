@@ -55,7 +55,11 @@ fn table<const D: usize>(input: &mut Input, one: impl Kinematics<D>, other: impl
             spoilt_smoothing(input, &mut smoothing);
             let _ = input.saw("smoothing", &smoothing);
             let _ = (smoothing.volumes(), smoothing.nodal(lattice.positions()));
-            ShapeTable::smoothed(&kernel, &smoothing, kinematics)
+            if input.once_in(2) {
+                ShapeTable::smoothed(&kernel, &smoothing, kinematics)
+            } else {
+                ShapeTable::consistent(&kernel, &smoothing, kinematics)
+            }
         }
         _ => {
             let mut boundary = lattice.boundary(&Side::Max.into(), 2, 2).unwrap();

@@ -5,14 +5,22 @@ use std::collections::BTreeMap;
 use crate::geometry::Point;
 use crate::quadrature::Points;
 
-use super::super::brick::determinant;
-use super::super::mesh::{collapse, parabola};
+use super::super::brick::{determinant, multilinear};
+use super::super::mesh::{collapse, parabola, three_points};
 use super::{Refined, Smoothing};
 
 /// A point between two particles, `k` of `parts` from the first one, on their chord or its parabola.
 fn cut(positions: &[Point<2>], ends: (u32, u32), bulge: &Point<2>, k: usize, parts: usize) -> Point<2> {
     let (low, high) = (&positions[ends.0 as usize], &positions[ends.1 as usize]);
     parabola(low, high, bulge, k as f64 / parts as f64).0
+}
+
+/// Abscissae and weights along the sides of the unit square.
+pub(super) struct Rules {
+    /// Two points: exact to degree 3.
+    pub(super) straight: (Vec<f64>, Vec<f64>),
+    /// Three points, for the maps of curved sides.
+    pub(super) curved: (Vec<f64>, Vec<f64>),
 }
 
 /// Facets while sub-cells are built: each with its two ends.
@@ -54,7 +62,7 @@ impl Refined {
         &self,
         number: usize,
         parts: usize,
-        curved: &(Vec<f64>, Vec<f64>),
+        rules: &Rules,
         facets: &mut Facets,
         out: &mut Smoothing<2>,
     ) {
@@ -109,7 +117,7 @@ impl Refined {
                 let outline: Vec<Point<2>> =
                     around.iter().map(|&(facet, sign)| facets.ends[facet as usize][usize::from(sign < 0.0)]).collect();
                 let bulges: Vec<Point<2>> = around.iter().map(|&(facet, _)| facets.bulges[facet as usize]).collect();
-                let (interior, centre) = fan(&outline, &bulges, curved);
+                let (interior, centre) = fan(&outline, &bulges, rules);
                 out.cells.push(around);
                 out.interior.push(interior);
                 out.centres.push(centre);
@@ -118,9 +126,13 @@ impl Refined {
     }
 }
 
-/// Interior points of a polygon exact to degree 2 — mid-edge rules of the triangles around its mean corner — and its
-/// centroid.
-fn fan(outline: &[Point<2>], bulges: &[Point<2>], curved: &(Vec<f64>, Vec<f64>)) -> (Vec<(Point<2>, f64)>, Point<2>) {
+/// Interior points of a polygon exact to degree 2 — Gauss points of a quadrilateral, else those of the triangles around its
+/// mean corner — and its centroid.
+fn fan(
+    outline: &[Point<2>],
+    bulges: &[Point<2>],
+    Rules { straight: gauss, curved }: &Rules,
+) -> (Vec<(Point<2>, f64)>, Point<2>) {
     let mean = outline.iter().sum::<Point<2>>() / outline.len() as f64;
     let (mut points, mut total, mut centre) = (Vec::with_capacity(3 * outline.len()), 0.0, Point::<2>::zeros());
     for (k, &a) in outline.iter().enumerate() {
@@ -135,7 +147,18 @@ fn fan(outline: &[Point<2>], bulges: &[Point<2>], curved: &(Vec<f64>, Vec<f64>))
             points.extend(rule.positions.into_iter().zip(rule.weights));
             continue;
         }
-        points.extend([(a + b) * 0.5, (b + mean) * 0.5, (mean + a) * 0.5].map(|x| (x, area / 3.0)));
+        points.extend(three_points([a, b, mean], area));
+    }
+    if let [a, b, c, d] = *outline
+        && bulges.iter().all(|bulge| *bulge == Point::<2>::zeros())
+    {
+        let corners = [a, b, d, c, a, b, d, c];
+        let gauss = gauss.0.iter().flat_map(|t| gauss.0.iter().map(|s| Point::<2>::new(*s, *t)));
+        let weighed = |at: Point<2>| {
+            let (position, columns) = multilinear(&corners, &at);
+            (position, 0.25 * determinant(&columns))
+        };
+        points = gauss.map(weighed).collect();
     }
     (points, centre / total)
 }

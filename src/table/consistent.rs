@@ -1,0 +1,160 @@
+//! Gradients that are linear in sub-cells, from the moments of values on their facets and inside.
+
+use nalgebra::{Cholesky, SMatrix, SVector};
+
+use crate::cells::Smoothing;
+use crate::error::{Error, GeometryError};
+use crate::geometry::Point;
+use crate::kinematics::{Kinematics, hoops};
+use crate::shape::{Approximation, ShapeFunctions};
+
+use super::build::{Rows, rows};
+use super::facets::{Facets, List};
+use super::smooth::Measured;
+use super::{Clusters, check_values, inverse_radius};
+
+/// The part of a moment that is left when what the others know of it is taken off, at which interior points count as
+/// flat: rounding leaves 1e-16, a slanting cell a million times longer than wide 1e-12.
+const FLAT: f64 = 1e-13;
+
+/// What tabulating a sub-cell leaves for its points.
+struct Scratch<S, const D: usize, const Q: usize> {
+    values: S,
+    psi: ShapeFunctions<D>,
+    /// The sub-cell that the rest belongs to.
+    cell: Option<usize>,
+    /// Moments $\int\Psi_{,j}\\,q_k\\,m\\,\mathrm dV$ by slot.
+    list: List<[[f64; Q]; 4]>,
+    /// Coefficients of the functions by slot at a point, from moments: $M^{-1}$.
+    inverse: SMatrix<f64, Q, Q>,
+}
+
+impl<S: Default, const D: usize, const Q: usize> Default for Scratch<S, D, Q> {
+    fn default() -> Self {
+        Scratch {
+            values: S::default(),
+            psi: ShapeFunctions::default(),
+            cell: None,
+            list: List::default(),
+            inverse: SMatrix::zeros(),
+        }
+    }
+}
+
+/// $q = (1, X - X_c)$.
+fn linear<const D: usize, const Q: usize>(at: &Point<D>, centre: &Point<D>) -> SVector<f64, Q> {
+    SVector::from_fn(|k, _| if k == 0 { 1.0 } else { at[k - 1] - centre[k - 1] })
+}
+
+/// Rows of the interior points, and their positions; see [`ShapeTable::consistent`](super::ShapeTable::consistent).
+pub(super) fn consistent<const D: usize, const Q: usize, A: Approximation<D>>(
+    approximation: &A,
+    smoothing: &Smoothing<D>,
+    kinematics: &(impl Kinematics<D> + ?Sized),
+) -> Result<(Rows, Clusters, Vec<Point<D>>), Error> {
+    let hoops = hoops(kinematics)?;
+    let slots = D + usize::from(!hoops.is_empty());
+    let measured = Measured::new(kinematics, hoops.len(), smoothing)?;
+    let facets = Facets::<D, Q>::integrate(approximation, smoothing, &measured)?;
+    let mut starts = vec![0];
+    for (points, centre) in smoothing.interior.iter().zip(&smoothing.centres) {
+        if points.len() < Q {
+            return Err(too_few(centre));
+        }
+        starts.push(starts[starts.len() - 1] + points.len());
+    }
+    let groups: Vec<usize> = smoothing.groups.iter().map(|&cell| starts[cell]).collect();
+    let positions = smoothing.interior.iter().flatten().map(|(at, _)| *at).collect();
+    let (mut rows, clusters) = rows(
+        &groups,
+        <Scratch<A::Scratch, D, Q>>::default,
+        |Scratch { values, psi, cell: known, list, inverse }, point, rows: &mut Rows| -> Result<(), Error> {
+            let cell = starts.partition_point(|&start| start <= point) - 1;
+            let centre = &smoothing.centres[cell];
+            if *known != Some(cell) {
+                *known = Some(cell);
+                list.clear();
+                measured.at(centre)?;
+                for &(facet, sign) in &smoothing.cells[cell] {
+                    let (nodes, sums, _) = facets.get(facet as usize);
+                    let from = smoothing.facet_points[facet as usize * smoothing.points_per_facet] - centre;
+                    list.add([[0.0; Q]; 4], nodes, |a, sum| {
+                        for j in 0..D {
+                            let flux = sign * sums[a][0][j];
+                            sum[j][0] += flux;
+                            for k in 1..Q {
+                                sum[j][k] += sign * sums[a][k][j] + flux * from[k - 1];
+                            }
+                        }
+                    });
+                }
+                let mut moments = SMatrix::<f64, Q, Q>::zeros();
+                for (at, weight) in &smoothing.interior[cell] {
+                    let q = linear::<D, Q>(at, centre);
+                    let measure = measured.at(at)?;
+                    moments += q * q.transpose() * (weight * measure);
+                    approximation.evaluate_values(at, values, psi)?;
+                    check_values(psi, approximation.nodes().len(), at)?;
+                    rows.rcond = rows.rcond.min(psi.rcond);
+                    // m/R has a limit on the axis: 2π for the measure 2πR.
+                    let over_radius = if hoops.is_empty() {
+                        0.0
+                    } else {
+                        let mut off_axis = *at;
+                        if at[0] == 0.0 {
+                            off_axis[0] = 1e-8 * weight.abs().sqrt();
+                        }
+                        let measure = measured.at(&off_axis)?;
+                        measure * inverse_radius(off_axis[0], at.as_slice(), measure)?
+                    };
+                    list.add([[0.0; Q]; 4], &psi.nodes, |a, sum| {
+                        let value = weight * psi.values[a];
+                        for j in 0..D.min(Q - 1) {
+                            sum[j][j + 1] -= value * measure;
+                        }
+                        if !hoops.is_empty() {
+                            // m,R = (number of hoops) m / R for the measures 2πR and 4πR².
+                            for k in 0..Q {
+                                let hoop = value * over_radius * q[k];
+                                sum[0][k] -= hoops.len() as f64 * hoop;
+                                sum[D][k] += hoop;
+                            }
+                        }
+                    });
+                }
+                if !(moments[(0, 0)] > 0.0 && moments[(0, 0)].is_finite()) {
+                    return Err(GeometryError::InvertedCell { cell, measure: moments[(0, 0)] }.into());
+                }
+                *inverse = inverted(moments).ok_or_else(|| too_few(centre))?;
+            }
+            let (at, weight) = &smoothing.interior[cell][point - starts[cell]];
+            let share = *inverse * linear::<D, Q>(at, centre);
+            rows.nodes.extend_from_slice(&list.nodes);
+            for slot in 0..slots {
+                rows.gradients.extend(list.sums.iter().map(|sum| (0..Q).map(|k| sum[slot][k] * share[k]).sum::<f64>()));
+            }
+            rows.weights.push(weight * measured.at(at)?);
+            Ok(())
+        },
+    )?;
+    rows.rcond = rows.rcond.min(facets.rcond);
+    Ok((rows, clusters, positions))
+}
+
+/// $M^{-1}$, none where it is singular.
+fn inverted<const Q: usize>(moments: SMatrix<f64, Q, Q>) -> Option<SMatrix<f64, Q, Q>> {
+    let scale = moments.diagonal().map(|own| 1.0 / own.sqrt());
+    let scale = SMatrix::<f64, Q, Q>::from_diagonal(&scale);
+    let factor = Cholesky::new(scale * moments * scale)?;
+    let left = factor.l_dirty().diagonal().min().powi(2);
+    (left > FLAT).then(|| scale * factor.inverse() * scale)
+}
+
+fn too_few<const D: usize>(centre: &Point<D>) -> Error {
+    GeometryError::Shape {
+        what: "the interior points of a sub-cell do not tell linear fields apart",
+        at: centre.as_slice().to_vec(),
+        remedy: "give at least one more than there are axes, not all on one line or plane",
+    }
+    .into()
+}
