@@ -42,8 +42,12 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
     let square = series(&[2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 24, 30, 36].map(|k| [3 * k / 2 + 1, k + 1]))?;
     // A tolerance beyond reach shows the whole sequence.
     let asked = Tolerance { error: 1e-6, quantities: case.asked.clone() };
-    let answer = case.scene.solve_within_locally(&Scheme::default(), &asked, Budget::default())?;
-    let fine: Vec<_> = answer.levels.iter().map(|l| (l.unknowns / 2, error(&l.values[..case.exact.len()]))).collect();
+    let sequence = |scheme: Scheme| -> Result<Vec<(usize, f64)>, Box<dyn Error>> {
+        let answer = case.scene.solve_within_locally(&scheme, &asked, Budget::default())?;
+        Ok(answer.levels.iter().map(|l| (l.unknowns / 2, error(&l.values[..case.exact.len()]))).collect())
+    };
+    let fine = sequence(Scheme::default())?;
+    let quadratic = sequence(Scheme::default().order(2))?;
     for percent in [0.5, 0.3, 0.2] {
         let asked = Tolerance { error: 1e-2 * percent, quantities: case.asked.clone() };
         let evenly = case.scene.solve_within(&asked, Budget::default())?;
@@ -71,7 +75,8 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
             summary.note(format!("cook_local_{tolerance}"), l as f64 / e as f64)?;
             // Odd numbers of cells among them make the credit of the evenly spaced ones worse.
             let pairs: Vec<_> = alike.iter().copied().filter(|(particles, _)| particles % 2 == 1).collect();
-            if let Some(e) = needed(&pairs, within) {
+            let in_pairs = needed(&pairs, within);
+            if let Some(e) = in_pairs {
                 println!("{tolerance} %: {e} evenly spaced with even numbers of cells");
                 summary.note(format!("cook_local_{tolerance}_even_cells"), l as f64 / e as f64)?;
             }
@@ -80,24 +85,53 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
                 println!("{tolerance} %: {refined} particles after at least one refinement");
                 summary.note(format!("cook_local_{tolerance}_refined"), refined as f64 / e as f64)?;
             }
+            if let Some(l) = needed(&quadratic, within) {
+                println!("{tolerance} %: {l} particles locally refined with a quadratic basis");
+                summary.note(format!("cook_local_{tolerance}_quadratic"), l as f64 / e as f64)?;
+            }
             if tolerance == 0.5 {
-                let (models, best) = best_of_all(case, e / 2)?;
-                println!(
-                    "{models} ways to refine macro cells to at most {} particles, the best of them to {:.2} %",
-                    e / 2,
-                    100.0 * best
-                );
-                summary.note("cook_local_0.5_ways", models as f64)?;
-                summary.note("cook_local_0.5_best_error", best)?;
+                // What no marker can do better: half of either count.
+                let half = best_of_all(case, e / 2)?;
+                println!("{half}");
+                summary.note("cook_local_0.5_ways", half.models as f64)?;
+                summary.note("cook_local_0.5_best_error", half.best)?;
+                summary.note("cook_local_0.5_best_refined_error", half.best_refined)?;
+                if let Some(e) = in_pairs {
+                    let half = best_of_all(case, e / 2)?;
+                    println!("{half}");
+                    summary.note("cook_local_0.5_even_cells_best_error", half.best)?;
+                }
             }
         }
     }
     Ok(())
 }
 
-/// The least error of all models of at most `most` particles that refine macro cells of any first lattice with even
-/// numbers of cells, and their number: what no marker of these can do better.
-fn best_of_all(case: &Case<2>, most: usize) -> Result<(usize, f64), Box<dyn Error>> {
+/// All models of at most so many particles that refine macro cells of any first lattice with even numbers of cells.
+struct Ways {
+    most: usize,
+    models: usize,
+    /// The least error of all of them.
+    best: f64,
+    /// The least error of those that are refined at least once.
+    best_refined: f64,
+}
+
+impl std::fmt::Display for Ways {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Ways { most, models, best, best_refined } = self;
+        let percent = 100.0 * best;
+        write!(f, "{models} models of macro cells have at most {most} particles: the best is off by {percent:.2} %, ")?;
+        if best_refined.is_finite() {
+            write!(f, "of those that are refined at least once by {:.2} %", 100.0 * best_refined)
+        } else {
+            write!(f, "none is refined")
+        }
+    }
+}
+
+/// Errors of all those models: what no marker can do better.
+fn best_of_all(case: &Case<2>, most: usize) -> Result<Ways, Box<dyn Error>> {
     let domain: Arc<dyn Domain<2>> = Arc::new(Quadrilateral { corners: COOK });
     let mut models: Vec<Refined> = Vec::new();
     for columns in (2..most).step_by(2) {
@@ -105,7 +139,8 @@ fn best_of_all(case: &Case<2>, most: usize) -> Result<(usize, f64), Box<dyn Erro
             models.push(Refined::new(domain.clone(), [columns, rows])?);
         }
     }
-    let (mut seen, mut best) = (BTreeSet::new(), f64::INFINITY);
+    let mut seen = BTreeSet::new();
+    let (mut best, mut best_refined) = (f64::INFINITY, f64::INFINITY);
     while let Some(cells) = models.pop() {
         let places: Vec<[u64; 2]> = cells.positions().iter().map(|x| [x[0].to_bits(), x[1].to_bits()]).collect();
         if !seen.insert(places) {
@@ -114,13 +149,16 @@ fn best_of_all(case: &Case<2>, most: usize) -> Result<(usize, f64), Box<dyn Erro
         for zone in 0..cells.macro_count() {
             models.extend(Some(cells.refined(&[zone])?).filter(|finer| finer.positions().len() <= most));
         }
+        let refined = cells.deepest() > 0;
         let problem = case.scene.with_cells(Arc::new(cells)).discretize(&Scheme::default())?;
         // A model that does not carry the whole load reaches nothing.
         let Ok(path) = problem.run(&mut ())?.completed() else { continue };
         let values = case.asked.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
-        best = best.min(worst(&values, &case.exact));
+        let error = worst(&values, &case.exact);
+        best = best.min(error);
+        best_refined = if refined { best_refined.min(error) } else { best_refined };
     }
-    Ok((seen.len(), best))
+    Ok(Ways { most, models: seen.len(), best, best_refined })
 }
 
 /// Tolerances for the drawn scenes.
