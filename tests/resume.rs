@@ -120,6 +120,20 @@ fn a_beam_whose_first_step_was_too_far_resumes_to_the_bit() {
 }
 
 #[test]
+fn arcs_that_took_over_from_a_deflection_resume_to_the_bit() {
+    // Pressed from below, the strip rolls up until what the deflection measures falls again.
+    let problem = Scene::new(Block::new([0.0, 0.0], [20.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold((0, Side::Min))
+        .pressure((1, Side::Min), 6e-4)
+        .discretize(&Scheme::default().particles([21, 3]))
+        .unwrap();
+    let whole = problem.run(&mut ()).unwrap().completed().unwrap();
+    let arcs = whole.steps.iter().filter(|step| step.pace.arc).count();
+    assert!(arcs > 1 && !whole.steps[0].pace.arc, "{arcs} of {} steps", whole.steps.len());
+    resumes_everywhere("arcs", &whole, |path| problem.resume(path, &mut ()).unwrap());
+}
+
+#[test]
 fn controlled_runs_resume_to_the_bit() {
     // A spherical shell past its limit pressure; the second target needs halving.
     let lattice = Block::new([1.0], [1.1]).lattice([5]).unwrap();

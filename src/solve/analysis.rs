@@ -103,12 +103,12 @@ impl Analysis {
         }
         let mut march = March::new(self, model, rows, path, observer)?;
         march.check_recorded()?;
-        let lead = match march.lead() {
+        let mut lead = match march.lead() {
             None => march.by_load(),
             lead => lead,
         };
-        if let Some((lead, first)) = lead {
-            march.by_lead(&lead, first);
+        while let Some((leads, first)) = lead {
+            lead = march.by_lead(&leads, first);
         }
         Ok(march.path)
     }

@@ -326,7 +326,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
             Ok((_, state)) => {
                 // A guess is no equilibrium: its modes count for nothing.
                 self.modes = self.workspace.unstable_modes();
-                self.accept(state, Pace { increment: self.analysis.stepping.first, reached: 0 });
+                self.accept(state, Pace { increment: self.analysis.stepping.first, ..Pace::default() });
             }
             Err(rejection) => self.path.ending = Ending::Stalled(rejection.to_string()),
         }

@@ -68,6 +68,9 @@ pub struct Pace {
     pub increment: f64,
     /// Targets of a controlled run that have been reached.
     pub reached: usize,
+    /// Whether an arc leads in place of a deflection that led no further.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub arc: bool,
 }
 
 /// A converged state and what it cost.

@@ -5,6 +5,7 @@ use super::march::March;
 use super::newton::{Control, Functional, Watch, dot};
 use super::path::{Ending, Pace, State};
 use super::rejection::{Driven, Rejection};
+use super::stepping::StepControl;
 
 impl<const D: usize> March<'_, '_, D> {
     fn steps_left(&mut self) -> bool {
@@ -93,7 +94,7 @@ impl<const D: usize> March<'_, '_, D> {
                         increment = (increment * stepping.growth).min(stepping.largest);
                     }
                     rejected = false;
-                    if !self.accept(state, Pace { increment, reached: 0 }) {
+                    if !self.accept(state, Pace { increment, ..Pace::default() }) {
                         return None;
                     }
                 }
@@ -164,10 +165,18 @@ impl<const D: usize> March<'_, '_, D> {
         }
     }
 
-    /// Steps along a deflection or an arc until the load factor passes 1, then the last step under the full load.
-    pub(super) fn by_lead(&mut self, lead: &Lead, first: f64) {
+    /// Steps along a deflection or an arc until the load factor passes 1, then the last step under the full load. Where a
+    /// deflection leads no further it ends early with the arc that may.
+    pub(super) fn by_lead(&mut self, lead: &Lead, first: f64) -> Option<(Lead, f64)> {
         let stepping = self.analysis.stepping;
-        let mut increment = self.pace().map_or(first, |pace| pace.increment);
+        let deflected = matches!(lead, Lead::Deflection(_));
+        let taken_over = self.pace().is_some_and(|pace| pace.arc);
+        if let (true, true, Some(arc)) = (deflected, taken_over, self.arc_instead()) {
+            // A run that is gone on with.
+            return Some(arc);
+        }
+        let instead = !deflected && stepping.control == StepControl::Auto;
+        let mut increment = self.pace().filter(|pace| !instead || pace.arc).map_or(first, |pace| pace.increment);
         let mut rejected = false;
         while self.state.load < 1.0 && self.steps_left() {
             let now = match lead {
@@ -175,7 +184,7 @@ impl<const D: usize> March<'_, '_, D> {
                 Lead::Arc(_) => root_mean_square(&self.state.displacement),
             };
             if !self.moves(now, now + increment) {
-                return;
+                return None;
             }
             let ratio = self.ratio(lead, increment);
             let load_ahead =
@@ -203,20 +212,47 @@ impl<const D: usize> March<'_, '_, D> {
                         increment *= stepping.growth;
                     }
                     rejected = false;
-                    if !self.accept(state, Pace { increment, reached: 0 }) {
-                        return;
+                    let falls = state.load < self.state.load;
+                    if !self.accept(state, Pace { increment, reached: 0, arc: instead }) {
+                        return None;
+                    }
+                    if instead && falls {
+                        // Nobody asked for the falling branch beyond a limit point.
+                        let [_, largest] = self.loads();
+                        self.path.ending = Ending::Stalled(format!(
+                            "a limit point was passed, the largest load factor was {largest:.6}: \
+                             StepControl::ArcLength goes on where the load falls"
+                        ));
+                        return None;
                     }
                 }
                 Err(rejection) => {
                     rejected = true;
                     increment *= 0.5;
                     if increment < rejection.least(stepping.smallest) * first {
+                        if let (true, Some(arc)) = (deflected, self.arc_instead()) {
+                            return Some(arc);
+                        }
                         self.stall(&rejection, Driven::Otherwise);
-                        return;
+                        return None;
                     }
                 }
             }
         }
+        None
+    }
+
+    /// An arc in place of a deflection that leads no further: following loads turn with the body, and what is moved along
+    /// the loads at the start may well have a largest value where nothing else has. The first arc is as long as the last
+    /// step of the deflection.
+    fn arc_instead(&self) -> Option<(Lead, f64)> {
+        let steps = &self.path.steps;
+        let taken = steps.iter().position(|step| step.pace.arc).unwrap_or(steps.len());
+        let now = &steps.get(taken.checked_sub(1)?)?.state;
+        let before = if taken > 1 { &steps[taken - 2].state } else { &self.path.start };
+        let change: Vec<f64> = now.displacement.iter().zip(&before.displacement).map(|(n, b)| n - b).collect();
+        let length = root_mean_square(&change);
+        (length > 0.0).then_some((Lead::Arc(change), length))
     }
 
     /// Brings a functional to a value, halving where needed; `false` ends the run.
@@ -243,7 +279,8 @@ impl<const D: usize> March<'_, '_, D> {
                     let growth =
                         if iterations <= self.analysis.stepping.quick { self.analysis.stepping.growth } else { 1.0 };
                     part = if arrived { 1.0 } else { (growth * (next - now) / (target - next)).min(1.0) };
-                    if !self.accept(state, Pace { increment: part, reached: index + usize::from(arrived) }) {
+                    if !self.accept(state, Pace { increment: part, reached: index + usize::from(arrived), arc: false })
+                    {
                         return false;
                     }
                     if arrived {

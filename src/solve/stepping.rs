@@ -8,7 +8,8 @@ use super::critical::Bracketing;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum StepControl {
     /// The load, unless the linear answer to it has $|\nabla u| > 1$: then a generalised deflection, the
-    /// mean displacement along the load. The load also where an amplitude table has knots inside $(0, 1)$, and where
+    /// mean displacement along the load; where that leads no further, as following loads turn with the body, the arc
+    /// length as long as the load rises. The load also where an amplitude table has knots inside $(0, 1)$, and where
     /// prescribed displacements change with it.
     #[default]
     Auto,

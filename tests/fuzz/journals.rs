@@ -25,7 +25,7 @@ fn path(input: &mut Input) -> Path {
             unstable: input.once_in(2).then_some(1),
             critical: Vec::new(),
             health: Default::default(),
-            pace: Pace { increment: 0.5, reached: 0 },
+            pace: Pace { increment: 0.5, ..Pace::default() },
         });
     }
     path

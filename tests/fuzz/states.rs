@@ -95,7 +95,7 @@ pub fn states(input: &mut Input) {
                 unstable: input.once_in(2).then(|| count(input)),
                 critical: Vec::new(),
                 health: Default::default(),
-                pace: Pace { increment: input.number(0.0, 1.0), reached: count(input) },
+                pace: Pace { increment: input.number(0.0, 1.0), reached: count(input), arc: input.once_in(4) },
             };
             let mut path = Path::new(rest.clone());
             for _ in 0..input.random.usize(0..4) {
