@@ -127,10 +127,19 @@ fn local_refinement_pays_at_a_corner() {
 
     // A quadratic basis gains more: 0.1 % with fewer than 350 particles, which evenly spaced ones take a thousand for.
     let quadratic = Scheme::default().order(2);
-    let answer =
-        scene.solve_within_locally(&quadratic, &Tolerance { error: 3e-3, ..beyond }, Budget::default()).unwrap();
+    let answer = scene
+        .solve_within_locally(&quadratic, &Tolerance { error: 3e-3, ..beyond.clone() }, Budget::default())
+        .unwrap();
     assert!(answer.reached() && answer.problem.model.unknowns() < 700, "{:?}", answer.levels);
     assert!(error(answer.values()) < 1e-3, "{:?}", answer.values());
+
+    // Whatever a cluster of the body is: macro cells, single cells, points.
+    for scheme in [Scheme::default().volume(PressureField::Constant, 1), Scheme { order: 2, ..Scheme::paper(1.3) }] {
+        let coarse = Tolerance { error: 0.03, ..beyond.clone() };
+        let scheme = scheme.rows(rkpm::scene::RowKind::OverBoundary);
+        let answer = scene.solve_within_locally(&scheme, &coarse, Budget { levels: 4, ..Budget::default() }).unwrap();
+        assert!(answer.levels.len() >= 3 && answer.levels.iter().skip(1).all(|l| l.estimate.is_some()));
+    }
 
     let thin = Scene::new(Block::new([0.0, 0.0], [20.0, 1.0]), PlaneStrain, soft());
     assert!(thin.solve_within_locally(&Scheme::default(), &Tolerance::energy(0.1), Budget::default()).is_err());

@@ -144,14 +144,15 @@ fn compared(before: &[Level], unknowns: usize, totals: &[f64], stuck: f64, least
 fn indicators(problem: &Problem<2>, gradients: &[Matrix3<f64>], cells: &Refined) -> Vec<f64> {
     let weights = problem.body.table().weights();
     let macros = cells.macro_count();
-    // Clusters of the body are macro cells of four cells, each of which has the points nearest to its middle.
+    // Clusters of the body are macro cells of four cells, or single ones; each cell has the points nearest to its middle.
     let middles: Vec<Point<2>> = (0..cells.cell_count())
         .map(|cell| cells.corners(cell).iter().map(|&corner| cells.positions()[corner]).sum::<Point<2>>() * 0.25)
         .collect();
     let table = problem.body.table();
     let mut macro_of = vec![0; gradients.len()];
-    for cluster in 0..table.clusters().len() {
-        macro_of[table.clusters().points(cluster)].fill(cluster);
+    let clusters = table.clusters().len();
+    for cluster in 0..clusters {
+        macro_of[table.clusters().points(cluster)].fill(cluster * macros / clusters);
     }
     let cell_of = |point: usize| {
         let away = |cell: &usize| (middles[*cell] - table.positions()[point]).norm_squared();
