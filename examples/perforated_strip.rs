@@ -35,7 +35,7 @@ fn strip() -> Result<Scene<2>, rkpm::Error> {
 /// About `count` particles, three times finer at the hole than four centimetres from it.
 fn scheme(count: usize) -> Scheme {
     let grading = |x: &[f64]| 0.3 + 0.7 * ((x[0].hypot(x[1]) - 2.0) / 4.0).clamp(0.0, 1.0);
-    // In one step, halved where it fails, some clouds end where material snaps into the singular corner of the clamp.
+    // In one step, halved where it fails, some clouds end where the rim of the hole creases, pressed along itself.
     let quarters = Stepping { first: 0.25, ..Stepping::default() };
     Scheme::default().particles([count, 1]).graded(grading).stepping(quarters)
 }
