@@ -11,7 +11,7 @@ use crate::shape::{Approximation, ShapeFunctions};
 use super::build::{Rows, rows};
 use super::facets::{Facets, List};
 use super::smooth::Measured;
-use super::{Clusters, check_values, inverse_radius};
+use super::{Clusters, check_values};
 
 /// The part of a moment that is left when what the others know of it is taken off, at which interior points count as
 /// flat: rounding leaves 1e-16, a slanting cell a million times longer than wide 1e-12.
@@ -96,20 +96,11 @@ pub(super) fn consistent<const D: usize, const Q: usize, A: Approximation<D>>(
                     approximation.evaluate_values(at, values, psi)?;
                     check_values(psi, approximation.nodes().len(), at)?;
                     rows.rcond = rows.rcond.min(psi.rcond);
-                    // m/R has a limit on the axis: 2π for the measure 2πR.
-                    let over_radius = if hoops.is_empty() {
-                        0.0
-                    } else {
-                        let mut off_axis = *at;
-                        if at[0] == 0.0 {
-                            off_axis[0] = 1e-8 * weight.abs().sqrt();
-                        }
-                        let measure = measured.at(&off_axis)?;
-                        measure * inverse_radius(off_axis[0], at.as_slice(), measure)?
-                    };
+                    let [off_axis, inverse] = if hoops.is_empty() { [0.0; 2] } else { measured.hoop(at, *weight)? };
+                    let over_radius = off_axis * inverse;
                     list.add([[0.0; Q]; 4], &psi.nodes, |a, sum| {
                         let value = weight * psi.values[a];
-                        for j in 0..D.min(Q - 1) {
+                        for j in 0..D {
                             sum[j][j + 1] -= value * measure;
                         }
                         if !hoops.is_empty() {

@@ -45,6 +45,17 @@ impl<'a, const D: usize, K: Kinematics<D> + ?Sized> Measured<'a, D, K> {
             remedy: "averages over sub-cells are made for such measures alone: integrate at Gauss points (Rule::Gauss)",
         })
     }
+
+    /// The measure and $1/R$ at an interior point with its weight: a little off the axis for one on it, where $m/R$ has a
+    /// limit, $2\pi$ for the measure $2\pi R$.
+    pub(super) fn hoop(&self, at: &Point<D>, weight: f64) -> Result<[f64; 2], GeometryError> {
+        let mut off_axis = *at;
+        if at[0] == 0.0 {
+            off_axis[0] = 1e-8 * weight.abs().sqrt();
+        }
+        let measure = self.at(&off_axis)?;
+        Ok([measure, inverse_radius(off_axis[0], at.as_slice(), measure)?])
+    }
 }
 
 /// Rows of averaged gradients; see [`ShapeTable::smoothed`](super::ShapeTable::smoothed).
@@ -79,13 +90,7 @@ pub(super) fn smoothed<const D: usize, A: Approximation<D>>(
             }
             if !hoops.is_empty() {
                 for (at, weight) in &smoothing.interior[cell] {
-                    // m/R has a limit on the axis: 2π for the measure 2πR.
-                    let mut off_axis = *at;
-                    if at[0] == 0.0 {
-                        off_axis[0] = 1e-8 * weight.abs().sqrt();
-                    }
-                    let measure = measured.at(&off_axis)?;
-                    let inverse = inverse_radius(off_axis[0], at.as_slice(), measure)?;
+                    let [measure, inverse] = measured.hoop(at, *weight)?;
                     approximation.evaluate_values(at, scratch, psi)?;
                     check_values(psi, approximation.nodes().len(), at)?;
                     list.add([0.0; 4], &psi.nodes, |a, sum| {
