@@ -4,7 +4,7 @@
 //! L 10 × 10 with legs 4 wide, held at its upper end, the other end moved by 2. Lengths in mm, stresses in MPa.
 //! REFERENCE: the finest of three levels; `rel_err` is its change from the level before.
 //!
-//! `cargo test --release --test references -- --ignored --nocapture` makes the tables anew (a minute).
+//! `cargo test --release --test scenes references -- --ignored --nocapture` makes the tables anew (a minute).
 #![cfg(feature = "solve")]
 
 use rkpm::cells::Lattice;

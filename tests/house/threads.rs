@@ -1,6 +1,6 @@
 //! Every example writes the same bytes with one thread and with two.
 //!
-//! `cargo test --release --all-features --test threads -- --include-ignored --nocapture` runs all of them, which
+//! `cargo test --release --all-features --test house threads -- --include-ignored --nocapture` runs all of them, which
 //! takes as long as the examples do, twice; build them first with `cargo build --release --all-features --examples`.
 //! The quick ones run whenever the tests do. Only what measures time is left out of the comparison: see below.
 #![cfg(all(feature = "solve", feature = "chart"))]
@@ -123,7 +123,7 @@ fn quick_examples_write_the_same_bytes_with_one_and_two_threads() {
 }
 
 #[test]
-#[ignore = "runs every example twice: cargo test --release --all-features --test threads -- --include-ignored"]
+#[ignore = "runs every example twice: cargo test --release --all-features --test house threads -- --include-ignored"]
 fn every_example_writes_the_same_bytes_with_one_and_two_threads() {
     let mut different = Vec::new();
     for example in examples() {

@@ -344,7 +344,7 @@ fn large_steps_do_not_fold_bent_blocks() {
     }
 }
 
-/// As many as were looked at when the rule was made; `cargo test --release --test stability -- --ignored` takes a minute or two.
+/// As many as were looked at when the rule was made; `cargo test --release --test stability modes -- --ignored` takes a minute or two.
 #[test]
 #[ignore = "long"]
 fn few_of_many_bent_blocks_differ_from_small_steps() {

@@ -4,7 +4,7 @@
 //! BOUNDARY: linear fields on the whole boundary; Cook's clamp and traction.
 //! REFERENCE: the field itself; 8 Gauss points per direction and triangle; `tests/reference/cook_membrane.csv`.
 //!
-//! What is only reported: `cargo test --release --test scattered -- --ignored --nocapture`
+//! What is only reported: `cargo test --release --test laws scattered -- --ignored --nocapture`
 #![cfg(feature = "solve")]
 
 use rkpm::Error;

@@ -1,13 +1,10 @@
 //! Laws of the materials: stress and tangent are derivatives of the energy, energies do not see rotations,
 //! the stress of the paper (2.13) is the same thing, and so are the published curves.
 
-#[path = "material/oracle.rs"]
-mod oracle;
-
 use std::sync::Arc;
 
+use crate::oracle::{Shape, VOLUMES, Volume, constants, deformation, material, nearly_equal, oracle, paper, rotation};
 use nalgebra::{Matrix3, Vector3};
-use oracle::{Shape, VOLUMES, Volume, constants, deformation, material, nearly_equal, oracle, paper, rotation};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rkpm::error::MaterialError;
@@ -257,7 +254,7 @@ fn papers_rubber() -> Rubber {
 fn plane_strain_uniaxial_states_match_their_reference() {
     let rubber = papers_rubber();
     let mut count = 0;
-    for row in rows(include_str!("reference/uniaxial_plane_strain.csv")) {
+    for row in rows(include_str!("../reference/uniaxial_plane_strain.csv")) {
         let [lambda, cauchy, _, _, _, second, stress, thickness, energy] = row[..] else {
             panic!("nine columns expected: {row:?}")
         };
@@ -290,7 +287,7 @@ fn plane_strain_uniaxial_states_match_their_reference() {
 fn simple_shear_matches_its_reference() {
     let rubber = papers_rubber();
     let mut count = 0;
-    for row in rows(include_str!("reference/simple_shear.csv")) {
+    for row in rows(include_str!("../reference/simple_shear.csv")) {
         let [gamma, s12, s11, s22, s33, p12, energy] = row[..] else { panic!("seven columns expected: {row:?}") };
         let mut f = Matrix3::identity();
         f[(0, 1)] = gamma;

@@ -5,7 +5,7 @@
 //! REFERENCE: the field itself; 8 Gauss points per direction; bounds in `docs/validation.md`.
 //!
 //! What takes longer, and the tables of what is only reported, are ignored by default:
-//! `cargo test --release --test certificates -- --ignored --nocapture`
+//! `cargo test --release --test stability certificates -- --ignored --nocapture`
 #![cfg(feature = "solve")]
 
 use rkpm::cells::Layout;
@@ -135,7 +135,7 @@ fn gauss_points_and_collocated_rows_fail_the_patch_test() {
 }
 
 #[test]
-#[ignore = "report: cargo test --release --test certificates -- --ignored --nocapture"]
+#[ignore = "report: cargo test --release --test stability certificates -- --ignored --nocapture"]
 fn patch_tests_of_all_rules_beside_each_other() {
     let gauss = |points| Rule::Gauss { zones: None, points: Some(points) };
     let schemes = [
@@ -262,7 +262,7 @@ fn the_default_rule_sees_every_deformation_in_three_dimensions() {
 }
 
 #[test]
-#[ignore = "minutes: cargo test --release --test certificates -- --ignored --nocapture"]
+#[ignore = "minutes: cargo test --release --test stability certificates -- --ignored --nocapture"]
 fn all_seeds_and_dilations_in_three_dimensions() {
     let scene = Scene::new(cube(), Solid, moderate());
     let default = stability(&scene, &Scheme::default(), 0.2, 0..20);
@@ -350,7 +350,7 @@ fn one_pressure_per_cell_has_a_checkerboard() {
 }
 
 #[test]
-#[ignore = "report: cargo test --release --test certificates -- --ignored --nocapture"]
+#[ignore = "report: cargo test --release --test stability certificates -- --ignored --nocapture"]
 fn inf_sup_constants_beside_each_other() {
     let schemes = [
         ("default", Scheme::default()),

@@ -1,7 +1,7 @@
 //! Losing nothing: journals hold whole steps whenever a run dies, and resumed runs differ in no bit.
 #![cfg(feature = "serde")]
 
-#[path = "../examples/support/killed.rs"]
+#[path = "../../examples/support/killed.rs"]
 mod killed;
 
 use std::fs;
@@ -324,7 +324,7 @@ fn killed_runs_are_readable_and_resume() {
     let program = std::env::current_exe().unwrap();
     let command = || {
         let mut command = Command::new(&program);
-        command.args(["child", "--exact", "--nocapture", "--test-threads=1"]);
+        command.args(["resume::child", "--exact", "--nocapture", "--test-threads=1"]);
         command
     };
     let killed = killed::kill_and_resume(command, &folder("killed"), 12).unwrap();

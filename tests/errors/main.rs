@@ -1,0 +1,4 @@
+//! What is refused, and how it says so.
+
+mod input;
+mod misfits;

@@ -1,0 +1,8 @@
+//! The crate itself: its floors, files, allocations, dependencies, threads and extension points.
+
+mod allocations;
+mod downstream;
+mod floors;
+mod output;
+mod threads;
+mod user_extensions;

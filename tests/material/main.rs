@@ -1,0 +1,4 @@
+//! Materials: laws, published curves, the paper's formulas.
+
+mod laws;
+mod oracle;

@@ -1,0 +1,3 @@
+//! The paper's formulas, one by one.
+
+mod formulas;

@@ -1,0 +1,13 @@
+//! Whole scenes: conditions, control, answers, studies, journals.
+
+mod answers;
+mod conditions;
+mod control;
+mod diagnosis;
+mod fields;
+mod motions;
+mod references;
+mod resume;
+mod schemes;
+mod sizing;
+mod study;
