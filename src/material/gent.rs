@@ -1,4 +1,4 @@
-//! An energy with limited extensibility.
+//! Energies with limited extensibility: Gent's, and with a logarithm of the second invariant.
 
 use super::rivlin::positive;
 use super::{Distortion, InvariantEnergy};
@@ -47,5 +47,47 @@ impl InvariantEnergy for Gent {
             w11: w1 / (self.limit * (1.0 - used)),
             ..Distortion::default()
         }
+    }
+}
+
+/// The energy of Gent with a term of the second invariant,
+/// $\bar W = -\frac{\mu J_m}{2}\ln\left(1 - \frac{\bar I_1-3}{J_m}\right) + C_2\ln\frac{\bar I_2}{3}$,
+/// initial shear modulus $\mu + \tfrac23C_2$. (Pucci and Saccomandi, Rubber Chemistry and Technology 75, 2002.)
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GentGent {
+    /// The part of the first invariant.
+    pub gent: Gent,
+    /// $C_2$ \[stress\].
+    pub second: f64,
+}
+
+impl GentGent {
+    /// The energy with `shear` $= \mu$ \[stress\], `limit` $= J_m$ and `second` $= C_2$ \[stress\].
+    ///
+    /// # Errors
+    /// [`MaterialError::Constant`] unless $\mu$ and $J_m$ are finite and above zero, $C_2$ is finite, and the initial shear
+    /// modulus is above zero.
+    pub fn new(shear: f64, limit: f64, second: f64) -> Result<Self, MaterialError> {
+        let gent = Gent::new(shear, limit)?;
+        if !second.is_finite() {
+            return Err(MaterialError::Constant { name: "C_2".into(), value: second, needed: "give a finite number" });
+        }
+        positive("initial shear modulus mu + 2 C_2/3", shear + 2.0 / 3.0 * second)?;
+        Ok(Self { gent, second })
+    }
+}
+
+impl InvariantEnergy for GentGent {
+    fn evaluate(&self, i1: f64, i2: f64) -> Distortion {
+        self.evaluate_excess(i1 - 3.0, i2 - 3.0)
+    }
+
+    fn evaluate_excess(&self, x: f64, y: f64) -> Distortion {
+        let mut sum = self.gent.evaluate_excess(x, y);
+        let w2 = self.second / (3.0 + y);
+        sum.energy += self.second * (y / 3.0).ln_1p();
+        sum.w2 = w2;
+        sum.w22 = -w2 / (3.0 + y);
+        sum
     }
 }

@@ -2,9 +2,10 @@
 //!
 //! | layer | trait | comes with |
 //! |---|---|---|
-//! | anything with a stored energy | [`Material`] | [`NearlyIncompressible`], [`Invariants`], [`PrincipalStretches`] |
-//! | $\bar W(\bar I_1, \bar I_2)$ | [`InvariantEnergy`] | [`RivlinPolynomial`] (2.9), [`Gent`] |
-//! | $\bar W(\bar\lambda_1, \bar\lambda_2, \bar\lambda_3)$ | [`PrincipalEnergy`] | [`Ogden`], [`Hencky`] |
+//! | anything with a stored energy | [`Material`] | [`NearlyIncompressible`], [`Invariants`], [`PrincipalStretches`], [`TotalStretches`] |
+//! | $\bar W(\bar I_1, \bar I_2)$ | [`InvariantEnergy`] | [`RivlinPolynomial`] (2.9), [`Gent`], [`GentGent`], [`ArrudaBoyce`], [`Carroll`] |
+//! | $\bar W(\bar\lambda_1, \bar\lambda_2, \bar\lambda_3)$ | [`PrincipalEnergy`] | [`Ogden`], [`Hencky`], [`ExtendedTube`] |
+//! | $W(\lambda_1, \lambda_2, \lambda_3)$, foams | [`PrincipalEnergy`] | [`OgdenFoam`] |
 //! | $\tilde W(J)$ | [`VolumetricEnergy`] | [`QuadraticVolume`] (2.10), [`MixedLogarithmicVolume`], [`LogarithmicVolume`], [`HartmannNeffVolume`] |
 //!
 //! [`Rubber`] is the paper's material in one call:
@@ -20,15 +21,32 @@
 //! # Ok::<(), rkpm::error::MaterialError>(())
 //! ```
 //!
+//! # Laws by name, and constants of other programs
+//! | here | elsewhere |
+//! |---|---|
+//! | [`Rubber::neo_hookean`], `mooney_rivlin`, `yeoh`, `polynomial`: $A_{mn}$ | $C_{mn}$, the same in Abaqus, Ansys, Marc; $C_{10} = \mu_0/2$ where a program asks for $\mu_0$ |
+//! | `bulk` $= k$ of [`QuadraticVolume`] | $k = 2/D_1$ (Abaqus), $2/d$ (Ansys): [`QuadraticVolume::from_compliance`] |
+//! | [`Rubber::ogden`]: $\mu_p$ in $\frac{\mu_p}{\alpha_p}$ | the same in Ansys, COMSOL, LS-DYNA, Marc; $\frac{2\mu_p}{\alpha_p^2}$ in Abaqus, CalculiX; $\frac{c_p}{\alpha_p^2}$ in FEBio: [`Rubber::ogden_in`] with an [`OgdenConvention`] |
+//! | [`Rubber::arruda_boyce`]: $\mu$, $\lambda_m$ | the same in Abaqus, Ansys, five terms of the series; $\mu$ is not quite the initial modulus |
+//! | [`Rubber::gent`]: $\mu$, $J_m$ | the same in Ansys, COMSOL; $E = 3\mu$ where a program asks for it |
+//! | [`Rubber::extended_tube`]: $G_c$, $G_e$, $\beta$, $\delta$ | the same in Ansys |
+//! | [`Rubber::foam`]: $\mu_p$ in $\frac{2\mu_p}{\alpha_p^2}$, $\nu_p$ | Abaqus (hyperfoam); Ansys has $\frac{\mu_p}{\alpha_p}$ and $\beta_p = \frac{\nu_p}{1-2\nu_p}$ |
+//! | [`Rubber::blatz_ko`] with $\nu = \tfrac14$, $f = 0$ | Ansys, COMSOL: $\mu$ alone |
+//!
 //! A material never panics: where its energy is undefined ($J \le 0$, a stretch beyond a limit) it
 //! answers with NaN, which a solver takes as a reason to shorten its step.
 
+mod carroll;
 mod existence;
+mod foam;
 mod gent;
 mod invariants;
+mod named;
+mod network;
 mod principal;
 mod rivlin;
 mod rubber;
+mod stretches;
 mod volumetric;
 
 use std::sync::Arc;
@@ -37,12 +55,17 @@ use nalgebra::Matrix3;
 
 use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components, determinant_hessian};
 
+pub use carroll::Carroll;
 pub use existence::{Condition, ExistenceReport, Verdict, existence};
-pub use gent::Gent;
+pub use foam::{FoamTerm, OgdenFoam};
+pub use gent::{Gent, GentGent};
 pub use invariants::{Distortion, InvariantEnergy, Invariants};
-pub use principal::{Hencky, Ogden, Principal, PrincipalEnergy, PrincipalStretches};
+pub use named::{InvariantRubber, StretchRubber};
+pub use network::{ArrudaBoyce, ExtendedTube};
+pub use principal::{Hencky, Ogden, OgdenConvention, OgdenDoubt, Principal, PrincipalEnergy};
 pub use rivlin::RivlinPolynomial;
 pub use rubber::Rubber;
+pub use stretches::{PrincipalStretches, TotalStretches};
 pub use volumetric::{
     HartmannNeffVolume, LogarithmicVolume, MixedLogarithmicVolume, QuadraticVolume, Volumetric, VolumetricEnergy,
     VolumetricShape,

@@ -1,11 +1,9 @@
-//! Energies of the principal stretches and their derivatives with respect to F.
+//! Energies of the principal stretches.
 
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::rivlin::positive;
-use super::{Material, Response};
 use crate::error::MaterialError;
-use crate::tensor::{Tangent, components};
 
 /// A symmetric energy of three logarithmic stretches with its derivatives \[stress\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,6 +75,55 @@ pub struct Ogden {
     terms: Vec<(f64, f64)>,
 }
 
+/// How programs write the terms of Ogden's energy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum OgdenConvention {
+    /// $\frac{\mu_p}{\alpha_p}\sum_a(\bar\lambda_a^{\alpha_p}-1)$: this crate, Ogden's paper, Ansys, COMSOL, LS-DYNA, Marc.
+    Nominal,
+    /// $\frac{2\mu_p}{\alpha_p^2}\sum_a(\bar\lambda_a^{\alpha_p}-1)$: Abaqus, CalculiX. The $\mu_p$ add up to the initial shear modulus.
+    ShearModuli,
+    /// $\frac{c_p}{\alpha_p^2}\sum_a(\bar\lambda_a^{\alpha_p}-1)$: FEBio. The $c_p$ add up to twice the initial shear modulus.
+    Squared,
+}
+
+/// A doubt about the constants of an [`Ogden`] energy; see [`Ogden::doubts`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum OgdenDoubt {
+    /// A term with $\mu_p\alpha_p < 0$ softens: alone it is unstable, and where it outgrows the others so is the sum.
+    Sign {
+        /// The term, counted from 1.
+        term: usize,
+        /// $\mu_p$ \[stress\].
+        mu: f64,
+        /// $\alpha_p$.
+        alpha: f64,
+    },
+    /// Terms of both signs cancel: the initial shear modulus is less than a tenth of the sum of their sizes.
+    Cancelling {
+        /// $\frac12\sum\mu_p\alpha_p$ \[stress\].
+        modulus: f64,
+        /// $\frac12\sum|\mu_p\alpha_p|$ \[stress\].
+        largest: f64,
+    },
+}
+
+impl std::fmt::Display for OgdenDoubt {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Sign { term, mu, alpha } => {
+                write!(f, "term {term}: mu = {mu:.4e} and alpha = {alpha:.4} have opposite signs, the term softens")
+            }
+            Self::Cancelling { modulus, largest } => {
+                write!(f, "terms of both signs cancel: initial shear modulus {modulus:.4e} of {largest:.4e}")
+            }
+        }
+    }
+}
+
+/// Part of the sum of sizes below which terms cancel.
+const CANCELLED: f64 = 0.1;
+
 impl Ogden {
     /// The energy with terms $(\mu_p, \alpha_p)$, $\mu_p$ in \[stress\].
     ///
@@ -101,6 +148,58 @@ impl Ogden {
         let shear: f64 = terms.iter().map(|(mu, alpha)| 0.5 * mu * alpha).sum();
         positive("initial shear modulus (sum of mu_p alpha_p / 2)", shear)?;
         Ok(Self { terms })
+    }
+
+    /// The energy with constants in the convention of another program; `terms` are its pairs (modulus, exponent).
+    ///
+    /// ```
+    /// use rkpm::material::{Ogden, OgdenConvention};
+    /// // The same rubber: µ_p here, 2 µ_p/α_p² there; exponents are the same.
+    /// let here = Ogden::new([(0.618, 1.3), (-0.00981, -2.0)])?;
+    /// let there = [(0.5 * 0.618 * 1.3, 1.3), (0.5 * 0.00981 * 2.0, -2.0)];
+    /// assert_eq!(Ogden::in_convention(OgdenConvention::ShearModuli, there)?, here);
+    /// # Ok::<(), rkpm::error::MaterialError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn in_convention(
+        convention: OgdenConvention,
+        terms: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Result<Self, MaterialError> {
+        let factor = |alpha: f64| match convention {
+            OgdenConvention::Nominal => 1.0,
+            OgdenConvention::ShearModuli => 2.0 / alpha,
+            OgdenConvention::Squared => 1.0 / alpha,
+        };
+        // An exponent of zero is refused by `new`, whatever its modulus.
+        let scaled = |(c, alpha): (f64, f64)| (if alpha == 0.0 { c } else { c * factor(alpha) }, alpha);
+        Self::new(terms.into_iter().map(scaled))
+    }
+
+    /// What is doubtful about the constants, though [`new`](Self::new) accepts them: fits to few data often have such terms, and
+    /// lose stability outside of them. [`stable_ranges`](super::stable_ranges) tells where.
+    ///
+    /// ```
+    /// use rkpm::material::{Ogden, OgdenDoubt};
+    /// let fitted = Ogden::new([(0.6, 1.3), (-0.02, 3.0)])?;
+    /// assert_eq!(fitted.doubts(), [OgdenDoubt::Sign { term: 2, mu: -0.02, alpha: 3.0 }]);
+    /// # Ok::<(), rkpm::error::MaterialError>(())
+    /// ```
+    pub fn doubts(&self) -> Vec<OgdenDoubt> {
+        let mut doubts = Vec::new();
+        for (p, &(mu, alpha)) in self.terms.iter().enumerate() {
+            if mu * alpha < 0.0 {
+                doubts.push(OgdenDoubt::Sign { term: p + 1, mu, alpha });
+            }
+        }
+        let (sum, size) = self.terms.iter().fold((0.0, 0.0), |(sum, size), (mu, alpha)| {
+            (sum + 0.5 * mu * alpha, size + (0.5 * mu * alpha).abs())
+        });
+        if sum < CANCELLED * size {
+            doubts.push(OgdenDoubt::Cancelling { modulus: sum, largest: size });
+        }
+        doubts
     }
 
     /// The terms $(\mu_p, \alpha_p)$.
@@ -150,172 +249,6 @@ impl PrincipalEnergy for Hencky {
             energy: self.shear * logarithms.norm_squared(),
             gradient: 2.0 * self.shear * logarithms,
             hessian: Matrix3::from_diagonal_element(2.0 * self.shear),
-        }
-    }
-}
-
-/// The material of an energy of the reduced principal stretches, $W(F) = \bar W(\bar\lambda_a)$.
-///
-/// With $F = \sum_a\lambda_a\\,u_a\otimes v_a$ and $t_a = \partial W/\partial\ln\lambda_a$ (the
-/// principal Kirchhoff stresses), $P = \sum_a\frac{t_a}{\lambda_a}u_a\otimes v_a$. In the basis
-/// $u_a\otimes v_b$ the tangent couples the diagonal components among each other,
-/// $\frac{1}{\lambda_a\lambda_b}\left(\frac{\partial t_a}{\partial\ln\lambda_b} - \delta_{ab}t_a\right)$,
-/// and each pair $ab$, $ba$ with itself by
-/// $$D = \frac{t_a-t_b}{\lambda_a^2-\lambda_b^2}\ \text{(equal)},\qquad
-///   \frac{\lambda_b^2D-t_b}{\lambda_a\lambda_b}\ \text{(crossed)}.$$
-/// $D$ is taken as a mean of second derivatives where the stretches are close, so equal stretches are
-/// no special case. NaN for $J \le 0$.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PrincipalStretches<E>(pub E);
-
-/// F = Σ λ_a u_a ⊗ v_a with λ_a > 0.
-struct Stretches {
-    values: [f64; 3],
-    /// Columns u_a.
-    left: Matrix3<f64>,
-    /// Columns v_a.
-    right: Matrix3<f64>,
-    /// ln λ̄_a.
-    logarithms: [f64; 3],
-}
-
-impl Stretches {
-    /// One-sided Jacobi rotations: columns of F V made orthogonal, with high relative accuracy in small
-    /// stretches too and no trouble with equal ones, which a decomposition of FᵀF would have.
-    fn new(f: &Matrix3<f64>) -> Option<Self> {
-        let j = f.determinant();
-        if j.is_nan() || j <= 0.0 || !f.iter().all(|component| component.is_finite()) {
-            return None;
-        }
-        let mut left = *f;
-        let mut right = Matrix3::identity();
-        // Convergence is quadratic and takes four or five sweeps; the bound only ends a loop that
-        // round-off keeps alive.
-        for _ in 0..12 {
-            let mut rotated = false;
-            for (a, b) in [(0, 1), (0, 2), (1, 2)] {
-                let product = left.column(a).dot(&left.column(b));
-                let (square_a, square_b) = (left.column(a).norm_squared(), left.column(b).norm_squared());
-                if product.abs() <= 0.25 * f64::EPSILON * (square_a * square_b).sqrt() {
-                    continue;
-                }
-                rotated = true;
-                // The smaller root of t² + 2ζt - 1 = 0 makes the columns orthogonal.
-                let zeta = (square_b - square_a) / (2.0 * product);
-                let tangent = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
-                let cosine = tangent.hypot(1.0).recip();
-                let sine = cosine * tangent;
-                for matrix in [&mut left, &mut right] {
-                    let (old_a, old_b) = (matrix.column(a).into_owned(), matrix.column(b).into_owned());
-                    matrix.set_column(a, &(cosine * old_a - sine * old_b));
-                    matrix.set_column(b, &(sine * old_a + cosine * old_b));
-                }
-            }
-            if !rotated {
-                break;
-            }
-        }
-        let values = [0, 1, 2].map(|a| left.column(a).norm());
-        for (a, value) in values.into_iter().enumerate() {
-            left.column_mut(a).unscale_mut(value);
-        }
-        let logarithms = values.map(f64::ln);
-        let mean = logarithms.iter().sum::<f64>() / 3.0;
-        Some(Self { values, left, right, logarithms: logarithms.map(|logarithm| logarithm - mean) })
-    }
-}
-
-/// Distance of logarithms below which (g_a - g_b)/(ln λ_a - ln λ_b) is integrated instead: the
-/// difference then loses at most two digits, and the rule below is exact to round-off for exponents
-/// up to about 100.
-const CLOSE: f64 = 0.02;
-
-/// Positive nodes and weights (which sum to one) of the four-point Gauss–Legendre rule on [-1, 1].
-const GAUSS: [(f64, f64); 2] =
-    [(0.339_981_043_584_856_3, 0.652_145_154_862_546_1), (0.861_136_311_594_052_6, 0.347_854_845_137_453_9)];
-
-impl<E: PrincipalEnergy> PrincipalStretches<E> {
-    /// (g_a - g_b)/(ln λ_a - ln λ_b) for the gradient g of the energy.
-    fn divided_difference(&self, at: &Principal, stretches: &Stretches, a: usize, b: usize) -> f64 {
-        let logarithms = stretches.logarithms;
-        let distance = logarithms[a] - logarithms[b];
-        if distance.abs() > CLOSE {
-            return (at.gradient[a] - at.gradient[b]) / distance;
-        }
-        // g_a - g_b is the integral of its derivative as the pair opens about its middle. The energy
-        // is symmetric, so the integrand is even and half of the nodes suffice.
-        let middle = 0.5 * (logarithms[a] + logarithms[b]);
-        GAUSS
-            .into_iter()
-            .map(|(node, weight)| {
-                let mut shifted = logarithms;
-                shifted[a] = middle + 0.5 * node * distance;
-                shifted[b] = middle - 0.5 * node * distance;
-                let hessian = self.0.evaluate(shifted).hessian;
-                weight * (0.5 * (hessian[(a, a)] + hessian[(b, b)]) - hessian[(a, b)])
-            })
-            .sum()
-    }
-}
-
-impl<E: PrincipalEnergy> Material for PrincipalStretches<E> {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
-        Stretches::new(f).map_or(f64::NAN, |stretches| self.0.evaluate(stretches.logarithms).energy)
-    }
-
-    fn response(&self, f: &Matrix3<f64>) -> Response {
-        let Some(stretches) = Stretches::new(f) else {
-            return Response::undefined();
-        };
-        let Stretches { values: lambda, ref left, ref right, logarithms } = stretches;
-        let energy = self.0.evaluate(logarithms);
-
-        // ln λ̄_a = ln λ_a - mean: the chain rule takes the means off the gradient and the Hessian.
-        let t = energy.gradient.add_scalar(-energy.gradient.mean());
-        let mut slope = energy.hessian;
-        for mut column in slope.column_iter_mut() {
-            let mean = column.mean();
-            column.add_scalar_mut(-mean);
-        }
-        for mut row in slope.row_iter_mut() {
-            let mean = row.mean();
-            row.add_scalar_mut(-mean);
-        }
-
-        // The tangent in the basis u_a ⊗ v_b, at row and column 3a + b.
-        let mut principal = Tangent::zeros();
-        for a in 0..3 {
-            for b in 0..3 {
-                let own = if a == b { t[a] } else { 0.0 };
-                principal[(4 * a, 4 * b)] = (slope[(a, b)] - own) / (lambda[a] * lambda[b]);
-            }
-        }
-        for (a, b) in [(0, 1), (0, 2), (1, 2)] {
-            let product = lambda[a] * lambda[b];
-            // λ_a² - λ_b² = 2 λ_a λ_b sinh(ln λ_a - ln λ_b).
-            let distance = logarithms[a] - logarithms[b];
-            let ratio = if distance == 0.0 { 1.0 } else { distance / distance.sinh() };
-            let equal = 0.5 * ratio * self.divided_difference(&energy, &stretches, a, b) / product;
-            // The mean of the two forms of the crossed coefficient keeps it free of the order of a, b.
-            let crossed = 0.5 * ((lambda[a] * lambda[a] + lambda[b] * lambda[b]) * equal - t[a] - t[b]) / product;
-            let (ab, ba) = (3 * a + b, 3 * b + a);
-            principal[(ab, ab)] = equal;
-            principal[(ba, ba)] = equal;
-            principal[(ab, ba)] = crossed;
-            principal[(ba, ab)] = crossed;
-        }
-
-        let mut dyads = SMatrix::<f64, 9, 9>::zeros();
-        for a in 0..3 {
-            for b in 0..3 {
-                let dyad = left.column(a) * right.column(b).transpose();
-                dyads.set_column(3 * a + b, &components(&dyad));
-            }
-        }
-        let scaled = Vector3::from_fn(|a, _| t[a] / lambda[a]);
-        Response {
-            stress: left * Matrix3::from_diagonal(&scaled) * right.transpose(),
-            tangent: dyads * principal * dyads.transpose(),
         }
     }
 }
