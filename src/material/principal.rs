@@ -193,9 +193,10 @@ impl Ogden {
                 doubts.push(OgdenDoubt::Sign { term: p + 1, mu, alpha });
             }
         }
-        let (sum, size) = self.terms.iter().fold((0.0, 0.0), |(sum, size), (mu, alpha)| {
-            (sum + 0.5 * mu * alpha, size + (0.5 * mu * alpha).abs())
-        });
+        let (sum, size) = self
+            .terms
+            .iter()
+            .fold((0.0, 0.0), |(sum, size), (mu, alpha)| (sum + 0.5 * mu * alpha, size + (0.5 * mu * alpha).abs()));
         if sum < CANCELLED * size {
             doubts.push(OgdenDoubt::Cancelling { modulus: sum, largest: size });
         }

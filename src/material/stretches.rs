@@ -96,13 +96,7 @@ const GAUSS: [(f64, f64); 2] =
     [(0.339_981_043_584_856_3, 0.652_145_154_862_546_1), (0.861_136_311_594_052_6, 0.347_854_845_137_453_9)];
 
 /// (g_a - g_b)/(ln λ_a - ln λ_b) for the gradient g of an energy at given logarithms.
-fn divided_difference(
-    energy: &impl PrincipalEnergy,
-    at: &Principal,
-    logarithms: [f64; 3],
-    a: usize,
-    b: usize,
-) -> f64 {
+fn divided_difference(energy: &impl PrincipalEnergy, at: &Principal, logarithms: [f64; 3], a: usize, b: usize) -> f64 {
     let distance = logarithms[a] - logarithms[b];
     if distance.abs() > CLOSE {
         return (at.gradient[a] - at.gradient[b]) / distance;

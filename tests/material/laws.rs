@@ -74,9 +74,32 @@ proptest! {
     }
 
     #[test]
+    fn named_laws_stress_and_tangent_are_derivatives(
+        f in prop_oneof![deformation(), nearly_equal()],
+        shear in 0.1..2.0f64,
+        second in -0.05..0.3f64,
+        locking in 1.5..8.0f64,
+        [beta, delta, nu] in [0.1..3.0f64, 0.0..0.25f64, -0.4..0.48f64],
+    ) {
+        for shape in [
+            Shape::ArrudaBoyce(shear, locking),
+            Shape::Carroll([shear, 1e-3 * second, second]),
+            Shape::GentGent([shear, 30.0, second]),
+            // Stretches up to 2 at det F down to 1/8 reach D = 13.
+            Shape::ExtendedTube([shear, 0.3, beta, delta]),
+            Shape::Foam([[shear, beta, nu], [0.2 * shear, -2.0, 0.25]]),
+            Shape::Foam([[shear, 2.0 * beta, 0.0], [0.1, -2.0, 0.3]]),
+        ] {
+            compare(&f, shape, Volume::Quadratic, 10.0)?;
+        }
+    }
+
+    #[test]
     fn energy_does_not_see_rotations(f in deformation(), q in rotation(), a in constants()) {
         let ogden = Shape::Ogden([(0.6, 1.3), (0.001, 5.0), (-0.01, -2.0)]);
-        for shape in [Shape::Polynomial(a), Shape::Gent(0.7, 30.0), ogden, Shape::Hencky(0.7)] {
+        let foam = Shape::Foam([[0.5, 3.0, 0.2], [0.2, -2.0, 0.0]]);
+        let tube = Shape::ExtendedTube([0.5, 0.2, 0.3, 0.1]);
+        for shape in [Shape::Polynomial(a), Shape::Gent(0.7, 30.0), ogden, Shape::Hencky(0.7), foam, tube] {
             let subject = material(shape, Volume::Quadratic, 50.0);
             let (before, after) = (subject.response(&f), subject.response(&(q * f)));
             // Rounding of products of rotations, relative to the size of the stress and its parts (k = 50).
@@ -150,6 +173,15 @@ fn bad_constants_are_named() {
     assert_eq!(name(Ogden::new([(1.0, 2.0), (1.0, 0.0)]).unwrap_err()), "alpha_2");
     assert_eq!(name(Ogden::new([(f64::NAN, 2.0)]).unwrap_err()), "mu_1");
     assert!(name(Ogden::new([]).unwrap_err()).contains("initial shear modulus"));
+    assert_eq!(name(Rubber::arruda_boyce(1.0, 0.0, 1.0).unwrap_err()), "lambda_m");
+    assert_eq!(name(Rubber::extended_tube(0.1, -1.0, 0.3, 0.1, 1.0).unwrap_err()), "G_e");
+    assert_eq!(name(Rubber::extended_tube(0.1, 1.0, 0.3, 1.0, 1.0).unwrap_err()), "delta");
+    assert_eq!(name(Rubber::carroll(0.1, f64::NAN, 0.3, 1.0).unwrap_err()), "B");
+    assert_eq!(name(Rubber::gent_gent(0.1, 10.0, f64::NAN, 1.0).unwrap_err()), "C_2");
+    assert_eq!(name(Rubber::blatz_ko(0.1, 0.5, 0.0).unwrap_err()), "nu_1");
+    assert_eq!(name(Rubber::blatz_ko(0.1, 0.25, 1.5).unwrap_err()), "f");
+    assert!(name(Rubber::foam([]).unwrap_err()).contains("initial shear modulus"));
+    assert_eq!(name(rkpm::material::QuadraticVolume::from_compliance(0.0).unwrap_err()), "k");
     assert_eq!(name(HartmannNeffVolume::new(f64::INFINITY).unwrap_err()), "k");
 }
 
@@ -173,6 +205,8 @@ fn small_strains_keep_their_energy() {
     f[(0, 1)] = gamma;
     for (shape, shear) in [
         (Shape::Polynomial([0.3, 0.1, 0.5, 0.5, 0.5, 0.1, 0.1]), 0.8),
+        (Shape::Carroll([0.4, 0.0, 0.0]), 0.8),
+        (Shape::GentGent([0.6, 20.0, 0.3]), 0.8),
         (Shape::Gent(0.8, 20.0), 0.8),
         (Shape::Hencky(0.8), 0.8),
     ] {

@@ -5,8 +5,9 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use num_dual::{DualNum, HyperDual64};
 use proptest::prelude::*;
 use rkpm::material::{
-    Gent, HartmannNeffVolume, Hencky, Invariants, LogarithmicVolume, Material, MixedLogarithmicVolume,
-    NearlyIncompressible, Ogden, PrincipalStretches, QuadraticVolume, RivlinPolynomial, VolumetricEnergy,
+    ArrudaBoyce, Carroll, ExtendedTube, FoamTerm, Gent, GentGent, HartmannNeffVolume, Hencky, Invariants,
+    LogarithmicVolume, Material, MixedLogarithmicVolume, NearlyIncompressible, Ogden, OgdenFoam, PrincipalStretches,
+    QuadraticVolume, RivlinPolynomial, TotalStretches, VolumetricEnergy,
 };
 use rkpm::nalgebra;
 use rkpm::tensor::Tangent;
@@ -64,6 +65,16 @@ pub enum Shape {
     Gent(f64, f64),
     Ogden([(f64, f64); 3]),
     Hencky(f64),
+    /// µ, λ_m.
+    ArrudaBoyce(f64, f64),
+    /// A, B, C.
+    Carroll([f64; 3]),
+    /// µ, J_m, C_2.
+    GentGent([f64; 3]),
+    /// G_c, G_e, β, δ.
+    ExtendedTube([f64; 4]),
+    /// µ, α, ν of each term.
+    Foam([[f64; 3]; 2]),
 }
 
 type T = HyperDual64;
@@ -135,12 +146,51 @@ fn energy(f: &Square, shape: Shape, volume: Volume, k: f64) -> T {
     let j = determinant(f);
     let g = product(&square(|a, b| f[b][a]), f);
     let distortional = match shape {
-        Shape::Polynomial(_) | Shape::Gent(..) => {
+        Shape::Foam(terms) => {
+            let strain = times(&logarithm(&g), 0.5);
+            terms
+                .iter()
+                .map(|&[mu, alpha, nu]| {
+                    let beta = nu / (1.0 - 2.0 * nu);
+                    let stretches = trace(&exponential(&times(&strain, alpha))) - 3.0;
+                    let volume = if beta == 0.0 { j.ln() * -alpha } else { (j.powf(-alpha * beta) - 1.0) / beta };
+                    (stretches + volume) * (2.0 * mu / (alpha * alpha))
+                })
+                .sum()
+        }
+        Shape::ExtendedTube([crosslinks, entanglements, beta, delta]) => {
+            let strain = times(&logarithm(&g), 0.5);
+            let mean = trace(&strain) / 3.0;
+            let strain = square(|a, b| strain[a][b] - if a == b { mean } else { T::from(0.0) });
+            let d = trace(&g) * j.powf(-2.0 / 3.0) - 3.0;
+            let left = T::from(1.0) - d * (delta * delta);
+            let tubes = trace(&exponential(&times(&strain, -beta))) - 3.0;
+            (d * (1.0 - delta * delta) / left + left.ln()) * (0.5 * crosslinks)
+                + tubes * (2.0 * entanglements / (beta * beta))
+        }
+        Shape::Polynomial(_) | Shape::Gent(..) | Shape::ArrudaBoyce(..) | Shape::Carroll(_) | Shape::GentGent(_) => {
             let i1 = trace(&g);
             let i2 = (i1 * i1 - trace(&product(&g, &g))) * 0.5;
             let b1 = i1 * j.powf(-2.0 / 3.0) - 3.0;
             let b2 = i2 * j.powf(-4.0 / 3.0) - 3.0;
             match shape {
+                Shape::ArrudaBoyce(shear, locking) => {
+                    let [i1, l] = [b1 + 3.0, T::from(locking)];
+                    [0.5, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673_750.0]
+                        .iter()
+                        .enumerate()
+                        .map(|(i, &c)| {
+                            let n = i as i32 + 1;
+                            (i1.powi(n) - 3f64.powi(n)) / l.powi(2 * n - 2) * (shear * c)
+                        })
+                        .sum()
+                }
+                Shape::Carroll([a, b, c]) => {
+                    b1 * a + ((b1 + 3.0).powi(4) - 81.0) * b + ((b2 + 3.0).sqrt() - 3f64.sqrt()) * c
+                }
+                Shape::GentGent([shear, limit, second]) => {
+                    (T::from(1.0) - b1 / limit).ln() * (-0.5 * shear * limit) + ((b2 + 3.0) / 3.0).ln() * second
+                }
                 Shape::Gent(shear, limit) => (T::from(1.0) - b1 / limit).ln() * (-0.5 * shear * limit),
                 Shape::Polynomial(a) => {
                     EXPONENTS.iter().zip(&a).map(|(&(m, n), &a)| b1.powi(m as i32) * b2.powi(n as i32) * a).sum()
@@ -181,6 +231,16 @@ pub fn material(shape: Shape, volume: Volume, k: f64) -> Box<dyn Material> {
         Shape::Gent(shear, limit) => Box::new(Invariants(Gent::new(shear, limit).unwrap())),
         Shape::Ogden(terms) => Box::new(PrincipalStretches(Ogden::new(terms).unwrap())),
         Shape::Hencky(shear) => Box::new(PrincipalStretches(Hencky::new(shear).unwrap())),
+        Shape::ArrudaBoyce(shear, locking) => Box::new(Invariants(ArrudaBoyce::new(shear, locking).unwrap())),
+        Shape::Carroll([a, b, c]) => Box::new(Invariants(Carroll::new(a, b, c).unwrap())),
+        Shape::GentGent([shear, limit, second]) => Box::new(Invariants(GentGent::new(shear, limit, second).unwrap())),
+        Shape::ExtendedTube([c, e, beta, delta]) => {
+            Box::new(PrincipalStretches(ExtendedTube::new(c, e, beta, delta).unwrap()))
+        }
+        Shape::Foam(terms) => {
+            let term = |[shear, exponent, poisson]: [f64; 3]| FoamTerm { shear, exponent, poisson };
+            Box::new(TotalStretches(OgdenFoam::new(terms.map(term)).unwrap()))
+        }
     };
     let volumetric: Box<dyn VolumetricEnergy> = match volume {
         Volume::Quadratic => Box::new(QuadraticVolume::new(k).unwrap()),
