@@ -1,4 +1,4 @@
-//! How close each phase is to what the machine allows: `cargo bench --bench limits`.
+//! How close each phase is to what the machine allows: `cargo bench -p rkpm-benches --bench limits`.
 //!
 //! Loops are measured in one process, interleaved with products of matrices by faer, and given as a share of
 //! their speed: shares travel between machines and survive a busy one, seconds do not. Speeds are
@@ -271,7 +271,7 @@ fn main() {
     if asked("memory_3d") {
         return support::on_threads(1, || memory("3d", &support::cube(), 19));
     }
-    // `cargo bench --bench limits -- kernel` measures one part alone.
+    // `cargo bench -p rkpm-benches --bench limits -- kernel` measures one part alone.
     let parts = ["kernel", "assembly", "iteration", "threads", "slopes", "memory"];
     let all = !parts.iter().any(|part| asked(part));
     support::on_threads(1, || {

@@ -1,6 +1,6 @@
 //! Discretisations of scattered particles: cells, supports, tables, certificate; and the slope of their time.
 //!
-//! `cargo bench --bench scatter` prints seconds (best of three; one at 1e5) and $\mathrm d\log t/\mathrm d\log n$.
+//! `cargo bench -p rkpm-benches --bench scatter` prints seconds (best of three; one at 1e5) and $\mathrm d\log t/\mathrm d\log n$.
 //! Time in proportion to $n\log n$ has slopes of 1.1 here.
 
 use std::time::Instant;
