@@ -2,6 +2,10 @@
 //!
 //! Each message says where, what, and what to do about it.
 
+mod mesh;
+
+pub use mesh::MeshError;
+
 use thiserror::Error;
 
 /// What is wrong with a shape, a lattice or an integration rule.
@@ -516,6 +520,9 @@ pub enum Error {
     /// Geometry, cells, rules.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
+    /// Meshes and their files.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// Particles and shape functions.
     #[error(transparent)]
     Approximation(#[from] ApproximationError),

@@ -39,7 +39,7 @@
 //! |---|---|---|
 //! | 0 | [`error`], [`geometry`], [`tensor`] | [`Domain`](geometry::Domain) |
 //! | 1 | [`kernel`], [`basis`], [`kinematics`], [`material`] | [`Kernel`](kernel::Kernel), [`Basis`](basis::Basis), [`Kinematics`](kinematics::Kinematics), [`Material`](material::Material), [`InvariantEnergy`](material::InvariantEnergy), [`PrincipalEnergy`](material::PrincipalEnergy), [`VolumetricEnergy`](material::VolumetricEnergy) |
-//! | 2 | [`particles`], [`cells`], [`quadrature`] | [`Cells`](cells::Cells) |
+//! | 2 | [`particles`], [`mesh`], [`cells`], [`quadrature`] | [`Cells`](cells::Cells) |
 //! | 3 | [`shape`] | [`Approximation`](shape::Approximation) |
 //! | 4 | [`table`] | |
 //! | 5 | [`term`] | [`Term`](term::Term), [`Integrand`](term::Integrand) |
@@ -82,6 +82,7 @@ pub mod kinematics;
 pub mod material;
 // Floor 2
 pub mod cells;
+pub mod mesh;
 mod neighbours;
 pub mod particles;
 pub mod quadrature;
@@ -128,6 +129,7 @@ pub mod prelude {
     #[cfg(feature = "solve")]
     pub use crate::linear::Direct;
     pub use crate::material::{Material, Rubber};
+    pub use crate::mesh::Mesh;
     pub use crate::particles::{Particles, Support};
     pub use crate::quadrature::Points;
     #[cfg(feature = "solve")]

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const FLOORS: [&[&str]; 12] = [
     &["error", "geometry", "tensor", "dense", "parallel", "simd"],
     &["basis", "kernel", "kinematics", "material"],
-    &["cells", "neighbours", "particles", "quadrature"],
+    &["cells", "mesh", "neighbours", "particles", "quadrature"],
     &["shape"],
     &["table"],
     &["term"],

@@ -1,0 +1,323 @@
+//! Meshes drawn elsewhere: nodes, cells and named groups, from Gmsh's files or from arrays.
+//!
+//! A mesh is data: particles and background cells are made of it by [`cells::Unstructured`](crate::cells::Unstructured).
+
+mod elements;
+mod msh;
+mod refine;
+mod shape;
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use crate::error::MeshError;
+use crate::geometry::Point;
+
+pub use shape::CellShape;
+
+use elements::Elements;
+use elements::padded;
+pub(crate) use shape::spanned;
+
+/// Nodes, cells, faces and edges with named groups of them, in the plane (`Mesh<2>`) or in space (`Mesh<3>`).
+///
+/// [`read`](Mesh::read) takes Gmsh's MSH 2.2 and 4.1, ASCII and binary of either byte order: physical groups keep their
+/// names, those without one are named by their number. Elements of second order are read by their corners. Nodes that no
+/// element of the body uses are left out. In the plane all nodes have one Z, which is dropped.
+///
+/// ```
+/// use rkpm::mesh::{CellShape, Mesh};
+/// use rkpm::geometry::Point;
+/// let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Point::<3>::from);
+/// // One tetrahedron and the triangle on which it stands; groups name elements counted through all blocks.
+/// let blocks = [(CellShape::Tetrahedron, vec![0, 1, 2, 3]), (CellShape::Triangle, vec![0, 2, 1])];
+/// let groups = [("rubber".to_string(), vec![0]), ("base".to_string(), vec![1])];
+/// let mesh = Mesh::new(points.to_vec(), &blocks, &groups)?;
+/// assert!((mesh.measure("rubber")? - 1.0 / 6.0).abs() < 1e-15);
+/// assert!((mesh.measure("base")? - 0.5).abs() < 1e-15);
+/// # Ok::<(), rkpm::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh<const D: usize> {
+    points: Vec<Point<D>>,
+    /// Elements by their dimension.
+    elements: [Elements; 4],
+    groups: Vec<Group>,
+}
+
+/// A named group of elements of one dimension.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Group {
+    pub name: String,
+    pub dimension: usize,
+    /// Places in the list of that dimension, rising.
+    pub members: Vec<u32>,
+}
+
+impl<const D: usize> Mesh<D> {
+    /// Reads a file of Gmsh, MSH 2.2 or 4.1, ASCII or binary.
+    ///
+    /// # Errors
+    /// Where the file can't be read, is of another version, truncated or malformed, names nodes that it does not have or
+    /// gives one twice; for cells that are inverted or not of dimension `D`.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, MeshError> {
+        let path = path.as_ref();
+        let refused =
+            |error: std::io::Error| MeshError::Read { path: path.display().to_string(), what: error.to_string() };
+        Self::parse(&std::fs::read(path).map_err(refused)?)
+    }
+
+    /// Reads the bytes of such a file.
+    ///
+    /// # Errors
+    /// As [`read`](Mesh::read).
+    pub fn parse(bytes: &[u8]) -> Result<Self, MeshError> {
+        let (points, elements, groups) = msh::parse(bytes)?;
+        Self::assemble(points, elements, groups)
+    }
+
+    /// A mesh of arrays, as any reader has them: positions, blocks of elements of one shape with their corners one after
+    /// the other, and named groups of elements, counted through all blocks.
+    ///
+    /// # Errors
+    /// For corners that don't exist, numbers that are not finite, groups of mixed dimension, inverted cells, and where no
+    /// cell is of dimension `D`.
+    pub fn new(
+        points: Vec<Point<D>>,
+        blocks: &[(CellShape, Vec<usize>)],
+        groups: &[(String, Vec<usize>)],
+    ) -> Result<Self, MeshError> {
+        let mut elements: [Elements; 4] = Default::default();
+        let mut places: Vec<(u8, u32)> = Vec::new();
+        for (shape, corners) in blocks {
+            let each = shape.corner_count();
+            if corners.len() % each != 0 {
+                let what = format!("{} corners in a block of {}s", corners.len(), shape.name());
+                return Err(MeshError::Array { what, remedy: "give each cell all of its corners" });
+            }
+            let list = &mut elements[shape.dimension()];
+            for cell in corners.chunks(each) {
+                if let Some(&node) = cell.iter().find(|node| **node >= points.len()) {
+                    return Err(MeshError::DanglingNode { element: places.len() as u64, node: node as u64 });
+                }
+                places.push((shape.dimension() as u8, list.len() as u32));
+                list.push(*shape, cell.iter().map(|&node| node as u32));
+            }
+        }
+        let mut named = Vec::with_capacity(groups.len());
+        for (name, members) in groups {
+            let mut dimension = None;
+            let mut found = Vec::with_capacity(members.len());
+            for &member in members {
+                let Some(&(own, place)) = places.get(member) else {
+                    let what = format!("group {name} names element {member} of {}", places.len());
+                    return Err(MeshError::Array { what, remedy: "count elements from 0 through all blocks" });
+                };
+                if *dimension.get_or_insert(own) != own {
+                    let what = format!("group {name} holds elements of dimension {own} and another one");
+                    return Err(MeshError::Dimension { what, remedy: "give each dimension a group of its own" });
+                }
+                found.push(place);
+            }
+            found.sort_unstable();
+            found.dedup();
+            let dimension = dimension.map_or(D, usize::from);
+            named.push(Group { name: name.clone(), dimension, members: found });
+        }
+        let points = points.iter().map(padded).map(|x| x.into()).collect();
+        Self::assemble(points, elements, named)
+    }
+
+    /// Drops what the body does not use and checks the cells.
+    fn assemble(all: Vec<[f64; 3]>, mut elements: [Elements; 4], mut groups: Vec<Group>) -> Result<Self, MeshError> {
+        crate::geometry::check_dimension::<D>()
+            .map_err(|error| MeshError::Dimension { what: error.to_string(), remedy: "read Mesh<2> or Mesh<3>" })?;
+        let highest = (0..=3).rev().find(|&dimension| elements[dimension].len() > 0).unwrap_or(0);
+        if highest != D {
+            let what = format!("the mesh has cells of dimension {highest}, dimension {D} was asked for");
+            let remedy = if highest > D {
+                "read it as Mesh<3>, with Kinematics in space"
+            } else {
+                "export the cells of the body too (in Gmsh: a physical group of its volumes or surfaces), or read it as Mesh<2>"
+            };
+            return Err(MeshError::Dimension { what, remedy });
+        }
+        // Nodes of the body, in the order of the file; corners of arcs and middles of edges are no particles.
+        const UNUSED: u32 = u32::MAX;
+        let mut number = vec![UNUSED; all.len()];
+        for &node in elements[D].all_corners() {
+            number[node as usize] = 0;
+        }
+        let mut points = Vec::with_capacity(number.iter().filter(|n| **n == 0).count());
+        let level = number.iter().position(|n| *n == 0).map_or(0.0, |first| all[first][2]);
+        let mut extent = 0.0f64;
+        for (number, x) in number.iter_mut().zip(&all).filter(|(number, _)| **number == 0) {
+            if let Some(value) = x.iter().find(|value| !value.is_finite()) {
+                let what = format!("coordinate {value} of a node");
+                return Err(MeshError::Array { what, remedy: "give finite coordinates" });
+            }
+            *number = points.len() as u32;
+            points.push(Point::<D>::from_fn(|i, _| x[i]));
+            extent = extent.max((x[0] - all[0][0]).abs()).max((x[1] - all[0][1]).abs());
+        }
+        if D == 2 && all.iter().zip(&number).any(|(x, n)| *n != UNUSED && (x[2] - level).abs() > 1e-9 * extent) {
+            let what =
+                "the cells are triangles or quadrangles on a surface in space, a body in the plane was asked for";
+            let remedy = "draw the body in the plane Z = 0; shells are not modelled";
+            return Err(MeshError::Dimension { what: what.to_string(), remedy });
+        }
+        drop(all);
+        // Elements on nodes that the body does not have belong to something else.
+        for dimension in 0..D {
+            let list = std::mem::take(&mut elements[dimension]);
+            let whole = |element: usize| list.corners(element).iter().all(|&node| number[node as usize] != UNUSED);
+            if (0..list.len()).all(whole) {
+                elements[dimension] = list;
+                continue;
+            }
+            let mut kept = Elements::default();
+            let mut place = vec![UNUSED; list.len()];
+            for element in (0..list.len()).filter(|&element| whole(element)) {
+                place[element] = kept.len() as u32;
+                kept.push(list.shape(element), list.corners(element).iter().copied());
+            }
+            for group in groups.iter_mut().filter(|group| group.dimension == dimension) {
+                group.members = group.members.iter().map(|&m| place[m as usize]).filter(|m| *m != UNUSED).collect();
+            }
+            elements[dimension] = kept;
+        }
+        for list in &mut elements {
+            for corner in list.all_corners_mut() {
+                *corner = number[*corner as usize];
+            }
+        }
+        groups.retain(|group| group.dimension <= D && !group.members.is_empty());
+        let mut mesh = Mesh { points, elements, groups };
+        mesh.orient()?;
+        Ok(mesh)
+    }
+
+    /// Turns mirrored cells round and refuses inverted ones.
+    fn orient(&mut self) -> Result<(), MeshError> {
+        let mut ways = [Point::<D>::zeros(); 3];
+        for cell in 0..self.elements[D].len() {
+            let shape = self.elements[D].shape(cell);
+            let corners = self.elements[D].corners(cell);
+            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+            let mut largest = 0.0f64;
+            for (corner, around) in shape.neighbours().iter().enumerate() {
+                let origin = self.points[corners[corner] as usize];
+                let mut size = 1.0;
+                for (way, &other) in ways.iter_mut().zip(*around) {
+                    *way = self.points[corners[other] as usize] - origin;
+                    size *= way.norm();
+                }
+                let measure = spanned(&ways[..D]);
+                low = low.min(measure);
+                high = high.max(measure);
+                largest = largest.max(size);
+            }
+            // Rounding leaves flat cells 1e-16 of the box of their edges.
+            let flat = 1e-14 * largest;
+            if low > flat {
+                continue;
+            }
+            if high < -flat {
+                let mirrored: [u32; 8] = std::array::from_fn(|k| shape.mirrored().get(k).map_or(0, |&k| corners[k]));
+                let count = corners.len();
+                self.elements[D].corners_mut(cell).copy_from_slice(&mirrored[..count]);
+                continue;
+            }
+            let at = self.points[corners[0] as usize].as_slice().to_vec();
+            return Err(MeshError::InvertedCell { cell, shape: shape.name(), measure: low, at });
+        }
+        Ok(())
+    }
+
+    /// Positions of the nodes \[length\].
+    pub fn points(&self) -> &[Point<D>] {
+        &self.points
+    }
+
+    /// Number of cells of the body: volumes in space, faces in the plane.
+    pub fn cell_count(&self) -> usize {
+        self.elements[D].len()
+    }
+
+    /// Shape and corners of a cell.
+    ///
+    /// # Panics
+    /// For a cell beyond [`cell_count`](Mesh::cell_count).
+    pub fn cell(&self, cell: usize) -> (CellShape, &[u32]) {
+        (self.elements[D].shape(cell), self.elements[D].corners(cell))
+    }
+
+    /// Names of the groups of elements of a dimension: bodies have dimension `D`, boundary parts one less.
+    pub fn groups(&self, dimension: usize) -> impl Iterator<Item = &str> {
+        self.groups.iter().filter(move |group| group.dimension == dimension).map(|group| group.name.as_str())
+    }
+
+    /// Volume, area or length \[length^k\] of the elements of a group; of the largest dimension where groups share a name.
+    ///
+    /// # Errors
+    /// Where no group has the name.
+    pub fn measure(&self, name: &str) -> Result<f64, MeshError> {
+        let found = (0..=D).rev().find_map(|dimension| self.group(dimension, name));
+        let Some(group) = found else { return Err(self.missing("group", name, 0..=D)) };
+        let list = &self.elements[group.dimension];
+        let measure = |&member: &u32| {
+            let element = member as usize;
+            elements::measure(list.shape(element), list.corners(element), &self.points).abs()
+        };
+        Ok(group.members.iter().map(measure).sum())
+    }
+
+    /// Area or volume of the whole body \[length^D\].
+    pub fn total(&self) -> f64 {
+        let list = &self.elements[D];
+        (0..list.len()).map(|cell| elements::measure(list.shape(cell), list.corners(cell), &self.points).abs()).sum()
+    }
+
+    /// A body alone: the cells of a named group with the faces, edges and points on them, and their groups. The nodes keep
+    /// their order.
+    ///
+    /// # Errors
+    /// Where no group of cells has the name.
+    pub fn body(&self, name: &str) -> Result<Mesh<D>, MeshError> {
+        let Some(group) = self.group(D, name) else { return Err(self.missing("body", name, D..=D)) };
+        let mut elements: [Elements; 4] = self.elements.clone();
+        let mut place = HashMap::with_capacity(group.members.len());
+        let mut cells = Elements::default();
+        for &member in &group.members {
+            place.insert(member, cells.len() as u32);
+            cells.push(
+                self.elements[D].shape(member as usize),
+                self.elements[D].corners(member as usize).iter().copied(),
+            );
+        }
+        elements[D] = cells;
+        let mut groups = self.groups.clone();
+        for group in groups.iter_mut().filter(|group| group.dimension == D) {
+            group.members = group.members.iter().filter_map(|m| place.get(m).copied()).collect();
+        }
+        let points = self.points.iter().map(|x| padded(x).into()).collect();
+        Self::assemble(points, elements, groups)
+    }
+
+    pub(crate) fn group(&self, dimension: usize, name: &str) -> Option<&Group> {
+        self.groups.iter().find(|group| group.dimension == dimension && group.name == name)
+    }
+
+    /// The error for a name that does not exist.
+    pub(crate) fn missing(
+        &self,
+        what: &'static str,
+        name: &str,
+        dimensions: std::ops::RangeInclusive<usize>,
+    ) -> MeshError {
+        let known: Vec<&str> =
+            self.groups.iter().filter(|g| dimensions.contains(&g.dimension)).map(|g| g.name.as_str()).collect();
+        let known = if known.is_empty() { "none: name physical groups in Gmsh".to_string() } else { known.join(", ") };
+        MeshError::MissingGroup { what, name: name.to_string(), known }
+    }
+}

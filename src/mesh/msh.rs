@@ -1,0 +1,235 @@
+//! Gmsh's files: MSH 2.2 and 4.1.
+
+mod bytes;
+mod version2;
+mod version4;
+
+use std::collections::HashMap;
+
+use crate::error::MeshError;
+
+use super::{CellShape, Elements, Group};
+use bytes::Bytes;
+
+/// What a file holds: positions of the nodes, elements by dimension, groups.
+pub(super) type Content = (Vec<[f64; 3]>, [Elements; 4], Vec<Group>);
+
+/// Reads a file.
+pub(super) fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
+    let mut bytes = Bytes::new(bytes);
+    let mut content = Reading::default();
+    let version = header(&mut bytes)?;
+    while let Some(name) = bytes.section()? {
+        match (name.as_slice(), version) {
+            (b"PhysicalNames", _) => content.names(&mut bytes)?,
+            (b"Entities", 4) => version4::entities(&mut bytes, &mut content)?,
+            (b"PartitionedEntities", 4) => {
+                let what = "the mesh is cut into partitions for several machines".to_string();
+                return Err(bytes.malformed("PartitionedEntities", what));
+            }
+            (b"Nodes", 4) => version4::nodes(&mut bytes, &mut content)?,
+            (b"Nodes", _) => version2::nodes(&mut bytes, &mut content)?,
+            (b"Elements", 4) => version4::elements(&mut bytes, &mut content)?,
+            (b"Elements", _) => version2::elements(&mut bytes, &mut content)?,
+            // Periodic, NodeData and others, which say nothing of the mesh.
+            _ => {
+                bytes.skip_to_end_of(&name)?;
+                continue;
+            }
+        }
+        bytes.end_of(&name)?;
+    }
+    if !content.has_elements {
+        return Err(MeshError::Truncated { section: "Elements", at: bytes.at() });
+    }
+    content.finish()
+}
+
+/// The format's version, 2 or 4; sets how numbers are written.
+fn header(bytes: &mut Bytes<'_>) -> Result<u8, MeshError> {
+    let beyond = || MeshError::Version { found: "without $MeshFormat, so none of Gmsh's".to_string() };
+    if bytes.section().ok().flatten().as_deref() != Some(b"MeshFormat") {
+        return Err(beyond());
+    }
+    bytes.enter("MeshFormat");
+    let found = String::from_utf8_lossy(bytes.word()?).into_owned();
+    let version = match found.as_str() {
+        "2.2" | "2.1" | "2" => 2,
+        "4.1" => 4,
+        _ => return Err(MeshError::Version { found: format!("MSH {}", found.chars().take(20).collect::<String>()) }),
+    };
+    let kind = bytes.word()?;
+    let size = bytes.word()?;
+    if size != b"8" || !matches!(kind, b"0" | b"1") {
+        let text = |word: &[u8]| String::from_utf8_lossy(word).chars().take(20).collect::<String>();
+        return Err(MeshError::Version { found: format!("MSH {found} {} {}", text(kind), text(size)) });
+    }
+    if kind == b"1" {
+        bytes.binary()?;
+    }
+    bytes.end_of(b"MeshFormat")?;
+    Ok(version)
+}
+
+/// What was read so far.
+#[derive(Default)]
+pub(super) struct Reading {
+    points: Vec<[f64; 3]>,
+    numbers: Numbers,
+    elements: [Elements; 4],
+    has_elements: bool,
+    /// Names of physical groups by dimension and number.
+    names: HashMap<(usize, i64), String>,
+    /// Physical groups of geometric entities by dimension and number.
+    physical: HashMap<(usize, i64), Vec<i64>>,
+    /// Places of the members of each group.
+    groups: Vec<((usize, i64), Vec<u32>)>,
+    group_of: HashMap<(usize, i64), usize>,
+}
+
+/// Places of nodes by their numbers in the file.
+#[derive(Default)]
+enum Numbers {
+    #[default]
+    None,
+    /// By number, from the first one on.
+    Dense { first: u64, places: Vec<u32> },
+    /// Where numbers have wide gaps.
+    Sparse(HashMap<u64, u32>),
+}
+
+/// No node has the number.
+const NOWHERE: u32 = u32::MAX;
+
+impl Numbers {
+    /// Places of the nodes with these numbers.
+    fn new(tags: &[u64]) -> Result<Self, MeshError> {
+        let (first, last) = tags.iter().fold((u64::MAX, 0), |(low, high), &tag| (low.min(tag), high.max(tag)));
+        if tags.is_empty() {
+            return Ok(Numbers::None);
+        }
+        if (last - first) as usize / 2 < tags.len() {
+            let mut places = vec![NOWHERE; (last - first) as usize + 1];
+            for (place, &tag) in tags.iter().enumerate() {
+                let slot = &mut places[(tag - first) as usize];
+                if *slot != NOWHERE {
+                    return Err(MeshError::DuplicateNode { node: tag });
+                }
+                *slot = place as u32;
+            }
+            return Ok(Numbers::Dense { first, places });
+        }
+        let mut places = HashMap::with_capacity(tags.len());
+        for (place, &tag) in tags.iter().enumerate() {
+            if places.insert(tag, place as u32).is_some() {
+                return Err(MeshError::DuplicateNode { node: tag });
+            }
+        }
+        Ok(Numbers::Sparse(places))
+    }
+
+    #[inline]
+    fn place(&self, tag: u64) -> Option<u32> {
+        match self {
+            Numbers::None => None,
+            Numbers::Dense { first, places } => {
+                let place = *places.get(usize::try_from(tag.checked_sub(*first)?).ok()?)?;
+                (place != NOWHERE).then_some(place)
+            }
+            Numbers::Sparse(places) => places.get(&tag).copied(),
+        }
+    }
+}
+
+/// Shape and number of nodes of an element by Gmsh's number; those of second order have more nodes than corners.
+fn kind(number: i64) -> Option<(CellShape, usize)> {
+    Some(match number {
+        1 => (CellShape::Line, 2),
+        2 => (CellShape::Triangle, 3),
+        3 => (CellShape::Quadrangle, 4),
+        4 => (CellShape::Tetrahedron, 4),
+        5 => (CellShape::Hexahedron, 8),
+        6 => (CellShape::Prism, 6),
+        8 => (CellShape::Line, 3),
+        9 => (CellShape::Triangle, 6),
+        10 => (CellShape::Quadrangle, 9),
+        11 => (CellShape::Tetrahedron, 10),
+        12 => (CellShape::Hexahedron, 27),
+        13 => (CellShape::Prism, 18),
+        15 => (CellShape::Vertex, 1),
+        16 => (CellShape::Quadrangle, 8),
+        17 => (CellShape::Hexahedron, 20),
+        18 => (CellShape::Prism, 15),
+        _ => return None,
+    })
+}
+
+impl Reading {
+    fn names(&mut self, bytes: &mut Bytes<'_>) -> Result<(), MeshError> {
+        bytes.enter("PhysicalNames");
+        let count = bytes.text_integer()?;
+        for _ in 0..count {
+            let dimension = bytes.text_integer()?;
+            let number = bytes.text_integer()?;
+            let name = bytes.quoted()?;
+            if let Ok(dimension) = usize::try_from(dimension) {
+                self.names.insert((dimension, number), name);
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes the nodes and their numbers.
+    fn take_nodes(&mut self, tags: Vec<u64>, points: Vec<[f64; 3]>) -> Result<(), MeshError> {
+        self.numbers = Numbers::new(&tags)?;
+        self.points = points;
+        Ok(())
+    }
+
+    /// The place of a group of members.
+    fn group(&mut self, dimension: usize, physical: i64) -> usize {
+        // A negative number means that the elements are turned round.
+        let key = (dimension, physical.saturating_abs());
+        let next = self.groups.len();
+        let place = *self.group_of.entry(key).or_insert(next);
+        if place == next {
+            self.groups.push((key, Vec::new()));
+        }
+        place
+    }
+
+    /// Adds an element by its corners' numbers; its place among those of its dimension.
+    #[inline]
+    fn push(&mut self, element: u64, shape: CellShape, tags: &[u64]) -> Result<u32, MeshError> {
+        let mut corners = [0u32; 8];
+        for (corner, &tag) in corners.iter_mut().zip(tags) {
+            *corner = self.numbers.place(tag).ok_or(MeshError::DanglingNode { element, node: tag })?;
+        }
+        let list = &mut self.elements[shape.dimension()];
+        let place = list.len() as u32;
+        list.push(shape, corners[..shape.corner_count()].iter().copied());
+        Ok(place)
+    }
+
+    fn finish(mut self) -> Result<Content, MeshError> {
+        let mut groups: Vec<Group> = Vec::new();
+        for ((dimension, number), mut members) in self.groups {
+            members.sort_unstable();
+            members.dedup();
+            let name = self.names.get(&(dimension, number)).cloned().unwrap_or_else(|| number.to_string());
+            // Two physical groups of one name are one.
+            match groups.iter_mut().find(|group| group.dimension == dimension && group.name == name) {
+                Some(group) => {
+                    group.members.extend(members);
+                    group.members.sort_unstable();
+                    group.members.dedup();
+                }
+                None => groups.push(Group { name, dimension, members }),
+            }
+        }
+        for list in &mut self.elements {
+            list.shrink();
+        }
+        Ok((self.points, self.elements, groups))
+    }
+}

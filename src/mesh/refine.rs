@@ -1,0 +1,234 @@
+//! Meshes with each cell cut in 8.
+
+use std::collections::HashMap;
+
+use crate::error::MeshError;
+use crate::geometry::Point;
+
+use super::{CellShape, Elements, Group, Mesh};
+
+/// Nodes of a mesh and those in the middle of its edges, faces and cells, by what they are in the middle of.
+struct Middles<const D: usize> {
+    points: Vec<Point<D>>,
+    known: HashMap<[u32; 8], u32>,
+}
+
+impl<const D: usize> Middles<D> {
+    /// The node in the middle of others.
+    fn of(&mut self, corners: &[u32]) -> u32 {
+        if let &[corner] = corners {
+            return corner;
+        }
+        let mut key = [u32::MAX; 8];
+        key[..corners.len()].copy_from_slice(corners);
+        key.sort_unstable();
+        let next = self.points.len() as u32;
+        let number = *self.known.entry(key).or_insert(next);
+        if number == next {
+            let sum: Point<D> = key.iter().filter(|c| **c != u32::MAX).map(|&c| self.points[c as usize]).sum();
+            self.points.push(sum / corners.len() as f64);
+        }
+        number
+    }
+}
+
+/// The cells that one is cut into, their corners as sets of its own whose middle they are.
+fn parts(shape: CellShape) -> Vec<(CellShape, Vec<Vec<usize>>)> {
+    let around = |face: &[usize], corner: usize| {
+        let place = face.iter().position(|c| *c == corner).unwrap_or(0);
+        [face[(place + 1) % face.len()], face[(place + face.len() - 1) % face.len()]]
+    };
+    match shape {
+        CellShape::Vertex => vec![(shape, vec![vec![0]])],
+        CellShape::Line => vec![(shape, vec![vec![0], vec![0, 1]]), (shape, vec![vec![0, 1], vec![1]])],
+        CellShape::Triangle => {
+            let [a, b, c] = [vec![0, 1], vec![1, 2], vec![2, 0]];
+            vec![
+                (shape, vec![vec![0], a.clone(), c.clone()]),
+                (shape, vec![a.clone(), vec![1], b.clone()]),
+                (shape, vec![c.clone(), b.clone(), vec![2]]),
+                (shape, vec![a, b, c]),
+            ]
+        }
+        CellShape::Quadrangle => (0..4)
+            .map(|corner| {
+                let [next, last] = around(&[0, 1, 2, 3], corner);
+                (shape, vec![vec![corner], vec![corner, next], vec![0, 1, 2, 3], vec![last, corner]])
+            })
+            .collect(),
+        CellShape::Prism => {
+            let level = |upper: usize| {
+                move |set: &Vec<usize>| -> Vec<usize> {
+                    match upper {
+                        0 => set.clone(),
+                        2 => set.iter().map(|c| c + 3).collect(),
+                        _ => set.iter().flat_map(|c| [*c, c + 3]).collect(),
+                    }
+                }
+            };
+            parts(CellShape::Triangle)
+                .into_iter()
+                .flat_map(|(_, triangle)| {
+                    [0, 1].map(|storey| {
+                        let corners = triangle.iter().map(level(storey)).chain(triangle.iter().map(level(storey + 1)));
+                        (shape, corners.collect())
+                    })
+                })
+                .collect()
+        }
+        CellShape::Hexahedron => {
+            let steps: [[usize; 8]; 8] = std::array::from_fn(|corner| {
+                // Corners by their bits along three axes, Gmsh's order turning in each face.
+                let bits = |c: usize| [(c & 1) ^ ((c >> 1) & 1), (c >> 1) & 1, (c >> 2) & 1];
+                let own = bits(corner);
+                std::array::from_fn(|k| {
+                    let other = bits(k);
+                    // The corner k of the part is the middle of all corners between `own` and it.
+                    (0..3).fold(0, |code, i| code | (usize::from(other[i] != own[i]) << i))
+                })
+            });
+            let bits = |c: usize| [(c & 1) ^ ((c >> 1) & 1), (c >> 1) & 1, (c >> 2) & 1];
+            (0..8)
+                .map(|corner| {
+                    let sets = steps[corner].map(|free| {
+                        (0..8)
+                            .filter(|&c| (0..3).all(|i| (free >> i) & 1 == 1 || bits(c)[i] == bits(corner)[i]))
+                            .collect::<Vec<usize>>()
+                    });
+                    (shape, sets.to_vec())
+                })
+                .collect()
+        }
+        CellShape::Tetrahedron => Vec::new(),
+    }
+}
+
+/// A tetrahedron cut at its corners, the octahedron that is left along its shortest diagonal.
+fn tetrahedra<const D: usize>(corners: &[u32], middles: &mut Middles<D>) -> [[u32; 4]; 8] {
+    let mut m = [[0u32; 4]; 4];
+    for a in 0..4 {
+        for b in 0..4 {
+            m[a][b] = if a == b { corners[a] } else { middles.of(&[corners[a], corners[b]]) };
+        }
+    }
+    let c = corners;
+    let length = |p: [u32; 2]| (middles.points[p[0] as usize] - middles.points[p[1] as usize]).norm_squared();
+    // Diagonals between opposite edges, and the other four vertices of the octahedron around each, right-handed.
+    let diagonals = [
+        ([m[0][1], m[2][3]], [m[0][2], m[0][3], m[1][3], m[1][2]]),
+        ([m[0][2], m[1][3]], [m[0][3], m[0][1], m[1][2], m[2][3]]),
+        ([m[0][3], m[1][2]], [m[0][1], m[0][2], m[2][3], m[1][3]]),
+    ];
+    let (mut shortest, mut least) = (0, f64::INFINITY);
+    for (k, (ends, _)) in diagonals.iter().enumerate() {
+        // A little shorter does not count: rounding would choose.
+        if length(*ends) < 0.999 * least {
+            (shortest, least) = (k, length(*ends));
+        }
+    }
+    let ([from, to], ring) = diagonals[shortest];
+    let mut out = [
+        [c[0], m[0][1], m[0][2], m[0][3]],
+        [m[0][1], c[1], m[1][2], m[1][3]],
+        [m[0][2], m[1][2], c[2], m[2][3]],
+        [m[0][3], m[1][3], m[2][3], c[3]],
+        [0; 4],
+        [0; 4],
+        [0; 4],
+        [0; 4],
+    ];
+    for k in 0..4 {
+        out[4 + k] = [from, to, ring[k], ring[(k + 1) % 4]];
+    }
+    out
+}
+
+impl<const D: usize> Mesh<D> {
+    /// The mesh with each cell cut in $2^D$ parts at the middles of its edges; groups are kept. The nodes of this mesh come
+    /// first.
+    ///
+    /// # Errors
+    /// Where a part of a warped cell is inverted.
+    pub fn refined(&self) -> Result<Mesh<D>, MeshError> {
+        let mut middles = Middles { points: self.points.clone(), known: HashMap::new() };
+        let mut elements: [Elements; 4] = Default::default();
+        // Where the parts of each element begin.
+        let mut starts: [Vec<u32>; 4] = Default::default();
+        for dimension in (0..=D).rev() {
+            let (list, finer) = (&self.elements[dimension], &mut elements[dimension]);
+            for element in 0..list.len() {
+                starts[dimension].push(finer.len() as u32);
+                let (shape, corners) = (list.shape(element), list.corners(element));
+                if shape == CellShape::Tetrahedron {
+                    for part in tetrahedra(corners, &mut middles) {
+                        finer.push(shape, part);
+                    }
+                    continue;
+                }
+                for (shape, part) in parts(shape) {
+                    let nodes: Vec<u32> = part
+                        .iter()
+                        .map(|set| middles.of(&set.iter().map(|&c| corners[c]).collect::<Vec<u32>>()))
+                        .collect();
+                    finer.push(shape, nodes);
+                }
+            }
+            starts[dimension].push(finer.len() as u32);
+        }
+        let groups = self
+            .groups
+            .iter()
+            .map(|group| {
+                let starts = &starts[group.dimension];
+                let parts = group.members.iter().flat_map(|&m| starts[m as usize]..starts[m as usize + 1]);
+                Group { members: parts.collect(), ..group.clone() }
+            })
+            .collect();
+        let mut mesh = Mesh { points: middles.points, elements, groups };
+        mesh.orient()?;
+        Ok(mesh)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_fill_their_cell() {
+        let tetrahedron = [[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [0.2, 1.0, 0.0], [0.1, 0.3, 1.2]];
+        let prism =
+            [[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [0.2, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.1, 1.3], [0.2, 1.0, 1.1]];
+        let hexahedron = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.1, 0.0],
+            [1.2, 1.0, 0.0],
+            [0.1, 1.1, 0.1],
+            [0.0, 0.0, 1.0],
+            [1.0, 0.1, 1.3],
+            [1.2, 1.0, 1.1],
+            [0.0, 1.0, 0.9],
+        ];
+        let check = |shape: CellShape, points: &[[f64; 3]]| {
+            let points: Vec<Point<3>> = points.iter().map(|x| (*x).into()).collect();
+            let corners: Vec<usize> = (0..points.len()).collect();
+            let face: Vec<usize> = shape.faces()[0].to_vec();
+            let skin = if face.len() == 3 { CellShape::Triangle } else { CellShape::Quadrangle };
+            let groups = [("all".to_string(), vec![0]), ("base".to_string(), vec![1])];
+            let mesh = Mesh::new(points, &[(shape, corners), (skin, face)], &groups).unwrap();
+            let finer = mesh.refined().unwrap();
+            assert_eq!(finer.cell_count(), 8);
+            assert!((finer.total() / mesh.total() - 1.0).abs() < 1e-14, "{shape:?}");
+            assert!((finer.measure("all").unwrap() / mesh.total() - 1.0).abs() < 1e-14);
+            assert!((finer.measure("base").unwrap() / mesh.measure("base").unwrap() - 1.0).abs() < 1e-2);
+            // No part was turned round by the check of the orientation: they are cut with the right one.
+            for cell in 0..8 {
+                let (shape, corners) = finer.cell(cell);
+                assert!(super::super::elements::measure(shape, corners, finer.points()) > 0.0);
+            }
+        };
+        check(CellShape::Tetrahedron, &tetrahedron);
+        check(CellShape::Prism, &prism);
+        check(CellShape::Hexahedron, &hexahedron);
+    }
+}
