@@ -73,8 +73,11 @@ pub(crate) fn padded<const D: usize>(x: &Point<D>) -> Vector3<f64> {
 /// Gauss points of two per direction on the unit interval.
 const TWO: [f64; 2] = [0.211_324_865_405_187_13, 0.788_675_134_594_812_9];
 
+/// A point of a face and $n\\,\mathrm dA$ there.
+type FacePoint = (Vector3<f64>, Vector3<f64>);
+
 /// Points and $n\\,\mathrm dA$ on a triangle or a bilinear quadrangle in space, exact for $\oint x\cdot n$.
-pub(crate) fn surface(x: &[Vector3<f64>]) -> ([(Vector3<f64>, Vector3<f64>); 4], usize) {
+pub(crate) fn surface(x: &[Vector3<f64>]) -> ([FacePoint; 4], usize) {
     let mut points = [(Vector3::zeros(), Vector3::zeros()); 4];
     if let [a, b, c] = x {
         points[0] = ((a + b + c) / 3.0, (b - a).cross(&(c - a)) * 0.5);
