@@ -69,6 +69,7 @@
 pub use nalgebra;
 
 // Floor 0
+mod compiled;
 mod dense;
 pub mod error;
 pub mod geometry;

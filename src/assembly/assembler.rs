@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
+use crate::compiled::compiled;
 use crate::parallel::{for_each_mut, threads};
 use crate::term::{Element, Term, View};
 
@@ -161,6 +162,21 @@ impl Assembler {
 
     /// Sums over all clusters; `at` lacks the local unknowns.
     fn sum<const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        at: View<'_>,
+        locals: &[Vec<f64>],
+        with_matrix: bool,
+        system: &mut System,
+    ) {
+        compiled!(D: (model: &Model<D> = model;
+            assembler: &mut Assembler = self, at: View<'_> = at, locals: &[Vec<f64>] = locals, with_matrix: bool = with_matrix,
+            system: &mut System = system) -> () {
+            assembler.sum_clusters(model, at, locals, with_matrix, system);
+        })
+    }
+
+    fn sum_clusters<const D: usize>(
         &mut self,
         model: &Model<D>,
         at: View<'_>,

@@ -1,5 +1,6 @@
 //! Models: terms over one set of nodes, and the system they make.
 
+use crate::compiled::compiled;
 use crate::geometry::Point;
 use crate::parallel::{map_ranges, threads};
 use crate::term::{Element, Health, Term, View};
@@ -249,7 +250,7 @@ impl<const D: usize> Model<D> {
 
     /// The assembler of this model.
     pub fn assembler(&self) -> Assembler {
-        Assembler::new(self)
+        compiled!(D: (model: &Model<D> = self) -> Assembler { Assembler::new(model) })
     }
 
     /// The residual $r$ of the model, without any matrix; NaN for vectors of another model.

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use crate::compiled::compiled;
 use crate::error::{Error, LinearError};
 use crate::geometry::Part;
 use crate::scene::{Scene, Scheme};
@@ -53,6 +54,10 @@ pub struct InfSup {
 /// # Ok::<(), rkpm::Error>(())
 /// ```
 pub fn inf_sup<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<InfSup, Error> {
+    compiled!(D: (scene: &Scene<D> = scene; scheme: &Scheme = scheme) -> Result<InfSup, Error> { measured(scene, scheme) })
+}
+
+fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<InfSup, Error> {
     let problem = scene.without_conditions().hold(Part::Whole).discretize(scheme)?;
     let nodes = problem.cells.positions().len();
     check_size("particles of the inf-sup test", nodes)?;

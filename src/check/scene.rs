@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, Matrix3};
 
 use crate::boundary::dependent_rows;
 use crate::cells::Cells;
+use crate::compiled::compiled;
 use crate::error::{ApproximationError, BoundaryError, Error, GeometryError};
 use crate::geometry::Point;
 use crate::material::Material;
@@ -180,6 +181,10 @@ impl Diagnosis {
 /// # Ok::<(), rkpm::Error>(())
 /// ```
 pub fn scene<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnosis, Error> {
+    compiled!(D: (scene: &Scene<D> = scene; scheme: &Scheme = scheme) -> Result<Diagnosis, Error> { measured(scene, scheme) })
+}
+
+fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnosis, Error> {
     let mut diagnosis = Diagnosis { most_pressures: 1.0 / D as f64, ..Diagnosis::default() };
     if scheme.functions == Functions::Particles {
         let cells = scene.cells(scheme)?;

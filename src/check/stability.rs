@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::assembly::Model;
+use crate::compiled::compiled;
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::quadrature::Points;
@@ -61,6 +62,10 @@ pub struct Stability {
 /// # Ok::<(), rkpm::Error>(())
 /// ```
 pub fn spurious_modes<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Stability, Error> {
+    compiled!(D: (scene: &Scene<D> = scene; scheme: &Scheme = scheme) -> Result<Stability, Error> { measured(scene, scheme) })
+}
+
+fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Stability, Error> {
     let problem = scene.without_conditions().discretize(scheme)?;
     let positions = problem.cells.positions();
     let unknowns = positions.len() * D;

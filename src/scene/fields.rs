@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix3;
 
+use crate::compiled::compiled;
 use crate::error::{ApproximationError, Error};
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
@@ -38,6 +39,12 @@ impl<const D: usize> Problem<D> {
     /// # Ok::<(), rkpm::Error>(())
     /// ```
     pub fn stresses(&self, state: &State) -> Vec<Matrix3<f64>> {
+        compiled!(D: (problem: &Problem<D> = self; state: &State = state) -> Vec<Matrix3<f64>> {
+            problem.cauchy_stresses(state)
+        })
+    }
+
+    fn cauchy_stresses(&self, state: &State) -> Vec<Matrix3<f64>> {
         let gradients = self.deformation_gradients(state);
         let pressures = self.pressures(state);
         let cauchy = |(point, f): (usize, &Matrix3<f64>)| {
@@ -96,6 +103,12 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// For a state of another problem.
     pub fn vtk_grid(&self, state: &State) -> Result<VtkGrid, Error> {
+        compiled!(D: (problem: &Problem<D> = self; state: &State = state) -> Result<VtkGrid, Error> {
+            problem.grid(state)
+        })
+    }
+
+    fn grid(&self, state: &State) -> Result<VtkGrid, Error> {
         let displacements = self.particle_displacements(state)?;
         let positions = self.cells.positions();
         let current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();

@@ -35,6 +35,7 @@ use nalgebra::Vector3;
 
 use crate::boundary::Motion;
 use crate::cells::{Cells, Triangulation, Voronoi};
+use crate::compiled::compiled;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::{Domain, Part, Point, Region};
 use crate::kinematics::Kinematics;
@@ -309,25 +310,31 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// Any bad input of scene or scheme: geometry, particles, supports, selections, rows, loads.
     pub fn discretize(&self, scheme: &Scheme) -> Result<Problem<D>, Error> {
-        self.validate()?;
-        discretize::discretize(self, scheme, &mut Err)
+        compiled!(D: (scene: &Scene<D> = self; scheme: &Scheme = scheme) -> Result<Problem<D>, Error> {
+            scene.validate()?;
+            discretize::discretize(scene, scheme, &mut Err)
+        })
     }
 
     /// As [`discretize`](Scene::discretize) without the conditions that can't be taken, and why not.
     pub(crate) fn discretize_leniently(&self, scheme: &Scheme) -> Result<(Problem<D>, Vec<Error>), Error> {
-        self.validate()?;
-        let mut refused = Vec::new();
-        let problem = discretize::discretize(self, scheme, &mut |error| {
-            refused.push(error);
-            Ok(())
-        })?;
-        Ok((problem, refused))
+        compiled!(D: (scene: &Scene<D> = self; scheme: &Scheme = scheme) -> Result<(Problem<D>, Vec<Error>), Error> {
+            scene.validate()?;
+            let mut refused = Vec::new();
+            let problem = discretize::discretize(scene, scheme, &mut |error| {
+                refused.push(error);
+                Ok(())
+            })?;
+            Ok((problem, refused))
+        })
     }
 
     /// The particles under a scheme and the cells between them.
     pub(crate) fn cells(&self, scheme: &Scheme) -> Result<Arc<dyn Cells<D>>, Error> {
-        self.validate()?;
-        discretize::cells(self, scheme)
+        compiled!(D: (scene: &Scene<D> = self; scheme: &Scheme = scheme) -> Result<Arc<dyn Cells<D>>, Error> {
+            scene.validate()?;
+            discretize::cells(scene, scheme)
+        })
     }
 
     /// Refuses conditions and loads that no scheme could serve.

@@ -1,5 +1,6 @@
 //! States carried from one discretisation of a scene to another.
 
+use crate::compiled::compiled;
 use crate::error::{ApproximationError, Error};
 use crate::geometry::Point;
 use crate::neighbours::BinGrid;
@@ -16,6 +17,12 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// Where a particle of this problem lies outside the other body.
     pub fn transfer(&self, from: &Problem<D>, state: &State) -> Result<State, Error> {
+        compiled!(D: (problem: &Problem<D> = self, from: &Problem<D> = from; state: &State = state) -> Result<State, Error> {
+            problem.guess(from, state)
+        })
+    }
+
+    fn guess(&self, from: &Problem<D>, state: &State) -> Result<State, Error> {
         let mut guess = State::at_rest(&self.model, &self.rows);
         guess.load = state.load;
         let positions = self.model.positions();

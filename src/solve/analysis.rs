@@ -2,6 +2,7 @@
 
 use crate::assembly::Model;
 use crate::boundary::{Constraints, Enforced, Enforcement, MixedTransformation, check_unknowns};
+use crate::compiled::compiled;
 use crate::error::{Error, LinearError, SolveError};
 use crate::linear::{Direct, Factorizer, LinearSolver, after_their_rows, banded, minimum_degree, nested_dissection};
 
@@ -92,6 +93,20 @@ impl Analysis {
         path: Path,
         observer: &mut dyn Observer,
     ) -> Result<Path, Error> {
+        compiled!(D: (model: &Model<D> = model;
+            analysis: &Analysis = self, rows: &Constraints = rows, path: Path = path,
+            observer: &mut dyn Observer = observer) -> Result<Path, Error> {
+            analysis.go_on(model, rows, path, observer)
+        })
+    }
+
+    fn go_on<const D: usize>(
+        &self,
+        model: &Model<D>,
+        rows: &Constraints,
+        path: Path,
+        observer: &mut dyn Observer,
+    ) -> Result<Path, Error> {
         self.validate(model, rows, &path)?;
         if path.steps.is_empty() && path.start.load > 1.0 {
             return Err(SolveError::Setting {
@@ -146,6 +161,22 @@ impl Analysis {
         targets: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<Path, Error> {
+        compiled!(D: (model: &Model<D> = model;
+            analysis: &Analysis = self, rows: &Constraints = rows, path: Path = path, functional: &dyn Functional = functional,
+            targets: &[f64] = targets, observer: &mut dyn Observer = observer) -> Result<Path, Error> {
+            analysis.go_on_controlled(model, rows, path, functional, targets, observer)
+        })
+    }
+
+    fn go_on_controlled<const D: usize>(
+        &self,
+        model: &Model<D>,
+        rows: &Constraints,
+        path: Path,
+        functional: &dyn Functional,
+        targets: &[f64],
+        observer: &mut dyn Observer,
+    ) -> Result<Path, Error> {
         self.validate(model, rows, &path)?;
         if let Some(given) = functional.unknowns().filter(|&n| n != model.unknowns()) {
             return Err(SolveError::Length { what: "controlled functional", given, needed: model.unknowns() }.into());
@@ -178,11 +209,15 @@ impl Analysis {
         guess: State,
         observer: &mut dyn Observer,
     ) -> Result<Path, Error> {
-        let (load, path) = (guess.load, Path::new(guess));
-        self.validate(model, rows, &path)?;
-        let mut march = March::new(self, model, rows, path, observer)?;
-        march.correct(load);
-        Ok(march.path)
+        compiled!(D: (model: &Model<D> = model;
+            analysis: &Analysis = self, rows: &Constraints = rows, guess: State = guess,
+            observer: &mut dyn Observer = observer) -> Result<Path, Error> {
+            let (load, path) = (guess.load, Path::new(guess));
+            analysis.validate(model, rows, &path)?;
+            let mut march = March::new(analysis, model, rows, path, observer)?;
+            march.correct(load);
+            Ok(march.path)
+        })
     }
 
     fn validate<const D: usize>(&self, model: &Model<D>, rows: &Constraints, path: &Path) -> Result<(), Error> {
