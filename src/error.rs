@@ -2,8 +2,10 @@
 //!
 //! Each message says where, what, and what to do about it.
 
+mod contact;
 mod mesh;
 
+pub use contact::ContactError;
 pub use mesh::MeshError;
 
 use thiserror::Error;
@@ -532,6 +534,9 @@ pub enum Error {
     /// Loads and conditions.
     #[error(transparent)]
     Boundary(#[from] BoundaryError),
+    /// Contact.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
     /// Linear algebra.
     #[error(transparent)]
     Linear(#[from] LinearError),

@@ -42,7 +42,7 @@
 //! | 2 | [`particles`], [`mesh`], [`cells`], [`quadrature`] | [`Cells`](cells::Cells) |
 //! | 3 | [`shape`] | [`Approximation`](shape::Approximation) |
 //! | 4 | [`table`] | |
-//! | 5 | [`term`] | [`Term`](term::Term), [`Integrand`](term::Integrand) |
+//! | 5 | [`term`], [`contact`] | [`Term`](term::Term), [`Integrand`](term::Integrand), [`Surface`](contact::Surface) |
 //! | 6 | [`assembly`] | |
 //! | 7 | `boundary`, `linear` | `Enforcement`, `Enforced`, `LinearSolver`, `Factorizer`, `Factors` |
 //! | 8 | `solve` | `Observer`, `Functional` |
@@ -92,6 +92,7 @@ pub mod shape;
 // Floor 4
 pub mod table;
 // Floor 5
+pub mod contact;
 pub mod term;
 // Floor 6
 pub mod assembly;
@@ -123,6 +124,7 @@ pub mod prelude {
     #[cfg(feature = "solve")]
     pub use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
     pub use crate::cells::{Cells, Lattice, Layout, Triangulation, Voronoi};
+    pub use crate::contact::{Profile, RigidSurface};
     pub use crate::error::Error;
     pub use crate::geometry::{Block, Domain, Mapped, Outline, Part, Point, Quadrilateral, Region, Side, Turn};
     pub use crate::kernel::{CubicSpline, Gaussian, Kernel, QuinticSpline, WendlandC2};

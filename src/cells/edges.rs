@@ -23,6 +23,26 @@ pub(crate) fn facets(
     parts: usize,
     gauss: usize,
 ) -> Result<BoundaryCells<2>, GeometryError> {
+    with_hats(mesh, piece, parts, gauss, piece.curved)
+}
+
+/// The same with plain hats of the ends of each chord, on arcs as well.
+pub(crate) fn plain_facets(
+    mesh: &Mesh,
+    piece: &Piece,
+    parts: usize,
+    gauss: usize,
+) -> Result<BoundaryCells<2>, GeometryError> {
+    with_hats(mesh, piece, parts, gauss, false)
+}
+
+fn with_hats(
+    mesh: &Mesh,
+    piece: &Piece,
+    parts: usize,
+    gauss: usize,
+    curved: bool,
+) -> Result<BoundaryCells<2>, GeometryError> {
     if parts == 0 {
         let needed = "at least 1 is needed";
         return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
@@ -34,7 +54,7 @@ pub(crate) fn facets(
     for chord in 0..piece.particles.len() - 1 {
         let (from, to) = (at(chord), at(chord + 1));
         let bulge = mesh.bulge(piece.particles[chord], piece.particles[chord + 1]);
-        let window = if piece.curved { normals.window(chord) } else { Vec::new() };
+        let window = if curved { normals.window(chord) } else { Vec::new() };
         for part in 0..parts {
             for (t, w) in abscissae.iter().zip(&weights) {
                 let t = (part as f64 + t) / parts as f64;

@@ -143,6 +143,15 @@ pub trait Cells<const D: usize>: Send + Sync {
         Ok(vec![self.boundary(part, parts, gauss)?])
     }
 
+    /// The facets of a boundary part with plain linear hats, which are positive and sum to one up to the ends of arcs: what
+    /// contact pressures live on. By default those of [`boundary`](Cells::boundary).
+    ///
+    /// # Errors
+    /// As [`boundary`](Cells::boundary).
+    fn contact_boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
+        self.boundary(part, parts, gauss)
+    }
+
     /// Particles on a boundary part, by rising index.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use crate::geometry::{Part, Point, Region};
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
-use super::edges::facets;
+use super::edges::{facets, plain_facets};
 use super::mesh::{Mesh, NONE, collapse, cross};
 use super::polygons::Polygons;
 use super::scatter::{Spacing, factor_for, scatter};
@@ -273,6 +273,16 @@ impl Cells<2> for Triangulation {
     fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<2>>, GeometryError> {
         let pieces = self.pieces(part)?;
         pieces.into_iter().map(|piece| facets(&self.mesh, &self.mesh.pieces[piece], parts, gauss)).collect()
+    }
+
+    fn contact_boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
+        let mut all = BoundaryCells { points: Points::empty(), hats: Vec::new() };
+        for piece in self.pieces(part)? {
+            let cells = plain_facets(&self.mesh, &self.mesh.pieces[piece], parts, gauss)?;
+            all.points.append(cells.points);
+            all.hats.extend(cells.hats);
+        }
+        Ok(all)
     }
 
     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {

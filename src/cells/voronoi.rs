@@ -288,6 +288,10 @@ impl Cells<2> for Voronoi {
         self.triangles.boundary_pieces(part, parts.max(2), gauss)
     }
 
+    fn contact_boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
+        self.triangles.contact_boundary(part, parts.max(2), gauss)
+    }
+
     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
         self.triangles.boundary_nodes(part)
     }

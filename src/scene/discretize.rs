@@ -17,6 +17,7 @@ use crate::table::ShapeTable;
 use crate::term::{Body, DeadLoad, FollowerPressure, Pointwise, PressureField};
 
 use super::conditions::rows;
+use super::contact::{self, Contact};
 use super::cover::{self, KernelFunctions};
 use super::problem::Evaluate;
 use super::scheme::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule, Scheme, Volume};
@@ -91,14 +92,22 @@ fn particles<const D: usize>(
             ShapeTable::new(&approximation, &points, kinematics)
         },
     };
-    let model = model(scene, body, &*cells, &approximation, &tables)?;
+    let (mut model, body) = model(scene, body, &*cells, &approximation, &tables)?;
     let over_boundary = match scheme.rows {
         RowKind::Auto => D > 1,
         RowKind::AtParticles => false,
         RowKind::OverBoundary => true,
     };
     let rows = rows(scene, &*cells, &approximation, over_boundary.then_some(facets), refused)?;
-    finish(scheme, model, rows, Discrete { cells, approximation: Box::new(approximation), dilations, raised })
+    let volume = body.table().weights().iter().sum();
+    let skins = |part: &Part| {
+        let skin = cells.contact_boundary(part, facets.parts, facets.gauss)?;
+        let table = ShapeTable::new(&approximation, &skin.points, kinematics)?;
+        Ok((skin, table))
+    };
+    let contacts = contact::add(scene, &*cells, &rows, volume, &skins, &mut model)?;
+    let approximation = Box::new(approximation);
+    finish(scheme, (model, body), rows, Discrete { cells, approximation, dilations, raised, contacts })
 }
 
 /// The shape functions of a scheme on the particles of cells.
@@ -144,6 +153,10 @@ fn elements<const D: usize>(
         }
         .into());
     }
+    if !scene.contacts.is_empty() {
+        let needed = "particles: leave Scheme::elements out";
+        return Err(GeometryError::Unsuited { what: "contact of finite elements", needed }.into());
+    }
     let order = usize::from(scheme.order);
     let elements = FiniteElements::new(lattice_of(&*cells, "finite elements")?.clone(), order)?;
     let kinematics = &*scene.kinematics;
@@ -174,7 +187,12 @@ fn elements<const D: usize>(
     let model = model(scene, body, &*cells, &elements, &tables)?;
     let rows = rows(scene, &*cells, &elements, None, refused)?;
     let dilations = (0..cells.positions().len()).map(|node| cells.local_spacing(node)).collect();
-    finish(scheme, model, rows, Discrete { cells, approximation: Box::new(elements), dilations, raised: 0 })
+    finish(
+        scheme,
+        model,
+        rows,
+        Discrete { cells, approximation: Box::new(elements), dilations, raised: 0, contacts: Vec::new() },
+    )
 }
 
 type SceneModel<const D: usize> = (Model<D>, Arc<Body<D, Arc<dyn Material>>>);
@@ -188,7 +206,9 @@ fn model<const D: usize, A: Approximation<D>>(
     tables: &Tables<'_, D>,
 ) -> Result<SceneModel<D>, Error> {
     let body = Arc::new(body);
-    let mut model = Model::new(cells.positions().to_vec());
+    let mut positions = cells.positions().to_vec();
+    positions.extend(contact::carriages(scene, cells.positions()));
+    let mut model = Model::new(positions);
     model.add(body.clone());
     for load in &scene.loads {
         let table = match &load.place {
@@ -222,6 +242,7 @@ struct Discrete<const D: usize> {
     approximation: Box<dyn Evaluate<D>>,
     dilations: Vec<f64>,
     raised: usize,
+    contacts: Vec<Contact<D>>,
 }
 
 /// Binds the strategies.
@@ -243,8 +264,8 @@ fn finish<const D: usize>(
     };
     analysis.newton = scheme.newton;
     analysis.stepping = scheme.stepping;
-    let Discrete { cells, approximation, dilations, raised } = discrete;
-    Ok(Problem { model, rows, analysis, body, cells, approximation, dilations, raised })
+    let Discrete { cells, approximation, dilations, raised, contacts } = discrete;
+    Ok(Problem { model, rows, analysis, body, cells, approximation, dilations, raised, contacts })
 }
 
 /// The lattice of the cells, for what needs one.

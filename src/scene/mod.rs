@@ -16,6 +16,7 @@
 //! ```
 
 mod conditions;
+mod contact;
 mod control;
 mod cover;
 mod discretize;
@@ -24,6 +25,7 @@ mod problem;
 mod scheme;
 mod transfer;
 
+pub use contact::{ContactPoint, ContactState};
 pub use cover::Certificate;
 pub(crate) use discretize::kernel_functions;
 pub use problem::Problem;
@@ -116,6 +118,7 @@ pub struct Scene<const D: usize> {
     pub(crate) material: Arc<dyn Material>,
     pub(crate) conditions: Vec<Condition<D>>,
     pub(crate) loads: Vec<Load<D>>,
+    pub(crate) contacts: Vec<contact::Touching<D>>,
     last: Last,
     /// Whether an amplitude was given before any condition or load.
     stray_amplitude: bool,
@@ -147,6 +150,7 @@ impl<const D: usize> Scene<D> {
             material: Arc::new(material),
             conditions: Vec::new(),
             loads: Vec::new(),
+            contacts: Vec::new(),
             last: Last::Nothing,
             stray_amplitude: false,
         }
@@ -181,7 +185,7 @@ impl<const D: usize> Scene<D> {
 
     /// The body alone: domain, kinematics and material.
     pub(crate) fn without_conditions(&self) -> Self {
-        Scene { conditions: Vec::new(), loads: Vec::new(), last: Last::Nothing, ..self.clone() }
+        Scene { conditions: Vec::new(), loads: Vec::new(), contacts: Vec::new(), last: Last::Nothing, ..self.clone() }
     }
 
     fn condition(mut self, place: Place<D>, component: usize, value: Value<D>, label: String) -> Self {
@@ -372,6 +376,7 @@ impl<const D: usize> Scene<D> {
                 return Err(BoundaryError::Value { what: load.label.clone(), value, load: 1.0 }.into());
             }
         }
+        contact::validate(&self.contacts)?;
         crate::kinematics::hoops(&*self.kinematics)?;
         Ok(())
     }

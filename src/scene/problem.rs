@@ -18,6 +18,8 @@ use crate::solve::{Analysis, Observer, Path, State};
 use crate::table::ShapeTable;
 use crate::term::{Body, View};
 
+use super::contact::Contact;
+
 /// Fewer points are evaluated by one thread.
 pub(super) const SERIAL_BELOW: usize = 64;
 
@@ -59,7 +61,7 @@ impl<const D: usize, A: Approximation<D> + Send> Evaluate<D> for A {
 }
 
 /// $\sum_I \Psi_I d_I$.
-fn weighted<const D: usize>(psi: &ShapeFunctions<D>, state: &State) -> Point<D> {
+pub(super) fn weighted<const D: usize>(psi: &ShapeFunctions<D>, state: &State) -> Point<D> {
     let mut u = Point::zeros();
     for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
         for i in 0..D {
@@ -86,6 +88,8 @@ pub struct Problem<const D: usize> {
     pub(crate) dilations: Vec<f64>,
     /// Particles whose supports were raised to cover the body.
     pub(crate) raised: usize,
+    /// What touches what.
+    pub(crate) contacts: Vec<Contact<D>>,
 }
 
 impl<const D: usize> Problem<D> {

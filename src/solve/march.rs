@@ -96,6 +96,10 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         if stepping.control == StepControl::Load {
             return None;
         }
+        // No linear answer tells what touches.
+        if stepping.control == StepControl::Auto && self.workspace.model.terms().iter().any(|t| t.is_unilateral()) {
+            return None;
+        }
         // Where amplitudes have kinks the load may fall again or rest: a deflection can't lead over them.
         if stepping.control == StepControl::Auto && !self.knots.is_empty() {
             return None;

@@ -82,6 +82,8 @@ impl<const D: usize> March<'_, '_, D> {
             }
             // Prescribed values that come back in between would never have left.
             target = self.ways.until(now, target, stepping.smallest);
+            let terms = self.workspace.model.terms();
+            target = terms.iter().fold(target, |target, term| term.farthest_load(now, target));
             if !self.moves(self.state.load, target) {
                 return None;
             }

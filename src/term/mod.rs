@@ -140,6 +140,17 @@ pub trait Term<const D: usize>: Send + Sync {
         Vec::new()
     }
 
+    /// Whether the term acts from one side only, as contact does: the load leads runs with it, for no linear answer tells
+    /// what touches.
+    fn is_unilateral(&self) -> bool {
+        false
+    }
+
+    /// The farthest load factor on the way from one to another that a single step may go to.
+    fn farthest_load(&self, _from: f64, to: f64) -> f64 {
+        to
+    }
+
     /// Whether the term fills the lower blocks that the assembler asks for; those of this crate alone know them.
     #[doc(hidden)]
     fn fills_lower_blocks(&self) -> bool {
@@ -212,6 +223,14 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
 
     fn knots(&self) -> Vec<f64> {
         (**self).knots()
+    }
+
+    fn is_unilateral(&self) -> bool {
+        (**self).is_unilateral()
+    }
+
+    fn farthest_load(&self, from: f64, to: f64) -> f64 {
+        (**self).farthest_load(from, to)
     }
 
     fn fills_lower_blocks(&self) -> bool {

@@ -10,7 +10,7 @@ const FLOORS: [&[&str]; 12] = [
     &["cells", "mesh", "neighbours", "particles", "quadrature"],
     &["shape"],
     &["table"],
-    &["term"],
+    &["term", "contact"],
     &["assembly"],
     &["boundary", "linear"],
     &["solve"],

@@ -1,0 +1,207 @@
+//! Rigid surfaces and how they move.
+
+use std::sync::Arc;
+
+use crate::error::Error;
+use crate::geometry::Point;
+use crate::term::Amplitude;
+
+use super::{Ball, Cone, ContactError, Cylinder, Nearest, Plane, Profile, Surface};
+
+/// How a rigid surface moves.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Drive<const D: usize> {
+    /// It stays.
+    Fixed,
+    /// It is displaced by a vector times an amplitude.
+    Moved { by: Point<D>, amplitude: Amplitude },
+    /// It is pushed along a direction by a force times an amplitude and free to move there.
+    Pushed { along: Point<D>, force: f64, amplitude: Amplitude },
+}
+
+/// A rigid surface: its shape, its motion along the load factor and its friction.
+///
+/// ```
+/// use rkpm::contact::RigidSurface;
+/// // A plate above that comes down by 2 mm, without friction.
+/// let plate = RigidSurface::plane([0.0, 10.0], [0.0, -1.0]).moving([0.0, -2.0]);
+/// // A shaft that is pushed to the left by 3 N/mm.
+/// let shaft = RigidSurface::shaft([20.0, 5.0], 4.0).pushed([-3.0, 0.0]);
+/// # let _ = (plate, shaft);
+/// ```
+#[derive(Clone)]
+pub struct RigidSurface<const D: usize> {
+    pub(crate) shape: Arc<dyn Surface<D>>,
+    pub(crate) name: String,
+    pub(crate) drive: Drive<D>,
+    pub(crate) friction: f64,
+}
+
+/// A rigid surface at one load factor, as a point sees it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Placed<const D: usize> {
+    /// Where the surface has gone \[length\].
+    pub offset: Point<D>,
+    /// Its change with the load factor.
+    pub slope: Point<D>,
+}
+
+impl<const D: usize> RigidSurface<D> {
+    /// A surface of any shape that stays where it is.
+    pub fn new(shape: impl Surface<D> + 'static) -> Self {
+        RigidSurface::named_shape(shape, "rigid surface")
+    }
+
+    fn named_shape(shape: impl Surface<D> + 'static, name: &str) -> Self {
+        RigidSurface { shape: Arc::new(shape), name: name.into(), drive: Drive::Fixed, friction: 0.0 }
+    }
+
+    /// A plane through a point \[length\]; the rigid body lies behind it, opposite to the normal.
+    pub fn plane(through: [f64; D], normal: [f64; D]) -> Self {
+        RigidSurface::named_shape(Plane { through: through.into(), normal: normal.into() }, "plane")
+    }
+
+    /// The name by which results are asked for.
+    pub fn named(mut self, name: &str) -> Self {
+        self.name = name.into();
+        self
+    }
+
+    /// Moves by a vector \[length\] while the load factor goes from 0 to 1.
+    pub fn moving(self, by: [f64; D]) -> Self {
+        self.moving_along(by, Amplitude::Ramp)
+    }
+
+    /// Moves by a vector \[length\] times an amplitude.
+    pub fn moving_along(mut self, by: [f64; D], amplitude: Amplitude) -> Self {
+        self.drive = Drive::Moved { by: by.into(), amplitude };
+        self
+    }
+
+    /// Is pushed by a force that grows with the load factor \[force; per unit thickness in plane strain\]: free to move along it,
+    /// guided across.
+    pub fn pushed(self, force: [f64; D]) -> Self {
+        self.pushed_along(force, Amplitude::Ramp)
+    }
+
+    /// Is pushed by a force times an amplitude.
+    pub fn pushed_along(mut self, force: [f64; D], amplitude: Amplitude) -> Self {
+        let force = Point::<D>::from(force);
+        let size = force.norm();
+        self.drive = Drive::Pushed { along: force / size, force: size, amplitude };
+        self
+    }
+
+    /// Coulomb's coefficient of friction.
+    pub fn friction(mut self, coefficient: f64) -> Self {
+        self.friction = coefficient;
+        self
+    }
+
+    /// Refuses surfaces that bound no body and motions that are none.
+    pub(crate) fn validate(&self, contact: &str) -> Result<(), Error> {
+        self.shape.validate()?;
+        let contact = contact.to_string();
+        if !(self.friction >= 0.0 && self.friction.is_finite()) {
+            return Err(ContactError::Friction { contact, value: self.friction }.into());
+        }
+        let bad = |v: f64| !v.is_finite();
+        match &self.drive {
+            Drive::Fixed => {}
+            Drive::Moved { by, amplitude } => {
+                amplitude.validate()?;
+                let ends = [0.0, 0.5, 1.0].map(|load| amplitude.evaluate(load).0);
+                if let Some(value) = by.iter().copied().chain(ends).find(|&v| bad(v)) {
+                    return Err(ContactError::Motion { contact, what: "the motion", value }.into());
+                }
+            }
+            Drive::Pushed { force, amplitude, .. } => {
+                amplitude.validate()?;
+                if *force == 0.0 {
+                    return Err(ContactError::Unheld { contact }.into());
+                }
+                let ends = [0.0, 0.5, 1.0].map(|load| amplitude.evaluate(load).0);
+                if let Some(value) = ends.into_iter().chain([*force]).find(|&v| bad(v)) {
+                    return Err(ContactError::Motion { contact, what: "the force", value }.into());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The direction in which it is free, where it is.
+    pub(crate) fn free_direction(&self) -> Option<Point<D>> {
+        match &self.drive {
+            Drive::Pushed { along, .. } => Some(*along),
+            _ => None,
+        }
+    }
+
+    /// Where it has gone at a load factor; `travel` is its own unknown where it is pushed.
+    pub(crate) fn placed(&self, load: f64, travel: f64) -> Placed<D> {
+        match &self.drive {
+            Drive::Fixed => Placed { offset: Point::zeros(), slope: Point::zeros() },
+            Drive::Moved { by, amplitude } => {
+                let (value, slope) = amplitude.evaluate(load);
+                Placed { offset: by * value, slope: by * slope }
+            }
+            Drive::Pushed { along, .. } => Placed { offset: along * travel, slope: Point::zeros() },
+        }
+    }
+
+    /// Load factors at which its motion has kinks.
+    pub(crate) fn knots(&self) -> Vec<f64> {
+        match &self.drive {
+            Drive::Fixed => Vec::new(),
+            Drive::Moved { amplitude, .. } | Drive::Pushed { amplitude, .. } => amplitude.knots(),
+        }
+    }
+}
+
+impl<const D: usize> Placed<D> {
+    /// Gap, normal and curvature at a current position.
+    pub fn nearest(&self, shape: &dyn Surface<D>, x: &Point<D>) -> Nearest<D> {
+        shape.nearest(&(x - self.offset))
+    }
+}
+
+impl RigidSurface<2> {
+    /// A rigid cylinder across the plane.
+    pub fn shaft(centre: [f64; 2], radius: f64) -> Self {
+        RigidSurface::named_shape(Ball { centre: centre.into(), radius, hollow: false }, "shaft")
+    }
+
+    /// A cylindrical bore across the plane: the body lies within.
+    pub fn bore(centre: [f64; 2], radius: f64) -> Self {
+        RigidSurface::named_shape(Ball { centre: centre.into(), radius, hollow: true }, "bore")
+    }
+
+    /// A profile of lines and arcs.
+    pub fn profile(profile: Profile) -> Self {
+        RigidSurface::named_shape(profile, "profile")
+    }
+}
+
+impl RigidSurface<3> {
+    /// A rigid sphere.
+    pub fn sphere(centre: [f64; 3], radius: f64) -> Self {
+        RigidSurface::named_shape(Ball { centre: centre.into(), radius, hollow: false }, "sphere")
+    }
+
+    /// An endless rigid cylinder about the line through a point.
+    pub fn cylinder(through: [f64; 3], along: [f64; 3], radius: f64) -> Self {
+        let shape = Cylinder { through: through.into(), along: along.into(), radius, hollow: false };
+        RigidSurface::named_shape(shape, "cylinder")
+    }
+
+    /// An endless cylindrical bore about the line through a point: the body lies within.
+    pub fn sleeve(through: [f64; 3], along: [f64; 3], radius: f64) -> Self {
+        let shape = Cylinder { through: through.into(), along: along.into(), radius, hollow: true };
+        RigidSurface::named_shape(shape, "sleeve")
+    }
+
+    /// An endless rigid cone from its tip along its axis.
+    pub fn cone(tip: [f64; 3], along: [f64; 3], half_angle: f64) -> Self {
+        RigidSurface::named_shape(Cone { tip: tip.into(), along: along.into(), half_angle }, "cone")
+    }
+}

@@ -1,0 +1,117 @@
+//! The contact face of a body: hats over boundary particles and what their points see.
+
+use crate::cells::BoundaryCells;
+use crate::error::Error;
+use crate::geometry::Point;
+use crate::table::ShapeTable;
+
+/// A part of the boundary that may touch something: facet points with their shape functions, gathered by the hats of
+/// the boundary particles. A hat carries one contact pressure.
+pub(crate) struct Skin<const D: usize> {
+    pub table: ShapeTable<D>,
+    pub hats: Vec<Hat>,
+}
+
+/// One boundary particle's hat $\Theta_J$.
+pub(crate) struct Hat {
+    /// The particle.
+    pub particle: u32,
+    /// $\int\Theta_J\\,\mathrm d\Gamma$ with the measure of the kinematics.
+    pub area: f64,
+    /// Its width: the length of an edge with half a hat on both sides, the root of an area \[length\].
+    pub width: f64,
+    /// Points under the hat with their weights $w\\,\Theta_J$.
+    pub points: Vec<(u32, f64)>,
+    /// Nodes that these points see, by rising index, and a further one where the surface has an unknown of its own.
+    pub nodes: Vec<u32>,
+    /// For each point the places of its nodes among those, point after point.
+    pub local: Vec<u16>,
+    /// Where the places of each point begin.
+    pub first: Vec<u32>,
+}
+
+impl Hat {
+    /// Places of the nodes of the k-th point.
+    #[inline]
+    pub fn local(&self, k: usize) -> &[u16] {
+        &self.local[self.first[k] as usize..self.first[k + 1] as usize]
+    }
+}
+
+impl<const D: usize> Skin<D> {
+    /// Gathers the points of boundary cells by their hats; `extra` is a node that every hat sees besides.
+    ///
+    /// # Errors
+    /// Where cells and table do not fit together.
+    pub fn new(cells: &BoundaryCells<D>, table: ShapeTable<D>, extra: Option<u32>) -> Result<Self, Error> {
+        cells.validate(table.node_count())?;
+        let mut by_particle = vec![u32::MAX; table.node_count()];
+        let mut hats: Vec<Hat> = Vec::new();
+        let mut plain: Vec<f64> = Vec::new();
+        for (point, list) in cells.hats.iter().enumerate() {
+            for &(particle, value) in list {
+                let place = &mut by_particle[particle as usize];
+                if *place == u32::MAX {
+                    *place = hats.len() as u32;
+                    plain.push(0.0);
+                    hats.push(Hat {
+                        particle,
+                        area: 0.0,
+                        width: 0.0,
+                        points: Vec::new(),
+                        nodes: Vec::new(),
+                        local: Vec::new(),
+                        first: vec![0],
+                    });
+                }
+                let place = *place as usize;
+                let weight = table.weights()[point] * value;
+                if weight > 0.0 {
+                    hats[place].points.push((point as u32, weight));
+                    hats[place].area += weight;
+                    plain[place] += cells.points.weights[point] * value;
+                }
+            }
+        }
+        for (hat, plain) in hats.iter_mut().zip(&plain) {
+            hat.width = if D == 3 { plain.sqrt() } else { *plain };
+            hat.nodes = hat.points.iter().flat_map(|&(p, _)| table.nodes(p as usize)).copied().collect();
+            hat.nodes.extend(extra);
+            hat.nodes.sort_unstable();
+            hat.nodes.dedup();
+            for &(point, _) in &hat.points {
+                let places = table.nodes(point as usize).iter().map(|n| hat.nodes.partition_point(|m| m < n) as u16);
+                hat.local.extend(places);
+                hat.first.push(hat.local.len() as u32);
+            }
+        }
+        hats.retain(|hat| hat.area > 0.0);
+        Ok(Skin { table, hats })
+    }
+
+    /// Current position of a point.
+    #[inline]
+    pub fn position(&self, point: u32, displacement: &[f64]) -> Point<D> {
+        let point = point as usize;
+        let mut x = self.table.positions()[point];
+        for (&node, &value) in self.table.nodes(point).iter().zip(self.table.values(point)) {
+            for i in 0..D {
+                x[i] += value * displacement[node as usize * D + i];
+            }
+        }
+        x
+    }
+
+    /// The displacement that a vector of coefficients gives at a point.
+    #[inline]
+    pub fn displacement(&self, point: u32, step: &[f64]) -> Point<D> {
+        let point = point as usize;
+        let mut u = Point::zeros();
+        for (&node, &value) in self.table.nodes(point).iter().zip(self.table.values(point)) {
+            for i in 0..D {
+                u[i] += value * step[node as usize * D + i];
+            }
+        }
+        u
+    }
+}

@@ -1,0 +1,63 @@
+//! What is wrong with a contact.
+
+use thiserror::Error;
+
+/// What is wrong with a contact.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ContactError {
+    /// The body lies inside a rigid surface before anything moves.
+    #[error(
+        "{contact}: the body is inside the surface by {depth:e} at X = {at:?} before anything moves: move the surface out, \
+         and let it come in with RigidSurface::moving"
+    )]
+    Penetrates {
+        /// The contact.
+        contact: String,
+        /// How deep \[length\].
+        depth: f64,
+        /// Where, in the body at rest.
+        at: Vec<f64>,
+    },
+    /// A coefficient of friction is negative or not finite.
+    #[error("{contact}: coefficient of friction {value}: give a finite number from 0 on")]
+    Friction {
+        /// The contact.
+        contact: String,
+        /// The coefficient.
+        value: f64,
+    },
+    /// A motion or a force of a rigid surface is not finite.
+    #[error("{contact}: {what} of the rigid surface is {value}: give finite numbers")]
+    Motion {
+        /// The contact.
+        contact: String,
+        /// Motion or force.
+        what: &'static str,
+        /// The value.
+        value: f64,
+    },
+    /// A rigid body that is moved by no force.
+    #[error(
+        "{contact}: the rigid surface is pushed by a force of zero, so that nothing says where it is: give a force, \
+         RigidSurface::moving, or leave it fixed"
+    )]
+    Unheld {
+        /// The contact.
+        contact: String,
+    },
+    /// No contact has the name asked for.
+    #[error("no contact {asked}: there are {known}")]
+    Unknown {
+        /// The name.
+        asked: String,
+        /// The names that there are.
+        known: String,
+    },
+    /// Two contacts have one name.
+    #[error("two contacts are called {name}: give one of the surfaces a name of its own (RigidSurface::named)")]
+    Twice {
+        /// The name.
+        name: String,
+    },
+}

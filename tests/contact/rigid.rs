@@ -1,0 +1,146 @@
+//! A body against rigid surfaces, without friction.
+
+use std::f64::consts::PI;
+
+use rkpm::prelude::*;
+use rkpm::solve::Path;
+
+fn rubber() -> Rubber {
+    Rubber::mooney_rivlin(0.293, 0.177, 1410.0).unwrap()
+}
+
+fn solved<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> (Problem<D>, Path) {
+    let problem = scene.discretize(scheme).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    (problem, path)
+}
+
+fn square(size: f64) -> Region {
+    let outline = Outline::at([0.0, 0.0]).line("bottom", [size, 0.0]).line("right", [size, size]);
+    Region::new(outline.line("top", [0.0, size]).close("left")).unwrap()
+}
+
+/// The contact patch test: a block that lies on a plane under a uniform traction has a uniform pressure, on lattices, from
+/// scattered particles, in the plane, of revolution and in space.
+#[test]
+fn uniform_pressure_under_uniform_traction() {
+    fn check<const D: usize>(name: &str, problem: &Problem<D>, path: &Path, axis: usize, traction: f64) {
+        let floor = problem.contact(path.last(), "floor").unwrap();
+        let stretch = {
+            let f = problem.deformation_gradients(path.last())[0];
+            f.determinant() / f[(axis, axis)]
+        };
+        for point in &floor.points {
+            let error = point.pressure * stretch / traction - 1.0;
+            assert!(point.touches && error.abs() < 1e-8, "{name}: {error:e} at {:?}", point.reference);
+            assert!(point.gap.abs() < 1e-10);
+        }
+    }
+    let floor = || RigidSurface::plane([0.0, 0.0], [0.0, 1.0]).named("floor");
+    let lattice = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber())
+        .traction((1, Side::Max), [0.0, -0.4])
+        .contact((1, Side::Min), floor());
+    let jittered = Scheme::default().particles([7, 6]).layout(Layout::Jittered { amount: 0.2, seed: 3 });
+    for scheme in [Scheme::default().particles([7, 6]), jittered] {
+        let (problem, path) = solved(&lattice, &scheme);
+        check("lattice", &problem, &path, 1, 0.4);
+    }
+    let scattered =
+        Scene::on(square(1.0), PlaneStrain, rubber()).traction("top", [0.0, -0.4]).contact("bottom", floor());
+    let (problem, path) = solved(&scattered, &Scheme::default().particles([9]).seed(5));
+    check("scattered", &problem, &path, 1, 0.4);
+    let turned = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), Axisymmetric, rubber())
+        .prescribe((0, Side::Min), 0, 0.0)
+        .traction((1, Side::Max), [0.0, -0.4])
+        .contact((1, Side::Min), floor());
+    let (problem, path) = solved(&turned, &Scheme::default().particles([6, 5]));
+    check("of revolution", &problem, &path, 1, 0.4);
+    let solid = Scene::new(Block::new([0.0, 0.0, 0.0], [1.0, 1.0, 1.0]), Solid, rubber())
+        .traction((2, Side::Max), [0.0, 0.0, -0.4])
+        .contact((2, Side::Min), RigidSurface::plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]).named("floor"));
+    let (problem, path) = solved(&solid, &Scheme::default().particles([4, 4, 4]));
+    check("solid", &problem, &path, 2, 0.4);
+}
+
+/// Hertz: a cylinder pressed by 1 % of its diameter between plates, incompressible: half-width and peak pressure by the force
+/// that was found.
+#[test]
+fn hertz() {
+    let (radius, closure) = (0.2, 0.004);
+    let outline = Outline::at([0.0, 0.0])
+        .line("equator", [radius, 0.0])
+        .arc("outer", [0.0, radius], [0.0, 0.0], Turn::Left)
+        .close("axis");
+    let scene = Scene::on(Region::new(outline).unwrap(), PlaneStrain, rubber())
+        .prescribe("equator", 1, 0.0)
+        .prescribe("axis", 0, 0.0)
+        .contact("outer", RigidSurface::plane([0.0, radius], [0.0, -1.0]).moving([0.0, -0.5 * closure]).named("plate"));
+    // Spacings that grow away from the line of contact.
+    let grading = move |x: &[f64]| (x[0] * x[0] + (x[1] - radius).powi(2)).sqrt().max(0.01) / radius;
+    let (problem, path) = solved(&scene, &Scheme::default().particles([25]).graded(grading));
+    let plate = problem.contact(path.last(), "plate").unwrap();
+    let force = -2.0 * plate.force[1];
+    let modulus = 4.0 * 2.0 * (0.293 + 0.177);
+    let half_width = (4.0 * force * radius / (PI * modulus)).sqrt();
+    let peak = 2.0 * force / (PI * half_width);
+    let found = (plate.extent / half_width - 1.0, plate.peak_pressure() / peak - 1.0);
+    assert!(found.0.abs() < 0.03 && found.1.abs() < 0.03, "width and peak off by {found:?}");
+}
+
+/// Metres and pascals take the same iterations as millimetres and megapascals, and give the same digits.
+#[test]
+fn units_do_not_matter() {
+    let run = |metre: f64, pascal: f64| {
+        let material = Rubber::mooney_rivlin(0.293 * pascal, 0.177 * pascal, 1410.0 * pascal).unwrap();
+        let scene = Scene::on(square(metre), PlaneStrain, material)
+            .prescribe("left", 0, 0.0)
+            .traction("top", [0.0, -0.1 * pascal])
+            .contact("bottom", RigidSurface::shaft([0.3 * metre, -0.7 * metre], 0.5 * metre).named("die"));
+        let (problem, path) = solved(&scene, &Scheme::default().particles([9]));
+        let die = problem.contact(path.last(), "die").unwrap();
+        (path.iterations, die.force[1] / (metre * pascal), die.extent / metre)
+    };
+    let (first, second) = (run(1.0, 1e6), run(1e3, 1.0));
+    assert_eq!(first.0, second.0);
+    assert!(
+        (first.1 / second.1 - 1.0).abs() < 1e-10 && (first.2 / second.2 - 1.0).abs() < 1e-10,
+        "{first:?} {second:?}"
+    );
+    // It began with a gap, and nothing but the die holds it against the traction.
+    assert!((first.1 - 0.1).abs() < 1e-10, "{first:?}");
+}
+
+/// A plate that a force pushes onto a cylinder across a gap: it travels, touches and carries its force; what a plate that is
+/// moved as far carries is the same.
+#[test]
+fn pushed_and_moved_plates_agree() {
+    let outline = Outline::at([0.0, 0.0])
+        .line("equator", [1.0, 0.0])
+        .arc("outer", [0.0, 1.0], [0.0, 0.0], Turn::Left)
+        .close("axis");
+    let region = Region::new(outline).unwrap();
+    let body =
+        || Scene::on(region.clone(), PlaneStrain, rubber()).prescribe("equator", 1, 0.0).prescribe("axis", 0, 0.0);
+    let plane = || RigidSurface::plane([0.0, 1.3], [0.0, -1.0]).named("plate");
+    let scheme = Scheme::default().particles([9]);
+    let (problem, path) = solved(&body().contact("outer", plane().pushed([0.0, -0.3])), &scheme);
+    let pushed = problem.contact(path.last(), "plate").unwrap();
+    assert!((pushed.force[1] + 0.3).abs() < 1e-9, "{:?}", pushed.force);
+    assert!(pushed.travel[1] < -0.35 && pushed.travel[0] == 0.0, "{:?}", pushed.travel);
+    let (problem, path) = solved(&body().contact("outer", plane().moving([0.0, pushed.travel[1]])), &scheme);
+    let moved = problem.contact(path.last(), "plate").unwrap();
+    assert!((moved.force[1] / pushed.force[1] - 1.0).abs() < 1e-8, "{} {}", moved.force, pushed.force);
+}
+
+/// Two plates on one cylinder that nothing else holds along their way: one carries what the other does.
+#[test]
+fn plates_balance() {
+    let outline = Outline::at([0.0, -1.0]).arc("outer", [0.0, 1.0], [0.0, 0.0], Turn::Left).close("axis");
+    let scene = Scene::on(Region::new(outline).unwrap(), PlaneStrain, rubber())
+        .prescribe("axis", 0, 0.0)
+        .contact("outer", RigidSurface::plane([0.0, 1.2], [0.0, -1.0]).moving([0.0, -0.5]).named("upper"))
+        .contact("outer", RigidSurface::plane([0.0, -1.0], [0.0, 1.0]).named("lower"));
+    let (problem, path) = solved(&scene, &Scheme::default().particles([12]));
+    let [upper, lower] = ["upper", "lower"].map(|name| problem.contact(path.last(), name).unwrap().force[1]);
+    assert!(lower > 0.1 && (upper / lower + 1.0).abs() < 1e-10, "{upper} {lower}");
+}
