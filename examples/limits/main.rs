@@ -34,7 +34,7 @@ impl Stops {
         let ending = match &path.ending {
             Ending::Completed => "completed".to_string(),
             Ending::Stopped => "stopped by its observer".to_string(),
-            Ending::Stalled(why) => why.clone(),
+            Ending::Stalled(stalled) => stalled.to_string(),
             Ending::Interrupted => "interrupted".to_string(),
         };
         let unstable = path.steps.last().and_then(|step| step.unstable).unwrap_or_default();

@@ -3,10 +3,13 @@
 mod direct;
 mod factors;
 mod ordering;
+mod residuals;
+pub(crate) mod vector;
 
 pub use direct::{Direct, minimum_degree};
 pub(crate) use ordering::after_their_rows;
 pub use ordering::{banded, nested_dissection};
+pub(crate) use residuals::{Directions, minimal_residuals};
 
 use crate::assembly::Pattern;
 use crate::error::LinearError;

@@ -1,27 +1,34 @@
 //! Newton's method with local unknowns, load stepping, and the path of converged states.
 
 mod analysis;
-mod chord;
+mod continuation;
 mod critical;
+mod critical_search;
+mod driver;
+mod functional;
 mod increment;
-mod lead;
-mod march;
+mod modified_newton;
+mod motion_limit;
 mod newton;
 mod path;
+mod path_control;
 mod recorded;
 mod rejection;
-mod routes;
+mod run;
 mod search;
+mod settings;
+mod state;
 mod stepping;
 mod volume;
-mod ways;
 
+pub use crate::error::{Cause, Driven, Stalled};
 pub use analysis::Analysis;
 pub(crate) use analysis::NO_FREE;
-pub use critical::{Bracketing, CriticalKind, CriticalPoint};
-pub use newton::{Control, Deflection, Functional, Matrices, Newton};
-pub use path::{Ending, Iteration, MatrixUse, Observer, Pace, Path, State, Step};
-pub use rejection::Rejection;
+pub use critical::{CriticalKind, CriticalPoint};
+pub use functional::{Control, Deflection, Functional};
+pub use path::{Ending, Iteration, MatrixUse, Observer, Pace, Path, Step};
 pub use search::LineSearch;
-pub use stepping::{Following, StepControl, Stepping};
+pub use settings::{Matrices, Newton};
+pub use state::State;
+pub use stepping::{Bracketing, Following, StepControl, Stepping};
 pub use volume::EnclosedVolume;

@@ -2,115 +2,19 @@
 
 use crate::assembly::{Assembler, Model, System, release};
 use crate::boundary::{Constraints, Enforced};
+use crate::error::Cause;
+use crate::linear::vector::{negate, norm};
 use crate::linear::{Factorizer, Inertia, MatrixClass};
 
-use super::chord::Kept;
-use super::increment::{Buffers, Increment, Linear};
-use super::path::{Iteration, MatrixUse, Observer, State};
+use super::functional::Control;
+use super::increment::{Buffers, Increment, Linear, settled};
+use super::modified_newton::Kept;
+use super::path::{Iteration, MatrixUse, Observer};
 use super::rejection::Rejection;
 use super::search::{Ahead, LineSearch, search};
+use super::settings::{Matrices, Newton};
+use super::state::State;
 use super::stepping::FAR;
-
-/// A scalar function of the displacement that may control an analysis in place of the load.
-///
-/// ```
-/// use rkpm::solve::Functional;
-/// /// The sum of the squares of all coefficients.
-/// struct Square;
-/// impl Functional for Square {
-///     fn value(&self, d: &[f64]) -> f64 { d.iter().map(|x| x * x).sum() }
-///     fn gradient(&self, d: &[f64], out: &mut [f64]) {
-///         for (o, x) in out.iter_mut().zip(d) { *o = 2.0 * x; }
-///     }
-/// }
-/// assert_eq!(Square.value(&[1.0, 2.0]), 5.0);
-/// ```
-pub trait Functional: Send + Sync {
-    /// $q(d)$.
-    fn value(&self, displacement: &[f64]) -> f64;
-
-    /// Writes $\partial q/\partial d$.
-    fn gradient(&self, displacement: &[f64], out: &mut [f64]);
-
-    /// Number of displacement unknowns that it is made for, `None` where any will do.
-    fn unknowns(&self) -> Option<usize> {
-        None
-    }
-}
-
-/// A linear functional $q = c\cdot d$: a displacement at a point, or a generalised deflection.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Deflection {
-    /// $c$, one entry per coefficient.
-    pub weights: Vec<f64>,
-}
-
-impl Functional for Deflection {
-    fn value(&self, displacement: &[f64]) -> f64 {
-        self.weights.iter().zip(displacement).map(|(c, d)| c * d).sum()
-    }
-
-    fn gradient(&self, _displacement: &[f64], out: &mut [f64]) {
-        for (o, weight) in out.iter_mut().zip(&self.weights) {
-            *o = *weight;
-        }
-    }
-
-    fn unknowns(&self) -> Option<usize> {
-        Some(self.weights.len())
-    }
-}
-
-/// What is held fixed while Newton iterates.
-#[derive(Clone, Copy)]
-pub enum Control<'a> {
-    /// The load factor.
-    Load(f64),
-    /// A functional of the displacement, the load factor being unknown.
-    Functional(&'a dyn Functional, f64),
-}
-
-/// Settings of Newton's method.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Newton {
-    /// Most iterations of one attempt.
-    pub iterations: usize,
-    /// Converged where the increment is below this part of the displacement (of at least 1e-6 of the body's extent), the
-    /// residual below 3e-10 of the forces or 0.03 of this, and changes of local unknowns and load are small beside them as
-    /// well. Looser values lost the path of thin sheets.
-    pub tolerance: f64,
-    /// Whether steps are shortened by what the residual does along them.
-    pub search: LineSearch,
-    /// How often the matrix is formed and factorised.
-    pub matrices: Matrices,
-}
-
-/// How often Newton's method forms and factorises the matrix.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Matrices {
-    /// Until the increments are small; from there on solutions with the last factors follow as long as they
-    /// converge fast enough to cost less than another matrix. They end where what is left of the error is far below
-    /// the tolerance.
-    #[default]
-    WherePaying,
-    /// In every iteration: the inertia is that of the last state but one, down to its rounding. Paths that are
-    /// followed through critical points are solved like this.
-    Always,
-}
-
-impl Newton {
-    /// What a last step may leave of the residual.
-    pub(super) fn forces_settled(&self) -> f64 {
-        FORCES_SETTLED.max(FORCES_OF_TOLERANCE * self.tolerance)
-    }
-}
-
-impl Default for Newton {
-    /// 30 iterations, 1e-8, whole steps.
-    fn default() -> Self {
-        Newton { iterations: 30, tolerance: 1e-8, search: LineSearch::Off, matrices: Matrices::default() }
-    }
-}
 
 /// Step factors below this from the second iteration on mean that the attempt is too far away.
 const SMALL_FACTOR: f64 = 0.3;
@@ -121,21 +25,9 @@ const SMALL_FACTORS: usize = 3;
 const GROWN: f64 = 2.0;
 /// Increments below this part of the displacement may grow all the same.
 const GROWN_LEAST: f64 = 1e-2;
-/// An unknown load factor is settled once it changes by no more than this part: convergence is quadratic, and the
-/// balloon's load was off by 4e-8 after a last change of 2e-5, by 1e-14 after one more iteration.
-const LOAD_SETTLED: f64 = 1e-6;
 /// Local unknowns are settled once none changes by more than this part of the largest of its term. Convergence is
 /// quadratic, but a pressure may be small beside the volumes it is held with: 1e-6 left 3e-8 of a reaction.
 const LOCALS_SETTLED: f64 = 1e-8;
-/// What a last step may leave of the residual, relative to the forces; it falls with the increments where the matrix is
-/// kept and with their square where it is not. Displacements of nearly incompressible bodies rest before their
-/// reactions, which were off by as much.
-const FORCES_SETTLED: f64 = 3e-10;
-/// The same as a part of a tolerance for which that is more: who asks for three digits does not wait for ten.
-const FORCES_OF_TOLERANCE: f64 = 0.03;
-/// Load factors below this count as this one: a path may pass through zero.
-const LEAST_LOAD: f64 = 1e-3;
-
 /// Increments below this part of the displacement are small enough to go on with the same matrix: with bulk moduli of
 /// 1e3 to 1e5 shear moduli it contracted after larger ones in one of three attempts.
 const CLOSE: f64 = 1e-3;
@@ -154,7 +46,7 @@ pub(crate) struct Workspace<'a, const D: usize> {
     pub iterations: usize,
     pub inertia: Option<Inertia>,
     /// Whether the first step of the next attempt answers what a probe would be asked: where it is too large for the
-    /// load to lead, the attempt ends with [`Rejection::Far`] and leaves it here.
+    /// load to lead, the attempt ends with `Rejection::Far` and leaves it here.
     pub watch: Watch,
 }
 
@@ -199,7 +91,7 @@ impl<const D: usize> Workspace<'_, D> {
             self.assembler.assemble(self.model, displacement, locals, *load, &mut self.system);
             self.iterations += 1;
             if !self.system.scale.is_finite() {
-                return Err(Rejection::NotFinite);
+                return Err(Cause::NotFinite.into());
             }
             self.enforced.imbalance(&self.system.residual, &state.multipliers, &mut imbalance);
             let residual = norm(&imbalance) / self.system.scale.max(f64::MIN_POSITIVE);
@@ -213,15 +105,15 @@ impl<const D: usize> Workspace<'_, D> {
                 self.enforced.restrict(&self.system.load_slope, &slope, &self.system, &mut buffers.load_rhs);
             }
             self.system.release();
-            let factors = self.factorizer.factorize(&self.values).map_err(Rejection::Linear)?;
+            let factors = self.factorizer.factorize(&self.values)?;
             self.inertia = factors.inertia();
             let linear =
                 Linear { enforced: &*self.enforced, factors: &*factors, system: &self.system, values: &self.values };
             if let Control::Functional(..) = control {
-                linear.solve(true, &mut buffers).map_err(Rejection::Linear)?;
+                linear.solve(true, &mut buffers)?;
                 linear.enforced.recover(&buffers.solution, &slope, &mut next.load_step, &mut next.load_multipliers);
             }
-            linear.solve(false, &mut buffers).map_err(Rejection::Linear)?;
+            linear.solve(false, &mut buffers)?;
             linear.enforced.recover(&buffers.solution, &gap, &mut next.step, &mut next.multipliers);
             next.lead(control, state)?;
             if watched && number == 1 && self.model.largest_gradient(&next.step) > FAR {
@@ -231,7 +123,7 @@ impl<const D: usize> Workspace<'_, D> {
             let bound =
                 self.model.advance(&state.displacement, &state.locals, state.load, &next.step, &mut next.locals);
             if !(bound > 0.0) {
-                return Err(Rejection::Guarded { factor: bound });
+                return Err(Cause::StepLimited { factor: bound }.into());
             }
             let factor = match (settings.search, control) {
                 (LineSearch::Slope, Control::Load(_)) => {
@@ -244,7 +136,7 @@ impl<const D: usize> Workspace<'_, D> {
             let size = norm(&state.displacement).max(1e-6 * scale * (unknowns as f64).sqrt());
             let increment = norm(&next.step) / size;
             if !increment.is_finite() {
-                return Err(Rejection::NotFinite);
+                return Err(Cause::NotFinite.into());
             }
             observer.iteration(&Iteration {
                 load: state.load,
@@ -267,7 +159,7 @@ impl<const D: usize> Workspace<'_, D> {
             if number == 1 {
                 first = increment;
             } else if near && increment > (GROWN * first).max(GROWN_LEAST) {
-                return Err(Rejection::Diverging { increment });
+                return Err(Cause::Diverging { increment }.into());
             }
             if factor == 1.0 && increment <= CLOSE && settings.matrices == Matrices::WherePaying {
                 let mut kept = Kept {
@@ -285,10 +177,10 @@ impl<const D: usize> Workspace<'_, D> {
             }
             small = if number >= 2 && factor < SMALL_FACTOR { small + 1 } else { 0 };
             if small >= SMALL_FACTORS {
-                return Err(Rejection::Guarded { factor });
+                return Err(Cause::StepLimited { factor }.into());
             }
         }
-        Err(Rejection::Iterations(settings.iterations))
+        Err(Cause::Iterations(settings.iterations).into())
     }
 
     /// Negative pivots less constraints at the last factorisation, where the solver knows them.
@@ -316,7 +208,7 @@ impl<const D: usize> Workspace<'_, D> {
         self.assembler.assemble(self.model, &state.displacement, &state.locals, state.load, &mut self.system);
         self.iterations += 1;
         if !self.system.scale.is_finite() {
-            return Err(Rejection::NotFinite);
+            return Err(Cause::NotFinite.into());
         }
         self.enforced.reduce(&self.system, &mut self.values);
         let (mut gap, mut buffers) = (Vec::new(), Buffers::new(self.rows.len()));
@@ -324,11 +216,11 @@ impl<const D: usize> Workspace<'_, D> {
         negate(&mut self.system.load_slope);
         self.enforced.restrict(&self.system.load_slope, &gap, &self.system, &mut buffers.rhs);
         self.system.release();
-        let factors = self.factorizer.factorize(&self.values).map_err(Rejection::Linear)?;
+        let factors = self.factorizer.factorize(&self.values)?;
         self.inertia = factors.inertia();
         let linear =
             Linear { enforced: &*self.enforced, factors: &*factors, system: &self.system, values: &self.values };
-        linear.solve(false, &mut buffers).map_err(Rejection::Linear)?;
+        linear.solve(false, &mut buffers)?;
         let mut step = vec![0.0; self.model.unknowns()];
         let mut multipliers = vec![0.0; self.rows.len()];
         linear.enforced.recover(&buffers.solution, &gap, &mut step, &mut multipliers);
@@ -345,28 +237,10 @@ impl<const D: usize> Workspace<'_, D> {
     }
 }
 
-/// Whether an unknown load has come to rest.
-pub(super) fn settled(next: &Increment, state: &State) -> bool {
-    // The load of a nearly incompressible wall settles after its displacement.
-    next.load_change.abs() <= LOAD_SETTLED * state.load.abs().max(LEAST_LOAD)
-}
-
 /// The largest change of a local unknown beside the largest of its term: where the displacement is prescribed, pressures
 /// settle after it.
 fn local_change(next: &Increment, state: &State) -> f64 {
     let largest = |v: &[f64]| v.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
     let changes = next.locals.iter().zip(&state.locals).filter(|(_, all)| !all.is_empty());
     changes.map(|(step, all)| largest(step) / largest(all).max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
-}
-
-fn negate(v: &mut [f64]) {
-    v.iter_mut().for_each(|x| *x = -*x);
-}
-
-pub(crate) fn norm(v: &[f64]) -> f64 {
-    dot(v, v).sqrt()
-}
-
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

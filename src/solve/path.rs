@@ -2,59 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use crate::assembly::Model;
-use crate::boundary::Constraints;
-use crate::error::SolveError;
+use crate::error::{SolveError, Stalled};
 use crate::linear::Inertia;
 use crate::term::Health;
 
 use super::critical::CriticalPoint;
-
-/// Everything that an analysis iterates on; predicted, halved and kept as a whole.
-#[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct State {
-    /// Coefficients $d$, node by node \[length\].
-    pub displacement: Vec<f64>,
-    /// Local unknowns (pressures), one vector per term.
-    pub locals: Vec<Vec<f64>>,
-    /// Multipliers of the rows \[force; stress for rows over a boundary\].
-    pub multipliers: Vec<f64>,
-    /// Load factor $\lambda$.
-    pub load: f64,
-}
-
-impl State {
-    /// The state of a model at rest: no displacement, local unknowns to match, load factor 0.
-    pub fn at_rest<const D: usize>(model: &Model<D>, rows: &Constraints) -> Self {
-        State {
-            displacement: vec![0.0; model.unknowns()],
-            locals: model.start(),
-            multipliers: vec![0.0; rows.len()],
-            load: 0.0,
-        }
-    }
-
-    /// Refuses a state whose vectors are not as long as a model and its rows need them.
-    ///
-    /// # Errors
-    /// [`SolveError::Length`] with the vector.
-    pub fn check_lengths<const D: usize>(&self, model: &Model<D>, rows: &Constraints) -> Result<(), SolveError> {
-        let check = |what, given, needed| {
-            if given == needed { Ok(()) } else { Err(SolveError::Length { what, given, needed }) }
-        };
-        check("displacement", self.displacement.len(), model.unknowns())?;
-        check("multipliers", self.multipliers.len(), rows.len())?;
-        let start = model.start();
-        // In all, then term by term: as many, shared out otherwise, would be read beyond their ends.
-        check("local unknowns", self.locals.iter().map(Vec::len).sum(), start.iter().map(Vec::len).sum())?;
-        check("local unknowns", self.locals.len(), start.len())?;
-        self.locals
-            .iter()
-            .zip(&start)
-            .try_for_each(|(given, needed)| check("local unknowns", given.len(), needed.len()))
-    }
-}
+use super::state::State;
 
 /// What a stepping rule carries from one converged step to the next, beside the states themselves.
 ///
@@ -208,8 +161,8 @@ pub enum Ending {
     Completed,
     /// An observer broke off.
     Stopped,
-    /// No further state could be found; the reason of the last rejected attempt.
-    Stalled(String),
+    /// No further state could be found: the cause of the last rejected attempt, and where.
+    Stalled(Stalled),
     /// It did not: the run goes on elsewhere, or was killed. What a record without an ending reads as.
     Interrupted,
 }
@@ -266,7 +219,7 @@ impl Path {
             Ending::Completed => Ok(self),
             Ending::Stopped => Err(SolveError::BrokenOff { load, steps, why: "an observer broke off" }),
             Ending::Interrupted => Err(SolveError::BrokenOff { load, steps, why: "the run was broken off; resume it" }),
-            Ending::Stalled(why) => Err(SolveError::Stalled { load, steps, why }),
+            Ending::Stalled(stalled) => Err(SolveError::Stalled { steps, stalled }),
         }
     }
 }

@@ -2,9 +2,9 @@
 
 use crate::assembly::System;
 use crate::error::{Error, SolveError};
+use crate::linear::vector::norm;
 
-use super::march::March;
-use super::newton::norm;
+use super::continuation::Continuation;
 
 /// What may be left of forces and gaps, relative to their own size: far above what Newton's method leaves.
 const BALANCED: f64 = 1e-4;
@@ -13,7 +13,7 @@ const ENERGY: f64 = 1e-6;
 /// The uniform strain whose forces are the least that count: those of a body that only moved are rounding.
 const LEAST_STRAIN: f64 = 1e-6;
 
-impl<const D: usize> March<'_, '_, D> {
+impl<const D: usize> Continuation<'_, '_, D> {
     /// Refuses a path whose last state is no equilibrium here: it was recorded with another scene or scheme.
     pub(super) fn check_recorded(&mut self) -> Result<(), Error> {
         let Some(step) = self.path.steps.last() else { return Ok(()) };

@@ -1,10 +1,10 @@
 //! A line search on the slope of the potential along a Newton step.
 
 use crate::assembly::Model;
+use crate::linear::vector::dot;
 
 use super::increment::Increment;
-use super::newton::dot;
-use super::path::State;
+use super::state::State;
 
 /// Whether Newton's steps are shortened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

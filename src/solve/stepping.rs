@@ -2,8 +2,6 @@
 
 use crate::error::SolveError;
 
-use super::critical::Bracketing;
-
 /// What is controlled while the load factor goes from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum StepControl {
@@ -37,6 +35,15 @@ pub enum Following {
     /// The path: every large step that gains unstable modes is halved until they are gained in a small one, and
     /// every critical point is located. Arc length always follows the path.
     Path,
+}
+
+/// How closely critical points are located.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Bracketing {
+    /// Between the two steps of the path.
+    Steps,
+    /// By bisection between the two steps, until their load factors differ by no more than this part.
+    Bisection(f64),
 }
 
 /// How the load is stepped.

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::table::ShapeTable;
 use crate::tensor::{Tangent, add_determinant_hessian, cofactor};
 
-use super::newton::Functional;
+use super::functional::Functional;
 
 /// The change of the volume enclosed by a boundary part,
 /// $$V(d) = -\tfrac1m\int x\cdot\operatorname{cof}(F)N\\,\mathrm d\Gamma - V(0),$$

@@ -2,8 +2,8 @@
 
 use crate::assembly::Model;
 
-use super::newton::{Deflection, Functional, dot};
-use super::path::State;
+use super::functional::{Deflection, Functional};
+use super::state::State;
 
 /// What leads a run whose load factor is an unknown.
 pub(super) enum Lead {
@@ -31,10 +31,6 @@ impl Functional for Arc {
             *g = scale * (d - n);
         }
     }
-}
-
-pub(super) fn root_mean_square(v: &[f64]) -> f64 {
-    (dot(v, v) / v.len() as f64).sqrt()
 }
 
 /// A state `factor` times a linear answer ahead, its local unknowns recovered along.

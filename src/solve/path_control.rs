@@ -1,39 +1,28 @@
 //! The ways along a path: by load, by a deflection or an arc that leads, to the targets of a functional.
 
-use super::lead::{Arc, Lead, along, predict, root_mean_square};
-use super::march::March;
-use super::newton::{Control, Functional, Watch, dot};
-use super::path::{Ending, Pace, State};
-use super::rejection::{Driven, Rejection};
+use crate::error::{Cause, Driven};
+use crate::linear::vector::{dot, root_mean_square};
+
+use super::continuation::Continuation;
+use super::driver::{Arc, Lead, along, predict};
+use super::functional::{Control, Functional};
+use super::newton::Watch;
+use super::path::Pace;
+use super::rejection::Rejection;
+use super::state::State;
 use super::stepping::StepControl;
 
-impl<const D: usize> March<'_, '_, D> {
+impl<const D: usize> Continuation<'_, '_, D> {
     fn steps_left(&mut self) -> bool {
         let left = self.path.steps.len() < self.analysis.stepping.steps;
         if !left {
-            let most = self.analysis.stepping.steps;
-            let turned = match self.loads() {
-                [load, largest] if load < largest => format!("; a limit point was passed at load factor {largest:.6}"),
-                _ => String::new(),
-            };
-            self.path.ending = Ending::Stalled(format!("{most} steps are used up{turned}"));
+            self.stall(Cause::Steps(self.analysis.stepping.steps), Driven::ByControl);
         }
         left
     }
 
-    /// The load factor now and the largest one of the path.
-    fn loads(&self) -> [f64; 2] {
-        let loads = self.path.steps.iter().map(|step| step.state.load);
-        [self.state.load, loads.fold(self.path.start.load, f64::max)]
-    }
-
-    /// Ends the run for want of a further state.
-    fn stall(&mut self, rejection: &Rejection, driven: Driven) {
-        self.path.ending = Ending::Stalled(rejection.stall(self.path.steps.len(), self.loads(), driven));
-    }
-
     /// What drives a run under load control: loads, or prescribed displacements alone.
-    fn driven(&self) -> Driven {
+    pub(super) fn driven(&self) -> Driven {
         let mut loads = vec![0.0; self.workspace.model.unknowns()];
         self.workspace.model.load_slope(&self.state.displacement, &self.state.locals, self.state.load, &mut loads);
         if loads.iter().all(|slope| *slope == 0.0) && !self.workspace.rows.is_empty() {
@@ -48,7 +37,7 @@ impl<const D: usize> March<'_, '_, D> {
     fn moves(&mut self, now: f64, next: f64) -> bool {
         let moves = (next - now).abs() > 4.0 * f64::EPSILON * now.abs() && next.is_finite();
         if !moves {
-            self.path.ending = Ending::Stalled(format!("no step leads from {now:e} of what is controlled to {next:e}"));
+            self.stall(Cause::Rounding { now, next }, Driven::ByControl);
         }
         moves
     }
@@ -111,7 +100,7 @@ impl<const D: usize> March<'_, '_, D> {
                     rejected = true;
                     increment = 0.5 * (target - self.state.load);
                     if increment < rejection.least(stepping.smallest) {
-                        self.stall(&rejection, self.driven());
+                        self.stall(rejection, self.driven());
                         return None;
                     }
                 }
@@ -160,7 +149,7 @@ impl<const D: usize> March<'_, '_, D> {
                 };
                 if dot(&state.displacement, &last) < dot(&self.state.displacement, &last) {
                     self.count_rejection();
-                    return Err(Rejection::Turned);
+                    return Err(Cause::Turned.into());
                 }
                 Ok((iterations, state))
             }
@@ -220,11 +209,7 @@ impl<const D: usize> March<'_, '_, D> {
                     }
                     if instead && falls {
                         // Nobody asked for the falling branch beyond a limit point.
-                        let [_, largest] = self.loads();
-                        self.path.ending = Ending::Stalled(format!(
-                            "a limit point was passed, the largest load factor was {largest:.6}: \
-                             StepControl::ArcLength goes on where the load falls"
-                        ));
+                        self.stall(Cause::LimitPoint, Driven::ByControl);
                         return None;
                     }
                 }
@@ -235,7 +220,7 @@ impl<const D: usize> March<'_, '_, D> {
                         if let (true, Some(arc)) = (deflected, self.arc_instead()) {
                             return Some(arc);
                         }
-                        self.stall(&rejection, Driven::Otherwise);
+                        self.stall(rejection, Driven::ByControl);
                         return None;
                     }
                 }
@@ -292,7 +277,7 @@ impl<const D: usize> March<'_, '_, D> {
                 Err(rejection) => {
                     part *= 0.5;
                     if part < rejection.least(self.analysis.stepping.smallest) {
-                        self.stall(&rejection, Driven::Otherwise);
+                        self.stall(rejection, Driven::ByControl);
                         return false;
                     }
                 }

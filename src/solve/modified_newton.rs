@@ -1,16 +1,19 @@
-//! Chord steps: Newton's method with a matrix that is kept.
+//! Modified Newton: iterations with a matrix that is kept.
 
 use crate::assembly::{Assembler, Model, System};
 use crate::boundary::Constraints;
+use crate::linear::vector::norm;
 
-use super::increment::{Buffers, Increment, Linear};
-use super::newton::{Control, Newton, norm, settled};
-use super::path::{Iteration, MatrixUse, Observer, State};
+use super::functional::Control;
+use super::increment::{Buffers, Increment, Linear, settled};
+use super::path::{Iteration, MatrixUse, Observer};
+use super::settings::Newton;
+use super::state::State;
 
-/// Chord steps that cost about as much as another matrix with its factors: from 3 (150 unknowns in the plane) to 6
+/// Iterations with a kept matrix that cost about as much as another matrix with its factors: from 3 (150 unknowns in the plane) to 6
 /// (1200), and more in space. Between 1 and 8 analyses took the same time.
 const WORTH: f64 = 4.0;
-/// A chord step that reduces the last one to no less than this is not taken: the matrix is too old.
+/// An iteration that reduces the last one to no less than this is not taken: the matrix is too old.
 const WORST: f64 = 0.5;
 /// The last increment, relative to the tolerance of Newton's method: its last iteration leaves an error far below the
 /// tolerance, and so shall these. The contraction of two steps does not tell when to stop earlier: a stretched cube was off

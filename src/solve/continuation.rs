@@ -2,21 +2,25 @@
 
 use crate::assembly::Model;
 use crate::boundary::Constraints;
-use crate::error::Error;
+use crate::error::{Cause, Driven, Error, Stalled};
+use crate::linear::vector::root_mean_square;
 
 use super::analysis::Analysis;
 use super::critical::CriticalPoint;
-use super::lead::{Lead, root_mean_square};
-use super::newton::{Control, Deflection, Functional, Matrices, Newton, Watch, Workspace};
-use super::path::{Ending, Observer, Pace, Path, State, Step};
+use super::driver::Lead;
+use super::functional::{Control, Deflection, Functional};
+use super::motion_limit::Ways;
+use super::newton::{Watch, Workspace};
+use super::path::{Ending, Observer, Pace, Path, Step};
 use super::rejection::Rejection;
+use super::settings::{Matrices, Newton};
+use super::state::State;
 use super::stepping::{
     FAR, FIRST_GRADIENT, FOLD_ITERATIONS, FOLD_STEP, FOLDED, Following, LARGE_CHANGE, SLOW, StepControl,
 };
-use super::ways::Ways;
 
 /// One run: what it works with and what it has reached.
-pub(super) struct March<'a, 'o, const D: usize> {
+pub(super) struct Continuation<'a, 'o, const D: usize> {
     pub(super) analysis: &'a Analysis,
     pub(super) workspace: Workspace<'a, D>,
     observer: &'o mut dyn Observer,
@@ -38,7 +42,7 @@ pub(super) struct March<'a, 'o, const D: usize> {
     pub(super) ways: Ways<'a>,
 }
 
-impl<'a, 'o, const D: usize> March<'a, 'o, D> {
+impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     pub(super) fn new(
         analysis: &'a Analysis,
         model: &'a Model<D>,
@@ -63,7 +67,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         knots.sort_unstable_by(f64::total_cmp);
         knots.dedup();
         let modes = path.steps.last().and_then(|step| step.unstable);
-        Ok(March {
+        Ok(Continuation {
             analysis,
             workspace,
             observer,
@@ -242,7 +246,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
             return Ok(());
         }
         let before = self.modes();
-        if after > before { Err(Rejection::Unstable { before, after }) } else { Ok(()) }
+        if after > before { Err(Cause::Unstable { before, after }.into()) } else { Ok(()) }
     }
 
     /// Rejects a state that was found slowly, far from the current one, and whose changes of volume are far less even: folds
@@ -254,7 +258,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         let uneven = |jacobians: Option<[f64; 2]>| jacobians.map_or(1.0, |[low, high]| high / low);
         let before = uneven(self.path.steps.last().and_then(|step| step.health.jacobians));
         let after = uneven(self.workspace.model.health(&attempt.displacement, &attempt.locals, attempt.load).jacobians);
-        if after > FOLDED * before { Err(Rejection::Folded { before, after }) } else { Ok(()) }
+        if after > FOLDED * before { Err(Cause::Folded { before, after }.into()) } else { Ok(()) }
     }
 
     /// Unstable modes of the current state. Those of the first one are counted when they are asked for, which
@@ -324,6 +328,27 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
         flow.is_continue()
     }
 
+    /// The load factor now and the largest one of the path.
+    pub(super) fn loads(&self) -> [f64; 2] {
+        let loads = self.path.steps.iter().map(|step| step.state.load);
+        [self.state.load, loads.fold(self.path.start.load, f64::max)]
+    }
+
+    /// Ends the run for want of a further state.
+    pub(super) fn stall(&mut self, rejection: impl Into<Rejection>, driven: Driven) {
+        let mut cause = match rejection.into() {
+            Rejection::Failed(cause) => cause,
+            // Only a first attempt is told, and it goes on with another control.
+            Rejection::Far => Cause::Iterations(0),
+        };
+        // What the first steps have solved is not free to move.
+        if let Cause::Singular { at_start, .. } = &mut cause {
+            *at_start = self.path.steps.is_empty();
+        }
+        let [load, largest_load] = self.loads();
+        self.path.ending = Ending::Stalled(Stalled { cause, load, largest_load, driven });
+    }
+
     /// Takes the first state as a guess of the equilibrium at a load factor.
     pub(super) fn correct(&mut self, load: f64) {
         match self.iterate(self.state.clone(), Control::Load(load)) {
@@ -332,7 +357,7 @@ impl<'a, 'o, const D: usize> March<'a, 'o, D> {
                 self.modes = self.workspace.unstable_modes();
                 self.accept(state, Pace { increment: self.analysis.stepping.first, ..Pace::default() });
             }
-            Err(rejection) => self.path.ending = Ending::Stalled(rejection.to_string()),
+            Err(rejection) => self.stall(rejection, self.driven()),
         }
     }
 }

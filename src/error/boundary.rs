@@ -1,0 +1,117 @@
+//! Errors of loads and conditions.
+
+use thiserror::Error;
+
+/// What is wrong with loads or essential conditions.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum BoundaryError {
+    /// A component is beyond the dimension.
+    #[error("{what}: component {component} asked for, the displacement has {dimension}")]
+    Component {
+        /// The condition or load.
+        what: String,
+        /// The component.
+        component: usize,
+        /// Displacement components of the scene.
+        dimension: usize,
+    },
+    /// Two conditions give one unknown different values.
+    #[error(
+        "conditions {first} and {second} prescribe component {component} at X = {at:?} with different values {values:?}: remove one or make them equal there"
+    )]
+    Conflict {
+        /// The earlier condition.
+        first: String,
+        /// The later condition.
+        second: String,
+        /// The component.
+        component: usize,
+        /// Where.
+        at: Vec<f64>,
+        /// Both values.
+        values: [f64; 2],
+    },
+    /// A row is a combination of others.
+    #[error(
+        "row {row} ({what}) depends on the rows before it (pivot {pivot:e}): each prescribed component may be given once; remove the repeated condition"
+    )]
+    Dependent {
+        /// The row.
+        row: usize,
+        /// The condition it comes from.
+        what: String,
+        /// Relative size of what is left of the row.
+        pivot: f64,
+    },
+    /// A prescribed value moves a point of a body of revolution to its axis or beyond.
+    #[error(
+        "{what} takes X = {at:?} to radius {radius} at load factor {load}, to the axis of revolution or beyond: prescribe values that leave it off the axis"
+    )]
+    BeyondAxis {
+        /// The condition.
+        what: String,
+        /// The point.
+        at: Vec<f64>,
+        /// The radius it would have.
+        radius: f64,
+        /// The load factor.
+        load: f64,
+    },
+    /// A call of the builder has nothing to act on.
+    #[error("{what}: {remedy}")]
+    Misplaced {
+        /// What was called where.
+        what: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A load or target is not finite.
+    #[error("{what}: value {value:e} at load factor {load}; give finite numbers")]
+    Value {
+        /// The load or condition.
+        what: String,
+        /// The value.
+        value: f64,
+        /// The load factor.
+        load: f64,
+    },
+    /// A selection holds nothing.
+    #[error("{what} selects no particle; the nearest one is at X = {nearest:?}")]
+    Empty {
+        /// The selection.
+        what: String,
+        /// The nearest particle.
+        nearest: Vec<f64>,
+    },
+    /// No row comes from the condition asked for.
+    #[error("no condition {asked}: give the label of one, word by word; there are {known}")]
+    UnknownCondition {
+        /// The label asked for.
+        asked: String,
+        /// The labels of the rows that there are.
+        known: String,
+    },
+    /// A load acts beside the body.
+    #[error("{what}: X = {at:?} lies outside of the body; give a point in it")]
+    Outside {
+        /// The load.
+        what: String,
+        /// Where.
+        at: Vec<f64>,
+    },
+    /// An enforcement can't serve the rows asked of it.
+    #[error("{enforcement}: {reason}")]
+    Unsuitable {
+        /// The enforcement.
+        enforcement: &'static str,
+        /// Why, and what to take instead.
+        reason: String,
+    },
+    /// An amplitude table is unusable.
+    #[error("amplitude table: {what}; give at least two (load factor, value) pairs with growing, finite load factors")]
+    Amplitude {
+        /// What is wrong.
+        what: &'static str,
+    },
+}

@@ -1,0 +1,95 @@
+//! Errors of geometry, cells and rules.
+
+use thiserror::Error;
+
+/// What is wrong with a shape, a lattice or an integration rule.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum GeometryError {
+    /// A block, map or polygon has no positive extent.
+    #[error("{what} along axis {axis} is {value:e}: give finite corners with max > min")]
+    Degenerate {
+        /// The object.
+        what: &'static str,
+        /// The axis, counted from 0.
+        axis: usize,
+        /// The offending extent.
+        value: f64,
+    },
+    /// A count is too small or too large.
+    #[error("{what}: {count} given, {needed}")]
+    Count {
+        /// What is counted.
+        what: &'static str,
+        /// How many were given.
+        count: usize,
+        /// What would be accepted.
+        needed: &'static str,
+    },
+    /// A number is NaN, infinite or out of its range.
+    #[error("{what} = {value:e}: {needed}")]
+    Number {
+        /// The quantity.
+        what: &'static str,
+        /// The value given.
+        value: f64,
+        /// What would be accepted.
+        needed: &'static str,
+    },
+    /// A cell of the background partition is inverted.
+    #[error(
+        "cell {cell} has measure {measure:e}: the particles at its corners are out of order; reduce the jitter or the distortion of the map"
+    )]
+    InvertedCell {
+        /// Index of the cell.
+        cell: usize,
+        /// Its signed measure.
+        measure: f64,
+    },
+    /// The points of one group see more nodes between them than a table can hold.
+    #[error("group {group} of points sees {nodes} nodes, at most {limit} fit into one: close groups more often")]
+    CrowdedGroup {
+        /// The group, counted from 0.
+        group: usize,
+        /// Nodes that its points see between them.
+        nodes: usize,
+        /// How many may be seen.
+        limit: usize,
+    },
+    /// A boundary part does not exist.
+    #[error("no boundary part {part}: this domain has {known}")]
+    UnknownPart {
+        /// The part asked for.
+        part: String,
+        /// The parts that exist.
+        known: String,
+    },
+    /// A drawn shape or the particles in it are unusable.
+    #[error("{what}, at X = {at:?}: {remedy}")]
+    Shape {
+        /// What is wrong.
+        what: &'static str,
+        /// Where.
+        at: Vec<f64>,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The cells can't serve what is asked of them.
+    #[error("{what}: these cells can't serve it, it needs {needed}")]
+    Unsuited {
+        /// What was asked.
+        what: &'static str,
+        /// What it needs.
+        needed: &'static str,
+    },
+    /// The kinematics does not fit the domain.
+    #[error("{what} at X = {at:?}: {remedy}")]
+    Kinematics {
+        /// What is wrong.
+        what: &'static str,
+        /// Where.
+        at: Vec<f64>,
+        /// What to do.
+        remedy: &'static str,
+    },
+}

@@ -1,0 +1,60 @@
+//! Errors: one small enum per floor, each in a file of its own, and one umbrella.
+//!
+//! Each message says where, what, and what to do about it.
+
+mod approximation;
+mod boundary;
+mod contact;
+mod geometry;
+mod linear;
+mod material;
+mod mesh;
+mod output;
+mod solve;
+mod stalled;
+
+pub use approximation::ApproximationError;
+pub use boundary::BoundaryError;
+pub use contact::ContactError;
+pub use geometry::GeometryError;
+pub use linear::LinearError;
+pub use material::MaterialError;
+pub use mesh::MeshError;
+pub use output::OutputError;
+pub use solve::SolveError;
+pub use stalled::{Cause, Driven, Stalled};
+
+use thiserror::Error;
+
+/// Any error of this crate.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Geometry, cells, rules.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// Meshes and their files.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// Particles and shape functions.
+    #[error(transparent)]
+    Approximation(#[from] ApproximationError),
+    /// Materials.
+    #[error(transparent)]
+    Material(#[from] MaterialError),
+    /// Loads and conditions.
+    #[error(transparent)]
+    Boundary(#[from] BoundaryError),
+    /// Contact.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
+    /// Linear algebra.
+    #[error(transparent)]
+    Linear(#[from] LinearError),
+    /// Newton and stepping.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    /// Files and charts.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}

@@ -1,0 +1,203 @@
+//! Why an analysis found no further state.
+
+use std::fmt;
+
+use super::LinearError;
+
+/// Why an analysis stalled: what went wrong in the last attempt, and where on the path.
+///
+/// Its text, by `Display`, says what leads on.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Stalled {
+    /// What went wrong.
+    pub cause: Cause,
+    /// Load factor of the last converged state.
+    pub load: f64,
+    /// The largest load factor of the path: above [`load`](Stalled::load) where a limit point was passed.
+    pub largest_load: f64,
+    /// What drives the analysis.
+    pub driven: Driven,
+}
+
+/// What ended the last attempt to reach a further state.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Cause {
+    /// Newton's method did not converge within the allowed iterations.
+    Iterations(usize),
+    /// The step limiter cut every step so that no material inverts: the attempt is too far away.
+    StepLimited {
+        /// The last step factor.
+        factor: f64,
+    },
+    /// The increments grow although the state was predicted from others.
+    Diverging {
+        /// The last increment relative to the displacement.
+        increment: f64,
+    },
+    /// Numbers that are not finite: of a material that left its domain, a load or a term of one's own.
+    NotFinite,
+    /// The tangent matrix is singular.
+    Singular {
+        /// Whether no step had converged before: a rigid motion may be free.
+        at_start: bool,
+        /// What the linear solver says.
+        solver: String,
+    },
+    /// The linear solver failed otherwise.
+    LinearSolver(String),
+    /// The controlled functional does not change with the load.
+    Control,
+    /// A large step has gained unstable modes: it may have left its path.
+    Unstable {
+        /// Unstable modes before the step.
+        before: usize,
+        /// Unstable modes after it.
+        after: usize,
+    },
+    /// A large step has made the changes of volume far less even: it may have folded the field between points.
+    Folded {
+        /// The largest $J$ over the smallest one before the step.
+        before: f64,
+        /// The same after it.
+        after: f64,
+    },
+    /// The arc runs back along the path.
+    Turned,
+    /// The load falls beyond a limit point, and the stepping was not asked to follow it.
+    LimitPoint,
+    /// The allowed number of steps is used up.
+    Steps(usize),
+    /// The next step would be smaller than the rounding of what is controlled.
+    Rounding {
+        /// What is controlled, now.
+        now: f64,
+        /// The same after the step.
+        next: f64,
+    },
+}
+
+/// What drives an analysis into its next state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Driven {
+    /// Loads that grow with the load factor.
+    ByLoads,
+    /// Prescribed displacements alone.
+    ByDisplacements,
+    /// A functional or an arc length, the load factor being unknown.
+    ByControl,
+}
+
+impl From<LinearError> for Cause {
+    fn from(error: LinearError) -> Self {
+        match error {
+            LinearError::Pivot { .. } | LinearError::Residual { .. } => {
+                Cause::Singular { at_start: true, solver: error.to_string() }
+            }
+            other => Cause::LinearSolver(other.to_string()),
+        }
+    }
+}
+
+impl Driven {
+    /// What to do where the next state can't be found.
+    fn remedy(self) -> &'static str {
+        match self {
+            Driven::ByLoads => {
+                "; StepControl::ArcLength or a prescribed deflection passes limit points, \
+                 check::scene finds free rigid motions"
+            }
+            Driven::ByDisplacements => {
+                "; no load grows here: a smaller Stepping::smallest or finer particles go on further, Health::jacobians \
+                 of the last step tell material that is squeezed through, check::scene finds free rigid motions"
+            }
+            Driven::ByControl => "",
+        }
+    }
+}
+
+impl fmt::Display for Stalled {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Stalled { cause, load, largest_load, driven } = self;
+        let passed = load < largest_load;
+        match cause {
+            Cause::Steps(_) if passed => {
+                write!(f, "{cause}; a limit point was passed at load factor {largest_load:.6}")
+            }
+            Cause::LimitPoint => write!(
+                f,
+                "a limit point was passed, the largest load factor was {largest_load:.6}: \
+                 StepControl::ArcLength goes on where the load falls"
+            ),
+            Cause::Steps(_) | Cause::Rounding { .. } => write!(f, "{cause}"),
+            _ if passed => {
+                write!(f, "a limit point was passed, the largest load factor was {largest_load:.6}; now {cause}")
+            }
+            Cause::Iterations(_)
+            | Cause::StepLimited { .. }
+            | Cause::Diverging { .. }
+            | Cause::LinearSolver(_)
+            | Cause::Singular { at_start: false, .. } => write!(f, "{cause}{}", driven.remedy()),
+            _ => write!(f, "{cause}"),
+        }
+    }
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Cause::Iterations(n) => write!(f, "not converged within {n} iterations"),
+            Cause::StepLimited { factor } => {
+                write!(f, "the step limiter cut every step (factor {factor:.3}): the next state is too far away")
+            }
+            Cause::Diverging { increment } => {
+                let so_far = "of the displacement): the next state is too far away";
+                write!(f, "the increments grow (now {increment:.1e} {so_far}")
+            }
+            Cause::NotFinite => write!(
+                f,
+                "forces are not finite: a material left its domain, or a load, an amplitude or a term of one's own is NaN there"
+            ),
+            Cause::Singular { at_start: false, .. } => write!(f, "the matrix is singular in the next state"),
+            Cause::Singular { solver, .. } | Cause::LinearSolver(solver) => write!(f, "{solver}"),
+            Cause::Control => write!(f, "the controlled quantity does not change with the load"),
+            Cause::Unstable { before, after } => {
+                write!(f, "a large step turns {before} unstable modes into {after}: the state may lie on another path")
+            }
+            Cause::Folded { before, after } => write!(
+                f,
+                "in a large step the largest volume ratio went from {before:.2} to {after:.2} of the smallest: the field may be folded"
+            ),
+            Cause::Turned => write!(f, "the arc runs back along the path"),
+            Cause::LimitPoint => write!(f, "the load falls beyond a limit point"),
+            Cause::Steps(most) => write!(f, "{most} steps are used up"),
+            Cause::Rounding { now, next } => {
+                write!(f, "no step leads from {now:e} of what is controlled to {next:e}")
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_say_what_leads_on() {
+        let text =
+            |cause: Cause, largest_load: f64, driven| Stalled { cause, load: 0.5, largest_load, driven }.to_string();
+        let iterations = Cause::Iterations(30);
+        assert!(text(iterations.clone(), 0.5, Driven::ByLoads).contains("StepControl::ArcLength"));
+        assert!(text(iterations.clone(), 0.5, Driven::ByDisplacements).contains("no load grows"));
+        // Beyond a limit point the remedy is another one.
+        let passed = text(iterations, 0.7, Driven::ByLoads);
+        assert!(passed.contains("limit point") && passed.contains("0.700000") && !passed.contains("ArcLength"));
+        let singular = |at_start| Cause::Singular { at_start, solver: "a rigid motion may be free".into() };
+        assert!(text(singular(true), 0.5, Driven::ByLoads).contains("rigid motion may be free"));
+        assert!(!text(singular(false), 0.5, Driven::ByControl).contains("rigid"));
+        assert!(text(Cause::Steps(3), 0.7, Driven::ByControl).contains("3 steps"));
+    }
+}

@@ -1,0 +1,188 @@
+//! Runs of an analysis.
+
+use crate::assembly::Model;
+use crate::boundary::Constraints;
+use crate::compiled::compiled;
+use crate::error::{Error, SolveError};
+
+use super::analysis::Analysis;
+use super::continuation::Continuation;
+use super::functional::Functional;
+use super::path::{Observer, Path};
+use super::state::State;
+
+impl Analysis {
+    /// Follows the load factor from 0 to 1, starting at rest.
+    ///
+    /// # Errors
+    /// For a model without terms or unknowns, bad settings, rows that depend on each other, loads that
+    /// are not finite. A stalled analysis is no error: the path so far is returned with its ending.
+    pub fn run<const D: usize>(
+        &self,
+        model: &Model<D>,
+        rows: &Constraints,
+        observer: &mut dyn Observer,
+    ) -> Result<Path, Error> {
+        let start = State::at_rest(model, rows);
+        self.run_from(model, rows, start, observer)
+    }
+
+    /// Follows the load factor from that of a given state to 1.
+    ///
+    /// # Errors
+    /// As [`run`](Analysis::run), and where the state does not fit the model, is inverted, or lies beyond load factor 1.
+    pub fn run_from<const D: usize>(
+        &self,
+        model: &Model<D>,
+        rows: &Constraints,
+        start: State,
+        observer: &mut dyn Observer,
+    ) -> Result<Path, Error> {
+        self.resume(model, rows, Path::new(start), observer)
+    }
+
+    /// Goes on from the last step of a path that [`run`](Analysis::run) or [`run_from`](Analysis::run_from)
+    /// left unfinished, with the same bits as if it had never been broken off (on the same machine and build).
+    ///
+    /// The path comes back with the new steps behind the old ones; only the first and the last two of its states
+    /// are used. A path that has reached its last load comes back as it is. Nothing but the path is needed:
+    /// factors and scalings are made afresh within every step. Stepping and strategies may be others than those of the
+    /// first run, model and conditions may not.
+    ///
+    /// # Errors
+    /// As [`run_from`](Analysis::run_from), and where the last state of the path is no equilibrium of this model under
+    /// these conditions, or has another energy than was recorded: the path is that of another problem.
+    pub fn resume<const D: usize>(
+        &self,
+        model: &Model<D>,
+        rows: &Constraints,
+        path: Path,
+        observer: &mut dyn Observer,
+    ) -> Result<Path, Error> {
+        compiled!(D: (model: &Model<D> = model;
+            analysis: &Analysis = self, rows: &Constraints = rows, path: Path = path,
+            observer: &mut dyn Observer = observer) -> Result<Path, Error> {
+            analysis.go_on(model, rows, path, observer)
+        })
+    }
+
+    fn go_on<const D: usize>(
+        &self,
+        model: &Model<D>,
+        rows: &Constraints,
+        path: Path,
+        observer: &mut dyn Observer,
+    ) -> Result<Path, Error> {
+        self.validate(model, rows, &path)?;
+        if path.steps.is_empty() && path.start.load > 1.0 {
+            return Err(SolveError::Setting {
+                what: "load factor of the first state",
+                value: path.start.load,
+                needed: "start from at most 1, where the run ends; Analysis::run_controlled goes on beyond",
+            }
+            .into());
+        }
+        let mut run = Continuation::new(self, model, rows, path, observer)?;
+        run.check_recorded()?;
+        let mut lead = match run.lead() {
+            None => run.by_load(),
+            lead => lead,
+        };
+        while let Some((leads, first)) = lead {
+            lead = run.by_lead(&leads, first);
+        }
+        Ok(run.path)
+    }
+
+    /// Follows a functional of the displacement through the given values; the load factor is unknown and
+    /// may pass limit points or end anywhere.
+    ///
+    /// Values between two targets are inserted by halving where Newton needs them; they are part of the path.
+    ///
+    /// # Errors
+    /// As [`run_from`](Analysis::run_from).
+    pub fn run_controlled<const D: usize>(
+        &self,
+        model: &Model<D>,
+        rows: &Constraints,
+        start: State,
+        functional: &dyn Functional,
+        targets: &[f64],
+        observer: &mut dyn Observer,
+    ) -> Result<Path, Error> {
+        self.resume_controlled(model, rows, Path::new(start), functional, targets, observer)
+    }
+
+    /// Goes on from the last step of a path that [`run_controlled`](Analysis::run_controlled) left unfinished, as
+    /// [`resume`](Analysis::resume) does; functional and targets are those of the first run.
+    ///
+    /// # Errors
+    /// As [`run_controlled`](Analysis::run_controlled).
+    pub fn resume_controlled<const D: usize>(
+        &self,
+        model: &Model<D>,
+        rows: &Constraints,
+        path: Path,
+        functional: &dyn Functional,
+        targets: &[f64],
+        observer: &mut dyn Observer,
+    ) -> Result<Path, Error> {
+        compiled!(D: (model: &Model<D> = model;
+            analysis: &Analysis = self, rows: &Constraints = rows, path: Path = path, functional: &dyn Functional = functional,
+            targets: &[f64] = targets, observer: &mut dyn Observer = observer) -> Result<Path, Error> {
+            analysis.go_on_controlled(model, rows, path, functional, targets, observer)
+        })
+    }
+
+    fn go_on_controlled<const D: usize>(
+        &self,
+        model: &Model<D>,
+        rows: &Constraints,
+        path: Path,
+        functional: &dyn Functional,
+        targets: &[f64],
+        observer: &mut dyn Observer,
+    ) -> Result<Path, Error> {
+        self.validate(model, rows, &path)?;
+        if let Some(given) = functional.unknowns().filter(|&n| n != model.unknowns()) {
+            return Err(SolveError::Length { what: "controlled functional", given, needed: model.unknowns() }.into());
+        }
+        if let Some(&value) = targets.iter().find(|t| !t.is_finite()) {
+            return Err(SolveError::Setting { what: "control target", value, needed: "give finite values" }.into());
+        }
+        let mut run = Continuation::new(self, model, rows, path, observer)?;
+        run.check_recorded()?;
+        let reached = run.pace().map_or(0, |pace| pace.reached);
+        for (index, &target) in targets.iter().enumerate().skip(reached) {
+            if !run.reach(functional, index, target) {
+                break;
+            }
+        }
+        Ok(run.path)
+    }
+
+    /// Iterates a guess to the equilibrium at the guess's own load factor, without stepping: what is left
+    /// to do where the answer is nearly known, from a coarser model say.
+    ///
+    /// A guess that is too far away gives a stalled path without steps.
+    ///
+    /// # Errors
+    /// As [`run_from`](Analysis::run_from).
+    pub fn correct<const D: usize>(
+        &self,
+        model: &Model<D>,
+        rows: &Constraints,
+        guess: State,
+        observer: &mut dyn Observer,
+    ) -> Result<Path, Error> {
+        compiled!(D: (model: &Model<D> = model;
+            analysis: &Analysis = self, rows: &Constraints = rows, guess: State = guess,
+            observer: &mut dyn Observer = observer) -> Result<Path, Error> {
+            let (load, path) = (guess.load, Path::new(guess));
+            analysis.validate(model, rows, &path)?;
+            let mut run = Continuation::new(analysis, model, rows, path, observer)?;
+            run.correct(load);
+            Ok(run.path)
+        })
+    }
+}
