@@ -40,7 +40,9 @@ fn disk(pressure: f64, held: Held) -> Result<Scene<2>, rkpm::Error> {
         .pressure((1, Side::Min), pressure);
     Ok(match held {
         Held::Rim => scene.hold((0, Side::Max)),
-        Held::LowerCorner => scene.prescribe_at([RADIUS, 0.0], 0, 0.0).prescribe_at([RADIUS, 0.0], 1, 0.0),
+        Held::LowerCorner => {
+            scene.prescribe(Place::at([RADIUS, 0.0]), 0, 0.0).prescribe(Place::at([RADIUS, 0.0]), 1, 0.0)
+        }
     })
 }
 

@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for count in [150, 600, 2400] {
         let problem = bracket()?.discretize(&scheme(count))?;
         let path = problem.run(&mut ())?.completed()?;
-        let reaction = problem.reaction(path.last(), "u_1 on moved")?[1];
+        let reaction = problem.reaction(path.last(), "moved")?[1];
         summary.record(format!("reaction_{count}"), reaction, exact[0])?;
         summary.record(format!("energy_{count}"), problem.energy(path.last()), exact[1])?;
         summary.note(format!("particles_{count}"), problem.cells.positions().len() as f64)?;

@@ -22,7 +22,7 @@ const STEPS: usize = 40;
 fn sheet() -> Result<Scene<2>, rkpm::Error> {
     let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?;
     Ok(Scene::new(Block::new([0.0, 0.0], [1.0, 0.25]), PlaneStrain, rubber)
-        .prescribe_field(Part::Whole, 0, |x| SHEAR * x[1])
+        .prescribe(Part::Whole, 0, Value::field(|x: &Point<2>| SHEAR * x[1]))
         .prescribe(Part::Whole, 1, 0.0))
 }
 

@@ -31,14 +31,13 @@ fn column() -> Result<Scene<3>, rkpm::Error> {
     let turn = |load: f64| (ANGLE * load).sin_cos();
     Ok(Scene::new(Block::new([-0.5, -0.5, 0.0], [0.5, 0.5, HEIGHT]), Solid, rubber)
         .hold((Z, Side::Min))
-        .prescribe_motion(end, 0, move |x, load| x[0] * (turn(load).1 - 1.0) - x[1] * turn(load).0)
-        .prescribe_motion(end, 1, move |x, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0))
+        .prescribe(end, 0, Value::motion(move |x: &Point<3>, load| x[0] * (turn(load).1 - 1.0) - x[1] * turn(load).0))
+        .prescribe(end, 1, Value::motion(move |x: &Point<3>, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0)))
         .prescribe(end, Z, 0.0))
 }
 
 fn torque(problem: &Problem<3>, state: &State) -> Result<f64, rkpm::Error> {
-    let end: Part = (Z, Side::Max).into();
-    problem.moment(state, &end.to_string(), Z)
+    Ok(problem.moment(state, (Z, Side::Max), [0.0; 3])?[Z])
 }
 
 /// The largest |mean of J − 1| over the zones that share a pressure.

@@ -136,7 +136,7 @@ pub mod prelude {
     pub use crate::particles::{Particles, Support};
     pub use crate::quadrature::Points;
     #[cfg(feature = "solve")]
-    pub use crate::scene::{Problem, Scene, Scheme};
+    pub use crate::scene::{Condition, Direction, Load, Place, Problem, Scene, Scheme, Value};
     pub use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
     #[cfg(feature = "solve")]
     pub use crate::solve::{Analysis, Ending, Observer, Path, Stepping};

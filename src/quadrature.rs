@@ -97,6 +97,32 @@ impl<const D: usize> Points<D> {
         Points { positions: vec![at], weights: vec![1.0], normals: Vec::new(), groups: vec![0, 1] }
     }
 
+    /// The points where a predicate of their position holds, group by group; groups that hold none are left out.
+    pub fn retained(self, holds: impl Fn(&Point<D>) -> bool) -> Self {
+        self.chosen(&|k: usize, points: &Points<D>| holds(&points.positions[k])).0
+    }
+
+    /// The points of a choice, and their numbers.
+    pub(crate) fn chosen(self, choice: &dyn Fn(usize, &Points<D>) -> bool) -> (Self, Vec<usize>) {
+        let (mut kept, mut numbers) = (Points::empty(), Vec::new());
+        for group in self.groups.windows(2) {
+            let before = numbers.len();
+            numbers.extend((group[0]..group[1]).filter(|&k| choice(k, &self)));
+            if numbers.len() > before {
+                kept.groups.push(numbers.len());
+            }
+        }
+        if numbers.len() == self.positions.len() {
+            return (self, numbers);
+        }
+        kept.positions = numbers.iter().map(|&k| self.positions[k]).collect();
+        kept.weights = numbers.iter().map(|&k| self.weights[k]).collect();
+        if !self.normals.is_empty() {
+            kept.normals = numbers.iter().map(|&k| self.normals[k]).collect();
+        }
+        (kept, numbers)
+    }
+
     /// Closes the current group.
     pub fn close_group(&mut self) {
         self.groups.push(self.positions.len());

@@ -32,8 +32,7 @@ fn column(shortening: f64, imperfection: f64) -> Result<Scene<2>, rkpm::Error> {
 
 /// The force on the upper end, positive in compression.
 fn force(problem: &Problem<2>, state: &rkpm::solve::State) -> Result<f64, rkpm::Error> {
-    let top: Part = (1, Side::Max).into();
-    Ok(-problem.reaction(state, &format!("u_1 on {top}"))?[1])
+    Ok(-problem.reaction(state, (1, Side::Max))?[1])
 }
 
 /// Euler's load of a clamped column, softened by shear (Engesser): $P = P_E/(1 + P_E/\kappa GA)$ with

@@ -27,7 +27,7 @@ fn sheet() -> Result<Scene<2>, rkpm::Error> {
     Ok(Scene::new(Block::new([0.0, 0.0], [1.0, 0.25]), PlaneStrain, Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?)
         .prescribe(Side::Min, 0, 0.0)
         .prescribe(Side::Max, 0, -0.9)
-        .prescribe_at([0.0, 0.0], 1, 0.0))
+        .prescribe(Place::at([0.0, 0.0]), 1, 0.0))
 }
 
 /// Runs a scheme by its default stepping and by arc length. The first critical load tells whether its own equations

@@ -229,7 +229,7 @@ fn scenes() -> Result<Vec<Drawn>, rkpm::Error> {
             .prescribe((1, Side::Max), 0, along)
             .prescribe((1, Side::Max), 1, across);
         let axis = usize::from(along == 0.0);
-        let asked = vec![Quantity::reaction(format!("u_{axis} on face (1, Max)"), axis), Quantity::energy()];
+        let asked = vec![Quantity::reaction((1, Side::Max), axis), Quantity::energy()];
         all.push((format!("block {width:.1} wide, moved by {along:.2}, {across:.2}"), Arc::new(block), scene, asked));
     }
     Ok(all)

@@ -1,16 +1,18 @@
 //! Essential conditions: rows, and the strategies that enforce them.
 
+mod claims;
 mod elimination;
 mod full;
 mod multipliers;
 mod rows;
 mod transformation;
 
+pub(crate) use claims::{Claim, says_again};
 pub use full::FullTransformation;
 pub use multipliers::LagrangeMultipliers;
 pub(crate) use multipliers::dependent_rows;
 pub use rows::{Constraints, Motion, Row};
-pub(crate) use rows::{check_agreement, check_unknowns, rounding};
+pub(crate) use rows::{Value, check_component, check_unknowns, moved, rounding, scaled};
 pub use transformation::MixedTransformation;
 
 use crate::assembly::{Pattern, System};
@@ -114,7 +116,7 @@ pub trait Enforcement: Send + Sync {
 /// let exact = problem.run(&mut ())?.completed()?;
 /// problem.analysis.enforcement = Box::new(Penalty(1e8));
 /// let penalised = problem.run(&mut ())?.completed()?;
-/// let force = |path: &rkpm::solve::Path| problem.reaction(path.last(), "u_0 on face (0, Max)").map(|f| f[0]);
+/// let force = |path: &rkpm::solve::Path| problem.reaction(path.last(), Side::Max).map(|f| f[0]);
 /// assert!((force(&penalised)? / force(&exact)? - 1.0).abs() < 1e-5);
 /// # Ok::<(), rkpm::Error>(())
 /// ```

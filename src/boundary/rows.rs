@@ -11,6 +11,8 @@ use crate::shape::{Approximation, ShapeFunctions};
 use crate::table::check_values;
 use crate::term::Amplitude;
 
+use super::claims::{Claim, own_component, says_again};
+
 /// One condition $\sum_k c_k d_k = g\\,a(\lambda)$ on the coefficients $d$.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
@@ -37,10 +39,10 @@ impl Row {
 pub type Motion<const D: usize> = Arc<dyn Fn(&Point<D>, f64) -> f64 + Send + Sync>;
 
 /// The value of a row that weighs the given points: $g$ and $a(\lambda)$.
-type Value<'a, const D: usize> = &'a dyn Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude);
+pub(crate) type Value<'a, const D: usize> = &'a dyn Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude);
 
 /// $g\\,a(\lambda)$ with $g = \sum w\\,g(X)$.
-fn scaled<'a, const D: usize>(
+pub(crate) fn scaled<'a, const D: usize>(
     target: &'a dyn Fn(&Point<D>) -> f64,
     amplitude: &'a Amplitude,
 ) -> impl Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude) + 'a {
@@ -48,7 +50,9 @@ fn scaled<'a, const D: usize>(
 }
 
 /// $\sum w\\,g(X, \lambda)$, all of it in the amplitude.
-fn moved<'a, const D: usize>(motion: &'a Motion<D>) -> impl Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude) + 'a {
+pub(crate) fn moved<'a, const D: usize>(
+    motion: &'a Motion<D>,
+) -> impl Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude) + 'a {
     move |points| {
         let motion = motion.clone();
         let sum = move |load: f64| points.iter().map(|(x, w)| w * motion(x, load)).sum();
@@ -56,14 +60,23 @@ fn moved<'a, const D: usize>(motion: &'a Motion<D>) -> impl Fn(Vec<(Point<D>, f6
     }
 }
 
+/// The unit vector along which a condition acts, at a point with the outward normal of the boundary there (zero where there
+/// is none).
+pub(crate) type Along<'a, const D: usize> = &'a dyn Fn(&Point<D>, &Point<D>) -> Result<Point<D>, BoundaryError>;
+
+/// Conditions along an axis.
+fn along_axis<const D: usize>(component: usize) -> impl Fn(&Point<D>, &Point<D>) -> Result<Point<D>, BoundaryError> {
+    move |_, _| Ok(Point::from_fn(|i, _| f64::from(u8::from(i == component))))
+}
+
 /// The rows of a problem.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Constraints {
     rows: Vec<Row>,
-    /// Owner and rows of boundary integrals: which part has claimed a particle's component.
-    claimed: HashMap<usize, (String, f64, Amplitude)>,
-    /// Values at particles by owned unknown, to find repeated and conflicting conditions.
-    at_particles: HashMap<usize, usize>,
+    /// By particle: what boundary integrals have claimed of it.
+    claimed: HashMap<usize, Vec<Claim>>,
+    /// By particle: its values that are prescribed, to find repeated and conflicting conditions.
+    at_particles: HashMap<usize, Vec<Claim>>,
     /// Kinks of motions, whose rows don't know them.
     kinks: Vec<f64>,
 }
@@ -96,13 +109,11 @@ impl Constraints {
 
     /// Takes back what was added since a mark: copies of all rows would cost as many as there are for each condition.
     pub(crate) fn take_back(&mut self, [rows, kinks]: [usize; 2]) {
-        for (place, row) in self.rows.iter().enumerate().skip(rows) {
-            // A row is one at a particle, or one over a boundary that claimed its owner.
-            if self.at_particles.get(&row.owner) == Some(&place) {
-                self.at_particles.remove(&row.owner);
-            } else {
-                self.claimed.remove(&row.owner);
-            }
+        for claims in [&mut self.at_particles, &mut self.claimed] {
+            claims.retain(|_, of_particle| {
+                of_particle.retain(|claim| claim.row < rows);
+                !of_particle.is_empty()
+            });
         }
         self.rows.truncate(rows);
         self.kinks.truncate(kinks);
@@ -155,7 +166,8 @@ impl Constraints {
         amplitude: &Amplitude,
         label: &str,
     ) -> Result<(), Error> {
-        self.collocate(approximation, particles, component, &scaled(target, amplitude), label)
+        check_component(component, D, label)?;
+        self.collocate(approximation, particles, &[], &along_axis(component), &scaled(target, amplitude), label)
     }
 
     /// Conditions $u_i(X_J) = g(X_J, \lambda)$ at particles: as [`at_particles`](Constraints::at_particles)
@@ -171,38 +183,45 @@ impl Constraints {
         motion: &Motion<D>,
         label: &str,
     ) -> Result<(), Error> {
-        self.collocate(approximation, particles, component, &moved(motion), label)
+        check_component(component, D, label)?;
+        self.collocate(approximation, particles, &[], &along_axis(component), &moved(motion), label)
     }
 
-    fn collocate<const D: usize, A: Approximation<D>>(
+    /// Conditions $e(X_J)\\cdot u(X_J) = g$ at particles, with the outward normals there where they are known.
+    pub(crate) fn collocate<const D: usize, A: Approximation<D>>(
         &mut self,
         approximation: &A,
         particles: &[usize],
-        component: usize,
+        normals: &[Point<D>],
+        along: Along<'_, D>,
         value: Value<'_, D>,
         label: &str,
     ) -> Result<(), Error> {
-        check_component(component, D, label)?;
         let rounding = rounding(approximation.nodes());
         let mut scratch = A::Scratch::default();
         let mut psi = ShapeFunctions::default();
-        for &particle in particles {
+        for (place, &particle) in particles.iter().enumerate() {
             let Some(&at) = approximation.nodes().get(particle) else {
                 return Err(no_particle(particle).into());
             };
-            let owner = particle * D + component;
+            let normal = normals.get(place).copied().unwrap_or_else(Point::zeros);
+            let direction = along(&at, &normal)?;
             let (target, amplitude) = value(vec![(at, 1.0)]);
-            if let Some(&earlier) = self.at_particles.get(&owner) {
-                let row = &self.rows[earlier];
-                let first = (row.label.as_str(), row.target, &row.amplitude);
-                check_agreement(first, (label, target, &amplitude), component, &at, rounding)?;
+            let claims = self.at_particles.get(&particle).map_or(&[][..], Vec::as_slice);
+            let asked = Claim::new(direction, label, target, amplitude.clone(), self.rows.len());
+            if says_again(claims, &asked, &at, rounding)? {
                 continue;
             }
+            let owner = particle * D + own_component(claims, &direction, |row| self.rows[row].owner % D);
             approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
             check_values(&psi, approximation.nodes().len(), &at)?;
-            let entries = psi.nodes.iter().zip(&psi.values).map(|(&n, &v)| (n as usize * D + component, v)).collect();
+            let mut entries = Vec::with_capacity(psi.nodes.len());
+            for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
+                let parts = (0..D).filter(|&i| direction[i] != 0.0);
+                entries.extend(parts.map(|i| (node as usize * D + i, value * direction[i])));
+            }
             self.push(Row { entries, owner, target, amplitude, label: label.to_string() })?;
-            self.at_particles.insert(owner, self.rows.len() - 1);
+            self.at_particles.entry(particle).or_default().push(asked);
         }
         Ok(())
     }
@@ -227,7 +246,8 @@ impl Constraints {
         amplitude: &Amplitude,
         label: &str,
     ) -> Result<(), Error> {
-        self.integrate(approximation, boundary, kinematics, component, &scaled(target, amplitude), label)
+        check_component(component, D, label)?;
+        self.integrate(approximation, boundary, kinematics, &along_axis(component), &scaled(target, amplitude), label)
     }
 
     /// Conditions $\int\Theta_J(u_i - g(X, \lambda))\\,\mathrm d\Gamma = 0$: as
@@ -244,19 +264,20 @@ impl Constraints {
         motion: &Motion<D>,
         label: &str,
     ) -> Result<(), Error> {
-        self.integrate(approximation, boundary, kinematics, component, &moved(motion), label)
+        check_component(component, D, label)?;
+        self.integrate(approximation, boundary, kinematics, &along_axis(component), &moved(motion), label)
     }
 
-    fn integrate<const D: usize, A: Approximation<D>>(
+    /// Conditions $\int\Theta_J\,(e(X)\cdot u - g)\,\mathrm d\Gamma = 0$ along a direction that may vary.
+    pub(crate) fn integrate<const D: usize, A: Approximation<D>>(
         &mut self,
         approximation: &A,
         boundary: &BoundaryCells<D>,
         kinematics: &(impl Kinematics<D> + ?Sized),
-        component: usize,
+        along: Along<'_, D>,
         value: Value<'_, D>,
         label: &str,
     ) -> Result<(), Error> {
-        check_component(component, D, label)?;
         boundary.validate(approximation.nodes().len())?;
         // Where each hat goes: to its own particle, or to the nearest free one on a shared facet.
         let mut facets_of: HashMap<u32, Vec<u32>> = HashMap::new();
@@ -278,19 +299,28 @@ impl Constraints {
             }
         }
         let rounding = rounding(approximation.nodes());
-        let free = |particle: u32| !self.claimed.contains_key(&(particle as usize * D + component));
-        let mut receiver: HashMap<u32, u32> = HashMap::new();
+        let normals = boundary.normals_at_particles();
+        // What this condition asks of each particle, and which have said it already.
+        let mut asked: HashMap<u32, (Claim, bool)> = HashMap::with_capacity(order.len());
         for &particle in &order {
-            let Some((first, target, amplitude)) = self.claimed.get(&(particle as usize * D + component)) else {
-                receiver.insert(particle, particle);
-                continue;
-            };
             let at = approximation.nodes()[particle as usize];
+            let normal = normals.get(&particle).copied().unwrap_or_else(Point::zeros);
+            let (target, amplitude) = value(vec![(at, 1.0)]);
+            let claim = Claim::new(along(&at, &normal)?, label, target, amplitude, 0);
+            let claims = self.claimed.get(&(particle as usize)).map_or(&[][..], Vec::as_slice);
             // Both conditions hold at the corner, whoever owns it: merged without a look, the later one would be spread
             // over its neighbours and the answer depend on the order.
-            let (again, other) = value(vec![(at, 1.0)]);
-            check_agreement((first, *target, amplitude), (label, again, &other), component, &at, rounding)?;
-            let nearest = facets_of[&particle].iter().copied().filter(|&other| free(other)).min_by(|&a, &b| {
+            let again = says_again(claims, &claim, &at, rounding)?;
+            asked.insert(particle, (claim, again));
+        }
+        let mut receiver: HashMap<u32, u32> = HashMap::new();
+        for &particle in &order {
+            if !asked[&particle].1 {
+                receiver.insert(particle, particle);
+                continue;
+            }
+            let at = approximation.nodes()[particle as usize];
+            let nearest = facets_of[&particle].iter().copied().filter(|other| !asked[other].1).min_by(|&a, &b| {
                 let distance = |n: u32| (approximation.nodes()[n as usize] - at).norm_squared();
                 distance(a).total_cmp(&distance(b)).then(a.cmp(&b))
             });
@@ -312,12 +342,16 @@ impl Constraints {
                 approximation.evaluate_values(&at, &mut scratch, &mut psi)?;
                 check_values(&psi, approximation.nodes().len(), &at)?;
                 let measure = if on_axis { 1.0 } else { crate::kinematics::measure(kinematics, has_hoops, &at)? };
+                let normal = boundary.points.normals.get(point).copied().unwrap_or_else(Point::zeros);
+                let direction = along(&at, &normal)?;
                 for &(particle, hat) in &boundary.hats[point] {
                     let Some(&particle) = receiver.get(&particle) else { continue };
                     let weight = boundary.points.weights[point] * measure * hat;
                     let (entries, points) = sums.entry(particle).or_default();
                     for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
-                        *entries.entry(node as usize * D + component).or_default() += weight * psi;
+                        for i in (0..D).filter(|&i| direction[i] != 0.0) {
+                            *entries.entry(node as usize * D + i).or_default() += weight * psi * direction[i];
+                        }
                     }
                     points.push((at, weight));
                 }
@@ -329,10 +363,13 @@ impl Constraints {
             let mut entries: Vec<(usize, f64)> = entries.into_iter().collect();
             entries.sort_unstable_by_key(|e| e.0);
             // The hats carry their measure: a multiplier is a traction [stress], whatever the spacing.
-            let owner = particle as usize * D + component;
+            let Some((mut claim, _)) = asked.remove(&particle) else { continue };
+            let claims = self.claimed.get(&(particle as usize)).map_or(&[][..], Vec::as_slice);
+            let own = own_component(claims, &claim.direction::<D>(), |row| self.rows[row].owner % D);
+            let owner = particle as usize * D + own;
+            claim.row = self.rows.len();
             self.push(Row { entries, owner, target, amplitude, label: label.to_string() })?;
-            let (target, amplitude) = value(vec![(approximation.nodes()[particle as usize], 1.0)]);
-            self.claimed.insert(owner, (label.to_string(), target, amplitude));
+            self.claimed.entry(particle as usize).or_default().push(claim);
         }
         Ok(())
     }
@@ -373,7 +410,7 @@ pub(crate) fn check_unknowns(rows: &[Row], unknowns: usize) -> Result<(), Bounda
     }
 }
 
-fn check_component(component: usize, dimension: usize, label: &str) -> Result<(), BoundaryError> {
+pub(crate) fn check_component(component: usize, dimension: usize, label: &str) -> Result<(), BoundaryError> {
     if component < dimension {
         Ok(())
     } else {
@@ -387,33 +424,4 @@ const ROUNDING: f64 = 1e-14;
 /// The rounding of displacements of some nodes.
 pub(crate) fn rounding<const D: usize>(nodes: &[Point<D>]) -> f64 {
     ROUNDING * nodes.iter().fold(0.0, |largest: f64, x| largest.max(x.amax()))
-}
-
-/// Refuses two conditions (label, target, amplitude) on one component that say different things at a point, with the
-/// values at the full load, or at the first load found where they differ.
-pub(crate) fn check_agreement<const D: usize>(
-    first: (&str, f64, &Amplitude),
-    second: (&str, f64, &Amplitude),
-    component: usize,
-    at: &Point<D>,
-    rounding: f64,
-) -> Result<(), BoundaryError> {
-    let same = |[a, b]: [f64; 2]| (a - b).abs() <= rounding + 1e-12 * a.abs().max(b.abs());
-    let found = if first.2 == second.2 {
-        Some((1.0, [first.1, second.1])).filter(|&(_, values)| !same(values))
-    } else {
-        // At some loads and at the knots of tables; those of functions can't be known.
-        let knots = first.2.knots().into_iter().chain(second.2.knots());
-        let loads = [1.0, 0.0, 0.21, 0.47, 0.76].into_iter().chain(knots);
-        let both = |load: f64| (load, [first, second].map(|(_, g, a)| g * a.evaluate(load).0));
-        loads.map(both).find(|&(_, values)| !same(values))
-    };
-    let Some((load, values)) = found else { return Ok(()) };
-    for ((label, ..), value) in [first, second].into_iter().zip(values) {
-        if !value.is_finite() {
-            return Err(BoundaryError::Value { what: label.to_string(), value, load });
-        }
-    }
-    let (first, second) = (first.0.to_string(), second.0.to_string());
-    Err(BoundaryError::Conflict { first, second, component, at: at.as_slice().to_vec(), values })
 }

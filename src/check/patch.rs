@@ -6,7 +6,7 @@ use crate::error::{Error, GeometryError, SolveError};
 use crate::geometry::{Domain, Part, Point};
 use crate::kinematics::Kinematics;
 use crate::material::Material;
-use crate::scene::{Scene, Scheme};
+use crate::scene::{Scene, Scheme, Value};
 
 /// What a patch test measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,7 +75,7 @@ pub fn patch_test_of<const D: usize>(
     let mut scene = scene.without_conditions();
     for component in 0..D {
         let row = gradient.row(component).into_owned();
-        scene = scene.prescribe_field(Part::Whole, component, move |x: &Point<D>| (row * x)[0]);
+        scene = scene.prescribe(Part::Whole, component, Value::field(move |x: &Point<D>| (row * x)[0]));
     }
     let problem = scene.discretize(scheme)?;
     let path = problem.run(&mut ())?.completed()?;

@@ -58,13 +58,23 @@ pub enum BoundaryError {
         /// The load factor.
         load: f64,
     },
-    /// A call of the builder has nothing to act on.
-    #[error("{what}: {remedy}")]
-    Misplaced {
-        /// What was called where.
-        what: &'static str,
-        /// What to do.
-        remedy: &'static str,
+    /// A condition says where, but not what.
+    #[error("{what} prescribes nothing: add a component, a direction or a displacement")]
+    Incomplete {
+        /// The condition.
+        what: String,
+    },
+    /// A condition acts where its direction is none.
+    #[error(
+        "{what}: no direction at X = {at:?}, where its vector is {vector:?}; give one of finite length, off the axis of a cylinder, and normals on boundaries alone"
+    )]
+    Direction {
+        /// The condition.
+        what: String,
+        /// Where.
+        at: Vec<f64>,
+        /// The vector there.
+        vector: Vec<f64>,
     },
     /// A load or target is not finite.
     #[error("{what}: value {value:e} at load factor {load}; give finite numbers")]
@@ -85,11 +95,11 @@ pub enum BoundaryError {
         nearest: Vec<f64>,
     },
     /// No row comes from the condition asked for.
-    #[error("no condition {asked}: give the label of one, word by word; there are {known}")]
+    #[error("no condition acts on {asked}; conditions act on: {known}")]
     UnknownCondition {
-        /// The label asked for.
+        /// The name or place asked for.
         asked: String,
-        /// The labels of the rows that there are.
+        /// The names and places of the conditions that there are.
         known: String,
     },
     /// A load acts beside the body.

@@ -1,100 +1,158 @@
 //! Conditions of a scene as rows.
 
+use std::ops::Range;
 use std::sync::Arc;
 
-use crate::boundary::{Constraints, Motion, check_agreement, rounding};
+use crate::boundary::{Claim, Constraints, check_component, moved, rounding, says_again, scaled};
 use crate::cells::Cells;
 use crate::error::{BoundaryError, Error};
-use crate::geometry::Point;
+use crate::geometry::{Part, Point};
 use crate::shape::Approximation;
 use crate::term::Amplitude;
 
 use super::discretize::{FacetRule, Refused};
-use super::{Condition, Place, Scene, Value};
+use super::place::Spot;
+use super::{Condition, Direction, Place, Scene, Value};
 
-/// Rows over boundaries with the given facet rule, or at particles without one.
+/// A condition of a problem: how it is asked for, and its rows.
+pub(crate) struct Placed<const D: usize> {
+    pub name: Option<String>,
+    pub place: Place<D>,
+    pub rows: Range<usize>,
+}
+
+/// One direction of a condition at a place whose name was looked up.
+struct Single<'a, const D: usize> {
+    place: &'a Place<D>,
+    direction: &'a Direction<D>,
+    value: &'a Value<D>,
+    amplitude: &'a Amplitude,
+    label: String,
+}
+
+/// The directions of a condition, one by one.
+fn singles<'a, const D: usize>(
+    condition: &'a Condition<D>,
+    place: &'a Place<D>,
+) -> impl Iterator<Item = Single<'a, D>> {
+    condition.prescribed.iter().map(move |(direction, value)| {
+        let (amplitude, label) = (&condition.amplitude, condition.label(direction));
+        Single { place, direction, value, amplitude, label }
+    })
+}
+
+/// Rows over boundaries with the given facet rule, or at particles without one; and which are those of each condition.
 pub(super) fn rows<const D: usize, A: Approximation<D>>(
     scene: &Scene<D>,
     cells: &dyn Cells<D>,
     approximation: &A,
     facets: Option<FacetRule>,
     refused: Refused<'_>,
-) -> Result<Constraints, Error> {
+) -> Result<(Constraints, Vec<Placed<D>>), Error> {
     let mut rows = Constraints::new();
-    for condition in &scene.conditions {
-        let before = rows.mark();
-        // Rows over a face know nothing of single particles: what they say twice is looked up in the scene.
-        let added = match facets.map_or(Ok(false), |_| lies_on_part(scene, condition, cells)) {
-            Ok(true) => Ok(()),
-            Ok(false) => add(&mut rows, scene, condition, cells, approximation, facets),
-            Err(error) => Err(error),
-        };
-        if let Err(error) = added {
-            refused(error)?;
-            // Without the rows that were added before it was refused.
-            rows.take_back(before);
+    let mut placed = Vec::with_capacity(scene.conditions.len());
+    let places: Vec<Place<D>> = scene.conditions.iter().map(|condition| scene.resolve(&condition.place)).collect();
+    for (condition, place) in scene.conditions.iter().zip(&places) {
+        let first = rows.len();
+        for single in singles(condition, place) {
+            let before = rows.mark();
+            // Rows over a face know nothing of single particles: what they say twice is looked up in the scene.
+            let added = match facets.map_or(Ok(false), |_| lies_on_part(scene, &places, &single, cells)) {
+                Ok(true) => Ok(()),
+                Ok(false) => add(&mut rows, scene, &single, cells, approximation, facets),
+                Err(error) => Err(error),
+            };
+            if let Err(error) = added {
+                refused(error)?;
+                // Without the rows that were added before it was refused.
+                rows.take_back(before);
+            }
         }
+        placed.push(Placed { name: condition.name.clone(), place: place.clone(), rows: first..rows.len() });
     }
-    Ok(rows)
+    Ok((rows, placed))
 }
 
-/// Whether a condition at a particle says again what one on a part that holds the particle says: taken as well, the
+/// Whether a condition at a particle says again what those on parts that hold the particle say: taken as well, the
 /// particle would be prescribed twice.
 ///
 /// # Errors
 /// Where it says something else.
 fn lies_on_part<const D: usize>(
     scene: &Scene<D>,
-    condition: &Condition<D>,
+    places: &[Place<D>],
+    single: &Single<'_, D>,
     cells: &dyn Cells<D>,
 ) -> Result<bool, Error> {
-    let Place::Particle(at) = &condition.place else { return Ok(false) };
-    let particle = particle_at(cells, at, &condition.label)?;
+    let Spot::Point(at) = &single.place.spot else { return Ok(false) };
+    let particle = particle_at(cells, at, &single.label)?;
     let at = &cells.positions()[particle];
-    for other in scene.conditions.iter().filter(|other| other.component == condition.component) {
-        let Place::Part(part) = &other.place else { continue };
+    let mut claims = Vec::new();
+    for (condition, place) in scene.conditions.iter().zip(places) {
+        let Spot::Part(part) = &place.spot else { continue };
         // Parts that don't exist are refused with their own condition.
-        if !cells.boundary_nodes(part).is_ok_and(|nodes| nodes.contains(&particle)) {
+        if !place.holds(at) || !cells.boundary_nodes(part).is_ok_and(|nodes| nodes.contains(&particle)) {
             continue;
         }
-        let ((first, a), (second, b)) = (value_at(other, at), value_at(condition, at));
-        let (first, second) = ((other.label.as_str(), first, &a), (condition.label.as_str(), second, &b));
-        check_agreement(first, second, condition.component, at, rounding(cells.positions()))?;
-        return Ok(true);
+        for other in singles(condition, place) {
+            let normal = normal_at(cells, part, particle, other.direction)?;
+            claims.push(claim_of(&other, at, &normal)?);
+        }
     }
-    Ok(false)
+    let asked = claim_of(single, at, &Point::zeros())?;
+    Ok(says_again(&claims, &asked, at, rounding(cells.positions()))?)
+}
+
+/// The outward normal of a part at one of its particles, where a direction asks for it.
+fn normal_at<const D: usize>(
+    cells: &dyn Cells<D>,
+    part: &Part,
+    particle: usize,
+    direction: &Direction<D>,
+) -> Result<Point<D>, Error> {
+    if !matches!(direction, Direction::Normal) {
+        return Ok(Point::zeros());
+    }
+    let normals = cells.boundary(part, 1, 2)?.normals_at_particles();
+    Ok(normals.get(&(particle as u32)).copied().unwrap_or_else(Point::zeros))
+}
+
+/// What a condition prescribes at a point.
+fn claim_of<const D: usize>(single: &Single<'_, D>, at: &Point<D>, normal: &Point<D>) -> Result<Claim, BoundaryError> {
+    let (target, amplitude) = value_at(single, at);
+    Ok(Claim::new(single.direction.unit(&single.label, at, normal)?, &single.label, target, amplitude, 0))
 }
 
 /// What a condition prescribes at a point: a value and its amplitude.
-fn value_at<const D: usize>(condition: &Condition<D>, at: &Point<D>) -> (f64, Amplitude) {
-    match &condition.value {
-        Value::Field(field) => (field(at), condition.amplitude.clone()),
+fn value_at<const D: usize>(single: &Single<'_, D>, at: &Point<D>) -> (f64, Amplitude) {
+    match single.value {
         Value::Motion(motion) => {
-            let (motion, at) = (along(motion, &condition.amplitude), *at);
-            (1.0, Amplitude::Function(Arc::new(move |load| motion(&at, load))))
+            let (motion, amplitude, at) = (motion.clone(), single.amplitude.clone(), *at);
+            (1.0, Amplitude::Function(Arc::new(move |load| motion(&at, amplitude.evaluate(load).0))))
         }
+        value => (value.at(at, 1.0), single.amplitude.clone()),
     }
 }
 
 /// Refuses values that take a point of a body of revolution to its axis or beyond, where its hoops would be inverted.
 fn stays_off_axis<const D: usize>(
     scene: &Scene<D>,
-    condition: &Condition<D>,
+    single: &Single<'_, D>,
     cells: &dyn Cells<D>,
     nodes: &[usize],
 ) -> Result<(), BoundaryError> {
-    if condition.component != 0 || scene.kinematics.hoops().is_empty() {
+    if !matches!(single.direction, Direction::Component(0)) || scene.kinematics.hoops().is_empty() {
         return Ok(());
     }
     for &node in nodes {
         let at = &cells.positions()[node];
-        let (target, amplitude) = value_at(condition, at);
-        for load in [1.0, 0.75, 0.5, 0.25].into_iter().chain(condition.amplitude.knots()) {
+        let (target, amplitude) = value_at(single, at);
+        for load in [1.0, 0.75, 0.5, 0.25].into_iter().chain(single.amplitude.knots()) {
             let radius = at[0] + target * amplitude.evaluate(load).0;
             // Points on the axis stay there: moved off it, they would be circles that were points.
             if radius < 0.0 || (radius == 0.0) != (at[0] == 0.0) {
                 return Err(BoundaryError::BeyondAxis {
-                    what: condition.label.clone(),
+                    what: single.label.clone(),
                     at: at.as_slice().to_vec(),
                     radius,
                     load,
@@ -105,55 +163,86 @@ fn stays_off_axis<const D: usize>(
     Ok(())
 }
 
-/// Adds the rows of one condition.
+/// Adds the rows of one direction of a condition.
 fn add<const D: usize, A: Approximation<D>>(
     rows: &mut Constraints,
     scene: &Scene<D>,
-    condition: &Condition<D>,
+    single: &Single<'_, D>,
     cells: &dyn Cells<D>,
     approximation: &A,
     facets: Option<FacetRule>,
 ) -> Result<(), Error> {
-    let (component, amplitude, label) = (condition.component, &condition.amplitude, condition.label.as_str());
-    if let Value::Motion(_) = &condition.value {
+    let (amplitude, label, place) = (single.amplitude, single.label.as_str(), single.place);
+    if let Direction::Component(component) = *single.direction {
+        check_component(component, D, label)?;
+    }
+    if let Value::Motion(_) = single.value {
         rows.add_knots(amplitude.knots());
     }
-    let nodes = match (&condition.place, facets) {
-        (Place::Part(part), Some(facets)) => {
-            stays_off_axis(scene, condition, cells, &cells.boundary_nodes(part)?)?;
+    let along = |x: &Point<D>, normal: &Point<D>| single.direction.unit(label, x, normal);
+    let moves = match single.value {
+        Value::Motion(motion) => {
+            let (motion, amplitude) = (motion.clone(), amplitude.clone());
+            Some(Arc::new(move |x: &Point<D>, load: f64| motion(x, amplitude.evaluate(load).0)) as _)
+        }
+        _ => None,
+    };
+    let target = |x: &Point<D>| single.value.at(x, 1.0);
+    let in_proportion = scaled(&target, amplitude);
+    let moving = moves.as_ref().map(|motion| moved(motion));
+    let value: crate::boundary::Value<'_, D> = match &moving {
+        Some(moving) => moving,
+        None => &in_proportion,
+    };
+    let nodes = match (&place.spot, facets) {
+        (Spot::Part(part), Some(facets)) => {
+            let nodes: Vec<usize> = cells.boundary_nodes(part)?;
+            let held: Vec<usize> = nodes.into_iter().filter(|&node| place.holds(&cells.positions()[node])).collect();
+            stays_off_axis(scene, single, cells, &held)?;
+            let before = rows.len();
             // One by one, so that each piece claims its corners in turn.
+            let (mut whole, mut pieces) = (0, 0);
             for cells in cells.boundary_pieces(part, facets.parts, facets.gauss)? {
-                let kinematics = &*scene.kinematics;
-                match &condition.value {
-                    Value::Field(field) => {
-                        rows.over_boundary(approximation, &cells, kinematics, component, &**field, amplitude, label)?;
-                    }
-                    Value::Motion(motion) => {
-                        let motion = along(motion, amplitude);
-                        rows.motion_over_boundary(approximation, &cells, kinematics, component, &motion, label)?;
-                    }
-                }
+                let cells = if place.within.is_some() { cells.within(&|x| place.holds(x)) } else { cells };
+                whole += cells.hats.len();
+                pieces += 1;
+                rows.integrate(approximation, &cells, &*scene.kinematics, &along, value, label)?;
+            }
+            if place.within.is_some() && whole == 0 && pieces > 0 && rows.len() == before {
+                return Err(empty(cells, part, label)?.into());
             }
             return Ok(());
         }
-        (Place::Part(part), None) => cells.boundary_nodes(part)?,
-        (Place::Particle(at), _) => vec![particle_at(cells, at, label)?],
-        (Place::Body, _) => return Ok(()),
-    };
-    stays_off_axis(scene, condition, cells, &nodes)?;
-    match &condition.value {
-        Value::Field(field) => rows.at_particles(approximation, &nodes, component, &**field, amplitude, label)?,
-        Value::Motion(motion) => {
-            rows.motion_at_particles(approximation, &nodes, component, &along(motion, amplitude), label)?;
+        (Spot::Part(part), None) => {
+            let mut nodes = cells.boundary_nodes(part)?;
+            nodes.retain(|&node| place.holds(&cells.positions()[node]));
+            if nodes.is_empty() && place.within.is_some() {
+                return Err(empty(cells, part, label)?.into());
+            }
+            nodes
         }
-    }
-    Ok(())
+        (Spot::Point(at), _) => vec![particle_at(cells, at, label)?],
+        (Spot::Body, _) => {
+            let mut nodes: Vec<usize> = (0..cells.positions().len()).collect();
+            nodes.retain(|&node| place.holds(&cells.positions()[node]));
+            nodes
+        }
+    };
+    stays_off_axis(scene, single, cells, &nodes)?;
+    let normals = match (single.direction, &place.spot) {
+        (Direction::Normal, Spot::Part(part)) => {
+            let of = cells.boundary(part, 1, 2)?.normals_at_particles();
+            nodes.iter().map(|&node| of.get(&(node as u32)).copied().unwrap_or_else(Point::zeros)).collect()
+        }
+        _ => Vec::new(),
+    };
+    rows.collocate(approximation, &nodes, &normals, &along, value, label)
 }
 
-/// A motion whose load factor follows an amplitude.
-fn along<const D: usize>(motion: &Motion<D>, amplitude: &Amplitude) -> Motion<D> {
-    let (motion, amplitude) = (motion.clone(), amplitude.clone());
-    Arc::new(move |x, load| motion(x, amplitude.evaluate(load).0))
+/// The error of a part of a part that holds nothing.
+fn empty<const D: usize>(cells: &dyn Cells<D>, part: &Part, label: &str) -> Result<BoundaryError, Error> {
+    let nearest = cells.boundary_nodes(part)?.first().map(|&node| cells.positions()[node].as_slice().to_vec());
+    Ok(BoundaryError::Empty { what: label.to_string(), nearest: nearest.unwrap_or_default() })
 }
 
 /// The particle that lies at a point, to a thousandth of its spacing along each axis.
@@ -178,27 +267,29 @@ mod tests {
     #[test]
     fn what_was_added_is_taken_back() {
         let block = Block::new([0.0, 0.0], [2.0, 1.0]);
+        let kinks = Amplitude::table(vec![(0.0, 0.0), (0.5, 2.0), (1.0, 1.0)]).unwrap();
+        let moved = Value::motion(|x: &Point<2>, load| 0.1 * x[1] * load);
         let scene = Scene::new(block, PlaneStrain, Rubber::neo_hookean(0.5, 10.0).unwrap())
-            .prescribe_at([0.0, 0.0], 0, 0.0)
+            .prescribe(Place::at([0.0, 0.0]), 0, 0.0)
             .hold((0, Side::Min))
-            .prescribe_motion((0, Side::Max), 0, |x, load| 0.1 * x[1] * load)
-            .with_amplitude(Amplitude::table(vec![(0.0, 0.0), (0.5, 2.0), (1.0, 1.0)]).unwrap())
-            .prescribe_at([2.0, 0.0], 1, 0.1)
-            .prescribe((1, Side::Max), 0, 0.0);
+            .with(Condition::on((0, Side::Max)).component(0, moved).amplitude(kinks))
+            .prescribe(Place::at([2.0, 0.0]), 1, 0.1)
+            .with(Condition::on((1, Side::Max)).along(Direction::Along([0.6, 0.8]), 0.0));
         let cells = block.lattice([5, 4]).unwrap();
         let functions =
             ReproducingKernel::new(cells.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
         for facets in [None, Some(FacetRule { parts: 2, gauss: 2 })] {
             let mut rows = Constraints::new();
-            for condition in &scene.conditions {
+            let all = scene.conditions.iter().flat_map(|condition| singles(condition, &condition.place));
+            for single in all {
                 let (before, mark) = (rows.clone(), rows.mark());
-                let refused = add(&mut rows, &scene, condition, &cells, &functions, facets).is_err();
+                let refused = add(&mut rows, &scene, &single, &cells, &functions, facets).is_err();
                 let added = rows.clone();
                 assert!(refused || added != before);
                 rows.take_back(mark);
                 assert_eq!(rows, before);
                 if !refused {
-                    add(&mut rows, &scene, condition, &cells, &functions, facets).unwrap();
+                    add(&mut rows, &scene, &single, &cells, &functions, facets).unwrap();
                 }
             }
         }

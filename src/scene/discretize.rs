@@ -14,20 +14,25 @@ use crate::quadrature::Points;
 use crate::shape::{Approximation, FiniteElements};
 use crate::solve::Analysis;
 use crate::table::ShapeTable;
-use crate::term::{Body, DeadLoad, FollowerPressure, Pointwise, PressureField};
+use crate::term::{Body, FollowerPressure, Pointwise, PressureField};
 
-use super::conditions::rows;
+use super::conditions::{Placed, rows};
 use super::contact::{self, Contact};
 use super::cover::{self, KernelFunctions};
+use super::load::{LoadKind, Shared, Varying, dead};
+use super::place::Spot;
 use super::problem::Evaluate;
 use super::scheme::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule, Scheme, Volume};
-use super::{LoadKind, Place, Problem, Scene, Source};
+use super::{Load, Place, Problem, Scene, Source, Value};
 
 /// Gauss points per cell in 1D where the basis is quadratic or higher.
 const FINE: usize = 7;
 
 /// Rows up to which the mixed transformation is the default: beyond, its dense faces cost more than multipliers.
 const TRANSFORMATION_ROWS: usize = 600;
+
+/// How many times finer facets are integrated where a load acts on a part of a part.
+const FINER: usize = 4;
 
 /// How boundaries are integrated: sub-facets per direction and Gauss points on each.
 #[derive(Clone, Copy)]
@@ -66,8 +71,8 @@ pub(super) fn cells<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result
 
 /// Where tables of loads come from: boundary parts and the body.
 struct Tables<'a, const D: usize> {
-    boundary: &'a dyn Fn(&Part) -> Result<ShapeTable<D>, Error>,
-    body: &'a dyn Fn() -> Result<ShapeTable<D>, Error>,
+    boundary: &'a dyn Fn(&Part, &Place<D>) -> Result<ShapeTable<D>, Error>,
+    body: &'a dyn Fn(&Place<D>) -> Result<ShapeTable<D>, Error>,
 }
 
 /// Reproducing kernel particles.
@@ -83,13 +88,15 @@ fn particles<const D: usize>(
     let (table, facets, field) = body_table(scene, scheme, &*cells, &approximation)?;
     let body = Body::new(table, scene.material.clone(), field);
     let tables = Tables {
-        boundary: &|part| {
-            let points = cells.boundary(part, facets.parts, facets.gauss)?.points;
-            ShapeTable::new(&approximation, &points, kinematics)
+        boundary: &|part, place| {
+            // Where a load ends within a facet, finer ones see it.
+            let parts = facets.parts * if place.within.is_some() { FINER } else { 1 };
+            let points = cells.boundary(part, parts, facets.gauss)?.points;
+            ShapeTable::new(&approximation, &points.retained(|x| place.holds(x)), kinematics)
         },
-        body: &|| {
+        body: &|place| {
             let points = cells.gauss(2 + usize::from(scheme.order > 1))?;
-            ShapeTable::new(&approximation, &points, kinematics)
+            ShapeTable::new(&approximation, &points.retained(|x| place.holds(x)), kinematics)
         },
     };
     let (mut model, body) = model(scene, body, &*cells, &approximation, &tables)?;
@@ -98,7 +105,7 @@ fn particles<const D: usize>(
         RowKind::AtParticles => false,
         RowKind::OverBoundary => true,
     };
-    let rows = rows(scene, &*cells, &approximation, over_boundary.then_some(facets), refused)?;
+    let (rows, placed) = rows(scene, &*cells, &approximation, over_boundary.then_some(facets), refused)?;
     let volume = body.table().weights().iter().sum();
     let skins = |part: &Part| {
         let skin = cells.contact_boundary(part, facets.parts, facets.gauss)?;
@@ -107,7 +114,8 @@ fn particles<const D: usize>(
     };
     let contacts = contact::add(scene, &*cells, &rows, volume, &skins, &mut model)?;
     let approximation = Box::new(approximation);
-    finish(scheme, (model, body), rows, Discrete { cells, approximation, dilations, raised, contacts })
+    let names = scene.names.clone();
+    finish(scheme, (model, body), rows, Discrete { cells, approximation, dilations, raised, contacts, placed, names })
 }
 
 /// The shape functions of a scheme on the particles of cells.
@@ -181,17 +189,30 @@ fn elements<const D: usize>(
     // Q1/P0 and Q2/P1 as the literature has them: all of the volumetric energy projected.
     let body = Body::zonal(table, scene.material.clone(), field, 0.0);
     let tables = Tables {
-        boundary: &|part| ShapeTable::of_elements(&elements, &elements.boundary(part, points)?, kinematics),
-        body: &|| ShapeTable::of_elements(&elements, &elements.gauss(points)?, kinematics),
+        boundary: &|part, place| {
+            let points = elements.boundary(part, points * if place.within.is_some() { FINER } else { 1 })?;
+            ShapeTable::of_elements(&elements, &points.retained(|x| place.holds(x)), kinematics)
+        },
+        body: &|place| {
+            ShapeTable::of_elements(&elements, &elements.gauss(points)?.retained(|x| place.holds(x)), kinematics)
+        },
     };
     let model = model(scene, body, &*cells, &elements, &tables)?;
-    let rows = rows(scene, &*cells, &elements, None, refused)?;
+    let (rows, placed) = rows(scene, &*cells, &elements, None, refused)?;
     let dilations = (0..cells.positions().len()).map(|node| cells.local_spacing(node)).collect();
     finish(
         scheme,
         model,
         rows,
-        Discrete { cells, approximation: Box::new(elements), dilations, raised: 0, contacts: Vec::new() },
+        Discrete {
+            cells,
+            approximation: Box::new(elements),
+            dilations,
+            raised: 0,
+            contacts: Vec::new(),
+            placed,
+            names: scene.names.clone(),
+        },
     )
 }
 
@@ -211,29 +232,52 @@ fn model<const D: usize, A: Approximation<D>>(
     let mut model = Model::new(positions);
     model.add(body.clone());
     for load in &scene.loads {
-        let table = match &load.place {
-            Place::Part(part) => (tables.boundary)(part)?,
-            // A point load is a force already: it takes no measure.
-            Place::Particle(at) => {
-                if !cells.contains(at) {
-                    let what = load.label.clone();
-                    return Err(BoundaryError::Outside { what, at: at.as_slice().to_vec() }.into());
-                }
-                ShapeTable::new(approximation, &Points::single(*at), &Unmeasured)?
-            }
-            Place::Body => (tables.body)()?,
-        };
-        match &load.kind {
-            LoadKind::Dead(force) => {
-                model.add(Pointwise::new(table, DeadLoad { force: *force, amplitude: load.amplitude.clone() }));
-            }
-            LoadKind::Pressure(pressure) => {
-                let integrand = FollowerPressure { pressure: *pressure, amplitude: load.amplitude.clone() };
-                model.add(Pointwise::new(table, integrand));
-            }
-        }
+        add_load(&mut model, load, &scene.resolve(&load.place), cells, approximation, tables)?;
     }
     Ok((model, body))
+}
+
+/// Adds a load at a place whose name was looked up.
+fn add_load<const D: usize, A: Approximation<D>>(
+    model: &mut Model<D>,
+    load: &Load<D>,
+    place: &Place<D>,
+    cells: &dyn Cells<D>,
+    approximation: &A,
+    tables: &Tables<'_, D>,
+) -> Result<(), Error> {
+    let table = match &place.spot {
+        Spot::Part(part) => (tables.boundary)(part, place)?,
+        // A point load is a force already: it takes no measure.
+        Spot::Point(at) => {
+            if !cells.contains(at) {
+                let what = load.label();
+                return Err(BoundaryError::Outside { what, at: at.as_slice().to_vec() }.into());
+            }
+            ShapeTable::new(approximation, &Points::single(*at), &Unmeasured)?
+        }
+        Spot::Body => (tables.body)(place)?,
+    };
+    if table.is_empty() {
+        let nearest = cells.positions().first().map(|x| x.as_slice().to_vec()).unwrap_or_default();
+        return Err(BoundaryError::Empty { what: load.label(), nearest }.into());
+    }
+    let amplitude = load.amplitude.clone();
+    match &load.kind {
+        LoadKind::Dead(Value::Constant(force)) => model.add(Pointwise::new(table, dead(force, &amplitude))),
+        LoadKind::Dead(value) => model.add(Pointwise::new(table, Varying { value: value.clone(), amplitude })),
+        LoadKind::Total(value) => {
+            let measure: f64 = table.weights().iter().sum();
+            let force = value.at(&Point::zeros(), 1.0).map(|f| f / measure);
+            model.add(Pointwise::new(table, dead(&force, &amplitude)))
+        }
+        LoadKind::Pressure(Value::Constant(pressure)) => {
+            model.add(Pointwise::new(table, FollowerPressure { pressure: *pressure, amplitude }))
+        }
+        LoadKind::Pressure(value) => model.add(Pointwise::new(table, Varying { value: value.clone(), amplitude })),
+        LoadKind::Integrand(integrand) => model.add(Pointwise::new(table, Shared(integrand.clone()))),
+    };
+    Ok(())
 }
 
 /// What a problem keeps of its discretisation.
@@ -243,6 +287,8 @@ struct Discrete<const D: usize> {
     dilations: Vec<f64>,
     raised: usize,
     contacts: Vec<Contact<D>>,
+    placed: Vec<Placed<D>>,
+    names: Vec<(String, Place<D>)>,
 }
 
 /// Binds the strategies.
@@ -264,8 +310,8 @@ fn finish<const D: usize>(
     };
     analysis.newton = scheme.newton;
     analysis.stepping = scheme.stepping;
-    let Discrete { cells, approximation, dilations, raised, contacts } = discrete;
-    Ok(Problem { model, rows, analysis, body, cells, approximation, dilations, raised, contacts })
+    let Discrete { cells, approximation, dilations, raised, contacts, placed, names } = discrete;
+    Ok(Problem { model, rows, analysis, body, cells, approximation, dilations, raised, contacts, placed, names })
 }
 
 /// The lattice of the cells, for what needs one.

@@ -15,27 +15,33 @@
 //! # Ok::<(), rkpm::Error>(())
 //! ```
 
+mod condition;
 mod conditions;
 mod contact;
 mod control;
 mod cover;
 mod discretize;
 mod fields;
+mod load;
+mod place;
 mod problem;
+mod reactions;
 mod scheme;
 mod transfer;
+mod value;
 
+pub use condition::{Condition, Direction};
 pub use contact::{ContactPoint, ContactState};
 pub use cover::Certificate;
 pub(crate) use discretize::kernel_functions;
+pub use load::Load;
+pub use place::Place;
 pub use problem::Problem;
 pub use scheme::{Dilation, Enforcing, Functions, Partition, Resolution, RowKind, Rule, Scheme, Volume};
+pub use value::Value;
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
-
-use crate::boundary::Motion;
 use crate::cells::{Cells, Triangulation, Voronoi};
 use crate::compiled::compiled;
 use crate::error::{BoundaryError, Error};
@@ -44,56 +50,27 @@ use crate::kinematics::Kinematics;
 use crate::material::Material;
 use crate::term::Amplitude;
 
-/// A value that may vary over a boundary part.
-pub(crate) type Field<const D: usize> = Arc<dyn Fn(&Point<D>) -> f64 + Send + Sync>;
+use load::LoadKind;
 
-/// Where a condition or load acts.
-#[derive(Clone)]
-pub(crate) enum Place<const D: usize> {
-    Part(Part),
-    Particle(Point<D>),
-    Body,
+/// What is added to a scene by [`Scene::with`].
+#[derive(Debug, Clone)]
+pub enum Action<const D: usize> {
+    /// A prescribed displacement.
+    Condition(Condition<D>),
+    /// A load.
+    Load(Load<D>),
 }
 
-/// A prescribed displacement component.
-#[derive(Clone)]
-pub(crate) struct Condition<const D: usize> {
-    pub place: Place<D>,
-    pub component: usize,
-    pub value: Value<D>,
-    pub amplitude: Amplitude,
-    pub label: String,
+impl<const D: usize> From<Condition<D>> for Action<D> {
+    fn from(condition: Condition<D>) -> Self {
+        Action::Condition(condition)
+    }
 }
 
-/// What a condition prescribes: a value in proportion to its amplitude, or a motion along it.
-#[derive(Clone)]
-pub(crate) enum Value<const D: usize> {
-    Field(Field<D>),
-    Motion(Motion<D>),
-}
-
-/// A load.
-#[derive(Clone)]
-pub(crate) struct Load<const D: usize> {
-    pub place: Place<D>,
-    pub kind: LoadKind,
-    pub amplitude: Amplitude,
-    pub label: String,
-}
-
-/// What kind of load.
-#[derive(Clone)]
-pub(crate) enum LoadKind {
-    Dead(Vector3<f64>),
-    Pressure(f64),
-}
-
-/// What was added last, so that [`Scene::with_amplitude`] knows what to change.
-#[derive(Clone, Copy)]
-enum Last {
-    Nothing,
-    Condition,
-    Load,
+impl<const D: usize> From<Load<D>> for Action<D> {
+    fn from(load: Load<D>) -> Self {
+        Action::Load(load)
+    }
 }
 
 /// What is discretised: the image of a unit cube, or whatever hands out its own cells.
@@ -109,8 +86,8 @@ pub(crate) type Scattering<const D: usize> = dyn Fn(&Scheme) -> Result<Arc<dyn C
 
 /// What is to be solved: domain, kinematics, material, conditions and loads by boundary part.
 ///
-/// Loads and prescribed values follow the load factor $\lambda \in [0, 1]$ as a ramp unless
-/// [`with_amplitude`](Scene::with_amplitude) says otherwise.
+/// Loads and prescribed values follow the load factor $\lambda \in [0, 1]$ as a ramp unless they have an amplitude of their
+/// own. Parts go by the names that the cells give them, and by those that [`name`](Scene::name) adds.
 #[derive(Clone)]
 pub struct Scene<const D: usize> {
     pub(crate) source: Source<D>,
@@ -119,9 +96,7 @@ pub struct Scene<const D: usize> {
     pub(crate) conditions: Vec<Condition<D>>,
     pub(crate) loads: Vec<Load<D>>,
     pub(crate) contacts: Vec<contact::Touching<D>>,
-    last: Last,
-    /// Whether an amplitude was given before any condition or load.
-    stray_amplitude: bool,
+    pub(crate) names: Vec<(String, Place<D>)>,
 }
 
 impl<const D: usize> Scene<D> {
@@ -151,8 +126,7 @@ impl<const D: usize> Scene<D> {
             conditions: Vec::new(),
             loads: Vec::new(),
             contacts: Vec::new(),
-            last: Last::Nothing,
-            stray_amplitude: false,
+            names: Vec::new(),
         }
     }
 
@@ -185,123 +159,64 @@ impl<const D: usize> Scene<D> {
 
     /// The body alone: domain, kinematics and material.
     pub(crate) fn without_conditions(&self) -> Self {
-        Scene { conditions: Vec::new(), loads: Vec::new(), contacts: Vec::new(), last: Last::Nothing, ..self.clone() }
+        Scene { conditions: Vec::new(), loads: Vec::new(), contacts: Vec::new(), ..self.clone() }
     }
 
-    fn condition(mut self, place: Place<D>, component: usize, value: Value<D>, label: String) -> Self {
-        self.conditions.push(Condition { place, component, value, amplitude: Amplitude::Ramp, label });
-        self.last = Last::Condition;
+    /// Adds a [`Condition`] or a [`Load`].
+    ///
+    /// Where conditions meet all hold: [`discretize`](Scene::discretize) refuses those that differ.
+    pub fn with(mut self, action: impl Into<Action<D>>) -> Self {
+        match action.into() {
+            Action::Condition(condition) => self.conditions.push(condition),
+            Action::Load(load) => self.loads.push(load),
+        }
         self
     }
 
-    fn load(mut self, place: Place<D>, kind: LoadKind, label: String) -> Self {
-        self.loads.push(Load { place, kind, amplitude: Amplitude::Ramp, label });
-        self.last = Last::Load;
-        self
-    }
-
-    /// Prescribes displacement component `component` \[length\] on a boundary part.
-    ///
-    /// Where parts meet both values hold: [`discretize`](Scene::discretize) refuses those that differ.
-    pub fn prescribe(self, part: impl Into<Part>, component: usize, value: f64) -> Self {
-        self.prescribe_field(part, component, move |_| value)
-    }
-
-    /// Prescribes a displacement component on a boundary part as a function of $X$.
-    pub fn prescribe_field(
-        self,
-        part: impl Into<Part>,
-        component: usize,
-        value: impl Fn(&Point<D>) -> f64 + Send + Sync + 'static,
-    ) -> Self {
-        let part = part.into();
-        let label = format!("u_{component} on {part}");
-        self.condition(Place::Part(part), component, Value::Field(Arc::new(value)), label)
-    }
-
-    /// Prescribes a displacement component on a boundary part as a function of $X$ and the load factor,
-    /// for what does not grow in proportion: a part that turns runs along circles.
-    ///
-    /// An amplitude given to it takes the place of the load factor. Load steps follow the way: they turn a part by a
-    /// quarter at most, and one that comes back to where it was has been away.
+    /// Gives a place a name, which conditions, loads and results then go by; one that the cells know already is hidden.
     ///
     /// ```
     /// use rkpm::prelude::*;
-    /// let rubber = Rubber::neo_hookean(0.5, 1e3)?;
-    /// // A quarter turn of the upper end about the origin.
-    /// let turn = |load: f64| (load * std::f64::consts::FRAC_PI_2).sin_cos();
-    /// let scene = Scene::new(Block::new([0.0, 0.0], [1.0, 2.0]), PlaneStrain, rubber)
-    ///     .hold((1, Side::Min))
-    ///     .prescribe_motion((1, Side::Max), 0, move |x, load| x[0] * (turn(load).1 - 1.0) - x[1] * turn(load).0)
-    ///     .prescribe_motion((1, Side::Max), 1, move |x, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0));
-    /// # let _ = scene.discretize(&Scheme::default().particles([3, 5]))?;
+    /// let block = Scene::new(Block::new([0.0, 0.0], [3.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .name("bottom", (1, Side::Min))
+    ///     .name("top", (1, Side::Max))
+    ///     .hold("bottom")
+    ///     .prescribe("top", 0, 0.2)
+    ///     .prescribe("top", 1, 0.0);
+    /// let problem = block.discretize(&Scheme::default().particles([7, 3]))?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// assert!((problem.reaction(path.last(), "top")? + problem.reaction(path.last(), "bottom")?).norm() < 1e-9);
     /// # Ok::<(), rkpm::Error>(())
     /// ```
-    pub fn prescribe_motion(
-        self,
-        part: impl Into<Part>,
-        component: usize,
-        motion: impl Fn(&Point<D>, f64) -> f64 + Send + Sync + 'static,
-    ) -> Self {
-        let part = part.into();
-        let label = format!("u_{component} on {part}");
-        self.condition(Place::Part(part), component, Value::Motion(Arc::new(motion)), label)
+    pub fn name(mut self, name: impl Into<String>, place: impl Into<Place<D>>) -> Self {
+        let place = self.resolve(&place.into());
+        self.names.push((name.into(), place));
+        self
     }
 
-    /// Holds all displacement components on a boundary part.
-    pub fn hold(self, part: impl Into<Part>) -> Self {
-        let part = part.into();
-        (0..D).fold(self, |scene, component| scene.prescribe(part.clone(), component, 0.0))
+    /// A place with its name, if the scene gave it one, looked up.
+    pub(crate) fn resolve(&self, place: &Place<D>) -> Place<D> {
+        resolve(&self.names, place)
     }
 
-    /// Prescribes a displacement component at the particle that lies at a point.
-    pub fn prescribe_at(self, at: [f64; D], component: usize, value: f64) -> Self {
-        let label = format!("u_{component} at {at:?}");
-        self.condition(Place::Particle(at.into()), component, Value::Field(Arc::new(move |_| value)), label)
+    /// Prescribes displacement component `component` on a part: a number \[length\], or a [`Value`] that varies or moves.
+    pub fn prescribe(self, place: impl Into<Place<D>>, component: usize, value: impl Into<Value<D>>) -> Self {
+        self.with(Condition::on(place).component(component, value))
+    }
+
+    /// Holds all displacement components on a part.
+    pub fn hold(self, place: impl Into<Place<D>>) -> Self {
+        self.with(Condition::on(place).displacement([0.0; D]))
     }
 
     /// A pressure \[stress\] that follows a boundary part, positive inwards.
-    pub fn pressure(self, part: impl Into<Part>, pressure: f64) -> Self {
-        let part = part.into();
-        let label = format!("pressure on {part}");
-        self.load(Place::Part(part), LoadKind::Pressure(pressure), label)
+    pub fn pressure(self, place: impl Into<Place<D>>, pressure: impl Into<Value<D>>) -> Self {
+        self.with(Load::pressure(place, pressure))
     }
 
     /// A dead traction \[stress\] per reference area on a boundary part.
-    pub fn traction(self, part: impl Into<Part>, traction: [f64; D]) -> Self {
-        let part = part.into();
-        let label = format!("traction on {part}");
-        self.load(Place::Part(part), LoadKind::Dead(pad(&traction)), label)
-    }
-
-    /// A body force \[stress/length\] per reference volume.
-    pub fn body_force(self, force: [f64; D]) -> Self {
-        self.load(Place::Body, LoadKind::Dead(pad(&force)), "body force".into())
-    }
-
-    /// A point load \[force\] on the displacement at a point of the body.
-    pub fn point_load(self, at: [f64; D], force: [f64; D]) -> Self {
-        let label = format!("point load at {at:?}");
-        self.load(Place::Particle(at.into()), LoadKind::Dead(pad(&force)), label)
-    }
-
-    /// Changes the amplitude of the condition or load that was added last; a [`hold`](Scene::hold) needs none, its values are zero.
-    /// Before any of them it is refused when the scene is discretised.
-    pub fn with_amplitude(mut self, amplitude: Amplitude) -> Self {
-        match self.last {
-            Last::Nothing => self.stray_amplitude = true,
-            Last::Condition => {
-                if let Some(last) = self.conditions.last_mut() {
-                    last.amplitude = amplitude;
-                }
-            }
-            Last::Load => {
-                if let Some(last) = self.loads.last_mut() {
-                    last.amplitude = amplitude;
-                }
-            }
-        }
-        self
+    pub fn traction(self, place: impl Into<Place<D>>, traction: impl Into<Value<D, [f64; D]>>) -> Self {
+        self.with(Load::traction(place, traction))
     }
 
     /// The material.
@@ -343,37 +258,42 @@ impl<const D: usize> Scene<D> {
 
     /// Refuses conditions and loads that no scheme could serve.
     fn validate(&self) -> Result<(), Error> {
-        if self.stray_amplitude {
-            return Err(BoundaryError::Misplaced {
-                what: "with_amplitude before any condition or load",
-                remedy: "call it right after the condition or load that it belongs to",
-            }
-            .into());
-        }
         if let Source::Domain(domain) = &self.source {
             domain.validate()?;
         }
         for condition in &self.conditions {
+            let what = condition.name.clone().unwrap_or_else(|| condition.place.to_string());
             condition.amplitude.validate()?;
-            is_finite(&condition.amplitude, &condition.label)?;
-            if condition.component >= D {
-                return Err(BoundaryError::Component {
-                    what: condition.label.clone(),
-                    component: condition.component,
-                    dimension: D,
+            is_finite(&condition.amplitude, || format!("condition on {what}"))?;
+            if condition.prescribed.is_empty() {
+                return Err(BoundaryError::Incomplete { what: format!("condition on {what}") }.into());
+            }
+            for (direction, value) in &condition.prescribed {
+                let what = condition.label(direction);
+                if let Direction::Component(component) = *direction
+                    && component >= D
+                {
+                    return Err(BoundaryError::Component { what, component, dimension: D }.into());
                 }
-                .into());
+                if let Value::Constant(value) = *value
+                    && !value.is_finite()
+                {
+                    return Err(BoundaryError::Value { what, value, load: 1.0 }.into());
+                }
             }
         }
         for load in &self.loads {
             load.amplitude.validate()?;
-            is_finite(&load.amplitude, &load.label)?;
+            is_finite(&load.amplitude, || load.label())?;
             let value = match &load.kind {
-                LoadKind::Dead(force) => force.iter().copied().find(|v| !v.is_finite()),
-                LoadKind::Pressure(pressure) => Some(*pressure).filter(|p| !p.is_finite()),
+                LoadKind::Dead(Value::Constant(force)) | LoadKind::Total(Value::Constant(force)) => {
+                    force.iter().copied().find(|v| !v.is_finite())
+                }
+                LoadKind::Pressure(Value::Constant(pressure)) => Some(*pressure).filter(|p| !p.is_finite()),
+                _ => None,
             };
             if let Some(value) = value {
-                return Err(BoundaryError::Value { what: load.label.clone(), value, load: 1.0 }.into());
+                return Err(BoundaryError::Value { what: load.label(), value, load: 1.0 }.into());
             }
         }
         contact::validate(&self.contacts)?;
@@ -419,15 +339,24 @@ impl Scene<2> {
     }
 }
 
-/// Refuses an amplitude that is no number at load factors of a run.
-fn is_finite(amplitude: &Amplitude, label: &str) -> Result<(), BoundaryError> {
-    let values = [0.0, 0.25, 0.5, 0.75, 1.0].map(|load| (load, amplitude.evaluate(load).0));
-    match values.into_iter().find(|(_, value)| !value.is_finite()) {
-        Some((load, value)) => Err(BoundaryError::Value { what: format!("amplitude of {label}"), value, load }),
-        None => Ok(()),
+/// A place with its name, if it has one among these, looked up.
+pub(crate) fn resolve<const D: usize>(names: &[(String, Place<D>)], place: &Place<D>) -> Place<D> {
+    let place::Spot::Part(Part::Named(asked)) = &place.spot else { return place.clone() };
+    let Some((_, named)) = names.iter().rev().find(|(name, _)| name == asked) else { return place.clone() };
+    match &place.within {
+        None => named.clone(),
+        Some(within) => {
+            let within = within.clone();
+            named.clone().within(move |x| within(x))
+        }
     }
 }
 
-fn pad<const D: usize>(v: &[f64; D]) -> Vector3<f64> {
-    Vector3::from_fn(|i, _| if i < D { v[i] } else { 0.0 })
+/// Refuses an amplitude that is no number at load factors of a run.
+fn is_finite(amplitude: &Amplitude, label: impl Fn() -> String) -> Result<(), BoundaryError> {
+    let values = [0.0, 0.25, 0.5, 0.75, 1.0].map(|load| (load, amplitude.evaluate(load).0));
+    match values.into_iter().find(|(_, value)| !value.is_finite()) {
+        Some((load, value)) => Err(BoundaryError::Value { what: format!("amplitude of {}", label()), value, load }),
+        None => Ok(()),
+    }
 }

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use crate::assembly::Model;
-use crate::boundary::{Constraints, Row};
+use crate::boundary::Constraints;
 use crate::cells::{Cells, Lattice};
-use crate::error::{ApproximationError, BoundaryError, Error, GeometryError, SolveError};
+use crate::error::{ApproximationError, Error, SolveError};
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
 use crate::material::Material;
@@ -18,6 +18,8 @@ use crate::solve::{Analysis, Observer, Path, State};
 use crate::table::ShapeTable;
 use crate::term::{Body, View};
 
+use super::Place;
+use super::conditions::Placed;
 use super::contact::Contact;
 
 /// Fewer points are evaluated by one thread.
@@ -90,6 +92,9 @@ pub struct Problem<const D: usize> {
     pub(crate) raised: usize,
     /// What touches what.
     pub(crate) contacts: Vec<Contact<D>>,
+    /// The conditions and their rows.
+    pub(crate) placed: Vec<Placed<D>>,
+    pub(crate) names: Vec<(String, Place<D>)>,
 }
 
 impl<const D: usize> Problem<D> {
@@ -170,94 +175,4 @@ impl<const D: usize> Problem<D> {
         let locals = state.locals.first()?;
         self.body.pressures(View { displacement: &state.displacement, locals, load: state.load })
     }
-
-    /// The force on the body by the condition of a label, `u_0 on face (0, Max)` or `u_1 at [0.0, 2.0]` as the scene
-    /// makes them, component by component: $-\sum_J \mu_J \sum_k c_{Jk}$ over its rows.
-    ///
-    /// Rows over boundaries, the default, give each face its own force. With rows at particles and finite elements a
-    /// particle where two conditions meet belongs to the one that came first, with its whole force: only the sum over all faces
-    /// is exact then, and the share of a corner, of the order of the spacing, may be missing from one of them.
-    ///
-    /// # Errors
-    /// Where no row carries the label, with those that rows do carry; for a state of another problem.
-    pub fn reaction(&self, state: &State, label: &str) -> Result<Point<D>, Error> {
-        let mut force = Point::zeros();
-        for (row, mu) in self.rows_of(state, label, |row| row == label)? {
-            for &(k, c) in &row.entries {
-                force[k % D] -= mu * c;
-            }
-        }
-        Ok(force)
-    }
-
-    /// The moment about axis `axis` (through the origin, current positions) of the forces by all conditions at a place:
-    /// `face (2, Max)`, what follows "on" or "at" in their labels. Bodies in the plane, per unit thickness, have one
-    /// about axis 2, which stands on the plane.
-    ///
-    /// # Errors
-    /// Where no condition acts there, with the labels of those that there are; where symmetry leaves no moment about the
-    /// axis (bodies of revolution, bars); for a state of another problem.
-    pub fn moment(&self, state: &State, place: &str, axis: usize) -> Result<f64, Error> {
-        let plane = D == 2 && axis == 2 && self.body.table().hoops().is_empty();
-        if !(plane || D == 3 && axis < 3) {
-            let what = "a moment about an axis that the kinematics lacks";
-            let needed = "axis 0, 1 or 2 of a body in space, or axis 2 of one in plane strain";
-            return Err(GeometryError::Unsuited { what, needed }.into());
-        }
-        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
-        let mut moment = 0.0;
-        for (row, mu) in self.rows_of(state, place, |row| row == place || place_of(row) == Some(place))? {
-            for &(k, c) in &row.entries {
-                // The coefficients X + d reproduce the current position exactly.
-                let node = k / D;
-                let x = |m: usize| self.cells.positions()[node][m] + state.displacement[node * D + m];
-                if k % D == j {
-                    moment -= mu * c * x(i);
-                } else if k % D == i {
-                    moment += mu * c * x(j);
-                }
-            }
-        }
-        Ok(moment)
-    }
-
-    /// Rows by their labels with their multipliers in a state of this problem; at least one.
-    fn rows_of<'a>(
-        &'a self,
-        state: &'a State,
-        asked: &str,
-        wanted: impl Fn(&str) -> bool,
-    ) -> Result<Vec<(&'a Row, f64)>, Error> {
-        self.check_length(state)?;
-        let rows = self.rows.rows();
-        let (given, needed) = (state.multipliers.len(), rows.len());
-        if given != needed {
-            return Err(SolveError::Length { what: "multipliers", given, needed }.into());
-        }
-        let found: Vec<_> =
-            rows.iter().zip(state.multipliers.iter().copied()).filter(|(row, _)| wanted(&row.label)).collect();
-        if found.is_empty() {
-            return Err(self.unknown_condition(asked.to_string()).into());
-        }
-        Ok(found)
-    }
-
-    /// The error for a condition that has no rows, with those that have.
-    pub(crate) fn unknown_condition(&self, asked: String) -> BoundaryError {
-        let mut known: Vec<&str> = Vec::new();
-        for row in self.rows.rows() {
-            if !known.contains(&row.label.as_str()) {
-                known.push(&row.label);
-            }
-        }
-        let known = if known.is_empty() { "none".to_string() } else { known.join("; ") };
-        BoundaryError::UnknownCondition { asked, known }
-    }
-}
-
-/// Where the condition of a label acts: what follows "u_i on" or "u_i at".
-fn place_of(label: &str) -> Option<&str> {
-    let (component, place) = label.strip_prefix("u_")?.split_once(' ')?;
-    component.parse::<usize>().ok()?;
-    place.strip_prefix("on ").or_else(|| place.strip_prefix("at "))
 }

@@ -30,6 +30,16 @@ pub struct ElementPoints<const D: usize> {
     pub local: Vec<Point<D>>,
 }
 
+impl<const D: usize> ElementPoints<D> {
+    /// The points where a predicate of their position holds.
+    pub fn retained(self, holds: impl Fn(&Point<D>) -> bool) -> Self {
+        let (points, numbers) = self.points.chosen(&|k: usize, points: &Points<D>| holds(&points.positions[k]));
+        let elements = numbers.iter().map(|&k| self.elements[k]).collect();
+        let local = numbers.iter().map(|&k| self.local[k]).collect();
+        ElementPoints { points, elements, local }
+    }
+}
+
 impl<const D: usize> FiniteElements<D> {
     /// Elements of order 1 or 2 on a lattice of nodes.
     ///

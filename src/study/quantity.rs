@@ -3,10 +3,9 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::boundary::Row;
 use crate::error::{BoundaryError, Error, SolveError};
 use crate::geometry::Point;
-use crate::scene::Problem;
+use crate::scene::{Place, Problem};
 use crate::solve::State;
 
 /// Gradients of displacements below this are rounding of those that bodies have.
@@ -62,18 +61,17 @@ impl<const D: usize> Quantity<D> {
         })
     }
 
-    /// Component `component` of the force \[force\] on the body by the condition of a label ("u_0 on face (0, Max)"),
-    /// see [`Problem::reaction`]. A label without a condition, and a component in which its condition does not act, are
+    /// Component `component` of the force \[force\] on the body by the conditions at a place or by the condition of a name, see
+    /// [`Problem::reaction`]. A place without a condition, and a component in which its conditions do not act, are
     /// errors of [`evaluate`](Quantity::evaluate).
-    pub fn reaction(label: impl Into<String>, component: usize) -> Self {
-        let label = label.into();
-        Quantity::new(format!("reaction {component} of {label}"), move |problem, state| {
-            let force = problem.reaction(state, &label)?;
-            let value = component_of(&force, component, || format!("reaction of {label}"))?;
+    pub fn reaction(place: impl Into<Place<D>>, component: usize) -> Self {
+        let place = place.into();
+        Quantity::new(format!("reaction {component} of {place}"), move |problem, state| {
+            let force = problem.reaction(state, place.clone())?;
+            let value = component_of(&force, component, || format!("reaction of {place}"))?;
             // A zero that no row could change is a mistaken question, and any model would seem to answer it exactly.
-            let acts = |row: &Row| row.label == label && row.entries.iter().any(|&(k, _)| k % D == component);
-            if !problem.rows.rows().iter().any(acts) {
-                return Err(problem.unknown_condition(format!("{label} with a force in component {component}")).into());
+            if !problem.acts_in(&place, component) {
+                return Err(problem.unknown_condition(format!("{place} with a force in component {component}")).into());
             }
             Ok(value)
         })
@@ -104,7 +102,7 @@ impl<const D: usize> Quantity<D> {
     ///     .hold((1, Side::Min))
     ///     .prescribe((1, Side::Max), 0, 0.0)
     ///     .prescribe((1, Side::Max), 1, 0.1);
-    /// let aside = Quantity::reaction("u_0 on face (1, Max)", 0).relative_to(0.1); // N/mm
+    /// let aside = Quantity::reaction((1, Side::Max), 0).relative_to(0.1); // N/mm
     /// let answer = block.solve_within(&Tolerance::of(aside, 0.01), Budget::default())?;
     /// assert!(answer.reached() && answer.values()[0].abs() < 0.01 * 0.1);
     /// # Ok::<(), rkpm::Error>(())

@@ -46,7 +46,7 @@ impl<const D: usize> Scene<D> {
     ///     .hold((1, Side::Min))
     ///     .prescribe((1, Side::Max), 0, 5.0)
     ///     .prescribe((1, Side::Max), 1, 0.0);
-    /// let force = Quantity::reaction("u_0 on face (1, Max)", 0);
+    /// let force = Quantity::reaction((1, Side::Max), 0);
     /// let answer = bearing.solve_within(&Tolerance::of(force, 0.02), Budget::default())?;
     /// println!("{:.3} N/mm ± {:.1} %, {} models", answer.values()[0], 100.0 * answer.bound, answer.levels.len());
     /// # #[cfg(feature = "chart")]

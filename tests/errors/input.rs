@@ -645,18 +645,18 @@ fn selections() {
     );
     // No particle at the point: the nearest one is named.
     refused!(
-        on(sound().prescribe_at([0.6, 0.3], 1, 0.1)),
+        on(sound().prescribe(Place::at([0.6, 0.3]), 1, 0.1)),
         Error::Boundary(BoundaryError::Empty { .. }),
         ["u_1 at [0.6, 0.3] selects no particle", "nearest one is at X = [0.5, 0.333"]
     );
     refused!(
-        on(sound().prescribe_at([NAN, 0.3], 1, 0.1)),
+        on(sound().prescribe(Place::at([NAN, 0.3]), 1, 0.1)),
         Error::Boundary(BoundaryError::Empty { .. }),
         ["selects no particle"]
     );
     // A point load far from the body, and nowhere.
     for at in [[9.0, 0.5], [NAN, 0.5]] {
-        let error = on(sound().point_load(at, [0.0, 0.1]));
+        let error = on(sound().with(Load::force(Place::at(at), [0.0, 0.1])));
         assert!(matches!(error, Error::Boundary(_) | Error::Approximation(_)), "{error:?}");
     }
 }
@@ -664,7 +664,7 @@ fn selections() {
 #[test]
 fn point_loads_just_outside_of_the_body() {
     // Supports reach over the boundary; the body does not.
-    let error = refusal(&sound().point_load([2.1, 0.5], [0.0, 0.1]), &coarse());
+    let error = refusal(&sound().with(Load::force(Place::at([2.1, 0.5]), [0.0, 0.1])), &coarse());
     assert!(matches!(error, Error::Boundary(_) | Error::Approximation(_)), "{error:?}");
     says(&error, &["2.1"]);
 }
@@ -684,12 +684,12 @@ fn rows_that_conflict() {
             ]
         );
         refused!(
-            refusal(&sound().prescribe_at([2.0, 1.0], 0, 0.2), &scheme),
+            refusal(&sound().prescribe(Place::at([2.0, 1.0]), 0, 0.2), &scheme),
             Error::Boundary(BoundaryError::Conflict { .. }),
             ["u_0 at [2.0, 1.0]", "X = [2.0, 1.0]", "[0.1, 0.2]"]
         );
         // Equal values at different rates conflict on the way, and the message says by how much.
-        let scene = sound().prescribe_at([2.0, 1.0], 0, 0.1).with_amplitude(Amplitude::Constant);
+        let scene = sound().with(Condition::on(Place::at([2.0, 1.0])).component(0, 0.1).amplitude(Amplitude::Constant));
         refused!(
             refusal(&scene, &scheme),
             Error::Boundary(BoundaryError::Conflict { .. }),
@@ -728,7 +728,7 @@ fn corners_of_two_values() {
         }
         // Other components, and values that come down to the corners, stand beside each other.
         for scene in [
-            between(held()).prescribe_field(Side::Min, 0, |x| 0.4 * x[1] * (1.0 - x[1])),
+            between(held()).prescribe(Side::Min, 0, Value::field(|x: &Point<2>| 0.4 * x[1] * (1.0 - x[1]))),
             held().prescribe((1, Side::Min), 1, 0.0).prescribe((1, Side::Max), 1, 0.0).prescribe(Side::Min, 0, 0.1),
         ] {
             scene.discretize(&scheme).unwrap();
@@ -798,7 +798,7 @@ fn rows_that_depend_on_each_other() {
     // Everything prescribed: nothing to solve.
     let mut all = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, rubber());
     for x in [6.0, 7.0, 8.0] {
-        all = all.prescribe_at([x], 0, 0.1 * x);
+        all = all.prescribe(Place::at([x]), 0, 0.1 * x);
     }
     refused!(
         refusal(&all, &Scheme::default().particles([3]).enforcing(Enforcing::Transformation)),
@@ -850,11 +850,18 @@ fn loads() {
         for (scene, label) in [
             (sound().pressure((1, Side::Max), bad), "pressure on face (1, Max)"),
             (sound().traction((1, Side::Max), [0.0, bad]), "traction on face (1, Max)"),
-            (sound().body_force([bad, 0.0]), "body force"),
-            (sound().point_load([2.0, 1.0], [bad, 0.0]), "point load at [2.0, 1.0]"),
+            (sound().with(Load::body_force([bad, 0.0])), "body force"),
+            (sound().with(Load::force(Place::at([2.0, 1.0]), [bad, 0.0])), "point load at [2.0, 1.0]"),
             (sound().prescribe((1, Side::Max), 1, bad), "u_1 on face (1, Max)"),
-            (sound().prescribe_at([2.0, 1.0], 1, bad), "u_1 at [2.0, 1.0]"),
-            (sound().prescribe_field((1, Side::Max), 1, move |x| if x[0] > 1.0 { bad } else { 0.0 }), "u_1 on face"),
+            (sound().prescribe(Place::at([2.0, 1.0]), 1, bad), "u_1 at [2.0, 1.0]"),
+            (
+                sound().prescribe(
+                    (1, Side::Max),
+                    1,
+                    Value::field(move |x: &Point<2>| if x[0] > 1.0 { bad } else { 0.0 }),
+                ),
+                "u_1 on face",
+            ),
         ] {
             refused!(on(scene), Error::Boundary(BoundaryError::Value { .. }), [label, "give finite numbers"]);
         }
@@ -878,8 +885,8 @@ fn amplitudes_put_together_without_the_check() {
     // The scene must look at them again.
     for bad in [vec![], vec![(0.0, 0.0), (1.0, NAN)], vec![(1.0, 0.0), (0.0, 1.0)]] {
         for scene in [
-            sound().pressure((1, Side::Max), 0.1).with_amplitude(Amplitude::Table(bad.clone())),
-            sound().prescribe((1, Side::Max), 1, 0.1).with_amplitude(Amplitude::Table(bad.clone())),
+            sound().with(Load::pressure((1, Side::Max), 0.1).amplitude(Amplitude::Table(bad.clone()))),
+            sound().with(Condition::on((1, Side::Max)).component(1, 0.1).amplitude(Amplitude::Table(bad.clone()))),
         ] {
             let error = refusal(&scene, &coarse());
             assert!(
@@ -1065,23 +1072,26 @@ fn pins_on_prescribed_faces() {
         };
         // What the face says already is taken once, whether the pin comes before it or behind it.
         let alone = run(sound());
-        assert_eq!(run(sound().prescribe_at([2.0, 1.0], 0, 0.1)), alone);
-        assert_eq!(run(sound().prescribe_at([0.0, 0.0], 1, 0.0).with_amplitude(Amplitude::Constant)), alone);
+        assert_eq!(run(sound().prescribe(Place::at([2.0, 1.0]), 0, 0.1)), alone);
+        assert_eq!(
+            run(sound().with(Condition::on(Place::at([0.0, 0.0])).component(1, 0.0).amplitude(Amplitude::Constant))),
+            alone
+        );
         let before = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
-            .prescribe_at([2.0, 1.0], 0, 0.1)
+            .prescribe(Place::at([2.0, 1.0]), 0, 0.1)
             .hold(Side::Min)
-            .prescribe_motion(Side::Max, 0, |_, load| 0.1 * load);
+            .prescribe(Side::Max, 0, Value::motion(|_: &Point<2>, load| 0.1 * load));
         let (count, displacement) = run(before);
         assert_eq!(count, alone.0);
         for (d, same) in displacement.iter().zip(&alone.1) {
             assert!((d - same).abs() < 1e-9, "{d} {same}");
         }
         // Another component is another matter.
-        assert_eq!(run(sound().prescribe_at([2.0, 1.0], 1, 0.0)).0, alone.0 + 1);
+        assert_eq!(run(sound().prescribe(Place::at([2.0, 1.0]), 1, 0.0)).0, alone.0 + 1);
         // What it denies is refused, at the last load and on the way.
-        let pin = sound().prescribe_at([2.0, 1.0], 0, 0.2);
+        let pin = sound().prescribe(Place::at([2.0, 1.0]), 0, 0.2);
         let late = Amplitude::table(vec![(0.0, 0.0), (0.5, 0.0), (1.0, 1.0)]).unwrap();
-        for scene in [pin, sound().prescribe_at([2.0, 1.0], 0, 0.1).with_amplitude(late)] {
+        for scene in [pin, sound().with(Condition::on(Place::at([2.0, 1.0])).component(0, 0.1).amplitude(late))] {
             refused!(
                 refusal(&scene, &scheme),
                 Error::Boundary(BoundaryError::Conflict { component: 0, .. }),
@@ -1092,14 +1102,44 @@ fn pins_on_prescribed_faces() {
 }
 
 #[test]
-fn amplitudes_of_nothing() {
-    let block = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber());
-    let scene = block.with_amplitude(Amplitude::Constant).hold(Side::Min).prescribe(Side::Max, 0, 0.1);
+fn conditions_that_say_nothing() {
     refused!(
-        refusal(&scene, &coarse()),
-        Error::Boundary(BoundaryError::Misplaced { .. }),
-        ["with_amplitude before any", "right after the condition or load"]
+        refusal(&sound().with(Condition::on((1, Side::Max)).named("guide")), &coarse()),
+        Error::Boundary(BoundaryError::Incomplete { .. }),
+        ["guide prescribes nothing", "add a component"]
     );
+    // Directions that are none: of no length, on the axis of a cylinder, of a normal that a point has not.
+    let guide = |place: Place<2>, direction| sound().with(Condition::on(place).along(direction, 0.0).named("guide"));
+    let on_top = || Place::on((1, Side::Max));
+    for scene in [
+        guide(on_top(), Direction::Along([0.0, 0.0])),
+        guide(on_top(), Direction::Along([NAN, 0.0])),
+        guide(Place::at([2.0, 1.0]), Direction::radial([2.0, 1.0], [0.0, 0.0, 1.0])),
+        guide(Place::at([2.0, 1.0]), Direction::Normal),
+    ] {
+        for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
+            refused!(
+                refusal(&scene, &coarse().rows(rows)),
+                Error::Boundary(BoundaryError::Direction { .. }),
+                ["guide", "no direction at X = ["]
+            );
+        }
+    }
+    // Parts of parts that hold nothing.
+    let nowhere = || on_top().within(|x: &Point<2>| x[0] > 5.0);
+    for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
+        for scene in [
+            sound().with(Condition::on(nowhere()).component(1, 0.1)),
+            sound().with(Load::pressure(nowhere(), 0.1)),
+            sound().with(Load::force(nowhere(), [0.0, 0.1])),
+        ] {
+            refused!(
+                refusal(&scene, &coarse().rows(rows)),
+                Error::Boundary(BoundaryError::Empty { .. }),
+                ["some of face (1, Max)"]
+            );
+        }
+    }
 }
 
 #[test]
@@ -1107,7 +1147,7 @@ fn motions_beyond_the_axis_of_revolution() {
     // Both stretches turn negative on the way: J > 0 in the end, and a bore of negative radius.
     let tube = || Scene::new(Block::new([1.0], [2.0]), RadialCylinder, rubber());
     let scheme = Scheme::default().particles([9]);
-    for scene in [tube().prescribe(Side::Min, 0, -1.5), tube().prescribe_at([1.0], 0, -1.0)] {
+    for scene in [tube().prescribe(Side::Min, 0, -1.5), tube().prescribe(Place::at([1.0]), 0, -1.0)] {
         refused!(
             refusal(&scene, &scheme),
             Error::Boundary(BoundaryError::BeyondAxis { .. }),
@@ -1129,8 +1169,14 @@ fn motions_beyond_the_axis_of_revolution() {
 fn amplitudes_that_are_no_numbers() {
     let broken = || Amplitude::Function(std::sync::Arc::new(|load: f64| if load > 0.4 { f64::NAN } else { load }));
     for (scene, label) in [
-        (sound().pressure((1, Side::Max), 0.1).with_amplitude(broken()), "amplitude of pressure on face (1, Max)"),
-        (sound().with_amplitude(broken()), "amplitude of u_0 on face (0, Max)"),
+        (
+            sound().with(Load::pressure((1, Side::Max), 0.1).amplitude(broken())),
+            "amplitude of pressure on face (1, Max)",
+        ),
+        (
+            sound().with(Condition::on((1, Side::Max)).component(1, 0.1).amplitude(broken())),
+            "amplitude of condition on face (1, Max)",
+        ),
     ] {
         refused!(
             refusal(&scene, &coarse()),

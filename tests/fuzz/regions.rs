@@ -86,7 +86,7 @@ pub fn shapes(input: &mut Input) {
         0 => scene.prescribe(part, component, value),
         1 => scene.traction(part, [value, 0.1]),
         2 => scene.pressure(part, value),
-        _ => scene.body_force([value, 0.0]),
+        _ => scene.with(Load::body_force([value, 0.0])),
     };
     let partition = if input.once_in(4) { Partition::Voronoi } else { Partition::Triangles };
     let mut scheme = Scheme::default().partition(partition).seed(input.random.u64(..));
@@ -136,7 +136,7 @@ pub fn sizing(input: &mut Input) {
     let scene = Scene::new(block, PlaneStrain, rubber).hold((0, Side::Min)).traction((0, Side::Max), [0.0, value]);
     let quantity = match input.random.usize(0..4) {
         0 => Quantity::displacement([input.number(0.0, 2.0), input.number(0.0, 2.0)], input.index(2)),
-        1 => Quantity::reaction(input.pick(&["u_0 on face (0, Min)", "u", ""]), input.index(2)),
+        1 => Quantity::reaction(input.pick(&[Place::on(Side::Min), Place::on("u"), Place::body()]), input.index(2)),
         2 => Quantity::volume(),
         _ => Quantity::energy(),
     };

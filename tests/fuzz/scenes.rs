@@ -91,26 +91,33 @@ fn scene<const D: usize>(input: &mut Input, kinematics: impl Kinematics<D> + 'st
         scene = scene.hold((input.random.usize(0..D), Side::Min));
     }
     for _ in 0..input.random.usize(0..3) {
-        let kind = input.random.usize(0..8);
+        let kind = input.random.usize(0..13);
         let part = part::<D>(input);
         let value = input.number(-0.2, 0.2);
         let vector: [f64; D] = std::array::from_fn(|_| input.number(-0.1, 0.1));
         let at = if input.once_in(2) { min } else { corner(input, 0.0, 2.0) };
         let component = input.index(D);
         let _ = input.saw("kind, part, value, vector, at, component", (kind, &part, value, vector, at, component));
+        let amplitude = if input.once_in(3) { amplitude(input) } else { Amplitude::Ramp };
+        let place = if input.once_in(6) { Place::on(part).within(move |x| x[0] <= value) } else { Place::on(part) };
+        let (on, at) = (Condition::on(place.clone()), Place::at(at));
+        let motion = Value::motion(move |x: &Point<D>, load| x[0] * load * value);
+        let field = Value::field(move |x: &Point<D>| x[0] * value);
         scene = match kind {
-            0 => scene.prescribe(part, component, value),
-            1 => scene.prescribe_at(at, component, value),
-            2 => scene.prescribe_motion(part, component, move |x, load| x[0] * load * value),
-            3 => scene.pressure(part, value),
-            4 => scene.traction(part, vector),
-            5 => scene.body_force(vector),
-            6 => scene.point_load(at, vector),
-            _ => scene.prescribe_field(part, component, move |x| x[0] * value),
+            0 => scene.with(on.component(component, value).amplitude(amplitude)),
+            1 => scene.with(Condition::on(at).component(component, value).amplitude(amplitude)),
+            2 => scene.with(on.component(component, motion).amplitude(amplitude)),
+            3 => scene.with(Load::pressure(place, field).amplitude(amplitude)),
+            4 => scene.with(Load::traction(place, vector).amplitude(amplitude)),
+            5 => scene.with(Load::body_force(vector).amplitude(amplitude)),
+            6 => scene.with(Load::force(at, vector).amplitude(amplitude)),
+            7 => scene.with(on.along(Direction::Along(vector), value).amplitude(amplitude)),
+            8 => scene.with(on.along(Direction::Normal, value).amplitude(amplitude)),
+            9 => scene.with(on.along(Direction::radial(vector, [0.0, 0.0, 1.0]), value).amplitude(amplitude)),
+            10 => scene.with(Load::normal_bedding(place, value)),
+            11 => scene.with(Load::force(place, vector).amplitude(amplitude)),
+            _ => scene.with(on.component(component, field).amplitude(amplitude)),
         };
-        if input.once_in(3) {
-            scene = scene.with_amplitude(amplitude(input));
-        }
     }
     let scheme = scheme::<D>(input);
     let _ = input.saw("scheme", &scheme);
@@ -122,8 +129,8 @@ fn scene<const D: usize>(input: &mut Input, kinematics: impl Kinematics<D> + 'st
     let Ok(problem) = scene.discretize(&scheme) else { return };
     let Ok(path) = problem.run(&mut ()) else { return };
     let state = path.last();
-    let label = problem.rows.rows().first().map_or(String::new(), |row| row.label.clone());
+    let place = part::<D>(input);
     let _ = (problem.energy(state), problem.displacement(state, &max.into()), problem.particle_displacements(state));
-    let _ = (problem.reaction(state, &label), problem.pressures(state));
+    let _ = (problem.reaction(state, place), problem.history(&path).is_ok(), problem.pressures(state));
     input.passed = path.completed().is_ok();
 }

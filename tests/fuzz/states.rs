@@ -70,9 +70,10 @@ pub fn states(input: &mut Input) {
     let at = input.point::<2>(0.0, 1.0);
     let _ = (problem.displacement(&state, &at), problem.particle_displacements(&state), problem.energy(&state));
     let _ = (problem.deformation_gradients(&state), problem.pressures(&state));
-    let label = problem.rows.rows().first().map_or(String::new(), |row| row.label.clone());
-    let place = label.split_once(" on ").map_or("face", |(_, place)| place);
-    let _ = (problem.reaction(&state, &label), problem.moment(&state, place, input.index(3)));
+    let place = [Place::on(Side::Min), Place::on((input.index(3), Side::Max)), Place::on("face")]
+        [input.random.usize(0..3)]
+    .clone();
+    let _ = (problem.reaction(&state, place.clone()), problem.moment(&state, place, at.into()));
     let Problem { model, rows, analysis, .. } = &problem;
     match input.random.usize(0..3) {
         0 => input.passed = analysis.run_from(model, rows, state, &mut ()).is_ok(),

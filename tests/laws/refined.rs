@@ -38,8 +38,8 @@ fn homogeneous_fields_are_exact_on_both_sides_of_hanging_particles() {
         let cells: Arc<dyn Cells<2>> = Arc::new(cells);
         for order in [1, 2] {
             let scene = Scene::over(cells.clone(), PlaneStrain, soft())
-                .prescribe_field(Part::Whole, 0, |x| 0.1 * x[0] + 0.05 * x[1])
-                .prescribe_field(Part::Whole, 1, |x| -0.02 * x[0] + 0.08 * x[1]);
+                .prescribe(Part::Whole, 0, Value::field(|x: &Point<2>| 0.1 * x[0] + 0.05 * x[1]))
+                .prescribe(Part::Whole, 1, Value::field(|x: &Point<2>| -0.02 * x[0] + 0.08 * x[1]));
             let problem = scene.discretize(&Scheme::default().order(order)).unwrap();
             let path = problem.run(&mut ()).unwrap().completed().unwrap();
             let largest = problem
@@ -156,7 +156,7 @@ fn errors_that_all_models_share_are_seen() {
                 .hold((1, Side::Min))
                 .prescribe((1, Side::Max), 0, 0.0)
                 .prescribe((1, Side::Max), 1, across);
-        let force = Quantity::reaction("u_1 on face (1, Max)", 1);
+        let force = Quantity::reaction((1, Side::Max), 1);
         let elements = scene.discretize(&Scheme::elements(2).particles([33])).unwrap();
         let path = elements.run(&mut ()).unwrap().completed().unwrap();
         let exact = force.evaluate(&elements, path.last()).unwrap();
@@ -181,7 +181,7 @@ fn errors_that_all_models_share_are_seen() {
         .prescribe((1, Side::Max), 1, 0.0);
     // Half of 4πµ / (ln(b/a) − (b² − a²)/(b² + a²)), µ = 1.
     let exact = 2.0 * pi * 0.01 / (2f64.ln() - 0.6);
-    let asked = Tolerance::of(Quantity::reaction("u_0 on face (0, Min)", 0), 0.005);
+    let asked = Tolerance::of(Quantity::reaction((0, Side::Min), 0), 0.005);
     let answer = bushing.solve_within_locally(&Scheme::default(), &asked, Budget::default()).unwrap();
     let off = (answer.values()[0] / exact - 1.0).abs();
     assert!(answer.reached() && off < answer.bound, "{off:.2e} {:?}", answer.levels);

@@ -118,7 +118,7 @@ fn full_transformation_interpolates_and_agrees() {
     let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.4, 40.0).unwrap())
         .hold((0, Side::Min))
         .prescribe((0, Side::Max), 0, 0.6)
-        .point_load([2.0, 1.0], [0.0, 0.05]);
+        .with(Load::force(Place::at([2.0, 1.0]), [0.0, 0.05]));
     let mut problem = scene.discretize(&scheme).unwrap();
     let mixed = problem.run(&mut ()).unwrap().completed().unwrap();
     let rk = ReproducingKernel::new(problem.cells.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();

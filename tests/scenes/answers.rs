@@ -12,8 +12,8 @@ use rkpm::study::{Quantity, potential};
 /// A sheet of a compressible rubber stretched by F = diag(1.5, 1.2).
 fn stretched() -> (Problem<2>, Path) {
     let scene = Scene::new(Block::new([1.0, 2.0], [3.0, 3.0]), PlaneStrain, Rubber::neo_hookean(0.5, 2.0).unwrap())
-        .prescribe_field(Part::Whole, 0, |x| 0.5 * x[0])
-        .prescribe_field(Part::Whole, 1, |x| 0.2 * x[1]);
+        .prescribe(Part::Whole, 0, Value::field(|x: &Point<2>| 0.5 * x[0]))
+        .prescribe(Part::Whole, 1, Value::field(|x: &Point<2>| 0.2 * x[1]));
     let problem = scene.discretize(&Scheme::default().particles([5, 4])).unwrap();
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
     (problem, path)
@@ -47,8 +47,7 @@ fn the_work_of_loads_does_not_ask_how_they_are_raised() {
     let bar = |amplitude: Amplitude| {
         Scene::new(Block::new([0.0, 0.0], [4.0, 1.0]), PlaneStrain, rubber.clone())
             .hold((0, Side::Min))
-            .traction((0, Side::Max), [0.0, 1e-3])
-            .with_amplitude(amplitude)
+            .with(Load::traction((0, Side::Max), [0.0, 1e-3]).amplitude(amplitude))
     };
     let dilations = [0.8, 1.2, 1.6];
     let best = |amplitude| best_dilation(&bar(amplitude), &Scheme::paper(1.0).particles([7, 4]), &dilations).unwrap();
@@ -63,8 +62,11 @@ fn the_work_of_loads_does_not_ask_how_they_are_raised() {
 /// Two hoops: smoothed cells measure the whole shell, and a homogeneous stretch has its stress.
 #[test]
 fn smoothed_spheres_have_two_hoops() {
-    let scene = Scene::new(Block::new([1.0], [2.0]), RadialSphere, Rubber::neo_hookean(0.5, 2.0).unwrap())
-        .prescribe_field(Part::Whole, 0, |x| 0.3 * x[0]);
+    let scene = Scene::new(Block::new([1.0], [2.0]), RadialSphere, Rubber::neo_hookean(0.5, 2.0).unwrap()).prescribe(
+        Part::Whole,
+        0,
+        Value::field(|x: &Point<1>| 0.3 * x[0]),
+    );
     let problem = scene.discretize(&Scheme::default().particles([9]).rule(Rule::Smoothed { parts: 2 })).unwrap();
     let volume: f64 = problem.body.table().weights().iter().sum();
     assert!((volume / (4.0 / 3.0 * std::f64::consts::PI * 7.0) - 1.0).abs() < 1e-12, "{volume}");

@@ -90,19 +90,20 @@ fn check_gradient(functional: &dyn Functional, d: &[f64]) {
 }
 
 /// The disk of the paper (§6.4) under a pressure, edge held.
-fn disk(pressure: f64) -> Scene<2> {
+fn disk(pressure: f64, amplitude: Amplitude) -> Scene<2> {
     let rubber = Rubber::mooney_rivlin(0.5516, 0.1379, 689.5).unwrap();
     Scene::new(Block::new([0.0, 0.0], [18.923, 0.635]), Axisymmetric, rubber)
         .prescribe((0, Side::Min), 0, 0.0)
         .hold((0, Side::Max))
-        .pressure((1, Side::Min), pressure)
+        .with(Load::pressure((1, Side::Min), pressure).amplitude(amplitude))
 }
 
 #[test]
 fn thin_sheets_are_led_by_their_deflection() {
     let by = |control| {
         let stepping = Stepping { control, ..Stepping::default() };
-        let problem = disk(0.0207).discretize(&Scheme::default().particles([11, 2]).stepping(stepping)).unwrap();
+        let problem =
+            disk(0.0207, Amplitude::Ramp).discretize(&Scheme::default().particles([11, 2]).stepping(stepping)).unwrap();
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
         let deflection = problem.displacement(path.last(), &[0.0, 0.0].into()).unwrap()[1];
         (deflection, path.iterations)
@@ -118,7 +119,7 @@ fn thin_sheets_are_led_by_their_deflection() {
 
 #[test]
 fn a_displacement_at_a_point_can_be_prescribed_by_the_load() {
-    let problem = disk(0.1).discretize(&Scheme::default().particles([11, 2])).unwrap();
+    let problem = disk(0.1, Amplitude::Ramp).discretize(&Scheme::default().particles([11, 2])).unwrap();
     let centre = problem.deflection(&[0.0, 0.0].into(), 1).unwrap();
     let path = problem.run_controlled(&centre, &[1.0, 3.0, 5.0], &mut ()).unwrap().completed().unwrap();
     let reached = problem.displacement(path.last(), &[0.0, 0.0].into()).unwrap()[1];
@@ -154,7 +155,7 @@ fn a_pressed_ring_is_stable_and_smooth() {
 #[test]
 fn a_table_that_is_a_ramp_leads_like_one() {
     let by = |amplitude| {
-        let problem = disk(0.0207).with_amplitude(amplitude).discretize(&Scheme::default().particles([11, 2])).unwrap();
+        let problem = disk(0.0207, amplitude).discretize(&Scheme::default().particles([11, 2])).unwrap();
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
         (path.steps[0].state.load, problem.displacement(path.last(), &[0.0, 0.0].into()).unwrap()[1])
     };
@@ -182,24 +183,30 @@ fn steps_stop_at_the_knots_of_tables() {
         (loads, peak, tip(1.0))
     };
     // Up and down again: the peak is a state of the path, and at the end nothing is left of it.
-    let pulled = || block().traction((0, Side::Max), [0.3, 0.0]);
-    let (steps, peak, end) =
-        loads(pulled().with_amplitude(table(&[(0.0, 0.0), (0.5, 1.0), (1.0, 0.0)])), Stepping::default());
+    let pulled = |amplitude| block().with(Load::traction((0, Side::Max), [0.3, 0.0]).amplitude(amplitude));
+    let (steps, peak, end) = loads(pulled(table(&[(0.0, 0.0), (0.5, 1.0), (1.0, 0.0)])), Stepping::default());
     assert_eq!(steps, [0.5, 1.0]);
-    let (ramp, full, _) = loads(pulled(), Stepping::default());
+    let (ramp, full, _) = loads(pulled(Amplitude::Ramp), Stepping::default());
     assert_eq!(ramp, [1.0]);
     assert!((peak / full - 1.0).abs() < 1e-8 && end.abs() < 1e-8, "{peak} {full} {end}");
     // Of all amplitudes together, those of motions too; knots at either end and beyond are none.
     let scene = block()
-        .prescribe((0, Side::Max), 0, 0.2)
-        .with_amplitude(table(&[(0.0, 0.0), (0.3, 0.5), (0.8, 0.5), (1.0, 1.0), (1.7, 2.0)]))
-        .prescribe_motion((0, Side::Max), 1, |_, load| 0.1 * load)
-        .with_amplitude(table(&[(0.0, 0.0), (0.6, 1.0), (1.0, 0.0)]))
-        .body_force([0.0, -0.01])
-        .with_amplitude(table(&[(-0.4, 0.0), (0.8, 1.0)]));
+        .with(Condition::on((0, Side::Max)).component(0, 0.2).amplitude(table(&[
+            (0.0, 0.0),
+            (0.3, 0.5),
+            (0.8, 0.5),
+            (1.0, 1.0),
+            (1.7, 2.0),
+        ])))
+        .with(
+            Condition::on((0, Side::Max))
+                .component(1, Value::motion(|_: &Point<2>, load| 0.1 * load))
+                .amplitude(table(&[(0.0, 0.0), (0.6, 1.0), (1.0, 0.0)])),
+        )
+        .with(Load::body_force([0.0, -0.01]).amplitude(table(&[(-0.4, 0.0), (0.8, 1.0)])));
     assert_eq!(loads(scene, Stepping::default()).0, [0.3, 0.6, 0.8, 1.0]);
     // Steps of a size of their own come at them earlier.
-    let scene = pulled().with_amplitude(table(&[(0.0, 0.0), (0.25, 1.0), (1.0, 0.0)]));
+    let scene = pulled(table(&[(0.0, 0.0), (0.25, 1.0), (1.0, 0.0)]));
     let equal = loads(scene, Stepping::equal(5)).0;
     assert!((equal[1] - 0.25).abs() == 0.0 && equal.len() == 6, "{equal:?}");
 }
@@ -233,7 +240,7 @@ fn stalls_say_where_the_path_turned_and_what_leads_on() {
         .prescribe((1, Side::Max), 0, 0.0)
         .prescribe((1, Side::Max), 1, -0.8);
     let newton = Newton { iterations: 2, ..Newton::default() };
-    for (scene, loaded) in [(squeezed.clone().body_force([0.0, -1e-3]), true), (squeezed, false)] {
+    for (scene, loaded) in [(squeezed.clone().with(Load::body_force([0.0, -1e-3])), true), (squeezed, false)] {
         let mut problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
         problem.analysis.newton = newton;
         problem.analysis.stepping.smallest = 0.1;
@@ -314,7 +321,7 @@ fn prescribed_displacements_lead_beside_loads() {
         .hold((1, Side::Min))
         .prescribe((1, Side::Max), 0, 20.0)
         .prescribe((1, Side::Max), 1, 0.0)
-        .body_force([0.0, -1e-8]);
+        .with(Load::body_force([0.0, -1e-8]));
     let path =
         pad.discretize(&Scheme::default().particles([17, 5])).unwrap().run(&mut ()).unwrap().completed().unwrap();
     assert!(path.steps.len() == 1 && path.iterations <= 10, "{} {}", path.steps.len(), path.iterations);
@@ -322,7 +329,7 @@ fn prescribed_displacements_lead_beside_loads() {
         .hold((0, Side::Min))
         .prescribe((0, Side::Max), 0, 12.0)
         .prescribe((0, Side::Max), 1, 0.0)
-        .body_force([0.0, -1e-5]);
+        .with(Load::body_force([0.0, -1e-5]));
     let energy = |control| {
         let scheme = Scheme::default().particles([21, 2]).stepping(Stepping { control, ..Stepping::default() });
         let problem = sheet.discretize(&scheme).unwrap();

@@ -62,7 +62,7 @@ fn free_rigid_motions_are_counted_and_named() {
         assert_eq!(free[0].to_string(), "1.00 of a translation along axis 1");
     }
     // Pinned at one particle: it turns about it.
-    let pinned = square().prescribe_at([0.0, 0.0], 0, 0.0).prescribe_at([0.0, 0.0], 1, 0.0);
+    let pinned = square().prescribe(Place::at([0.0, 0.0]), 0, 0.0).prescribe(Place::at([0.0, 0.0]), 1, 0.0);
     let free = diagnose(&pinned, &scheme).free;
     assert_eq!(free.len(), 1);
     let motion = |x: [f64; 2]| -> [f64; 2] {
@@ -98,11 +98,11 @@ fn free_rigid_motions_are_counted_and_named() {
 #[test]
 fn all_conflicts_are_named_at_once() {
     let scheme = Scheme::default().particles([5, 4]).rows(RowKind::AtParticles);
-    let scene = square().hold(Side::Min).prescribe(Side::Min, 0, 0.3).prescribe_at([0.6, 0.3], 1, 0.1).prescribe_at(
-        [0.0, 1.0],
-        1,
-        0.2,
-    );
+    let scene = square()
+        .hold(Side::Min)
+        .prescribe(Side::Min, 0, 0.3)
+        .prescribe(Place::at([0.6, 0.3]), 1, 0.1)
+        .prescribe(Place::at([0.0, 1.0]), 1, 0.2);
     let diagnosis = diagnose(&scene, &scheme);
     assert_eq!(broken(&diagnosis), ["conditions agree and select something"]);
     assert_eq!(diagnosis.refused.len(), 3, "{:?}", diagnosis.refused);
@@ -120,7 +120,8 @@ fn dependent_rows_are_found_and_not_counted() {
     let lattice = Block::new([0.0, 0.0], [2.0, 1.0]).lattice([4, 3]).unwrap();
     let positions = lattice.positions().to_vec();
     let cells = Arc::new(Gapped { lattice, edge: f64::INFINITY, lists: false });
-    let at_all = |scene: Scene<2>| positions.iter().fold(scene, |scene, x| scene.prescribe_at([x[0], x[1]], 0, 0.0));
+    let at_all =
+        |scene: Scene<2>| positions.iter().fold(scene, |scene, x| scene.prescribe(Place::at([x[0], x[1]]), 0, 0.0));
     let known = diagnose(&at_all(square()).hold(Side::Min), &Scheme::default().particles([4, 3]));
     assert!(known.holds() && known.dependent.is_empty(), "{}", known.report());
     let scene = at_all(Scene::over(cells, PlaneStrain, rubber())).hold(Side::Min);

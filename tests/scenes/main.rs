@@ -6,6 +6,7 @@ mod control;
 mod diagnosis;
 mod fields;
 mod motions;
+mod places;
 mod references;
 mod resume;
 mod schemes;

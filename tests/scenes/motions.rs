@@ -15,8 +15,16 @@ fn turned(angle: f64) -> Result<Scene<2>, rkpm::Error> {
     let turn = move |load: f64| (angle * load).sin_cos();
     Ok([Side::Min, Side::Max].into_iter().fold(block()?, |scene, side| {
         scene
-            .prescribe_motion((1, side), 0, move |x, load| x[0] * (turn(load).1 - 1.0) - x[1] * turn(load).0)
-            .prescribe_motion((1, side), 1, move |x, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0))
+            .prescribe(
+                (1, side),
+                0,
+                Value::motion(move |x: &Point<2>, load| x[0] * (turn(load).1 - 1.0) - x[1] * turn(load).0),
+            )
+            .prescribe(
+                (1, side),
+                1,
+                Value::motion(move |x: &Point<2>, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0)),
+            )
     }))
 }
 
@@ -40,14 +48,20 @@ fn a_motion_in_proportion_is_a_field() -> Result<(), rkpm::Error> {
     let half = Amplitude::table(vec![(0.0, 0.0), (1.0, 0.5)])?;
     let fields = block()?
         .hold((1, Side::Min))
-        .prescribe_field((1, Side::Max), 0, |x| 0.2 + 0.1 * x[0])
-        .with_amplitude(half.clone())
+        .with(
+            Condition::on((1, Side::Max))
+                .component(0, Value::field(|x: &Point<2>| 0.2 + 0.1 * x[0]))
+                .amplitude(half.clone()),
+        )
         .prescribe((1, Side::Max), 1, 0.3);
     let motions = block()?
         .hold((1, Side::Min))
-        .prescribe_motion((1, Side::Max), 0, |x, load| (0.2 + 0.1 * x[0]) * load)
-        .with_amplitude(half)
-        .prescribe_motion((1, Side::Max), 1, |_, load| 0.3 * load);
+        .with(
+            Condition::on((1, Side::Max))
+                .component(0, Value::motion(|x: &Point<2>, load| (0.2 + 0.1 * x[0]) * load))
+                .amplitude(half),
+        )
+        .prescribe((1, Side::Max), 1, Value::motion(|_: &Point<2>, load| 0.3 * load));
     for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
         let scheme = Scheme::default().particles([4, 5]).rows(rows);
         let state = |scene: &Scene<2>| -> Result<Vec<f64>, rkpm::Error> {
@@ -63,10 +77,10 @@ fn a_motion_in_proportion_is_a_field() -> Result<(), rkpm::Error> {
 #[test]
 fn two_faces_may_share_a_motion_and_must_not_contradict_it() -> Result<(), rkpm::Error> {
     let corner = |factor: f64| -> Result<Scene<2>, rkpm::Error> {
-        Ok(block()?.prescribe_motion((1, Side::Max), 0, |x, load| x[0] * load.sin()).prescribe_motion(
+        Ok(block()?.prescribe((1, Side::Max), 0, Value::motion(|x: &Point<2>, load| x[0] * load.sin())).prescribe(
             (0, Side::Max),
             0,
-            move |x, load| factor * x[0] * load.sin(),
+            Value::motion(move |x: &Point<2>, load| factor * x[0] * load.sin()),
         ))
     };
     for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
@@ -74,7 +88,7 @@ fn two_faces_may_share_a_motion_and_must_not_contradict_it() -> Result<(), rkpm:
         assert!(corner(1.0)?.discretize(&scheme).is_ok());
         let refused = corner(2.0)?.discretize(&scheme).err().expect("the corner cannot move both ways").to_string();
         assert!(refused.contains("u_0 on face (1, Max)"), "{refused}");
-        let endless = block()?.prescribe_motion(Side::Max, 0, |_, load| 1.0 / (load - 1.0));
+        let endless = block()?.prescribe(Side::Max, 0, Value::motion(|_: &Point<2>, load| 1.0 / (load - 1.0)));
         assert!(endless.discretize(&scheme).is_err());
     }
     Ok(())
@@ -84,10 +98,10 @@ fn two_faces_may_share_a_motion_and_must_not_contradict_it() -> Result<(), rkpm:
 #[test]
 fn motions_are_compared_on_the_way() -> Result<(), rkpm::Error> {
     for (power, agree) in [(1, true), (3, false)] {
-        let scene = block()?.prescribe_motion((1, Side::Min), 0, |_, load| 0.1 * load).prescribe_motion(
+        let scene = block()?.prescribe((1, Side::Min), 0, Value::motion(|_: &Point<2>, load| 0.1 * load)).prescribe(
             (0, Side::Min),
             0,
-            move |_, load| 0.1 * load.powi(power),
+            Value::motion(move |_: &Point<2>, load| 0.1 * load.powi(power)),
         );
         for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
             let scheme = Scheme::default().particles([4, 5]).rows(rows);
@@ -100,10 +114,11 @@ fn motions_are_compared_on_the_way() -> Result<(), rkpm::Error> {
 #[test]
 fn pressures_are_those_of_the_volume_change() -> Result<(), rkpm::Error> {
     // The whole boundary follows a homogeneous deformation: p = k (J − 1) everywhere, however it is projected.
-    let scene =
-        block()?
-            .prescribe_field(Part::Whole, 0, |x| 0.02 * x[0] + 0.1 * x[1])
-            .prescribe_field(Part::Whole, 1, |x| -0.03 * x[1]);
+    let scene = block()?.prescribe(Part::Whole, 0, Value::field(|x: &Point<2>| 0.02 * x[0] + 0.1 * x[1])).prescribe(
+        Part::Whole,
+        1,
+        Value::field(|x: &Point<2>| -0.03 * x[1]),
+    );
     let jacobian = 1.02 * 0.97;
     use PressureField::*;
     for field in [Displacement, Pointwise, Constant, Linear] {
@@ -126,8 +141,8 @@ fn twisted(degrees: f64, stepping: Stepping) -> Result<(Problem<3>, Path), rkpm:
     let end = (2, Side::Max);
     let scene = Scene::new(Block::new([-0.5, -0.5, 0.0], [0.5, 0.5, 3.0]), Solid, Rubber::neo_hookean(0.5, 1e2)?)
         .hold((2, Side::Min))
-        .prescribe_motion(end, 0, move |x, load| x[0] * (turn(load).1 - 1.0) - x[1] * turn(load).0)
-        .prescribe_motion(end, 1, move |x, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0))
+        .prescribe(end, 0, Value::motion(move |x: &Point<3>, load| x[0] * (turn(load).1 - 1.0) - x[1] * turn(load).0))
+        .prescribe(end, 1, Value::motion(move |x: &Point<3>, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0)))
         .prescribe(end, 2, 0.0);
     let problem = scene.discretize(&Scheme::default().particles([3, 3, 7]).stepping(stepping))?;
     let path = problem.run(&mut ())?.completed()?;
@@ -147,7 +162,7 @@ fn turns_are_made_all_the_way() -> Result<(), rkpm::Error> {
                 path.iterations,
                 path.rejected
             );
-            Ok([problem.energy(path.last()), problem.moment(path.last(), "face (2, Max)", 2)?])
+            Ok([problem.energy(path.last()), problem.moment(path.last(), (2, Side::Max), [0.0; 3])?[2]])
         };
         let (whole, fine) = (answer(Stepping::default())?, answer(small)?);
         for (a, b) in whole.iter().zip(fine) {
@@ -164,14 +179,14 @@ fn straight_ways_are_gone_in_one_step() -> Result<(), rkpm::Error> {
     for way in straight {
         let scene = block()?
             .hold((1, Side::Min))
-            .prescribe_motion((1, Side::Max), 0, move |x, load| (0.2 + 0.1 * x[0]) * way(load))
-            .prescribe_motion((1, Side::Max), 1, move |_, load| 0.1 * way(load));
+            .prescribe((1, Side::Max), 0, Value::motion(move |x: &Point<2>, load| (0.2 + 0.1 * x[0]) * way(load)))
+            .prescribe((1, Side::Max), 1, Value::motion(move |_: &Point<2>, load| 0.1 * way(load)));
         let path = scene.discretize(&Scheme::default().particles([4, 5]))?.run(&mut ())?.completed()?;
         assert_eq!(path.steps.len(), 1);
     }
     // There and back is a way as well, and so is a hundred times around.
     let back = Amplitude::Function(std::sync::Arc::new(|load: f64| (PI * load).sin()));
-    let scene = block()?.hold((1, Side::Min)).prescribe((1, Side::Max), 0, 0.4).with_amplitude(back);
+    let scene = block()?.hold((1, Side::Min)).with(Condition::on((1, Side::Max)).component(0, 0.4).amplitude(back));
     let scene = scene.prescribe((1, Side::Max), 1, 0.0);
     let path = scene.discretize(&Scheme::default().particles([4, 5]))?.run(&mut ())?.completed()?;
     let energies: Vec<f64> = path.steps.iter().map(|step| step.energy).collect();

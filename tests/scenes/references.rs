@@ -50,9 +50,9 @@ fn strip_quantities(elements: usize) -> [f64; 2] {
         .prescribe((1, Side::Max), 0, 0.0);
     let lattice = Lattice::new(&rkpm::geometry::Mapped(strip), counts, &Default::default()).unwrap();
     for x in lattice.positions().iter().filter(|x| (x[0] - 10.0).abs() < 1e-9) {
-        scene = scene.prescribe_at([x[0], x[1]], 0, 10.0);
+        scene = scene.prescribe(Place::at([x[0], x[1]]), 0, 10.0);
         if x[1] > 1e-9 {
-            scene = scene.prescribe_at([x[0], x[1]], 1, 0.0);
+            scene = scene.prescribe(Place::at([x[0], x[1]]), 1, 0.0);
         }
     }
     let problem = scene.discretize(&Scheme::elements(2).particles(counts)).unwrap();
@@ -75,7 +75,7 @@ fn bracket_quantities(elements: usize) -> [f64; 2] {
     let scheme = Scheme::elements(2).particles([2 * elements + 1, 8 * elements + 1]);
     let problem = scene.discretize(&scheme).unwrap();
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
-    [problem.reaction(path.last(), "u_1 on face (1, Min)").unwrap()[1], problem.energy(path.last())]
+    [problem.reaction(path.last(), (1, Side::Min)).unwrap()[1], problem.energy(path.last())]
 }
 
 fn print(names: [&str; 2], of: impl Fn(usize) -> [f64; 2], levels: [usize; 3]) {

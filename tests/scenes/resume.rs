@@ -88,8 +88,16 @@ fn steps_after_rejections_resume_to_the_bit() {
 fn steps_around_a_turn_resume_to_the_bit() {
     let turn = |load: f64| (load * std::f64::consts::TAU).sin_cos();
     let problem = Scene::new(Block::new([-0.5, -1.0], [0.5, 1.0]), PlaneStrain, rubber())
-        .prescribe_motion((1, Side::Max), 0, move |x, load| x[0] * (turn(load).1 - 1.0) - x[1] * turn(load).0)
-        .prescribe_motion((1, Side::Max), 1, move |x, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0))
+        .prescribe(
+            (1, Side::Max),
+            0,
+            Value::motion(move |x: &Point<2>, load| x[0] * (turn(load).1 - 1.0) - x[1] * turn(load).0),
+        )
+        .prescribe(
+            (1, Side::Max),
+            1,
+            Value::motion(move |x: &Point<2>, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0)),
+        )
         .discretize(&Scheme::default().particles([4, 5]))
         .unwrap();
     let whole = problem.run(&mut ()).unwrap().completed().unwrap();
@@ -381,7 +389,7 @@ fn paths_of_other_scenes_are_refused() {
     let there_and_back = Amplitude::table(vec![(0.0, 0.0), (0.5, 1.0), (1.0, 0.0)]).unwrap();
     let block = || Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber());
     let moved = block().prescribe(Side::Min, 0, 0.7).prescribe(Side::Min, 1, 0.3);
-    let back = block().hold(Side::Min).traction(Side::Max, [0.2, 0.1]).with_amplitude(there_and_back);
+    let back = block().hold(Side::Min).with(Load::traction(Side::Max, [0.2, 0.1]).amplitude(there_and_back));
     for scene in [moved, back, block().hold(Side::Min)] {
         let problem = scene.discretize(&equal(4)).unwrap();
         let path = problem.run(&mut ()).unwrap().completed().unwrap();

@@ -66,7 +66,7 @@ fn what_is_not_reached_is_said_and_the_best_model_returned() {
     let square = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap());
     let square = square.hold((1, Side::Min));
     let pulled = square.clone().prescribe((1, Side::Max), 0, 0.0).prescribe((1, Side::Max), 1, 0.1);
-    let aside = Quantity::reaction("u_0 on face (1, Max)", 0);
+    let aside = Quantity::reaction((1, Side::Max), 0);
     let few = Budget { unknowns: 3000, levels: 12 };
     let answer = pulled.solve_within(&Tolerance::of(aside.clone(), 0.01), few).unwrap();
     let told = |why: &str| why.contains("of reaction 0 of u_0") && why.contains("Quantity::relative_to");
@@ -151,7 +151,7 @@ fn drawn_shapes_are_sized_too() {
 /// A thin disk bonded to plates: one cell through it has nothing free, and what flows out between the plates varies across.
 #[test]
 fn thin_bonded_bodies_get_cells_across() {
-    let force = || Quantity::reaction("u_1 on face (1, Max)", 1);
+    let force = || Quantity::reaction((1, Side::Max), 1);
     let mount = Scene::new(Block::new([0.0, 0.0], [20.0, 2.0]), Axisymmetric, Rubber::neo_hookean(0.5, 1e3).unwrap())
         .prescribe((0, Side::Min), 0, 0.0)
         .hold((1, Side::Min))
@@ -166,7 +166,7 @@ fn thin_bonded_bodies_get_cells_across() {
     assert!(error < answer.bound, "{error} {}", answer.bound);
 
     // Where nothing is free in any model the search ends and says so.
-    let nothing = mount.prescribe_field(Part::Whole, 0, |_| 0.0).prescribe((0, Side::Max), 1, 0.0);
+    let nothing = mount.prescribe(Part::Whole, 0, Value::field(|_: &Point<2>| 0.0)).prescribe((0, Side::Max), 1, 0.0);
     assert!(nothing.solve_within(&Tolerance::energy(0.02), Budget::default()).is_err());
 }
 

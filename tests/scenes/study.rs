@@ -125,7 +125,7 @@ fn the_potential_finds_the_least_locked_dilation() {
 
 /// Two parts whose names begin alike, pulled apart: forces and moments are those of the condition that is named.
 #[test]
-fn reactions_are_those_of_one_condition_by_its_whole_label() {
+fn reactions_are_those_of_one_place_or_name() {
     use rkpm::error::{BoundaryError, GeometryError, SolveError};
     use rkpm::study::{Budget, Tolerance};
     let outline =
@@ -133,37 +133,44 @@ fn reactions_are_those_of_one_condition_by_its_whole_label() {
     let rubber = Rubber::neo_hookean(0.5, 1e3).unwrap();
     let scene = Scene::on(Region::new(outline).unwrap(), PlaneStrain, rubber)
         .hold("end2")
-        .prescribe("end", 0, 0.2)
-        .prescribe("end", 1, 0.1);
+        .prescribe("end", 1, 0.1)
+        .with(Condition::on("end").component(0, 0.2).named("pull"));
     let problem = scene.discretize(&Scheme::default().spacing(0.25)).unwrap();
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
     let of = |label: &str| problem.reaction(path.last(), label);
-    let (pulled, held) = (of("u_0 on end").unwrap()[0], of("u_0 on end2").unwrap()[0]);
+    let (pulled, held) = (of("end").unwrap()[0], of("end2").unwrap()[0]);
     assert!(pulled > 0.1 && (pulled + held).abs() < 1e-8 * pulled, "{pulled} {held}");
+    // A name is that of one condition, its place takes in the others there.
+    assert_eq!(of("pull").unwrap().as_slice(), [pulled, 0.0]);
+    assert!(of("end").unwrap()[1] > 0.01);
+    assert!(problem.reaction(path.last(), Part::Whole).unwrap().norm() < 1e-8);
     // Without other loads the ends balance each other about the origin too.
-    let moment = |place: &str| problem.moment(path.last(), place, 2);
+    let moment = |place: &str| problem.moment(path.last(), place, [0.0, 0.0]).map(|m| m[2]);
     let turned = moment("end").unwrap();
     assert!(turned.abs() > 1e-2 && (turned + moment("end2").unwrap()).abs() < 1e-7, "{turned}");
 
-    for asked in ["u_0 on en", "u_0 on end 2", "end", ""] {
+    for asked in ["en", "end 2", "u_0 on end", ""] {
         let error = of(asked).unwrap_err();
         assert!(matches!(error, Error::Boundary(BoundaryError::UnknownCondition { .. })), "{error:?}");
-        assert!(error.to_string().contains("u_0 on end2; u_1 on end2; u_0 on end; u_1 on end"), "{error}");
+        assert!(error.to_string().contains("conditions act on: end2; end; pull"), "{error}");
     }
     assert!(matches!(moment("en"), Err(Error::Boundary(BoundaryError::UnknownCondition { .. }))));
-    let about = |axis| problem.moment(path.last(), "end", axis);
-    assert!(matches!(about(0), Err(Error::Geometry(GeometryError::Unsuited { .. }))));
+    let bar =
+        Scene::new(Block::new([0.0], [1.0]), RadialCylinder, Rubber::neo_hookean(0.5, 1e3).unwrap()).hold(Side::Max);
+    let bar = bar.discretize(&Scheme::default()).unwrap();
+    let about = bar.moment(&bar.at_rest(), Side::Max, [0.0]);
+    assert!(matches!(about, Err(Error::Geometry(GeometryError::Unsuited { .. }))));
     let mut other = path.last().clone();
     other.multipliers.pop();
-    assert!(matches!(problem.reaction(&other, "u_0 on end"), Err(Error::Solve(SolveError::Length { .. }))));
+    assert!(matches!(problem.reaction(&other, "end"), Err(Error::Solve(SolveError::Length { .. }))));
 
     // A question without an answer is not answered by zero, whose bound would be zero too.
-    for (label, component) in [("u_0 on ende", 0), ("u_0 on end", 1), ("u_0 on end", 7)] {
+    for (label, component) in [("ende", 0), ("pull", 1), ("end", 7)] {
         let quantity = Quantity::reaction(label, component);
         assert!(quantity.evaluate(&problem, path.last()).is_err(), "{label} {component}");
         assert!(scene.solve_within(&Tolerance::of(quantity, 0.1), Budget::default()).is_err(), "{label} {component}");
     }
-    assert_eq!(Quantity::reaction("u_0 on end", 0).evaluate(&problem, path.last()).unwrap(), pulled);
+    assert_eq!(Quantity::reaction("end", 0).evaluate(&problem, path.last()).unwrap(), pulled);
 }
 
 #[test]

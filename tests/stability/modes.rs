@@ -173,8 +173,8 @@ fn turned_block(particles: usize, turns: f64) -> Problem<2> {
     let turn = move |load: f64| (load * turns * std::f64::consts::TAU).sin_cos();
     let rubber = Rubber::neo_hookean(0.5, 1e3).unwrap();
     Scene::new(Block::new([-0.5, -0.5], [0.5, 0.5]), PlaneStrain, rubber)
-        .prescribe_motion((1, Side::Max), 0, move |x, l| x[0] * (turn(l).1 - 1.0) - x[1] * turn(l).0)
-        .prescribe_motion((1, Side::Max), 1, move |x, l| x[0] * turn(l).0 + x[1] * (turn(l).1 - 1.0))
+        .prescribe((1, Side::Max), 0, Value::motion(move |x: &Point<2>, l| x[0] * (turn(l).1 - 1.0) - x[1] * turn(l).0))
+        .prescribe((1, Side::Max), 1, Value::motion(move |x: &Point<2>, l| x[0] * turn(l).0 + x[1] * (turn(l).1 - 1.0)))
         .discretize(&Scheme::default().particles([particles]))
         .unwrap()
 }
@@ -228,7 +228,7 @@ fn homogeneous_states_are_reached_at_once_and_tell_that_they_are_unstable() {
     let scene = Scene::new(Block::new([0.0; 2], [1.0, 0.25]), PlaneStrain, Rubber::neo_hookean(0.5, 1e5).unwrap())
         .prescribe(Side::Min, 0, 0.0)
         .prescribe(Side::Max, 0, -0.9)
-        .prescribe_at([0.0, 0.0], 1, 0.0);
+        .prescribe(Place::at([0.0, 0.0]), 1, 0.0);
     let problem = scene.discretize(&Scheme::default().particles([9, 3])).unwrap();
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
     assert_eq!((path.steps.len(), path.critical_points().count()), (1, 0));
@@ -316,8 +316,8 @@ fn bent(rubber: Rubber, angle: f64) -> Scene<2> {
     let radius = move |x: f64| (inner + 2.0 * (x - 1.0) / angle).sqrt();
     Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber)
         .prescribe((1, Side::Min), 1, 0.0)
-        .prescribe_field((1, Side::Max), 0, move |x: &Point<2>| radius(x[0]) * angle.cos() - x[0])
-        .prescribe_field((1, Side::Max), 1, move |x: &Point<2>| radius(x[0]) * angle.sin() - 1.0)
+        .prescribe((1, Side::Max), 0, Value::field(move |x: &Point<2>| radius(x[0]) * angle.cos() - x[0]))
+        .prescribe((1, Side::Max), 1, Value::field(move |x: &Point<2>| radius(x[0]) * angle.sin() - 1.0))
 }
 
 #[test]
@@ -377,20 +377,20 @@ fn few_of_many_bent_blocks_differ_from_small_steps() {
 }
 
 /// A bonded pad of 20 × 2 (a quarter of it) pulled by a tenth: tensions of 16 µ inside.
-fn pulled_pad(scattered: bool) -> (Scene<2>, &'static str) {
+fn pulled_pad(scattered: bool) -> (Scene<2>, Place<2>) {
     let rubber = Rubber::neo_hookean(0.5, 1e3).unwrap();
     if scattered {
         let outline = Outline::at([0.0, 0.0]).line("b", [10.0, 0.0]).line("r", [10.0, 1.0]).line("t", [0.0, 1.0]);
         let region = Region::new(outline.close("l")).unwrap();
         let scene = Scene::on(region, PlaneStrain, rubber).prescribe("l", 0, 0.0).prescribe("b", 1, 0.0);
-        return (scene.prescribe("t", 0, 0.0).prescribe("t", 1, 0.1), "u_1 on t");
+        return (scene.prescribe("t", 0, 0.0).prescribe("t", 1, 0.1), Place::on("t"));
     }
     let scene = Scene::new(Block::new([0.0, 0.0], [10.0, 1.0]), PlaneStrain, rubber)
         .prescribe((0, Side::Min), 0, 0.0)
         .prescribe((1, Side::Min), 1, 0.0)
         .prescribe((1, Side::Max), 0, 0.0)
         .prescribe((1, Side::Max), 1, 0.1);
-    (scene, "u_1 on face (1, Max)")
+    (scene, Place::on((1, Side::Max)))
 }
 
 #[test]
@@ -402,7 +402,7 @@ fn pulled_bodies_do_not_tear_up_inside_their_macro_cells() {
         (true, Scheme::default().spacing(0.17)),
         (true, Scheme::default().spacing(0.25)),
     ] {
-        let (scene, label) = pulled_pad(scattered);
+        let (scene, top) = pulled_pad(scattered);
         let mut forces = Vec::new();
         for steps in [1, 10] {
             let size = 1.0 / f64::from(steps);
@@ -411,7 +411,7 @@ fn pulled_bodies_do_not_tear_up_inside_their_macro_cells() {
             let path = problem.run(&mut ()).unwrap().completed().unwrap();
             assert!(path.steps.iter().all(|step| step.unstable == Some(0)));
             assert!(path.iterations <= 16 + 4 * path.steps.len(), "{}", path.iterations);
-            forces.push(problem.reaction(path.last(), label).unwrap()[1]);
+            forces.push(problem.reaction(path.last(), top.clone()).unwrap()[1]);
         }
         // Nearly the same state by either way, zones may stand a sixteenth apart; and 0.2 % off the finite elements.
         assert!((forces[0] / forces[1] - 1.0).abs() < 1e-4, "{forces:?}");
@@ -423,11 +423,11 @@ fn pulled_bodies_do_not_tear_up_inside_their_macro_cells() {
 fn work_is_stored_while_measures_change() {
     // Exponents follow the pressure without being derived from the potential: what that leaves of ∫F du is far below what the
     // lattice is off.
-    let (scene, label) = pulled_pad(false);
+    let (scene, top) = pulled_pad(false);
     let stepping = Stepping { first: 0.01, largest: 0.01, ..Stepping::default() };
     let problem = scene.discretize(&Scheme::default().particles([33, 7]).stepping(stepping)).unwrap();
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
-    let force = |state: &State| problem.reaction(state, label).unwrap()[1];
+    let force = |state: &State| problem.reaction(state, top.clone()).unwrap()[1];
     let (mut work, mut before) = (0.0, (0.0, 0.0));
     for step in &path.steps {
         let now = (0.1 * step.state.load, force(&step.state));

@@ -1,0 +1,134 @@
+//! Conditions and loads by place: directions, parts of parts, names, total forces, beddings.
+
+use nalgebra::Rotation2;
+use rkpm::prelude::*;
+
+fn rubber() -> Rubber {
+    Rubber::neo_hookean(0.5, 1e2).unwrap()
+}
+
+/// A block turned about the origin.
+fn turned(angle: f64) -> Mapped<impl Fn(&Point<2>) -> Point<2> + Send + Sync + Clone> {
+    Mapped(move |unit: &Point<2>| Rotation2::new(angle) * Point::<2>::new(2.0 * unit[0], unit[1]))
+}
+
+/// Symmetry planes at any angle: a block between two rollers, pulled and sheared along its own axes, is the same body turned.
+#[test]
+fn inclined_planes_of_symmetry_are_those_of_the_axes_turned() {
+    for scheme in [Scheme::default().particles([7, 5]), Scheme::elements(2).particles([7, 5])] {
+        let answer = |angle: f64| {
+            let (sin, cos) = angle.sin_cos();
+            let scene = Scene::new(turned(angle), PlaneStrain, rubber())
+                .with(Condition::on(Side::Min).along(Direction::Normal, 0.0).named("left"))
+                .with(Condition::on((1, Side::Min)).along(Direction::Along([-3.0 * sin, 3.0 * cos]), 0.0))
+                .with(Condition::on(Side::Max).along(Direction::Along([cos, sin]), 0.4).named("pull"));
+            let problem = scene.discretize(&scheme).unwrap();
+            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let pulled = problem.reaction(path.last(), "pull").unwrap();
+            let left = problem.reaction(path.last(), "left").unwrap();
+            assert!((pulled + left).norm() < 1e-8 * pulled.norm());
+            (problem.energy(path.last()), Rotation2::new(-angle) * pulled)
+        };
+        let (energy, force) = answer(0.0);
+        for angle in [0.3, 0.8, 2.0] {
+            let (same, turned) = answer(angle);
+            assert!((same / energy - 1.0).abs() < 1e-9, "{same} {energy}");
+            assert!((turned - force).norm() < 1e-7 * force.norm(), "{turned} {force}");
+        }
+    }
+}
+
+/// A quarter ring between planes of symmetry, given by components, normals and cylindrical directions: one body. Pushed
+/// out along the radius and turned along the tangent.
+#[test]
+fn cylindrical_directions_and_normals_agree_with_components() {
+    let ring = Mapped(|unit: &Point<2>| {
+        let (sin, cos) = (std::f64::consts::FRAC_PI_2 * unit[1]).sin_cos();
+        Point::<2>::new(cos, sin) * (1.0 + unit[0])
+    });
+    let (around, axis) = ([0.0, 0.0], [0.0, 0.0, 1.0]);
+    let scheme = Scheme::default().particles([5, 9]);
+    let run = |scene: Scene<2>| {
+        let problem = scene.discretize(&scheme).unwrap();
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        problem.energy(path.last())
+    };
+    let body = || Scene::new(ring, PlaneStrain, rubber());
+    let push = |direction| Condition::on(Side::Min).along(direction, 0.2);
+    let inwards = |x: &Point<2>| [-x[0], -x[1]];
+    let energies = [
+        run(body()
+            .prescribe((1, Side::Min), 1, 0.0)
+            .prescribe((1, Side::Max), 0, 0.0)
+            .with(push(Direction::radial(around, axis)))),
+        run(body()
+            .with(Condition::on((1, Side::Min)).along(Direction::Normal, 0.0))
+            .with(Condition::on((1, Side::Max)).along(Direction::tangential(around, axis), 0.0))
+            .with(Condition::on(Side::Min).along(Direction::Field(std::sync::Arc::new(inwards)), -0.2))),
+    ];
+    assert!((energies[0] / energies[1] - 1.0).abs() < 1e-10, "{energies:?}");
+    // Turned as a whole, to first order: nearly no energy; turned against a fixed bore, some.
+    let turn = |size: f64| Condition::on(Side::Max).along(Direction::tangential(around, axis), size);
+    let against = run(body().hold(Side::Min).with(turn(0.02)));
+    assert!(against > 1e-4, "{against}");
+}
+
+/// A face in two halves is the face, and a load on a half acts on that half, with its whole force.
+#[test]
+fn parts_of_parts_and_total_forces() {
+    for scheme in [Scheme::default().particles([9, 5]), Scheme::elements(2).particles([9, 5])] {
+        let body = || Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold((1, Side::Min));
+        let top = || Place::on((1, Side::Max));
+        let run = |scene: Scene<2>| {
+            let problem = scene.discretize(&scheme).unwrap();
+            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let force = problem.reaction(path.last(), (1, Side::Min)).unwrap();
+            (problem.energy(path.last()), force, problem.moment(path.last(), (1, Side::Min), [0.0, 0.0]).unwrap()[2])
+        };
+        let whole = run(body().traction((1, Side::Max), [0.1, 0.05]));
+        let total = run(body().with(Load::force((1, Side::Max), [0.2, 0.1])));
+        assert!((whole.0 / total.0 - 1.0).abs() < 1e-10 && (whole.1 - total.1).norm() < 1e-9);
+        let halves = run(body()
+            .traction(top().within(|x: &Point<2>| x[0] < 1.0), [0.1, 0.05])
+            .name("right half", top().within(|x: &Point<2>| x[0] > 1.0))
+            .traction("right half", [0.1, 0.05]));
+        assert!((whole.0 / halves.0 - 1.0).abs() < 2e-4, "{} {}", whole.0, halves.0);
+        let patch = top().within(|x: &Point<2>| (x[0] - 0.7).abs() < 0.3);
+        let (_, force, moment) = run(body().with(Load::force(patch, [0.0, -0.03])));
+        assert!((force - Point::<2>::new(0.0, 0.03)).norm() < 1e-10, "{force}");
+        assert!((moment - 0.03 * 0.7).abs() < 2e-3, "{moment}");
+        // Fields: a pressure that grows along the face has its resultant at two thirds of it.
+        let (_, force, moment) = run(body().pressure((1, Side::Max), Value::field(|x: &Point<2>| 1e-5 * x[0])));
+        assert!((force[1] / 2e-5 - 1.0).abs() < 1e-3 && (moment / force[1] - 4.0 / 3.0).abs() < 1e-3);
+        // A condition on half a face holds it as far as its facets reach.
+        let held = Condition::on(top().within(|x: &Point<2>| x[0] < 1.0)).displacement([0.1, 0.0]);
+        let (energy, ..) = run(body().with(held));
+        let (all, ..) = run(body().with(Condition::on(top()).displacement([0.1, 0.0])));
+        assert!(energy > 0.1 * all && energy < 0.9 * all, "{energy} {all}");
+    }
+}
+
+/// A stiff bedding holds as a condition does; a soft one gives by force over stiffness. Normal beddings let slide.
+#[test]
+fn beddings_give_by_force_over_stiffness() {
+    let body = || Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber());
+    let run = |scene: Scene<2>| {
+        let problem = scene.discretize(&Scheme::default().particles([7, 4])).unwrap();
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        problem.displacement(path.last(), &[1.0, 0.0].into()).unwrap()
+    };
+    let soft = run(body().with(Load::bedding((1, Side::Min), 1e-3)).traction((1, Side::Max), [1e-6, -2e-6]));
+    assert!((soft - Point::<2>::new(1e-3, -2e-3)).norm() < 2e-5, "{soft}");
+    let sliding = body()
+        .with(Load::normal_bedding((1, Side::Min), 1e-3))
+        .prescribe((1, Side::Max), 0, 0.7)
+        .traction((1, Side::Max), [0.0, -2e-6]);
+    let sliding = run(sliding);
+    assert!((sliding - Point::<2>::new(0.7, -2e-3)).norm() < 1e-4, "{sliding}");
+    // A load of one's own is part of the scene: tolerances and reports know it.
+    let spring = body().with(Load::bedding((1, Side::Min), 1.0)).pressure((1, Side::Max), 0.1);
+    assert!(rkpm::check::scene(&spring, &Scheme::default().particles([5, 3])).unwrap().report().holds());
+    let asked = rkpm::study::Tolerance::of(rkpm::study::Quantity::displacement([1.0, 1.0], 1), 0.05);
+    let answer = spring.solve_within(&asked, rkpm::study::Budget::default()).unwrap();
+    assert!((answer.values()[0] + 0.1).abs() < 0.05, "{}", answer.values()[0]);
+}
