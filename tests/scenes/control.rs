@@ -287,7 +287,7 @@ fn each_stall_has_its_cause() {
     assert!(matches!(cause(&path), Cause::StepLimited { .. }), "{:?}", path.ending);
     // A force that is not there beyond half the load.
     let broken = Amplitude::Function(Arc::new(|load: f64| if load > 0.5 { f64::NAN } else { load }));
-    let problem = block().hold(Side::Min).traction(Side::Max, [0.1, 0.0]).with_amplitude(broken);
+    let problem = block().hold(Side::Min).with(Load::traction(Side::Max, [0.1, 0.0]).amplitude(broken));
     if let Ok(problem) = problem.discretize(&scheme) {
         let path = problem.run(&mut ()).unwrap();
         assert_eq!(cause(&path), Cause::NotFinite);
