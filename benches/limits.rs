@@ -83,14 +83,14 @@ fn kernel<const D: usize>(name: &str, kinematics: impl Kinematics<D>, counts: [u
     let rubber = Rubber::neo_hookean(0.5, 1e3).expect("constants");
     let mut model = Model::new(lattice.positions().to_vec());
     model.add(Body::new(table, rubber, PressureField::Pointwise));
-    let (d, locals) = (support::moved(&model), model.start());
+    let (d, condensed) = (support::moved(&model), model.start());
     let mut assembler = model.assembler();
     let mut system = System::default();
     // The best of either, or a disturbed residual would flatter the difference.
     let residual =
-        (0..SHORT_ROUNDS).map(|_| seconds(|| drop(model.residual(&d, &locals, 1.0)))).fold(f64::INFINITY, f64::min);
+        (0..SHORT_ROUNDS).map(|_| seconds(|| drop(model.residual(&d, &condensed, 1.0)))).fold(f64::INFINITY, f64::min);
     let (share, speed) =
-        share(operations, || seconds(|| assembler.assemble(&model, &d, &locals, 1.0, &mut system)) - residual);
+        share(operations, || seconds(|| assembler.assemble(&model, &d, &condensed, 1.0, &mut system)) - residual);
     println!("kernel_{name}_neighbours,{neighbours}");
     println!("kernel_{name}_gflops,{:.2}", speed * 1e-9);
     println!("kernel_{name}_of_dgemm,{share:.3}");
@@ -106,7 +106,7 @@ fn assembly<const D: usize>(name: &str, scene: &Scene<D>, scheme: &Scheme) {
     let mut system = System::default();
     let neighbours = (0..table.len()).map(|p| table.nodes(p).len()).sum::<usize>() as f64 / table.len() as f64;
     let (share, speed) =
-        share(operations(table), || seconds(|| assembler.assemble(model, &d, &state.locals, 1.0, &mut system)));
+        share(operations(table), || seconds(|| assembler.assemble(model, &d, &state.condensed, 1.0, &mut system)));
     println!("assembly_{name}_neighbours,{neighbours:.1}");
     println!("assembly_{name}_gflops,{:.2}", speed * 1e-9);
     println!("assembly_{name}_of_dgemm,{share:.3}");
@@ -125,7 +125,7 @@ fn iteration() {
     let (mut assemblies, mut factorisations) = (Vec::new(), Vec::new());
     for round in 0..5 {
         let start = Instant::now();
-        assembler.assemble(model, &d, &state.locals, 1.0, &mut system);
+        assembler.assemble(model, &d, &state.condensed, 1.0, &mut system);
         assemblies.push(start.elapsed().as_secs_f64());
         let start = Instant::now();
         factorizer.factorize(if round % 2 == 0 { &values } else { &others }).expect("a regular matrix");
@@ -156,9 +156,9 @@ fn threads() {
             let mut assembler = model.assembler();
             let mut system = System::default();
             // The first assembly grows the buffers.
-            assembler.assemble(model, &d, &state.locals, 1.0, &mut system);
+            assembler.assemble(model, &d, &state.condensed, 1.0, &mut system);
             let start = Instant::now();
-            assembler.assemble(model, &d, &state.locals, 1.0, &mut system);
+            assembler.assemble(model, &d, &state.condensed, 1.0, &mut system);
             [tabulation, start.elapsed().as_secs_f64()]
         })
     };
@@ -201,7 +201,7 @@ fn slopes<const D: usize>(name: &str, scene: &Scene<D>, counts: &[usize]) {
         let mut assembler = model.assembler();
         let mut system = System::default();
         let assembly = median(
-            (0..3).map(|_| seconds(|| assembler.assemble(model, &d, &state.locals, 1.0, &mut system))).collect(),
+            (0..3).map(|_| seconds(|| assembler.assemble(model, &d, &state.condensed, 1.0, &mut system))).collect(),
         );
         let mut turn = false;
         let factorisation = median(

@@ -28,7 +28,7 @@ fn tabulate<const D: usize>(c: &mut Criterion, name: &str, counts: &[usize], r: 
 struct Flat;
 
 impl<const D: usize> Kinematics<D> for Flat {
-    fn hoops(&self) -> &'static [usize] {
+    fn hoop_components(&self) -> &'static [usize] {
         &[]
     }
     fn measure(&self, _: &rkpm::geometry::Point<D>) -> f64 {

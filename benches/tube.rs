@@ -9,7 +9,7 @@ fn tube(c: &mut Criterion) {
     for (name, scheme) in [
         ("tube/default", Scheme::default().particles([9])),
         ("tube/quadratic", Scheme::default().particles([9]).order(2)),
-        ("tube/paper_r1.6", Scheme::paper(1.6).particles([9]).zones([4])),
+        ("tube/paper_r1.6", Scheme::paper(1.6).particles([9]).integration_zones([4])),
     ] {
         c.bench_function(name, |b| {
             b.iter(|| {

@@ -132,7 +132,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// The ring before and after assembly with its particles (Fig. 12), and both for ParaView.
-fn draw_shapes(out: &FilePath, problem: &Problem<2>, path: &Path) -> Result<(), Box<dyn Error>> {
+fn draw_shapes(out: &FilePath, problem: &Problem<2>, path: &EquilibriumPath) -> Result<(), Box<dyn Error>> {
     let mut chart = Chart::new("Rubber ring before and after assembly, 56 particles").x("R [cm]").y("Z [cm]");
     let mut animation = PvdCollection::default();
     let states = [("free ring (assumed)", &path.start, Colour::Grey), ("assembled", path.last(), Colour::Blue)];

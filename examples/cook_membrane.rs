@@ -37,7 +37,7 @@ fn quantities(problem: &Problem<2>, state: &State) -> Result<[f64; 3], rkpm::Err
     Ok([deflection([48.0, 60.0])?, deflection([48.0, 52.0])?, problem.energy(state)])
 }
 
-fn run(scheme: &Scheme) -> Result<(Problem<2>, Path), rkpm::Error> {
+fn run(scheme: &Scheme) -> Result<(Problem<2>, EquilibriumPath), rkpm::Error> {
     let problem = membrane()?.discretize(scheme)?;
     let path = problem.run(&mut ())?.completed()?;
     Ok((problem, path))
@@ -147,7 +147,7 @@ fn convergence(out: &FilePath, exact: [f64; 3]) -> Result<(), Box<dyn Error>> {
         .y_log("largest relative error");
     let schemes = [
         ("RKPM, default", Scheme::default()),
-        ("RKPM, no cure", Scheme::default().volume(PressureField::Pointwise, 2)),
+        ("RKPM, no cure", Scheme::default().pressure_field(PressureField::Pointwise, 2)),
         ("Q1/P0", Scheme::elements(1)),
         ("Q2/P1", Scheme::elements(2)),
     ];

@@ -68,7 +68,7 @@ impl Inflation {
         let rest = disk(PRESSURE, Held::Rim)?.discretize(scheme)?;
         let start = State {
             displacement: vec![0.0; rest.model.unknowns()],
-            locals: rest.model.start(),
+            condensed: rest.model.start(),
             multipliers: vec![0.0; rest.rows.len()],
             load: 0.0,
         };
@@ -114,7 +114,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (pressures, finest) = (column("p_MPa"), column("w_bottom_ref"));
     let reference_at = |p: f64| pressures.iter().position(|q| (q - p).abs() < 1e-9).map_or(f64::NAN, |k| finest[k]);
     let default = |counts: [usize; 2]| Scheme::default().particles(counts);
-    let paper = Scheme::paper(1.0).particles([11, 2]).zones([10, 1]);
+    let paper = Scheme::paper(1.0).particles([11, 2]).integration_zones([10, 1]);
     let q2p1 = Scheme::elements(2).particles([161, 9]);
     let mut summary = Summary::new();
 

@@ -123,7 +123,7 @@ fn cost<const D: usize>(name: &'static str, scene: &Scene<D>, scheme: &Scheme) -
         points: table.len(),
         neighbours: total as f64 / table.len() as f64,
         bytes: table.bytes(),
-        least_bytes: total * (8 * table.slots() + 4) + 8 * table.len(),
+        least_bytes: total * (8 * table.gradient_components() + 4) + 8 * table.len(),
         least_operations: 2.0 * (D * D * D) as f64 * pairs,
         iterations: path.iterations,
         seconds: seconds[seconds.len() / 2],

@@ -48,7 +48,7 @@ fn reference(ratio: f64) -> Result<[f64; 3], rkpm::Error> {
 fn main() -> Result<(), Box<dyn Error>> {
     let out = support::out_dir("locking");
     let default = Scheme::default().particles([9]);
-    let uncured = |rule: Rule| default.clone().rule(rule).volume(PressureField::Pointwise, 1);
+    let uncured = |rule: Rule| default.clone().rule(rule).pressure_field(PressureField::Pointwise, 1);
     let schemes = [
         ("default", "default: smoothed, linear pressures", default.clone()),
         ("smoothed_uncured", "smoothed, no cure", uncured(Rule::Smoothed { parts: 2 })),

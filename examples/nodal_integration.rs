@@ -19,7 +19,7 @@ use rkpm::nalgebra::{Matrix3, SMatrix};
 use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::solve::State;
-use rkpm::term::{Blocks, Element, Flux, PointState, View};
+use rkpm::term::{Element, PointDerivatives, PointState, Sparsity, View};
 
 /// Compressible rubber: volumetric locking is another matter.
 const SHEAR: f64 = 1.0;
@@ -39,7 +39,7 @@ impl Body2 {
         let scatter = rkpm::cells::Scatter { seed, ..Default::default() };
         let cells = Voronoi::new(Triangulation::about(region, count, |_| 1.0, &scatter)?);
         let functions = ReproducingKernel::new(cells.particles(1.0)?, CubicSpline, Polynomial::linear())?;
-        let points = cells.dual(2)?.nodal(cells.positions());
+        let points = cells.nodal_cells(2)?.nodal(cells.positions());
         Ok(Body2 { cells, functions, points })
     }
 }
@@ -48,11 +48,11 @@ impl Body2 {
 struct NaturalStabilisation;
 
 impl Integrand for NaturalStabilisation {
-    fn blocks(&self) -> Blocks {
-        Blocks { stress: true, ..Blocks::default() }
+    fn sparsity(&self) -> Sparsity {
+        Sparsity { stress: true, ..Sparsity::default() }
     }
 
-    fn evaluate(&self, at: &PointState, flux: &mut Flux) {
+    fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
         let derivative = at.deformation - Matrix3::identity();
         flux.energy = 0.5 * SHEAR * derivative.norm_squared();
         flux.stress = derivative * SHEAR;
@@ -63,7 +63,7 @@ impl Integrand for NaturalStabilisation {
 /// Second derivatives along `axis`, by differences of the first, weighted by the second moments of the cells.
 fn second_derivatives(body: &Body2, axis: usize) -> Result<ShapeTable<2>, rkpm::Error> {
     let mut points = body.points.clone();
-    let dual = body.cells.dual(2)?;
+    let dual = body.cells.nodal_cells(2)?;
     for ((weight, inner), x) in points.weights.iter_mut().zip(&dual.interior).zip(body.cells.positions()) {
         *weight = inner.iter().map(|(at, w)| w * (at[axis] - x[axis]).powi(2)).sum();
     }
@@ -203,7 +203,7 @@ fn model(body: &Body2, rule: Rule) -> Result<Model<2>, rkpm::Error> {
             model.add(rkpm::term::Body::new(table, rubber()?, PressureField::Displacement));
         }
         Rule::Conforming => {
-            let table = ShapeTable::smoothed(&body.functions, &body.cells.dual(2)?, &PlaneStrain)?;
+            let table = ShapeTable::smoothed(&body.functions, &body.cells.nodal_cells(2)?, &PlaneStrain)?;
             model.add(rkpm::term::Body::new(table, rubber()?, PressureField::Displacement));
         }
         Rule::Nodal | Rule::Natural => {

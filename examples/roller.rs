@@ -12,7 +12,7 @@ use std::time::Instant;
 use rkpm::output::chart::{Colour, Series};
 use rkpm::output::{Chart, Summary, Table};
 use rkpm::prelude::*;
-use rkpm::solve::Matrices;
+use rkpm::solve::TangentUpdate;
 
 const RADIUS: f64 = 0.2;
 const CLOSURES: [f64; 5] = [0.02, 0.05, 0.10, 0.15, 0.20];
@@ -25,11 +25,11 @@ fn quarter(metre: f64, megapascal: f64) -> Result<Scene<2>, rkpm::Error> {
         Outline::at([0.0, 0.0]).line("equator", [r, 0.0]).arc("outer", [0.0, r], [0.0, 0.0], Turn::Left).close("axis");
     let [a10, a01, k] = [0.293, 0.177, 1410.0].map(|modulus| modulus * megapascal);
     let rubber = Rubber::mooney_rivlin(a10, a01, k)?;
-    // Both plates move: each by half of the closure. The knots of the table are where the steps of the load stop.
+    // Both plates move: each by half of the closure. The break points of the table are where the steps of the load stop.
     let last = CLOSURES[CLOSURES.len() - 1];
-    let knots = [0.0].into_iter().chain(CLOSURES).map(|c| (c / last, c / last)).collect();
+    let break_points = [0.0].into_iter().chain(CLOSURES).map(|c| (c / last, c / last)).collect();
     let plate = RigidSurface::plane([0.0, r], [0.0, -1.0])
-        .moving_along([0.0, -0.5 * last * metre], Amplitude::table(knots)?)
+        .moving_along([0.0, -0.5 * last * metre], Amplitude::table(break_points)?)
         .named("plate");
     Ok(Scene::on(Region::new(outline)?, PlaneStrain, rubber)
         .prescribe("equator", 1, 0.0)
@@ -38,14 +38,17 @@ fn quarter(metre: f64, megapascal: f64) -> Result<Scene<2>, rkpm::Error> {
 }
 
 /// Forces of the whole cylinder at the closures, with problem and path.
-fn squeeze(scene: &Scene<2>, count: usize) -> Result<(Vec<f64>, Problem<2>, rkpm::solve::Path), rkpm::Error> {
+fn squeeze(
+    scene: &Scene<2>,
+    count: usize,
+) -> Result<(Vec<f64>, Problem<2>, rkpm::solve::EquilibriumPath), rkpm::Error> {
     let problem = scene.discretize(&Scheme::default().particles([count]))?;
     let path = problem.run(&mut ())?.completed()?;
     let mut forces = Vec::new();
     for closure in CLOSURES {
         let load = closure / CLOSURES[4];
         let step = path.steps.iter().find(|step| (step.state.load - load).abs() < 1e-12);
-        let state = &step.expect("steps stop at the knots").state;
+        let state = &step.expect("steps stop at the break_points").state;
         forces.push(-2.0 * problem.contact(state, "plate")?.force[1]);
     }
     Ok((forces, problem, path))
@@ -103,7 +106,7 @@ fn iteration_cost(scene: &Scene<2>) -> Result<f64, rkpm::Error> {
         let mut seconds = [0.0; 2];
         for (k, scene) in [scene, &free].into_iter().enumerate() {
             let mut problem = scene.discretize(&Scheme::default().particles([25]))?;
-            problem.analysis.newton.matrices = Matrices::Always;
+            problem.analysis.newton.tangent_update = TangentUpdate::EveryIteration;
             let clock = Instant::now();
             let path = problem.run(&mut ())?.completed()?;
             seconds[k] = clock.elapsed().as_secs_f64() / path.iterations as f64;
@@ -126,7 +129,7 @@ fn quarter_without_contact() -> Result<Scene<2>, rkpm::Error> {
 }
 
 /// Forces over the closure, the cylinder at rest and squeezed, and the pressures under the plate.
-fn pictures(out: &FilePath, problem: &Problem<2>, path: &rkpm::solve::Path) -> Result<(), Box<dyn Error>> {
+fn pictures(out: &FilePath, problem: &Problem<2>, path: &rkpm::solve::EquilibriumPath) -> Result<(), Box<dyn Error>> {
     let reference = support::csv_columns(include_str!("../tests/reference/cylinder_between_plates.csv"));
     let mut curve = vec![[0.0, 0.0]];
     let mut pressures = Chart::new("Pressure under the plate").x("x [m]").y("pressure [MPa]");

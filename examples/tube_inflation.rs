@@ -33,7 +33,7 @@ fn tube(pressure: f64) -> Result<Scene<1>, rkpm::Error> {
 }
 
 /// Runs the tube under a scheme; bore displacement, energy per radian and unit length, and the path.
-fn inflate(scheme: &Scheme) -> Result<(f64, f64, Path), rkpm::Error> {
+fn inflate(scheme: &Scheme) -> Result<(f64, f64, EquilibriumPath), rkpm::Error> {
     let problem = tube(PRESSURE)?.discretize(scheme)?;
     let path = problem.run(&mut ())?.completed()?;
     let bore = problem.displacement(path.last(), &[INNER].into())?[0];
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // The default, its quadratic variant, and the paper's scheme with 4 zones of 5 points.
     let default = Scheme::default().particles([PARTICLES]);
-    let paper = |r: f64| Scheme::paper(r).particles([PARTICLES]).zones([4]);
+    let paper = |r: f64| Scheme::paper(r).particles([PARTICLES]).integration_zones([4]);
     let mut summary = Summary::new();
     let (u, energy, path) = inflate(&default)?;
     summary.record("u_inner_default", u, u_exact)?;
@@ -121,7 +121,7 @@ fn dilation_curves(out: &FilePath, paper: impl Fn(f64) -> Scheme) -> Result<(), 
         let problem = tube(PRESSURE)?.discretize(&paper(r))?;
         let rest = State {
             displacement: vec![0.0; problem.model.unknowns()],
-            locals: problem.model.start(),
+            condensed: problem.model.start(),
             ..State::default()
         };
         // The locked tube has limit points that the true one has not; with the bore displacement in control
@@ -195,7 +195,7 @@ fn layout_sweep(
     let local = |r: f64| Scheme::default().particles([PARTICLES]).dilation(r);
     let own_zones = |r: f64| Scheme { dilation: Dilation::Global(r), ..local(r) };
     let rule = Rule::Gauss { zones: Some(vec![4]), points: Some(5) };
-    let equal_zones = |r: f64| own_zones(r).rule(rule.clone()).volume(PressureField::Linear, 2);
+    let equal_zones = |r: f64| own_zones(r).rule(rule.clone()).pressure_field(PressureField::Linear, 2);
     let mut table = Table::new([
         "layout",
         "r",

@@ -89,11 +89,11 @@ fn torque_curve(
     out: &FilePath,
     particles: &Scheme,
     reference: &Problem<3>,
-    reference_path: &Path,
+    reference_path: &EquilibriumPath,
 ) -> Result<(), Box<dyn Error>> {
     let problem = column()?.discretize(&particles.clone().stepping(Stepping::equal(12)))?;
     let path = problem.run(&mut ())?.completed()?;
-    let curve = |problem: &Problem<3>, path: &Path| -> Result<Vec<[f64; 2]>, rkpm::Error> {
+    let curve = |problem: &Problem<3>, path: &EquilibriumPath| -> Result<Vec<[f64; 2]>, rkpm::Error> {
         let states = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
         states.map(|state| Ok([180.0 * state.load, torque(problem, state)?])).collect()
     };

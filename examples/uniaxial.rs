@@ -71,7 +71,7 @@ struct Outcome<const D: usize> {
     error: f64,
     /// Nominal stress P11 of the pulled face: its force over its first area.
     nominal: f64,
-    path: Path,
+    path: EquilibriumPath,
     problem: Problem<D>,
 }
 
@@ -136,7 +136,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             for r in [0.50001, 0.75, 1.0] {
                 // At r = 0.5 a point on a column of particles is covered by nearly no other column: what the
                 // guard of the moment matrix refuses has to pass here.
-                let paper = Scheme::paper(r).zones([4, 1]).rcond_limit(1e-15);
+                let paper = Scheme::paper(r).integration_zones([4, 1]).rcond_limit(1e-15);
                 let scheme = paper.particles([9, 3]).layout(layout.clone());
                 let outcome = run(&sheet(stretch)?, &scheme, &exact, HEIGHT)?;
                 summary.note(format!("paper_error_{kind}_{name}_r{r}"), outcome.error)?;

@@ -94,7 +94,7 @@ fn cook() -> Result<Study, rkpm::Error> {
 
 /// The default with plain Gauss points in each cell.
 fn gauss(points: usize) -> Scheme {
-    Scheme::default().rule(Rule::Gauss { zones: None, points: Some(points) }).volume(PressureField::Linear, 2)
+    Scheme::default().rule(Rule::Gauss { zones: None, points: Some(points) }).pressure_field(PressureField::Linear, 2)
 }
 
 /// The rows of other programs for one problem; their series carry the program's name.
@@ -156,7 +156,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("\n{}: worst of {}", study.name, study.quantities.join(", "));
         println!(
             "{:<24} {:>9} {:>8} {:>5} {:>5} {:>11} {:>11} {:>10}",
-            "", "particles", "unknowns", "steps", "its", "error", "credited", "ms"
+            "", "particles", "unknowns", "steps", "its", "error", "error_envelope", "ms"
         );
         for run in &study.runs {
             println!(
@@ -167,7 +167,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 run.steps,
                 run.iterations,
                 run.error,
-                run.credited,
+                run.error_envelope,
                 1e3 * run.seconds,
                 run.failure.as_deref().map(|why| format!("  {why}")).unwrap_or_default()
             );

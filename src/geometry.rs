@@ -1,4 +1,4 @@
-//! Points, blocks, drawn regions and the names of boundary parts.
+//! Points, blocks, planar regions and the names of boundary parts.
 
 mod outline;
 mod region;

@@ -16,14 +16,14 @@ use crate::geometry::Point;
 /// /// A straight bar of given cross-section whose sides are held: uniaxial strain.
 /// struct HeldBar { area: f64 }
 /// impl Kinematics<1> for HeldBar {
-///     fn hoops(&self) -> &'static [usize] { &[] }
+///     fn hoop_components(&self) -> &'static [usize] { &[] }
 ///     fn measure(&self, _: &Point<1>) -> f64 { self.area }
 /// }
 /// assert_eq!(HeldBar { area: 2.0 }.measure(&Point::<1>::new(0.3)), 2.0);
 /// ```
 pub trait Kinematics<const D: usize>: Send + Sync {
     /// Diagonal entries of $F$ that hold the hoop stretch (none, one or two, all $\ge D$, each once).
-    fn hoops(&self) -> &'static [usize];
+    fn hoop_components(&self) -> &'static [usize];
 
     /// The factor of the coordinate measure at $X$: $1$, $2\pi R$, $4\pi R^2$, an area or a thickness. Positive
     /// and finite; on the axis of a kinematics with hoops it is zero.
@@ -34,14 +34,15 @@ pub trait Kinematics<const D: usize>: Send + Sync {
 }
 
 /// The hoops of a kinematics, after a look at them.
-pub(crate) fn hoops<const D: usize>(
+pub(crate) fn hoop_components<const D: usize>(
     kinematics: &(impl Kinematics<D> + ?Sized),
 ) -> Result<&'static [usize], GeometryError> {
-    let hoops = kinematics.hoops();
+    let hoops = kinematics.hoop_components();
     match (0..hoops.len()).find(|&k| hoops[k] < D || hoops[k] > 2 || hoops[..k].contains(&hoops[k])) {
         None => Ok(hoops),
         Some(k) => {
-            let needed = "Kinematics::hoops() names entries from the number of coordinates up to 2, each once";
+            let needed =
+                "Kinematics::hoop_components() names entries from the number of coordinates up to 2, each once";
             Err(GeometryError::Count { what: "hoop of the kinematics", count: hoops[k], needed })
         }
     }
@@ -89,7 +90,7 @@ pub struct RadialCylinder;
 pub struct RadialSphere;
 
 impl Kinematics<2> for PlaneStrain {
-    fn hoops(&self) -> &'static [usize] {
+    fn hoop_components(&self) -> &'static [usize] {
         &[]
     }
 
@@ -99,7 +100,7 @@ impl Kinematics<2> for PlaneStrain {
 }
 
 impl Kinematics<2> for Axisymmetric {
-    fn hoops(&self) -> &'static [usize] {
+    fn hoop_components(&self) -> &'static [usize] {
         &[2]
     }
 
@@ -109,7 +110,7 @@ impl Kinematics<2> for Axisymmetric {
 }
 
 impl Kinematics<3> for Solid {
-    fn hoops(&self) -> &'static [usize] {
+    fn hoop_components(&self) -> &'static [usize] {
         &[]
     }
 
@@ -119,7 +120,7 @@ impl Kinematics<3> for Solid {
 }
 
 impl Kinematics<1> for RadialCylinder {
-    fn hoops(&self) -> &'static [usize] {
+    fn hoop_components(&self) -> &'static [usize] {
         &[1]
     }
 
@@ -129,7 +130,7 @@ impl Kinematics<1> for RadialCylinder {
 }
 
 impl Kinematics<1> for RadialSphere {
-    fn hoops(&self) -> &'static [usize] {
+    fn hoop_components(&self) -> &'static [usize] {
         &[1, 2]
     }
 
@@ -139,8 +140,8 @@ impl Kinematics<1> for RadialSphere {
 }
 
 impl<const D: usize, K: Kinematics<D> + ?Sized> Kinematics<D> for std::sync::Arc<K> {
-    fn hoops(&self) -> &'static [usize] {
-        (**self).hoops()
+    fn hoop_components(&self) -> &'static [usize] {
+        (**self).hoop_components()
     }
 
     fn measure(&self, at: &Point<D>) -> f64 {

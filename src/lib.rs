@@ -139,7 +139,7 @@ pub mod prelude {
     pub use crate::scene::{Condition, Direction, Load, Place, Problem, Scene, Scheme, Value};
     pub use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
     #[cfg(feature = "solve")]
-    pub use crate::solve::{Analysis, Ending, Observer, Path, Stepping};
+    pub use crate::solve::{Analysis, Ending, EquilibriumPath, Observer, Stepping};
     pub use crate::table::ShapeTable;
     pub use crate::term::{Amplitude, Body, DeadLoad, FollowerPressure, Integrand, Pointwise, PressureField, Term};
 }

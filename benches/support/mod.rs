@@ -62,7 +62,7 @@ pub fn reduced<const D: usize>(problem: &Problem<D>) -> (Box<dyn Enforced>, Vec<
     let mut enforced = bound(problem);
     let factorizer = problem.analysis.factorizer(model, &mut *enforced).expect("a sound pattern");
     let mut system = System::default();
-    model.assembler().assemble(model, &state.displacement, &state.locals, 1.0, &mut system);
+    model.assembler().assemble(model, &state.displacement, &state.condensed, 1.0, &mut system);
     let mut values = Vec::new();
     enforced.reduce(&system, &mut values);
     (enforced, values, factorizer)

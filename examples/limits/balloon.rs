@@ -74,7 +74,7 @@ impl Observer for Until<'_> {
 }
 
 /// Follows a shell by arc length from rest to a stretch.
-fn follow(c10: f64, c01: f64, stretch: f64) -> Result<(Problem<1>, Path), rkpm::Error> {
+fn follow(c10: f64, c01: f64, stretch: f64) -> Result<(Problem<1>, EquilibriumPath), rkpm::Error> {
     let stepping = Stepping { control: StepControl::ArcLength, ..Stepping::default() };
     let problem = shell(c10, c01, &Scheme::default().particles([9]).stepping(stepping))?;
     let path = problem.run(&mut Until { problem: &problem, stretch })?;
@@ -82,7 +82,7 @@ fn follow(c10: f64, c01: f64, stretch: f64) -> Result<(Problem<1>, Path), rkpm::
 }
 
 /// Stretches and pressures of a path.
-fn curve(problem: &Problem<1>, path: &Path) -> Result<Vec<[f64; 2]>, rkpm::Error> {
+fn curve(problem: &Problem<1>, path: &EquilibriumPath) -> Result<Vec<[f64; 2]>, rkpm::Error> {
     let states = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
     states.map(|state| Ok([inner_stretch(problem, state)?, state.load])).collect()
 }

@@ -30,7 +30,7 @@ impl Stops {
     }
 
     /// Adds a path; `scale` is the load at load factor 1.
-    pub fn add(&mut self, case: &str, scheme: &str, scale: f64, path: &Path) -> Result<(), Box<dyn Error>> {
+    pub fn add(&mut self, case: &str, scheme: &str, scale: f64, path: &EquilibriumPath) -> Result<(), Box<dyn Error>> {
         let ending = match &path.ending {
             Ending::Completed => "completed".to_string(),
             Ending::Stopped => "stopped by its observer".to_string(),

@@ -40,7 +40,7 @@ fn both_ways(
     scheme: &Scheme,
     summary: &mut Summary,
     stops: &mut Stops,
-) -> Result<Path, Box<dyn Error>> {
+) -> Result<EquilibriumPath, Box<dyn Error>> {
     let path = scene.discretize(scheme)?.run(&mut ())?;
     summary.note(row, scale * path.last().load)?;
     stops.add(row, title, scale, &path)?;
@@ -60,7 +60,7 @@ fn both_ways(
 }
 
 /// Loads over the way along a path, the sum of the root mean squares of its steps.
-fn along(path: &Path, scale: f64) -> Vec<[f64; 2]> {
+fn along(path: &EquilibriumPath, scale: f64) -> Vec<[f64; 2]> {
     let mut curve = vec![[0.0, scale * path.start.load]];
     let (mut way, mut before) = (0.0, &path.start);
     for step in &path.steps {
@@ -96,7 +96,7 @@ pub fn run(out: &FilePath, summary: &mut Summary, stops: &mut Stops) -> Result<(
     for seed in 1..=3 {
         let layout = Layout::Jittered { amount: 0.3, seed };
         let row = if seed == 1 { "bar_0.1_irregular_r2".into() } else { format!("bar_0.1_irregular_r2_set{seed}") };
-        let scheme = Scheme::paper(2.0).particles([9, 3]).zones([4, 1]).layout(layout.clone());
+        let scheme = Scheme::paper(2.0).particles([9, 3]).integration_zones([4, 1]).layout(layout.clone());
         let title = format!("paper's, r = 2, set {seed}");
         let path = both_ways(&row, &title, 1.0, &sheet()?, &scheme, summary, stops)?;
         chart = chart.line(format!("set {seed}"), &along(&path, 1.0));

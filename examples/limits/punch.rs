@@ -10,7 +10,7 @@ use rkpm::prelude::*;
 use rkpm::scene::Functions;
 use rkpm::shape::FiniteElements;
 use rkpm::solve::{CriticalKind, State, StepControl};
-use rkpm::term::{Blocks, Flux, PointState};
+use rkpm::term::{PointDerivatives, PointState, Sparsity};
 
 use crate::{Stops, support};
 
@@ -32,11 +32,11 @@ struct Punch {
 }
 
 impl Integrand for Punch {
-    fn blocks(&self) -> Blocks {
-        Blocks { force: true, ..Blocks::default() }
+    fn sparsity(&self) -> Sparsity {
+        Sparsity { force: true, ..Sparsity::default() }
     }
 
-    fn evaluate(&self, at: &PointState, flux: &mut Flux) {
+    fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
         if at.position[0] < 0.5 * SIDE {
             let force = Vector3::new(0.0, self.traction, 0.0);
             flux.force = force * at.load;
@@ -154,7 +154,7 @@ pub fn run(out: &FilePath, summary: &mut Summary, stops: &mut Stops) -> Result<(
         summary.note(format!("entangle_{name}_last_load"), LAST * path.last().load)?;
         summary.note(format!("entangle_{name}_last_settlement"), settlement(&problem, path.last())?)?;
         summary.note(format!("entangle_{name}_iterations"), path.iterations as f64)?;
-        let smallest = path.steps.last().and_then(|step| step.health.jacobians).map_or(f64::NAN, |j| j[0]);
+        let smallest = path.steps.last().and_then(|step| step.diagnostics.jacobians).map_or(f64::NAN, |j| j[0]);
         summary.note(format!("entangle_{name}_smallest_J"), smallest)?;
         let title = format!("{title}, {:.0} µ", LAST * path.last().load);
         let lines: Vec<Vec<[f64; 2]>> = support::grid_lines(&problem, path.last(), 2)?

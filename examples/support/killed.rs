@@ -136,7 +136,7 @@ pub fn kill_and_resume(
 }
 
 /// Bits in which two paths differ; a number that one of them lacks counts with all of its bits.
-pub fn differences(a: &Path, b: &Path) -> u64 {
+pub fn differences(a: &EquilibriumPath, b: &EquilibriumPath) -> u64 {
     let missing: u64 = match a.steps.len().cmp(&b.steps.len()) {
         std::cmp::Ordering::Less => b.steps[a.steps.len()..].iter().map(step_size).sum(),
         std::cmp::Ordering::Equal => 0,
@@ -154,19 +154,19 @@ pub fn differences(a: &Path, b: &Path) -> u64 {
 pub fn step_differences(a: &Step, b: &Step) -> u64 {
     state_differences(&a.state, &b.state)
         + number(a.energy, b.energy)
-        + number(a.pace.increment, b.pace.increment)
-        + count(a.pace.reached, b.pace.reached)
+        + number(a.control_state.increment, b.control_state.increment)
+        + count(a.control_state.reached, b.control_state.reached)
         + count(a.iterations, b.iterations)
         + count(a.rejected, b.rejected)
         + u64::from(a.inertia != b.inertia)
 }
 
 fn state_differences(a: &State, b: &State) -> u64 {
-    let locals = (0..a.locals.len().max(b.locals.len()))
-        .map(|k| numbers(a.locals.get(k).map_or(&[], |l| l), b.locals.get(k).map_or(&[], |l| l)))
+    let condensed = (0..a.condensed.len().max(b.condensed.len()))
+        .map(|k| numbers(a.condensed.get(k).map_or(&[], |l| l), b.condensed.get(k).map_or(&[], |l| l)))
         .sum::<u64>();
     numbers(&a.displacement, &b.displacement)
-        + locals
+        + condensed
         + numbers(&a.multipliers, &b.multipliers)
         + number(a.load, b.load)
 }

@@ -8,7 +8,7 @@ use crate::term::{Element, Term, View};
 
 use super::model::{Model, SERIAL_BELOW, System};
 use super::pattern::Pattern;
-use super::streams::{Gathered, Streams};
+use super::slabs::{Gathered, SlabSchedule};
 use super::sum::{Part, Sum};
 
 /// Nodes whose columns are locked together, as a power of two.
@@ -29,7 +29,7 @@ pub struct Assembler {
     /// For each pair (a ≥ b) of a cluster's nodes, by columns b, the place of the block in its node column.
     pub(super) places: Vec<u32>,
     /// The order of the sums, for each term.
-    pub(super) streams: Vec<Streams>,
+    pub(super) slabs: Vec<SlabSchedule>,
     /// One for each thread.
     elements: Vec<Element>,
 }
@@ -111,7 +111,7 @@ impl Assembler {
             node_columns,
             first_place,
             places,
-            streams: model.terms.iter().map(|term| Streams::new(model, &**term)).collect(),
+            slabs: model.terms.iter().map(|term| SlabSchedule::new(model, &**term)).collect(),
             elements: Vec::new(),
         }
     }
@@ -130,7 +130,7 @@ impl Assembler {
     /// Whether a model is the one that this assembler was made of, as far as numbers of nodes, terms and clusters tell.
     fn is_of<const D: usize>(&self, model: &Model<D>) -> bool {
         let clusters = || self.first_place.iter().zip(&model.terms).all(|(mine, term)| mine.len() == term.clusters());
-        self.node_columns.len() == model.positions.len() + 1 && self.streams.len() == model.terms.len() && clusters()
+        self.node_columns.len() == model.positions.len() + 1 && self.slabs.len() == model.terms.len() && clusters()
     }
 
     /// Assembles the system of `model` at a state; all NaN for another model than the assembler's or vectors of one. The
@@ -139,13 +139,13 @@ impl Assembler {
         &mut self,
         model: &Model<D>,
         displacement: &[f64],
-        locals: &[Vec<f64>],
+        condensed: &[Vec<f64>],
         load: f64,
         system: &mut System,
     ) {
         clear(&mut system.values, self.entries);
         system.skew.clear();
-        self.sum(model, View { displacement, locals: &[], load }, locals, true, system);
+        self.sum(model, View { displacement, condensed: &[], load }, condensed, true, system);
     }
 
     /// Assembles residual and load slope alone, as [`assemble`](Assembler::assemble): the matrix of `system` is left as it is.
@@ -153,26 +153,26 @@ impl Assembler {
         &mut self,
         model: &Model<D>,
         displacement: &[f64],
-        locals: &[Vec<f64>],
+        condensed: &[Vec<f64>],
         load: f64,
         system: &mut System,
     ) {
-        self.sum(model, View { displacement, locals: &[], load }, locals, false, system);
+        self.sum(model, View { displacement, condensed: &[], load }, condensed, false, system);
     }
 
-    /// Sums over all clusters; `at` lacks the local unknowns.
+    /// Sums over all clusters; `at` lacks the condensed unknowns.
     fn sum<const D: usize>(
         &mut self,
         model: &Model<D>,
         at: View<'_>,
-        locals: &[Vec<f64>],
+        condensed: &[Vec<f64>],
         with_matrix: bool,
         system: &mut System,
     ) {
         compiled!(D: (model: &Model<D> = model;
-            assembler: &mut Assembler = self, at: View<'_> = at, locals: &[Vec<f64>] = locals, with_matrix: bool = with_matrix,
+            assembler: &mut Assembler = self, at: View<'_> = at, condensed: &[Vec<f64>] = condensed, with_matrix: bool = with_matrix,
             system: &mut System = system) -> () {
-            assembler.sum_clusters(model, at, locals, with_matrix, system);
+            assembler.sum_clusters(model, at, condensed, with_matrix, system);
         })
     }
 
@@ -180,7 +180,7 @@ impl Assembler {
         &mut self,
         model: &Model<D>,
         at: View<'_>,
-        locals: &[Vec<f64>],
+        condensed: &[Vec<f64>],
         with_matrix: bool,
         system: &mut System,
     ) {
@@ -190,7 +190,7 @@ impl Assembler {
         system.load_slope.clear();
         system.load_slope.resize(unknowns, 0.0);
         system.scale = 0.0;
-        if !self.is_of(model) || !model.reads(at.displacement, locals) {
+        if !self.is_of(model) || !model.reads(at.displacement, condensed) {
             system.scale = f64::NAN;
             for all in [&mut system.residual, &mut system.load_slope] {
                 all.fill(f64::NAN);
@@ -215,8 +215,8 @@ impl Assembler {
             sum = Sum { assembler: self, model, at, term: 0, with_matrix, parts: &one, part: usize::BITS - 1 };
         }
         for term in 0..model.terms.len() {
-            (sum.term, sum.at.locals) = (term, &locals[term]);
-            let workers = workers.min(self.streams[term].len());
+            (sum.term, sum.at.condensed) = (term, &condensed[term]);
+            let workers = workers.min(self.slabs[term].len());
             if workers > 1 {
                 for mut gathered in sum.in_parallel(&mut elements[..workers]) {
                     *scale += gathered.scale;
@@ -224,9 +224,9 @@ impl Assembler {
                 }
                 continue;
             }
-            for stream in (0..self.streams[term].len()).rev() {
+            for slab in (0..self.slabs[term].len()).rev() {
                 let mut gathered = Gathered { scale: 0.0, skew: std::mem::take(skew) };
-                sum.add_clusters(self.streams[term].places(stream), &mut elements[0], &mut gathered);
+                sum.add_clusters(self.slabs[term].places(slab), &mut elements[0], &mut gathered);
                 *scale += gathered.scale;
                 *skew = gathered.skew;
             }
@@ -258,7 +258,7 @@ impl Assembler {
     pub fn bytes(&self) -> usize {
         8 * (self.pattern.columns.len() + self.node_columns.len())
             + 4 * (self.pattern.rows.len() + self.places.len())
-            + self.streams.iter().map(Streams::bytes).sum::<usize>()
+            + self.slabs.iter().map(SlabSchedule::bytes).sum::<usize>()
             + self
                 .elements
                 .iter()

@@ -3,7 +3,7 @@
 mod assembler;
 mod model;
 mod pattern;
-mod streams;
+mod slabs;
 mod sum;
 
 pub use assembler::Assembler;

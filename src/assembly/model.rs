@@ -3,7 +3,7 @@
 use crate::compiled::compiled;
 use crate::geometry::Point;
 use crate::parallel::{map_ranges, threads};
-use crate::term::{Element, Health, Term, View};
+use crate::term::{Element, StateDiagnostics, Term, View};
 
 use super::Assembler;
 
@@ -14,7 +14,7 @@ pub(super) const SERIAL_BELOW: usize = 400;
 pub struct Model<const D: usize> {
     pub(super) positions: Vec<Point<D>>,
     pub(super) terms: Vec<Box<dyn Term<D>>>,
-    /// Nodes and local unknowns that each term reads at least.
+    /// Nodes and condensed unknowns that each term reads at least.
     needs: Vec<[usize; 2]>,
     /// The first term, and its cluster, whose nodes do not rise.
     unsorted: Option<[usize; 2]>,
@@ -77,7 +77,7 @@ impl<const D: usize> Model<D> {
             self.unsorted = clusters.clone().find(falls).map(|cluster| [self.terms.len(), cluster]);
         }
         let nodes = clusters.clone().flat_map(|c| term.nodes(c)).map(|&node| node as usize + 1);
-        self.needs.push([nodes.max().unwrap_or(0), clusters.map(|c| term.locals(c).end).max().unwrap_or(0)]);
+        self.needs.push([nodes.max().unwrap_or(0), clusters.map(|c| term.condensed(c).end).max().unwrap_or(0)]);
         self.terms.push(Box::new(term));
         self
     }
@@ -98,8 +98,8 @@ impl<const D: usize> Model<D> {
     }
 
     /// Load factors inside $(0, 1)$ at which the forces of a term have kinks.
-    pub fn knots(&self) -> Vec<f64> {
-        self.terms.iter().flat_map(|term| term.knots()).collect()
+    pub fn break_points(&self) -> Vec<f64> {
+        self.terms.iter().flat_map(|term| term.break_points()).collect()
     }
 
     /// Number of displacement unknowns.
@@ -107,17 +107,17 @@ impl<const D: usize> Model<D> {
         self.positions.len() * D
     }
 
-    /// Local unknowns at zero displacement, one vector per term.
+    /// Condensed unknowns at zero displacement, one vector per term.
     pub fn start(&self) -> Vec<Vec<f64>> {
         self.terms
             .iter()
             .zip(&self.needs)
             .map(|(term, [_, total])| {
-                let mut locals = vec![0.0; *total];
+                let mut condensed = vec![0.0; *total];
                 for cluster in 0..term.clusters() {
-                    term.start(cluster, &mut locals[term.locals(cluster)]);
+                    term.start(cluster, &mut condensed[term.condensed(cluster)]);
                 }
-                locals
+                condensed
             })
             .collect()
     }
@@ -128,22 +128,23 @@ impl<const D: usize> Model<D> {
     }
 
     /// Whether vectors are as long as the terms read them, and the terms stay among the nodes.
-    pub(super) fn reads(&self, displacement: &[f64], locals: &[Vec<f64>]) -> bool {
-        self.is_complete() && displacement.len() == self.unknowns() && self.reads_locals(locals)
+    pub(super) fn reads(&self, displacement: &[f64], condensed: &[Vec<f64>]) -> bool {
+        self.is_complete() && displacement.len() == self.unknowns() && self.reads_condensed(condensed)
     }
 
-    fn reads_locals(&self, locals: &[Vec<f64>]) -> bool {
-        locals.len() == self.terms.len() && self.needs.iter().zip(locals).all(|([_, needed], l)| *needed <= l.len())
+    fn reads_condensed(&self, condensed: &[Vec<f64>]) -> bool {
+        condensed.len() == self.terms.len()
+            && self.needs.iter().zip(condensed).all(|([_, needed], l)| *needed <= l.len())
     }
 
     /// Energy stored in all terms \[stress·length³; per unit length in plane strain\]; NaN for vectors of another model.
-    pub fn energy(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64) -> f64 {
-        if !self.reads(displacement, locals) {
+    pub fn energy(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64) -> f64 {
+        if !self.reads(displacement, condensed) {
             return f64::NAN;
         }
         let mut energy = 0.0;
-        for (term, locals) in self.terms.iter().zip(locals) {
-            let view = View { displacement, locals, load };
+        for (term, condensed) in self.terms.iter().zip(condensed) {
+            let view = View { displacement, condensed, load };
             for cluster in 0..term.clusters() {
                 energy += term.energy(cluster, view);
             }
@@ -164,13 +165,18 @@ impl<const D: usize> Model<D> {
 
     /// The smallest $\det F$ at any point and where, `None` where no term has a deformation gradient; NaN nowhere for vectors
     /// of another model.
-    pub fn smallest_jacobian(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64) -> Option<(f64, Vec<f64>)> {
-        if !self.reads(displacement, locals) {
+    pub fn smallest_jacobian(
+        &self,
+        displacement: &[f64],
+        condensed: &[Vec<f64>],
+        load: f64,
+    ) -> Option<(f64, Vec<f64>)> {
+        if !self.reads(displacement, condensed) {
             return Some((f64::NAN, Vec::new()));
         }
         let mut smallest: Option<(f64, Vec<f64>)> = None;
-        for (term, locals) in self.terms.iter().zip(locals) {
-            let view = View { displacement, locals, load };
+        for (term, condensed) in self.terms.iter().zip(condensed) {
+            let view = View { displacement, condensed, load };
             for cluster in 0..term.clusters() {
                 if let Some(found) = term.smallest_jacobian(cluster, view)
                     && smallest.as_ref().is_none_or(|s| found.0 < s.0 || found.0.is_nan())
@@ -183,32 +189,33 @@ impl<const D: usize> Model<D> {
     }
 
     /// How far a state can be trusted: the worst of all clusters; Jacobians are NaN for vectors of another model.
-    pub fn health(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64) -> Health {
-        if !self.reads(displacement, locals) {
-            return Health { jacobians: Some([f64::NAN; 2]), ..Health::default() };
+    pub fn diagnostics(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64) -> StateDiagnostics {
+        if !self.reads(displacement, condensed) {
+            return StateDiagnostics { jacobians: Some([f64::NAN; 2]), ..StateDiagnostics::default() };
         }
-        let mut health = Health::default();
-        for (term, locals) in self.terms.iter().zip(locals) {
-            let view = View { displacement, locals, load };
+        let mut diagnostics = StateDiagnostics::default();
+        for (term, condensed) in self.terms.iter().zip(condensed) {
+            let view = View { displacement, condensed, load };
             for cluster in 0..term.clusters() {
-                health = health.join(term.health(cluster, view));
+                diagnostics = diagnostics.join(term.diagnostics(cluster, view));
             }
         }
-        health
+        diagnostics
     }
 
-    /// Increments of the local unknowns for a displacement increment, and the largest admissible step factor; 0 for vectors
+    /// Increments of the condensed unknowns for a displacement increment, and the largest admissible step factor; 0 for vectors
     /// of another model.
     pub fn advance(
         &self,
         displacement: &[f64],
-        locals: &[Vec<f64>],
+        condensed: &[Vec<f64>],
         load: f64,
         step: &[f64],
-        locals_step: &mut [Vec<f64>],
+        condensed_step: &mut [Vec<f64>],
     ) -> f64 {
-        let fit =
-            self.reads(displacement, locals) && step.len() == displacement.len() && self.reads_locals(locals_step);
+        let fit = self.reads(displacement, condensed)
+            && step.len() == displacement.len()
+            && self.reads_condensed(condensed_step);
         if !fit {
             return 0.0;
         }
@@ -216,20 +223,21 @@ impl<const D: usize> Model<D> {
         // min() would drop a NaN.
         let least = |bound: f64, limit: f64| if limit.is_nan() { 0.0 } else { bound.min(limit) };
         let parallel = self.unknowns() >= SERIAL_BELOW && threads() > 1;
-        for ((term, locals), locals_step) in self.terms.iter().zip(locals).zip(locals_step) {
-            let view = View { displacement, locals, load };
+        for ((term, condensed), condensed_step) in self.terms.iter().zip(condensed).zip(condensed_step) {
+            let view = View { displacement, condensed, load };
             if !parallel {
                 for cluster in 0..term.clusters() {
-                    bound = least(bound, term.advance(cluster, view, step, &mut locals_step[term.locals(cluster)]));
+                    bound =
+                        least(bound, term.advance(cluster, view, step, &mut condensed_step[term.condensed(cluster)]));
                 }
                 continue;
             }
             // One vector per run of clusters keeps the writes apart without unsafe code.
             let runs = map_ranges(term.clusters(), 2, |clusters| {
-                let mut values = vec![0.0; clusters.clone().map(|c| term.locals(c).len()).sum()];
+                let mut values = vec![0.0; clusters.clone().map(|c| term.condensed(c).len()).sum()];
                 let (mut bound, mut place): (f64, usize) = (1.0, 0);
                 for cluster in clusters.clone() {
-                    let count = term.locals(cluster).len();
+                    let count = term.condensed(cluster).len();
                     bound = least(bound, term.advance(cluster, view, step, &mut values[place..place + count]));
                     place += count;
                 }
@@ -239,8 +247,8 @@ impl<const D: usize> Model<D> {
                 bound = least(bound, limit);
                 let mut place = 0;
                 for cluster in clusters {
-                    let range = term.locals(cluster);
-                    locals_step[range.clone()].copy_from_slice(&values[place..place + range.len()]);
+                    let range = term.condensed(cluster);
+                    condensed_step[range.clone()].copy_from_slice(&values[place..place + range.len()]);
                     place += range.len();
                 }
             }
@@ -254,30 +262,36 @@ impl<const D: usize> Model<D> {
     }
 
     /// The residual $r$ of the model, without any matrix; NaN for vectors of another model.
-    pub fn residual(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64) -> Vec<f64> {
-        if !self.reads(displacement, locals) {
+    pub fn residual(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64) -> Vec<f64> {
+        if !self.reads(displacement, condensed) {
             return vec![f64::NAN; self.unknowns()];
         }
         let mut residual = vec![0.0; self.unknowns()];
-        self.sum_forces(displacement, locals, load, |unknown, force, _| residual[unknown] += force);
+        self.sum_forces(displacement, condensed, load, |unknown, force, _| residual[unknown] += force);
         residual
     }
 
     /// Writes $\partial r/\partial\lambda$; NaN for vectors of another model.
-    pub fn load_slope(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64, slope: &mut [f64]) {
-        if !self.reads(displacement, locals) || slope.len() != self.unknowns() {
+    pub fn load_slope(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64, slope: &mut [f64]) {
+        if !self.reads(displacement, condensed) || slope.len() != self.unknowns() {
             slope.fill(f64::NAN);
             return;
         }
         slope.fill(0.0);
-        self.sum_forces(displacement, locals, load, |unknown, _, change| slope[unknown] += change);
+        self.sum_forces(displacement, condensed, load, |unknown, _, change| slope[unknown] += change);
     }
 
     /// Visits residual and load slope of every cluster, unknown by unknown.
-    fn sum_forces(&self, displacement: &[f64], locals: &[Vec<f64>], load: f64, mut add: impl FnMut(usize, f64, f64)) {
+    fn sum_forces(
+        &self,
+        displacement: &[f64],
+        condensed: &[Vec<f64>],
+        load: f64,
+        mut add: impl FnMut(usize, f64, f64),
+    ) {
         let mut element = Element::default();
-        for (term, locals) in self.terms.iter().zip(locals) {
-            let view = View { displacement, locals, load };
+        for (term, condensed) in self.terms.iter().zip(condensed) {
+            let view = View { displacement, condensed, load };
             for cluster in 0..term.clusters() {
                 let nodes = term.nodes(cluster);
                 element.reset(nodes.len() * D, false);

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use crate::parallel::for_each_mut;
 use crate::term::{Element, LowerBlocks, View};
 
-use super::streams::{Gathered, Schedule, Turn};
+use super::slabs::{Gathered, Schedule, Turn};
 use super::{Assembler, Model};
 
 /// How long a thread waits for another before it leaves the rest to the others.
@@ -40,9 +40,9 @@ pub(super) struct Sum<'a, const D: usize> {
 }
 
 impl<const D: usize> Sum<'_, D> {
-    /// Sums all clusters, a thread for each element; what the streams gathered, in the order of the sums.
+    /// Sums all clusters, a thread for each element; what the slabs gathered, in the order of the sums.
     pub(super) fn in_parallel(&self, elements: &mut [Element]) -> impl Iterator<Item = Gathered> {
-        let schedule = Mutex::new(Schedule::new(&self.assembler.streams[self.term]));
+        let schedule = Mutex::new(Schedule::new(&self.assembler.slabs[self.term]));
         let work = |element: &mut Element| {
             let (mut last, mut since): (_, Option<Instant>) = (None, None);
             loop {
@@ -70,7 +70,7 @@ impl<const D: usize> Sum<'_, D> {
     pub(super) fn add_clusters(&self, places: std::ops::Range<usize>, element: &mut Element, gathered: &mut Gathered) {
         let term = &*self.model.terms[self.term];
         let (has_matrix, lower) = (self.with_matrix && term.has_matrix(), term.fills_lower_blocks());
-        for cluster in places.map(|place| self.assembler.streams[self.term].cluster(place)) {
+        for cluster in places.map(|place| self.assembler.slabs[self.term].cluster(place)) {
             let nodes = term.nodes(cluster);
             if has_matrix && lower {
                 element.reset_lower::<D>(nodes.len());

@@ -93,7 +93,7 @@ impl Enforcement for FullTransformation {
         let dimension = size / particles;
         let mut row_of = vec![None; size];
         for (r, row) in rows.rows().iter().enumerate() {
-            let component = row.owner % dimension;
+            let component = row.dependent % dimension;
             if row.entries.iter().any(|e| e.0 % dimension != component) {
                 return Err(unsuitable(format!("{} couples components; take multipliers", row.label)));
             }
@@ -104,15 +104,15 @@ impl Enforcement for FullTransformation {
                     *p += c * self.inverse[(unknown / dimension, k)];
                 }
             }
-            let owner = row.owner / dimension;
-            let scale = picked[owner];
+            let dependent = row.dependent / dimension;
+            let scale = picked[dependent];
             let other =
-                picked.iter().enumerate().filter(|(k, _)| *k != owner).map(|(_, p)| p.abs()).fold(0.0, f64::max);
+                picked.iter().enumerate().filter(|(k, _)| *k != dependent).map(|(_, p)| p.abs()).fold(0.0, f64::max);
             // Rounding of the inverse.
             if !(other <= 1e-9 * scale.abs()) {
                 return Err(unsuitable(format!("{} is no row at a particle; take multipliers", row.label)));
             }
-            if row_of[row.owner].replace((r, scale)).is_some() {
+            if row_of[row.dependent].replace((r, scale)).is_some() {
                 return Err(BoundaryError::Dependent { row: r, what: row.label.clone(), pivot: 0.0 });
             }
         }
@@ -202,11 +202,11 @@ impl Enforced for Bound {
         }
     }
 
-    fn restrict(&self, force: &[f64], gap: &[f64], full: &System, rhs: &mut Vec<f64>) {
+    fn restrict(&self, force: &[f64], violation: &[f64], full: &System, rhs: &mut Vec<f64>) {
         let size = self.full.size();
         let mut values = vec![0.0; size];
         for &(unknown, row, scale) in &self.prescribed {
-            values[unknown] = gap[row] / scale;
+            values[unknown] = violation[row] / scale;
         }
         let mut jump = vec![0.0; size];
         self.coefficients(&values, &mut jump);
@@ -232,13 +232,13 @@ impl Enforced for Bound {
         }
     }
 
-    fn recover(&self, solved: &[f64], gap: &[f64], step: &mut [f64], _multipliers: &mut [f64]) {
+    fn recover(&self, solved: &[f64], violation: &[f64], step: &mut [f64], _multipliers: &mut [f64]) {
         let mut values = vec![0.0; self.full.size()];
         for (&unknown, value) in self.free.iter().zip(solved) {
             values[unknown] = *value;
         }
         for &(unknown, row, scale) in &self.prescribed {
-            values[unknown] = gap[row] / scale;
+            values[unknown] = violation[row] / scale;
         }
         self.coefficients(&values, step);
     }

@@ -87,10 +87,10 @@ pub trait Enforcement: Send + Sync {
 ///             }
 ///         }
 ///     }
-///     fn restrict(&self, force: &[f64], gap: &[f64], _: &System, rhs: &mut Vec<f64>) {
+///     fn restrict(&self, force: &[f64], violation: &[f64], _: &System, rhs: &mut Vec<f64>) {
 ///         rhs.clear();
 ///         rhs.extend_from_slice(force);
-///         for (row, g) in self.rows.iter().zip(gap) {
+///         for (row, g) in self.rows.iter().zip(violation) {
 ///             for &(k, c) in row { rhs[k] += self.penalty * c * g; }
 ///         }
 ///     }
@@ -101,10 +101,10 @@ pub trait Enforcement: Send + Sync {
 ///             for &(k, c) in row { out[k] += mu * c; }
 ///         }
 ///     }
-///     fn recover(&self, solved: &[f64], gap: &[f64], step: &mut [f64], multipliers: &mut [f64]) {
+///     fn recover(&self, solved: &[f64], violation: &[f64], step: &mut [f64], multipliers: &mut [f64]) {
 ///         step.copy_from_slice(solved);
 ///         // The reactions, µ = p (c·d − g) behind the step: `react` has nothing left to do.
-///         for ((row, g), mu) in self.rows.iter().zip(gap).zip(multipliers) {
+///         for ((row, g), mu) in self.rows.iter().zip(violation).zip(multipliers) {
 ///             *mu = self.penalty * (row.iter().map(|&(k, c)| c * step[k]).sum::<f64>() - g);
 ///         }
 ///     }
@@ -116,7 +116,7 @@ pub trait Enforcement: Send + Sync {
 /// let exact = problem.run(&mut ())?.completed()?;
 /// problem.analysis.enforcement = Box::new(Penalty(1e8));
 /// let penalised = problem.run(&mut ())?.completed()?;
-/// let force = |path: &rkpm::solve::Path| problem.reaction(path.last(), Side::Max).map(|f| f[0]);
+/// let force = |path: &rkpm::solve::EquilibriumPath| problem.reaction(path.last(), Side::Max).map(|f| f[0]);
 /// assert!((force(&penalised)? / force(&exact)? - 1.0).abs() < 1e-5);
 /// # Ok::<(), rkpm::Error>(())
 /// ```
@@ -133,8 +133,8 @@ pub trait Enforced: Send {
     /// Writes the values of the reduced matrix from the symmetric part of the full one.
     fn reduce(&mut self, full: &System, values: &mut Vec<f64>);
 
-    /// Writes the reduced right-hand side for the full one `force` ($-r$) and `gap` ($g - Gd$).
-    fn restrict(&self, force: &[f64], gap: &[f64], full: &System, rhs: &mut Vec<f64>);
+    /// Writes the reduced right-hand side for the full one `force` ($-r$) and `violation` ($g - Gd$).
+    fn restrict(&self, force: &[f64], violation: &[f64], full: &System, rhs: &mut Vec<f64>);
 
     /// $T^T v$ for a full vector, zero in the rows of multipliers.
     fn project(&self, full: &[f64], out: &mut Vec<f64>);
@@ -148,8 +148,8 @@ pub trait Enforced: Send {
     /// Writes the multipliers $\mu$ that balance a residual, $r + G^T\mu = 0$, where they are not unknowns.
     fn react(&self, _residual: &[f64], _multipliers: &mut [f64]) {}
 
-    /// Writes the full increment for a reduced solution and gap; multiplier strategies also write their multipliers.
-    fn recover(&self, solved: &[f64], gap: &[f64], step: &mut [f64], multipliers: &mut [f64]);
+    /// Writes the full increment for a reduced solution and violation; multiplier strategies also write their multipliers.
+    fn recover(&self, solved: &[f64], violation: &[f64], step: &mut [f64], multipliers: &mut [f64]);
 
     /// Renumbers the reduced unknowns so that `order[k]` becomes `k`, a permutation of all of them; `false` where they
     /// stay as they are. A matrix that comes in the order of its elimination is factorised without another copy.

@@ -175,9 +175,9 @@ impl Enforced for Bound {
         }
     }
 
-    fn restrict(&self, force: &[f64], gap: &[f64], _full: &System, rhs: &mut Vec<f64>) {
+    fn restrict(&self, force: &[f64], violation: &[f64], _full: &System, rhs: &mut Vec<f64>) {
         self.project(force, rhs);
-        for (((row, scale), g), &multiplier) in self.rows.iter().zip(gap).zip(&self.place_of[self.full..]) {
+        for (((row, scale), g), &multiplier) in self.rows.iter().zip(violation).zip(&self.place_of[self.full..]) {
             let scaled = self.stiffness * scale * g;
             for &(k, c) in row {
                 rhs[self.place_of[k] as usize] += c * scaled;

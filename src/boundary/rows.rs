@@ -19,7 +19,7 @@ pub struct Row {
     /// (unknown, coefficient) pairs.
     pub entries: Vec<(usize, f64)>,
     /// The unknown that the row owns: component of the particle it belongs to.
-    pub owner: usize,
+    pub dependent: usize,
     /// $g$ \[length; length × measure for rows over a boundary\].
     pub target: f64,
     /// Its factor $a(\lambda)$.
@@ -93,8 +93,8 @@ impl Constraints {
     }
 
     /// Load factors inside $(0, 1)$ at which prescribed values have kinks: steps of the load stop there.
-    pub fn knots(&self) -> Vec<f64> {
-        self.rows.iter().flat_map(|row| row.amplitude.knots()).chain(self.kinks.iter().copied()).collect()
+    pub fn break_points(&self) -> Vec<f64> {
+        self.rows.iter().flat_map(|row| row.amplitude.break_points()).chain(self.kinks.iter().copied()).collect()
     }
 
     /// Adds load factors at which motions have kinks.
@@ -212,7 +212,7 @@ impl Constraints {
             if says_again(claims, &asked, &at, rounding)? {
                 continue;
             }
-            let owner = particle * D + own_component(claims, &direction, |row| self.rows[row].owner % D);
+            let dependent = particle * D + own_component(claims, &direction, |row| self.rows[row].dependent % D);
             approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
             check_values(&psi, approximation.nodes().len(), &at)?;
             let mut entries = Vec::with_capacity(psi.nodes.len());
@@ -220,7 +220,7 @@ impl Constraints {
                 let parts = (0..D).filter(|&i| direction[i] != 0.0);
                 entries.extend(parts.map(|i| (node as usize * D + i, value * direction[i])));
             }
-            self.push(Row { entries, owner, target, amplitude, label: label.to_string() })?;
+            self.push(Row { entries, dependent, target, amplitude, label: label.to_string() })?;
             self.at_particles.entry(particle).or_default().push(asked);
         }
         Ok(())
@@ -333,7 +333,7 @@ impl Constraints {
         let mut sums: HashMap<u32, Sum<D>> = HashMap::new();
         let mut scratch = A::Scratch::default();
         let mut psi = ShapeFunctions::default();
-        let has_hoops = !crate::kinematics::hoops(kinematics)?.is_empty();
+        let has_hoops = !crate::kinematics::hoop_components(kinematics)?.is_empty();
         for group in boundary.points.groups.windows(2) {
             let mut at_group = boundary.points.positions[group[0]..group[1]].iter();
             let on_axis = has_hoops && at_group.all(|x| kinematics.measure(x) == 0.0);
@@ -365,19 +365,19 @@ impl Constraints {
             // The hats carry their measure: a multiplier is a traction [stress], whatever the spacing.
             let Some((mut claim, _)) = asked.remove(&particle) else { continue };
             let claims = self.claimed.get(&(particle as usize)).map_or(&[][..], Vec::as_slice);
-            let own = own_component(claims, &claim.direction::<D>(), |row| self.rows[row].owner % D);
-            let owner = particle as usize * D + own;
+            let own = own_component(claims, &claim.direction::<D>(), |row| self.rows[row].dependent % D);
+            let dependent = particle as usize * D + own;
             claim.row = self.rows.len();
-            self.push(Row { entries, owner, target, amplitude, label: label.to_string() })?;
+            self.push(Row { entries, dependent, target, amplitude, label: label.to_string() })?;
             self.claimed.entry(particle as usize).or_default().push(claim);
         }
         Ok(())
     }
 
     /// Writes $g\\,a(\lambda) - Gd$, row by row.
-    pub fn gap(&self, displacement: &[f64], load: f64, gap: &mut Vec<f64>) {
-        gap.clear();
-        gap.extend(self.rows.iter().map(|row| {
+    pub fn violation(&self, displacement: &[f64], load: f64, violation: &mut Vec<f64>) {
+        violation.clear();
+        violation.extend(self.rows.iter().map(|row| {
             let value: f64 = row.entries.iter().map(|&(k, c)| c * displacement[k]).sum();
             row.target * row.amplitude.evaluate(load).0 - value
         }));
@@ -400,7 +400,7 @@ fn no_particle(particle: usize) -> ApproximationError {
 
 /// Refuses rows that name unknowns beyond the `unknowns` of a model.
 pub(crate) fn check_unknowns(rows: &[Row], unknowns: usize) -> Result<(), BoundaryError> {
-    let beyond = |row: &&Row| row.owner >= unknowns || row.entries.iter().any(|e| e.0 >= unknowns);
+    let beyond = |row: &&Row| row.dependent >= unknowns || row.entries.iter().any(|e| e.0 >= unknowns);
     match rows.iter().find(beyond) {
         Some(row) => Err(BoundaryError::Unsuitable {
             enforcement: "row",

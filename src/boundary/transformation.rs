@@ -160,10 +160,12 @@ impl Enforcement for MixedTransformation {
 }
 
 impl Bound {
-    /// $V\\,\text{gap}$ at the pivots of a group.
-    fn prescribed(group: &Group, gap: &[f64]) -> Vec<f64> {
+    /// $V\\,\text{violation}$ at the pivots of a group.
+    fn prescribed(group: &Group, violation: &[f64]) -> Vec<f64> {
         let m = group.rows.len();
-        (0..m).map(|p| group.rows.iter().zip(&group.v[p * m..(p + 1) * m]).map(|(&r, v)| v * gap[r]).sum()).collect()
+        (0..m)
+            .map(|p| group.rows.iter().zip(&group.v[p * m..(p + 1) * m]).map(|(&r, v)| v * violation[r]).sum())
+            .collect()
     }
 }
 
@@ -245,11 +247,11 @@ impl Enforced for Bound {
         }
     }
 
-    fn restrict(&self, force: &[f64], gap: &[f64], full: &System, rhs: &mut Vec<f64>) {
+    fn restrict(&self, force: &[f64], violation: &[f64], full: &System, rhs: &mut Vec<f64>) {
         let mut jump = vec![0.0; force.len()];
         let mut any = false;
         for group in &self.groups {
-            for (&pivot, value) in group.pivots.iter().zip(Self::prescribed(group, gap)) {
+            for (&pivot, value) in group.pivots.iter().zip(Self::prescribed(group, violation)) {
                 jump[pivot] = value;
                 any |= value != 0.0;
             }
@@ -310,13 +312,13 @@ impl Enforced for Bound {
         }
     }
 
-    fn recover(&self, solved: &[f64], gap: &[f64], step: &mut [f64], _multipliers: &mut [f64]) {
+    fn recover(&self, solved: &[f64], violation: &[f64], step: &mut [f64], _multipliers: &mut [f64]) {
         for (unknown, &reduced) in self.reduced_of.iter().enumerate() {
             step[unknown] = if reduced == u32::MAX { 0.0 } else { solved[reduced as usize] };
         }
         for group in &self.groups {
             let n = group.free.len();
-            for (p, (&pivot, jump)) in group.pivots.iter().zip(Self::prescribed(group, gap)).enumerate() {
+            for (p, (&pivot, jump)) in group.pivots.iter().zip(Self::prescribed(group, violation)).enumerate() {
                 let row = &group.w[p * n..(p + 1) * n];
                 step[pivot] = jump + group.free.iter().zip(row).map(|(&f, w)| w * solved[f as usize]).sum::<f64>();
             }

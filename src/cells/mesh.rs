@@ -1,4 +1,4 @@
-//! Constrained Delaunay triangulations of particles in drawn regions.
+//! Constrained Delaunay triangulations of particles in planar regions.
 
 use std::collections::HashMap;
 

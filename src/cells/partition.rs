@@ -39,7 +39,7 @@ use super::{BoundaryCells, Lattice, Smoothing, Zones};
 ///     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<1>, GeometryError> {
 ///         self.0.smoothing(parts, gauss, zones)
 ///     }
-///     fn dual(&self, gauss: usize) -> Result<Smoothing<1>, GeometryError> { self.0.dual(gauss) }
+///     fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<1>, GeometryError> { self.0.nodal_cells(gauss) }
 ///     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<1>, GeometryError> {
 ///         self.0.boundary(&end(part), parts, gauss)
 ///     }
@@ -125,7 +125,7 @@ pub trait Cells<const D: usize>: Send + Sync {
     ///
     /// # Errors
     /// For an impossible number of points.
-    fn dual(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError>;
+    fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError>;
 
     /// Facets of a boundary part, each cut into `parts` per direction with `gauss` points per direction (one more where
     /// [`smoothing`](Cells::smoothing) takes it).
@@ -212,8 +212,8 @@ impl<const D: usize> Cells<D> for Lattice<D> {
         self.smoothing(parts, gauss, zones)
     }
 
-    fn dual(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError> {
-        self.dual(gauss)
+    fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError> {
+        self.nodal_cells(gauss)
     }
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {

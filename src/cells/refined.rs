@@ -417,7 +417,7 @@ impl Cells<2> for Refined {
         Ok(out)
     }
 
-    fn dual(&self, _gauss: usize) -> Result<Smoothing<2>, GeometryError> {
+    fn nodal_cells(&self, _gauss: usize) -> Result<Smoothing<2>, GeometryError> {
         Err(GeometryError::Unsuited { what: "nodal integration", needed: "a lattice or scattered particles" })
     }
 

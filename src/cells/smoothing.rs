@@ -286,7 +286,7 @@ impl<const D: usize> Lattice<D> {
     ///
     /// # Errors
     /// For an impossible number of points.
-    pub fn dual(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError> {
+    pub fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError> {
         let zones = self.zones(1);
         let halves = self.smoothing(2, gauss, &zones)?;
         // Sub-cells run like corners: sub-cell k of a cell touches its corner k.

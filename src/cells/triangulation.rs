@@ -12,7 +12,7 @@ use super::scatter::{Spacing, factor_for, scatter};
 use super::voronoi::dual_polygons;
 use super::{BoundaryCells, Cells, Scatter, Smoothing, Zones};
 
-/// Particles in a drawn region and the triangles between them: a constrained Delaunay triangulation.
+/// Particles in a planar region and the triangles between them: a constrained Delaunay triangulation.
 ///
 /// Sub-cells are the `parts`² congruent triangles of each triangle; sides on arcs are parabolas. Zones are the triangles around inner particles
 /// two edges apart. Supports are balls.
@@ -256,7 +256,7 @@ impl Cells<2> for Triangulation {
         self.polygons(parts, zones).smoothing(gauss)
     }
 
-    fn dual(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
+    fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
         dual_polygons(&self.mesh).smoothing(gauss)
     }
 

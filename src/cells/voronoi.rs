@@ -12,7 +12,7 @@ use super::{BoundaryCells, Cells, Scatter, Smoothing, Triangulation, Zones};
 /// Where a vertex is pulled into its triangle, its barycentric coordinates are at least this: fans keep an area.
 const INSIDE: f64 = 0.05;
 
-/// Particles in a drawn region and their Voronoi cells, clipped by the boundary.
+/// Particles in a planar region and their Voronoi cells, clipped by the boundary.
 ///
 /// With one `part` the cell is its own sub-cell: stabilised conforming nodal integration; with two it is
 /// cut into the fan of triangles between the particle and the sides of its cell. Zones are clusters
@@ -24,7 +24,7 @@ const INSIDE: f64 = 0.05;
 /// use rkpm::geometry::{Outline, Region};
 /// let circle = Region::new(Outline::circle("rim", [0.0, 0.0], 1.0))?;
 /// let cells = Voronoi::new(Triangulation::scattered(&circle, |_| 0.2, &Scatter::default())?);
-/// let volumes = cells.dual(2)?.volumes();
+/// let volumes = cells.nodal_cells(2)?.volumes();
 /// assert_eq!(volumes.len(), cells.positions().len());
 /// assert!((volumes.iter().sum::<f64>() - std::f64::consts::PI).abs() < 0.05);
 /// # Ok::<(), rkpm::Error>(())
@@ -275,8 +275,8 @@ impl Cells<2> for Voronoi {
         }
     }
 
-    fn dual(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
-        self.triangles.dual(gauss)
+    fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
+        self.triangles.nodal_cells(gauss)
     }
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {

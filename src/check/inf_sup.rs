@@ -49,7 +49,7 @@ pub struct InfSup {
 /// let square = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e4)?);
 /// let stable = inf_sup(&square, &Scheme::default().particles([5]))?;
 /// assert!(stable.constant > 0.3 && stable.spurious == 0);
-/// let locking = inf_sup(&square, &Scheme::default().particles([5]).volume(PressureField::Pointwise, 1))?;
+/// let locking = inf_sup(&square, &Scheme::default().particles([5]).pressure_field(PressureField::Pointwise, 1))?;
 /// assert!(locking.spurious > 0);
 /// # Ok::<(), rkpm::Error>(())
 /// ```
@@ -68,7 +68,7 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<InfSup,
     let mut schur = DMatrix::<f64>::zeros(pressures.count, pressures.count);
     let mut displacements = 0;
     for component in 0..D {
-        let rows: Vec<_> = problem.rows.rows().iter().filter(|row| row.owner % D == component).collect();
+        let rows: Vec<_> = problem.rows.rows().iter().filter(|row| row.dependent % D == component).collect();
         let mut conditions = DMatrix::zeros(nodes, rows.len());
         for (column, row) in rows.iter().enumerate() {
             for &(unknown, coefficient) in &row.entries {
@@ -162,7 +162,8 @@ fn matrices<const D: usize>(
     let mut laplacian = DMatrix::zeros(table.node_count(), table.node_count());
     let mut divergence = DMatrix::zeros(table.node_count(), pressures.count);
     // The hoops stretch with the displacement along the radius alone.
-    let hoops = if component == 0 && table.slots() > D { table.hoops().len() as f64 } else { 0.0 };
+    let hoops =
+        if component == 0 && table.gradient_components() > D { table.hoop_components().len() as f64 } else { 0.0 };
     for point in 0..table.len() {
         let (nodes, gradients, weight) = (table.nodes(point), table.gradients(point), table.weights()[point]);
         let n = nodes.len();

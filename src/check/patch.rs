@@ -71,7 +71,7 @@ pub fn patch_test_of<const D: usize>(
     gradient: &SMatrix<f64, D, D>,
     scheme: &Scheme,
 ) -> Result<PatchTest, Error> {
-    check_gradient(gradient, scene.kinematics.hoops())?;
+    check_gradient(gradient, scene.kinematics.hoop_components())?;
     let mut scene = scene.without_conditions();
     for component in 0..D {
         let row = gradient.row(component).into_owned();

@@ -13,7 +13,7 @@ const STEP: f64 = 1e-5;
 const TOLERANCE: f64 = 1e-6;
 /// Sweeps of the local equations before they count as unsolvable.
 const SWEEPS: usize = 30;
-/// Change of the local unknowns, relative to their size, at which they count as solved.
+/// Change of the condensed unknowns, relative to their size, at which they count as solved.
 const SOLVED: f64 = 1e-12;
 
 /// Checks the contract of [`Term`] around a state, cluster by cluster: the residual is the derivative of
@@ -22,11 +22,11 @@ const SOLVED: f64 = 1e-12;
 /// [`advance`](Term::advance) allows a step of nothing in full.
 ///
 /// `displacement` holds the coefficients of all nodes, `D` components each: a small admissible state that
-/// is not at rest, where errors hide. Terms with local unknowns are checked with these solved
+/// is not at rest, where errors hide. Terms with condensed unknowns are checked with these solved
 /// (by [`advance`](Term::advance) with a step of nothing) at each state: then the condensed residual is the
 /// derivative of the energy, the condensed matrix that of the residual, and the increments by
 /// `advance` are the derivatives of the solved unknowns along the step. How such a term converges from
-/// local unknowns that are not solved is not checked.
+/// condensed unknowns that are not solved is not checked.
 ///
 /// # Errors
 /// Where the displacement is too short for the term's nodes or not finite.
@@ -67,7 +67,7 @@ pub fn term<const D: usize>(term: &dyn Term<D>, displacement: &[f64], load: f64)
     let Some(base) = probe.solved(displacement, load) else {
         return Ok(report
             .with([order])
-            .unchecked("all derivatives: the local unknowns were not solved by advance() with a step of nothing"));
+            .unchecked("all derivatives: the condensed unknowns were not solved by advance() with a step of nothing"));
     };
     let mut lengths = Law::new("linearize() keeps the lengths of its buffers", 0.0);
     for cluster in 0..clusters {
@@ -90,17 +90,17 @@ struct Probe<'a, const D: usize> {
     term: &'a dyn Term<D>,
     displacement: &'a [f64],
     load: f64,
-    locals: usize,
+    condensed: usize,
     nothing: Vec<f64>,
     step: f64,
 }
 
 impl<'a, const D: usize> Probe<'a, D> {
     fn new(term: &'a dyn Term<D>, displacement: &'a [f64], load: f64) -> Self {
-        let locals = (0..term.clusters()).map(|c| term.locals(c).end).max().unwrap_or(0);
+        let condensed = (0..term.clusters()).map(|c| term.condensed(c).end).max().unwrap_or(0);
         let size = displacement.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let step = STEP * if size > 0.0 { size } else { 1.0 };
-        Probe { term, displacement, load, locals, nothing: vec![0.0; displacement.len()], step }
+        Probe { term, displacement, load, condensed, nothing: vec![0.0; displacement.len()], step }
     }
 
     fn advance(
@@ -108,29 +108,29 @@ impl<'a, const D: usize> Probe<'a, D> {
         cluster: usize,
         displacement: &[f64],
         load: f64,
-        locals: &[f64],
+        condensed: &[f64],
         step: &[f64],
         out: &mut Vec<f64>,
     ) -> f64 {
         out.clear();
-        out.resize(self.term.locals(cluster).len(), 0.0);
-        self.term.advance(cluster, View { displacement, locals, load }, step, out)
+        out.resize(self.term.condensed(cluster).len(), 0.0);
+        self.term.advance(cluster, View { displacement, condensed, load }, step, out)
     }
 
-    /// The local unknowns that belong to a displacement; `None` where they are not found.
+    /// The condensed unknowns that belong to a displacement; `None` where they are not found.
     fn solved(&self, displacement: &[f64], load: f64) -> Option<Vec<f64>> {
-        let mut locals = vec![0.0; self.locals];
+        let mut condensed = vec![0.0; self.condensed];
         let mut change = Vec::new();
         for cluster in 0..self.term.clusters() {
-            let range = self.term.locals(cluster);
+            let range = self.term.condensed(cluster);
             if range.is_empty() {
                 continue;
             }
-            self.term.start(cluster, &mut locals[range.clone()]);
+            self.term.start(cluster, &mut condensed[range.clone()]);
             let mut found = false;
             for _ in 0..SWEEPS {
-                self.advance(cluster, displacement, load, &locals, &self.nothing, &mut change);
-                let own = &mut locals[range.clone()];
+                self.advance(cluster, displacement, load, &condensed, &self.nothing, &mut change);
+                let own = &mut condensed[range.clone()];
                 let size = own.iter().fold(0.0f64, |m, v| m.max(v.abs()));
                 let moved = change.iter().fold(0.0f64, |m, v| m.max(v.abs()));
                 own.iter_mut().zip(&change).for_each(|(l, c)| *l += c);
@@ -143,14 +143,14 @@ impl<'a, const D: usize> Probe<'a, D> {
                 return None;
             }
         }
-        Some(locals)
+        Some(condensed)
     }
 
-    fn linearize(&self, cluster: usize, displacement: &[f64], load: f64, locals: &[f64], matrix: bool) -> Element {
+    fn linearize(&self, cluster: usize, displacement: &[f64], load: f64, condensed: &[f64], matrix: bool) -> Element {
         let mut element = Element::default();
         let size = self.term.nodes(cluster).len() * D;
         element.reset(size, matrix);
-        self.term.linearize(cluster, View { displacement, locals, load }, &mut element);
+        self.term.linearize(cluster, View { displacement, condensed, load }, &mut element);
         // They may change in one state and not in another.
         element.residual.resize(size, f64::NAN);
         element.load_slope.resize(size, f64::NAN);
@@ -159,9 +159,9 @@ impl<'a, const D: usize> Probe<'a, D> {
     }
 
     /// Entries by which a linearisation, with a matrix and without, makes its buffers longer or shorter.
-    fn changed_lengths(&self, cluster: usize, locals: &[f64]) -> usize {
+    fn changed_lengths(&self, cluster: usize, condensed: &[f64]) -> usize {
         let size = self.term.nodes(cluster).len() * D;
-        let view = View { displacement: self.displacement, locals, load: self.load };
+        let view = View { displacement: self.displacement, condensed, load: self.load };
         let mut changed = 0;
         for matrix in [false, true] {
             let mut element = Element::default();
@@ -173,8 +173,8 @@ impl<'a, const D: usize> Probe<'a, D> {
         changed
     }
 
-    fn energy(&self, cluster: usize, displacement: &[f64], locals: &[f64]) -> f64 {
-        self.term.energy(cluster, View { displacement, locals, load: self.load })
+    fn energy(&self, cluster: usize, displacement: &[f64], condensed: &[f64]) -> f64 {
+        self.term.energy(cluster, View { displacement, condensed, load: self.load })
     }
 
     /// The displacement moved by `t` along a direction of one cluster.
@@ -193,7 +193,7 @@ impl<'a, const D: usize> Probe<'a, D> {
         let mut residual = Law::new("the residual is the derivative of the energy", TOLERANCE);
         let mut matrix = Law::new("the matrix is the derivative of the residual", TOLERANCE);
         let mut slope = Law::new("the load slope is the derivative of the residual", TOLERANCE);
-        let mut locals = Law::new("advance() follows the solved local unknowns", TOLERANCE);
+        let mut condensed = Law::new("advance() follows the solved condensed unknowns", TOLERANCE);
         let mut random = fastrand::Rng::with_seed(3);
         let (mut stored, mut solved_all) = (false, true);
         for cluster in 0..self.term.clusters() {
@@ -226,7 +226,7 @@ impl<'a, const D: usize> Probe<'a, D> {
                 let size = norm(&product) + forces * 1e-10 / self.step;
                 matrix.see(relative(&change, &product, size), place);
 
-                let range = self.term.locals(cluster);
+                let range = self.term.condensed(cluster);
                 if !range.is_empty() {
                     let step: Vec<f64> = plus.iter().zip(&minus).map(|(a, b)| (a - b) / (2.0 * self.step)).collect();
                     let mut increments = Vec::new();
@@ -234,7 +234,7 @@ impl<'a, const D: usize> Probe<'a, D> {
                     let change: Vec<f64> =
                         range.clone().map(|k| (l_plus[k] - l_minus[k]) / (2.0 * self.step)).collect();
                     let size = norm(&increments) + norm(&base[range]) * 1e-10 / self.step;
-                    locals.see(relative(&change, &increments, size), place);
+                    condensed.see(relative(&change, &increments, size), place);
                 }
             }
             let (above, below) = (self.load + STEP, self.load - STEP);
@@ -256,12 +256,12 @@ impl<'a, const D: usize> Probe<'a, D> {
         } else {
             report = report.unchecked("residual against energy: the term stores none");
         }
-        if self.locals > 0 {
-            report = report.with([locals]);
-            report = report.unchecked("convergence from local unknowns that are not solved");
+        if self.condensed > 0 {
+            report = report.with([condensed]);
+            report = report.unchecked("convergence from condensed unknowns that are not solved");
         }
         if !solved_all {
-            report = report.unchecked("some directions: the local unknowns were not solved there");
+            report = report.unchecked("some directions: the condensed unknowns were not solved there");
         }
         report
     }

@@ -35,7 +35,7 @@ const TOO_FAR: f64 = 0.5;
 /// With the mean gap of a hat, $\bar g_J = \int\Theta_J\\,g(x)\\,\mathrm d\Gamma/A_J$, and its pressure $\pi_J$ per
 /// reference area, equilibrium is a saddle of $\Pi(d) - \sum_J A_J\\,\pi_J\\,\bar g_J$ with
 /// $$\bar g_J \ge 0,\quad \pi_J \ge 0,\quad \pi_J\\,\bar g_J = 0.$$
-/// Pressures are local unknowns, condensed before assembly: with the hats in contact those where
+/// Pressures are condensed unknowns, condensed before assembly: with the hats in contact those where
 /// $\pi_J > c\\,\bar g_J$ (a semismooth Newton method on the complementarity), an iteration solves for
 /// $$\pi_J^{new} = \pi_J - \varepsilon\\,(\bar g_J + \nabla\bar g_J\cdot\delta d),$$
 /// and all others have none. At rest of the iteration $\bar g_J = 0$ whatever $\varepsilon$: it says how fast pressures come to
@@ -109,22 +109,22 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         &self.skin.hats[cluster].nodes
     }
 
-    fn knots(&self) -> Vec<f64> {
-        self.surface.knots()
+    fn break_points(&self) -> Vec<f64> {
+        self.surface.break_points()
     }
 
     fn is_unilateral(&self) -> bool {
         true
     }
 
-    fn locals(&self, cluster: usize) -> std::ops::Range<usize> {
+    fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
         cluster..cluster + 1
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
         let hat = &self.skin.hats[cluster];
         let size = hat.nodes.len() * D;
-        let pressure = view.locals[cluster];
+        let pressure = view.condensed[cluster];
         // ∇ḡ A, in the buffer of the element.
         let mut slope = std::mem::take(&mut out.scratch);
         slope.clear();
@@ -195,14 +195,14 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         out.scratch = slope;
     }
 
-    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], locals_step: &mut [f64]) -> f64 {
-        let pressure = view.locals[cluster];
+    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
+        let pressure = view.condensed[cluster];
         let (gap, change) = self.change(cluster, &view, step);
         if self.touches(cluster, pressure, gap) {
-            locals_step[0] = -self.proximal(cluster) * (gap + change);
+            condensed_step[0] = -self.proximal(cluster) * (gap + change);
             return 1.0;
         }
-        locals_step[0] = -pressure;
+        condensed_step[0] = -pressure;
         let most = TOO_FAR * self.skin.hats[cluster].width;
         if gap + change < -most && change < 0.0 {
             return ((gap + most) / -change).min(1.0);
@@ -244,8 +244,8 @@ impl<const D: usize> Term<D> for Carriage<D> {
         &self.node
     }
 
-    fn knots(&self) -> Vec<f64> {
-        self.amplitude.knots()
+    fn break_points(&self) -> Vec<f64> {
+        self.amplitude.break_points()
     }
 
     fn matrix_follows_load(&self) -> bool {

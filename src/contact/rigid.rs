@@ -150,10 +150,10 @@ impl<const D: usize> RigidSurface<D> {
     }
 
     /// Load factors at which its motion has kinks.
-    pub(crate) fn knots(&self) -> Vec<f64> {
+    pub(crate) fn break_points(&self) -> Vec<f64> {
         match &self.drive {
             Drive::Fixed => Vec::new(),
-            Drive::Moved { amplitude, .. } | Drive::Pushed { amplitude, .. } => amplitude.knots(),
+            Drive::Moved { amplitude, .. } | Drive::Pushed { amplitude, .. } => amplitude.break_points(),
         }
     }
 }

@@ -64,7 +64,7 @@ pub enum GeometryError {
         /// The parts that exist.
         known: String,
     },
-    /// A drawn shape or the particles in it are unusable.
+    /// A planar shape or the particles in it are unusable.
     #[error("{what}, at X = {at:?}: {remedy}")]
     Shape {
         /// What is wrong.

@@ -111,7 +111,7 @@ impl Driven {
                  check::scene finds free rigid motions"
             }
             Driven::ByDisplacements => {
-                "; no load grows here: a smaller Stepping::smallest or finer particles go on further, Health::jacobians \
+                "; no load grows here: a smaller Stepping::smallest or finer particles go on further, StateDiagnostics::jacobians \
                  of the last step tell material that is squeezed through, check::scene finds free rigid motions"
             }
             Driven::ByControl => "",

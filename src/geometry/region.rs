@@ -7,7 +7,7 @@ use crate::error::GeometryError;
 use super::Point;
 use super::outline::{Curve, Outline};
 
-/// A drawn region of the plane: an outline and holes in it.
+/// A region of the plane: an outline and holes in it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region {
     /// Outer loop counter-clockwise, holes clockwise; each a list of (curve, part).

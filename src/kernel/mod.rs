@@ -142,8 +142,8 @@ impl Kernel for QuinticSpline {
     fn value_and_slope(&self, z: f64) -> (f64, f64) {
         let mut value = 0.0;
         let mut slope = 0.0;
-        for (weight, knot) in [(1.0, 3.0), (-6.0, 2.0), (15.0, 1.0)] {
-            let q: f64 = knot - 3.0 * z;
+        for (weight, break_point) in [(1.0, 3.0), (-6.0, 2.0), (15.0, 1.0)] {
+            let q: f64 = break_point - 3.0 * z;
             if q > 0.0 {
                 let q4 = q.powi(4);
                 value += weight * q4 * q;

@@ -6,7 +6,7 @@ use super::{RivlinPolynomial, VolumetricEnergy};
 
 /// Whether a condition holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
+pub enum ExistenceVerdict {
     /// The material satisfies it.
     Holds,
     /// The material violates it.
@@ -15,7 +15,7 @@ pub enum Verdict {
     Unknown,
 }
 
-impl From<bool> for Verdict {
+impl From<bool> for ExistenceVerdict {
     fn from(holds: bool) -> Self {
         if holds { Self::Holds } else { Self::Fails }
     }
@@ -27,7 +27,7 @@ pub struct Condition {
     /// The paper's equation number, such as "5.10".
     pub equation: &'static str,
     /// Whether it holds.
-    pub verdict: Verdict,
+    pub verdict: ExistenceVerdict,
     /// What was found.
     pub detail: String,
 }
@@ -55,11 +55,11 @@ pub struct ExistenceReport {
 impl ExistenceReport {
     /// Whether every condition holds.
     pub fn holds(&self) -> bool {
-        self.conditions.iter().all(|condition| condition.verdict == Verdict::Holds)
+        self.conditions.iter().all(|condition| condition.verdict == ExistenceVerdict::Holds)
     }
 
     /// The verdict on one equation, such as "5.10"; `None` for an equation outside (5.6)–(5.13).
-    pub fn verdict(&self, equation: &str) -> Option<Verdict> {
+    pub fn verdict(&self, equation: &str) -> Option<ExistenceVerdict> {
         self.conditions.iter().find(|condition| condition.equation == equation).map(|condition| condition.verdict)
     }
 }
@@ -68,9 +68,9 @@ impl fmt::Display for ExistenceReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for condition in &self.conditions {
             let verdict = match condition.verdict {
-                Verdict::Holds => "holds",
-                Verdict::Fails => "fails",
-                Verdict::Unknown => "unknown",
+                ExistenceVerdict::Holds => "holds",
+                ExistenceVerdict::Fails => "fails",
+                ExistenceVerdict::Unknown => "unknown",
             };
             writeln!(f, "({:<4}) {verdict:<7} {}", condition.equation, condition.detail)?;
         }
@@ -93,11 +93,11 @@ impl fmt::Display for ExistenceReport {
 /// bounds $\bar I_2^{\beta/2}$ with $\beta = \alpha/2$, and the other way round.
 ///
 /// ```
-/// use rkpm::material::{HartmannNeffVolume, RivlinPolynomial, Rubber, Verdict, existence};
+/// use rkpm::material::{HartmannNeffVolume, RivlinPolynomial, Rubber, ExistenceVerdict, existence};
 ///
 /// let report = Rubber::mooney_rivlin(0.3, 0.05, 1e3)?.existence();
-/// assert_eq!(report.verdict("5.8"), Some(Verdict::Fails));  // beta = 2 < 3
-/// assert_eq!(report.verdict("5.10"), Some(Verdict::Fails)); // (k/2)(J - 1)² is finite at J = 0
+/// assert_eq!(report.verdict("5.8"), Some(ExistenceVerdict::Fails));  // beta = 2 < 3
+/// assert_eq!(report.verdict("5.10"), Some(ExistenceVerdict::Fails)); // (k/2)(J - 1)² is finite at J = 0
 ///
 /// let stiffening = RivlinPolynomial::yeoh(1.0, 0.1, 0.01)?;
 /// assert!(existence(&stiffening, &HartmannNeffVolume::new(1e3)?).holds());
@@ -105,11 +105,11 @@ impl fmt::Display for ExistenceReport {
 /// ```
 pub fn existence(distortional: &RivlinPolynomial, volumetric: &dyn VolumetricEnergy) -> ExistenceReport {
     let mut conditions = Vec::with_capacity(8);
-    let mut note = |equation, verdict: Verdict, detail: String| {
+    let mut note = |equation, verdict: ExistenceVerdict, detail: String| {
         conditions.push(Condition { equation, verdict, detail });
     };
 
-    note("5.6", Verdict::Holds, "a polynomial in tr(AᵀA) and tr(BᵀB), A = J^(-1/3) F, B = adj A".into());
+    note("5.6", ExistenceVerdict::Holds, "a polynomial in tr(AᵀA) and tr(BᵀB), A = J^(-1/3) F, B = adj A".into());
     let mixed: Vec<_> =
         distortional.terms().filter(|((m, n), _)| *m > 0 && *n > 0).map(|((m, n), _)| format!("A_{m}{n}")).collect();
     let pure = Expansion::new(distortional);
@@ -123,7 +123,7 @@ pub fn existence(distortional: &RivlinPolynomial, volumetric: &dyn VolumetricEne
         };
         let mut terms = show("a", "alpha", &pure.first);
         terms.extend(show("b", "beta", &pure.second));
-        note("5.7", Verdict::Holds, terms.join(", "));
+        note("5.7", ExistenceVerdict::Holds, terms.join(", "));
         // The bounds 3/2 and 3 make J^(-α/3)|F|^α and J^(-2β/3)|adj F|^β convex in (F, adj F, J).
         let faults: Vec<_> = violations("a", &pure.first, 1.5).chain(violations("b", &pure.second, 3.0)).collect();
         let detail =
@@ -133,15 +133,15 @@ pub fn existence(distortional: &RivlinPolynomial, volumetric: &dyn VolumetricEne
         beta = largest(&pure.second).or(largest(&pure.first).map(|alpha| 0.5 * alpha));
     } else {
         let mixed = mixed.join(", ");
-        note("5.7", Verdict::Fails, format!("mixed terms {mixed}"));
-        note("5.8", Verdict::Unknown, "asks for the form (5.7)".into());
+        note("5.7", ExistenceVerdict::Fails, format!("mixed terms {mixed}"));
+        note("5.8", ExistenceVerdict::Unknown, "asks for the form (5.7)".into());
     }
 
     let shape = volumetric.shape();
     let mut ask = |equation, holds: Option<bool>, yes: &str, no: &str| match holds {
-        None => note(equation, Verdict::Unknown, "the volumetric energy gives no shape".into()),
-        Some(true) => note(equation, Verdict::Holds, yes.into()),
-        Some(false) => note(equation, Verdict::Fails, no.into()),
+        None => note(equation, ExistenceVerdict::Unknown, "the volumetric energy gives no shape".into()),
+        Some(true) => note(equation, ExistenceVerdict::Holds, yes.into()),
+        Some(false) => note(equation, ExistenceVerdict::Fails, no.into()),
     };
     ask("5.9", shape.map(|s| s.convex), "G is convex", "G is not convex");
     ask(
@@ -184,7 +184,7 @@ pub fn existence(distortional: &RivlinPolynomial, volumetric: &dyn VolumetricEne
                 }
             ),
         ),
-        _ => note("5.13", Verdict::Unknown, "asks for alpha and beta of (5.7) and gamma of (5.11)".into()),
+        _ => note("5.13", ExistenceVerdict::Unknown, "asks for alpha and beta of (5.7) and gamma of (5.11)".into()),
     }
     ExistenceReport { conditions, alpha, beta, gamma, p: p.map(f64::recip), q: q.map(f64::recip) }
 }
@@ -263,11 +263,11 @@ mod tests {
         let neo_hookean = [((1, 0), 0.5)];
         // α = 2, γ = 2: p = 12/8 = 3/2, which is not above 3/2.
         let report = verdicts(&neo_hookean, &MixedLogarithmicVolume { bulk: 1.0 });
-        assert_eq!(report.verdict("5.13"), Some(Verdict::Fails));
+        assert_eq!(report.verdict("5.13"), Some(ExistenceVerdict::Fails));
         assert!((report.p.unwrap() - 1.5).abs() < 1e-15);
         // γ = 5: p = 30/17 > 3/2, but 1/2 + 1/1 + 1/5 > 4/3 with β = α/2 = 1.
         let report = verdicts(&neo_hookean, &HartmannNeffVolume { bulk: 1.0 });
-        assert_eq!(report.verdict("5.13"), Some(Verdict::Fails));
+        assert_eq!(report.verdict("5.13"), Some(ExistenceVerdict::Fails));
         assert!((report.p.unwrap() - 30.0 / 17.0).abs() < 1e-14);
         // A term of β = 4 helps: 1/2 + 1/4 + 1/5 < 4/3. Its linear part 0.6 - 6 × 0.1 is round-off.
         let helped = [((1, 0), 0.5), ((0, 1), 0.6), ((0, 2), 0.1)];
@@ -280,7 +280,10 @@ mod tests {
     fn mixed_terms_have_no_such_form() {
         let report = verdicts(&[((1, 0), 0.5), ((1, 1), 0.1)], &MixedLogarithmicVolume { bulk: 1.0 });
         let found = ["5.6", "5.7", "5.8", "5.13"].map(|equation| report.verdict(equation).unwrap());
-        assert_eq!(found, [Verdict::Holds, Verdict::Fails, Verdict::Unknown, Verdict::Unknown]);
+        assert_eq!(
+            found,
+            [ExistenceVerdict::Holds, ExistenceVerdict::Fails, ExistenceVerdict::Unknown, ExistenceVerdict::Unknown]
+        );
         assert!(report.to_string().contains("A_11"), "{report}");
     }
 
@@ -295,10 +298,10 @@ mod tests {
         let stiffening = [((1, 0), 1.0), ((2, 0), 0.1)];
         let report = verdicts(&stiffening, &Shapeless);
         let volumetric = ["5.9", "5.10", "5.11", "5.12", "5.13"];
-        assert!(volumetric.iter().all(|equation| report.verdict(equation) == Some(Verdict::Unknown)));
+        assert!(volumetric.iter().all(|equation| report.verdict(equation) == Some(ExistenceVerdict::Unknown)));
         let report = verdicts(&stiffening, &LogarithmicVolume { bulk: 1.0 });
         let found = volumetric.map(|equation| report.verdict(equation).unwrap());
-        use Verdict::{Fails, Holds, Unknown};
+        use ExistenceVerdict::{Fails, Holds, Unknown};
         assert_eq!(found, [Fails, Holds, Fails, Holds, Unknown]);
     }
 }

@@ -56,7 +56,7 @@ use nalgebra::Matrix3;
 use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components, determinant_hessian};
 
 pub use carroll::Carroll;
-pub use existence::{Condition, ExistenceReport, Verdict, existence};
+pub use existence::{Condition, ExistenceReport, ExistenceVerdict, existence};
 pub use foam::{FoamTerm, OgdenFoam};
 pub use gent::{Gent, GentGent};
 pub use invariants::{Distortion, InvariantEnergy, Invariants};

@@ -181,7 +181,7 @@ pub enum Direction {
 
 /// A dashed line across the plot at a value to compare with.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reference {
+pub struct ReferenceLine {
     /// Its name in the legend; an empty one has no entry there.
     pub name: String,
     /// Where it runs, in the unit of the axis it crosses.
@@ -235,7 +235,7 @@ pub struct Chart {
     /// The series, drawn in this order.
     pub series: Vec<Series>,
     /// Lines to compare with.
-    pub references: Vec<Reference>,
+    pub references: Vec<ReferenceLine>,
     /// Grey bands behind everything else.
     pub bands: Vec<Band>,
     /// How the axes relate.
@@ -352,14 +352,14 @@ impl Chart {
     /// Adds a dashed line at one value of y.
     #[must_use]
     pub fn horizontal(mut self, name: impl Into<String>, value: f64) -> Self {
-        self.references.push(Reference { name: name.into(), value, direction: Direction::Horizontal });
+        self.references.push(ReferenceLine { name: name.into(), value, direction: Direction::Horizontal });
         self
     }
 
     /// Adds a dashed line at one value of x.
     #[must_use]
     pub fn vertical(mut self, name: impl Into<String>, value: f64) -> Self {
-        self.references.push(Reference { name: name.into(), value, direction: Direction::Vertical });
+        self.references.push(ReferenceLine { name: name.into(), value, direction: Direction::Vertical });
         self
     }
 

@@ -154,7 +154,7 @@ impl Table {
 
 /// One line of a [`Summary`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Quantity {
+pub struct SummaryRow {
     /// Its name, unique within the summary.
     pub name: String,
     /// Its value, in the unit the name ends in.
@@ -163,7 +163,7 @@ pub struct Quantity {
     pub reference: Option<f64>,
 }
 
-impl Quantity {
+impl SummaryRow {
     /// value/reference − 1, signed; none without a reference or where the ratio is not finite.
     #[must_use]
     pub fn relative_error(&self) -> Option<f64> {
@@ -188,7 +188,7 @@ impl Quantity {
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Summary {
-    quantities: Vec<Quantity>,
+    quantities: Vec<SummaryRow>,
 }
 
 impl Summary {
@@ -216,14 +216,14 @@ impl Summary {
 
     /// The entries, in the order they were made.
     #[must_use]
-    pub fn quantities(&self) -> &[Quantity] {
+    pub fn quantities(&self) -> &[SummaryRow] {
         &self.quantities
     }
 
     /// The summary as a table; the last two cells of a note are empty.
     #[must_use]
     pub fn table(&self) -> Table {
-        let row = |q: &Quantity| {
+        let row = |q: &SummaryRow| {
             vec![
                 Cell::from(q.name.as_str()),
                 Cell::from(q.value),
@@ -263,7 +263,7 @@ impl Summary {
                 needed: 1,
             });
         }
-        self.quantities.push(Quantity { name, value, reference });
+        self.quantities.push(SummaryRow { name, value, reference });
         Ok(self)
     }
 }

@@ -38,7 +38,7 @@ use std::path::{Path as FilePath, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::error::OutputError;
-use crate::solve::{Ending, Observer, Path, State, Step};
+use crate::solve::{Ending, EquilibriumPath, Observer, State, Step};
 
 /// The layout of the records; files of others are refused.
 const VERSION: u32 = 2;
@@ -120,7 +120,7 @@ impl Journal {
     ///
     /// # Errors
     /// As [`read`](Journal::read), and where the file can't be written to.
-    pub fn reopen(path: impl AsRef<FilePath>) -> Result<(Self, Path), OutputError> {
+    pub fn reopen(path: impl AsRef<FilePath>) -> Result<(Self, EquilibriumPath), OutputError> {
         let path = path.as_ref();
         let refused = |source| io_error(path, source);
         let (so_far, length) = read(path)?;
@@ -139,7 +139,7 @@ impl Journal {
     /// # Errors
     /// [`OutputError::Io`] where the file can't be read, [`OutputError::Journal`] where it is no journal, or
     /// whole records stand behind a damaged one.
-    pub fn read(path: impl AsRef<FilePath>) -> Result<Path, OutputError> {
+    pub fn read(path: impl AsRef<FilePath>) -> Result<EquilibriumPath, OutputError> {
         Ok(read(path.as_ref())?.0)
     }
 
@@ -154,11 +154,11 @@ impl Journal {
     ///
     /// # Errors
     /// [`OutputError::Io`] where the file system refused this or any earlier record.
-    pub fn close(mut self, path: &Path) -> Result<(), OutputError> {
+    pub fn close(mut self, path: &EquilibriumPath) -> Result<(), OutputError> {
         if let Some(failure) = self.failure.take() {
             return Err(io_error(&self.path, failure));
         }
-        let Path { ending, iterations, rejected, .. } = path;
+        let EquilibriumPath { ending, iterations, rejected, .. } = path;
         self.append(&Line::End { ending, iterations: *iterations, rejected: *rejected })
             .map_err(|source| io_error(&self.path, source))
     }
@@ -214,7 +214,7 @@ fn parse(line: &[u8]) -> Result<Record, String> {
 }
 
 /// The path in a file and the length of its whole records.
-fn read(path: &FilePath) -> Result<(Path, u64), OutputError> {
+fn read(path: &FilePath) -> Result<(EquilibriumPath, u64), OutputError> {
     let refused = |source| io_error(path, source);
     let wrong = |line: usize, what: String| OutputError::Journal { path: path.display().to_string(), line, what };
     let file = File::open(path).map_err(refused)?;
@@ -223,7 +223,7 @@ fn read(path: &FilePath) -> Result<(Path, u64), OutputError> {
         return Err(wrong(0, "not a file".into()));
     }
     let mut reader = BufReader::new(file);
-    let mut so_far: Option<Path> = None;
+    let mut so_far: Option<EquilibriumPath> = None;
     let mut length = 0;
     let mut damage: Option<(usize, String)> = None;
     let mut line = Vec::new();
@@ -245,7 +245,7 @@ fn read(path: &FilePath) -> Result<(Path, u64), OutputError> {
             }
         };
         match (&mut so_far, record) {
-            (None, Record::Start { version: VERSION, state }) => so_far = Some(Path::new(state)),
+            (None, Record::Start { version: VERSION, state }) => so_far = Some(EquilibriumPath::new(state)),
             (None, Record::Start { version, .. }) => {
                 return Err(wrong(number, format!("version {version} of the layout, this crate reads {VERSION}")));
             }

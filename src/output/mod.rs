@@ -25,7 +25,7 @@ pub mod vtk;
 
 #[cfg(feature = "chart")]
 pub use chart::{Chart, Series};
-pub use csv::{Cell, Quantity, Summary, Table};
+pub use csv::{Cell, Summary, SummaryRow, Table};
 #[cfg(feature = "serde")]
 pub use journal::{Flush, Journal};
 pub use vtk::{PvdCollection, PvdEntry, VtkCell, VtkField, VtkGrid, VtkValues};

@@ -141,13 +141,13 @@ fn stays_off_axis<const D: usize>(
     cells: &dyn Cells<D>,
     nodes: &[usize],
 ) -> Result<(), BoundaryError> {
-    if !matches!(single.direction, Direction::Component(0)) || scene.kinematics.hoops().is_empty() {
+    if !matches!(single.direction, Direction::Component(0)) || scene.kinematics.hoop_components().is_empty() {
         return Ok(());
     }
     for &node in nodes {
         let at = &cells.positions()[node];
         let (target, amplitude) = value_at(single, at);
-        for load in [1.0, 0.75, 0.5, 0.25].into_iter().chain(single.amplitude.knots()) {
+        for load in [1.0, 0.75, 0.5, 0.25].into_iter().chain(single.amplitude.break_points()) {
             let radius = at[0] + target * amplitude.evaluate(load).0;
             // Points on the axis stay there: moved off it, they would be circles that were points.
             if radius < 0.0 || (radius == 0.0) != (at[0] == 0.0) {
@@ -177,7 +177,7 @@ fn add<const D: usize, A: Approximation<D>>(
         check_component(component, D, label)?;
     }
     if let Value::Motion(_) = single.value {
-        rows.add_knots(amplitude.knots());
+        rows.add_knots(amplitude.break_points());
     }
     let along = |x: &Point<D>, normal: &Point<D>| single.direction.unit(label, x, normal);
     let moves = match single.value {

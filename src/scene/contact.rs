@@ -128,7 +128,7 @@ pub(super) fn add<const D: usize>(
             model.add(Carriage { node: [node], force: *force, amplitude: amplitude.clone(), stiffness: shear });
         }
     }
-    if next > particles || !holds(rows, cells.positions(), !scene.kinematics.hoops().is_empty()) {
+    if next > particles || !holds(rows, cells.positions(), !scene.kinematics.hoop_components().is_empty()) {
         model.add(leash(model.positions(), volume, shear));
     }
     Ok(contacts)
@@ -297,8 +297,8 @@ impl<const D: usize> Problem<D> {
             return Err(ContactError::Unknown { asked: name.to_string(), known }.into());
         };
         let law = &contact.law;
-        let locals = &state.locals[contact.term];
-        let view = View { displacement: &state.displacement, locals, load: state.load };
+        let condensed = &state.condensed[contact.term];
+        let view = View { displacement: &state.displacement, condensed, load: state.load };
         let mut found = ContactState {
             force: Point::zeros(),
             moment: Vector3::zeros(),
@@ -308,7 +308,7 @@ impl<const D: usize> Problem<D> {
         };
         let mut sizes = Vec::with_capacity(law.skin.hats.len());
         for (k, hat) in law.skin.hats.iter().enumerate() {
-            let nominal = locals[k];
+            let nominal = condensed[k];
             let (mut area, mut width) = (0.0, 0.0);
             let particle = hat.particle as usize;
             let reference = self.cells.positions()[particle];
@@ -322,7 +322,7 @@ impl<const D: usize> Problem<D> {
                 let stretch = (cofactor(&f) * normal).norm();
                 area += weight * stretch;
                 // Along the meridian, without the hoop's stretch.
-                let hoop = if law.skin.table.hoops().is_empty() { 1.0 } else { f[(2, 2)] };
+                let hoop = if law.skin.table.hoop_components().is_empty() { 1.0 } else { f[(2, 2)] };
                 width += weight * stretch / hoop;
                 let push = nearest.normal * (nominal * weight);
                 force += push;

@@ -2,7 +2,7 @@
 
 use crate::error::{ApproximationError, BoundaryError, Error};
 use crate::geometry::Point;
-use crate::solve::{Deflection, Functional, Observer, Path};
+use crate::solve::{Deflection, EquilibriumPath, Functional, Observer};
 
 use super::Problem;
 
@@ -50,7 +50,7 @@ impl<const D: usize> Problem<D> {
         functional: &dyn Functional,
         targets: &[f64],
         observer: &mut dyn Observer,
-    ) -> Result<Path, Error> {
+    ) -> Result<EquilibriumPath, Error> {
         self.analysis.run_controlled(&self.model, &self.rows, self.at_rest(), functional, targets, observer)
     }
 }

@@ -22,7 +22,7 @@ use super::cover::{self, KernelFunctions};
 use super::load::{LoadKind, Shared, Varying, dead};
 use super::place::Spot;
 use super::problem::Evaluate;
-use super::scheme::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule, Scheme, Volume};
+use super::scheme::{Dilation, Enforcing, Functions, PressureScheme, Resolution, RowKind, Rule, Scheme};
 use super::{Load, Place, Problem, Scene, Source, Value};
 
 /// Gauss points per cell in 1D where the basis is quadratic or higher.
@@ -49,7 +49,7 @@ pub(super) fn discretize<const D: usize>(
     scheme: &Scheme,
     refused: Refused<'_>,
 ) -> Result<Problem<D>, Error> {
-    if let Volume::Field { size: 0, .. } = scheme.volume {
+    if let PressureScheme::Field { size: 0, .. } = scheme.pressure {
         let needed = "at least 1 is needed";
         return Err(GeometryError::Count { what: "cells per direction of a pressure zone", count: 0, needed }.into());
     }
@@ -180,10 +180,10 @@ fn elements<const D: usize>(
             .into());
         }
     };
-    let field = match scheme.volume {
-        Volume::Auto if order == 1 => PressureField::Constant,
-        Volume::Auto => PressureField::Linear,
-        Volume::Field { field, .. } => field,
+    let field = match scheme.pressure {
+        PressureScheme::Auto if order == 1 => PressureField::Constant,
+        PressureScheme::Auto => PressureField::Linear,
+        PressureScheme::Field { field, .. } => field,
     };
     let table = ShapeTable::of_elements(&elements, &elements.gauss(points)?, kinematics)?;
     // Q1/P0 and Q2/P1 as the literature has them: all of the volumetric energy projected.
@@ -395,12 +395,12 @@ fn body_table<const D: usize, A: Approximation<D>>(
 ) -> Result<(ShapeTable<D>, FacetRule, PressureField), Error> {
     // The quadratic basis asks for one sub-cell or point more per direction.
     let more = usize::from(scheme.order > 1);
-    let (field, size) = match scheme.volume {
+    let (field, size) = match scheme.pressure {
         // One point for each particle: a pressure there is one constraint for two unknowns already.
-        Volume::Auto if matches!(scheme.rule, Rule::Scni | Rule::Nodal) => (PressureField::Pointwise, 1),
-        Volume::Auto if !cells.is_thin() => (PressureField::Linear, 2),
-        Volume::Auto => (PressureField::Constant, 1),
-        Volume::Field { field, size } => (field, size),
+        PressureScheme::Auto if matches!(scheme.rule, Rule::Scni | Rule::Nodal) => (PressureField::Pointwise, 1),
+        PressureScheme::Auto if !cells.is_thin() => (PressureField::Linear, 2),
+        PressureScheme::Auto => (PressureField::Constant, 1),
+        PressureScheme::Field { field, size } => (field, size),
     };
     let kinematics = &*scene.kinematics;
     match &scheme.rule {
@@ -431,12 +431,12 @@ fn body_table<const D: usize, A: Approximation<D>>(
         }
         Rule::Scni => {
             let gauss = 2 + more;
-            let table = ShapeTable::smoothed(approximation, &cells.dual(gauss)?, kinematics)?;
+            let table = ShapeTable::smoothed(approximation, &cells.nodal_cells(gauss)?, kinematics)?;
             Ok((table, FacetRule { parts: 2, gauss }, field))
         }
         Rule::Nodal => {
             let gauss = 2 + more;
-            let points = cells.dual(gauss)?.nodal(cells.positions());
+            let points = cells.nodal_cells(gauss)?.nodal(cells.positions());
             let table = ShapeTable::new(approximation, &points, kinematics)?;
             Ok((table, FacetRule { parts: 2, gauss }, field))
         }
@@ -479,7 +479,7 @@ fn body_table<const D: usize, A: Approximation<D>>(
 pub(super) struct Unmeasured;
 
 impl<const D: usize> crate::kinematics::Kinematics<D> for Unmeasured {
-    fn hoops(&self) -> &'static [usize] {
+    fn hoop_components(&self) -> &'static [usize] {
         &[]
     }
 

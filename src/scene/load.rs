@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use crate::geometry::Point;
-use crate::term::{Amplitude, Blocks, DeadLoad, Flux, FollowerPressure, Integrand, PointState};
+use crate::term::{Amplitude, DeadLoad, FollowerPressure, Integrand, PointDerivatives, PointState, Sparsity};
 
 use super::{Place, Value};
 
@@ -85,14 +85,14 @@ impl<const D: usize> Load<D> {
     ///
     /// ```
     /// use rkpm::prelude::*;
-    /// use rkpm::term::{Blocks, Flux, PointState};
+    /// use rkpm::term::{Sparsity, PointDerivatives, PointState};
     /// /// A wall below X₂ = 0 that pushes back.
     /// struct Wall(f64);
     /// impl Integrand for Wall {
-    ///     fn blocks(&self) -> Blocks {
-    ///         Blocks { force: true, force_by_displacement: true, ..Blocks::default() }
+    ///     fn sparsity(&self) -> Sparsity {
+    ///         Sparsity { force: true, force_by_displacement: true, ..Sparsity::default() }
     ///     }
-    ///     fn evaluate(&self, at: &PointState, flux: &mut Flux) {
+    ///     fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
     ///         let depth = -(at.position[1] + at.displacement[1]);
     ///         if depth > 0.0 {
     ///             flux.energy = 0.5 * self.0 * depth * depth;
@@ -182,26 +182,26 @@ fn with_slope<const D: usize, T: Copy + 'static>(
 }
 
 impl<const D: usize> Integrand for Varying<Value<D, [f64; D]>> {
-    fn blocks(&self) -> Blocks {
-        Blocks { force: true, ..Blocks::default() }
+    fn sparsity(&self) -> Sparsity {
+        Sparsity { force: true, ..Sparsity::default() }
     }
 
-    fn evaluate(&self, at: &PointState, flux: &mut Flux) {
+    fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
         let [force, slope] = with_slope(&self.value, &self.amplitude, at, pad);
         (flux.force, flux.force_by_load) = (-force, -slope);
     }
 
-    fn knots(&self) -> Vec<f64> {
-        self.amplitude.knots()
+    fn break_points(&self) -> Vec<f64> {
+        self.amplitude.break_points()
     }
 }
 
 impl<const D: usize> Integrand for Varying<Value<D>> {
-    fn blocks(&self) -> Blocks {
-        FollowerPressure { pressure: 1.0, amplitude: Amplitude::Constant }.blocks()
+    fn sparsity(&self) -> Sparsity {
+        FollowerPressure { pressure: 1.0, amplitude: Amplitude::Constant }.sparsity()
     }
 
-    fn evaluate(&self, at: &PointState, flux: &mut Flux) {
+    fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
         let [pressure, slope] =
             with_slope(&self.value, &self.amplitude, at, |&p| Vector3::new(p, 0.0, 0.0)).map(|v| v[0]);
         let follower = |pressure| FollowerPressure { pressure, amplitude: Amplitude::Constant };
@@ -215,8 +215,8 @@ impl<const D: usize> Integrand for Varying<Value<D>> {
         false
     }
 
-    fn knots(&self) -> Vec<f64> {
-        self.amplitude.knots()
+    fn break_points(&self) -> Vec<f64> {
+        self.amplitude.break_points()
     }
 
     fn needs_normals(&self) -> bool {
@@ -230,11 +230,11 @@ struct NormalBedding {
 }
 
 impl Integrand for NormalBedding {
-    fn blocks(&self) -> Blocks {
-        Blocks { force: true, force_by_displacement: true, ..Blocks::default() }
+    fn sparsity(&self) -> Sparsity {
+        Sparsity { force: true, force_by_displacement: true, ..Sparsity::default() }
     }
 
-    fn evaluate(&self, at: &PointState, flux: &mut Flux) {
+    fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
         let along = at.displacement.dot(&at.normal);
         flux.energy = 0.5 * self.stiffness * along * along;
         flux.force = at.normal * (self.stiffness * along);
@@ -250,11 +250,11 @@ impl Integrand for NormalBedding {
 pub(super) struct Shared(pub Arc<dyn Integrand>);
 
 impl Integrand for Shared {
-    fn blocks(&self) -> Blocks {
-        self.0.blocks()
+    fn sparsity(&self) -> Sparsity {
+        self.0.sparsity()
     }
 
-    fn evaluate(&self, at: &PointState, flux: &mut Flux) {
+    fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
         self.0.evaluate(at, flux);
     }
 
@@ -262,8 +262,8 @@ impl Integrand for Shared {
         self.0.is_symmetric()
     }
 
-    fn knots(&self) -> Vec<f64> {
-        self.0.knots()
+    fn break_points(&self) -> Vec<f64> {
+        self.0.break_points()
     }
 
     fn needs_normals(&self) -> bool {

@@ -37,7 +37,7 @@ pub(crate) use discretize::kernel_functions;
 pub use load::Load;
 pub use place::Place;
 pub use problem::Problem;
-pub use scheme::{Dilation, Enforcing, Functions, Partition, Resolution, RowKind, Rule, Scheme, Volume};
+pub use scheme::{Dilation, Enforcing, Functions, Partition, PressureScheme, Resolution, RowKind, Rule, Scheme};
 pub use value::Value;
 
 use std::sync::Arc;
@@ -81,7 +81,7 @@ pub(crate) enum Source<const D: usize> {
     Scattered(Arc<Scattering<D>>),
 }
 
-/// Particles and cells of a drawn region under a scheme.
+/// Particles and cells of a planar region under a scheme.
 pub(crate) type Scattering<const D: usize> = dyn Fn(&Scheme) -> Result<Arc<dyn Cells<D>>, Error> + Send + Sync;
 
 /// What is to be solved: domain, kinematics, material, conditions and loads by boundary part.
@@ -297,13 +297,13 @@ impl<const D: usize> Scene<D> {
             }
         }
         contact::validate(&self.contacts)?;
-        crate::kinematics::hoops(&*self.kinematics)?;
+        crate::kinematics::hoop_components(&*self.kinematics)?;
         Ok(())
     }
 }
 
 impl Scene<2> {
-    /// A free, unloaded body in a drawn region, over which the scheme scatters its particles: their spacing or about
+    /// A free, unloaded body in a planar region, over which the scheme scatters its particles: their spacing or about
     /// how many ([`Scheme::spacing`], [`Scheme::particles`]), where they are finer ([`Scheme::graded`]), which
     /// draw ([`Scheme::seed`]).
     ///

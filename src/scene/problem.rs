@@ -14,7 +14,7 @@ use crate::material::Material;
 use crate::parallel::map_with;
 use crate::quadrature::Points;
 use crate::shape::{Approximation, ShapeFunctions};
-use crate::solve::{Analysis, Observer, Path, State};
+use crate::solve::{Analysis, EquilibriumPath, Observer, State};
 use crate::table::ShapeTable;
 use crate::term::{Body, View};
 
@@ -107,7 +107,7 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// As [`Analysis::run`]; a stalled analysis returns its path.
-    pub fn run(&self, observer: &mut dyn Observer) -> Result<Path, Error> {
+    pub fn run(&self, observer: &mut dyn Observer) -> Result<EquilibriumPath, Error> {
         self.analysis.run(&self.model, &self.rows, observer)
     }
 
@@ -120,7 +120,7 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// As [`Analysis::resume`].
-    pub fn resume(&self, path: Path, observer: &mut dyn Observer) -> Result<Path, Error> {
+    pub fn resume(&self, path: EquilibriumPath, observer: &mut dyn Observer) -> Result<EquilibriumPath, Error> {
         self.analysis.resume(&self.model, &self.rows, path, observer)
     }
 
@@ -157,7 +157,7 @@ impl<const D: usize> Problem<D> {
         if state.check_lengths(&self.model, &self.rows).is_err() {
             return f64::NAN;
         }
-        self.model.energy(&state.displacement, &state.locals, state.load)
+        self.model.energy(&state.displacement, &state.condensed, state.load)
     }
 
     /// Deformation gradients at the points of the body's table, whose positions are
@@ -172,7 +172,7 @@ impl<const D: usize> Problem<D> {
 
     /// Hydrostatic pressures \[stress\] at the points of the body's table, see [`Body::pressures`].
     pub fn pressures(&self, state: &State) -> Option<Vec<f64>> {
-        let locals = state.locals.first()?;
-        self.body.pressures(View { displacement: &state.displacement, locals, load: state.load })
+        let condensed = state.condensed.first()?;
+        self.body.pressures(View { displacement: &state.displacement, condensed, load: state.load })
     }
 }

@@ -4,7 +4,7 @@ use crate::boundary::Row;
 use crate::error::{BoundaryError, Error, GeometryError, SolveError};
 use crate::geometry::{Part, Point};
 use crate::output::Table;
-use crate::solve::{Path, State};
+use crate::solve::{EquilibriumPath, State};
 
 use super::conditions::Placed;
 use super::place::Spot;
@@ -62,7 +62,7 @@ impl<const D: usize> Problem<D> {
 
     /// Whether forces have moments.
     fn turns(&self) -> bool {
-        D == 3 || D == 2 && self.body.table().hoops().is_empty()
+        D == 3 || D == 2 && self.body.table().hoop_components().is_empty()
     }
 
     /// Load factor, energy, and reactions and moments about the origin at all places with conditions, step by step: a
@@ -84,7 +84,7 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// For a path of another problem.
-    pub fn history(&self, path: &Path) -> Result<Table, Error> {
+    pub fn history(&self, path: &EquilibriumPath) -> Result<Table, Error> {
         let mut places: Vec<(String, Place<D>)> = Vec::new();
         for placed in self.placed.iter().filter(|placed| !placed.rows.is_empty()) {
             let title = self.title(placed);

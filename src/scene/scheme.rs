@@ -11,13 +11,13 @@ use crate::term::PressureField;
 /// How many particles.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Resolution {
-    /// Particles along each axis; one number stands for all axes. Over drawn regions about the product of them.
+    /// Particles along each axis; one number stands for all axes. Over planar regions about the product of them.
     Counts(Vec<usize>),
     /// The largest spacing of particles \[length\].
     Spacing(f64),
 }
 
-/// The cells between particles scattered over a drawn region.
+/// The cells between particles scattered over a planar region.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Partition {
     /// A constrained Delaunay triangulation.
@@ -72,7 +72,7 @@ pub enum Rule {
         parts: usize,
     },
     /// Stabilised conforming nodal integration: gradients averaged over one cell around each particle
-    /// ([`Cells::dual`](crate::cells::Cells::dual)). Passes the patch test; weak modes remain, and pressures
+    /// ([`Cells::nodal_cells`](crate::cells::Cells::nodal_cells)). Passes the patch test; weak modes remain, and pressures
     /// are not projected.
     Scni,
     /// Direct nodal integration: gradients at particles, weighted by the cell around each. Neither passes the
@@ -82,7 +82,7 @@ pub enum Rule {
 
 /// How the volumetric energy is treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Volume {
+pub enum PressureScheme {
     /// Linear pressures on macro cells of two cells per direction; constant per cell where only one
     /// cell spans a thickness.
     ///
@@ -140,7 +140,7 @@ pub struct Scheme {
     pub resolution: Resolution,
     /// How they are spaced.
     pub layout: Layout,
-    /// How particles are scattered over drawn regions.
+    /// How particles are scattered over planar regions.
     pub scatter: Scatter,
     /// How their spacing varies, see [`graded`](Scheme::graded).
     pub grading: Option<Grading>,
@@ -159,7 +159,7 @@ pub struct Scheme {
     /// Domain integration.
     pub rule: Rule,
     /// Volumetric energy.
-    pub volume: Volume,
+    pub pressure: PressureScheme,
     /// Essential conditions.
     pub rows: RowKind,
     /// Their enforcement.
@@ -182,7 +182,7 @@ impl fmt::Debug for Scheme {
             .field("dilation", &self.dilation)
             .field("rcond_limit", &self.rcond_limit)
             .field("rule", &self.rule)
-            .field("volume", &self.volume)
+            .field("pressure", &self.pressure)
             .field("rows", &self.rows)
             .field("enforcing", &self.enforcing)
             .field("newton", &self.newton)
@@ -207,7 +207,7 @@ impl Default for Scheme {
             dilation: Dilation::Auto,
             rcond_limit: None,
             rule: Rule::Auto,
-            volume: Volume::Auto,
+            pressure: PressureScheme::Auto,
             rows: RowKind::Auto,
             enforcing: Enforcing::Auto,
             newton: Newton::default(),
@@ -226,7 +226,7 @@ impl Scheme {
         Scheme {
             dilation: Dilation::Global(r),
             rule: Rule::Gauss { zones: None, points: None },
-            volume: Volume::Field { field: PressureField::Pointwise, size: 1 },
+            pressure: PressureScheme::Field { field: PressureField::Pointwise, size: 1 },
             rows: RowKind::AtParticles,
             enforcing: Enforcing::Transformation,
             ..Scheme::default()
@@ -250,7 +250,7 @@ impl Scheme {
         self
     }
 
-    /// Sets how the spacing of particles scattered over a drawn region varies: the spacing is multiplied by the
+    /// Sets how the spacing of particles scattered over a planar region varies: the spacing is multiplied by the
     /// function, or is in proportion to it where a number of particles is asked for.
     pub fn graded(mut self, grading: impl Fn(&[f64]) -> f64 + Send + Sync + 'static) -> Self {
         self.grading = Some(Arc::new(grading));
@@ -307,7 +307,7 @@ impl Scheme {
     }
 
     /// Sets the integration zones along each axis of a Gauss rule; other rules become one.
-    pub fn zones(mut self, zones: impl Into<Vec<usize>>) -> Self {
+    pub fn integration_zones(mut self, zones: impl Into<Vec<usize>>) -> Self {
         let points = match self.rule {
             Rule::Gauss { points, .. } => points,
             _ => None,
@@ -323,8 +323,8 @@ impl Scheme {
     }
 
     /// Sets the treatment of the volumetric energy on zones of `size` cells per direction.
-    pub fn volume(mut self, field: PressureField, size: usize) -> Self {
-        self.volume = Volume::Field { field, size };
+    pub fn pressure_field(mut self, field: PressureField, size: usize) -> Self {
+        self.pressure = PressureScheme::Field { field, size };
         self
     }
 

@@ -36,9 +36,9 @@ impl<const D: usize> Problem<D> {
         }
         if let Some(pressures) = from.pressures(state) {
             let nearest = Nearest::new(from.body.table().positions())?;
-            let locals = self.body.locals_of(|x| pressures[nearest.to(x)]);
-            if let Some(own) = guess.locals.first_mut().filter(|own| own.len() == locals.len()) {
-                *own = locals;
+            let condensed = self.body.condensed_of(|x| pressures[nearest.to(x)]);
+            if let Some(own) = guess.condensed.first_mut().filter(|own| own.len() == condensed.len()) {
+                *own = condensed;
             }
         }
         Ok(guess)

@@ -6,7 +6,7 @@ use crate::error::{Error, LinearError, SolveError};
 use crate::linear::{Direct, Factorizer, LinearSolver, after_their_rows, banded, minimum_degree, nested_dissection};
 
 use super::newton::{Watch, Workspace};
-use super::path::Path;
+use super::path::EquilibriumPath;
 use super::settings::Newton;
 use super::state::State;
 use super::stepping::Stepping;
@@ -50,7 +50,7 @@ impl Analysis {
         &self,
         model: &Model<D>,
         rows: &Constraints,
-        path: &Path,
+        path: &EquilibriumPath,
     ) -> Result<(), Error> {
         self.stepping.validate()?;
         let Newton { tolerance, iterations, .. } = self.newton;
@@ -70,7 +70,7 @@ impl Analysis {
         check_state(model, rows, &path.start)?;
         for step in path.steps.iter().rev().take(2) {
             check_state(model, rows, &step.state)?;
-            let increment = step.pace.increment;
+            let increment = step.control_state.increment;
             if !(increment > 0.0 && increment.is_finite()) {
                 return Err(SolveError::Setting {
                     what: "increment at the last step of the path",
@@ -152,7 +152,7 @@ impl Analysis {
 /// Refuses states of the wrong size, inverted ones, and numbers that are not finite.
 fn check_state<const D: usize>(model: &Model<D>, rows: &Constraints, state: &State) -> Result<(), Error> {
     state.check_lengths(model, rows)?;
-    let numbers = state.displacement.iter().chain(state.locals.iter().flatten()).chain(&state.multipliers);
+    let numbers = state.displacement.iter().chain(state.condensed.iter().flatten()).chain(&state.multipliers);
     if let Some(&value) = numbers.chain([&state.load]).find(|v| !v.is_finite()) {
         return Err(SolveError::Setting {
             what: "a number of the first state, or of the last ones of a path",
@@ -161,7 +161,7 @@ fn check_state<const D: usize>(model: &Model<D>, rows: &Constraints, state: &Sta
         }
         .into());
     }
-    if let Some((jacobian, at)) = model.smallest_jacobian(&state.displacement, &state.locals, state.load)
+    if let Some((jacobian, at)) = model.smallest_jacobian(&state.displacement, &state.condensed, state.load)
         && !(jacobian > 0.0)
     {
         return Err(SolveError::InvertedStart { jacobian, at }.into());

@@ -7,13 +7,13 @@ use crate::linear::vector::root_mean_square;
 
 use super::analysis::Analysis;
 use super::critical::CriticalPoint;
-use super::driver::Lead;
+use super::driver::Driver;
 use super::functional::{Control, Deflection, Functional};
-use super::motion_limit::Ways;
+use super::motion_limit::MotionLimit;
 use super::newton::{Watch, Workspace};
-use super::path::{Ending, Observer, Pace, Path, Step};
+use super::path::{Ending, EquilibriumPath, Observer, Step, StepControlState};
 use super::rejection::Rejection;
-use super::settings::{Matrices, Newton};
+use super::settings::{Newton, TangentUpdate};
 use super::state::State;
 use super::stepping::{
     FAR, FIRST_GRADIENT, FOLD_ITERATIONS, FOLD_STEP, FOLDED, Following, LARGE_CHANGE, SLOW, StepControl,
@@ -25,7 +25,7 @@ pub(super) struct Continuation<'a, 'o, const D: usize> {
     pub(super) workspace: Workspace<'a, D>,
     observer: &'o mut dyn Observer,
     scale: f64,
-    pub(super) path: Path,
+    pub(super) path: EquilibriumPath,
     pub(super) previous: Option<State>,
     pub(super) state: State,
     /// Unstable modes of the current state, where they are known.
@@ -34,12 +34,12 @@ pub(super) struct Continuation<'a, 'o, const D: usize> {
     spent: usize,
     /// Rejected attempts since the last converged state.
     rejected: usize,
-    /// Whether a functional leads to targets of its own.
+    /// Whether a functional with targets is controlled.
     pub(super) controlled: bool,
     /// Load factors inside (0, 1) at which amplitudes have kinks, rising.
-    pub(super) knots: Vec<f64>,
+    pub(super) break_points: Vec<f64>,
     /// Prescribed values that run along curves.
-    pub(super) ways: Ways<'a>,
+    pub(super) motion_limit: MotionLimit<'a>,
 }
 
 impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
@@ -47,7 +47,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         analysis: &'a Analysis,
         model: &'a Model<D>,
         rows: &'a Constraints,
-        mut path: Path,
+        mut path: EquilibriumPath,
         observer: &'o mut dyn Observer,
     ) -> Result<Self, Error> {
         // What was spent on attempts after the last step is spent again.
@@ -62,10 +62,10 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             [.., before, _] => Some(before.state.clone()),
         };
         let scale = extent(model);
-        let mut knots: Vec<f64> = model.knots().into_iter().chain(rows.knots()).collect();
-        knots.retain(|&knot| knot > 0.0 && knot < 1.0);
-        knots.sort_unstable_by(f64::total_cmp);
-        knots.dedup();
+        let mut break_points: Vec<f64> = model.break_points().into_iter().chain(rows.break_points()).collect();
+        break_points.retain(|&break_point| break_point > 0.0 && break_point < 1.0);
+        break_points.sort_unstable_by(f64::total_cmp);
+        break_points.dedup();
         let modes = path.steps.last().and_then(|step| step.unstable);
         Ok(Continuation {
             analysis,
@@ -79,39 +79,39 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             spent: 0,
             rejected: 0,
             controlled: false,
-            knots,
-            ways: Ways::new(rows, D),
+            break_points,
+            motion_limit: MotionLimit::new(rows, D),
         })
     }
 
     /// How the stepping goes on where the path already has steps.
-    pub(super) fn pace(&self) -> Option<Pace> {
-        self.path.steps.last().map(|step| step.pace)
+    pub(super) fn control_state(&self) -> Option<StepControlState> {
+        self.path.steps.last().map(|step| step.control_state)
     }
 
     /// Whether the current state lies at a kink of an amplitude: the last step tells nothing of the next one.
-    pub(super) fn at_knot(&self) -> bool {
-        self.knots.contains(&self.state.load)
+    pub(super) fn at_break_point(&self) -> bool {
+        self.break_points.contains(&self.state.load)
     }
 
-    /// What leads the run and its first increment, where the load should not.
-    pub(super) fn lead(&mut self) -> Option<(Lead, f64)> {
+    /// What is controlled and its first increment, where the load should not be.
+    pub(super) fn driver(&mut self) -> Option<(Driver, f64)> {
         let stepping = self.analysis.stepping;
         if stepping.control == StepControl::Load {
             return None;
         }
-        // No linear answer tells what touches.
+        // No tangent displacement tells what touches.
         if stepping.control == StepControl::Auto && self.workspace.model.terms().iter().any(|t| t.is_unilateral()) {
             return None;
         }
-        // Where amplitudes have kinks the load may fall again or rest: a deflection can't lead over them.
-        if stepping.control == StepControl::Auto && !self.knots.is_empty() {
+        // Amplitudes with break points may let the load fall or rest, which control of a deflection could not follow.
+        if stepping.control == StepControl::Auto && !self.break_points.is_empty() {
             return None;
         }
-        // At the first state, wherever the path has come to by now: a resumed run is led by the same deflection.
+        // At the first state, wherever the path has come to by now: a resumed run controls the same deflection.
         let start = &self.path.start;
         let mut loads = vec![0.0; self.workspace.model.unknowns()];
-        self.workspace.model.load_slope(&start.displacement, &start.locals, start.load, &mut loads);
+        self.workspace.model.load_slope(&start.displacement, &start.condensed, start.load, &mut loads);
         let total: f64 = loads.iter().map(|f| f.abs()).sum();
         if total == 0.0 && stepping.control == StepControl::Auto {
             // Driven by prescribed displacements alone.
@@ -129,12 +129,12 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let follows = model.terms().iter().any(|term| term.has_matrix() && term.matrix_follows_load());
         let whole = stepping.control == StepControl::Auto && stepping.first >= 1.0;
         if whole && !follows {
-            // The first step of the first attempt is the linear answer itself.
+            // The first step of the first attempt is the tangent displacement itself.
             self.workspace.watch = Watch::On;
-            return if self.path.steps.is_empty() { None } else { self.lead_of_first_run() };
+            return if self.path.steps.is_empty() { None } else { self.driver_of_first_run() };
         }
         let before = self.workspace.iterations;
-        let probe = self.workspace.probe(start);
+        let probe = self.workspace.tangent_displacement(start);
         if self.path.steps.is_empty() {
             self.spent += self.workspace.iterations - before;
             self.path.iterations = self.workspace.iterations;
@@ -149,7 +149,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         if stepping.control == StepControl::ArcLength {
             let part = stepping.first.min(FIRST_GRADIENT / gradient) * rest;
             let first = part * root_mean_square(&probe);
-            return (first > 0.0 && first.is_finite()).then_some((Lead::Arc(probe), first));
+            return (first > 0.0 && first.is_finite()).then_some((Driver::Arc(probe), first));
         }
         if gradient <= FAR || !gradient.is_finite() {
             return None;
@@ -159,15 +159,15 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
 
     /// The mean displacement along the loads, positive for positive ones, and its first increment: a part of the linear
     /// answer `rest` times `answer`, whose largest gradient is given.
-    fn deflection(&self, loads: &[f64], answer: &[f64], rest: f64, gradient: f64) -> Option<(Lead, f64)> {
+    fn deflection(&self, loads: &[f64], answer: &[f64], rest: f64, gradient: f64) -> Option<(Driver, f64)> {
         let total: f64 = loads.iter().map(|f| f.abs()).sum();
         let deflection = Deflection { weights: loads.iter().map(|f| -f / total).collect() };
         let first = deflection.value(answer) * rest * FIRST_GRADIENT / gradient;
-        (first > 0.0 && first.is_finite()).then_some((Lead::Deflection(deflection), first))
+        (first > 0.0 && first.is_finite()).then_some((Driver::Deflection(deflection), first))
     }
 
     /// What the first attempt of the run that is resumed was told.
-    fn lead_of_first_run(&mut self) -> Option<(Lead, f64)> {
+    fn driver_of_first_run(&mut self) -> Option<(Driver, f64)> {
         let before = self.workspace.iterations;
         let mut attempt = self.path.start.clone();
         let once = Newton { iterations: 1, ..self.newton() };
@@ -175,25 +175,25 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         // Counted by the first run.
         self.workspace.iterations = before;
         match (told, std::mem::take(&mut self.workspace.watch)) {
-            (Err(Rejection::Far), Watch::Far(answer)) => self.lead_after(&answer),
+            (Err(Rejection::Far), Watch::Far(answer)) => self.driver_after(&answer),
             _ => None,
         }
     }
 
-    /// What leads where the first step of the first attempt was too large.
-    pub(super) fn lead_after(&self, answer: &[f64]) -> Option<(Lead, f64)> {
+    /// What is controlled where the first step of the first attempt was too large.
+    pub(super) fn driver_after(&self, answer: &[f64]) -> Option<(Driver, f64)> {
         let (model, start) = (self.workspace.model, &self.path.start);
         let mut loads = vec![0.0; model.unknowns()];
-        model.load_slope(&start.displacement, &start.locals, start.load, &mut loads);
+        model.load_slope(&start.displacement, &start.condensed, start.load, &mut loads);
         self.deflection(&loads, answer, 1.0, model.largest_gradient(answer))
     }
 
     /// Tries one state, which has to lie on the path of the current one.
     pub(super) fn attempt(&mut self, attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
-        let by_load = matches!(control, Control::Load(_));
+        let load_control = matches!(control, Control::Load(_));
         let (iterations, state) = self.iterate(attempt, control)?;
         self.on_path(&state, iterations).inspect_err(|_| self.count_rejection())?;
-        if by_load {
+        if load_control {
             self.unfolded(&state, iterations).inspect_err(|_| self.count_rejection())?;
         }
         Ok((iterations, state))
@@ -207,7 +207,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     /// Iterates a state to an equilibrium.
     fn iterate(&mut self, mut attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
         let before = self.workspace.iterations;
-        let near = self.previous.is_some() && self.analysis.stepping.predict && !self.at_knot();
+        let near = self.previous.is_some() && self.analysis.stepping.predict && !self.at_break_point();
         let newton = self.newton();
         let outcome = self.workspace.newton(&newton, &mut attempt, control, self.observer, self.scale, near);
         self.spent += self.workspace.iterations - before;
@@ -221,8 +221,9 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     /// Newton's method as it is set; where the path counts the inertia has to be that of the states themselves.
     fn newton(&self) -> Newton {
         let path_counts = self.follows_path() || self.controlled;
-        let matrices = if path_counts { Matrices::Always } else { self.analysis.newton.matrices };
-        Newton { matrices, ..self.analysis.newton }
+        let tangent_update =
+            if path_counts { TangentUpdate::EveryIteration } else { self.analysis.newton.tangent_update };
+        Newton { tangent_update, ..self.analysis.newton }
     }
 
     /// Whether the path counts, and not only the states on it.
@@ -256,8 +257,9 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             return Ok(());
         }
         let uneven = |jacobians: Option<[f64; 2]>| jacobians.map_or(1.0, |[low, high]| high / low);
-        let before = uneven(self.path.steps.last().and_then(|step| step.health.jacobians));
-        let after = uneven(self.workspace.model.health(&attempt.displacement, &attempt.locals, attempt.load).jacobians);
+        let before = uneven(self.path.steps.last().and_then(|step| step.diagnostics.jacobians));
+        let after =
+            uneven(self.workspace.model.diagnostics(&attempt.displacement, &attempt.condensed, attempt.load).jacobians);
         if after > FOLDED * before { Err(Cause::Folded { before, after }.into()) } else { Ok(()) }
     }
 
@@ -267,7 +269,8 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         if self.modes.is_none() {
             let last = self.workspace.inertia;
             let before = self.workspace.iterations;
-            let found = self.workspace.probe(&self.state).ok().and_then(|_| self.workspace.unstable_modes());
+            let found =
+                self.workspace.tangent_displacement(&self.state).ok().and_then(|_| self.workspace.unstable_modes());
             self.spent += self.workspace.iterations - before;
             self.path.iterations = self.workspace.iterations;
             self.workspace.inertia = last;
@@ -301,12 +304,12 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
 
     /// Takes a converged state into the path; `false` where the observer breaks off.
     ///
-    /// `pace` holds whatever the rule carries on to the next step: what is not in it would be lost to a resumed run.
-    pub(super) fn accept(&mut self, mut state: State, pace: Pace) -> bool {
+    /// `control_state` holds whatever the rule carries on to the next step: what is not in it would be lost to a resumed run.
+    pub(super) fn accept(&mut self, mut state: State, control_state: StepControlState) -> bool {
         let (inertia, unstable) = (self.workspace.inertia, self.workspace.unstable_modes());
         let critical = self.critical_points(&state, unstable);
         self.workspace.react(&mut state);
-        let energy = self.workspace.model.energy(&state.displacement, &state.locals, state.load);
+        let energy = self.workspace.model.energy(&state.displacement, &state.condensed, state.load);
         let step = Step {
             state: state.clone(),
             iterations: std::mem::take(&mut self.spent),
@@ -315,8 +318,8 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             inertia,
             unstable,
             critical,
-            health: self.workspace.model.health(&state.displacement, &state.locals, state.load),
-            pace,
+            diagnostics: self.workspace.model.diagnostics(&state.displacement, &state.condensed, state.load),
+            control_state,
         };
         self.modes = unstable;
         let flow = self.observer.step(&step);
@@ -355,7 +358,10 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             Ok((_, state)) => {
                 // A guess is no equilibrium: its modes count for nothing.
                 self.modes = self.workspace.unstable_modes();
-                self.accept(state, Pace { increment: self.analysis.stepping.first, ..Pace::default() });
+                self.accept(
+                    state,
+                    StepControlState { increment: self.analysis.stepping.first, ..StepControlState::default() },
+                );
             }
             Err(rejection) => self.stall(rejection, self.driven()),
         }

@@ -76,7 +76,7 @@ impl<const D: usize> Workspace<'_, D> {
     /// At a limit point the load runs backwards along the secant, at a bifurcation it does not.
     fn kind(&mut self, low: &State, high: &State) -> CriticalKind {
         let secant = secant(low, high);
-        let mut along = |state: &State| self.probe(state).map(|answer| dot(&secant.weights, &answer));
+        let mut along = |state: &State| self.tangent_displacement(state).map(|answer| dot(&secant.weights, &answer));
         match (along(low), along(high)) {
             (Ok(a), Ok(b)) if (a < 0.0) != (b < 0.0) => CriticalKind::Limit,
             _ => CriticalKind::Bifurcation,
@@ -99,7 +99,7 @@ fn is_narrow(low: &State, high: &State, width: f64) -> bool {
     (high.load - low.load).abs() <= width * load && apart <= width.sqrt() * size
 }
 
-/// The mean of two states, local unknowns included.
+/// The mean of two states, condensed unknowns included.
 fn interpolate<const D: usize>(model: &Model<D>, low: &State, high: &State) -> State {
     predict(model, low, high, -0.5)
 }

@@ -1,15 +1,15 @@
-//! What leads a run beside the load, and where its attempts start.
+//! What is controlled where the load factor is an unknown, and where attempts start.
 
 use crate::assembly::Model;
 
 use super::functional::{Deflection, Functional};
 use super::state::State;
 
-/// What leads a run whose load factor is an unknown.
-pub(super) enum Lead {
+/// What is controlled in a run whose load factor is an unknown.
+pub(super) enum Driver {
     /// A generalised deflection.
     Deflection(Deflection),
-    /// The arc length over the displacements; the first arc runs along this linear answer.
+    /// The arc length over the displacements; the first arc runs along this tangent displacement.
     Arc(Vec<f64>),
 }
 
@@ -33,34 +33,35 @@ impl Functional for Arc {
     }
 }
 
-/// A state `factor` times a linear answer ahead, its local unknowns recovered along.
+/// A state `factor` times a tangent displacement ahead, its condensed unknowns recovered along.
 pub(super) fn along<const D: usize>(model: &Model<D>, state: &State, answer: &[f64], factor: f64) -> State {
     let mut ahead = state.clone();
     let step: Vec<f64> = answer.iter().map(|a| factor * a).collect();
-    let mut locals: Vec<Vec<f64>> = state.locals.iter().map(|l| vec![0.0; l.len()]).collect();
-    let part = model.advance(&state.displacement, &state.locals, state.load, &step, &mut locals);
+    let mut condensed: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
+    let part = model.advance(&state.displacement, &state.condensed, state.load, &step, &mut condensed);
     for (d, s) in ahead.displacement.iter_mut().zip(&step) {
         *d += part * s;
     }
-    for (l, s) in ahead.locals.iter_mut().flatten().zip(locals.iter().flatten()) {
+    for (l, s) in ahead.condensed.iter_mut().flatten().zip(condensed.iter().flatten()) {
         *l += part * s;
     }
     ahead.load += part * factor;
     ahead
 }
 
-/// Extrapolates linearly by `ratio` times the last step, cut back where the path guard asks for it.
+/// Extrapolates linearly by `ratio` times the last step, cut back where the step limiter asks for it.
 pub(super) fn predict<const D: usize>(model: &Model<D>, previous: &State, state: &State, ratio: f64) -> State {
     let mut predicted = state.clone();
     let step: Vec<f64> =
         state.displacement.iter().zip(&previous.displacement).map(|(now, then)| ratio * (now - then)).collect();
-    let mut unused: Vec<Vec<f64>> = state.locals.iter().map(|l| vec![0.0; l.len()]).collect();
-    let factor = model.advance(&state.displacement, &state.locals, state.load, &step, &mut unused);
+    let mut unused: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
+    let factor = model.advance(&state.displacement, &state.condensed, state.load, &step, &mut unused);
     for (d, s) in predicted.displacement.iter_mut().zip(&step) {
         *d += factor * s;
     }
-    for (locals, (now, then)) in predicted.locals.iter_mut().zip(state.locals.iter().zip(&previous.locals)) {
-        for (l, (now, then)) in locals.iter_mut().zip(now.iter().zip(then)) {
+    for (condensed, (now, then)) in predicted.condensed.iter_mut().zip(state.condensed.iter().zip(&previous.condensed))
+    {
+        for (l, (now, then)) in condensed.iter_mut().zip(now.iter().zip(then)) {
             *l += factor * ratio * (now - then);
         }
     }

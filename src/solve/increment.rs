@@ -27,12 +27,12 @@ const LOAD_SETTLED: f64 = 1e-6;
 /// Load factors below this count as this one: a path may pass through zero.
 const LEAST_LOAD: f64 = 1e-3;
 
-/// A step of displacement, multipliers, load and local unknowns.
+/// A step of displacement, multipliers, load and condensed unknowns.
 pub(super) struct Increment {
     pub step: Vec<f64>,
     /// Multipliers of the whole step.
     pub multipliers: Vec<f64>,
-    pub locals: Vec<Vec<f64>>,
+    pub condensed: Vec<Vec<f64>>,
     /// The answer to a unit change of the load.
     pub load_step: Vec<f64>,
     pub load_multipliers: Vec<f64>,
@@ -46,7 +46,7 @@ impl Increment {
         Increment {
             step: vec![0.0; unknowns],
             multipliers: vec![0.0; rows],
-            locals: state.locals.iter().map(|l| vec![0.0; l.len()]).collect(),
+            condensed: state.condensed.iter().map(|l| vec![0.0; l.len()]).collect(),
             load_step: vec![0.0; unknowns],
             load_multipliers: vec![0.0; rows],
             load_change: 0.0,
@@ -55,7 +55,7 @@ impl Increment {
     }
 
     /// Adds as much of the answer to the load as brings a controlled functional to its target.
-    pub fn lead(&mut self, control: Control<'_>, state: &State) -> Result<(), Cause> {
+    pub fn meet_control(&mut self, control: Control<'_>, state: &State) -> Result<(), Cause> {
         let Control::Functional(functional, target) = control else { return Ok(()) };
         functional.gradient(&state.displacement, &mut self.gradient);
         let along = dot(&self.gradient, &self.load_step);
@@ -78,7 +78,7 @@ impl Increment {
         for (d, s) in state.displacement.iter_mut().zip(&self.step) {
             *d += factor * s;
         }
-        for (l, s) in state.locals.iter_mut().flatten().zip(self.locals.iter().flatten()) {
+        for (l, s) in state.condensed.iter_mut().flatten().zip(self.condensed.iter().flatten()) {
             *l += factor * s;
         }
         // Multipliers are linear in the increment: those of the full step belong to the full step.
@@ -100,13 +100,13 @@ pub(super) struct Buffers {
     product: Vec<f64>,
     projected: Vec<f64>,
     skew: Vec<f64>,
-    pub zero_gap: Vec<f64>,
+    pub zero_violation: Vec<f64>,
     unused: Vec<f64>,
 }
 
 impl Buffers {
     pub fn new(rows: usize) -> Self {
-        Buffers { zero_gap: vec![0.0; rows], unused: vec![0.0; rows], ..Buffers::default() }
+        Buffers { zero_violation: vec![0.0; rows], unused: vec![0.0; rows], ..Buffers::default() }
     }
 }
 
@@ -138,7 +138,7 @@ impl Linear<'_> {
             enforced.pattern().multiply_add(values, &buffers.solution, &mut buffers.product);
             if !system.skew.is_empty() {
                 buffers.full.resize(system.residual.len(), 0.0);
-                enforced.recover(&buffers.solution, &buffers.zero_gap, &mut buffers.full, &mut buffers.unused);
+                enforced.recover(&buffers.solution, &buffers.zero_violation, &mut buffers.full, &mut buffers.unused);
                 buffers.skew.clear();
                 buffers.skew.resize(system.residual.len(), 0.0);
                 system.skew_multiply_add(&buffers.full, &mut buffers.skew);
@@ -185,11 +185,11 @@ impl Linear<'_> {
             buffers.correction.clone_from(if load { &buffers.load_rhs } else { &buffers.rhs });
             buffers.solution.fill(0.0);
         }
-        let Buffers { solution, correction, full, projected, skew, zero_gap, unused, .. } = buffers;
+        let Buffers { solution, correction, full, projected, skew, zero_violation, unused, .. } = buffers;
         factors.solve_in_place(correction)?;
         let found = minimal_residuals(correction, SWEPT, |last| {
             full.resize(system.residual.len(), 0.0);
-            enforced.recover(last, zero_gap, full, unused);
+            enforced.recover(last, zero_violation, full, unused);
             skew.clear();
             skew.resize(system.residual.len(), 0.0);
             system.skew_multiply_add(full, skew);

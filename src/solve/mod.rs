@@ -1,4 +1,4 @@
-//! Newton's method with local unknowns, load stepping, and the path of converged states.
+//! Newton's method with condensed unknowns, continuation, and the path of converged states.
 
 mod analysis;
 mod continuation;
@@ -7,6 +7,7 @@ mod critical_search;
 mod driver;
 mod functional;
 mod increment;
+mod line_search;
 mod modified_newton;
 mod motion_limit;
 mod newton;
@@ -15,7 +16,6 @@ mod path_control;
 mod recorded;
 mod rejection;
 mod run;
-mod search;
 mod settings;
 mod state;
 mod stepping;
@@ -26,9 +26,9 @@ pub use analysis::Analysis;
 pub(crate) use analysis::NO_FREE;
 pub use critical::{CriticalKind, CriticalPoint};
 pub use functional::{Control, Deflection, Functional};
-pub use path::{Ending, Iteration, MatrixUse, Observer, Pace, Path, Step};
-pub use search::LineSearch;
-pub use settings::{Matrices, Newton};
+pub use line_search::LineSearch;
+pub use path::{Ending, EquilibriumPath, Iteration, MatrixUse, Observer, Step, StepControlState};
+pub use settings::{Newton, TangentUpdate};
 pub use state::State;
 pub use stepping::{Bracketing, Following, StepControl, Stepping};
 pub use volume::EnclosedVolume;

@@ -19,7 +19,7 @@ const WORST: f64 = 0.5;
 /// tolerance, and so shall these. The contraction of two steps does not tell when to stop earlier: a stretched cube was off
 /// by seven times its last increment.
 const LAST: f64 = 1e-4;
-/// Gaps of conditions above this part of a step need the full matrix.
+/// Violations of conditions above this part of a step need the full matrix.
 const MET: f64 = 1e-12;
 
 /// A factorised matrix of an earlier state, and what it takes to go on with it.
@@ -35,7 +35,8 @@ pub(super) struct Kept<'a, const D: usize> {
 }
 
 impl<const D: usize> Kept<'_, D> {
-    /// Goes on from a state that the last step of `next` has led to, as long as that pays; `true` at an equilibrium.
+    /// Iterates from the state that the last step of `next` has reached, as long as this costs less than a new matrix; `true`
+    /// at an equilibrium.
     ///
     /// The contraction is that of two steps together: where pressures are condensed every other step mends what the
     /// one before has left, and single steps tell nothing.
@@ -49,15 +50,15 @@ impl<const D: usize> Kept<'_, D> {
     ) -> bool {
         // The last two increments.
         let mut before = [norm(&next.step) / size; 2];
-        let mut gap = Vec::new();
+        let mut violation = Vec::new();
         let mut imbalance = Vec::new();
         for number in 1.. {
-            let State { displacement, locals, load, .. } = &*state;
-            self.assembler.assemble_forces(self.model, displacement, locals, *load, self.forces);
-            self.rows.gap(&state.displacement, state.load, &mut gap);
-            // Gaps of rows over a boundary are lengths times areas; a step is a length.
-            gap.iter_mut().zip(self.rows.rows()).for_each(|(gap, row)| *gap /= row.measure());
-            if !self.forces.scale.is_finite() || norm(&gap) > MET * size {
+            let State { displacement, condensed, load, .. } = &*state;
+            self.assembler.assemble_forces(self.model, displacement, condensed, *load, self.forces);
+            self.rows.violation(&state.displacement, state.load, &mut violation);
+            // Violations of rows over a boundary are lengths times areas; a step is a length.
+            violation.iter_mut().zip(self.rows.rows()).for_each(|(violation, row)| *violation /= row.measure());
+            if !self.forces.scale.is_finite() || norm(&violation) > MET * size {
                 return false;
             }
             let Linear { enforced, .. } = self.linear;
@@ -68,8 +69,8 @@ impl<const D: usize> Kept<'_, D> {
             if self.linear.solve(false, buffers).is_err() {
                 return false;
             }
-            enforced.recover(&buffers.solution, &buffers.zero_gap, &mut next.step, &mut next.multipliers);
-            if next.lead(self.control, state).is_err() {
+            enforced.recover(&buffers.solution, &buffers.zero_violation, &mut next.step, &mut next.multipliers);
+            if next.meet_control(self.control, state).is_err() {
                 return false;
             }
             let increment = norm(&next.step) / size;
@@ -77,8 +78,8 @@ impl<const D: usize> Kept<'_, D> {
             if !(contraction <= WORST) {
                 return false;
             }
-            let State { displacement, locals, load, .. } = &*state;
-            let bound = self.model.advance(displacement, locals, *load, &next.step, &mut next.locals);
+            let State { displacement, condensed, load, .. } = &*state;
+            let bound = self.model.advance(displacement, condensed, *load, &next.step, &mut next.condensed);
             if bound < 1.0 {
                 return false;
             }

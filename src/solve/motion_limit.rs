@@ -1,4 +1,4 @@
-//! Ways of prescribed values: a part that turns runs along circles, and the way is input as much as its end.
+//! Step limit for prescribed motions: a part that turns moves along circles, and the curve is input as much as its end.
 
 use crate::boundary::Constraints;
 
@@ -7,7 +7,7 @@ use crate::boundary::Constraints;
 const STRAIGHT: f64 = 0.22;
 /// Departures below this part of a way's whole extent count for nothing: at a corner steps of any size would depart.
 const SLIGHT: f64 = 0.02;
-/// Ways shorter than this part of the longest one are rounding: points on the axis of a turn.
+/// Curves shorter than this part of the longest one are rounding: points on the axis of a turn.
 const AT_REST: f64 = 1e-9;
 /// Where a step is looked at: the middle, and parts that no number of turns makes periods of.
 const PARTS: [f64; 8] = [0.0901699, 0.2360680, 0.3541020, 0.4721360, 0.5, 0.6180340, 0.7639320, 0.9098301];
@@ -21,30 +21,30 @@ struct Way {
 }
 
 /// The ways of all particles whose prescribed values are functions of the load factor.
-pub(super) struct Ways<'a> {
+pub(super) struct MotionLimit<'a> {
     constraints: &'a Constraints,
     ways: Vec<Way>,
 }
 
-impl<'a> Ways<'a> {
-    /// The ways of rows with functions for amplitudes; others are straight between the knots of their tables.
+impl<'a> MotionLimit<'a> {
+    /// The ways of rows with functions for amplitudes; others are straight between the break points of their tables.
     pub(super) fn new(constraints: &'a Constraints, dimension: usize) -> Self {
         let rows = constraints.rows();
-        let particle = |row: usize| rows[row].owner / dimension;
+        let particle = |row: usize| rows[row].dependent / dimension;
         let mut moved: Vec<usize> =
             (0..rows.len()).filter(|&r| rows[r].amplitude.is_function()).map(particle).collect();
         moved.sort_unstable();
         moved.dedup();
         let mut ways: Vec<Way> = moved.iter().map(|_| Way { rows: Vec::new(), slight: 0.0 }).collect();
         if ways.is_empty() {
-            return Ways { constraints, ways };
+            return MotionLimit { constraints, ways };
         }
         for (r, row) in rows.iter().enumerate() {
             if let Ok(way) = moved.binary_search(&particle(r)) {
                 ways[way].rows.push((r, 1.0 / row.measure()));
             }
         }
-        let mut ways = Ways { constraints, ways };
+        let mut ways = MotionLimit { constraints, ways };
         let extents: Vec<f64> = ways.ways.iter().map(|way| ways.extent(way)).collect();
         let longest = extents.iter().copied().fold(0.0, f64::max);
         for (way, extent) in ways.ways.iter_mut().zip(&extents) {

@@ -8,11 +8,11 @@ use crate::linear::{Factorizer, Inertia, MatrixClass};
 
 use super::functional::Control;
 use super::increment::{Buffers, Increment, Linear, settled};
+use super::line_search::{Ahead, LineSearch, search};
 use super::modified_newton::Kept;
 use super::path::{Iteration, MatrixUse, Observer};
 use super::rejection::Rejection;
-use super::search::{Ahead, LineSearch, search};
-use super::settings::{Matrices, Newton};
+use super::settings::{Newton, TangentUpdate};
 use super::state::State;
 use super::stepping::FAR;
 
@@ -25,9 +25,9 @@ const SMALL_FACTORS: usize = 3;
 const GROWN: f64 = 2.0;
 /// Increments below this part of the displacement may grow all the same.
 const GROWN_LEAST: f64 = 1e-2;
-/// Local unknowns are settled once none changes by more than this part of the largest of its term. Convergence is
+/// Condensed unknowns are settled once none changes by more than this part of the largest of its term. Convergence is
 /// quadratic, but a pressure may be small beside the volumes it is held with: 1e-6 left 3e-8 of a reaction.
-const LOCALS_SETTLED: f64 = 1e-8;
+const CONDENSED_SETTLED: f64 = 1e-8;
 /// Increments below this part of the displacement are small enough to go on with the same matrix: with bulk moduli of
 /// 1e3 to 1e5 shear moduli it contracted after larger ones in one of three attempts.
 const CLOSE: f64 = 1e-3;
@@ -50,7 +50,7 @@ pub(crate) struct Workspace<'a, const D: usize> {
     pub watch: Watch,
 }
 
-/// What is known of the linear answer to the load.
+/// What is known of the tangent displacement to the load.
 #[derive(Default)]
 pub(crate) enum Watch {
     /// Nothing is asked.
@@ -76,7 +76,7 @@ impl<const D: usize> Workspace<'_, D> {
     ) -> Result<usize, Rejection> {
         let unknowns = self.model.unknowns();
         let mut buffers = Buffers::new(self.rows.len());
-        let (mut gap, mut slope) = (Vec::new(), Vec::new());
+        let (mut violation, mut slope) = (Vec::new(), Vec::new());
         let mut next = Increment::new(state);
         let mut imbalance = Vec::new();
         if let Control::Load(load) = control {
@@ -87,18 +87,18 @@ impl<const D: usize> Workspace<'_, D> {
         let watched = matches!(std::mem::take(&mut self.watch), Watch::On);
         for number in 1..=settings.iterations {
             self.make_room();
-            let State { displacement, locals, load, .. } = &*state;
-            self.assembler.assemble(self.model, displacement, locals, *load, &mut self.system);
+            let State { displacement, condensed, load, .. } = &*state;
+            self.assembler.assemble(self.model, displacement, condensed, *load, &mut self.system);
             self.iterations += 1;
             if !self.system.scale.is_finite() {
                 return Err(Cause::NotFinite.into());
             }
             self.enforced.imbalance(&self.system.residual, &state.multipliers, &mut imbalance);
             let residual = norm(&imbalance) / self.system.scale.max(f64::MIN_POSITIVE);
-            self.rows.gap(&state.displacement, state.load, &mut gap);
+            self.rows.violation(&state.displacement, state.load, &mut violation);
             self.enforced.reduce(&self.system, &mut self.values);
             negate(&mut self.system.residual);
-            self.enforced.restrict(&self.system.residual, &gap, &self.system, &mut buffers.rhs);
+            self.enforced.restrict(&self.system.residual, &violation, &self.system, &mut buffers.rhs);
             if let Control::Functional(..) = control {
                 self.rows.load_slope(state.load, &mut slope);
                 negate(&mut self.system.load_slope);
@@ -114,21 +114,25 @@ impl<const D: usize> Workspace<'_, D> {
                 linear.enforced.recover(&buffers.solution, &slope, &mut next.load_step, &mut next.load_multipliers);
             }
             linear.solve(false, &mut buffers)?;
-            linear.enforced.recover(&buffers.solution, &gap, &mut next.step, &mut next.multipliers);
-            next.lead(control, state)?;
+            linear.enforced.recover(&buffers.solution, &violation, &mut next.step, &mut next.multipliers);
+            next.meet_control(control, state)?;
             if watched && number == 1 && self.model.largest_gradient(&next.step) > FAR {
                 self.watch = Watch::Far(next.step);
                 return Err(Rejection::Far);
             }
             let bound =
-                self.model.advance(&state.displacement, &state.locals, state.load, &next.step, &mut next.locals);
+                self.model.advance(&state.displacement, &state.condensed, state.load, &next.step, &mut next.condensed);
             if !(bound > 0.0) {
                 return Err(Cause::StepLimited { factor: bound }.into());
             }
             let factor = match (settings.search, control) {
-                (LineSearch::Slope, Control::Load(_)) => {
-                    search(self.model, state, &self.system.residual, &Ahead { next: &next, gap: &gap }, bound)
-                }
+                (LineSearch::Slope, Control::Load(_)) => search(
+                    self.model,
+                    state,
+                    &self.system.residual,
+                    &Ahead { next: &next, violation: &violation },
+                    bound,
+                ),
                 _ => bound,
             };
             next.apply(factor, state);
@@ -152,7 +156,7 @@ impl<const D: usize> Workspace<'_, D> {
                 && increment <= settings.tolerance
                 && left <= settings.forces_settled()
                 && settled(&next, state)
-                && local_change(&next, state) <= LOCALS_SETTLED.max(settings.tolerance)
+                && condensed_change(&next, state) <= CONDENSED_SETTLED.max(settings.tolerance)
             {
                 return Ok(number);
             }
@@ -161,7 +165,7 @@ impl<const D: usize> Workspace<'_, D> {
             } else if near && increment > (GROWN * first).max(GROWN_LEAST) {
                 return Err(Cause::Diverging { increment }.into());
             }
-            if factor == 1.0 && increment <= CLOSE && settings.matrices == Matrices::WherePaying {
+            if factor == 1.0 && increment <= CLOSE && settings.tangent_update == TangentUpdate::Modified {
                 let mut kept = Kept {
                     model: self.model,
                     rows: self.rows,
@@ -201,20 +205,20 @@ impl<const D: usize> Workspace<'_, D> {
         self.values.reserve_exact(self.enforced.pattern().entries());
     }
 
-    /// The linear answer to the full load at a state: increments for a unit change of the load factor,
+    /// The tangent displacement to the full load at a state: increments for a unit change of the load factor,
     /// with the tangent of that state (at rest: without any follower stiffness).
-    pub fn probe(&mut self, state: &State) -> Result<Vec<f64>, Rejection> {
+    pub fn tangent_displacement(&mut self, state: &State) -> Result<Vec<f64>, Rejection> {
         self.make_room();
-        self.assembler.assemble(self.model, &state.displacement, &state.locals, state.load, &mut self.system);
+        self.assembler.assemble(self.model, &state.displacement, &state.condensed, state.load, &mut self.system);
         self.iterations += 1;
         if !self.system.scale.is_finite() {
             return Err(Cause::NotFinite.into());
         }
         self.enforced.reduce(&self.system, &mut self.values);
-        let (mut gap, mut buffers) = (Vec::new(), Buffers::new(self.rows.len()));
-        self.rows.load_slope(state.load, &mut gap);
+        let (mut violation, mut buffers) = (Vec::new(), Buffers::new(self.rows.len()));
+        self.rows.load_slope(state.load, &mut violation);
         negate(&mut self.system.load_slope);
-        self.enforced.restrict(&self.system.load_slope, &gap, &self.system, &mut buffers.rhs);
+        self.enforced.restrict(&self.system.load_slope, &violation, &self.system, &mut buffers.rhs);
         self.system.release();
         let factors = self.factorizer.factorize(&self.values)?;
         self.inertia = factors.inertia();
@@ -223,7 +227,7 @@ impl<const D: usize> Workspace<'_, D> {
         linear.solve(false, &mut buffers)?;
         let mut step = vec![0.0; self.model.unknowns()];
         let mut multipliers = vec![0.0; self.rows.len()];
-        linear.enforced.recover(&buffers.solution, &gap, &mut step, &mut multipliers);
+        linear.enforced.recover(&buffers.solution, &violation, &mut step, &mut multipliers);
         Ok(step)
     }
 
@@ -232,15 +236,15 @@ impl<const D: usize> Workspace<'_, D> {
         if self.rows.is_empty() {
             return;
         }
-        let residual = self.model.residual(&state.displacement, &state.locals, state.load);
+        let residual = self.model.residual(&state.displacement, &state.condensed, state.load);
         self.enforced.react(&residual, &mut state.multipliers);
     }
 }
 
-/// The largest change of a local unknown beside the largest of its term: where the displacement is prescribed, pressures
+/// The largest change of a condensed unknown beside the largest of its term: where the displacement is prescribed, pressures
 /// settle after it.
-fn local_change(next: &Increment, state: &State) -> f64 {
+fn condensed_change(next: &Increment, state: &State) -> f64 {
     let largest = |v: &[f64]| v.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
-    let changes = next.locals.iter().zip(&state.locals).filter(|(_, all)| !all.is_empty());
+    let changes = next.condensed.iter().zip(&state.condensed).filter(|(_, all)| !all.is_empty());
     changes.map(|(step, all)| largest(step) / largest(all).max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
 }

@@ -1,10 +1,10 @@
-//! States, the path of an analysis, and who watches it.
+//! The path of an analysis, its steps, and their observers.
 
 use std::ops::ControlFlow;
 
 use crate::error::{SolveError, Stalled};
 use crate::linear::Inertia;
-use crate::term::Health;
+use crate::term::StateDiagnostics;
 
 use super::critical::CriticalPoint;
 use super::state::State;
@@ -15,13 +15,13 @@ use super::state::State;
 /// bits as a run that was never broken off.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Pace {
+pub struct StepControlState {
     /// The next increment: of the load factor, of the deflection in control \[its own unit\], or, on the way
     /// to a target, the part of what is left.
     pub increment: f64,
     /// Targets of a controlled run that have been reached.
     pub reached: usize,
-    /// Whether an arc leads in place of a deflection that led no further.
+    /// Whether the arc length is controlled in place of a deflection that could not be increased further.
     #[cfg_attr(feature = "serde", serde(default))]
     pub arc: bool,
 }
@@ -47,16 +47,16 @@ pub struct Step {
     /// ([`Following`](super::Following)).
     pub critical: Vec<CriticalPoint>,
     /// How far the state can be trusted.
-    pub health: Health,
+    pub diagnostics: StateDiagnostics,
     /// How the stepping goes on from here.
-    pub pace: Pace,
+    pub control_state: StepControlState,
 }
 
 impl Step {
     /// The locking indicator $\eta = \int U(J) - U(\bar J_{zone})\\,\mathrm d\Omega / \Pi$: the part of the energy that
     /// is spent on changes of volume within zones, which a cure would give back. `None` where pressures are projected.
     pub fn locking(&self) -> Option<f64> {
-        self.health.locked_energy.map(|locked| locked / self.energy).filter(|eta| eta.is_finite())
+        self.diagnostics.locked_energy.map(|locked| locked / self.energy).filter(|eta| eta.is_finite())
     }
 }
 
@@ -80,7 +80,7 @@ mod finite {
 pub enum MatrixUse {
     /// The matrix of its own state, formed and factorised.
     Formed,
-    /// That of an earlier state, see [`Matrices`](super::Matrices).
+    /// That of an earlier state, see [`TangentUpdate`](super::TangentUpdate).
     Kept,
 }
 
@@ -98,7 +98,7 @@ pub struct Iteration {
     pub residual: f64,
     /// Norm of the displacement increment relative to the displacement.
     pub increment: f64,
-    /// Step factor taken by the path guard.
+    /// Step factor taken by the step limiter.
     pub factor: f64,
 }
 
@@ -163,14 +163,14 @@ pub enum Ending {
     Stopped,
     /// No further state could be found: the cause of the last rejected attempt, and where.
     Stalled(Stalled),
-    /// It did not: the run goes on elsewhere, or was killed. What a record without an ending reads as.
+    /// The run has not ended: it was killed, or it still runs. A journal without an ending reads as this.
     Interrupted,
 }
 
 /// The converged states of an analysis, however it ended.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Path {
+pub struct EquilibriumPath {
     /// The first state, before any step.
     pub start: State,
     /// Converged steps.
@@ -183,10 +183,10 @@ pub struct Path {
     pub rejected: usize,
 }
 
-impl Path {
+impl EquilibriumPath {
     /// A path that has yet to take its first step.
     pub fn new(start: State) -> Self {
-        Path { start, steps: Vec::new(), ending: Ending::Interrupted, iterations: 0, rejected: 0 }
+        EquilibriumPath { start, steps: Vec::new(), ending: Ending::Interrupted, iterations: 0, rejected: 0 }
     }
 
     /// Iterations and rejected attempts up to the last step.
@@ -213,7 +213,7 @@ impl Path {
     /// # Errors
     /// [`SolveError::Stalled`] where it could not be, [`SolveError::BrokenOff`] where an observer or a kill ended the
     /// run; keep the path instead to use what there is of it.
-    pub fn completed(self) -> Result<Path, SolveError> {
+    pub fn completed(self) -> Result<EquilibriumPath, SolveError> {
         let (load, steps) = (self.last().load, self.steps.len());
         match self.ending {
             Ending::Completed => Ok(self),

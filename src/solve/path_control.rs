@@ -1,13 +1,13 @@
-//! The ways along a path: by load, by a deflection or an arc that leads, to the targets of a functional.
+//! Control along a path: of the load, of a deflection or the arc length, of a functional with given targets.
 
 use crate::error::{Cause, Driven};
 use crate::linear::vector::{dot, root_mean_square};
 
 use super::continuation::Continuation;
-use super::driver::{Arc, Lead, along, predict};
+use super::driver::{Arc, Driver, along, predict};
 use super::functional::{Control, Functional};
 use super::newton::Watch;
-use super::path::Pace;
+use super::path::StepControlState;
 use super::rejection::Rejection;
 use super::state::State;
 use super::stepping::StepControl;
@@ -24,7 +24,7 @@ impl<const D: usize> Continuation<'_, '_, D> {
     /// What drives a run under load control: loads, or prescribed displacements alone.
     pub(super) fn driven(&self) -> Driven {
         let mut loads = vec![0.0; self.workspace.model.unknowns()];
-        self.workspace.model.load_slope(&self.state.displacement, &self.state.locals, self.state.load, &mut loads);
+        self.workspace.model.load_slope(&self.state.displacement, &self.state.condensed, self.state.load, &mut loads);
         if loads.iter().all(|slope| *slope == 0.0) && !self.workspace.rows.is_empty() {
             Driven::ByDisplacements
         } else {
@@ -52,10 +52,10 @@ impl<const D: usize> Continuation<'_, '_, D> {
         }
     }
 
-    /// Load control: the full load first, halved on failure. Ends early with what should lead instead.
-    pub(super) fn by_load(&mut self) -> Option<(Lead, f64)> {
+    /// Load control: the full load first, halved on failure. Returns early with what should be controlled instead.
+    pub(super) fn load_control(&mut self) -> Option<(Driver, f64)> {
         let stepping = self.analysis.stepping;
-        let mut increment = self.pace().map_or(stepping.first, |pace| pace.increment);
+        let mut increment = self.control_state().map_or(stepping.first, |control_state| control_state.increment);
         // After a rejection one step keeps its increment, or the next one would be rejected again.
         let mut rejected = false;
         while self.state.load < 1.0 && self.steps_left() {
@@ -64,37 +64,39 @@ impl<const D: usize> Continuation<'_, '_, D> {
             if target > 1.0 - 1e-9 {
                 target = 1.0;
             }
-            // Nor does a step pass a kink of an amplitude: what is there, a peak say, would never be seen.
+            // A step ends at each break point of an amplitude: a peak inside it would be missed.
             let now = self.state.load;
-            if let Some(&knot) = self.knots.iter().find(|&&knot| knot > now + 1e-9 && target > knot - 1e-9) {
-                target = knot;
+            if let Some(&break_point) =
+                self.break_points.iter().find(|&&break_point| break_point > now + 1e-9 && target > break_point - 1e-9)
+            {
+                target = break_point;
             }
-            // Prescribed values that come back in between would never have left.
-            target = self.ways.until(now, target, stepping.smallest);
+            // A motion that returns within one step would not be seen: the step ends before.
+            target = self.motion_limit.until(now, target, stepping.smallest);
             let terms = self.workspace.model.terms();
             target = terms.iter().fold(target, |target, term| term.farthest_load(now, target));
             if !self.moves(self.state.load, target) {
                 return None;
             }
             let ratio = self.previous.as_ref().map_or(0.0, |p| (target - self.state.load) / (self.state.load - p.load));
-            let turns = self.previous.as_ref().is_some_and(|p| !self.ways.go_on([p.load, now], target));
-            let ratio = if self.at_knot() || turns { f64::NAN } else { ratio };
+            let turns = self.previous.as_ref().is_some_and(|p| !self.motion_limit.go_on([p.load, now], target));
+            let ratio = if self.at_break_point() || turns { f64::NAN } else { ratio };
             match self.attempt(self.predicted(ratio), Control::Load(target)) {
                 Ok((iterations, state)) => {
                     if iterations <= stepping.quick && !rejected {
                         increment = (increment * stepping.growth).min(stepping.largest);
                     }
                     rejected = false;
-                    if !self.accept(state, Pace { increment, ..Pace::default() }) {
+                    if !self.accept(state, StepControlState { increment, ..StepControlState::default() }) {
                         return None;
                     }
                 }
                 Err(rejection) => {
                     if let Watch::Far(answer) = std::mem::take(&mut self.workspace.watch) {
-                        if let Some(lead) = self.lead_after(&answer) {
-                            return Some(lead);
+                        if let Some(driver) = self.driver_after(&answer) {
+                            return Some(driver);
                         }
-                        // The load does no work on the answer: it leads all the same.
+                        // The load does no work on the tangent displacement: load control goes on.
                         continue;
                     }
                     rejected = true;
@@ -110,24 +112,24 @@ impl<const D: usize> Continuation<'_, '_, D> {
     }
 
     /// How far the next increment is in terms of the last one; NaN before the second step.
-    fn ratio(&self, lead: &Lead, increment: f64) -> f64 {
+    fn ratio(&self, driver: &Driver, increment: f64) -> f64 {
         let Some(previous) = &self.previous else { return f64::NAN };
         let (now, then) = (&self.state.displacement, &previous.displacement);
-        match lead {
-            Lead::Deflection(deflection) => increment / (deflection.value(now) - deflection.value(then)),
-            Lead::Arc(_) => increment / Arc { from: then.clone() }.value(now),
+        match driver {
+            Driver::Deflection(deflection) => increment / (deflection.value(now) - deflection.value(then)),
+            Driver::Arc(_) => increment / Arc { from: then.clone() }.value(now),
         }
     }
 
     /// An attempt one increment ahead, the load factor being unknown.
-    fn attempt_led(&mut self, lead: &Lead, increment: f64) -> Result<(usize, State), Rejection> {
-        let ratio = self.ratio(lead, increment);
-        match lead {
-            Lead::Deflection(deflection) => {
+    fn controlled_attempt(&mut self, driver: &Driver, increment: f64) -> Result<(usize, State), Rejection> {
+        let ratio = self.ratio(driver, increment);
+        match driver {
+            Driver::Deflection(deflection) => {
                 let target = deflection.value(&self.state.displacement) + increment;
                 self.attempt(self.predicted(ratio), Control::Functional(deflection, target))
             }
-            Lead::Arc(first) => {
+            Driver::Arc(first) => {
                 let model = self.workspace.model;
                 // Arcs need a direction: they are predicted whatever the stepping says of predictors.
                 let start = match &self.previous {
@@ -158,26 +160,29 @@ impl<const D: usize> Continuation<'_, '_, D> {
 
     /// Steps along a deflection or an arc until the load factor passes 1, then the last step under the full load. Where a
     /// deflection leads no further it ends early with the arc that may.
-    pub(super) fn by_lead(&mut self, lead: &Lead, first: f64) -> Option<(Lead, f64)> {
+    pub(super) fn unknown_load_control(&mut self, driver: &Driver, first: f64) -> Option<(Driver, f64)> {
         let stepping = self.analysis.stepping;
-        let deflected = matches!(lead, Lead::Deflection(_));
-        let taken_over = self.pace().is_some_and(|pace| pace.arc);
-        if let (true, true, Some(arc)) = (deflected, taken_over, self.arc_instead()) {
+        let deflected = matches!(driver, Driver::Deflection(_));
+        let taken_over = self.control_state().is_some_and(|control_state| control_state.arc);
+        if let (true, true, Some(arc)) = (deflected, taken_over, self.arc_length_instead()) {
             // A run that is gone on with.
             return Some(arc);
         }
         let instead = !deflected && stepping.control == StepControl::Auto;
-        let mut increment = self.pace().filter(|pace| !instead || pace.arc).map_or(first, |pace| pace.increment);
+        let mut increment = self
+            .control_state()
+            .filter(|control_state| !instead || control_state.arc)
+            .map_or(first, |control_state| control_state.increment);
         let mut rejected = false;
         while self.state.load < 1.0 && self.steps_left() {
-            let now = match lead {
-                Lead::Deflection(deflection) => deflection.value(&self.state.displacement),
-                Lead::Arc(_) => root_mean_square(&self.state.displacement),
+            let now = match driver {
+                Driver::Deflection(deflection) => deflection.value(&self.state.displacement),
+                Driver::Arc(_) => root_mean_square(&self.state.displacement),
             };
             if !self.moves(now, now + increment) {
                 return None;
             }
-            let ratio = self.ratio(lead, increment);
+            let ratio = self.ratio(driver, increment);
             let load_ahead =
                 self.previous.as_ref().map_or(0.0, |p| self.state.load + ratio * (self.state.load - p.load));
             let outcome = if load_ahead >= 1.0 {
@@ -186,7 +191,7 @@ impl<const D: usize> Continuation<'_, '_, D> {
                     self.previous.as_ref().map_or(0.0, |p| (1.0 - self.state.load) / (self.state.load - p.load));
                 self.attempt(self.predicted(ratio), Control::Load(1.0))
             } else {
-                self.attempt_led(lead, increment)
+                self.controlled_attempt(driver, increment)
             };
             let outcome = match outcome {
                 Ok((_, state)) if state.load > 1.0 => {
@@ -204,11 +209,11 @@ impl<const D: usize> Continuation<'_, '_, D> {
                     }
                     rejected = false;
                     let falls = state.load < self.state.load;
-                    if !self.accept(state, Pace { increment, reached: 0, arc: instead }) {
+                    if !self.accept(state, StepControlState { increment, reached: 0, arc: instead }) {
                         return None;
                     }
                     if instead && falls {
-                        // Nobody asked for the falling branch beyond a limit point.
+                        // The falling branch beyond a limit point is followed only under StepControl::ArcLength.
                         self.stall(Cause::LimitPoint, Driven::ByControl);
                         return None;
                     }
@@ -217,7 +222,7 @@ impl<const D: usize> Continuation<'_, '_, D> {
                     rejected = true;
                     increment *= 0.5;
                     if increment < rejection.least(stepping.smallest) * first {
-                        if let (true, Some(arc)) = (deflected, self.arc_instead()) {
+                        if let (true, Some(arc)) = (deflected, self.arc_length_instead()) {
                             return Some(arc);
                         }
                         self.stall(rejection, Driven::ByControl);
@@ -232,21 +237,24 @@ impl<const D: usize> Continuation<'_, '_, D> {
     /// An arc in place of a deflection that leads no further: following loads turn with the body, and what is moved along
     /// the loads at the start may well have a largest value where nothing else has. The first arc is as long as the last
     /// step of the deflection.
-    fn arc_instead(&self) -> Option<(Lead, f64)> {
+    fn arc_length_instead(&self) -> Option<(Driver, f64)> {
         let steps = &self.path.steps;
-        let taken = steps.iter().position(|step| step.pace.arc).unwrap_or(steps.len());
+        let taken = steps.iter().position(|step| step.control_state.arc).unwrap_or(steps.len());
         let now = &steps.get(taken.checked_sub(1)?)?.state;
         let before = if taken > 1 { &steps[taken - 2].state } else { &self.path.start };
         let change: Vec<f64> = now.displacement.iter().zip(&before.displacement).map(|(n, b)| n - b).collect();
         let length = root_mean_square(&change);
-        (length > 0.0).then_some((Lead::Arc(change), length))
+        (length > 0.0).then_some((Driver::Arc(change), length))
     }
 
     /// Brings a functional to a value, halving where needed; `false` ends the run.
     pub(super) fn reach(&mut self, functional: &dyn Functional, index: usize, target: f64) -> bool {
         self.controlled = true;
         let start = functional.value(&self.path.start.displacement);
-        let mut part = self.pace().filter(|pace| pace.reached == index).map_or(1.0, |pace| pace.increment);
+        let mut part = self
+            .control_state()
+            .filter(|control_state| control_state.reached == index)
+            .map_or(1.0, |control_state| control_state.increment);
         while self.steps_left() {
             let now = functional.value(&self.state.displacement);
             let rest = target - now;
@@ -266,8 +274,10 @@ impl<const D: usize> Continuation<'_, '_, D> {
                     let growth =
                         if iterations <= self.analysis.stepping.quick { self.analysis.stepping.growth } else { 1.0 };
                     part = if arrived { 1.0 } else { (growth * (next - now) / (target - next)).min(1.0) };
-                    if !self.accept(state, Pace { increment: part, reached: index + usize::from(arrived), arc: false })
-                    {
+                    if !self.accept(
+                        state,
+                        StepControlState { increment: part, reached: index + usize::from(arrived), arc: false },
+                    ) {
                         return false;
                     }
                     if arrived {

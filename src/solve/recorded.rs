@@ -6,7 +6,7 @@ use crate::linear::vector::norm;
 
 use super::continuation::Continuation;
 
-/// What may be left of forces and gaps, relative to their own size: far above what Newton's method leaves.
+/// What may be left of forces and violations, relative to their own size: far above what Newton's method leaves.
 const BALANCED: f64 = 1e-4;
 /// How closely a recorded energy is that of its state; machines differ by rounding.
 const ENERGY: f64 = 1e-6;
@@ -26,7 +26,7 @@ impl<const D: usize> Continuation<'_, '_, D> {
             model.positions().iter().flat_map(|x| x.iter().map(|x| LEAST_STRAIN * x).collect::<Vec<_>>()).collect();
         assembler.assemble_forces(model, &strain, &model.start(), 0.0, &mut forces);
         let least = forces.scale;
-        assembler.assemble_forces(model, &state.displacement, &state.locals, state.load, &mut forces);
+        assembler.assemble_forces(model, &state.displacement, &state.condensed, state.load, &mut forces);
         let size = forces.scale.max(least);
         let mut left = Vec::new();
         self.workspace.enforced.imbalance(&forces.residual, &state.multipliers, &mut left);
@@ -36,17 +36,17 @@ impl<const D: usize> Continuation<'_, '_, D> {
         }
 
         // Held displacements are sums of coefficients that need not be small themselves.
-        rows.gap(&state.displacement, state.load, &mut left);
+        rows.violation(&state.displacement, state.load, &mut left);
         let sums = rows.rows().iter().map(|row| {
             let sum: f64 = row.entries.iter().map(|&(k, c)| (c * state.displacement[k]).abs()).sum();
             sum.max((row.target * row.amplitude.evaluate(state.load).0).abs())
         });
-        let gap = norm(&left) / norm(&sums.collect::<Vec<_>>()).max(f64::MIN_POSITIVE);
-        if !(gap <= BALANCED) {
-            return refuse("it misses the prescribed displacements by a part of", gap);
+        let violation = norm(&left) / norm(&sums.collect::<Vec<_>>()).max(f64::MIN_POSITIVE);
+        if !(violation <= BALANCED) {
+            return refuse("it misses the prescribed displacements by a part of", violation);
         }
 
-        let energy = model.energy(&state.displacement, &state.locals, state.load);
+        let energy = model.energy(&state.displacement, &state.condensed, state.load);
         let off = (energy - step.energy).abs();
         let least = size * norm(&state.displacement);
         // Materials may leave energies undefined.

@@ -8,7 +8,7 @@ use crate::error::{Error, SolveError};
 use super::analysis::Analysis;
 use super::continuation::Continuation;
 use super::functional::Functional;
-use super::path::{Observer, Path};
+use super::path::{EquilibriumPath, Observer};
 use super::state::State;
 
 impl Analysis {
@@ -22,7 +22,7 @@ impl Analysis {
         model: &Model<D>,
         rows: &Constraints,
         observer: &mut dyn Observer,
-    ) -> Result<Path, Error> {
+    ) -> Result<EquilibriumPath, Error> {
         let start = State::at_rest(model, rows);
         self.run_from(model, rows, start, observer)
     }
@@ -37,8 +37,8 @@ impl Analysis {
         rows: &Constraints,
         start: State,
         observer: &mut dyn Observer,
-    ) -> Result<Path, Error> {
-        self.resume(model, rows, Path::new(start), observer)
+    ) -> Result<EquilibriumPath, Error> {
+        self.resume(model, rows, EquilibriumPath::new(start), observer)
     }
 
     /// Goes on from the last step of a path that [`run`](Analysis::run) or [`run_from`](Analysis::run_from)
@@ -56,12 +56,12 @@ impl Analysis {
         &self,
         model: &Model<D>,
         rows: &Constraints,
-        path: Path,
+        path: EquilibriumPath,
         observer: &mut dyn Observer,
-    ) -> Result<Path, Error> {
+    ) -> Result<EquilibriumPath, Error> {
         compiled!(D: (model: &Model<D> = model;
-            analysis: &Analysis = self, rows: &Constraints = rows, path: Path = path,
-            observer: &mut dyn Observer = observer) -> Result<Path, Error> {
+            analysis: &Analysis = self, rows: &Constraints = rows, path: EquilibriumPath = path,
+            observer: &mut dyn Observer = observer) -> Result<EquilibriumPath, Error> {
             analysis.go_on(model, rows, path, observer)
         })
     }
@@ -70,9 +70,9 @@ impl Analysis {
         &self,
         model: &Model<D>,
         rows: &Constraints,
-        path: Path,
+        path: EquilibriumPath,
         observer: &mut dyn Observer,
-    ) -> Result<Path, Error> {
+    ) -> Result<EquilibriumPath, Error> {
         self.validate(model, rows, &path)?;
         if path.steps.is_empty() && path.start.load > 1.0 {
             return Err(SolveError::Setting {
@@ -84,12 +84,12 @@ impl Analysis {
         }
         let mut run = Continuation::new(self, model, rows, path, observer)?;
         run.check_recorded()?;
-        let mut lead = match run.lead() {
-            None => run.by_load(),
-            lead => lead,
+        let mut driver = match run.driver() {
+            None => run.load_control(),
+            driver => driver,
         };
-        while let Some((leads, first)) = lead {
-            lead = run.by_lead(&leads, first);
+        while let Some((by, first)) = driver {
+            driver = run.unknown_load_control(&by, first);
         }
         Ok(run.path)
     }
@@ -109,8 +109,8 @@ impl Analysis {
         functional: &dyn Functional,
         targets: &[f64],
         observer: &mut dyn Observer,
-    ) -> Result<Path, Error> {
-        self.resume_controlled(model, rows, Path::new(start), functional, targets, observer)
+    ) -> Result<EquilibriumPath, Error> {
+        self.resume_controlled(model, rows, EquilibriumPath::new(start), functional, targets, observer)
     }
 
     /// Goes on from the last step of a path that [`run_controlled`](Analysis::run_controlled) left unfinished, as
@@ -122,14 +122,14 @@ impl Analysis {
         &self,
         model: &Model<D>,
         rows: &Constraints,
-        path: Path,
+        path: EquilibriumPath,
         functional: &dyn Functional,
         targets: &[f64],
         observer: &mut dyn Observer,
-    ) -> Result<Path, Error> {
+    ) -> Result<EquilibriumPath, Error> {
         compiled!(D: (model: &Model<D> = model;
-            analysis: &Analysis = self, rows: &Constraints = rows, path: Path = path, functional: &dyn Functional = functional,
-            targets: &[f64] = targets, observer: &mut dyn Observer = observer) -> Result<Path, Error> {
+            analysis: &Analysis = self, rows: &Constraints = rows, path: EquilibriumPath = path, functional: &dyn Functional = functional,
+            targets: &[f64] = targets, observer: &mut dyn Observer = observer) -> Result<EquilibriumPath, Error> {
             analysis.go_on_controlled(model, rows, path, functional, targets, observer)
         })
     }
@@ -138,11 +138,11 @@ impl Analysis {
         &self,
         model: &Model<D>,
         rows: &Constraints,
-        path: Path,
+        path: EquilibriumPath,
         functional: &dyn Functional,
         targets: &[f64],
         observer: &mut dyn Observer,
-    ) -> Result<Path, Error> {
+    ) -> Result<EquilibriumPath, Error> {
         self.validate(model, rows, &path)?;
         if let Some(given) = functional.unknowns().filter(|&n| n != model.unknowns()) {
             return Err(SolveError::Length { what: "controlled functional", given, needed: model.unknowns() }.into());
@@ -152,7 +152,7 @@ impl Analysis {
         }
         let mut run = Continuation::new(self, model, rows, path, observer)?;
         run.check_recorded()?;
-        let reached = run.pace().map_or(0, |pace| pace.reached);
+        let reached = run.control_state().map_or(0, |control_state| control_state.reached);
         for (index, &target) in targets.iter().enumerate().skip(reached) {
             if !run.reach(functional, index, target) {
                 break;
@@ -174,11 +174,11 @@ impl Analysis {
         rows: &Constraints,
         guess: State,
         observer: &mut dyn Observer,
-    ) -> Result<Path, Error> {
+    ) -> Result<EquilibriumPath, Error> {
         compiled!(D: (model: &Model<D> = model;
             analysis: &Analysis = self, rows: &Constraints = rows, guess: State = guess,
-            observer: &mut dyn Observer = observer) -> Result<Path, Error> {
-            let (load, path) = (guess.load, Path::new(guess));
+            observer: &mut dyn Observer = observer) -> Result<EquilibriumPath, Error> {
+            let (load, path) = (guess.load, EquilibriumPath::new(guess));
             analysis.validate(model, rows, &path)?;
             let mut run = Continuation::new(analysis, model, rows, path, observer)?;
             run.correct(load);

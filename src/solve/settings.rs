@@ -1,6 +1,6 @@
 //! Settings of Newton's method.
 
-use super::search::LineSearch;
+use super::line_search::LineSearch;
 
 /// Settings of Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -8,26 +8,26 @@ pub struct Newton {
     /// Most iterations of one attempt.
     pub iterations: usize,
     /// Converged where the increment is below this part of the displacement (of at least 1e-6 of the body's extent), the
-    /// residual below 3e-10 of the forces or 0.03 of this, and changes of local unknowns and load are small beside them as
+    /// residual below 3e-10 of the forces or 0.03 of this, and changes of condensed unknowns and load are small beside them as
     /// well. Looser values lost the path of thin sheets.
     pub tolerance: f64,
     /// Whether steps are shortened by what the residual does along them.
     pub search: LineSearch,
     /// How often the matrix is formed and factorised.
-    pub matrices: Matrices,
+    pub tangent_update: TangentUpdate,
 }
 
 /// How often Newton's method forms and factorises the matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Matrices {
+pub enum TangentUpdate {
     /// Until the increments are small; from there on solutions with the last factors follow as long as they
     /// converge fast enough to cost less than another matrix. They end where what is left of the error is far below
     /// the tolerance.
     #[default]
-    WherePaying,
+    Modified,
     /// In every iteration: the inertia is that of the last state but one, down to its rounding. Paths that are
     /// followed through critical points are solved like this.
-    Always,
+    EveryIteration,
 }
 
 impl Newton {
@@ -40,7 +40,7 @@ impl Newton {
 impl Default for Newton {
     /// 30 iterations, 1e-8, whole steps.
     fn default() -> Self {
-        Newton { iterations: 30, tolerance: 1e-8, search: LineSearch::Off, matrices: Matrices::default() }
+        Newton { iterations: 30, tolerance: 1e-8, search: LineSearch::Off, tangent_update: TangentUpdate::default() }
     }
 }
 
@@ -48,5 +48,5 @@ impl Default for Newton {
 /// kept and with their square where it is not. Displacements of nearly incompressible bodies rest before their
 /// reactions, which were off by as much.
 const FORCES_SETTLED: f64 = 3e-10;
-/// The same as a part of a tolerance for which that is more: who asks for three digits does not wait for ten.
+/// The same as a part of a tolerance where that is more: a run to three digits does not iterate to ten.
 const FORCES_OF_TOLERANCE: f64 = 0.03;

@@ -10,8 +10,8 @@ use crate::error::SolveError;
 pub struct State {
     /// Coefficients $d$, node by node \[length\].
     pub displacement: Vec<f64>,
-    /// Local unknowns (pressures), one vector per term.
-    pub locals: Vec<Vec<f64>>,
+    /// Condensed unknowns (pressures), one vector per term.
+    pub condensed: Vec<Vec<f64>>,
     /// Multipliers of the rows \[force; stress for rows over a boundary\].
     pub multipliers: Vec<f64>,
     /// Load factor $\lambda$.
@@ -19,11 +19,11 @@ pub struct State {
 }
 
 impl State {
-    /// The state of a model at rest: no displacement, local unknowns to match, load factor 0.
+    /// The state of a model at rest: no displacement, condensed unknowns to match, load factor 0.
     pub fn at_rest<const D: usize>(model: &Model<D>, rows: &Constraints) -> Self {
         State {
             displacement: vec![0.0; model.unknowns()],
-            locals: model.start(),
+            condensed: model.start(),
             multipliers: vec![0.0; rows.len()],
             load: 0.0,
         }
@@ -41,11 +41,11 @@ impl State {
         check("multipliers", self.multipliers.len(), rows.len())?;
         let start = model.start();
         // In all, then term by term: as many, shared out otherwise, would be read beyond their ends.
-        check("local unknowns", self.locals.iter().map(Vec::len).sum(), start.iter().map(Vec::len).sum())?;
-        check("local unknowns", self.locals.len(), start.len())?;
-        self.locals
+        check("condensed unknowns", self.condensed.iter().map(Vec::len).sum(), start.iter().map(Vec::len).sum())?;
+        check("condensed unknowns", self.condensed.len(), start.len())?;
+        self.condensed
             .iter()
             .zip(&start)
-            .try_for_each(|(given, needed)| check("local unknowns", given.len(), needed.len()))
+            .try_for_each(|(given, needed)| check("condensed unknowns", given.len(), needed.len()))
     }
 }

@@ -5,17 +5,17 @@ use crate::error::SolveError;
 /// What is controlled while the load factor goes from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum StepControl {
-    /// The load, unless the linear answer to it has $|\nabla u| > 1$: then a generalised deflection, the
+    /// The load, unless the tangent displacement to it has $|\nabla u| > 1$: then a generalised deflection, the
     /// mean displacement along the load; where that leads no further, as following loads turn with the body, the arc
-    /// length as long as the load rises. The load also where an amplitude table has knots inside $(0, 1)$, and where
+    /// length as long as the load rises. The load also where an amplitude table has break points inside $(0, 1)$, and where
     /// prescribed displacements change with it.
     #[default]
     Auto,
-    /// The load. Steps stop at the knots of amplitude tables.
+    /// The load. Steps stop at the break points of amplitude tables.
     Load,
     /// The arc length over the displacements, $|d - d_n| = \ell$ (root of the mean square of the coefficients):
     /// follows the path through limit points and along falling branches. The first arc is
-    /// [`first`](Stepping::first) of the linear answer, or shorter. A path that never comes to load factor 1 ends
+    /// [`first`](Stepping::first) of the tangent displacement, or shorter. A path that never comes to load factor 1 ends
     /// with its [`steps`](Stepping::steps) or by its observer. Knots of amplitude tables are passed wherever an arc
     /// ends.
     ArcLength,
@@ -48,10 +48,10 @@ pub enum Bracketing {
 
 /// How the load is stepped.
 ///
-/// * The full load first, or, where the linear answer says that the load is a poor guide, a first deflection;
+/// * The full load first, or, where the tangent displacement says that the load is a poor guide, a first deflection;
 /// * every step from a secant predictor, to the one tight tolerance of [`Newton`](super::Newton): looser ones
 ///   lost the path of the disk;
-/// * attempts broken off early where increments grow or the path guard keeps cutting them;
+/// * attempts broken off early where increments grow or the step limiter keeps cutting them;
 /// * half the increment after a failure, and after a large step that gained unstable modes where
 ///   [`follow`](Stepping::follow) asks for it: Newton's method may land on a false equilibrium, and the number of
 ///   negative pivots shows it. Gained in a small step they are real, and the critical point is located and reported;
@@ -142,10 +142,10 @@ impl Stepping {
     }
 }
 
-/// The linear answer has $|\nabla u|$ beyond this: a thin sheet under pressure, whose load says little
+/// The tangent displacement has $|\nabla u|$ beyond this: a thin sheet under pressure, whose load says little
 /// about its deflection.
 pub(super) const FAR: f64 = 1.0;
-/// $|\nabla u|$ of the linear answer at the first step of a deflection or an arc.
+/// $|\nabla u|$ of the tangent displacement at the first step of a deflection or an arc.
 pub(super) const FIRST_GRADIENT: f64 = 0.25;
 /// A step that changes $\nabla u$ by more than this part of $1 + |\nabla u|$ may have left its path: where it has
 /// gained unstable modes it is repeated with half the increment. With 0.1 a column with an imperfection of 1e-3 of

@@ -29,7 +29,7 @@ impl<const D: usize> EnclosedVolume<D> {
 
     /// Directions in which the kinematics moves: the plane's and the hoops'.
     fn directions(&self) -> f64 {
-        (D + self.table.hoops().len()) as f64
+        (D + self.table.hoop_components().len()) as f64
     }
 
     /// Current position, deformation gradient and reference normal at a point.
@@ -84,7 +84,7 @@ impl<const D: usize> Functional for EnclosedVolume<D> {
                         sum += slope[3 * i + s] * gradients[s * n + a];
                     }
                     if i == 0 {
-                        for &k in self.table.hoops() {
+                        for &k in self.table.hoop_components() {
                             sum += slope[4 * k] * gradients[D * n + a];
                         }
                     }

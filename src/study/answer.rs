@@ -2,7 +2,7 @@
 
 use crate::output::{Cell, Table};
 use crate::scene::Problem;
-use crate::solve::Path;
+use crate::solve::EquilibriumPath;
 
 use super::quantity::Quantity;
 
@@ -84,7 +84,7 @@ pub struct Answer<const D: usize> {
     /// The last model.
     pub problem: Problem<D>,
     /// Its solution; where it was corrected from a coarser one, a path of one step.
-    pub path: Path,
+    pub path: EquilibriumPath,
     /// All models, from coarse to fine.
     pub levels: Vec<Level>,
 }

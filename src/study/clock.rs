@@ -19,7 +19,7 @@ pub struct Phases {
     pub factorize: f64,
     /// Triangular solves.
     pub solve: f64,
-    /// Patterns, assembly, enforcement, path guard, energy: the rest.
+    /// Patterns, assembly, enforcement, step limiter, energy: the rest.
     pub assemble: f64,
 }
 

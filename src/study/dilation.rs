@@ -95,13 +95,13 @@ pub fn potential<const D: usize>(problem: &Problem<D>, state: &State) -> Result<
     let mut element = Element::default();
     let mut work = 0.0;
     // The body, the first of the terms, has no forces that follow the load factor.
-    for (term, locals) in problem.model.terms().iter().zip(&state.locals).skip(1) {
-        let whole = View { displacement: &state.displacement, locals, load: state.load };
+    for (term, condensed) in problem.model.terms().iter().zip(&state.condensed).skip(1) {
+        let whole = View { displacement: &state.displacement, condensed, load: state.load };
         let stores = (0..term.clusters()).map(|c| term.energy(c, whole)).sum::<f64>() != 0.0;
         for (s, weight) in abscissae.iter().zip(&weights) {
             let d: Vec<f64> = state.displacement.iter().map(|d| s * d).collect();
             let mut along = |load| {
-                let view = View { displacement: &d, locals, load };
+                let view = View { displacement: &d, condensed, load };
                 work_rate::<D>(&**term, view, &state.displacement, &mut element)
             };
             let unloaded = if stores { along(0.0) } else { 0.0 };

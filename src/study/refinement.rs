@@ -17,7 +17,7 @@ use super::sizing::THIN;
 const BULK: f64 = 0.5;
 /// Cells along the shortest side of the first lattice; the others have in proportion, so that cells are nearly square. Twelve
 /// membranes took 56 particles for 0.5 % in place of 75 with as many along sides that differ by less than two (geometric
-/// means of those who know the error).
+/// means over the smallest models whose true error is below the tolerance).
 const FIRST: f64 = 4.0;
 /// Models are compared with the last one of at most this part of their unknowns: neighbours in the sequence differ
 /// too little to tell their error.

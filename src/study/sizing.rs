@@ -14,7 +14,7 @@ const ORDER: f64 = 1.0;
 const STEEPEST: f64 = 1.75;
 /// Cells across the shortest side of the first model of a compact body.
 const FIRST_ACROSS: f64 = 4.0;
-/// Spacings across the first model of a drawn shape, as if it were a square.
+/// Spacings across the first model of a planar shape, as if it were a square.
 const FIRST_SCATTERED: f64 = 6.0;
 /// Cells along the longest side of the first model of a thin body.
 const FIRST_ALONG: f64 = 6.0;
@@ -69,10 +69,10 @@ impl<const D: usize> Scene<D> {
     /// Nested iteration: the coarsest model is solved, each finer one corrected from it. With
     /// $\delta_k = \max_q|q_k - q_{k-1}|/|q_k|$ (over the size of [`relative_to`](super::Quantity::relative_to) where that is larger) and $f$ the ratio of the spacings the estimate is
     /// $$e_k = \max\Big(\frac{\delta_k}{f - 1},\ e_{k-1}\\,f^{-7/4}\Big),$$
-    /// first order assumed, because corners allow no more, and no fall believed that is nearly as fast as the second
-    /// order of linear functions. The energy is always looked at: where it was not asked for, its change counts in
+    /// with first order assumed, because corners allow no more; an estimate that falls nearly as fast as the second order of
+    /// linear functions is not believed. The energy is always looked at: where it was not asked for, its change counts in
     /// proportion to what the quantities changed beside it between the first two models, so that a quantity that
-    /// crosses its limit by accident passes for nothing. At least three models are solved, with even numbers of
+    /// passes its limit value by accident does not end the refinement. At least three models are solved, with even numbers of
     /// cells; the next one aims at eight tenths of the tolerance and has two thirds to half the spacing. Where everything that the coarsest one has is
     /// prescribed, as one cell through a thin bonded body, it takes more cells across. And where it has one cell through a
     /// thin body it is compared with the model that has two: if that changes a quantity by more than eight tenths of the
@@ -177,7 +177,7 @@ struct Sides<const D: usize> {
 impl<const D: usize> Sides<D> {
     fn of(scene: &Scene<D>) -> Result<Self, Error> {
         if scene.is_scattered() {
-            // A drawn shape takes the product of the counts as its number of particles.
+            // A planar shape takes the product of the counts as its number of particles.
             return Ok(Sides {
                 lengths: [1.0; D],
                 first: 1.0 / FIRST_SCATTERED,
@@ -186,7 +186,7 @@ impl<const D: usize> Sides<D> {
                 in_pairs: false,
             });
         }
-        let needed = "a scene on a block, mapped block or drawn region, whose particles can be chosen";
+        let needed = "a scene on a block, mapped block or planar region, whose particles can be chosen";
         let lengths = scene.side_lengths().ok_or(GeometryError::Unsuited { what: "sizing to a tolerance", needed })?;
         let longest = lengths.iter().copied().fold(0.0, f64::max);
         let shortest = lengths.iter().copied().fold(f64::INFINITY, f64::min);

@@ -43,7 +43,7 @@ const PASSES: usize = 5;
 ///
 /// The error of a run is the *worst* relative error of all quantities. A series is credited at each run
 /// with the worst error of that run and of all finer ones behind it, so that the lucky zero crossing of a
-/// signed error counts for nothing ([`Run::credited`]).
+/// signed error counts for nothing ([`Run::error_envelope`]).
 #[derive(Clone)]
 pub struct WorkPrecision<const D: usize> {
     name: String,
@@ -81,7 +81,7 @@ pub struct Run {
     /// The largest of their magnitudes; NaN where the analysis failed.
     pub error: f64,
     /// The largest `error` of this run and of those behind it in its series.
-    pub credited: f64,
+    pub error_envelope: f64,
     /// Why the analysis failed, where it did.
     pub failure: Option<String>,
 }
@@ -102,7 +102,7 @@ impl Default for Run {
             values: Vec::new(),
             errors: Vec::new(),
             error: f64::NAN,
-            credited: f64::NAN,
+            error_envelope: f64::NAN,
             failure: None,
         }
     }
@@ -308,16 +308,16 @@ impl Study {
         for last in (0..self.runs.len()).rev() {
             let behind = self.runs[last + 1..]
                 .iter()
-                .find(|run| run.series == self.runs[last].series && run.credited.is_finite());
-            let worst = behind.map_or(0.0, |run| run.credited);
+                .find(|run| run.series == self.runs[last].series && run.error_envelope.is_finite());
+            let worst = behind.map_or(0.0, |run| run.error_envelope);
             let run = &mut self.runs[last];
-            run.credited = if run.error.is_finite() { run.error.max(worst) } else { f64::NAN };
+            run.error_envelope = if run.error.is_finite() { run.error.max(worst) } else { f64::NAN };
         }
     }
 
     /// Seconds of the cheapest run of a series that is credited with at most this error.
     pub fn seconds_at(&self, series: &str, error: f64) -> Option<f64> {
-        let runs = self.runs.iter().filter(|run| run.series == series && run.credited <= error);
+        let runs = self.runs.iter().filter(|run| run.series == series && run.error_envelope <= error);
         runs.map(|run| run.seconds).min_by(f64::total_cmp)
     }
 
@@ -339,11 +339,11 @@ impl Study {
         let mut table = self.points();
         table.header.extend(self.quantities.iter().map(|name| format!("error of {name}")));
         let phases = ["discretize_s", "analyze_s", "factorize_s", "solve_s", "assemble_s"];
-        table.header.extend(["credited", "points", "bytes"].iter().chain(&phases).map(|name| name.to_string()));
+        table.header.extend(["error_envelope", "points", "bytes"].iter().chain(&phases).map(|name| name.to_string()));
         table.header.push("failure".into());
         for (row, run) in table.rows.iter_mut().zip(&self.runs) {
             row.extend((0..self.quantities.len()).map(|k| Cell::from(run.errors.get(k).copied())));
-            row.extend([Cell::from(run.credited), Cell::from(run.points), Cell::from(run.bytes)]);
+            row.extend([Cell::from(run.error_envelope), Cell::from(run.points), Cell::from(run.bytes)]);
             let Phases { discretize, analyze, factorize, solve, assemble } = run.phases;
             row.extend([discretize, analyze, factorize, solve, assemble].map(Cell::from));
             row.push(Cell::from(run.failure.clone()));
@@ -353,12 +353,12 @@ impl Study {
 
     /// The runs that no other run beats in both time and credited error, by rising time.
     pub fn front(&self) -> Vec<&Run> {
-        let mut runs: Vec<&Run> = self.runs.iter().filter(|run| run.credited.is_finite()).collect();
-        runs.sort_by(|a, b| a.seconds.total_cmp(&b.seconds).then(a.credited.total_cmp(&b.credited)));
+        let mut runs: Vec<&Run> = self.runs.iter().filter(|run| run.error_envelope.is_finite()).collect();
+        runs.sort_by(|a, b| a.seconds.total_cmp(&b.seconds).then(a.error_envelope.total_cmp(&b.error_envelope)));
         let mut best = f64::INFINITY;
         runs.retain(|run| {
-            let better = run.credited < best;
-            best = best.min(run.credited);
+            let better = run.error_envelope < best;
+            best = best.min(run.error_envelope);
             better
         });
         runs
@@ -372,14 +372,14 @@ impl Study {
         let mut chart = Chart::new(format!("{}: error against time, {threads}", self.name))
             .x_log("seconds of the whole analysis")
             .y_log("worst relative error");
-        let drawn = || self.runs.iter().filter(|run| run.credited > 0.0 && run.seconds > 0.0);
-        let least = drawn().map(|run| run.credited).fold(f64::INFINITY, f64::min);
+        let drawn = || self.runs.iter().filter(|run| run.error_envelope > 0.0 && run.seconds > 0.0);
+        let least = drawn().map(|run| run.error_envelope).fold(f64::INFINITY, f64::min);
         if self.uncertainty > 0.0 && least.is_finite() {
             // Deep enough to be seen, not so deep that it takes the chart.
             let lower = (0.5 * least).min(0.5 * self.uncertainty);
             chart = chart.band("uncertainty of the reference", lower, self.uncertainty);
         }
-        let front: Vec<[f64; 2]> = self.front().iter().map(|run| [run.seconds, run.credited]).collect();
+        let front: Vec<[f64; 2]> = self.front().iter().map(|run| [run.seconds, run.error_envelope]).collect();
         let stairs: Vec<[f64; 2]> =
             front.windows(2).flat_map(|w| [w[0], [w[1][0], w[0][1]]]).chain(front.last().copied()).collect();
         chart = chart.with(Series::line("front", &stairs).stroke(Stroke::Dashed).colour(Colour::Grey));
@@ -392,7 +392,7 @@ impl Study {
         let first = names.first().copied();
         for name in names {
             let points: Vec<[f64; 2]> =
-                drawn().filter(|run| run.series == name).map(|run| [run.seconds, run.credited]).collect();
+                drawn().filter(|run| run.series == name).map(|run| [run.seconds, run.error_envelope]).collect();
             // The first series is what the others are compared with.
             let colour = if Some(name) == first { Colour::Black } else { Colour::Automatic };
             chart = chart.with(Series::line(name, &points).marker(Marker::Automatic).colour(colour));

@@ -5,7 +5,7 @@ use nalgebra::{Cholesky, SMatrix, SVector};
 use crate::cells::Smoothing;
 use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
-use crate::kinematics::{Kinematics, hoops};
+use crate::kinematics::{Kinematics, hoop_components};
 use crate::shape::{Approximation, ShapeFunctions};
 
 use super::build::{Rows, rows};
@@ -52,7 +52,7 @@ pub(super) fn consistent<const D: usize, const Q: usize, A: Approximation<D>>(
     smoothing: &Smoothing<D>,
     kinematics: &(impl Kinematics<D> + ?Sized),
 ) -> Result<(Rows, Clusters, Vec<Point<D>>), Error> {
-    let hoops = hoops(kinematics)?;
+    let hoops = hoop_components(kinematics)?;
     let slots = D + usize::from(!hoops.is_empty());
     let measured = Measured::new(kinematics, hoops.len(), smoothing)?;
     let facets = Facets::<D, Q>::integrate(approximation, smoothing, &measured)?;

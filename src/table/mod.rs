@@ -70,7 +70,7 @@ impl<const D: usize> ShapeTable<D> {
         evaluate: impl Fn(&mut S, usize, &mut ShapeFunctions<D>) -> Result<(), ApproximationError> + Sync + Send,
     ) -> Result<Self, Error> {
         points.validate()?;
-        let hoops = crate::kinematics::hoops(kinematics)?;
+        let hoops = crate::kinematics::hoop_components(kinematics)?;
         let (rows, clusters) = build::rows(
             &points.groups,
             <(S, ShapeFunctions<D>)>::default,
@@ -146,7 +146,7 @@ impl<const D: usize> ShapeTable<D> {
         smoothing.validate()?;
         let (rows, clusters) = smooth::smoothed(approximation, smoothing, kinematics)?;
         let (node_count, positions) = (approximation.nodes().len(), smoothing.centres.clone());
-        Ok(ShapeTable::of_rows(node_count, rows, clusters, kinematics.hoops(), positions, Vec::new()))
+        Ok(ShapeTable::of_rows(node_count, rows, clusters, kinematics.hoop_components(), positions, Vec::new()))
     }
 
     /// Tabulates gradients that are linear in each sub-cell and consistent with its boundary, for approximations of order 2
@@ -178,7 +178,7 @@ impl<const D: usize> ShapeTable<D> {
             _ => consistent::consistent::<D, 4, A>(approximation, smoothing, kinematics)?,
         };
         let node_count = approximation.nodes().len();
-        Ok(ShapeTable::of_rows(node_count, rows, clusters, kinematics.hoops(), positions, Vec::new()))
+        Ok(ShapeTable::of_rows(node_count, rows, clusters, kinematics.hoop_components(), positions, Vec::new()))
     }
 
     fn of_rows(
@@ -245,13 +245,13 @@ impl<const D: usize> ShapeTable<D> {
 
     /// Gradient slots: $D$, and one for the hoop where there is one.
     #[inline]
-    pub fn slots(&self) -> usize {
+    pub fn gradient_components(&self) -> usize {
         self.slots
     }
 
     /// Diagonal entries of $F$ that hold the hoop stretch.
     #[inline]
-    pub fn hoops(&self) -> &'static [usize] {
+    pub fn hoop_components(&self) -> &'static [usize] {
         self.hoops
     }
 

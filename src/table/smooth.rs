@@ -3,7 +3,7 @@
 use crate::cells::Smoothing;
 use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
-use crate::kinematics::{Kinematics, hoops, measure};
+use crate::kinematics::{Kinematics, hoop_components, measure};
 use crate::shape::{Approximation, ShapeFunctions};
 
 use super::build::{Rows, rows};
@@ -64,7 +64,7 @@ pub(super) fn smoothed<const D: usize, A: Approximation<D>>(
     smoothing: &Smoothing<D>,
     kinematics: &(impl Kinematics<D> + ?Sized),
 ) -> Result<(Rows, Clusters), Error> {
-    let hoops = hoops(kinematics)?;
+    let hoops = hoop_components(kinematics)?;
     let slots = D + usize::from(!hoops.is_empty());
     let measured = Measured::new(kinematics, hoops.len(), smoothing)?;
     let facets = Facets::<D, 1>::integrate(approximation, smoothing, &measured)?;

@@ -16,7 +16,7 @@ pub enum Amplitude {
     /// Straight lines between (load factor, value) pairs, constant outside.
     ///
     /// The argument is the load factor, not a time: runs go from 0 to 1, and what a table says beyond is never seen.
-    /// Divide seconds by the duration. Steps of the load stop at the knots inside, steps along a deflection or an arc pass
+    /// Divide seconds by the duration. Steps of the load stop at the break points inside, steps along a deflection or an arc pass
     /// them.
     Table(Vec<(f64, f64)>),
     /// Any smooth function of $\lambda$; its slope is taken by central differences.
@@ -79,7 +79,7 @@ impl Amplitude {
     }
 
     /// The load factors inside $(0, 1)$ at which the slope of a table may change, rising.
-    pub fn knots(&self) -> Vec<f64> {
+    pub fn break_points(&self) -> Vec<f64> {
         let Amplitude::Table(pairs) = self else { return Vec::new() };
         pairs.iter().map(|p| p.0).filter(|&load| load > 0.0 && load < 1.0).collect()
     }
@@ -142,8 +142,8 @@ mod tests {
         assert_eq!(table.evaluate(0.0), (0.0, 2.0));
         assert_eq!(table.evaluate(-0.1), (0.0, 0.0));
         let stages = Amplitude::table(vec![(-1.0, 0.0), (0.0, 0.0), (0.2, 1.0), (0.5, 2.0), (1.0, 2.0), (4.0, 0.0)]);
-        assert_eq!(stages.unwrap().knots(), [0.2, 0.5]);
-        assert!(Amplitude::Ramp.knots().is_empty());
+        assert_eq!(stages.unwrap().break_points(), [0.2, 0.5]);
+        assert!(Amplitude::Ramp.break_points().is_empty());
         assert!(Amplitude::table(vec![(0.0, 1.0)]).is_err());
         assert!(Amplitude::table(vec![(0.0, 1.0), (0.0, 2.0)]).is_err());
         assert!(Amplitude::table(vec![(0.0, 1.0), (1.0, f64::NAN)]).is_err());

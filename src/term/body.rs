@@ -7,10 +7,10 @@ use crate::geometry::Point;
 use crate::material::Material;
 use crate::table::ShapeTable;
 
-use super::guard::jacobian;
 use super::linearize::{advance, linearize};
-use super::measure::Measure;
-use super::{Element, Health, Term, View};
+use super::step_limit::jacobian;
+use super::volumetric_measure::VolumetricMeasure;
+use super::{Element, StateDiagnostics, Term, View};
 
 /// Part of the bulk modulus that may stay pointwise beside projected pressures; see [`Body::zonal`].
 const POINTWISE_SHARE: f64 = 0.1;
@@ -18,15 +18,15 @@ const POINTWISE_SHARE: f64 = 0.1;
 /// Tensions of a zone, by the sum of its initial shear modulus and von Mises' stress, between which its measure goes over
 /// from roots of $J$ to $J$. Roots are stable below 3 to 4; with 1 and 3 a cylinder of revolution, bonded and pulled by 30 %,
 /// had unstable modes on the way. A pulled sheet stays below 2/3.
-const TENSIONS: [f64; 2] = [0.8, 1.6];
+const TENSION_BLEND: [f64; 2] = [0.8, 1.6];
 
 /// Equal parts of that way: the measure goes it part by part, so that it rests while Newton's method comes to rest.
 const PARTS: f64 = 16.0;
 
-/// A zone keeps its part until the pressure asks for one that is further off than this.
+/// A zone keeps its part until that of the current pressure differs by more than this.
 const KEPT: f64 = 0.75;
 
-/// Zones of so many times the points of the smallest keep as many times its share, wider ones no more.
+/// Zones of so many times the points of the smallest keep as many times its stabilisation, wider ones no more.
 const WIDEST: f64 = 1.5;
 
 /// How the volumetric energy of a body is treated.
@@ -47,21 +47,21 @@ pub enum PressureField {
 ///
 /// With projected pressures, $W = \bar W(F) + (1-s)\\,U(\bar J) + s\\,U(J)$, where $G(\bar J) = \varphi^T\theta$ is the
 /// $L_2$ projection of a measure $G(J)$ of the volume on the zone functions $\varphi$; $\theta$ and $\pi$
-/// ($p = G'\varphi^T\pi$) are local unknowns of Newton, condensed before assembly. With orthonormal $\varphi$,
+/// ($p = G'\varphi^T\pi$) are unknowns of Newton's method, condensed before assembly. With orthonormal $\varphi$,
 /// $\hat U(G(J)) = U(J)$, $C = \int\varphi\\,\partial G/\partial d$ and $H = \int\varphi\\,(1-s)\hat U''\varphi^T$ the
 /// condensed system is
 /// $$\Big[K_{dev} + \int \varphi^T\pi\\,\partial^2_{dd}G + C^T H C\Big]\delta d = -\big(f + C^T(r_\theta + H r_\pi)\big).$$
 ///
 /// The measure is $G = m\\,(J^{1/m} - 1) + 1$ with $m$ the number of directions in which the kinematics moves (2 in
 /// plane strain and cylinders, 3 in bodies of revolution and spheres; 2 in solids, where 3 would let the mean volume
-/// of a zone drift by a third more). Inside a zone a change of volume that is neither constant nor linear costs
-/// nothing by its projection, and where the zone is pressed the geometric part $p\\,\partial^2J$ makes it pay: pressed
-/// bodies wrinkle inside their macro cells. $J^{1/m}$ is linear in a uniform stretch of $m$ directions, so that the
-/// pressure does nothing to it, however large. Where a zone is pulled it is the root that pays, for a stretch in one direction,
-/// $-p\\,(1 - \tfrac1m)\\,(\delta J)^2$: beyond 3 to 4 $\mu_0$ bonded bodies would tear up inside their macro cells. So the exponent $q$
-/// of $G = 1 + (J^q - 1)/q$ rises from $1/m$ to 1, in sixteen parts, while the mean pressure of the zone rises from 0.8 to 1.6
-/// of $\mu_0 + \sigma$, with von Mises' stress $\sigma$ of the zone: sheets and threads, whose pressures come of their stretch, keep
-/// roots at any stretch. It is a local unknown that [`advance`](Term::advance) sets by the pressure and everything else takes
+/// of a zone drift by a third more). The projection does not resist changes of volume inside a zone that are neither
+/// constant nor linear. Under compression the geometric stiffness $p\\,\partial^2J$ of $G = J$ destabilises them, and bodies
+/// wrinkle inside their macro cells. $J^{1/m}$ is linear in a uniform stretch of $m$ directions: this stiffness vanishes,
+/// whatever the pressure. Under tension the root destabilises a stretch in one direction instead, by
+/// $-p\\,(1 - \tfrac1m)\\,(\delta J)^2$: beyond 3 to 4 $\mu_0$ bonded bodies show cavitation-like modes inside their macro cells.
+/// The exponent $q$ of $G = 1 + (J^q - 1)/q$ therefore rises from $1/m$ to 1, in sixteen parts, while the mean pressure of the
+/// zone rises from 0.8 to 1.6 of $\mu_0 + \sigma$, with the von Mises stress $\sigma$ of the zone. In membranes and threads the
+/// pressure comes from their stretch, and the root stays. It is a condensed unknown that [`advance`](Term::advance) sets by the pressure and everything else takes
 /// as given: forces and matrix are those of the potential with it.
 pub struct Body<const D: usize, M> {
     pub(super) table: ShapeTable<D>,
@@ -69,46 +69,46 @@ pub struct Body<const D: usize, M> {
     pub(super) field: PressureField,
     pub(super) functions: usize,
     phi: Vec<f64>,
-    share: f64,
-    /// Points of the smallest zone where the share grows with the points of a zone; else 0.
+    stabilisation: f64,
+    /// Points of the smallest zone where the stabilisation grows with the points of a zone; else 0.
     fewest: usize,
     /// A zone on which no functions are orthonormal, and the square norm of one that is not positive.
     unsuited: Option<f64>,
     /// Initial shear modulus where the measure follows the pressure, else 0.
     shear: f64,
-    measure: Measure,
+    measure: VolumetricMeasure,
 }
 
 impl<const D: usize, M: Material> Body<D, M> {
     /// A body with the given treatment of the volumetric energy; a material that can't be split
     /// runs in [`PressureField::Displacement`].
     ///
-    /// Zones are the clusters of the table. Projected fields keep a share $s$ of the volumetric energy pointwise, at most
+    /// Zones are the clusters of the table. Projected fields keep a stabilisation $s$ of the volumetric energy pointwise, at most
     /// a tenth: $sk = \tfrac23\mu_0$, the bulk modulus of a body with Poisson's ratio zero, whose directions do
     /// not feel each other; $sk = \mu_0$ in solids. Zones with more points than the smallest, as odd numbers of cells and
     /// scattered particles make them, keep more of it, up to half as much again: they hold more changes of volume that no
     /// pressure sees.
     pub fn new(table: ShapeTable<D>, material: M, field: PressureField) -> Self {
-        let share = match field {
+        let stabilisation = match field {
             PressureField::Constant | PressureField::Linear => pointwise_share::<D>(&material),
             _ => 0.0,
         };
-        let mut body = Body::zonal(table, material, field, share);
+        let mut body = Body::zonal(table, material, field, stabilisation);
         if body.functions > 0 {
             let clusters = body.table.clusters();
             body.fewest = (0..clusters.len()).map(|zone| clusters.points(zone).len()).min().unwrap_or(0);
-            body.measure = Measure::roots(if D == 3 { 2 } else { D + body.table.hoops().len() });
+            body.measure = VolumetricMeasure::roots(if D == 3 { 2 } else { D + body.table.hoop_components().len() });
             body.shear = crate::material::initial_shear_modulus(&body.material);
         }
         body
     }
 
-    /// As [`new`](Body::new) with $J$ itself projected, $G = J$, and the pointwise share $s \in [0, 1)$ of the volumetric
+    /// As [`new`](Body::new) with $J$ itself projected, $G = J$, and the pointwise stabilisation $s \in [0, 1)$ of the volumetric
     /// energy given: the mixed finite elements of the literature with $s = 0$.
     ///
     /// With $J$ projected a pressed ring converged to states with negative eigenvalues for $sk \le \mu_0/2$; with the
     /// measure of [`new`](Body::new) it needs no pointwise part at all. Homogeneous states do not depend on $s$.
-    pub fn zonal(table: ShapeTable<D>, material: M, field: PressureField, share: f64) -> Self {
+    pub fn zonal(table: ShapeTable<D>, material: M, field: PressureField, stabilisation: f64) -> Self {
         let field = if material.split().is_some() { field } else { PressureField::Displacement };
         let mut body = Body {
             table,
@@ -116,16 +116,16 @@ impl<const D: usize, M: Material> Body<D, M> {
             field,
             functions: 0,
             phi: Vec::new(),
-            share,
+            stabilisation,
             fewest: 0,
             unsuited: None,
             shear: 0.0,
-            measure: Measure::Volume,
+            measure: VolumetricMeasure::Volume,
         };
         match field {
             PressureField::Constant => body.tabulate_zone_functions(1),
             PressureField::Linear => body.tabulate_zone_functions(D + 1),
-            _ => body.share = 0.0,
+            _ => body.stabilisation = 0.0,
         }
         body
     }
@@ -151,8 +151,8 @@ impl<const D: usize, M: Material> Body<D, M> {
     pub fn pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
         let (_, volumetric) = self.material.split()?;
         let clusters = self.table.clusters().len();
-        let locals = clusters.checked_sub(1).map_or(0, |last| self.locals(last).end);
-        if view.displacement.len() != self.table.node_count() * D || view.locals.len() != locals {
+        let condensed = clusters.checked_sub(1).map_or(0, |last| self.condensed(last).end);
+        if view.displacement.len() != self.table.node_count() * D || view.condensed.len() != condensed {
             return None;
         }
         let pointwise = |point| volumetric.evaluate(self.deformation_gradient(point, view.displacement).determinant());
@@ -161,12 +161,12 @@ impl<const D: usize, M: Material> Body<D, M> {
             for point in self.table.clusters().points(cluster) {
                 pressures.push(match self.field {
                     PressureField::Displacement => pointwise(point).slope,
-                    PressureField::Pointwise => view.locals[2 * point + 1],
+                    PressureField::Pointwise => view.condensed[2 * point + 1],
                     PressureField::Constant | PressureField::Linear => {
-                        let (_, pi, measure) = self.zone(cluster, view.locals);
+                        let (_, pi, measure) = self.zone(cluster, view.condensed);
                         let projected: f64 = self.phi(point).iter().zip(pi).map(|(p, pi)| p * pi).sum();
                         let j = self.deformation_gradient(point, view.displacement).determinant();
-                        projected * measure.of(j).slope + self.share(cluster) * volumetric.evaluate(j).slope
+                        projected * measure.of(j).slope + self.stabilisation(cluster) * volumetric.evaluate(j).slope
                     }
                 });
             }
@@ -174,22 +174,22 @@ impl<const D: usize, M: Material> Body<D, M> {
         Some(pressures)
     }
 
-    /// Local unknowns that belong to a field of hydrostatic pressures $p(X)$ \[stress\], term by term as
-    /// [`Term::locals`] counts them: the projections of the part of $p$ that zones carry, as the
+    /// Condensed unknowns that belong to a field of hydrostatic pressures $p(X)$ \[stress\], term by term as
+    /// [`Term::condensed`] counts them: the projections of the part of $p$ that zones carry, as the
     /// derivative by what they project ($J$ or its root), and of that at the $J$ with $U'(J) = p$.
     ///
     /// A first guess for a state whose pressures are known from another model; empty where pressures are no
     /// unknowns.
-    pub fn locals_of(&self, pressure: impl Fn(&Point<D>) -> f64) -> Vec<f64> {
+    pub fn condensed_of(&self, pressure: impl Fn(&Point<D>) -> f64) -> Vec<f64> {
         let clusters = self.table.clusters();
-        let total = clusters.len().checked_sub(1).map_or(0, |last| self.locals(last).end);
-        let mut locals = vec![0.0; total];
-        let Some((_, volumetric)) = self.material.split() else { return locals };
+        let total = clusters.len().checked_sub(1).map_or(0, |last| self.condensed(last).end);
+        let mut condensed = vec![0.0; total];
+        let Some((_, volumetric)) = self.material.split() else { return condensed };
         if total == 0 {
-            return locals;
+            return condensed;
         }
         for cluster in 0..clusters.len() {
-            let range = self.locals(cluster);
+            let range = self.condensed(cluster);
             let mut measure = self.measure;
             if self.functions > 0 {
                 let (mut sum, mut volume) = (0.0, 0.0);
@@ -198,7 +198,7 @@ impl<const D: usize, M: Material> Body<D, M> {
                     (sum, volume) = (sum + weight * pressure(&self.table.positions()[point]), volume + weight);
                 }
                 let pulled = self.pulled(cluster, sum / volume, None, 0.0);
-                locals[range.end - 1] = pulled;
+                condensed[range.end - 1] = pulled;
                 measure = self.measure.towards_volume(pulled * self.unit(cluster));
             }
             for point in clusters.points(cluster) {
@@ -215,18 +215,18 @@ impl<const D: usize, M: Material> Body<D, M> {
                 }
                 if self.functions > 0 {
                     let measure = measure.of(j);
-                    let (theta, pi) = locals[range.clone()].split_at_mut(self.functions);
+                    let (theta, pi) = condensed[range.clone()].split_at_mut(self.functions);
                     let weight = self.table.weights()[point];
                     for (k, phi) in self.phi(point).iter().enumerate() {
                         theta[k] += weight * phi * measure.value;
-                        pi[k] += weight * phi * (1.0 - self.share(cluster)) * p / measure.slope;
+                        pi[k] += weight * phi * (1.0 - self.stabilisation(cluster)) * p / measure.slope;
                     }
                 } else {
-                    locals[2 * point..2 * point + 2].copy_from_slice(&[j, p]);
+                    condensed[2 * point..2 * point + 2].copy_from_slice(&[j, p]);
                 }
             }
         }
-        locals
+        condensed
     }
 
     /// Orthonormal constants or linear functions on each cluster, by Gram–Schmidt over its points.
@@ -293,27 +293,27 @@ impl<const D: usize, M: Material> Body<D, M> {
 
     /// The unknowns of a zone: coefficients of $\bar G$ and of its conjugate, and the measure it has by the last one.
     #[inline(always)]
-    pub(super) fn zone<'a>(&self, cluster: usize, locals: &'a [f64]) -> (&'a [f64], &'a [f64], Measure) {
+    pub(super) fn zone<'a>(&self, cluster: usize, condensed: &'a [f64]) -> (&'a [f64], &'a [f64], VolumetricMeasure) {
         let n = self.functions;
         if n == 0 {
             return (&[], &[], self.measure);
         }
-        let all = &locals[self.locals(cluster)];
+        let all = &condensed[self.condensed(cluster)];
         (&all[..n], &all[n..2 * n], self.measure.towards_volume(all[2 * n] * self.unit(cluster)))
     }
 
-    /// The constant zone function: the last local unknown is counted in its inverse, so that it is of the size of the first,
+    /// The constant zone function: the last condensed unknown is counted in its inverse, so that it is of the size of the first,
     /// whatever the unit of length.
     #[inline(always)]
     pub(super) fn unit(&self, cluster: usize) -> f64 {
         self.table.clusters().points(cluster).next().map_or(0.0, |point| self.phi(point)[0])
     }
 
-    /// The last local unknown of a zone that has `held` under a mean pressure: how far it is on the way from roots of $J$
+    /// The last condensed unknown of a zone that has `held` under a mean pressure: how far it is on the way from roots of $J$
     /// to $J$. Without a displacement the stresses of shape are taken for none.
     #[inline(always)]
     pub(super) fn pulled(&self, cluster: usize, pressure: f64, displacement: Option<&[f64]>, held: f64) -> f64 {
-        let [from, to] = TENSIONS;
+        let [from, to] = TENSION_BLEND;
         let unit = self.unit(cluster);
         // Without a shear modulus nothing is known; a zone without a volume has no pressure.
         if !(self.shear > 0.0 && unit > 0.0 && (pressure > from * self.shear || held != 0.0)) {
@@ -347,12 +347,12 @@ impl<const D: usize, M: Material> Body<D, M> {
 
     /// The part of the volumetric energy of a zone that stays pointwise.
     #[inline(always)]
-    pub(super) fn share(&self, cluster: usize) -> f64 {
+    pub(super) fn stabilisation(&self, cluster: usize) -> f64 {
         if self.fewest == 0 {
-            return self.share;
+            return self.stabilisation;
         }
         let points = self.table.clusters().points(cluster).len();
-        (self.share * (points as f64 / self.fewest as f64).min(WIDEST)).min(POINTWISE_SHARE)
+        (self.stabilisation * (points as f64 / self.fewest as f64).min(WIDEST)).min(POINTWISE_SHARE)
     }
 
     #[inline(always)]
@@ -366,7 +366,7 @@ impl<const D: usize, M: Material> Body<D, M> {
         Matrix3::identity() + self.table.displacement_gradient(point, displacement)
     }
 
-    /// The energy of a body without local unknowns at a state: projected where the field is.
+    /// The energy of a body without condensed unknowns at a state: projected where the field is.
     fn zone_energy(&self, cluster: usize, view: View<'_>) -> f64 {
         let d = view.displacement;
         let Some((distortional, volumetric)) = self.material.split() else {
@@ -378,7 +378,7 @@ impl<const D: usize, M: Material> Body<D, M> {
                 .sum();
         };
         let n = self.functions;
-        let (_, _, measure) = self.zone(cluster, view.locals);
+        let (_, _, measure) = self.zone(cluster, view.condensed);
         let mut theta = [0.0; 4];
         let mut energy = 0.0;
         for point in self.table.clusters().points(cluster) {
@@ -386,7 +386,7 @@ impl<const D: usize, M: Material> Body<D, M> {
             let weight = self.table.weights()[point];
             let j = f.determinant();
             energy += weight * distortional.energy(&f);
-            let pointwise = if self.functions > 0 { self.share(cluster) } else { 1.0 };
+            let pointwise = if self.functions > 0 { self.stabilisation(cluster) } else { 1.0 };
             energy += weight * pointwise * volumetric.evaluate(j).energy;
             let value = measure.of(j).value;
             for (t, phi) in theta.iter_mut().zip(self.phi(point)) {
@@ -397,7 +397,7 @@ impl<const D: usize, M: Material> Body<D, M> {
             for point in self.table.clusters().points(cluster) {
                 let projected: f64 = self.phi(point).iter().zip(&theta).map(|(p, t)| p * t).sum();
                 energy += self.table.weights()[point]
-                    * (1.0 - self.share(cluster))
+                    * (1.0 - self.stabilisation(cluster))
                     * measure.energy(volumetric, projected).energy;
             }
         }
@@ -405,7 +405,7 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 }
 
-/// The share $s$ of a material that can be split, else 0; see [`Body::new`].
+/// The stabilisation $s$ of a material that can be split, else 0; see [`Body::new`].
 fn pointwise_share<const D: usize>(material: &impl Material) -> f64 {
     let Some((_, volumetric)) = material.split() else { return 0.0 };
     let shear = crate::material::initial_shear_modulus(material);
@@ -430,7 +430,7 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
         Err(SolveError::Setting { what: "square norm of a pressure function over a zone", value, needed })
     }
 
-    fn locals(&self, cluster: usize) -> std::ops::Range<usize> {
+    fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
         match self.field {
             PressureField::Displacement => 0..0,
             PressureField::Pointwise => {
@@ -445,19 +445,19 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
         }
     }
 
-    fn start(&self, cluster: usize, locals: &mut [f64]) {
+    fn start(&self, cluster: usize, condensed: &mut [f64]) {
         match self.field {
             PressureField::Displacement => {}
             PressureField::Pointwise => {
-                for pair in locals.chunks_exact_mut(2) {
+                for pair in condensed.chunks_exact_mut(2) {
                     pair.copy_from_slice(&[1.0, 0.0]);
                 }
             }
             _ => {
-                locals.fill(0.0);
+                condensed.fill(0.0);
                 for point in self.table.clusters().points(cluster) {
                     let weight = self.table.weights()[point];
-                    for (theta, phi) in locals.iter_mut().zip(self.phi(point)) {
+                    for (theta, phi) in condensed.iter_mut().zip(self.phi(point)) {
                         *theta += weight * phi;
                     }
                 }
@@ -477,8 +477,8 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
         linearize(self, cluster, view, out);
     }
 
-    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], locals_step: &mut [f64]) -> f64 {
-        advance(self, cluster, view, step, locals_step)
+    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
+        advance(self, cluster, view, step, condensed_step)
     }
 
     fn energy(&self, cluster: usize, view: View<'_>) -> f64 {
@@ -494,13 +494,15 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
         self.table
             .clusters()
             .points(cluster)
-            .map(|point| (jacobian(&self.deformation_gradient(point, view.displacement), self.table.hoops()), point))
+            .map(|point| {
+                (jacobian(&self.deformation_gradient(point, view.displacement), self.table.hoop_components()), point)
+            })
             // A NaN counts as the smallest of all.
             .min_by(|a, b| if a.0.is_nan() { std::cmp::Ordering::Less } else { a.0.total_cmp(&b.0) })
             .map(|(j, point)| (j, self.table.positions()[point].as_slice().to_vec()))
     }
 
-    fn health(&self, cluster: usize, view: View<'_>) -> Health {
+    fn diagnostics(&self, cluster: usize, view: View<'_>) -> StateDiagnostics {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut volume, mut mean, mut pointwise) = (0.0, 0.0, 0.0);
         let volumetric = self.material.split().map(|(_, volumetric)| volumetric).filter(|_| self.functions == 0);
@@ -516,7 +518,7 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
         }
         // Against one mean per cluster: a cluster of a single point has nothing to lock.
         let locked = volumetric.map(|v| pointwise - volume * v.evaluate(mean / volume).energy);
-        Health {
+        StateDiagnostics {
             rcond: Some(self.table.smallest_rcond()).filter(|r| r.is_finite()),
             jacobians: Some([low, high]).filter(|j| j[0].is_finite() && j[1].is_finite()),
             locked_energy: locked.filter(|e| e.is_finite()),

@@ -307,7 +307,7 @@ pub(crate) struct Contraction {
 
 impl Contraction {
     pub(crate) fn of<const D: usize>(table: &ShapeTable<D>) -> Self {
-        Contraction { dimension: D, slots: table.slots() }
+        Contraction { dimension: D, slots: table.gradient_components() }
     }
 
     /// Adds $w\\,P_{is}\\,g_{as}$ to the forces of a cluster.

@@ -7,7 +7,7 @@ use crate::table::ShapeTable;
 use crate::tensor::Tangent;
 
 use super::contraction::{Contraction, reduce_stress, reduce_tangent};
-use super::guard::{largest_step, largest_step_of_hoops};
+use super::step_limit::{largest_step, largest_step_of_hoops};
 use super::{Element, Term, View};
 
 /// What an integrand sees at a point; always three-dimensional.
@@ -29,7 +29,7 @@ pub struct PointState {
 ///
 /// Loads that have no density (follower pressure) give the force that the virtual work asks for.
 #[derive(Debug, Clone)]
-pub struct Flux {
+pub struct PointDerivatives {
     /// Stored energy density.
     pub energy: f64,
     /// $P = \partial\pi/\partial F$.
@@ -46,9 +46,9 @@ pub struct Flux {
     pub force_by_load: Vector3<f64>,
 }
 
-impl Default for Flux {
+impl Default for PointDerivatives {
     fn default() -> Self {
-        Flux {
+        PointDerivatives {
             energy: 0.0,
             stress: Matrix3::zeros(),
             stress_by_gradient: Tangent::zeros(),
@@ -60,9 +60,9 @@ impl Default for Flux {
     }
 }
 
-/// Which blocks of a [`Flux`] an integrand fills; the others are neither stored nor summed.
+/// Which blocks of a [`PointDerivatives`] an integrand fills; the others are neither stored nor summed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Blocks {
+pub struct Sparsity {
     /// `stress` and `stress_by_gradient`.
     pub stress: bool,
     /// `force` and `force_by_load`.
@@ -76,35 +76,35 @@ pub struct Blocks {
 /// A density summed over points.
 ///
 /// ```
-/// use rkpm::term::{Blocks, Flux, Integrand, PointState};
+/// use rkpm::term::{Sparsity, PointDerivatives, Integrand, PointState};
 /// /// Springs that hold the body in place, ½ k |u|².
 /// struct Bedding(f64);
 /// impl Integrand for Bedding {
-///     fn blocks(&self) -> Blocks {
-///         Blocks { force: true, force_by_displacement: true, ..Blocks::default() }
+///     fn sparsity(&self) -> Sparsity {
+///         Sparsity { force: true, force_by_displacement: true, ..Sparsity::default() }
 ///     }
-///     fn evaluate(&self, at: &PointState, flux: &mut Flux) {
-///         flux.energy = 0.5 * self.0 * at.displacement.norm_squared();
-///         flux.force = at.displacement * self.0;
-///         flux.force_by_displacement.fill_diagonal(self.0);
+///     fn evaluate(&self, at: &PointState, derivatives: &mut PointDerivatives) {
+///         derivatives.energy = 0.5 * self.0 * at.displacement.norm_squared();
+///         derivatives.force = at.displacement * self.0;
+///         derivatives.force_by_displacement.fill_diagonal(self.0);
 ///     }
 /// }
 /// assert!(Bedding(1.0).is_symmetric());
 /// ```
 pub trait Integrand: Send + Sync {
     /// The blocks that [`evaluate`](Integrand::evaluate) fills.
-    fn blocks(&self) -> Blocks;
+    fn sparsity(&self) -> Sparsity;
 
-    /// Fills the declared blocks of a zeroed flux.
-    fn evaluate(&self, at: &PointState, flux: &mut Flux);
+    /// Fills the declared blocks of a zeroed derivatives.
+    fn evaluate(&self, at: &PointState, derivatives: &mut PointDerivatives);
 
     /// Whether the second derivatives are symmetric.
     fn is_symmetric(&self) -> bool {
         true
     }
 
-    /// Load factors inside $(0, 1)$ at which the forces have kinks, see [`Term::knots`].
-    fn knots(&self) -> Vec<f64> {
+    /// Load factors inside $(0, 1)$ at which the forces have kinks, see [`Term::break_points`].
+    fn break_points(&self) -> Vec<f64> {
         Vec::new()
     }
 
@@ -157,12 +157,12 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
         self.integrand.is_symmetric()
     }
 
-    fn knots(&self) -> Vec<f64> {
-        self.integrand.knots()
+    fn break_points(&self) -> Vec<f64> {
+        self.integrand.break_points()
     }
 
     fn has_matrix(&self) -> bool {
-        let Blocks { stress, force_by_gradient, force_by_displacement, .. } = self.integrand.blocks();
+        let Sparsity { stress, force_by_gradient, force_by_displacement, .. } = self.integrand.sparsity();
         stress || force_by_gradient || force_by_displacement
     }
 
@@ -173,7 +173,7 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
                 remedy: "points inside a body have none: tabulate it over the points of a boundary (Cells::boundary)",
             });
         }
-        if self.integrand.blocks().force && !self.table.is_empty() && !self.table.has_values() {
+        if self.integrand.sparsity().force && !self.table.is_empty() && !self.table.has_values() {
             return Err(SolveError::Empty {
                 what: "values in the table of a load",
                 remedy: "smoothed tables hold gradients alone: tabulate the load's own points with ShapeTable::new",
@@ -183,13 +183,13 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
-        let blocks = self.integrand.blocks();
+        let blocks = self.integrand.sparsity();
         let table = &self.table;
         let size = table.clusters().nodes(cluster).len() * D;
         let contraction = Contraction::of(table);
         for point in table.clusters().points(cluster) {
-            let mut flux = Flux::default();
-            self.integrand.evaluate(&self.state(point, &view), &mut flux);
+            let mut derivatives = PointDerivatives::default();
+            self.integrand.evaluate(&self.state(point, &view), &mut derivatives);
             let weight = table.weights()[point];
             let local = table.clusters().local(point);
             let values = table.values(point);
@@ -198,20 +198,20 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
             if blocks.force {
                 for (&l, value) in local.iter().zip(values) {
                     for i in 0..D {
-                        out.residual[l as usize * D + i] += weight * value * flux.force[i];
-                        out.load_slope[l as usize * D + i] += weight * value * flux.force_by_load[i];
+                        out.residual[l as usize * D + i] += weight * value * derivatives.force[i];
+                        out.load_slope[l as usize * D + i] += weight * value * derivatives.force_by_load[i];
                     }
                 }
             }
             if blocks.stress {
-                let stress = reduce_stress::<D>(&flux.stress, table.hoops());
+                let stress = reduce_stress::<D>(&derivatives.stress, table.hoop_components());
                 contraction.add_forces(table, point, &stress, weight, &mut out.residual);
             }
             if !out.with_matrix {
                 continue;
             }
             if blocks.stress {
-                let tangent = reduce_tangent::<D>(&flux.stress_by_gradient, table.hoops());
+                let tangent = reduce_tangent::<D>(&derivatives.stress_by_gradient, table.hoop_components());
                 contraction.add_matrix(table, point, &tangent, weight, size, self.is_symmetric(), out);
             }
             // Forces act through values, which smoothed tables lack.
@@ -224,16 +224,16 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
                     let mut slope = Vector3::zeros();
                     if blocks.force_by_gradient {
                         for s in 0..D {
-                            slope += flux.force_by_gradient.column(3 * j + s) * gradients[s * n + b];
+                            slope += derivatives.force_by_gradient.column(3 * j + s) * gradients[s * n + b];
                         }
                         if j == 0 {
-                            for &k in table.hoops() {
-                                slope += flux.force_by_gradient.column(4 * k) * gradients[D * n + b];
+                            for &k in table.hoop_components() {
+                                slope += derivatives.force_by_gradient.column(4 * k) * gradients[D * n + b];
                             }
                         }
                     }
                     if blocks.force_by_displacement {
-                        slope += flux.force_by_displacement.column(j) * values[b];
+                        slope += derivatives.force_by_displacement.column(j) * values[b];
                     }
                     slope *= weight;
                     let start = (local[b] as usize * D + j) * size;
@@ -249,14 +249,14 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
     }
 
     fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], _locals_step: &mut [f64]) -> f64 {
-        if !self.integrand.blocks().stress {
+        if !self.integrand.sparsity().stress {
             return 1.0;
         }
         let mut bound: f64 = 1.0;
         for point in self.table.clusters().points(cluster) {
             let f = Matrix3::identity() + self.table.displacement_gradient(point, view.displacement);
             let df = self.table.displacement_gradient(point, step);
-            bound = bound.min(largest_step(&f, &df)).min(largest_step_of_hoops(&f, &df, self.table.hoops()));
+            bound = bound.min(largest_step(&f, &df)).min(largest_step_of_hoops(&f, &df, self.table.hoop_components()));
         }
         bound
     }
@@ -266,9 +266,9 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
             .clusters()
             .points(cluster)
             .map(|point| {
-                let mut flux = Flux::default();
-                self.integrand.evaluate(&self.state(point, &view), &mut flux);
-                self.table.weights()[point] * flux.energy
+                let mut derivatives = PointDerivatives::default();
+                self.integrand.evaluate(&self.state(point, &view), &mut derivatives);
+                self.table.weights()[point] * derivatives.energy
             })
             .sum()
     }

@@ -9,9 +9,9 @@ use crate::tensor::{add_hessian_in, cofactor};
 
 use super::body::{Body, PressureField};
 use super::contraction::GROUP;
-use super::guard::{largest_step, largest_step_of_hoops};
 use super::lower::{LowerBlocks, WIDTH};
-use super::measure::{Jet, Measure};
+use super::step_limit::{largest_step, largest_step_of_hoops};
+use super::volumetric_measure::{Jet, VolumetricMeasure};
 use super::{Element, Term, View};
 
 /// Adds forces and, where asked for, the matrix of a cluster; see [`Term::linearize`].
@@ -22,7 +22,7 @@ pub(super) fn linearize<const D: usize, M: Material>(
     out: &mut Element,
 ) {
     // Compiled for each number of gradient slots.
-    match body.table.slots() {
+    match body.table.gradient_components() {
         1 => dispatch(Linearize::<D, 1, M> { body, cluster, view, out }),
         2 => dispatch(Linearize::<D, 2, M> { body, cluster, view, out }),
         _ => dispatch(Linearize::<D, 3, M> { body, cluster, view, out }),
@@ -76,9 +76,9 @@ struct Pressure {
 /// Residuals of the local equations of one zone and their Hessian; at most four functions.
 struct Zone {
     /// What is projected.
-    measure: Measure,
+    measure: VolumetricMeasure,
     /// The part of the volumetric energy that stays pointwise.
-    share: f64,
+    stabilisation: f64,
     of_theta: [f64; 4],
     of_pi: [f64; 4],
     hessian: [[f64; 4]; 4],
@@ -86,8 +86,8 @@ struct Zone {
 
 impl Zone {
     #[inline(always)]
-    fn new(theta: &[f64], pi: &[f64], share: f64, measure: Measure) -> Self {
-        let mut zone = Zone { measure, share, of_theta: [0.0; 4], of_pi: [0.0; 4], hessian: [[0.0; 4]; 4] };
+    fn new(theta: &[f64], pi: &[f64], stabilisation: f64, measure: VolumetricMeasure) -> Self {
+        let mut zone = Zone { measure, stabilisation, of_theta: [0.0; 4], of_pi: [0.0; 4], hessian: [[0.0; 4]; 4] };
         for k in 0..theta.len() {
             zone.of_theta[k] = -pi[k];
             zone.of_pi[k] = -theta[k];
@@ -106,7 +106,7 @@ impl Zone {
         theta: &[f64],
         j: f64,
     ) -> Jet {
-        let (phi, share) = (body.phi(point), 1.0 - self.share);
+        let (phi, stabilisation) = (body.phi(point), 1.0 - self.stabilisation);
         let measure = self.measure.of(j);
         let mut projected = 0.0;
         for (p, t) in phi.iter().zip(theta) {
@@ -116,25 +116,25 @@ impl Zone {
         let n = theta.len();
         for k in 0..n {
             let factor = weight * phi[k];
-            self.of_theta[k] += factor * share * u.slope;
+            self.of_theta[k] += factor * stabilisation * u.slope;
             self.of_pi[k] += factor * measure.value;
             for l in 0..n {
-                self.hessian[k][l] += factor * share * phi[l] * u.curvature;
+                self.hessian[k][l] += factor * stabilisation * phi[l] * u.curvature;
             }
         }
         measure
     }
 }
 
-/// Increments of the local unknowns of a cluster and the largest step; see [`Term::advance`].
+/// Increments of the condensed unknowns of a cluster and the largest step; see [`Term::advance`].
 pub(super) fn advance<const D: usize, M: Material>(
     body: &Body<D, M>,
     cluster: usize,
     view: View<'_>,
     step: &[f64],
-    locals_step: &mut [f64],
+    condensed_step: &mut [f64],
 ) -> f64 {
-    dispatch(Advance { body, cluster, view, step, locals_step })
+    dispatch(Advance { body, cluster, view, step, condensed_step })
 }
 
 struct Advance<'a, const D: usize, M> {
@@ -142,7 +142,7 @@ struct Advance<'a, const D: usize, M> {
     cluster: usize,
     view: View<'a>,
     step: &'a [f64],
-    locals_step: &'a mut [f64],
+    condensed_step: &'a mut [f64],
 }
 
 impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
@@ -150,11 +150,11 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
 
     #[inline(always)]
     fn run<A: Arithmetic>(self) -> f64 {
-        let Advance { body, cluster, view, step, locals_step } = self;
+        let Advance { body, cluster, view, step, condensed_step } = self;
         let table = &body.table;
         let n = body.functions;
-        let (theta, pi, measure) = body.zone(cluster, view.locals);
-        let mut zone = Zone::new(theta, pi, body.share(cluster), measure);
+        let (theta, pi, measure) = body.zone(cluster, view.condensed);
+        let mut zone = Zone::new(theta, pi, body.stabilisation(cluster), measure);
         let mut bound: f64 = 1.0;
         // C δd, function by function.
         let mut change_of_pi = [0.0; 4];
@@ -165,20 +165,20 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
         };
         for point in table.clusters().points(cluster) {
             let (nodes, gradients) = (table.nodes(point), table.gradients(point));
-            let h = displacement_gradient::<A, D>(nodes, gradients, table.hoops(), view.displacement);
+            let h = displacement_gradient::<A, D>(nodes, gradients, table.hoop_components(), view.displacement);
             let f = Matrix3::identity() + h;
-            let df = displacement_gradient::<A, D>(nodes, gradients, table.hoops(), step);
-            bound = bound.min(largest_step(&f, &df)).min(largest_step_of_hoops(&f, &df, table.hoops()));
+            let df = displacement_gradient::<A, D>(nodes, gradients, table.hoop_components(), step);
+            bound = bound.min(largest_step(&f, &df)).min(largest_step_of_hoops(&f, &df, table.hoop_components()));
             let Some(volumetric) = volumetric else { continue };
             let j = f.determinant();
             let change = cofactor(&f).dot(&df);
             if body.field == PressureField::Pointwise {
-                let theta = view.locals[2 * point];
+                let theta = view.condensed[2 * point];
                 let u = volumetric.evaluate(theta);
                 let of_theta = j - theta + change;
                 let at = 2 * (point - first);
-                locals_step[at] = of_theta;
-                locals_step[at + 1] = u.slope - view.locals[2 * point + 1] + u.curvature * of_theta;
+                condensed_step[at] = of_theta;
+                condensed_step[at + 1] = u.slope - view.condensed[2 * point + 1] + u.curvature * of_theta;
             } else {
                 let (phi, weight) = (body.phi(point), table.weights()[point]);
                 let measure = zone.add(body, volumetric, point, weight, theta, j);
@@ -188,16 +188,17 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
             }
         }
         for k in 0..n {
-            locals_step[k] = zone.of_pi[k] + change_of_pi[k];
-            locals_step[n + k] = zone.of_theta[k];
+            condensed_step[k] = zone.of_pi[k] + change_of_pi[k];
+            condensed_step[n + k] = zone.of_theta[k];
             for l in 0..n {
-                locals_step[n + k] += zone.hessian[k][l] * (zone.of_pi[l] + change_of_pi[l]);
+                condensed_step[n + k] += zone.hessian[k][l] * (zone.of_pi[l] + change_of_pi[l]);
             }
         }
         if n > 0 {
             // The exponent follows the pressure that is held, not that of the step: increments are linear in steps.
-            let held = view.locals[body.locals(cluster)][2 * n];
-            locals_step[2 * n] = body.pulled(cluster, pi[0] * body.unit(cluster), Some(view.displacement), held) - held;
+            let held = view.condensed[body.condensed(cluster)][2 * n];
+            condensed_step[2 * n] =
+                body.pulled(cluster, pi[0] * body.unit(cluster), Some(view.displacement), held) - held;
         }
         bound
     }
@@ -224,15 +225,15 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
         if with_matrix && !lower.wanted {
             lower.reset::<D>(nodes.len());
         }
-        let components = Components::new::<D>(table.hoops());
+        let components = Components::new::<D>(table.hoop_components());
         let count = components.count;
         let (material, volumetric): (&dyn Material, Option<&dyn VolumetricEnergy>) =
             match (body.field, body.material.split()) {
                 (PressureField::Displacement, _) | (_, None) => (&body.material, None),
                 (_, Some((distortional, volumetric))) => (distortional, Some(volumetric)),
             };
-        let (theta, pi, measure) = body.zone(cluster, view.locals);
-        let mut zone = Zone::new(theta, pi, body.share(cluster), measure);
+        let (theta, pi, measure) = body.zone(cluster, view.condensed);
+        let mut zone = Zone::new(theta, pi, body.stabilisation(cluster), measure);
         // Points in a row that see the same nodes wait for each other, as many as have their products in registers.
         let most = match D * S {
             0..=4 => GROUP,
@@ -255,7 +256,12 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
             }
             windows.pack::<S>(group, gradients);
             let weight = table.weights()[point];
-            let h = displacement_gradient::<A, D>(table.nodes(point), gradients, table.hoops(), view.displacement);
+            let h = displacement_gradient::<A, D>(
+                table.nodes(point),
+                gradients,
+                table.hoop_components(),
+                view.displacement,
+            );
             let f = Matrix3::identity() + h;
 
             let (mut stress, mut tangent) = ([0.0; 9], [0.0; 81]);
@@ -265,10 +271,10 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                 let cof = cofactor(&f);
                 let j = f.m11 * cof.m11 + f.m12 * cof.m12 + f.m13 * cof.m13;
                 let pressure = if body.field == PressureField::Pointwise {
-                    let theta = view.locals[2 * point];
+                    let theta = view.condensed[2 * point];
                     let u = volumetric.evaluate(theta);
                     let force = u.slope + u.curvature * (j - theta);
-                    Pressure { force, geometric: view.locals[2 * point + 1], rank_one: u.curvature }
+                    Pressure { force, geometric: view.condensed[2 * point + 1], rank_one: u.curvature }
                 } else {
                     // What the zone's pressure does to the forces is added for all its points at once.
                     let phi = body.phi(point);
@@ -286,11 +292,11 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                     }
                     windows.add_multiples::<A, D, S>(group, &reduced, &factors[..n], stride, slopes);
                     let u = volumetric.evaluate(j);
-                    let share = zone.share * u.slope;
+                    let stabilisation = zone.stabilisation * u.slope;
                     Pressure {
-                        force: share,
-                        geometric: pressure * measure.slope + share,
-                        rank_one: pressure * measure.curvature + zone.share * u.curvature,
+                        force: stabilisation,
+                        geometric: pressure * measure.slope + stabilisation,
+                        rank_one: pressure * measure.curvature + zone.stabilisation * u.curvature,
                     }
                 };
                 for a in 0..count {

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::tensor::cofactor;
 
 use super::amplitude::Amplitude;
-use super::integrand::{Blocks, Flux, Integrand, PointState};
+use super::integrand::{Integrand, PointDerivatives, PointState, Sparsity};
 
 /// A force per reference volume (body force), per reference area (dead traction) or, on a table of one
 /// point of weight 1, a point load; $\Pi = -\int u\cdot b\\,a(\lambda)$, (4.4).
@@ -18,18 +18,18 @@ pub struct DeadLoad {
 }
 
 impl Integrand for DeadLoad {
-    fn blocks(&self) -> Blocks {
-        Blocks { force: true, ..Blocks::default() }
+    fn sparsity(&self) -> Sparsity {
+        Sparsity { force: true, ..Sparsity::default() }
     }
 
-    fn evaluate(&self, at: &PointState, flux: &mut Flux) {
+    fn evaluate(&self, at: &PointState, derivatives: &mut PointDerivatives) {
         let (factor, slope) = self.amplitude.evaluate(at.load);
-        flux.force = -self.force * factor;
-        flux.force_by_load = -self.force * slope;
+        derivatives.force = -self.force * factor;
+        derivatives.force_by_load = -self.force * slope;
     }
 
-    fn knots(&self) -> Vec<f64> {
-        self.amplitude.knots()
+    fn break_points(&self) -> Vec<f64> {
+        self.amplitude.break_points()
     }
 }
 
@@ -47,22 +47,22 @@ pub struct FollowerPressure {
 }
 
 impl Integrand for FollowerPressure {
-    fn blocks(&self) -> Blocks {
-        Blocks { force: true, force_by_gradient: true, ..Blocks::default() }
+    fn sparsity(&self) -> Sparsity {
+        Sparsity { force: true, force_by_gradient: true, ..Sparsity::default() }
     }
 
-    fn evaluate(&self, at: &PointState, flux: &mut Flux) {
+    fn evaluate(&self, at: &PointState, derivatives: &mut PointDerivatives) {
         let (factor, slope) = self.amplitude.evaluate(at.load);
         let area = cofactor(&at.deformation) * at.normal;
-        flux.force = area * (self.pressure * factor);
-        flux.force_by_load = area * (self.pressure * slope);
+        derivatives.force = area * (self.pressure * factor);
+        derivatives.force_by_load = area * (self.pressure * slope);
         // ∂cof F_iJ/∂F_kL N_J = ε_ikm (f_m × N)_L with the rows f_m of F.
         let rows: [Vector3<f64>; 3] = std::array::from_fn(|m| at.deformation.row(m).transpose().cross(&at.normal));
         for i in 0..3 {
             let (k, m) = ((i + 1) % 3, (i + 2) % 3);
             for l in 0..3 {
-                flux.force_by_gradient[(i, 3 * k + l)] = self.pressure * factor * rows[m][l];
-                flux.force_by_gradient[(i, 3 * m + l)] = -self.pressure * factor * rows[k][l];
+                derivatives.force_by_gradient[(i, 3 * k + l)] = self.pressure * factor * rows[m][l];
+                derivatives.force_by_gradient[(i, 3 * m + l)] = -self.pressure * factor * rows[k][l];
             }
         }
     }
@@ -71,8 +71,8 @@ impl Integrand for FollowerPressure {
         false
     }
 
-    fn knots(&self) -> Vec<f64> {
-        self.amplitude.knots()
+    fn break_points(&self) -> Vec<f64> {
+        self.amplitude.break_points()
     }
 
     fn needs_normals(&self) -> bool {
@@ -88,13 +88,13 @@ pub struct ElasticFoundation {
 }
 
 impl Integrand for ElasticFoundation {
-    fn blocks(&self) -> Blocks {
-        Blocks { force: true, force_by_displacement: true, ..Blocks::default() }
+    fn sparsity(&self) -> Sparsity {
+        Sparsity { force: true, force_by_displacement: true, ..Sparsity::default() }
     }
 
-    fn evaluate(&self, at: &PointState, flux: &mut Flux) {
-        flux.energy = 0.5 * self.stiffness * at.displacement.norm_squared();
-        flux.force = at.displacement * self.stiffness;
-        flux.force_by_displacement.fill_diagonal(self.stiffness);
+    fn evaluate(&self, at: &PointState, derivatives: &mut PointDerivatives) {
+        derivatives.energy = 0.5 * self.stiffness * at.displacement.norm_squared();
+        derivatives.force = at.displacement * self.stiffness;
+        derivatives.force_by_displacement.fill_diagonal(self.stiffness);
     }
 }

@@ -3,20 +3,20 @@
 mod amplitude;
 mod body;
 mod contraction;
-mod guard;
-mod health;
+mod diagnostics;
 mod integrand;
 mod linearize;
 mod load;
 mod lower;
-mod measure;
+mod step_limit;
+mod volumetric_measure;
 
 pub use amplitude::Amplitude;
 pub use body::{Body, PressureField};
-pub use guard::largest_step;
-pub use health::Health;
-pub use integrand::{Blocks, Flux, Integrand, PointState, Pointwise};
+pub use diagnostics::StateDiagnostics;
+pub use integrand::{Integrand, PointDerivatives, PointState, Pointwise, Sparsity};
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
+pub use step_limit::largest_step;
 
 pub(crate) use contraction::Windows;
 pub(crate) use lower::LowerBlocks;
@@ -28,8 +28,8 @@ use crate::error::SolveError;
 pub struct View<'a> {
     /// Coefficients $d$, node by node, `D` components each \[length\].
     pub displacement: &'a [f64],
-    /// Local unknowns of this term, all clusters.
-    pub locals: &'a [f64],
+    /// Condensed unknowns of this term, all clusters.
+    pub condensed: &'a [f64],
     /// Load factor $\lambda$.
     pub load: f64,
 }
@@ -77,9 +77,9 @@ impl Element {
     }
 }
 
-/// A term of the potential $\Pi(d, \text{locals}; \lambda)$, summed over clusters of nodes.
+/// A term of the potential $\Pi(d, \text{condensed}; \lambda)$, summed over clusters of nodes.
 ///
-/// A term may carry local unknowns (pressures): it condenses them in [`linearize`](Term::linearize)
+/// A term may carry condensed unknowns (pressures): it condenses them in [`linearize`](Term::linearize)
 /// and recovers their increments in [`advance`](Term::advance).
 ///
 /// ```
@@ -129,18 +129,18 @@ pub trait Term<const D: usize>: Send + Sync {
         true
     }
 
-    /// Whether the matrix changes with the load factor while displacement and local unknowns stay: follower loads do so.
+    /// Whether the matrix changes with the load factor while displacement and condensed unknowns stay: follower loads do so.
     /// Where no term does, the matrix at rest is formed once for all loads.
     fn matrix_follows_load(&self) -> bool {
         true
     }
 
     /// Load factors inside $(0, 1)$ at which the forces of the term have kinks: steps of the load stop there.
-    fn knots(&self) -> Vec<f64> {
+    fn break_points(&self) -> Vec<f64> {
         Vec::new()
     }
 
-    /// Whether the term acts from one side only, as contact does: the load leads runs with it, for no linear answer tells
+    /// Whether the term acts from one side only, as contact does: the load leads runs with it, for no tangent displacement tells
     /// what touches.
     fn is_unilateral(&self) -> bool {
         false
@@ -157,19 +157,19 @@ pub trait Term<const D: usize>: Send + Sync {
         false
     }
 
-    /// Where the local unknowns of a cluster stand among those of the term.
-    fn locals(&self, _cluster: usize) -> std::ops::Range<usize> {
+    /// Where the condensed unknowns of a cluster stand among those of the term.
+    fn condensed(&self, _cluster: usize) -> std::ops::Range<usize> {
         0..0
     }
 
-    /// Writes the local unknowns of a cluster that belong to zero displacement.
+    /// Writes the condensed unknowns of a cluster that belong to zero displacement.
     fn start(&self, _cluster: usize, _locals: &mut [f64]) {}
 
     /// Adds the cluster's forces, load slope and, where asked for, its matrix to zeroed buffers.
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element);
 
     /// For the Newton increment `step` of the displacement, writes the increments of the cluster's
-    /// local unknowns and returns the largest step factor in $[0, 1]$ that keeps the path admissible.
+    /// condensed unknowns and returns the largest step factor in $[0, 1]$ that keeps the path admissible.
     fn advance(&self, _cluster: usize, _view: View<'_>, _step: &[f64], _locals_step: &mut [f64]) -> f64 {
         1.0
     }
@@ -191,8 +191,8 @@ pub trait Term<const D: usize>: Send + Sync {
     }
 
     /// What the cluster tells of the trust in a state; nothing for loads.
-    fn health(&self, _cluster: usize, _view: View<'_>) -> Health {
-        Health::default()
+    fn diagnostics(&self, _cluster: usize, _view: View<'_>) -> StateDiagnostics {
+        StateDiagnostics::default()
     }
 }
 
@@ -221,8 +221,8 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
         (**self).matrix_follows_load()
     }
 
-    fn knots(&self) -> Vec<f64> {
-        (**self).knots()
+    fn break_points(&self) -> Vec<f64> {
+        (**self).break_points()
     }
 
     fn is_unilateral(&self) -> bool {
@@ -237,20 +237,20 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
         (**self).fills_lower_blocks()
     }
 
-    fn locals(&self, cluster: usize) -> std::ops::Range<usize> {
-        (**self).locals(cluster)
+    fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
+        (**self).condensed(cluster)
     }
 
-    fn start(&self, cluster: usize, locals: &mut [f64]) {
-        (**self).start(cluster, locals);
+    fn start(&self, cluster: usize, condensed: &mut [f64]) {
+        (**self).start(cluster, condensed);
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
         (**self).linearize(cluster, view, out);
     }
 
-    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], locals_step: &mut [f64]) -> f64 {
-        (**self).advance(cluster, view, step, locals_step)
+    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
+        (**self).advance(cluster, view, step, condensed_step)
     }
 
     fn energy(&self, cluster: usize, view: View<'_>) -> f64 {
@@ -265,7 +265,7 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
         (**self).smallest_jacobian(cluster, view)
     }
 
-    fn health(&self, cluster: usize, view: View<'_>) -> Health {
-        (**self).health(cluster, view)
+    fn diagnostics(&self, cluster: usize, view: View<'_>) -> StateDiagnostics {
+        (**self).diagnostics(cluster, view)
     }
 }

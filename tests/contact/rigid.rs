@@ -3,13 +3,13 @@
 use std::f64::consts::PI;
 
 use rkpm::prelude::*;
-use rkpm::solve::Path;
+use rkpm::solve::EquilibriumPath;
 
 fn rubber() -> Rubber {
     Rubber::mooney_rivlin(0.293, 0.177, 1410.0).unwrap()
 }
 
-fn solved<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> (Problem<D>, Path) {
+fn solved<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> (Problem<D>, EquilibriumPath) {
     let problem = scene.discretize(scheme).unwrap();
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
     (problem, path)
@@ -24,7 +24,7 @@ fn square(size: f64) -> Region {
 /// scattered particles, in the plane, of revolution and in space.
 #[test]
 fn uniform_pressure_under_uniform_traction() {
-    fn check<const D: usize>(name: &str, problem: &Problem<D>, path: &Path, axis: usize, traction: f64) {
+    fn check<const D: usize>(name: &str, problem: &Problem<D>, path: &EquilibriumPath, axis: usize, traction: f64) {
         let floor = problem.contact(path.last(), "floor").unwrap();
         let stretch = {
             let f = problem.deformation_gradients(path.last())[0];

@@ -469,7 +469,7 @@ fn kinematics_that_measure_nothing() {
     /// A thickness and hoops of one's own.
     struct Own(fn(&Point<2>) -> f64, &'static [usize]);
     impl Kinematics<2> for Own {
-        fn hoops(&self) -> &'static [usize] {
+        fn hoop_components(&self) -> &'static [usize] {
             self.1
         }
         fn measure(&self, at: &Point<2>) -> f64 {
@@ -527,7 +527,7 @@ fn kinematics_that_measure_nothing() {
     /// The same area at all ends of sub-cells, a larger one between them.
     struct Bulging;
     impl Kinematics<1> for Bulging {
-        fn hoops(&self) -> &'static [usize] {
+        fn hoop_components(&self) -> &'static [usize] {
             &[]
         }
         fn measure(&self, at: &Point<1>) -> f64 {
@@ -589,8 +589,8 @@ fn weights_that_measure_nothing() {
         refused!(error, Error::Solve(SolveError::Setting { .. }), words);
     }
     // Zones of no cell are nobody's wish.
-    let none = coarse().volume(PressureField::Linear, 0);
-    for scheme in [none, Scheme::elements(1).particles([5, 4]).volume(PressureField::Constant, 0)] {
+    let none = coarse().pressure_field(PressureField::Linear, 0);
+    for scheme in [none, Scheme::elements(1).particles([5, 4]).pressure_field(PressureField::Constant, 0)] {
         let error = refusal(&self::sound(), &scheme);
         refused!(error, Error::Geometry(GeometryError::Count { count: 0, .. }), ["pressure zone", "at least 1"]);
     }
@@ -773,7 +773,7 @@ fn rows_that_depend_on_each_other() {
     // A row of nothing is refused on the spot.
     let mut rows = Constraints::new();
     let empty =
-        Row { entries: vec![(0, 0.0)], owner: 0, target: 0.0, amplitude: Amplitude::Ramp, label: "nothing".into() };
+        Row { entries: vec![(0, 0.0)], dependent: 0, target: 0.0, amplitude: Amplitude::Ramp, label: "nothing".into() };
     refused!(rows.push(empty.clone()).unwrap_err(), BoundaryError::Dependent { .. }, ["nothing", "remove"]);
     let bad = Row { entries: vec![(0, NAN)], label: "bad".into(), ..empty.clone() };
     refused!(rows.push(bad).unwrap_err(), BoundaryError::Value { .. }, ["bad", "finite"]);
@@ -929,7 +929,7 @@ fn integration() {
 fn rest<const D: usize>(problem: &Problem<D>) -> State {
     State {
         displacement: vec![0.0; problem.model.unknowns()],
-        locals: problem.model.start(),
+        condensed: problem.model.start(),
         multipliers: vec![0.0; problem.rows.len()],
         load: 0.0,
     }
@@ -975,10 +975,10 @@ fn first_guesses() {
     short.multipliers.push(0.0);
     assert!(matches!(run(short).unwrap_err(), Error::Solve(SolveError::Length { what: "multipliers", .. })));
     let mut short = rest(&problem);
-    short.locals[0].pop();
-    assert!(matches!(run(short).unwrap_err(), Error::Solve(SolveError::Length { what: "local unknowns", .. })));
+    short.condensed[0].pop();
+    assert!(matches!(run(short).unwrap_err(), Error::Solve(SolveError::Length { what: "condensed unknowns", .. })));
     // Pressures and multipliers that are no numbers.
-    for spoil in [|s: &mut State| s.locals[0].fill(NAN), |s: &mut State| s.multipliers[0] = INFINITY] {
+    for spoil in [|s: &mut State| s.condensed[0].fill(NAN), |s: &mut State| s.multipliers[0] = INFINITY] {
         let mut bad = rest(&problem);
         spoil(&mut bad);
         refused!(
@@ -1001,13 +1001,13 @@ fn local_unknowns_of_other_terms() {
     // As many in all as the model has, but not those of its terms.
     let loaded = sound().pressure((1, Side::Max), 0.01).discretize(&coarse()).unwrap();
     let mut swapped = rest(&loaded);
-    swapped.locals.reverse();
+    swapped.condensed.reverse();
     let error = loaded.analysis.run_from(&loaded.model, &loaded.rows, swapped, &mut ()).unwrap_err();
-    assert!(matches!(error, Error::Solve(SolveError::Length { what: "local unknowns", .. })), "{error:?}");
+    assert!(matches!(error, Error::Solve(SolveError::Length { what: "condensed unknowns", .. })), "{error:?}");
     let mut few = rest(&loaded);
-    few.locals.pop();
+    few.condensed.pop();
     let error = loaded.analysis.run_from(&loaded.model, &loaded.rows, few, &mut ()).unwrap_err();
-    assert!(matches!(error, Error::Solve(SolveError::Length { what: "local unknowns", .. })), "{error:?}");
+    assert!(matches!(error, Error::Solve(SolveError::Length { what: "condensed unknowns", .. })), "{error:?}");
 }
 
 #[test]

@@ -152,8 +152,8 @@ impl Cells<2> for Odd {
     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
         self.0.smoothing(parts, gauss, zones)
     }
-    fn dual(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
-        self.0.dual(gauss)
+    fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
+        self.0.nodal_cells(gauss)
     }
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
         self.0.boundary(part, parts, gauss)
@@ -241,26 +241,26 @@ fn tables_asked_for_points_and_vectors_that_are_not_there() {
 
     let mut model = Model::new(lattice().positions().to_vec());
     model.add(body);
-    let locals = model.start();
-    let cut: Vec<Vec<f64>> = locals.iter().map(|l| l[1..].to_vec()).collect();
-    assert!(model.energy(&fits, &locals, 0.0).abs() < 1e-12);
-    assert!(model.residual(&fits, &locals, 0.0).iter().all(|r| r.abs() < 1e-12));
-    for (d, locals) in [(&short, &locals), (&vec![0.0; 41], &locals), (&fits, &cut), (&fits, &vec![])] {
-        assert!(model.energy(d, locals, 0.0).is_nan());
-        let residual = model.residual(d, locals, 0.0);
+    let condensed = model.start();
+    let cut: Vec<Vec<f64>> = condensed.iter().map(|l| l[1..].to_vec()).collect();
+    assert!(model.energy(&fits, &condensed, 0.0).abs() < 1e-12);
+    assert!(model.residual(&fits, &condensed, 0.0).iter().all(|r| r.abs() < 1e-12));
+    for (d, condensed) in [(&short, &condensed), (&vec![0.0; 41], &condensed), (&fits, &cut), (&fits, &vec![])] {
+        assert!(model.energy(d, condensed, 0.0).is_nan());
+        let residual = model.residual(d, condensed, 0.0);
         assert!(residual.len() == 40 && residual.iter().all(|r| r.is_nan()));
         let mut slope = vec![0.0; 40];
-        model.load_slope(d, locals, 0.0, &mut slope);
+        model.load_slope(d, condensed, 0.0, &mut slope);
         assert!(slope.iter().all(|r| r.is_nan()));
-        assert!(model.smallest_jacobian(d, locals, 0.0).unwrap().0.is_nan());
-        assert!(model.health(d, locals, 0.0).jacobians.unwrap().iter().all(|j| j.is_nan()));
-        assert_eq!(model.advance(d, locals, 0.0, &fits, &mut model.start()), 0.0);
+        assert!(model.smallest_jacobian(d, condensed, 0.0).unwrap().0.is_nan());
+        assert!(model.diagnostics(d, condensed, 0.0).jacobians.unwrap().iter().all(|j| j.is_nan()));
+        assert_eq!(model.advance(d, condensed, 0.0, &fits, &mut model.start()), 0.0);
     }
     assert!(model.largest_gradient(&short).is_nan());
     assert_eq!(model.largest_gradient(&fits), 0.0);
-    assert_eq!(model.advance(&fits, &locals, 0.0, &fits, &mut model.start()), 1.0);
+    assert_eq!(model.advance(&fits, &condensed, 0.0, &fits, &mut model.start()), 1.0);
     for (step, mut out) in [(&short, model.start()), (&fits, cut.clone()), (&fits, vec![])] {
-        assert_eq!(model.advance(&fits, &locals, 0.0, step, &mut out), 0.0);
+        assert_eq!(model.advance(&fits, &condensed, 0.0, step, &mut out), 0.0);
     }
 }
 
@@ -278,9 +278,9 @@ fn assemblers_asked_for_models_and_vectors_of_others() {
         model
     };
     let mine = model(20, 1);
-    let (fits, locals) = (vec![0.0; 40], mine.start());
+    let (fits, condensed) = (vec![0.0; 40], mine.start());
     let (mut assembler, mut system) = (mine.assembler(), System::default());
-    assembler.assemble(&mine, &fits, &locals, 0.0, &mut system);
+    assembler.assemble(&mine, &fits, &condensed, 0.0, &mut system);
     assert!(system.scale.is_finite() && system.residual.iter().chain(&system.values).all(|v| v.is_finite()));
     let entries = system.values.len();
     // Bodies of another model, two for one, and none.
@@ -289,9 +289,9 @@ fn assemblers_asked_for_models_and_vectors_of_others() {
         assert!(system.scale.is_nan() && system.residual.len() == 40 && system.values.len() == entries);
         assert!(system.residual.iter().chain(&system.load_slope).chain(&system.values).all(|v| v.is_nan()));
     }
-    for (d, locals) in [(&vec![0.0; 39], &locals), (&fits, &vec![]), (&fits, &vec![vec![]])] {
+    for (d, condensed) in [(&vec![0.0; 39], &condensed), (&fits, &vec![]), (&fits, &vec![vec![]])] {
         assembler.assemble(&mine, &fits, &mine.start(), 0.0, &mut system);
-        assembler.assemble_forces(&mine, d, locals, 0.0, &mut system);
+        assembler.assemble_forces(&mine, d, condensed, 0.0, &mut system);
         assert!(system.scale.is_nan() && system.residual.iter().chain(&system.load_slope).all(|v| v.is_nan()));
         assert!(system.values.iter().all(|v| v.is_finite()));
     }

@@ -114,7 +114,7 @@ fn lattice<const D: usize>(input: &mut Input) {
     if let Ok(smoothing) = lattice.smoothing(parts, n, &zones) {
         let _ = (smoothing.volumes(), smoothing.nodal(lattice.positions()));
     }
-    let _ = lattice.dual(n);
+    let _ = lattice.nodal_cells(n);
     let _ = (lattice.boundary(&part, parts, n), lattice.boundary_nodes(&part));
     let cells: &dyn Cells<D> = &lattice;
     let _ = (cells.is_thin(), cells.gauss(n));

@@ -3,18 +3,18 @@ use std::path::PathBuf;
 
 use rkpm::output::Journal;
 use rkpm::prelude::*;
-use rkpm::solve::{Pace, State, Step};
+use rkpm::solve::{State, Step, StepControlState};
 
 use super::harness::Input;
 
-fn path(input: &mut Input) -> Path {
+fn path(input: &mut Input) -> EquilibriumPath {
     let state = |input: &mut Input| State {
         displacement: (0..input.random.usize(0..4)).map(|_| input.good(-1.0, 1.0)).collect(),
-        locals: (0..input.random.usize(0..3)).map(|_| vec![0.5]).collect(),
+        condensed: (0..input.random.usize(0..3)).map(|_| vec![0.5]).collect(),
         multipliers: vec![],
         load: input.good(0.0, 1.0),
     };
-    let mut path = Path::new(state(input));
+    let mut path = EquilibriumPath::new(state(input));
     for _ in 0..input.random.usize(0..4) {
         path.steps.push(Step {
             state: state(input),
@@ -24,8 +24,8 @@ fn path(input: &mut Input) -> Path {
             inertia: None,
             unstable: input.once_in(2).then_some(1),
             critical: Vec::new(),
-            health: Default::default(),
-            pace: Pace { increment: 0.5, ..Pace::default() },
+            diagnostics: Default::default(),
+            control_state: StepControlState { increment: 0.5, ..StepControlState::default() },
         });
     }
     path
@@ -77,7 +77,7 @@ pub fn records(input: &mut Input) {
         bytes = vec![b'['; 100_000];
     }
     let _ = input.saw("json", String::from_utf8_lossy(&bytes).into_owned());
-    let read: Result<Path, _> = serde_json::from_slice(&bytes);
+    let read: Result<EquilibriumPath, _> = serde_json::from_slice(&bytes);
     input.passed = read.is_ok();
     let _: Result<State, _> = serde_json::from_slice(&bytes);
 }

@@ -34,7 +34,7 @@ pub fn amplitude(input: &mut Input) -> Amplitude {
 fn row(input: &mut Input, unknowns: usize) -> Row {
     Row {
         entries: (0..input.random.usize(0..4)).map(|_| (input.index(unknowns), input.number(-1.0, 1.0))).collect(),
-        owner: input.index(unknowns),
+        dependent: input.index(unknowns),
         target: input.number(-1.0, 1.0),
         amplitude: amplitude(input),
         label: "row".into(),

@@ -99,7 +99,7 @@ pub fn charts(input: &mut Input) {
         y,
         series,
         references: (0..input.random.usize(0..2))
-            .map(|_| Reference {
+            .map(|_| ReferenceLine {
                 name: name(input),
                 value: input.number(-1.0, 1.0),
                 direction: input.pick(&[Direction::Horizontal, Direction::Vertical]),

@@ -1,6 +1,6 @@
 use rkpm::check;
 use rkpm::prelude::*;
-use rkpm::scene::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule, Volume};
+use rkpm::scene::{Dilation, Enforcing, Functions, PressureScheme, Resolution, RowKind, Rule};
 use rkpm::solve::Newton;
 
 use super::geometry::layout;
@@ -64,7 +64,7 @@ fn scheme<const D: usize>(input: &mut Input) -> Scheme {
     let fields =
         [PressureField::Displacement, PressureField::Pointwise, PressureField::Constant, PressureField::Linear];
     if input.once_in(3) {
-        scheme.volume = Volume::Field { field: input.pick(&fields), size: input.count(1, 3) };
+        scheme.pressure = PressureScheme::Field { field: input.pick(&fields), size: input.count(1, 3) };
     }
     scheme.rows =
         input.pick(&[RowKind::Auto, RowKind::Auto, RowKind::Auto, RowKind::AtParticles, RowKind::OverBoundary]);

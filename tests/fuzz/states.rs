@@ -1,5 +1,5 @@
 use rkpm::prelude::*;
-use rkpm::solve::{Bracketing, Deflection, Following, Newton, Pace, State, Step, StepControl};
+use rkpm::solve::{Bracketing, Deflection, Following, Newton, State, Step, StepControl, StepControlState};
 
 use super::harness::Input;
 
@@ -21,15 +21,15 @@ fn state(input: &mut Input, sound: &State) -> State {
     spoil(input, &mut state.displacement);
     spoil(input, &mut state.multipliers);
     match input.random.usize(0..12) {
-        0 => state.locals.clear(),
-        1 => state.locals.push(vec![1.0]),
-        2 => state.locals.iter_mut().for_each(Vec::clear),
-        3 => state.locals.reverse(),
-        4 => state.locals.iter_mut().for_each(|l| l.fill(f64::NAN)),
+        0 => state.condensed.clear(),
+        1 => state.condensed.push(vec![1.0]),
+        2 => state.condensed.iter_mut().for_each(Vec::clear),
+        3 => state.condensed.reverse(),
+        4 => state.condensed.iter_mut().for_each(|l| l.fill(f64::NAN)),
         _ => {
-            let k = input.random.usize(0..state.locals.len().max(1));
-            if let Some(locals) = state.locals.get_mut(k) {
-                spoil(input, locals);
+            let k = input.random.usize(0..state.condensed.len().max(1));
+            if let Some(condensed) = state.condensed.get_mut(k) {
+                spoil(input, condensed);
             }
         }
     }
@@ -95,10 +95,14 @@ pub fn states(input: &mut Input) {
                 inertia: None,
                 unstable: input.once_in(2).then(|| count(input)),
                 critical: Vec::new(),
-                health: Default::default(),
-                pace: Pace { increment: input.number(0.0, 1.0), reached: count(input), arc: input.once_in(4) },
+                diagnostics: Default::default(),
+                control_state: StepControlState {
+                    increment: input.number(0.0, 1.0),
+                    reached: count(input),
+                    arc: input.once_in(4),
+                },
             };
-            let mut path = Path::new(rest.clone());
+            let mut path = EquilibriumPath::new(rest.clone());
             for _ in 0..input.random.usize(0..4) {
                 let state = if input.once_in(2) { state.clone() } else { State { load: 0.3, ..rest.clone() } };
                 let step = step(input, state);

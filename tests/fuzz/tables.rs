@@ -141,8 +141,8 @@ fn uses<const D: usize>(input: &mut Input, table: ShapeTable<D>, positions: &[Po
     let state = State::at_rest(&model, &rows);
     let _ = analysis.run_controlled(&model, &rows, state.clone(), &volume, &[0.01], &mut ());
     let _ = volume.value(&state.displacement);
-    let locals = input.numbers(input.note.len() % 5, -1.0, 1.0);
-    let _ = body.pressures(View { displacement: &state.displacement, locals: &locals, load: 0.0 });
+    let condensed = input.numbers(input.note.len() % 5, -1.0, 1.0);
+    let _ = body.pressures(View { displacement: &state.displacement, condensed: &condensed, load: 0.0 });
 }
 
 fn spoilt_points<const D: usize>(input: &mut Input, points: &mut Points<D>) {

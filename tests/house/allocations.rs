@@ -1,7 +1,7 @@
 //! Nothing is allocated inside the loops over points.
 //!
 //! GOAL: allocations do not grow with the number of points: none at all in a second assembly or in the
-//! recovery of local unknowns, and in tabulation no more than what makes a few long vectors grow.
+//! recovery of condensed unknowns, and in tabulation no more than what makes a few long vectors grow.
 #![cfg(feature = "solve")]
 // Counting allocations needs an allocator, and `GlobalAlloc` is an unsafe trait. This one hands every call
 // on to the system's allocator unchanged and adds to a counter, so that it keeps the trait's contract
@@ -65,13 +65,13 @@ fn assembles_without_allocation<const D: usize>(problem: &Problem<D>) {
     let d: Vec<f64> = (0..model.unknowns()).map(|i| 1e-4 * (i as f64).sin()).collect();
     let mut assembler = model.assembler();
     let mut system = System::default();
-    let (first, ()) = allocations(|| assembler.assemble(model, &d, &state.locals, 0.5, &mut system));
+    let (first, ()) = allocations(|| assembler.assemble(model, &d, &state.condensed, 0.5, &mut system));
     // The counter counts.
     assert!(first > 0);
-    let (again, ()) = allocations(|| assembler.assemble(model, &d, &state.locals, 1.0, &mut system));
-    let mut steps: Vec<Vec<f64>> = state.locals.iter().map(|l| vec![0.0; l.len()]).collect();
-    let (advance, _) = allocations(|| model.advance(&d, &state.locals, 1.0, &d, &mut steps));
-    let (energy, _) = allocations(|| model.energy(&d, &state.locals, 1.0));
+    let (again, ()) = allocations(|| assembler.assemble(model, &d, &state.condensed, 1.0, &mut system));
+    let mut steps: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
+    let (advance, _) = allocations(|| model.advance(&d, &state.condensed, 1.0, &d, &mut steps));
+    let (energy, _) = allocations(|| model.energy(&d, &state.condensed, 1.0));
     assert_eq!((again, advance, energy), (0, 0, 0), "{} unknowns", model.unknowns());
 }
 

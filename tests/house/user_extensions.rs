@@ -11,9 +11,9 @@ use rkpm::material::{Distortion, InvariantEnergy, Invariants, NearlyIncompressib
 use rkpm::nalgebra::{Matrix3, Vector3};
 use rkpm::prelude::*;
 use rkpm::scene::Enforcing;
-use rkpm::solve::Path;
+use rkpm::solve::EquilibriumPath;
 use rkpm::tensor::{Tangent, add_determinant_hessian, cofactor, components};
-use rkpm::term::{Blocks, ElasticFoundation, Flux, PointState};
+use rkpm::term::{ElasticFoundation, PointDerivatives, PointState, Sparsity};
 
 // begin: kernel
 /// (1 − z²)³.
@@ -190,7 +190,7 @@ fn a_users_energy_of_the_invariants_is_cured_like_the_crates_own() {
 
 // --- The layers beneath a scene ------------------------------------------------------------------------------
 
-fn distance(a: &Path, b: &Path) -> f64 {
+fn distance(a: &EquilibriumPath, b: &EquilibriumPath) -> f64 {
     let (a, b) = (&a.last().displacement, &b.last().displacement);
     assert_eq!(a.len(), b.len());
     let size = a.iter().map(|x| x.abs()).fold(0.0, f64::max);
@@ -259,11 +259,11 @@ fn a_plane_block_composed_by_hand_is_that_of_the_scene() {
 struct Bedding(f64);
 
 impl Integrand for Bedding {
-    fn blocks(&self) -> Blocks {
-        Blocks { force: true, force_by_displacement: true, ..Blocks::default() }
+    fn sparsity(&self) -> Sparsity {
+        Sparsity { force: true, force_by_displacement: true, ..Sparsity::default() }
     }
 
-    fn evaluate(&self, at: &PointState, flux: &mut Flux) {
+    fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
         flux.energy = 0.5 * self.0 * at.displacement.norm_squared();
         flux.force = at.displacement * self.0;
         flux.force_by_displacement.fill_diagonal(self.0);

@@ -97,14 +97,14 @@ fn laws<const D: usize>(what: &str, cells: &dyn Cells<D>, kinematics: &dyn Kinem
                     inner[node as usize][axis] += table.weights()[point] * slope;
                 }
             }
-            if !table.hoops().is_empty() {
+            if !table.hoop_components().is_empty() {
                 // The radius is a linear field too: its hoop is one.
                 let radii = nodes.iter().zip(&gradients[D * nodes.len()..]);
                 let sum: f64 = radii.map(|(&node, g)| cells.positions()[node as usize][0] * g).sum();
                 assert!((sum - 1.0).abs() < ROUNDING, "{what}, {rule}: hoop {sum}");
             }
         }
-        if table.hoops().is_empty() {
+        if table.hoop_components().is_empty() {
             let boundary = cells.boundary(&Part::Whole, parts, gauss).unwrap().points;
             let outer = ShapeTable::new(&functions, &boundary, kinematics).unwrap();
             for point in 0..outer.len() {
@@ -122,7 +122,7 @@ fn laws<const D: usize>(what: &str, cells: &dyn Cells<D>, kinematics: &dyn Kinem
             holds(&format!("{parts} parts"), &smoothing, parts, gauss);
         }
     }
-    if let Ok(dual) = cells.dual(2) {
+    if let Ok(dual) = cells.nodal_cells(2) {
         holds("dual", &dual, 2, 2);
     }
 }

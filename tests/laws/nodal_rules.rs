@@ -20,7 +20,7 @@ fn dual_cells_tile_the_body() {
     let lattice =
         Lattice::new(&Block::new([0.0; 3], [1.0, 2.0, 3.0]), [3, 4, 5], &Layout::Jittered { amount: 0.3, seed: 1 })
             .unwrap();
-    let volumes = lattice.dual(2).unwrap().volumes();
+    let volumes = lattice.nodal_cells(2).unwrap().volumes();
     assert_eq!(volumes.len(), 60);
     assert!(volumes.iter().all(|v| *v > 0.0));
     // Facets between bilinear faces cancel; 2 Gauss points integrate the outer ones exactly.

@@ -1,4 +1,4 @@
-//! GOAL: particles scattered over drawn shapes keep the promises of lattices: exact on the patch test, stable, not
+//! GOAL: particles scattered over planar shapes keep the promises of lattices: exact on the patch test, stable, not
 //! locked; bad input is refused with a reason.
 //! GEOMETRY: an L-shaped polygon with a round hole; Cook's membrane; a square.
 //! BOUNDARY: linear fields on the whole boundary; Cook's clamp and traction.
@@ -233,7 +233,7 @@ fn cells_tile_the_shape() {
             cells.smoothing(3, 2, &zones[0]).unwrap(),
             voronoi.smoothing(1, 2, &zones[1]).unwrap(),
             voronoi.smoothing(2, 2, &zones[1]).unwrap(),
-            cells.dual(2).unwrap(),
+            cells.nodal_cells(2).unwrap(),
         ];
         for smoothing in partitions {
             let volumes = smoothing.volumes();
@@ -395,7 +395,7 @@ fn particles_that_cannot_be_are_refused() {
     assert!(error.to_string().contains("bottom"), "{error}");
     let error = scene.discretize(&Scheme::elements(1)).err().unwrap();
     assert!(matches!(error, Error::Geometry(GeometryError::Unsuited { .. })), "{error}");
-    let zones = Scheme::default().zones([2]);
+    let zones = Scheme::default().integration_zones([2]);
     assert!(matches!(scene.discretize(&zones).err().unwrap(), Error::Geometry(GeometryError::Unsuited { .. })));
     let rank = Scheme { dilation: Dilation::Neighbour { rank: 0, factor: 1.5 }, ..Scheme::default() };
     let error = scene.discretize(&rank).err().unwrap();

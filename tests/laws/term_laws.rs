@@ -137,39 +137,39 @@ fn deformed<const D: usize>(random: &mut fastrand::Rng, lattice: &Lattice<D>, no
     d
 }
 
-/// Where the exponents of zones stand among local unknowns: the last of each zone's, whose number is odd.
+/// Where the exponents of zones stand among condensed unknowns: the last of each zone's, whose number is odd.
 fn exponents<const D: usize>(model: &Model<D>) -> Vec<(usize, usize)> {
     let of = |t: usize| -> Vec<(usize, usize)> {
         let term = &model.terms()[t];
-        let ranges = (0..term.clusters()).map(|c| term.locals(c)).filter(|range| range.len() % 2 == 1);
+        let ranges = (0..term.clusters()).map(|c| term.condensed(c)).filter(|range| range.len() % 2 == 1);
         ranges.map(|range| (t, range.end - 1)).collect()
     };
     (0..model.terms().len()).flat_map(of).collect()
 }
 
-/// The local unknowns that belong to a displacement: those that a Newton step of zero leaves as they are.
+/// The condensed unknowns that belong to a displacement: those that a Newton step of zero leaves as they are.
 fn settled<const D: usize>(model: &Model<D>, d: &[f64], load: f64) -> Vec<Vec<f64>> {
     settled_from(model, d, load, None)
 }
 
-/// The same with the exponents of other local unknowns: what a zone projects goes over from roots of J to J by steps, and
+/// The same with the exponents of other condensed unknowns: what a zone projects goes over from roots of J to J by steps, and
 /// a body is the potential of its forces between them.
 fn settled_from<const D: usize>(model: &Model<D>, d: &[f64], load: f64, held: Option<&[Vec<f64>]>) -> Vec<Vec<f64>> {
-    let mut locals = held.map_or_else(|| model.start(), <[_]>::to_vec);
+    let mut condensed = held.map_or_else(|| model.start(), <[_]>::to_vec);
     let zero = vec![0.0; d.len()];
     // One round for the projected J, one for the pressure that belongs to it, one for rounding; and as many again for each
     // of the exponents that a pressure asks for.
     for _ in 0..9 {
-        let mut step: Vec<Vec<f64>> = locals.iter().map(|l| vec![0.0; l.len()]).collect();
-        model.advance(d, &locals, load, &zero, &mut step);
-        for (locals, step) in locals.iter_mut().zip(&step) {
-            locals.iter_mut().zip(step).for_each(|(l, s)| *l += s);
+        let mut step: Vec<Vec<f64>> = condensed.iter().map(|l| vec![0.0; l.len()]).collect();
+        model.advance(d, &condensed, load, &zero, &mut step);
+        for (condensed, step) in condensed.iter_mut().zip(&step) {
+            condensed.iter_mut().zip(step).for_each(|(l, s)| *l += s);
         }
         for (term, place) in exponents(model).into_iter().filter(|_| held.is_some()) {
-            locals[term][place] = held.map_or(0.0, |held| held[term][place]);
+            condensed[term][place] = held.map_or(0.0, |held| held[term][place]);
         }
     }
-    locals
+    condensed
 }
 
 fn forces<const D: usize>(model: &Model<D>, d: &[f64], load: f64) -> Vec<f64> {
@@ -217,12 +217,12 @@ fn direction<const D: usize>(random: &mut fastrand::Rng, unknowns: usize) -> Vec
 
 /// Forces and energy of a rigid motion vanish.
 fn is_free<const D: usize>(model: &Model<D>, d: &[f64]) -> Result<bool, TestCaseError> {
-    let locals = model.start();
-    let force = largest(&model.residual(d, &locals, 0.0));
+    let condensed = model.start();
+    let force = largest(&model.residual(d, &condensed, 0.0));
     let scale = stiffness(model, &vec![0.0; d.len()]) * largest(d);
     // 1e-10 of stiffness times motion, the bound asked for; F comes out to ε times a few neighbours.
     prop_assert!(force <= 1e-10 * scale, "{force:e} of {scale:e}");
-    let energy = model.energy(d, &locals, 0.0);
+    let energy = model.energy(d, &condensed, 0.0);
     // The energy is quadratic about its minimum: rounding ε in F leaves ε² of it, and ε in the sums.
     prop_assert!(energy.abs() <= 1e-12 * scale * largest(d), "{energy:e}");
     Ok(true)
@@ -318,7 +318,7 @@ fn derivative(h: f64, f: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
     (0..a.len()).map(|i| (8.0 * (c[i] - b[i]) - (e[i] - a[i])) / (12.0 * h)).collect()
 }
 
-/// Forces are the derivative of the energy, the matrix is the derivative of the forces; with local unknowns,
+/// Forces are the derivative of the energy, the matrix is the derivative of the forces; with condensed unknowns,
 /// both at those that belong to the displacement, where condensation must give exactly that.
 fn derivatives_agree<const D: usize>(
     recipe: &Recipe,
@@ -378,7 +378,7 @@ fn forces_and_matrices_are_derivatives_in_radial_motion() {
 
 #[test]
 fn forces_do_not_see_local_unknowns_twice() {
-    // The term's residual at unsettled locals is that of the settled ones to first order: condensation linearises
+    // The term's residual at unsettled condensed is that of the settled ones to first order: condensation linearises
     // about them. Half a perturbation leaves a quarter.
     on_cases(216, 100, |recipe, random| {
         if recipe.field == PressureField::Displacement {
@@ -423,7 +423,7 @@ fn all_pressures_at_points_reach_the_solution_of_the_displacements() {
             .prescribe((0, Side::Max), 0, stretch)
             .prescribe((0, Side::Max), 1, shear);
         let solve = |field| {
-            let scheme = Scheme::default().particles([4]).volume(field, 2);
+            let scheme = Scheme::default().particles([4]).pressure_field(field, 2);
             let problem = scene.discretize(&scheme).unwrap();
             let path = problem.run(&mut ()).unwrap().completed().map_err(|e| TestCaseError::fail(e.to_string()))?;
             Ok::<_, TestCaseError>((problem, path))
@@ -438,7 +438,7 @@ fn all_pressures_at_points_reach_the_solution_of_the_displacements() {
         prop_assert!(distance(mixed.last()) <= 1e-9 * size, "{:e}", distance(mixed.last()));
         // Where the pressures start must not matter either.
         let mut start = mixed.start.clone();
-        for local in start.locals.iter_mut().flatten() {
+        for local in start.condensed.iter_mut().flatten() {
             *local += 0.05 * signed(random);
         }
         let other = problem.analysis.run_from(&problem.model, &problem.rows, start, &mut ()).unwrap();

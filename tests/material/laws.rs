@@ -9,8 +9,8 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rkpm::error::MaterialError;
 use rkpm::material::{
-    Gent, HartmannNeffVolume, Hencky, Invariants, Material, NearlyIncompressible, Ogden, Response, RivlinPolynomial,
-    Rubber, Verdict, initial_bulk_modulus, initial_shear_modulus,
+    ExistenceVerdict, Gent, HartmannNeffVolume, Hencky, Invariants, Material, NearlyIncompressible, Ogden, Response,
+    RivlinPolynomial, Rubber, initial_bulk_modulus, initial_shear_modulus,
 };
 use rkpm::nalgebra;
 use rkpm::tensor::{Tangent, add_determinant_hessian, cofactor, components, from_components};
@@ -342,7 +342,7 @@ fn existence_conditions_of_the_papers_rubber() {
     // Expanded in powers of Ī₁, 0.373 x - 0.031 x² + 0.005 x³ has a negative square: -0.031 - 9 × 0.005.
     let report = papers_rubber().existence();
     let failing: Vec<_> =
-        report.conditions.iter().filter(|c| c.verdict == Verdict::Fails).map(|c| c.equation).collect();
+        report.conditions.iter().filter(|c| c.verdict == ExistenceVerdict::Fails).map(|c| c.equation).collect();
     assert_eq!(failing, ["5.8", "5.10"], "{report}");
     assert_eq!((report.alpha, report.gamma), (Some(6.0), Some(2.0)));
 }

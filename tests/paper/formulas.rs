@@ -60,7 +60,7 @@ fn the_uncorrected_estimate_fails_at_the_boundary() {
     let rk =
         ReproducingKernel::new(particles.with_volumes(volumes).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
     let ones = vec![1.0; n];
-    // ∫Φ = 1/2 for (3.25), and the trapezoidal sum of a B-spline on its own knots is exact.
+    // ∫Φ = 1/2 for (3.25), and the trapezoidal sum of a B-spline on its own break points is exact.
     for at in [5.0, 7.3, 10.0, 12.81] {
         assert!((rk.kernel_estimate(&[at].into(), &ones) - 0.5).abs() < 1e-14);
         assert!((rk.moment(&[at].into(), [0]) - 0.5).abs() < 1e-14);
@@ -153,14 +153,14 @@ fn deformed(kinematics: impl Kinematics<2> + Copy) -> (ShapeTable<2>, Model<2>, 
         .flat_map(|x| [0.3 * x[0] + 0.2 * x[1], 0.1 * x[0] * x[1] - 0.1 * x[1]])
         .map(|u| u + 0.02 * random.f64())
         .collect();
-    let state = State { displacement, locals: model.start(), multipliers: Vec::new(), load: 1.0 };
+    let state = State { displacement, condensed: model.start(), multipliers: Vec::new(), load: 1.0 };
     (table, model, state, rubber)
 }
 
 fn assembled(model: &Model<2>, state: &State) -> (Vec<f64>, DMatrix<f64>) {
     let mut assembler = model.assembler();
     let mut system = System::default();
-    assembler.assemble(model, &state.displacement, &state.locals, state.load, &mut system);
+    assembler.assemble(model, &state.displacement, &state.condensed, state.load, &mut system);
     let n = model.unknowns();
     let mut dense = DMatrix::zeros(n, n);
     for column in 0..n {

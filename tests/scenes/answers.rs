@@ -10,7 +10,7 @@ use rkpm::solve::{Observer, Step};
 use rkpm::study::{Quantity, potential};
 
 /// A sheet of a compressible rubber stretched by F = diag(1.5, 1.2).
-fn stretched() -> (Problem<2>, Path) {
+fn stretched() -> (Problem<2>, EquilibriumPath) {
     let scene = Scene::new(Block::new([1.0, 2.0], [3.0, 3.0]), PlaneStrain, Rubber::neo_hookean(0.5, 2.0).unwrap())
         .prescribe(Part::Whole, 0, Value::field(|x: &Point<2>| 0.5 * x[0]))
         .prescribe(Part::Whole, 1, Value::field(|x: &Point<2>| 0.2 * x[1]));

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestCaseError, TestRunner};
 use rkpm::prelude::*;
 use rkpm::scene::{Enforcing, RowKind};
-use rkpm::solve::{Cause, Driven, Iteration, MatrixUse, Path, State, Step};
+use rkpm::solve::{Cause, Driven, EquilibriumPath, Iteration, MatrixUse, State, Step};
 
 fn config(seed: u64) -> ProptestConfig {
     ProptestConfig {
@@ -84,7 +84,7 @@ fn strategies_agree<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result
     let (a, b) = (&multipliers.multipliers, &transformed.multipliers);
     prop_assert!(!a.is_empty() && largest(a) > 0.0);
     prop_assert!(distance(a, b) <= tolerance * largest(a), "multipliers {:e} of {:e}", distance(a, b), largest(a));
-    for (a, b) in multipliers.locals.iter().zip(&transformed.locals) {
+    for (a, b) in multipliers.condensed.iter().zip(&transformed.condensed) {
         prop_assert!(distance(a, b) <= tolerance * largest(a).max(1.0));
     }
     Ok((problem, transformed))
@@ -116,7 +116,7 @@ fn multipliers_and_transformation_agree_in_2d() {
             .pressure((0, Side::Min), 0.02 * random.f64());
         let (problem, state) = strategies_agree(&scene, &scheme(recipe, [5], random))?;
         let mut gap = Vec::new();
-        problem.rows.gap(&state.displacement, state.load, &mut gap);
+        problem.rows.violation(&state.displacement, state.load, &mut gap);
         // Rows hold to the rounding of the elimination, whatever Newton does.
         prop_assert!(largest(&gap) <= 1e-12, "{:e}", largest(&gap));
         if recipe.at_particles {
@@ -309,11 +309,11 @@ fn a_body_left_free_stalls_and_says_so() {
 // --- Threads -------------------------------------------------------------------------------------------------
 
 /// Every number of a path, as bits.
-fn bits(path: &Path) -> Vec<u64> {
+fn bits(path: &EquilibriumPath) -> Vec<u64> {
     let mut bits = vec![path.iterations as u64, path.rejected as u64];
     for step in &path.steps {
         let state = &step.state;
-        let numbers = state.displacement.iter().chain(state.locals.iter().flatten()).chain(&state.multipliers);
+        let numbers = state.displacement.iter().chain(state.condensed.iter().flatten()).chain(&state.multipliers);
         bits.extend(numbers.map(|x| x.to_bits()));
         bits.extend([state.load.to_bits(), step.energy.to_bits(), step.iterations as u64]);
         bits.extend(step.inertia.iter().flat_map(|i| [i.positive as u64, i.negative as u64]));

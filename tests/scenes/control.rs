@@ -189,7 +189,7 @@ fn steps_stop_at_the_knots_of_tables() {
     let (ramp, full, _) = loads(pulled(Amplitude::Ramp), Stepping::default());
     assert_eq!(ramp, [1.0]);
     assert!((peak / full - 1.0).abs() < 1e-8 && end.abs() < 1e-8, "{peak} {full} {end}");
-    // Of all amplitudes together, those of motions too; knots at either end and beyond are none.
+    // Of all amplitudes together, those of motions too; break points at either end and beyond are none.
     let scene = block()
         .with(Condition::on((0, Side::Max)).component(0, 0.2).amplitude(table(&[
             (0.0, 0.0),
@@ -212,7 +212,7 @@ fn steps_stop_at_the_knots_of_tables() {
 }
 
 /// A spherical shell of neo-Hookean rubber under more pressure than it can bear.
-fn overblown(stepping: Stepping) -> Path {
+fn overblown(stepping: Stepping) -> EquilibriumPath {
     let scene = Scene::new(Block::new([1.0], [2.0]), RadialSphere, Rubber::neo_hookean(0.5, 1e5).unwrap())
         .pressure(Side::Min, 5.0);
     scene.discretize(&Scheme::default().particles([17]).stepping(stepping)).unwrap().run(&mut ()).unwrap()
@@ -250,7 +250,7 @@ fn stalls_say_where_the_path_turned_and_what_leads_on() {
         assert_eq!(why.cause, Cause::Iterations(2));
     }
     // An observer that breaks off stalls nothing.
-    let error = Path { ending: Ending::Stopped, ..path }.completed().unwrap_err();
+    let error = EquilibriumPath { ending: Ending::Stopped, ..path }.completed().unwrap_err();
     assert!(matches!(error, rkpm::error::SolveError::BrokenOff { .. }), "{error:?}");
 }
 
@@ -269,7 +269,7 @@ impl Functional for Constant {
 
 #[test]
 fn each_stall_has_its_cause() {
-    let cause = |path: &Path| match &path.ending {
+    let cause = |path: &EquilibriumPath| match &path.ending {
         Ending::Stalled(stalled) => stalled.cause.clone(),
         ending => panic!("{ending:?}"),
     };

@@ -194,8 +194,8 @@ impl Cells<2> for Gapped {
     fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
         self.lattice.smoothing(parts, gauss, zones)
     }
-    fn dual(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
-        self.lattice.dual(gauss)
+    fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
+        self.lattice.nodal_cells(gauss)
     }
     fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<2>>, GeometryError> {
         self.lattice.boundary_pieces(part, parts, gauss)

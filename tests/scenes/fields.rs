@@ -23,7 +23,7 @@ fn membrane() -> Scene<2> {
 fn stresses_balance_the_loads() {
     let refined = Refined::new(Arc::new(Quadrilateral { corners: CORNERS }), [4, 4]).unwrap().refined(&[2]).unwrap();
     let lattice = Scheme::default().particles([9]);
-    let uncured = Scheme::default().particles([9]).volume(PressureField::Displacement, 1);
+    let uncured = Scheme::default().particles([9]).pressure_field(PressureField::Displacement, 1);
     let cases = [
         ("default", membrane(), lattice.clone()),
         ("jittered", membrane(), lattice.clone().layout(Layout::Jittered { amount: 0.3, seed: 3 })),

@@ -122,7 +122,7 @@ fn pressures_are_those_of_the_volume_change() -> Result<(), rkpm::Error> {
     let jacobian = 1.02 * 0.97;
     use PressureField::*;
     for field in [Displacement, Pointwise, Constant, Linear] {
-        let problem = scene.discretize(&Scheme::default().particles([5, 5]).volume(field, 2))?;
+        let problem = scene.discretize(&Scheme::default().particles([5, 5]).pressure_field(field, 2))?;
         let path = problem.run(&mut ())?.completed()?;
         let pressures = problem.pressures(path.last()).expect("this rubber can be split");
         let gradients = problem.deformation_gradients(path.last());
@@ -136,7 +136,7 @@ fn pressures_are_those_of_the_volume_change() -> Result<(), rkpm::Error> {
 }
 
 /// A column around axis 2 whose upper end turns about it as a rigid plate, in the given steps.
-fn twisted(degrees: f64, stepping: Stepping) -> Result<(Problem<3>, Path), rkpm::Error> {
+fn twisted(degrees: f64, stepping: Stepping) -> Result<(Problem<3>, EquilibriumPath), rkpm::Error> {
     let turn = move |load: f64| (load * degrees.to_radians()).sin_cos();
     let end = (2, Side::Max);
     let scene = Scene::new(Block::new([-0.5, -0.5, 0.0], [0.5, 0.5, 3.0]), Solid, Rubber::neo_hookean(0.5, 1e2)?)

@@ -42,7 +42,7 @@ fn pulled(enforcing: Enforcing) -> Problem<2> {
 }
 
 /// Takes a path back to its first steps, by way of a file.
-fn broken_off(path: &Path, steps: usize, folder: &std::path::Path) -> Path {
+fn broken_off(path: &EquilibriumPath, steps: usize, folder: &std::path::Path) -> EquilibriumPath {
     let file = folder.join(format!("{steps}.jsonl"));
     let mut journal = Journal::create(&file, &path.start).unwrap().flush(Flush::System);
     for step in &path.steps[..steps] {
@@ -55,7 +55,7 @@ fn broken_off(path: &Path, steps: usize, folder: &std::path::Path) -> Path {
 }
 
 /// Resumes after each of the steps and requires the whole path again.
-fn resumes_everywhere(name: &str, whole: &Path, resume: impl Fn(Path) -> Path) {
+fn resumes_everywhere(name: &str, whole: &EquilibriumPath, resume: impl Fn(EquilibriumPath) -> EquilibriumPath) {
     let folder = folder(name);
     assert!(whole.steps.len() >= 3, "{name}: {} steps", whole.steps.len());
     for steps in 0..=whole.steps.len() {
@@ -109,7 +109,7 @@ fn deflection_control_resumes_to_the_bit() {
     let problem = killed::problem().unwrap();
     let whole = problem.run(&mut ()).unwrap().completed().unwrap();
     // The first step is a part of the load that no load stepping would take: the deflection is in control.
-    assert!(whole.steps[0].state.load < 0.5 && whole.steps[0].pace.increment > 0.0);
+    assert!(whole.steps[0].state.load < 0.5 && whole.steps[0].control_state.increment > 0.0);
     resumes_everywhere("deflection", &whole, |path| problem.resume(path, &mut ()).unwrap());
 }
 
@@ -123,7 +123,7 @@ fn a_beam_whose_first_step_was_too_far_resumes_to_the_bit() {
         .unwrap();
     let whole = problem.run(&mut ()).unwrap().completed().unwrap();
     let first = &whole.steps[0];
-    assert!(first.state.load < 0.5 && first.pace.increment > 0.0 && first.rejected == 0);
+    assert!(first.state.load < 0.5 && first.control_state.increment > 0.0 && first.rejected == 0);
     resumes_everywhere("far", &whole, |path| problem.resume(path, &mut ()).unwrap());
 }
 
@@ -136,8 +136,8 @@ fn arcs_that_took_over_from_a_deflection_resume_to_the_bit() {
         .discretize(&Scheme::default().particles([21, 3]))
         .unwrap();
     let whole = problem.run(&mut ()).unwrap().completed().unwrap();
-    let arcs = whole.steps.iter().filter(|step| step.pace.arc).count();
-    assert!(arcs > 1 && !whole.steps[0].pace.arc, "{arcs} of {} steps", whole.steps.len());
+    let arcs = whole.steps.iter().filter(|step| step.control_state.arc).count();
+    assert!(arcs > 1 && !whole.steps[0].control_state.arc, "{arcs} of {} steps", whole.steps.len());
     resumes_everywhere("arcs", &whole, |path| problem.resume(path, &mut ()).unwrap());
 }
 
@@ -272,7 +272,7 @@ fn a_journal_is_never_written_over() {
     drop(Journal::create(&file, &State::default()).unwrap());
     let error = Journal::create(&file, &State::default()).unwrap_err();
     assert!(error.to_string().contains("resume it, or remove it"), "{error}");
-    assert_eq!(Journal::read(&file).unwrap(), Path::new(State::default()));
+    assert_eq!(Journal::read(&file).unwrap(), EquilibriumPath::new(State::default()));
 }
 
 #[test]
@@ -283,7 +283,7 @@ fn every_number_reads_back_to_the_same_bits() {
         vec![0.0, -0.0, f64::MIN_POSITIVE, -f64::MIN_POSITIVE / 3.0, f64::MAX, f64::EPSILON, 5e-324];
     numbers.extend((0..20_000).map(|_| f64::from_bits(random.u64(..))).filter(|x| x.is_finite()));
     let state = State { displacement: numbers, load: -0.0, ..State::default() };
-    let path = Path::new(state);
+    let path = EquilibriumPath::new(state);
     let file = folder("bits").join("run.jsonl");
     drop(Journal::create(&file, &path.start).unwrap());
     assert_eq!(differences(&Journal::read(&file).unwrap(), &path), 0);
@@ -293,17 +293,17 @@ fn every_number_reads_back_to_the_same_bits() {
 fn paths_that_do_not_fit_are_refused() {
     let problem = pulled(Enforcing::Transformation);
     let whole = problem.run(&mut ()).unwrap();
-    let refusal = |change: &dyn Fn(&mut Path)| {
+    let refusal = |change: &dyn Fn(&mut EquilibriumPath)| {
         let mut path = whole.clone();
         path.steps.truncate(3);
         change(&mut path);
         problem.resume(path, &mut ()).unwrap_err()
     };
     for (change, what) in [
-        (&(|p: &mut Path| p.start.displacement.clear()) as &dyn Fn(&mut Path), "displacement"),
-        (&|p: &mut Path| p.steps[1].state.displacement.push(0.0), "displacement"),
-        (&|p: &mut Path| p.steps[2].state.multipliers.clear(), "multipliers"),
-        (&|p: &mut Path| p.steps[2].state.locals[0].clear(), "local unknowns"),
+        (&(|p: &mut EquilibriumPath| p.start.displacement.clear()) as &dyn Fn(&mut EquilibriumPath), "displacement"),
+        (&|p: &mut EquilibriumPath| p.steps[1].state.displacement.push(0.0), "displacement"),
+        (&|p: &mut EquilibriumPath| p.steps[2].state.multipliers.clear(), "multipliers"),
+        (&|p: &mut EquilibriumPath| p.steps[2].state.condensed[0].clear(), "condensed unknowns"),
     ] {
         let error = refusal(change);
         assert!(
@@ -311,7 +311,7 @@ fn paths_that_do_not_fit_are_refused() {
             "{what}: {error}"
         );
     }
-    let error = refusal(&|p: &mut Path| p.steps[2].pace.increment = f64::NAN);
+    let error = refusal(&|p: &mut EquilibriumPath| p.steps[2].control_state.increment = f64::NAN);
     assert!(matches!(error, Error::Solve(SolveError::Setting { .. })), "{error}");
     // Counts beyond all reason add up all the same.
     let mut path = whole.clone();

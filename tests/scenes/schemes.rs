@@ -42,7 +42,7 @@ fn all_that_makes_sense_runs_and_agrees() {
                     let scheme = Scheme::default()
                         .particles([9, 5])
                         .rule(rule.clone())
-                        .volume(field, size)
+                        .pressure_field(field, size)
                         .rows(rows)
                         .enforcing(enforcing);
                     let name = format!("{rule_name} {field:?}/{size} {rows:?} {enforcing:?}");
@@ -76,7 +76,7 @@ fn all_that_makes_sense_runs_and_agrees() {
 fn displacement_and_pointwise_pressures_are_one_solution() {
     for rule in [Rule::Gauss { zones: None, points: Some(3) }, Rule::Smoothed { parts: 2 }] {
         let energy = |field| {
-            let scheme = Scheme::default().particles([7, 4]).rule(rule.clone()).volume(field, 1);
+            let scheme = Scheme::default().particles([7, 4]).rule(rule.clone()).pressure_field(field, 1);
             let problem = block().discretize(&scheme).unwrap();
             problem.energy(problem.run(&mut ()).unwrap().completed().unwrap().last())
         };
@@ -101,7 +101,7 @@ fn what_makes_no_sense_is_refused_with_a_reason() {
     refused(Scheme::default().order(2).particles([9, 2]), "particles cover");
     refused(Scheme::default().particles([9, 5]).dilation(0.5), "r >= 0.6");
     refused(Scheme::default().particles([9, 5, 3]), "one number for each axis");
-    refused(Scheme::default().particles([9, 5]).zones([0, 1]), "zones");
+    refused(Scheme::default().particles([9, 5]).integration_zones([0, 1]), "zones");
     refused(Scheme::default().particles([9, 5]).rule(Rule::Smoothed { parts: 0 }), "sub-cells");
     refused(Scheme::default().spacing(f64::NAN), "spacing");
 }

@@ -1,4 +1,4 @@
-//! Laws of studies: what a series is credited with, references, failures kept as data.
+//! Laws of studies: what a series is error_envelope with, references, failures kept as data.
 #![cfg(feature = "solve")]
 
 use rkpm::prelude::*;
@@ -30,23 +30,23 @@ fn every_run_is_measured_and_credited_with_the_worst_behind_it() {
     assert_eq!(study.runs.len(), 6);
     for run in &study.runs {
         assert_eq!(run.failure, None);
-        assert!(run.credited >= run.error && run.error >= run.errors[0].abs());
+        assert!(run.error_envelope >= run.error && run.error >= run.errors[0].abs());
         assert!(run.seconds > 0.0 && run.unknowns > 0 && run.points > 0 && run.bytes > 0 && run.iterations > 0);
         // All phases are timed, and none twice.
         let phases = run.phases;
         assert!(phases.discretize > 0.0 && phases.factorize > 0.0 && phases.solve > 0.0 && phases.assemble > 0.0);
     }
     let default: Vec<&Run> = study.runs.iter().filter(|run| run.series == "default").collect();
-    assert!(default.windows(2).all(|w| w[0].credited >= w[1].credited));
+    assert!(default.windows(2).all(|w| w[0].error_envelope >= w[1].error_envelope));
     assert!(default[3].error < 1e-5 && default[0].error > default[3].error);
     // The reference of the volume is the finest run of all, whose own error in it is therefore zero.
     assert_eq!(default[3].errors[1], 0.0);
     assert!(study.uncertainty >= default[2].errors[1].abs());
     // The front: later is better, and nothing beats it.
     let front = study.front();
-    assert!(front.windows(2).all(|w| w[0].seconds <= w[1].seconds && w[0].credited > w[1].credited));
+    assert!(front.windows(2).all(|w| w[0].seconds <= w[1].seconds && w[0].error_envelope > w[1].error_envelope));
     for run in &study.runs {
-        assert!(front.iter().any(|f| f.seconds <= run.seconds && f.credited <= run.credited));
+        assert!(front.iter().any(|f| f.seconds <= run.seconds && f.error_envelope <= run.error_envelope));
     }
     let header = "problem,scheme,particles,unknowns,steps,iterations,error,seconds\n";
     assert!(study.points().to_csv().unwrap().starts_with(header));
@@ -58,9 +58,9 @@ fn zero_crossings_count_for_nothing() {
     let run = |error: f64, seconds: f64| Run { series: "lucky".into(), error, seconds, ..Run::default() };
     let mut study = Study { name: String::new(), quantities: vec![], runs: vec![], uncertainty: 0.0, threads: 1 };
     study.include([run(1e-2, 1.0), run(1e-9, 2.0), run(f64::NAN, 3.0), run(1e-3, 4.0)]);
-    let credited: Vec<f64> = study.runs.iter().map(|run| run.credited).collect();
-    assert_eq!((credited[0], credited[1], credited[3]), (1e-2, 1e-3, 1e-3));
-    assert!(credited[2].is_nan());
+    let error_envelope: Vec<f64> = study.runs.iter().map(|run| run.error_envelope).collect();
+    assert_eq!((error_envelope[0], error_envelope[1], error_envelope[3]), (1e-2, 1e-3, 1e-3));
+    assert!(error_envelope[2].is_nan());
     assert_eq!(study.seconds_at("lucky", 1e-3), Some(2.0));
     assert_eq!(study.seconds_at("lucky", 1e-6), None);
     assert_eq!(study.seconds_at("other", 1.0), None);
@@ -78,7 +78,7 @@ fn failures_are_data_and_bad_questions_are_errors() {
         .unwrap();
     assert!(study.runs[0].failure.as_ref().unwrap().contains("stalled"), "{:?}", study.runs[0].failure);
     assert!(study.runs[1].failure.is_some());
-    assert!(study.runs.iter().all(|run| run.error.is_nan() && run.credited.is_nan()));
+    assert!(study.runs.iter().all(|run| run.error.is_nan() && run.error_envelope.is_nan()));
     assert!(study.front().is_empty());
 
     let scheme = || Scheme::default().particles([5]);

@@ -335,7 +335,7 @@ fn the_default_pressures_are_stable_in_three_dimensions() {
 #[test]
 fn one_pressure_per_cell_has_a_checkerboard() {
     let scene = Scene::new(square(), PlaneStrain, paper());
-    let constant = Scheme::default().volume(PressureField::Constant, 1);
+    let constant = Scheme::default().pressure_field(PressureField::Constant, 1);
     for n in [4, 8, 12] {
         let found = inf_sup(&scene, &constant.clone().particles([n + 1])).unwrap();
         assert!(found.spurious == 1 && found.constant < 1e-3, "{found:?}");
@@ -343,7 +343,7 @@ fn one_pressure_per_cell_has_a_checkerboard() {
     // So have Q1/P0 elements, of which it is known; and linear pressures per cell have dozens.
     let elements = inf_sup(&scene, &Scheme::elements(1).particles([9])).unwrap();
     assert!(elements.spurious == 1 && elements.constant < 1e-6, "{elements:?}");
-    let linear = inf_sup(&scene, &Scheme::default().particles([9]).volume(PressureField::Linear, 1)).unwrap();
+    let linear = inf_sup(&scene, &Scheme::default().particles([9]).pressure_field(PressureField::Linear, 1)).unwrap();
     assert!(linear.spurious > 24, "{linear:?}");
     let stable = inf_sup(&scene, &Scheme::elements(2).particles([9])).unwrap();
     assert!(stable.spurious == 0 && stable.constant > 0.3, "{stable:?}");
@@ -354,9 +354,9 @@ fn one_pressure_per_cell_has_a_checkerboard() {
 fn inf_sup_constants_beside_each_other() {
     let schemes = [
         ("default", Scheme::default()),
-        ("constant on 2 cells", Scheme::default().volume(PressureField::Constant, 2)),
-        ("constant on 1 cell", Scheme::default().volume(PressureField::Constant, 1)),
-        ("linear on 1 cell", Scheme::default().volume(PressureField::Linear, 1)),
+        ("constant on 2 cells", Scheme::default().pressure_field(PressureField::Constant, 2)),
+        ("constant on 1 cell", Scheme::default().pressure_field(PressureField::Constant, 1)),
+        ("linear on 1 cell", Scheme::default().pressure_field(PressureField::Linear, 1)),
         ("Q1/P0", Scheme::elements(1)),
         ("Q2/P1", Scheme::elements(2)),
     ];
@@ -394,8 +394,8 @@ fn terms_of_the_crate_keep_their_contract() {
         let report = check::term(&body, &displacement, 1.0).unwrap();
         assert!(report.holds(), "{field:?}\n{report}");
         assert!(report.finding("the residual is the derivative of the energy").is_some());
-        let locals = report.finding("advance() follows the solved local unknowns").is_some();
-        assert_eq!(locals, field != PressureField::Displacement);
+        let condensed = report.finding("advance() follows the solved condensed unknowns").is_some();
+        assert_eq!(condensed, field != PressureField::Displacement);
     }
     let points = lattice.boundary(&Part::from((0, Side::Max)), 1, 3).unwrap().points;
     let table = || ShapeTable::new(&functions, &points, &Axisymmetric).unwrap();

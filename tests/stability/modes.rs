@@ -107,7 +107,7 @@ fn a_run_by_arcs_is_resumed_with_the_same_bits() {
 }
 
 /// A column 1 × 10 pressed between held ends by 6 % of its length.
-fn column(enforcing: Enforcing) -> Path {
+fn column(enforcing: Enforcing) -> EquilibriumPath {
     let scene = Scene::new(Block::new([0.0; 2], [1.0, 10.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
         .hold((1, Side::Min))
         .prescribe((1, Side::Max), 0, 0.0)
@@ -242,7 +242,7 @@ fn a_line_search_replaces_load_steps_where_the_displacements_are_alone() {
         let scene = Scene::new(Block::new([0.0; 2], [4.0, 1.0]), PlaneStrain, rubber)
             .hold((0, Side::Min))
             .traction((0, Side::Max), [0.0, -0.06]);
-        let mut scheme = Scheme::default().particles([13, 4]).volume(field, 2).enforcing(enforcing);
+        let mut scheme = Scheme::default().particles([13, 4]).pressure_field(field, 2).enforcing(enforcing);
         scheme.newton = Newton { search, iterations: 60, ..Newton::default() };
         scheme.stepping.control = StepControl::Load;
         scene.discretize(&scheme).unwrap().run(&mut ()).unwrap().completed().unwrap()
@@ -272,12 +272,12 @@ fn steps_tell_how_far_they_can_be_trusted() {
     };
     let cured = last(Scheme::default());
     assert_eq!(cured.locking(), None);
-    assert!(cured.health.rcond.unwrap() > 1e-3);
-    let [low, high] = cured.health.jacobians.unwrap();
+    assert!(cured.diagnostics.rcond.unwrap() > 1e-3);
+    let [low, high] = cured.diagnostics.jacobians.unwrap();
     // Means over zones are 1; between them the wall may breathe as the interpolation asks.
     assert!(low < 1.0 && low > 0.99 && high > 1.0 && high < 1.01, "{low} {high}");
     for r in [0.8, 1.0, 1.2, 1.4] {
-        let paper = last(Scheme::paper(r).zones([4]));
+        let paper = last(Scheme::paper(r).integration_zones([4]));
         let error = (paper.energy / cured.energy - 1.0).abs();
         // An independent prototype found it within −8 … +15 % of the error.
         let indicator = paper.locking().unwrap() / error;
@@ -480,7 +480,7 @@ fn rolled(pressure: f64, enforcing: Enforcing, stepping: Stepping) -> Problem<2>
 }
 
 /// The tip of the middle line, displaced.
-fn tip(problem: &Problem<2>, path: &Path) -> Point<2> {
+fn tip(problem: &Problem<2>, path: &EquilibriumPath) -> Point<2> {
     problem.displacement(path.last(), &[20.0, 0.5].into()).unwrap() + Point::<2>::new(20.0, 0.0)
 }
 

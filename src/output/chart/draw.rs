@@ -33,7 +33,7 @@ struct Drawn<'a> {
 /// What stands in front of a name in the legend.
 enum Sample<'a> {
     Series(&'a Drawn<'a>),
-    Reference(Direction, usize),
+    ReferenceLine(Direction, usize),
     Band,
 }
 
@@ -52,7 +52,7 @@ pub(super) fn svg(chart: &Chart) -> Result<String, OutputError> {
     let dashed = dashed(chart);
     let references = chart.references.iter().enumerate();
     entries.extend(references.map(|(k, r)| {
-        let sample = Sample::Reference(r.direction, dashed + k);
+        let sample = Sample::ReferenceLine(r.direction, dashed + k);
         (r.name.as_str(), sample)
     }));
     let bands = chart.bands.iter();

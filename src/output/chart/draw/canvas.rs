@@ -153,10 +153,10 @@ impl<'a> Canvas<'a> {
                         Drawn { runs: Vec::new(), points: Vec::new(), radius: series.radius.max(2.4), ..**series };
                     self.marker(&series, [left + SAMPLE / 2.0, y])?;
                 }
-                Sample::Reference(Direction::Horizontal, dash) => {
+                Sample::ReferenceLine(Direction::Horizontal, dash) => {
                     self.dashes(&run, INK, 1.3, *dash)?;
                 }
-                Sample::Reference(Direction::Vertical, dash) => {
+                Sample::ReferenceLine(Direction::Vertical, dash) => {
                     let x = left + SAMPLE / 2.0;
                     self.dashes(&[[x, y + 8.0], [x, y - 8.0]], INK, 1.3, *dash)?;
                 }

@@ -1,4 +1,4 @@
-//! The path guard: no step passes through an inverted state.
+//! The step limiter: no step passes through an inverted state.
 
 use nalgebra::Matrix3;
 

@@ -1,46 +1,46 @@
-//! The order of sums: streams of clusters that several threads follow at once.
+//! The order of sums: slabs of clusters that several threads follow at once.
 
 use crate::term::Term;
 
 use super::Model;
 
-/// Most streams of a term.
+/// Most slabs of a term.
 const MOST: usize = 16;
-/// Clusters below which a term has one stream.
+/// Clusters below which a term has one slab.
 const FEWEST: usize = 32;
-/// Most clusters that a thread sums before it looks for another stream.
+/// Most clusters that a thread sums before it looks for another slab.
 const PIECE: usize = 16;
 /// Pieces that fewer clusters are cut into.
 const PIECES: usize = 64;
 
 /// The order in which the clusters of a term are summed.
 ///
-/// Streams are slabs of the body. Each is summed from its first cluster to its last, the last stream first: where two
+/// SlabSchedule are slabs of the body. Each is summed from its first cluster to its last, the last slab first: where two
 /// neighbours overlap, the head of the later one comes before the tail of the earlier one. So threads may follow
-/// different streams at the same time and hardly ever wait for each other, they write to different parts of the
+/// different slabs at the same time and hardly ever wait for each other, they write to different parts of the
 /// matrix, and every entry sees its clusters in the same order whatever the number of threads.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Streams {
+pub(super) struct SlabSchedule {
     /// The clusters in their order, empty where it is their own.
     order: Vec<u32>,
-    /// Where each stream starts in the order, and the end.
+    /// Where each slab starts in the order, and the end.
     starts: Vec<usize>,
     /// Clusters that are further apart in the order share no node.
     reach: usize,
-    /// Clusters that a thread sums before it looks for another stream.
+    /// Clusters that a thread sums before it looks for another slab.
     piece: usize,
 }
 
-impl Streams {
+impl SlabSchedule {
     pub(super) fn new<const D: usize>(model: &Model<D>, term: &dyn Term<D>) -> Self {
         let count = term.clusters();
         let piece = (count / PIECES).clamp(1, PIECE);
-        let mut streams = Streams { order: Vec::new(), starts: vec![0, count], reach: count, piece };
+        let mut slabs = SlabSchedule { order: Vec::new(), starts: vec![0, count], reach: count, piece };
         if count < FEWEST {
-            return streams;
+            return slabs;
         }
         let mut seen = vec![u32::MAX; model.positions.len()];
-        streams.reach = reach(term, &[], &mut seen);
+        slabs.reach = reach(term, &[], &mut seen);
         // Along which axis do clusters overlap with the fewest others?
         let mut centres = vec![0.0; count];
         for axis in 0..D {
@@ -52,23 +52,23 @@ impl Streams {
             let mut order: Vec<u32> = (0..count as u32).collect();
             order.sort_by(|&a, &b| centres[a as usize].total_cmp(&centres[b as usize]));
             let reach = reach(term, &order, &mut seen);
-            if reach < streams.reach {
-                (streams.order, streams.reach) = (order, reach);
+            if reach < slabs.reach {
+                (slabs.order, slabs.reach) = (order, reach);
             }
         }
-        // A stream that is longer than the reach overlaps with its neighbours alone.
-        let number = (count / (streams.reach + piece)).clamp(1, MOST);
-        streams.starts = (0..=number).map(|stream| count * stream / number).collect();
-        streams
+        // A slab that is longer than the reach overlaps with its neighbours alone.
+        let number = (count / (slabs.reach + piece)).clamp(1, MOST);
+        slabs.starts = (0..=number).map(|slab| count * slab / number).collect();
+        slabs
     }
 
     pub(super) fn len(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// Places of a stream in the order.
-    pub(super) fn places(&self, stream: usize) -> std::ops::Range<usize> {
-        self.starts[stream]..self.starts[stream + 1]
+    /// Places of a slab in the order.
+    pub(super) fn places(&self, slab: usize) -> std::ops::Range<usize> {
+        self.starts[slab]..self.starts[slab + 1]
     }
 
     /// The cluster at a place of the order.
@@ -97,7 +97,7 @@ fn reach<const D: usize>(term: &dyn Term<D>, order: &[u32], seen: &mut [u32]) ->
     reach as usize
 }
 
-/// What the clusters of a stream have in common.
+/// What the clusters of a slab have in common.
 #[derive(Debug, Default)]
 pub(super) struct Gathered {
     /// $\sum f^2$ over the forces of the clusters.
@@ -106,9 +106,9 @@ pub(super) struct Gathered {
     pub skew: Vec<(u32, u32, f64)>,
 }
 
-/// Which stream goes on where.
+/// Which slab goes on where.
 pub(super) struct Schedule<'a> {
-    streams: &'a Streams,
+    slabs: &'a SlabSchedule,
     states: Vec<State>,
 }
 
@@ -119,9 +119,9 @@ struct State {
     gathered: Gathered,
 }
 
-/// A piece of a stream that a thread sums.
+/// A piece of a slab that a thread sums.
 pub(super) struct Piece {
-    stream: usize,
+    slab: usize,
     pub places: std::ops::Range<usize>,
     pub gathered: Gathered,
 }
@@ -135,67 +135,67 @@ pub(super) enum Turn {
 }
 
 impl<'a> Schedule<'a> {
-    pub(super) fn new(streams: &'a Streams) -> Self {
-        let state = |stream| State { next: streams.places(stream).start, ..State::default() };
-        Schedule { streams, states: (0..streams.len()).map(state).collect() }
+    pub(super) fn new(slabs: &'a SlabSchedule) -> Self {
+        let state = |slab| State { next: slabs.places(slab).start, ..State::default() };
+        Schedule { slabs, states: (0..slabs.len()).map(state).collect() }
     }
 
     /// Takes a piece back that has been summed.
     pub(super) fn finish(&mut self, piece: Piece) -> usize {
-        let state = &mut self.states[piece.stream];
+        let state = &mut self.states[piece.slab];
         *state = State { next: piece.places.end, busy: false, gathered: piece.gathered };
-        piece.stream
+        piece.slab
     }
 
-    /// The next piece for a thread that was at stream `last`.
+    /// The next piece for a thread that was at slab `last`.
     pub(super) fn turn(&mut self, last: Option<usize>) -> Turn {
-        let left = |stream: usize| self.streams.places(stream).end - self.states[stream].next;
+        let left = |slab: usize| self.slabs.places(slab).end - self.states[slab].next;
         let mut best: Option<usize> = None;
         let (mut any_left, mut waiting) = (false, false);
-        for stream in (0..self.states.len()).rev().filter(|&stream| left(stream) > 0) {
+        for slab in (0..self.states.len()).rev().filter(|&slab| left(slab) > 0) {
             any_left = true;
-            if self.states[stream].busy {
+            if self.states[slab].busy {
                 continue;
             }
-            if !self.is_ready(stream) {
+            if !self.is_ready(slab) {
                 waiting = true;
                 continue;
             }
-            // Another stream than the last is worth while only where it has fallen behind.
-            let lag = |stream: usize| {
-                let bonus = if Some(stream) == last { self.streams.places(stream).len() / 4 } else { 0 };
-                left(stream) + bonus
+            // Another slab than the last is worth while only where it has fallen behind.
+            let lag = |slab: usize| {
+                let bonus = if Some(slab) == last { self.slabs.places(slab).len() / 4 } else { 0 };
+                left(slab) + bonus
             };
-            if best.is_none_or(|best| lag(stream) > lag(best)) {
-                best = Some(stream);
+            if best.is_none_or(|best| lag(slab) > lag(best)) {
+                best = Some(slab);
             }
         }
         match best {
-            Some(stream) => {
-                let places = self.piece(stream);
-                let state = &mut self.states[stream];
+            Some(slab) => {
+                let places = self.piece(slab);
+                let state = &mut self.states[slab];
                 state.busy = true;
-                Turn::Sum(Piece { stream, places, gathered: std::mem::take(&mut state.gathered) })
+                Turn::Sum(Piece { slab, places, gathered: std::mem::take(&mut state.gathered) })
             }
             None if any_left && waiting => Turn::Wait,
             None => Turn::Done,
         }
     }
 
-    fn piece(&self, stream: usize) -> std::ops::Range<usize> {
-        let next = self.states[stream].next;
-        next..(next + self.streams.piece).min(self.streams.places(stream).end)
+    fn piece(&self, slab: usize) -> std::ops::Range<usize> {
+        let next = self.states[slab].next;
+        next..(next + self.slabs.piece).min(self.slabs.places(slab).end)
     }
 
-    /// Whether the stream behind has summed all that overlaps with the next piece.
-    fn is_ready(&self, stream: usize) -> bool {
-        let behind = stream + 1;
+    /// Whether the slab behind has summed all that overlaps with the next piece.
+    fn is_ready(&self, slab: usize) -> bool {
+        let behind = slab + 1;
         let Some(state) = self.states.get(behind) else { return true };
-        let needed = self.piece(stream).end + self.streams.reach;
-        state.next >= needed.min(self.streams.places(behind).end)
+        let needed = self.piece(slab).end + self.slabs.reach;
+        state.next >= needed.min(self.slabs.places(behind).end)
     }
 
-    /// What the streams gathered, in the order of the sums.
+    /// What the slabs gathered, in the order of the sums.
     pub(super) fn gathered(self) -> impl Iterator<Item = Gathered> {
         self.states.into_iter().rev().map(|state| state.gathered)
     }
@@ -250,19 +250,19 @@ mod tests {
             let term = Cells::new(counts, overlap, shuffle);
             let at = |k: usize| Point::<2>::new((k % counts[0]) as f64, (k / counts[0]) as f64);
             let model = Model::new((0..counts[0] * counts[1]).map(at).collect());
-            let streams = Streams::new(&model, &term);
-            assert!(streams.len() >= least, "{counts:?}: {} streams of reach {}", streams.len(), streams.reach);
+            let slabs = SlabSchedule::new(&model, &term);
+            assert!(slabs.len() >= least, "{counts:?}: {} slabs of reach {}", slabs.len(), slabs.reach);
             let visits = |order: &mut dyn Iterator<Item = usize>| {
                 let mut visits = vec![Vec::new(); model.positions.len()];
-                for cluster in order.map(|place| streams.cluster(place)) {
+                for cluster in order.map(|place| slabs.cluster(place)) {
                     term.nodes(cluster).iter().for_each(|&node| visits[node as usize].push(cluster));
                 }
                 visits
             };
-            let alone = visits(&mut (0..streams.len()).rev().flat_map(|stream| streams.places(stream)));
+            let alone = visits(&mut (0..slabs.len()).rev().flat_map(|slab| slabs.places(slab)));
             let mut random = 1u64;
             for threads in [1, 2, 3, 7] {
-                let mut schedule = Schedule::new(&streams);
+                let mut schedule = Schedule::new(&slabs);
                 let mut held: Vec<Option<(Piece, bool)>> = (0..threads).map(|_| None).collect();
                 let mut last = vec![None; threads];
                 let mut order = Vec::new();

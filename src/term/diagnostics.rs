@@ -3,7 +3,7 @@
 /// How far a state can be trusted; the worst over all points.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Health {
+pub struct StateDiagnostics {
     /// The smallest reciprocal condition number of the moment matrix behind the shape functions.
     pub rcond: Option<f64>,
     /// The smallest and the largest $J = \det F$ at the points of the body, those of averaged gradients with smoothed
@@ -15,16 +15,16 @@ pub struct Health {
     pub locked_energy: Option<f64>,
 }
 
-impl Health {
+impl StateDiagnostics {
     /// The worse of both; energies add.
-    pub fn join(self, other: Health) -> Health {
+    pub fn join(self, other: StateDiagnostics) -> StateDiagnostics {
         fn both<T>(a: Option<T>, b: Option<T>, join: impl Fn(T, T) -> T) -> Option<T> {
             match (a, b) {
                 (Some(a), Some(b)) => Some(join(a, b)),
                 (a, b) => a.or(b),
             }
         }
-        Health {
+        StateDiagnostics {
             rcond: both(self.rcond, other.rcond, f64::min),
             jacobians: both(self.jacobians, other.jacobians, |a, b| [a[0].min(b[0]), a[1].max(b[1])]),
             locked_energy: both(self.locked_energy, other.locked_energy, |a, b| a + b),

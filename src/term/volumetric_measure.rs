@@ -4,7 +4,7 @@ use crate::material::{Volumetric, VolumetricEnergy};
 
 /// $G(J) = 1 + (J^q - 1)/q$: $m(J^{1/m} - 1) + 1$ for $q = 1/m$, the volume itself for $q = 1$; $G(1) = G'(1) = 1$.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Measure {
+pub(super) enum VolumetricMeasure {
     /// $q = 1$.
     Volume,
     /// $q = \tfrac12$.
@@ -23,13 +23,13 @@ pub(super) struct Jet {
     pub curvature: f64,
 }
 
-impl Measure {
+impl VolumetricMeasure {
     /// The measure with $q = 1/m$, $m$ = `roots` from 1 to 3.
     pub fn roots(roots: usize) -> Self {
         match roots {
-            0 | 1 => Measure::Volume,
-            2 => Measure::Square,
-            _ => Measure::Cube,
+            0 | 1 => VolumetricMeasure::Volume,
+            2 => VolumetricMeasure::Square,
+            _ => VolumetricMeasure::Cube,
         }
     }
 
@@ -37,22 +37,22 @@ impl Measure {
     #[inline(always)]
     pub fn towards_volume(self, part: f64) -> Self {
         // Nothing of it is by far the usual case.
-        if part <= 0.0 || self == Measure::Volume {
+        if part <= 0.0 || self == VolumetricMeasure::Volume {
             return self;
         }
         if part >= 1.0 {
-            return Measure::Volume;
+            return VolumetricMeasure::Volume;
         }
         let q = self.exponent();
-        Measure::Power(q + part * (1.0 - q))
+        VolumetricMeasure::Power(q + part * (1.0 - q))
     }
 
     fn exponent(self) -> f64 {
         match self {
-            Measure::Volume => 1.0,
-            Measure::Square => 0.5,
-            Measure::Cube => 1.0 / 3.0,
-            Measure::Power(q) => q,
+            VolumetricMeasure::Volume => 1.0,
+            VolumetricMeasure::Square => 0.5,
+            VolumetricMeasure::Cube => 1.0 / 3.0,
+            VolumetricMeasure::Power(q) => q,
         }
     }
 
@@ -60,11 +60,11 @@ impl Measure {
     #[inline(always)]
     pub fn of(self, j: f64) -> Jet {
         let power = match self {
-            Measure::Volume => return Jet { value: j, slope: 1.0, curvature: 0.0 },
-            Measure::Square => j.sqrt(),
+            VolumetricMeasure::Volume => return Jet { value: j, slope: 1.0, curvature: 0.0 },
+            VolumetricMeasure::Square => j.sqrt(),
             // Quicker than the cube root, and NaN below zero as well.
-            Measure::Cube => (j.ln() / 3.0).exp(),
-            Measure::Power(q) => (j.ln() * q).exp(),
+            VolumetricMeasure::Cube => (j.ln() / 3.0).exp(),
+            VolumetricMeasure::Power(q) => (j.ln() * q).exp(),
         };
         let q = self.exponent();
         let slope = power / j;
@@ -78,10 +78,10 @@ impl Measure {
         let power = 1.0 + q * (measure - 1.0);
         // dJ/dG and d²J/dG² of J = powerᵐ, m = 1/q.
         let (slope, curvature) = match self {
-            Measure::Volume => return volumetric.evaluate(measure),
-            Measure::Square => (power, 0.5),
-            Measure::Cube => (power * power, 2.0 / 3.0 * power),
-            Measure::Power(q) => {
+            VolumetricMeasure::Volume => return volumetric.evaluate(measure),
+            VolumetricMeasure::Square => (power, 0.5),
+            VolumetricMeasure::Cube => (power * power, 2.0 / 3.0 * power),
+            VolumetricMeasure::Power(q) => {
                 let slope = (power.ln() * (1.0 / q - 1.0)).exp();
                 (slope, (1.0 - q) * slope / power)
             }
@@ -103,7 +103,7 @@ mod tests {
     #[test]
     fn measures_are_derivatives_of_each_other_and_invert() {
         let energy = QuadraticVolume { bulk: 10.0 };
-        for base in [Measure::Square, Measure::Cube] {
+        for base in [VolumetricMeasure::Square, VolumetricMeasure::Cube] {
             for part in [0.0, 1e-3, 0.4, 1.0] {
                 let measure = base.towards_volume(part);
                 for j in [0.4, 0.97, 1.0, 1.6] {
@@ -121,7 +121,10 @@ mod tests {
         }
         // The ends of the way meet what they lead to.
         let j = 1.3;
-        assert!((Measure::Cube.towards_volume(1e-12).of(j).value - Measure::Cube.of(j).value).abs() < 1e-11);
-        assert!((Measure::Cube.towards_volume(1.0 - 1e-12).of(j).value - j).abs() < 1e-11);
+        assert!(
+            (VolumetricMeasure::Cube.towards_volume(1e-12).of(j).value - VolumetricMeasure::Cube.of(j).value).abs()
+                < 1e-11
+        );
+        assert!((VolumetricMeasure::Cube.towards_volume(1.0 - 1e-12).of(j).value - j).abs() < 1e-11);
     }
 }

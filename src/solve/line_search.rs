@@ -9,7 +9,7 @@ use super::state::State;
 /// Whether Newton's steps are shortened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LineSearch {
-    /// Whole steps, up to the path guard.
+    /// Whole steps, up to the step limiter.
     #[default]
     Off,
     /// Steps end where the slope $g(s) = \delta d\cdot r(d + s\\,\delta d)$ of the potential along them has fallen to
@@ -26,15 +26,15 @@ pub enum LineSearch {
 const LEFT: f64 = 0.8;
 /// Residuals evaluated in one search; each costs about a tenth of a factorisation.
 const EVALUATIONS: usize = 5;
-/// The shortest step relative to the bound of the path guard; a shorter one is better cut by halving the load.
+/// The shortest step relative to the bound of the step limiter; a shorter one is better cut by halving the load.
 const SHORTEST: f64 = 0.05;
-/// A gap above this part of the step belongs to a step that brings in prescribed displacements: it is taken whole.
+/// A violation above this part of the step belongs to a step that brings in prescribed displacements: it is taken whole.
 const MET: f64 = 1e-12;
 
 /// One Newton step with everything that changes along it.
 pub(super) struct Ahead<'a> {
     pub next: &'a Increment,
-    pub gap: &'a [f64],
+    pub violation: &'a [f64],
 }
 
 /// The step factor in (0, bound] at which the slope of the potential is small enough; `force` is $-r$ where the step starts.
@@ -47,11 +47,11 @@ pub(super) fn search<const D: usize>(
 ) -> f64 {
     let step = &ahead.next.step;
     let size = dot(step, step).sqrt();
-    if state.locals.iter().any(|l| !l.is_empty()) || ahead.gap.iter().any(|g| g.abs() > MET * size) {
+    if state.condensed.iter().any(|l| !l.is_empty()) || ahead.violation.iter().any(|g| g.abs() > MET * size) {
         return bound;
     }
     // Reactions do no work on a step that keeps what is prescribed.
-    let slope = |at: &State| dot(step, &model.residual(&at.displacement, &at.locals, at.load));
+    let slope = |at: &State| dot(step, &model.residual(&at.displacement, &at.condensed, at.load));
     let first = -dot(step, force);
     if !(first < 0.0) {
         return bound;
