@@ -113,7 +113,7 @@ fn lost_cover(out: &FilePath) -> Result<(), Box<dyn Error>> {
             let spatial = rk.spatial(rk.nodes().iter().map(|x| x * stretch).collect())?.with_rcond_limit(1e-300);
             Ok(spatial.cover(spatial.nodes()))
         };
-        let bisect = |bad: &dyn Fn(&rkpm::shape::Cover) -> bool| -> Result<f64, rkpm::Error> {
+        let bisect = |bad: &dyn Fn(&rkpm::paper::Cover) -> bool| -> Result<f64, rkpm::Error> {
             let (mut good, mut lost) = (1.0, 8.0);
             for _ in 0..50 {
                 let middle = 0.5 * (good + lost);
@@ -133,7 +133,7 @@ fn lost_cover(out: &FilePath) -> Result<(), Box<dyn Error>> {
         }
         chart = chart.line(format!("r = {r}"), &curve);
     }
-    chart.horizontal("warning", rkpm::shape::COVER_WARNING).write(out.join("cover.svg"))?;
+    chart.horizontal("warning", rkpm::paper::COVER_WARNING).write(out.join("cover.svg"))?;
     table.write(out.join("cover.csv"))?;
     print!("{summary}");
     summary.write(out.join("summary.csv"))?;

@@ -45,7 +45,7 @@
 //! | 5 | [`term`], [`contact`] | [`Term`](term::Term), [`Integrand`](term::Integrand), [`Surface`](contact::Surface) |
 //! | 6 | [`assembly`] | |
 //! | 7 | `boundary`, `linear` | `Enforcement`, `Enforced`, `LinearSolver`, `Factorizer`, `Factors` |
-//! | 8 | `solve` | `Observer`, `Functional` |
+//! | 8 | `solve`, [`paper`] | `Observer`, `Functional` |
 //! | 9 | [`output`] | |
 //! | 10 | `scene` | |
 //! | 11 | `check`, `study` | |
@@ -102,6 +102,7 @@ pub mod boundary;
 #[cfg(feature = "solve")]
 pub mod linear;
 // Floor 8
+pub mod paper;
 #[cfg(feature = "solve")]
 pub mod solve;
 // Floor 9

@@ -9,7 +9,7 @@ use rkpm::prelude::*;
 use rkpm::scene::Rule;
 
 /// The stretch at which the certificate of a spatial kernel at its particles says so, by bisection.
-fn stretch_where(r: f64, bad: impl Fn(&rkpm::shape::Cover) -> bool) -> Result<f64, rkpm::Error> {
+fn stretch_where(r: f64, bad: impl Fn(&rkpm::paper::Cover) -> bool) -> Result<f64, rkpm::Error> {
     let particles = Block::new([0.0], [8.0]).particles([9], r)?;
     let bar = ReproducingKernel::new(particles, CubicSpline, Polynomial::linear())?;
     let (mut good, mut failed) = (1.0, 8.0);

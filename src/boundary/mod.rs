@@ -2,13 +2,11 @@
 
 mod claims;
 mod elimination;
-mod full;
 mod multipliers;
 mod rows;
 mod transformation;
 
 pub(crate) use claims::{Claim, says_again};
-pub use full::FullTransformation;
 pub use multipliers::LagrangeMultipliers;
 pub(crate) use multipliers::dependent_rows;
 pub use rows::{Constraints, Motion, Row};
@@ -20,7 +18,7 @@ use crate::error::BoundaryError;
 use crate::linear::MatrixClass;
 
 /// Refuses patterns that are none, and rows beyond them.
-fn pattern_fits(pattern: &Pattern, rows: &Constraints) -> Result<(), BoundaryError> {
+pub(crate) fn pattern_fits(pattern: &Pattern, rows: &Constraints) -> Result<(), BoundaryError> {
     if let Err(error) = pattern.validate() {
         return Err(BoundaryError::Unsuitable { enforcement: "pattern", reason: error.to_string() });
     }

@@ -1,16 +1,14 @@
 //! Lattices of particles and the cells between them.
 
-use nalgebra::{Matrix3, SMatrix, SVD};
+use nalgebra::SMatrix;
 
-use crate::error::{ApproximationError, GeometryError};
-use crate::geometry::{Block, Domain, Part, Point, Side, check_dimension};
-use crate::particles::{Particles, Support, check_dilation};
-use crate::quadrature::{Points, check_point_count, gauss_legendre};
+use crate::error::GeometryError;
+use crate::geometry::{Domain, Point, check_dimension};
 
+use super::Layout;
 use super::brick::{Shape, area_vector, determinant, multilinear, ravel, unravel};
 use super::locator::Locator;
 use super::zones::block_starts;
-use super::{Layout, Zones};
 
 /// A lattice of nodes, axis 0 running fastest, and the cells between neighbouring nodes.
 ///
@@ -19,10 +17,10 @@ use super::{Layout, Zones};
 /// cells then fill the body up to the fourth order of the spacing, where chords leave the second.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lattice<const D: usize> {
-    counts: [usize; D],
-    positions: Vec<Point<D>>,
+    pub(super) counts: [usize; D],
+    pub(super) positions: Vec<Point<D>>,
     /// Unit vectors along the lines of the lattice at each node, in columns; none where they run along the axes.
-    lines: Vec<SMatrix<f64, D, D>>,
+    pub(super) lines: Vec<SMatrix<f64, D, D>>,
     /// Nodes and middles of curved cells, $2n - 1$ along an axis of $n$ nodes; none where cells are straight.
     middles: Vec<Point<D>>,
     pub(super) locator: Locator<D>,
@@ -37,24 +35,6 @@ const BENT: f64 = 1e-9;
 
 /// Angles below which a lattice runs along the axes: above rounding, below what matters.
 pub(super) const ASKEW: f64 = 1e-9;
-
-impl<const D: usize> Block<D> {
-    /// A regular lattice of nodes over the block.
-    ///
-    /// # Errors
-    /// For a degenerate block or fewer than two nodes along an axis.
-    pub fn lattice(&self, counts: [usize; D]) -> Result<Lattice<D>, GeometryError> {
-        Lattice::new(self, counts, &Layout::Regular)
-    }
-
-    /// Regular particles with box supports of normalised dilation `r` (6.1).
-    ///
-    /// # Errors
-    /// As [`lattice`](Block::lattice), and for $r \le \tfrac12$.
-    pub fn particles(&self, counts: [usize; D], r: f64) -> Result<Particles<D>, crate::Error> {
-        Ok(self.lattice(counts)?.particles(r)?)
-    }
-}
 
 impl<const D: usize> Lattice<D> {
     /// A lattice over a domain with `counts` nodes along each axis of the unit cube.
@@ -255,6 +235,17 @@ impl<const D: usize> Lattice<D> {
         nodes
     }
 
+    /// The axis, whether it is the next one along it, and the way to each neighbour of a node.
+    pub(super) fn neighbours(&self, node: usize) -> impl Iterator<Item = (usize, bool, Point<D>)> + '_ {
+        let index = unravel(node, &self.counts);
+        (0..D).flat_map(move |axis| [(axis, false), (axis, true)]).filter_map(move |(axis, up)| {
+            let mut other = index;
+            other[axis] = if up { index[axis] + 1 } else { index[axis].checked_sub(1)? };
+            let there = other[axis] < self.counts[axis];
+            there.then(|| (axis, up, self.positions[self.node(other)] - self.positions[node]))
+        })
+    }
+
     fn validate(&self) -> Result<(), GeometryError> {
         for cell in 0..self.cell_count() {
             // The Jacobian at the corners decides for intervals and quadrilaterals, and nearly so for bricks; curved
@@ -312,97 +303,6 @@ impl<const D: usize> Lattice<D> {
         self.corner_nodes(cell).map(|node| self.positions[node])
     }
 
-    /// Box supports from the local spacing: half-widths $a_i = 2 r d_i$ (6.1) with $d_i$ the largest
-    /// distance along direction $i$ to a neighbour on the lattice, particle by particle.
-    ///
-    /// Directions are coordinates where the lattice runs along them. Where it is askew supports are parallelepipeds, half-way
-    /// between its lines and a box that is turned to them: a lattice that is turned has shape functions that are turned with it.
-    ///
-    /// # Errors
-    /// For $r \le \tfrac12$.
-    pub fn particles(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
-        let dilations = vec![r; self.positions.len()];
-        self.particles_with(&dilations)
-    }
-
-    /// As [`particles`](Lattice::particles) with a normalised dilation for each particle.
-    ///
-    /// # Errors
-    /// For $r \le \tfrac12$ and a wrong number of dilations.
-    pub fn particles_with(&self, dilations: &[f64]) -> Result<Particles<D>, ApproximationError> {
-        if dilations.len() != self.positions.len() {
-            return Err(ApproximationError::Length {
-                what: "dilations",
-                given: dilations.len(),
-                particles: self.positions.len(),
-            });
-        }
-        let mut supports = Vec::with_capacity(self.positions.len());
-        for (node, &r) in dilations.iter().enumerate() {
-            check_dilation(r)?;
-            supports.push(match self.lines.get(node) {
-                Some(lines) if !along_axes(lines) => Support::Parallelepiped(self.half_axes(node, lines) * (2.0 * r)),
-                _ => Support::Box(self.local_spacing(node) * (2.0 * r)),
-            });
-        }
-        Particles::new(self.positions.clone(), supports)
-    }
-
-    /// Spacings of a node askew to the axes, with their directions: the mean of a parallelepiped along the lines of the
-    /// lattice and of a box that is turned to them as far as a rotation can be.
-    ///
-    /// The parallelepiped is too stiff where cells are skew, the box too soft. Worst errors of tip and energy of twelve
-    /// membranes, geometric means in %, with 9 × 9, 13 × 13 and 17 × 17 particles: 0.63, 0.40, 0.30 and 0.50, 0.28, 0.22; of
-    /// their mean 0.44, 0.29, 0.23; of boxes along the axes 0.56, 0.37, 0.28. Rectangular cells make all three alike.
-    fn half_axes(&self, node: usize, lines: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
-        let turn = rotation(lines);
-        let across = self.spacing_along(node, |way| turn.tr_mul(way));
-        let inverse = Support::Parallelepiped(*lines).inverse_axes().unwrap_or_else(|| turn.transpose());
-        let along = self.spacing_along(node, |way| inverse * way);
-        (lines * SMatrix::from_diagonal(&along) + turn * SMatrix::from_diagonal(&across)) * 0.5
-    }
-
-    /// The largest distance along each coordinate from a node to its neighbours on the lattice; NaN where there is no
-    /// such node.
-    pub fn local_spacing(&self, node: usize) -> Point<D> {
-        if node >= self.positions.len() {
-            return Point::repeat(f64::NAN);
-        }
-        self.spacing_along(node, |offset| *offset)
-    }
-
-    /// The largest components of the offsets to neighbours on the lattice.
-    fn spacing_along(&self, node: usize, components: impl Fn(&Point<D>) -> Point<D>) -> Point<D> {
-        let largest = |spacing: Point<D>, way: Point<D>| spacing.zip_map(&components(&way), |s, way| s.max(way.abs()));
-        self.neighbours(node).map(|(_, _, way)| way).fold(Point::zeros(), largest)
-    }
-
-    /// The axis, whether it is the next one along it, and the way to each neighbour of a node.
-    fn neighbours(&self, node: usize) -> impl Iterator<Item = (usize, bool, Point<D>)> + '_ {
-        let index = unravel(node, &self.counts);
-        (0..D).flat_map(move |axis| [(axis, false), (axis, true)]).filter_map(move |(axis, up)| {
-            let mut other = index;
-            other[axis] = if up { index[axis] + 1 } else { index[axis].checked_sub(1)? };
-            let there = other[axis] < self.counts[axis];
-            there.then(|| (axis, up, self.positions[self.node(other)] - self.positions[node]))
-        })
-    }
-
-    /// Box supports from the largest spacing of the whole set along each coordinate: $a_i = 2 r d_i^{\max}$ (6.1), as the
-    /// paper has it.
-    ///
-    /// # Errors
-    /// For $r \le \tfrac12$.
-    pub fn particles_global(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
-        check_dilation(r)?;
-        let mut spacing = Point::<D>::zeros();
-        for node in 0..self.positions.len() {
-            spacing = spacing.zip_map(&self.local_spacing(node), f64::max);
-        }
-        let supports = vec![Support::Box(spacing * (2.0 * r)); self.positions.len()];
-        Particles::new(self.positions.clone(), supports)
-    }
-
     /// The lattice with each cell cut into `parts` per direction, new nodes by multilinear interpolation.
     ///
     /// # Errors
@@ -448,89 +348,9 @@ impl<const D: usize> Lattice<D> {
         let lines = if self.lines.is_empty() { Vec::new() } else { kept.iter().map(|&k| self.lines[k]).collect() };
         Lattice { lines, ..Lattice::straight(counts, kept.iter().map(|&k| self.positions[k]).collect()) }
     }
-
-    /// Gauss–Legendre points, `n` per direction in each cell, grouped by cell.
-    ///
-    /// # Errors
-    /// For an impossible number of points.
-    pub fn gauss(&self, n: usize) -> Result<Points<D>, GeometryError> {
-        self.gauss_in(n, &self.zones(1))
-    }
-
-    /// Gauss–Legendre points, `n` per direction in each cell, grouped by zone.
-    ///
-    /// # Errors
-    /// For an impossible number of points.
-    pub fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<D>, GeometryError> {
-        let (abscissae, weights) = gauss_legendre(n)?;
-        let shape = [n; D];
-        let per_cell = n.pow(D as u32);
-        zones.validate(self.cell_count())?;
-        check_point_count(zones.cells.len(), per_cell)?;
-        let mut points = Points::empty();
-        for zone in zones.offsets.windows(2) {
-            for &cell in &zones.cells[zone[0]..zone[1]] {
-                let cell = self.shape(cell as usize);
-                for point in 0..per_cell {
-                    let index = unravel(point, &shape);
-                    let at = Point::<D>::from_fn(|i, _| abscissae[index[i]]);
-                    let (position, jacobian) = cell.map(&at);
-                    let weight: f64 = index.iter().map(|&i| weights[i]).product();
-                    points.positions.push(position);
-                    points.weights.push(weight * determinant(&jacobian));
-                }
-            }
-            points.close_group();
-        }
-        Ok(points)
-    }
-
-    /// The faces a part consists of.
-    ///
-    /// # Errors
-    /// Where the part does not exist.
-    pub(crate) fn faces(&self, part: &Part) -> Result<Vec<(usize, Side)>, GeometryError> {
-        match part {
-            Part::Face { axis, side } if *axis < D => Ok(vec![(*axis, *side)]),
-            Part::Whole => Ok((0..D).flat_map(|axis| [(axis, Side::Min), (axis, Side::Max)]).collect()),
-            _ => Err(GeometryError::UnknownPart {
-                part: part.to_string(),
-                known: format!("faces (axis, Side) with axis below {D}, and the whole boundary"),
-            }),
-        }
-    }
-
-    /// Nodes on a boundary part, by rising index.
-    ///
-    /// # Errors
-    /// Where the part does not exist.
-    pub fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
-        let faces = self.faces(part)?;
-        Ok((0..self.positions.len())
-            .filter(|&node| {
-                let index = unravel(node, &self.counts);
-                faces.iter().any(|&(axis, side)| match side {
-                    Side::Min => index[axis] == 0,
-                    Side::Max => index[axis] + 1 == self.counts[axis],
-                })
-            })
-            .collect())
-    }
-}
-
-/// The rotation nearest to unit vectors, by the polar decomposition of their matrix.
-fn rotation<const D: usize>(lines: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
-    let all = Matrix3::from_fn(|i, j| if i < D && j < D { lines[(i, j)] } else { f64::from(u8::from(i == j)) });
-    match all.svd(true, true) {
-        SVD { u: Some(u), v_t: Some(v), .. } => {
-            let rotation = u * v;
-            SMatrix::from_fn(|i, j| rotation[(i, j)])
-        }
-        _ => SMatrix::identity(),
-    }
 }
 
 /// Whether unit vectors are those of the axes, in any order: boxes along them are boxes along the axes.
-fn along_axes<const D: usize>(lines: &SMatrix<f64, D, D>) -> bool {
+pub(super) fn along_axes<const D: usize>(lines: &SMatrix<f64, D, D>) -> bool {
     lines.iter().all(|entry| entry.abs() < ASKEW || entry.abs() > 1.0 - ASKEW)
 }

@@ -7,9 +7,12 @@
 mod brick;
 mod edges;
 mod lattice;
+mod lattice_particles;
+mod lattice_rules;
 mod layout;
 mod locator;
 mod mesh;
+mod nodal_polygons;
 mod partition;
 mod polygons;
 mod refined;

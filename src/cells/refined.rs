@@ -1,5 +1,6 @@
 //! Lattices refined where it matters: macro cells of four, halved again and again.
 
+mod cells;
 mod subcells;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -8,16 +9,11 @@ use std::sync::Arc;
 use nalgebra::Matrix2;
 
 use crate::error::{ApproximationError, GeometryError};
-use crate::geometry::{Domain, Part, Point, Side};
-use crate::particles::{Particles, Support, check_dilation};
-use crate::quadrature::{Points, check_point_count, gauss_legendre};
+use crate::geometry::{Domain, Point, Side};
+use crate::particles::{Particles, Support};
 
 use super::brick::{Shape, determinant, multilinear};
-use super::lattice::ASKEW;
-use super::mesh::parabola;
-use super::smoothing::on_facets;
-use super::{BoundaryCells, Cells, Lattice, Layout, Smoothing, Zones};
-use subcells::{Facets, Rules};
+use super::{Lattice, Layout};
 
 /// Halvings of a cell at most: spacings stay above 1/16 of the coarsest.
 const DEEPEST: u32 = 4;
@@ -303,167 +299,6 @@ impl Refined {
     fn supports(&self, dilation: impl Fn(usize) -> Point<2>) -> Result<Particles<2>, ApproximationError> {
         let supports = (0..self.positions.len()).map(|p| Support::Box(dilation(p))).collect();
         Particles::new(self.positions.clone(), supports)
-    }
-}
-
-impl Cells<2> for Refined {
-    fn positions(&self) -> &[Point<2>] {
-        &self.positions
-    }
-
-    fn cell_count(&self) -> usize {
-        self.cells.len()
-    }
-
-    fn corners(&self, cell: usize) -> Vec<usize> {
-        // Axis 0 running fastest, as in lattices.
-        [0, 1, 3, 2].map(|k| self.cells[cell].corners[k] as usize).to_vec()
-    }
-
-    fn local_spacing(&self, particle: usize) -> f64 {
-        self.spacings(particle).norm()
-    }
-
-    fn spacings(&self, particle: usize) -> Point<2> {
-        self.spacing.get(particle).copied().unwrap_or(Point::<2>::repeat(f64::NAN))
-    }
-
-    fn particles(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
-        check_dilation(r)?;
-        let support = |(p, axes): (usize, &Matrix2<f64>)| {
-            if axes[(0, 1)].abs().max(axes[(1, 0)].abs()) < ASKEW * axes.amax() {
-                Support::Box(self.spacing[p] * (2.0 * r))
-            } else {
-                Support::Parallelepiped(axes * (2.0 * r))
-            }
-        };
-        Particles::new(self.positions.clone(), self.axes.iter().enumerate().map(support).collect())
-    }
-
-    fn particles_global(&self, r: f64) -> Result<Particles<2>, ApproximationError> {
-        check_dilation(r)?;
-        let largest = self.spacing.iter().fold(Point::<2>::zeros(), |a, b| a.zip_map(b, f64::max));
-        self.supports(|_| largest * (2.0 * r))
-    }
-
-    fn is_thin(&self) -> bool {
-        false
-    }
-
-    /// Macro cells for sizes above 1, whatever the size; else single cells.
-    fn zones(&self, size: usize) -> Zones {
-        if size < 2 {
-            return Zones::single(self.cells.len());
-        }
-        Zones {
-            cells: (0..self.cells.len() as u32).collect(),
-            offsets: (0..=self.macros.len()).map(|m| 4 * m).collect(),
-        }
-    }
-
-    fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<2>, GeometryError> {
-        zones.validate(self.cell_count())?;
-        let (abscissae, weights) = gauss_legendre(n)?;
-        let mut points = Points::empty();
-        for zone in zones.offsets.windows(2) {
-            for &cell in &zones.cells[zone[0]..zone[1]] {
-                let shape = self.shape(cell as usize);
-                for (t, wt) in abscissae.iter().zip(&weights) {
-                    for (s, ws) in abscissae.iter().zip(&weights) {
-                        let (position, columns) = shape.map(&Point::<2>::new(*s, *t));
-                        points.positions.push(position);
-                        points.weights.push(determinant(&columns) * ws * wt);
-                    }
-                }
-            }
-            points.close_group();
-        }
-        Ok(points)
-    }
-
-    fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<2>, GeometryError> {
-        zones.validate(self.cell_count())?;
-        check_point_count(self.cell_count().saturating_mul(2), parts.saturating_mul(parts).saturating_mul(gauss))?;
-        let gauss = on_facets(gauss, !self.bulges.is_empty());
-        let (abscissae, weights) = gauss_legendre(gauss)?;
-        if parts == 0 {
-            let needed = "at least 1 is needed";
-            return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
-        }
-        let rules = Rules { straight: gauss_legendre(2)?, curved: gauss_legendre(3)? };
-        let mut facets = Facets::default();
-        let mut out = Smoothing {
-            facet_points: Vec::new(),
-            facet_areas: Vec::new(),
-            points_per_facet: gauss,
-            cells: Vec::new(),
-            interior: Vec::new(),
-            centres: Vec::new(),
-            groups: vec![0],
-        };
-        for zone in zones.offsets.windows(2) {
-            for &cell in &zones.cells[zone[0]..zone[1]] {
-                self.cut_cell(cell as usize, parts, &rules, &mut facets, &mut out);
-            }
-            out.groups.push(out.cells.len());
-        }
-        for ([from, to], bulge) in facets.ends.iter().zip(&facets.bulges) {
-            for (t, w) in abscissae.iter().zip(&weights) {
-                let (position, along) = parabola(from, to, bulge, *t);
-                out.facet_points.push(position);
-                out.facet_areas.push(Point::<2>::new(along[1], -along[0]) * *w);
-            }
-        }
-        Ok(out)
-    }
-
-    fn nodal_cells(&self, _gauss: usize) -> Result<Smoothing<2>, GeometryError> {
-        Err(GeometryError::Unsuited { what: "nodal integration", needed: "a lattice or scattered particles" })
-    }
-
-    fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
-        let gauss = on_facets(gauss, !self.bulges.is_empty());
-        let (abscissae, weights) = gauss_legendre(gauss)?;
-        if parts == 0 {
-            let needed = "at least 1 is needed";
-            return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
-        }
-        let mut cells = BoundaryCells { points: Points::empty(), hats: Vec::new() };
-        for face in self.base.faces(part)? {
-            for ends in self.face_chords(face) {
-                let [from, to] = [ends.0, ends.1].map(|p| self.positions[p as usize]);
-                let bulge = self.bulge(ends.0, ends.1);
-                for k in 0..parts {
-                    for (t, w) in abscissae.iter().zip(&weights) {
-                        let t = (k as f64 + t) / parts as f64;
-                        let (position, along) = parabola(&from, &to, &bulge, t);
-                        let length = along.norm();
-                        cells.points.positions.push(position);
-                        cells.points.weights.push(length * w / parts as f64);
-                        cells.points.normals.push(Point::<2>::new(along[1], -along[0]) / length);
-                        cells.hats.push(vec![(ends.0, 1.0 - t), (ends.1, t)]);
-                    }
-                }
-                cells.points.close_group();
-            }
-        }
-        Ok(cells)
-    }
-
-    fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<2>>, GeometryError> {
-        let faces = self.base.faces(part)?;
-        faces.into_iter().map(|(axis, side)| self.boundary(&Part::Face { axis, side }, parts, gauss)).collect()
-    }
-
-    fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
-        let faces = self.base.faces(part)?;
-        let chords = faces.into_iter().flat_map(|face| self.face_chords(face));
-        let nodes: BTreeSet<usize> = chords.flat_map(|(a, b)| [a as usize, b as usize]).collect();
-        Ok(nodes.into_iter().collect())
-    }
-
-    fn contains(&self, at: &Point<2>) -> bool {
-        self.base.contains(at)
     }
 }
 

@@ -7,9 +7,9 @@ use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::edges::{facets, plain_facets};
 use super::mesh::{Mesh, NONE, collapse, cross};
+use super::nodal_polygons::dual_polygons;
 use super::polygons::Polygons;
 use super::scatter::{Spacing, factor_for, scatter};
-use super::voronoi::dual_polygons;
 use super::{BoundaryCells, Cells, Scatter, Smoothing, Zones};
 
 /// Particles in a planar region and the triangles between them: a constrained Delaunay triangulation.

@@ -4,8 +4,6 @@ use std::collections::VecDeque;
 
 use crate::error::GeometryError;
 
-use super::Lattice;
-use super::brick::{ravel, unravel};
 use super::mesh::{Mesh, NONE};
 
 /// A partition of the cells into zones that share a pressure.
@@ -47,29 +45,6 @@ impl Zones {
             return Err(GeometryError::Count { what: "cell that no zone names", count: cell, needed });
         }
         Ok(())
-    }
-}
-
-impl<const D: usize> Lattice<D> {
-    /// Zones of `size` cells per direction; left-over cells join their neighbour's zone, because a
-    /// macro cell of one fails the inf-sup test.
-    pub fn zones(&self, size: usize) -> Zones {
-        let cells = self.cell_counts();
-        let starts: [Vec<usize>; D] = std::array::from_fn(|i| block_starts(cells[i], size.max(1)));
-        let zone_counts: [usize; D] = std::array::from_fn(|i| starts[i].len() - 1);
-        let total: usize = zone_counts.iter().product();
-        let mut zones = Zones { cells: Vec::with_capacity(self.cell_count()), offsets: vec![0] };
-        for zone in 0..total {
-            let index = unravel(zone, &zone_counts);
-            let low: [usize; D] = std::array::from_fn(|i| starts[i][index[i]]);
-            let widths: [usize; D] = std::array::from_fn(|i| starts[i][index[i] + 1] - low[i]);
-            for inner in 0..widths.iter().product() {
-                let offset = unravel(inner, &widths);
-                zones.cells.push(ravel(&std::array::from_fn(|i| low[i] + offset[i]), &cells) as u32);
-            }
-            zones.offsets.push(zones.cells.len());
-        }
-        zones
     }
 }
 

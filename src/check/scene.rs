@@ -10,8 +10,9 @@ use crate::compiled::compiled;
 use crate::error::{ApproximationError, BoundaryError, Error, GeometryError};
 use crate::geometry::Point;
 use crate::material::Material;
+use crate::paper::Cover;
 use crate::scene::{Functions, Problem, Scene, Scheme, kernel_functions};
-use crate::shape::{Approximation, Cover, ShapeFunctions};
+use crate::shape::{Approximation, ShapeFunctions};
 use crate::term::PressureField;
 
 use super::{Finding, Report};

@@ -19,13 +19,14 @@
 //! ```
 
 mod draw;
+mod drawn;
 mod layout;
+mod ranges;
 mod text;
 mod ticks;
+mod write;
 
-use super::write_text;
 use crate::error::OutputError;
-use std::path::Path;
 
 /// How an axis measures its values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -389,23 +390,6 @@ impl Chart {
     pub fn size(mut self, width: u32, height: u32) -> Self {
         self.size = (width, height);
         self
-    }
-
-    /// The chart as the text of an SVG file.
-    ///
-    /// # Errors
-    /// [`OutputError::Chart`] where no point of any series can be shown, a range, band or reference
-    /// line cannot be, or equal aspect is asked of a logarithmic axis.
-    pub fn to_svg(&self) -> Result<String, OutputError> {
-        draw::svg(self)
-    }
-
-    /// Writes the chart as an SVG file, with the directories above it.
-    ///
-    /// # Errors
-    /// As [`to_svg`](Self::to_svg), and [`OutputError::Io`] where the file system refuses.
-    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
-        write_text(path.as_ref(), &self.to_svg()?)
     }
 
     /// What is wrong with this chart.

@@ -1,14 +1,11 @@
 //! Shape functions: the trait [`Approximation`] and the reproducing kernel functions.
 
 mod correction;
-mod estimate;
 mod finite_elements;
 mod reproducing;
-mod spatial;
 
 pub use finite_elements::{ElementPoints, FiniteElements};
 pub use reproducing::{KernelScratch, ReproducingKernel};
-pub use spatial::{COVER_WARNING, Cover};
 
 use crate::error::ApproximationError;
 use crate::geometry::Point;

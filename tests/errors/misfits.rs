@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use rkpm::assembly::{Pattern, System};
-use rkpm::boundary::FullTransformation;
 use rkpm::cells::{BoundaryCells, Cells, Refined, Scatter, Smoothing, Triangulation, Voronoi, Zones};
 use rkpm::check;
 use rkpm::error::{ApproximationError, GeometryError, SolveError};
+use rkpm::paper::FullTransformation;
 use rkpm::prelude::*;
 use rkpm::term::{Element, View};
 

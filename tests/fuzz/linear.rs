@@ -1,6 +1,7 @@
 use rkpm::assembly::Pattern;
-use rkpm::boundary::{Enforcement, FullTransformation, Row};
+use rkpm::boundary::{Enforcement, Row};
 use rkpm::linear::{LinearSolver, MatrixClass, nested_dissection};
+use rkpm::paper::FullTransformation;
 use rkpm::prelude::*;
 
 use super::harness::Input;

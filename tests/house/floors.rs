@@ -13,7 +13,7 @@ const FLOORS: [&[&str]; 12] = [
     &["term", "contact"],
     &["assembly"],
     &["boundary", "linear"],
-    &["solve"],
+    &["solve", "paper"],
     &["output"],
     &["scene"],
     &["study", "check"],
@@ -24,7 +24,7 @@ fn floor(module: &str) -> Option<usize> {
 }
 
 /// All Rust files beneath a folder.
-fn files(folder: &Path, out: &mut Vec<PathBuf>) {
+pub fn files(folder: &Path, out: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
@@ -36,7 +36,7 @@ fn files(folder: &Path, out: &mut Vec<PathBuf>) {
 }
 
 /// A source without comments, strings' contents and test modules, line breaks kept.
-fn bare(source: &str) -> String {
+pub fn bare(source: &str) -> String {
     let mut bare = String::new();
     let mut rest = source;
     while let Some(c) = rest.chars().next() {

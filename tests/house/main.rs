@@ -1,6 +1,7 @@
 //! The crate itself: its floors, files, allocations, dependencies, threads and extension points.
 
 mod allocations;
+mod circles;
 mod downstream;
 mod floors;
 mod output;

@@ -3,8 +3,8 @@
 
 use nalgebra::{DMatrix, Matrix3, SMatrix};
 use rkpm::assembly::System;
-use rkpm::boundary::FullTransformation;
 use rkpm::nalgebra;
+use rkpm::paper::FullTransformation;
 use rkpm::prelude::*;
 use rkpm::solve::State;
 

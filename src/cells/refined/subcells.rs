@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use crate::geometry::Point;
 use crate::quadrature::Points;
 
+use super::super::Smoothing;
 use super::super::brick::{determinant, multilinear};
 use super::super::mesh::{collapse, parabola, three_points};
-use super::{Refined, Smoothing};
+use super::Refined;
 
 /// A point between two particles, `k` of `parts` from the first one, on their chord or its parabola.
 fn cut(positions: &[Point<2>], ends: (u32, u32), bulge: &Point<2>, k: usize, parts: usize) -> Point<2> {

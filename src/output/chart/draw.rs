@@ -2,40 +2,19 @@
 
 mod canvas;
 
+use super::drawn::{Drawn, Sample, WHITE, crossing, dashed, edges};
 use super::layout::Layout;
 use super::text::{LOWER, RAISE, SUPERSCRIPT};
-use super::{Band, Chart, Colour, Direction, Marker, Scale, Series, Stroke};
+use super::{Chart, Colour, Marker, Stroke};
 use crate::error::OutputError;
 use canvas::{Canvas, Failure, units};
 use plotters::style::RGBColor;
 
-const WHITE: RGBColor = RGBColor(0xFF, 0xFF, 0xFF);
 /// Colours in turn (Okabe and Ito, "Color universal design", 2008), the strongest first.
 const PALETTE: [Colour; 6] =
     [Colour::Blue, Colour::Vermilion, Colour::Green, Colour::Purple, Colour::Orange, Colour::Sky];
 /// Markers in turn.
 const MARKERS: [Marker; 5] = [Marker::Circle, Marker::Square, Marker::Triangle, Marker::Diamond, Marker::Cross];
-
-/// A series with its colour, marker and pixels decided.
-struct Drawn<'a> {
-    series: &'a Series,
-    colour: RGBColor,
-    marker: Marker,
-    radius: f64,
-    /// Which of the dashes, where its lines are dashed.
-    dash: usize,
-    /// The visible runs of its lines.
-    runs: Vec<Vec<[f64; 2]>>,
-    /// Its visible points.
-    points: Vec<[f64; 2]>,
-}
-
-/// What stands in front of a name in the legend.
-enum Sample<'a> {
-    Series(&'a Drawn<'a>),
-    ReferenceLine(Direction, usize),
-    Band,
-}
 
 pub(super) fn svg(chart: &Chart) -> Result<String, OutputError> {
     let layout = Layout::new(chart)?;
@@ -85,12 +64,6 @@ fn finish(text: &str, width: f64, height: f64) -> String {
     );
     let raise = format!("<tspan dy=\"-0.5em\" font-size=\"{}%\">", SUPERSCRIPT * 100.0);
     text.replacen(&drawn, &shown, 1).replace(RAISE, &raise).replace(LOWER, "</tspan>")
-}
-
-/// Number of dashed series; reference lines take the dashes that follow.
-fn dashed(chart: &Chart) -> usize {
-    let all = chart.series.iter();
-    all.filter(|s| s.stroke == Stroke::Dashed).count()
 }
 
 /// Decides colours and markers and cuts the lines at the frame.
@@ -184,31 +157,6 @@ fn trace(run: &[[f64; 2]], ink: &mut Vec<[f64; 2]>) {
             [pair[0][0] + t * dx, pair[0][1] + t * dy]
         }));
     }
-}
-
-/// The ends of a reference line; none where it lies outside the plot.
-fn crossing(layout: &Layout, chart: &Chart, direction: Direction, value: f64) -> Vec<[f64; 2]> {
-    let plot = layout.plot;
-    let ends = match direction {
-        Direction::Horizontal => {
-            let y = layout.up(chart.y.scale.forward(value));
-            [[plot.left, y], [plot.right(), y]]
-        }
-        Direction::Vertical => {
-            let x = layout.across(chart.x.scale.forward(value));
-            [[x, plot.bottom()], [x, plot.top]]
-        }
-    };
-    layout.clip(ends[0], ends[1]).map_or(Vec::new(), Vec::from)
-}
-
-/// Upper and lower pixel of a band, cut at the frame; equal where nothing is left of it.
-fn edges(layout: &Layout, scale: Scale, band: &Band) -> (f64, f64) {
-    let plot = layout.plot;
-    let inside = |y: f64| y.clamp(plot.top, plot.bottom());
-    let lower = scale.forward(band.lower);
-    let bottom = if lower.is_finite() { layout.up(lower) } else { plot.bottom() };
-    (inside(layout.up(scale.forward(band.upper))), inside(bottom))
 }
 
 fn rgb(colour: Colour) -> RGBColor {

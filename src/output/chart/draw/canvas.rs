@@ -4,9 +4,9 @@ use plotters::backend::{DrawingBackend, SVGBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontDesc, FontFamily, FontStyle, FontTransform, RGBColor, ShapeStyle, TextStyle};
 
+use super::super::drawn::{Drawn, Sample, WHITE, crossing, dashed, edges};
 use super::super::layout::{ENTRY, GAP, LABEL, LEADING, Layout, LegendLayout, SAMPLE, TICK, TICK_GAP, TITLE};
 use super::super::{Chart, Direction, Marker, Stroke};
-use super::{Drawn, Sample, WHITE, crossing, dashed, edges};
 
 const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
 const FRAME: RGBColor = RGBColor(0x44, 0x44, 0x44);

@@ -9,8 +9,7 @@ use crate::basis::Basis;
 use crate::error::ApproximationError;
 use crate::geometry::Point;
 use crate::kernel::Kernel;
-
-use super::ReproducingKernel;
+use crate::shape::ReproducingKernel;
 
 impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
     /// The weight $\Phi_a(x - x_I)\\,\Delta V_I$ of each particle that covers a point, (3.3), (3.26), (3.27);

@@ -5,8 +5,7 @@ use crate::error::ApproximationError;
 use crate::geometry::Point;
 use crate::kernel::Kernel;
 use crate::particles::Particles;
-
-use super::{Approximation, ReproducingKernel, ShapeFunctions};
+use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
 
 /// Reciprocal condition number of the moment matrix below which a spatial kernel is about to lose its cover.
 ///

@@ -3,12 +3,11 @@
 use nalgebra::DMatrix;
 
 use crate::assembly::{Pattern, System};
+use crate::boundary::{Constraints, Enforced, Enforcement, pattern_fits};
 use crate::error::{BoundaryError, Error, LinearError};
 use crate::linear::MatrixClass;
 use crate::shape::{Approximation, ShapeFunctions};
 use crate::table::check_values;
-
-use super::{Constraints, Enforced, Enforcement, pattern_fits};
 
 /// The full transformation: all coefficients are exchanged for values at particles, $\hat d = A^T d$ with
 /// $A_{IJ} = \Psi_I(X_J)$ (4.31), so that $\hat\Psi_I(X_J) = \delta_{IJ}$ (4.33) and prescribed values are simply
@@ -16,7 +15,7 @@ use super::{Constraints, Enforced, Enforcement, pattern_fits};
 ///
 /// $\Lambda^{-1}$ is dense, and so is $\hat K$: memory grows with the square and time with the cube of the
 /// number of unknowns. It spans the same space as
-/// [`MixedTransformation`](super::MixedTransformation), which transforms the constrained particles alone.
+/// [`MixedTransformation`](crate::boundary::MixedTransformation), which transforms the constrained particles alone.
 /// Only rows at particles can be served.
 #[derive(Debug, Clone)]
 pub struct FullTransformation {

@@ -1,0 +1,208 @@
+//! Zones, integration points, boundary nodes and points inside of a lattice.
+
+use crate::error::GeometryError;
+use crate::geometry::{Part, Point, Side};
+use crate::quadrature::{Points, check_point_count, gauss_legendre};
+
+use super::brick::{determinant, ravel, unravel};
+use super::zones::block_starts;
+use super::{Lattice, Zones};
+
+/// How far outside a cell a point may lie, as a part of the cell.
+const SLACK: f64 = 0.1;
+
+impl<const D: usize> Lattice<D> {
+    /// Zones of `size` cells per direction; left-over cells join their neighbour's zone, because a
+    /// macro cell of one fails the inf-sup test.
+    pub fn zones(&self, size: usize) -> Zones {
+        let cells = self.cell_counts();
+        let starts: [Vec<usize>; D] = std::array::from_fn(|i| block_starts(cells[i], size.max(1)));
+        let zone_counts: [usize; D] = std::array::from_fn(|i| starts[i].len() - 1);
+        let total: usize = zone_counts.iter().product();
+        let mut zones = Zones { cells: Vec::with_capacity(self.cell_count()), offsets: vec![0] };
+        for zone in 0..total {
+            let index = unravel(zone, &zone_counts);
+            let low: [usize; D] = std::array::from_fn(|i| starts[i][index[i]]);
+            let widths: [usize; D] = std::array::from_fn(|i| starts[i][index[i] + 1] - low[i]);
+            for inner in 0..widths.iter().product() {
+                let offset = unravel(inner, &widths);
+                zones.cells.push(ravel(&std::array::from_fn(|i| low[i] + offset[i]), &cells) as u32);
+            }
+            zones.offsets.push(zones.cells.len());
+        }
+        zones
+    }
+}
+
+impl<const D: usize> Lattice<D> {
+    /// Gauss–Legendre points, `n` per direction in each cell, grouped by cell.
+    ///
+    /// # Errors
+    /// For an impossible number of points.
+    pub fn gauss(&self, n: usize) -> Result<Points<D>, GeometryError> {
+        self.gauss_in(n, &self.zones(1))
+    }
+
+    /// Gauss–Legendre points, `n` per direction in each cell, grouped by zone.
+    ///
+    /// # Errors
+    /// For an impossible number of points.
+    pub fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<D>, GeometryError> {
+        let (abscissae, weights) = gauss_legendre(n)?;
+        let shape = [n; D];
+        let per_cell = n.pow(D as u32);
+        zones.validate(self.cell_count())?;
+        check_point_count(zones.cells.len(), per_cell)?;
+        let mut points = Points::empty();
+        for zone in zones.offsets.windows(2) {
+            for &cell in &zones.cells[zone[0]..zone[1]] {
+                let cell = self.shape(cell as usize);
+                for point in 0..per_cell {
+                    let index = unravel(point, &shape);
+                    let at = Point::<D>::from_fn(|i, _| abscissae[index[i]]);
+                    let (position, jacobian) = cell.map(&at);
+                    let weight: f64 = index.iter().map(|&i| weights[i]).product();
+                    points.positions.push(position);
+                    points.weights.push(weight * determinant(&jacobian));
+                }
+            }
+            points.close_group();
+        }
+        Ok(points)
+    }
+
+    /// The faces a part consists of.
+    ///
+    /// # Errors
+    /// Where the part does not exist.
+    pub(crate) fn faces(&self, part: &Part) -> Result<Vec<(usize, Side)>, GeometryError> {
+        match part {
+            Part::Face { axis, side } if *axis < D => Ok(vec![(*axis, *side)]),
+            Part::Whole => Ok((0..D).flat_map(|axis| [(axis, Side::Min), (axis, Side::Max)]).collect()),
+            _ => Err(GeometryError::UnknownPart {
+                part: part.to_string(),
+                known: format!("faces (axis, Side) with axis below {D}, and the whole boundary"),
+            }),
+        }
+    }
+
+    /// Nodes on a boundary part, by rising index.
+    ///
+    /// # Errors
+    /// Where the part does not exist.
+    pub fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
+        let faces = self.faces(part)?;
+        Ok((0..self.positions.len())
+            .filter(|&node| {
+                let index = unravel(node, &self.counts);
+                faces.iter().any(|&(axis, side)| match side {
+                    Side::Min => index[axis] == 0,
+                    Side::Max => index[axis] + 1 == self.counts[axis],
+                })
+            })
+            .collect())
+    }
+}
+
+impl<const D: usize> Lattice<D> {
+    /// Whether a point lies in the body, up to a tenth of a cell.
+    pub fn contains(&self, at: &Point<D>) -> bool {
+        if !at.iter().all(|x| x.is_finite()) {
+            return false;
+        }
+        let holds = |cell| self.holds(cell, at);
+        self.locator.any(&self.cell_counts(), at, |cell| self.around(cell), holds)
+    }
+
+    /// The box of a cell and its margin.
+    fn around(&self, cell: usize) -> [Point<D>; 2] {
+        let shape = self.shape(cell);
+        let nodes = shape.nodes();
+        let low = nodes.iter().fold(Point::<D>::repeat(f64::INFINITY), |low, x| low.zip_map(x, f64::min));
+        let high = nodes.iter().fold(Point::<D>::repeat(f64::NEG_INFINITY), |high, x| high.zip_map(x, f64::max));
+        let margin = (high - low) * SLACK;
+        [low - margin, high + margin]
+    }
+
+    /// Whether a cell holds a point.
+    fn holds(&self, cell: usize, at: &Point<D>) -> bool {
+        let [low, high] = self.around(cell);
+        if (0..D).any(|i| at[i] < low[i] || at[i] > high[i]) {
+            return false;
+        }
+        // Newton on the cell's map, by Cramer's rule; a few steps from the middle.
+        let shape = self.shape(cell);
+        let mut local = Point::<D>::repeat(0.5);
+        for _ in 0..20 {
+            let (x, columns) = shape.map(&local);
+            let total = determinant(&columns);
+            let step = Point::<D>::from_fn(|i, _| {
+                let mut replaced = columns;
+                replaced[i] = at - x;
+                determinant(&replaced) / total
+            });
+            local += step;
+            if step.norm() < 1e-12 {
+                break;
+            }
+        }
+        local.iter().all(|t| *t >= -SLACK && *t <= 1.0 + SLACK)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::Layout;
+    use crate::cells::locator::FINEST;
+    use crate::geometry::{Block, Mapped};
+
+    /// The cells that hold a point, each of the lattice asked.
+    fn holders<const D: usize>(lattice: &Lattice<D>, at: &Point<D>) -> usize {
+        (0..lattice.cell_count()).filter(|&cell| lattice.holds(cell, at)).count()
+    }
+
+    #[test]
+    fn a_lattice_holds_what_one_of_its_cells_holds() {
+        let mut random = fastrand::Rng::with_seed(4);
+        let ring = Mapped(|unit: &Point<2>| {
+            let (radius, angle) = (1.0 + unit[0], 4.0 * unit[1]);
+            Point::<2>::new(radius * angle.cos(), radius * angle.sin())
+        });
+        let ring = Lattice::new(&ring, [6, 23], &Layout::Jittered { amount: 0.3, seed: 1 }).unwrap();
+        let block = Block::new([0.0; 3], [1.0, 2.0, 1.0]).lattice([6, 10, 5]).unwrap();
+        let (mut inside, mut outside) = (0, 0);
+        for _ in 0..400 {
+            let at = Point::<2>::from_fn(|_, _| 5.0 * random.f64() - 2.5);
+            let held = ring.contains(&at);
+            assert_eq!(held, holders(&ring, &at) > 0, "{at:?}");
+            let at = Point::<3>::from_fn(|_, _| 2.5 * random.f64() - 0.25);
+            assert_eq!(block.contains(&at), holders(&block, &at) > 0, "{at:?}");
+            inside += usize::from(held);
+            outside += usize::from(!held);
+        }
+        assert!(inside > 50 && outside > 50);
+        assert_eq!(ring.clone(), ring);
+    }
+
+    #[test]
+    fn few_cells_are_looked_at_however_many_there_are() {
+        let lattice = Block::new([0.0, 0.0], [1.0, 1.0]).lattice([301, 301]).unwrap();
+        let around = |cell: usize| {
+            let corners = lattice.corners(cell);
+            [corners[0], corners[3]]
+        };
+        for k in 0..200 {
+            let at = Point::<2>::new(0.99, f64::from(k) / 200.0);
+            let looked_at = std::cell::Cell::new(0);
+            let none = |_| {
+                looked_at.set(looked_at.get() + 1);
+                false
+            };
+            assert!(!lattice.locator.any(&lattice.cell_counts(), &at, around, none));
+            // A point on an edge or a corner of blocks lies in two or four of them.
+            assert!((1..=4 * FINEST * FINEST).contains(&looked_at.get()), "{} at {at:?}", looked_at.get());
+            assert!(lattice.contains(&at));
+        }
+    }
+}
