@@ -279,24 +279,49 @@ impl<const D: usize> Mesh<D> {
     }
 
     /// A body alone: the cells of a named group with the faces, edges and points on them, and their groups. The nodes keep
-    /// their order.
+    /// their order. Faces that it shares with another body are named by that body: `mount.body("rubber")?` has a face
+    /// "insert" where the insert is bonded.
     ///
     /// # Errors
     /// Where no group of cells has the name.
     pub fn body(&self, name: &str) -> Result<Mesh<D>, MeshError> {
         let Some(group) = self.group(D, name) else { return Err(self.missing("body", name, D..=D)) };
-        let mut elements: [Elements; 4] = self.elements.clone();
+        let all = &self.elements[D];
         let mut place = HashMap::with_capacity(group.members.len());
         let mut cells = Elements::default();
+        // Faces that one cell of the body alone has.
+        let mut skin: HashMap<[u32; 4], Vec<u32>> = HashMap::new();
         for &member in &group.members {
             place.insert(member, cells.len() as u32);
-            cells.push(
-                self.elements[D].shape(member as usize),
-                self.elements[D].corners(member as usize).iter().copied(),
-            );
+            cells.push(all.shape(member as usize), all.corners(member as usize).iter().copied());
+            for corners in self.faces_of(member as usize) {
+                let key = face_key(&corners);
+                if skin.remove(&key).is_none() {
+                    skin.insert(key, corners);
+                }
+            }
+        }
+        let mut elements: [Elements; 4] = self.elements.clone();
+        let mut groups = self.groups.clone();
+        for other in self.groups.iter().filter(|other| other.dimension == D && other.name != name) {
+            let mut members = Vec::new();
+            for &member in other.members.iter().filter(|member| !place.contains_key(member)) {
+                for corners in self.faces_of(member as usize) {
+                    let Some(corners) = skin.get(&face_key(&corners)) else { continue };
+                    members.push(elements[D - 1].len() as u32);
+                    let shape = match (D, corners.len()) {
+                        (2, _) => CellShape::Line,
+                        (_, 3) => CellShape::Triangle,
+                        _ => CellShape::Quadrangle,
+                    };
+                    elements[D - 1].push(shape, corners.iter().copied());
+                }
+            }
+            if self.group(D - 1, &other.name).is_none() {
+                groups.push(Group { name: other.name.clone(), dimension: D - 1, members });
+            }
         }
         elements[D] = cells;
-        let mut groups = self.groups.clone();
         for group in groups.iter_mut().filter(|group| group.dimension == D) {
             group.members = group.members.iter().filter_map(|m| place.get(m).copied()).collect();
         }
@@ -304,8 +329,25 @@ impl<const D: usize> Mesh<D> {
         Self::assemble(points, elements, groups)
     }
 
+    /// Corners of the faces of a cell.
+    fn faces_of(&self, cell: usize) -> impl Iterator<Item = Vec<u32>> + '_ {
+        let (shape, corners) = self.cell(cell);
+        shape.faces().iter().map(move |face| face.iter().map(|&k| corners[k]).collect())
+    }
+
     pub(crate) fn group(&self, dimension: usize, name: &str) -> Option<&Group> {
         self.groups.iter().find(|group| group.dimension == dimension && group.name == name)
+    }
+
+    /// Corners of the elements of a group.
+    pub(crate) fn members(&self, dimension: usize, name: &str) -> impl Iterator<Item = &[u32]> {
+        let members = self.group(dimension, name).into_iter().flat_map(|group| &group.members);
+        members.map(move |&member| self.elements[dimension].corners(member as usize))
+    }
+
+    /// Cells of a body.
+    pub(crate) fn member_cells(&self, name: &str) -> impl Iterator<Item = usize> {
+        self.group(D, name).into_iter().flat_map(|group| &group.members).map(|&member| member as usize)
     }
 
     /// The error for a name that does not exist.
@@ -320,4 +362,12 @@ impl<const D: usize> Mesh<D> {
         let known = if known.is_empty() { "none: name physical groups in Gmsh".to_string() } else { known.join(", ") };
         MeshError::MissingGroup { what, name: name.to_string(), known }
     }
+}
+
+/// The corners of a face in one order, whoever names it; places that are not used hold the largest number.
+pub(crate) fn face_key(corners: &[u32]) -> [u32; 4] {
+    let mut key = [u32::MAX; 4];
+    key[..corners.len()].copy_from_slice(corners);
+    key.sort_unstable();
+    key
 }

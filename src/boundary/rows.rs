@@ -320,10 +320,13 @@ impl Constraints {
                 continue;
             }
             let at = approximation.nodes()[particle as usize];
-            let nearest = facets_of[&particle].iter().copied().filter(|other| !asked[other].1).min_by(|&a, &b| {
-                let distance = |n: u32| (approximation.nodes()[n as usize] - at).norm_squared();
-                distance(a).total_cmp(&distance(b)).then(a.cmp(&b))
-            });
+            let nearer = |a: &u32, b: &u32| {
+                let distance = |n: &u32| (approximation.nodes()[*n as usize] - at).norm_squared();
+                distance(a).total_cmp(&distance(b)).then(a.cmp(b))
+            };
+            let nearest = facets_of[&particle].iter().copied().filter(|other| !asked[other].1).min_by(nearer);
+            // In corners of triangles all particles around may be claimed: the hats of the part still sum to one.
+            let nearest = nearest.or_else(|| order.iter().copied().filter(|other| !asked[other].1).min_by(nearer));
             // A hat that has nowhere to go says again what an earlier condition said.
             if let Some(nearest) = nearest {
                 receiver.insert(particle, nearest);

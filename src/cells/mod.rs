@@ -2,7 +2,7 @@
 //! sub-cells, pressure zones, boundary facets and the edge points of weak rows.
 //!
 //! [`Lattice`] has bricks between rows of particles; [`Triangulation`] and [`Voronoi`] serve scattered particles in
-//! planar regions.
+//! drawn regions, [`Unstructured`] has the cells of a mesh.
 
 mod brick;
 mod edges;
@@ -19,6 +19,7 @@ mod refined;
 mod scatter;
 mod smoothing;
 mod triangulation;
+mod unstructured;
 mod voronoi;
 mod zones;
 
@@ -30,5 +31,6 @@ pub use refined::Refined;
 pub use scatter::Scatter;
 pub use smoothing::{BoundaryCells, Smoothing};
 pub use triangulation::Triangulation;
+pub use unstructured::Unstructured;
 pub use voronoi::Voronoi;
 pub use zones::Zones;

@@ -56,13 +56,43 @@ pub(super) fn block_starts(cells: usize, size: usize) -> Vec<usize> {
     starts
 }
 
+/// Which particles are beside which, in compressed rows.
+#[derive(Debug, Clone)]
+pub(super) struct Graph {
+    offsets: Vec<usize>,
+    entries: Vec<u32>,
+}
+
+impl Graph {
+    /// Particles are beside those with which they share one of the sets.
+    pub fn sharing<S: Iterator<Item = u32> + Clone>(count: usize, sets: impl Iterator<Item = S>) -> Self {
+        let mut rows: Vec<Vec<u32>> = vec![Vec::new(); count];
+        for set in sets {
+            for own in set.clone() {
+                rows[own as usize].extend(set.clone().filter(|&other| other != own));
+            }
+        }
+        let mut graph = Graph { offsets: vec![0], entries: Vec::new() };
+        for mut row in rows {
+            row.sort_unstable();
+            row.dedup();
+            graph.entries.extend(row);
+            graph.offsets.push(graph.entries.len());
+        }
+        graph
+    }
+
+    /// The particles beside one.
+    pub fn row(&self, particle: usize) -> &[u32] {
+        &self.entries[self.offsets[particle]..self.offsets[particle + 1]]
+    }
+}
+
 /// Inner particles that are at least `size` edges apart, as many as fit, in the order in which a front reaches them:
 /// what belongs to each then lies snugly beside the others.
-fn seeds(mesh: &Mesh, size: usize) -> Vec<u32> {
-    let (offsets, neighbours) = mesh.neighbours();
-    let on_boundary = mesh.on_boundary();
-    let row = |p: u32| &neighbours[offsets[p as usize]..offsets[p as usize + 1]];
-    let particles = mesh.positions.len();
+fn seeds(neighbours: &Graph, on_boundary: &[bool], size: usize) -> Vec<u32> {
+    let row = |p: u32| neighbours.row(p as usize);
+    let particles = on_boundary.len();
     let mut seeds = Vec::new();
     let mut taken = vec![false; particles];
     let mut reached = vec![false; particles];
@@ -149,6 +179,35 @@ fn grow<'a>(
     collect(&zone_of, zones)
 }
 
+/// Seeds of a triangulation.
+fn seeds_of(mesh: &Mesh, size: usize) -> Vec<u32> {
+    let (offsets, entries) = mesh.neighbours();
+    seeds(&Graph { offsets, entries }, &mesh.on_boundary(), size)
+}
+
+/// Groups the cells of any mesh into zones: stars of inner particles that share no cell, `around` having the particles that
+/// share cells; each cell that is left joins the smallest zone beside it.
+pub(super) fn stars<'a, S: Iterator<Item = u32>>(
+    cells: impl ExactSizeIterator<Item = S>,
+    around: &Graph,
+    on_boundary: &[bool],
+    size: usize,
+    beside: impl Fn(usize) -> Box<dyn Iterator<Item = u32> + 'a>,
+) -> Zones {
+    let count = cells.len();
+    if size <= 1 {
+        return Zones::single(count);
+    }
+    let seeds = seeds(around, on_boundary, size);
+    let mut seeded = vec![NONE; on_boundary.len()];
+    for (zone, &seed) in seeds.iter().enumerate() {
+        seeded[seed as usize] = zone as u32;
+    }
+    // No cell holds two seeds.
+    let zone_of = cells.map(|mut corners| corners.find_map(|c| Some(seeded[c as usize]).filter(|z| *z != NONE)));
+    grow(zone_of.map(|zone| zone.unwrap_or(NONE)).collect(), seeds.len(), beside)
+}
+
 /// Groups triangles into zones: stars of inner particles that are at least `size` edges apart, each triangle that is
 /// left joining the zone beside it. With `size` 2 on a triangular lattice these are hexagons around every third
 /// particle: three linear pressures for six displacements.
@@ -159,7 +218,7 @@ pub(crate) fn zones(mesh: &Mesh, size: usize) -> Zones {
     }
     let (offsets, stars) = mesh.stars();
     let mut zone_of = vec![NONE; count];
-    let seeds = seeds(mesh, size);
+    let seeds = seeds_of(mesh, size);
     for (zone, &seed) in seeds.iter().enumerate() {
         for &triangle in &stars[offsets[seed as usize]..offsets[seed as usize + 1]] {
             zone_of[triangle as usize] = zone as u32;
@@ -184,7 +243,7 @@ pub(crate) fn particle_zones(mesh: &Mesh, size: usize) -> Zones {
     }
     let (offsets, neighbours) = mesh.neighbours();
     let mut zone_of = vec![NONE; count];
-    let seeds = seeds(mesh, size);
+    let seeds = seeds_of(mesh, size);
     for (zone, &seed) in seeds.iter().enumerate() {
         zone_of[seed as usize] = zone as u32;
     }

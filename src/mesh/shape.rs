@@ -94,7 +94,6 @@ impl CellShape {
     }
 
     /// Edges by their corners, the lower one first.
-    #[cfg(test)]
     pub(crate) fn edges(self) -> &'static [[usize; 2]] {
         match self {
             CellShape::Vertex => &[],

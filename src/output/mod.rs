@@ -6,6 +6,7 @@
 //! | [`Summary`] | `.csv` | an example's results beside their references |
 //! | [`VtkGrid`] | `.vtu` | fields on particles and cells, for ParaView |
 //! | [`PvdCollection`] | `.pvd` | the `.vtu` files of a path in time or load |
+//! | [`Picture`] | `.svg` | bodies seen from outside, coloured by a field |
 //! | `Chart` | `.svg` | curves, work against precision, deformed shapes |
 //! | `Journal` | `.jsonl` | a run while it runs, to be read and resumed |
 //!
@@ -19,6 +20,7 @@
 #[cfg(feature = "chart")]
 pub mod chart;
 pub mod csv;
+mod picture;
 #[cfg(feature = "serde")]
 pub mod journal;
 pub mod vtk;
@@ -28,6 +30,7 @@ pub use chart::{Chart, Series};
 pub use csv::{Cell, Summary, SummaryRow, Table};
 #[cfg(feature = "serde")]
 pub use journal::{Flush, Journal};
+pub use picture::Picture;
 pub use vtk::{PvdCollection, PvdEntry, VtkCell, VtkField, VtkGrid, VtkValues};
 
 use crate::error::OutputError;

@@ -26,6 +26,8 @@ pub enum VtkCell {
     Tetrahedron([usize; 4]),
     /// A hexahedron: the lower face around, then the upper one.
     Hexahedron([usize; 8]),
+    /// A prism: one triangle, its normal pointing out of the prism, then the other.
+    Wedge([usize; 6]),
     /// A polygon with at least three corners, around.
     Polygon(Vec<usize>),
 }
@@ -39,6 +41,7 @@ impl VtkCell {
             Self::Line(corners) => corners,
             Self::Triangle(corners) => corners,
             Self::Quad(corners) | Self::Tetrahedron(corners) => corners,
+            Self::Wedge(corners) => corners,
             Self::Hexahedron(corners) => corners,
             Self::Polygon(corners) => corners,
         }
@@ -54,6 +57,7 @@ impl VtkCell {
             Self::Quad(_) => 9,
             Self::Tetrahedron(_) => 10,
             Self::Hexahedron(_) => 12,
+            Self::Wedge(_) => 13,
         }
     }
 }

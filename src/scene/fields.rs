@@ -146,7 +146,7 @@ impl<const D: usize> Problem<D> {
 }
 
 /// A cell in VTK's order: around, where lattices count along their axes.
-fn vtk_cell<const D: usize>(corners: &[usize], positions: &[Point<D>]) -> VtkCell {
+pub(super) fn vtk_cell<const D: usize>(corners: &[usize], positions: &[Point<D>]) -> VtkCell {
     match (D, corners) {
         (_, &[a]) => VtkCell::Vertex(a),
         (_, &[a, b]) => VtkCell::Line([a, b]),
@@ -162,6 +162,7 @@ fn vtk_cell<const D: usize>(corners: &[usize], positions: &[Point<D>]) -> VtkCel
         }
         (3, &[a, b, c, d]) => VtkCell::Tetrahedron([a, b, c, d]),
         (3, &[a, b, c, d, e, f, g, h]) => VtkCell::Hexahedron([a, b, d, c, e, f, h, g]),
+        (3, &[a, b, c, d, e, f]) => VtkCell::Wedge([a, c, b, d, f, e]),
         _ => VtkCell::Polygon(corners.to_vec()),
     }
 }

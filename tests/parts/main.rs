@@ -7,6 +7,7 @@ use std::alloc::{GlobalAlloc, Layout, System as Heap};
 use std::cell::Cell;
 
 mod fuzz;
+mod laws;
 mod reading;
 
 struct Counting;

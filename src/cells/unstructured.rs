@@ -1,0 +1,382 @@
+//! Particles at the nodes of a mesh and its cells between them.
+
+mod faces;
+mod hats;
+mod locator;
+
+use crate::error::{ApproximationError, Error, GeometryError};
+use crate::geometry::{Part, Point};
+use crate::mesh::{CellShape, Mesh};
+use crate::particles::{Particles, Support, check_dilation};
+use crate::quadrature::{Points, check_point_count, gauss_legendre};
+
+use super::brick::{area_vector, determinant, multilinear, unravel};
+use super::zones::{Graph, stars};
+use super::{BoundaryCells, Cells, Smoothing, Zones};
+
+use faces::{Faces, Piece};
+use locator::Locator;
+
+/// Particles at the nodes of a mesh, its cells between them: tetrahedra, hexahedra and prisms in space, triangles and
+/// quadrangles in the plane, mixed as they come.
+///
+/// Each cell is cut into one sub-cell for each of its corners, along the middles of its edges, faces and itself: bricks in
+/// space, quadrangles in the plane. Neighbours of any two shapes share their facets. Zones are the stars of inner particles
+/// that share no cell. Supports are balls.
+///
+/// ```
+/// use std::sync::Arc;
+/// use rkpm::cells::Unstructured;
+/// use rkpm::mesh::{CellShape, Mesh};
+/// use rkpm::prelude::*;
+/// // Two tetrahedra, by hand; `Mesh::read("part.msh")?` has more.
+/// let points = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.], [1., 1., 1.]].map(Point::<3>::from);
+/// let blocks = [(CellShape::Tetrahedron, vec![0, 1, 2, 3, 1, 2, 3, 4]), (CellShape::Triangle, vec![0, 1, 2])];
+/// let mesh = Mesh::new(points.to_vec(), &blocks, &[("base".to_string(), vec![2])])?;
+/// let cells = Unstructured::new(&mesh)?;
+/// assert_eq!(cells.boundary_nodes(&"base".into())?, [0, 1, 2]);
+/// # Ok::<(), rkpm::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Unstructured<const D: usize> {
+    mesh: Mesh<D>,
+    faces: Faces,
+    /// Particles that share a cell with each.
+    around: Graph,
+    on_boundary: Vec<bool>,
+    spacings: Vec<f64>,
+    locator: Locator<D>,
+}
+
+impl<const D: usize> Unstructured<D> {
+    /// Particles at the nodes of a mesh.
+    ///
+    /// # Errors
+    /// Where faces are shared by more than two cells, or two nodes are at one place.
+    pub fn new(mesh: &Mesh<D>) -> Result<Self, Error> {
+        let faces = Faces::new(mesh)?;
+        let cells = 0..mesh.cell_count();
+        let sharing = cells.clone().map(|cell| mesh.cell(cell).1.iter().copied());
+        let around = Graph::sharing(mesh.points().len(), sharing);
+        let mut on_boundary = vec![false; mesh.points().len()];
+        for &node in faces.boundary().flat_map(|face| faces.corners(face)) {
+            on_boundary[node as usize] = true;
+        }
+        let edges = cells.flat_map(|cell| {
+            let (shape, corners) = mesh.cell(cell);
+            shape.edges().iter().map(|edge| edge.map(|k| corners[k]).into_iter())
+        });
+        let edges = Graph::sharing(mesh.points().len(), edges);
+        let spacings = smoothed_spacings(mesh.points(), &edges);
+        let cells =
+            Unstructured { mesh: mesh.clone(), faces, around, on_boundary, spacings, locator: Locator::new(mesh) };
+        // Torn meshes have nodes at one place.
+        cells.particles(1.0)?;
+        Ok(cells)
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &Mesh<D> {
+        &self.mesh
+    }
+
+    /// Pieces of a part, or of the whole boundary.
+    fn pieces(&self, part: &Part) -> Result<Vec<&Piece>, GeometryError> {
+        let found: Vec<&Piece> = match part {
+            Part::Whole => self.faces.pieces.iter().collect(),
+            Part::Named(name) => self.faces.pieces.iter().filter(|piece| piece.names.contains(name)).collect(),
+            Part::Face { .. } => Vec::new(),
+        };
+        if found.is_empty() {
+            let mut names: Vec<&str> =
+                self.faces.pieces.iter().flat_map(|piece| &piece.names).map(String::as_str).collect();
+            names.sort_unstable();
+            names.dedup();
+            names.push("and the whole boundary");
+            return Err(GeometryError::UnknownPart { part: part.to_string(), known: names.join(", ") });
+        }
+        Ok(found)
+    }
+
+    /// The brick at a corner of a cell: its corners along three edges, axis 0 running fastest.
+    fn brick(&self, cell: usize, corner: usize) -> [Point<D>; 8] {
+        let (shape, corners) = self.mesh.cell(cell);
+        let x = |k: usize| self.mesh.points()[corners[k] as usize];
+        let around = shape.neighbours()[corner];
+        let mut brick = [Point::zeros(); 8];
+        for (place, out) in brick.iter_mut().enumerate().take(1 << D) {
+            *out = match place.count_ones() as usize {
+                0 => x(corner),
+                1 => (x(corner) + x(around[place.trailing_zeros() as usize])) * 0.5,
+                n if n == D => (0..corners.len()).map(x).sum::<Point<D>>() / corners.len() as f64,
+                _ => {
+                    // The face between two of the edges of a cell in space.
+                    let lacks = (0..D).find(|k| (place >> k) & 1 == 0).unwrap_or(0);
+                    let face = shape.faces()[opposite(shape, corner, lacks)];
+                    face.iter().map(|&k| x(k)).sum::<Point<D>>() / face.len() as f64
+                }
+            };
+        }
+        brick
+    }
+
+    /// Number of the facet of a brick at the lower end of an axis, which lies on a face of its cell, and whether it was
+    /// stored outward of this cell.
+    fn outer_facet(&self, cell: usize, corner: usize, axis: usize) -> (usize, bool) {
+        let (shape, corners) = self.mesh.cell(cell);
+        let face = self.faces.of(cell, opposite(shape, corner, axis));
+        (self.faces.facet(face, corners[corner]), self.faces.beside(face)[0] as usize == cell)
+    }
+}
+
+/// The face of a shape at one of its corners that does not hold the edge `axis` of the corner.
+fn opposite(shape: CellShape, corner: usize, axis: usize) -> usize {
+    let lacks = shape.neighbours()[corner][axis];
+    let holds = |face: &&[usize]| face.contains(&corner) && !face.contains(&lacks);
+    shape.faces().iter().position(holds).unwrap_or(0)
+}
+
+/// Mean distances to the neighbours, averaged over them: supports of unequal size beside each other cost accuracy.
+fn smoothed_spacings<const D: usize>(positions: &[Point<D>], neighbours: &Graph) -> Vec<f64> {
+    let mean = |particle: usize, value: &dyn Fn(u32) -> f64| {
+        let row = neighbours.row(particle);
+        row.iter().map(|&other| value(other)).sum::<f64>() / row.len() as f64
+    };
+    let distances: Vec<f64> = (0..positions.len())
+        .map(|particle| mean(particle, &|other| (positions[other as usize] - positions[particle]).norm()))
+        .collect();
+    (0..positions.len())
+        .map(|particle| 0.5 * (distances[particle] + mean(particle, &|other| distances[other as usize])))
+        .collect()
+}
+
+/// Unit-cube coordinates and weights of the points of a rule on the side of a brick at one end of an axis.
+fn side_points<const D: usize>(axis: usize, end: f64, rule: &(Vec<f64>, Vec<f64>)) -> Vec<(Point<D>, f64)> {
+    let n = rule.0.len();
+    (0..n.pow(D as u32 - 1))
+        .map(|mut point| {
+            let mut at = Point::<D>::repeat(end);
+            let mut weight = 1.0;
+            for i in (0..D).filter(|&i| i != axis) {
+                at[i] = rule.0[point % n];
+                weight *= rule.1[point % n];
+                point /= n;
+            }
+            (at, weight)
+        })
+        .collect()
+}
+
+/// Refuses numbers of sub-cells that meshes don't have.
+fn check_parts(parts: usize) -> Result<(), GeometryError> {
+    let needed = match parts {
+        1 | 2 => return Ok(()),
+        0 => "at least 1 is needed",
+        _ => {
+            "cells of a mesh are taken whole or cut at their corners, which counts as 2 parts: take a basis of order 1"
+        }
+    };
+    Err(GeometryError::Count { what: "sub-cells per direction", count: parts, needed })
+}
+
+impl<const D: usize> Cells<D> for Unstructured<D> {
+    fn positions(&self) -> &[Point<D>] {
+        self.mesh.points()
+    }
+
+    fn cell_count(&self) -> usize {
+        self.mesh.cell_count()
+    }
+
+    fn corners(&self, cell: usize) -> Vec<usize> {
+        let (shape, corners) = self.mesh.cell(cell);
+        let at = |k: &usize| corners[*k] as usize;
+        match shape {
+            CellShape::Hexahedron => [0, 1, 3, 2, 4, 5, 7, 6].iter().map(at).collect(),
+            _ => corners.iter().map(|&node| node as usize).collect(),
+        }
+    }
+
+    fn local_spacing(&self, particle: usize) -> f64 {
+        self.spacings.get(particle).copied().unwrap_or(f64::NAN)
+    }
+
+    fn particles(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
+        check_dilation(r)?;
+        let supports = self.spacings.iter().map(|h| Support::Ball(2.0 * r * h)).collect();
+        Particles::new(self.positions().to_vec(), supports)
+    }
+
+    fn particles_global(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
+        check_dilation(r)?;
+        let largest = self.spacings.iter().copied().fold(0.0, f64::max);
+        Particles::new(self.positions().to_vec(), vec![Support::Ball(2.0 * r * largest); self.spacings.len()])
+    }
+
+    fn is_thin(&self) -> bool {
+        self.on_boundary.iter().all(|on| *on)
+    }
+
+    fn zones(&self, size: usize) -> Zones {
+        let cells = (0..self.cell_count()).map(|cell| self.mesh.cell(cell).1.iter().copied());
+        let beside = |cell: usize| -> Box<dyn Iterator<Item = u32> + '_> {
+            let sides = self.mesh.cell(cell).0.faces().len();
+            let around = (0..sides).flat_map(move |side| self.faces.beside(self.faces.of(cell, side)));
+            Box::new(around.filter(move |&other| other != faces::NONE && other as usize != cell))
+        };
+        stars(cells, &self.around, &self.on_boundary, size, beside)
+    }
+
+    fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<D>, GeometryError> {
+        zones.validate(self.cell_count())?;
+        gauss_legendre(n)?;
+        // Two per direction measure a brick exactly.
+        let each = n.div_ceil(2).max(2);
+        let rule = gauss_legendre(each)?;
+        check_point_count(self.cell_count().saturating_mul(8), each.pow(D as u32))?;
+        let mut points = Points::empty();
+        for zone in zones.offsets.windows(2) {
+            for &cell in &zones.cells[zone[0]..zone[1]] {
+                for corner in 0..self.mesh.cell(cell as usize).1.len() {
+                    let brick = self.brick(cell as usize, corner);
+                    for (position, weight) in interior(&brick, &rule) {
+                        points.positions.push(position);
+                        points.weights.push(weight);
+                    }
+                }
+            }
+            points.close_group();
+        }
+        Ok(points)
+    }
+
+    fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<D>, GeometryError> {
+        zones.validate(self.cell_count())?;
+        check_parts(parts)?;
+        let rule = gauss_legendre(gauss)?;
+        let points_per_facet = gauss.pow(D as u32 - 1);
+        let mut interiors = Vec::with_capacity(self.cell_count());
+        let mut facets = self.faces.facet_count();
+        if parts == 2 {
+            for cell in 0..self.cell_count() {
+                interiors.push(facets);
+                facets += self.mesh.cell(cell).0.edges().len();
+            }
+        }
+        check_point_count(facets, points_per_facet)?;
+        let mut smoothing = Smoothing {
+            facet_points: vec![Point::zeros(); facets * points_per_facet],
+            facet_areas: vec![Point::zeros(); facets * points_per_facet],
+            points_per_facet,
+            cells: Vec::new(),
+            interior: Vec::new(),
+            centres: Vec::new(),
+            groups: vec![0],
+        };
+        let ends: [[Vec<(Point<D>, f64)>; 2]; D] =
+            std::array::from_fn(|axis| [0.0, 1.0].map(|end| side_points(axis, end, &rule)));
+        let two = gauss_legendre(2)?;
+        for zone in zones.offsets.windows(2) {
+            for &cell in &zones.cells[zone[0]..zone[1]] {
+                let cell = cell as usize;
+                let (shape, corners) = self.mesh.cell(cell);
+                let mut whole = Vec::new();
+                let mut inside = Vec::new();
+                for corner in 0..corners.len() {
+                    let brick = self.brick(cell, corner);
+                    let mut store = |facet: usize, axis: usize, upper: usize, sign: f64| {
+                        for (place, (at, weight)) in ends[axis][upper].iter().enumerate() {
+                            let (position, columns) = multilinear(&brick, at);
+                            smoothing.facet_points[facet * points_per_facet + place] = position;
+                            smoothing.facet_areas[facet * points_per_facet + place] =
+                                area_vector(axis, &columns) * (weight * sign);
+                        }
+                    };
+                    let mut own = Vec::with_capacity(2 * D);
+                    for axis in 0..D {
+                        let (facet, first) = self.outer_facet(cell, corner, axis);
+                        if first {
+                            store(facet, axis, 0, -1.0);
+                        }
+                        let entry = (facet as u32, if first { 1.0 } else { -1.0 });
+                        own.push(entry);
+                        whole.push(entry);
+                        if parts == 2 {
+                            let other = shape.neighbours()[corner][axis];
+                            let ends = [corner.min(other), corner.max(other)];
+                            let edge = shape.edges().iter().position(|edge| *edge == ends).unwrap_or(0);
+                            let facet = interiors[cell] + edge;
+                            if corner < other {
+                                store(facet, axis, 1, 1.0);
+                            }
+                            own.push((facet as u32, if corner < other { 1.0 } else { -1.0 }));
+                        }
+                    }
+                    // Hoops are averaged inside; in space there are none.
+                    let points = if D == 3 { Vec::new() } else { interior(&brick, &two) };
+                    if parts == 2 {
+                        smoothing.cells.push(own);
+                        smoothing.centres.push(multilinear(&brick, &Point::repeat(0.5)).0);
+                        smoothing.interior.push(points);
+                    } else {
+                        inside.extend(points);
+                    }
+                }
+                if parts == 1 {
+                    smoothing.cells.push(whole);
+                    let sum: Point<D> = corners.iter().map(|&node| self.mesh.points()[node as usize]).sum();
+                    smoothing.centres.push(sum / corners.len() as f64);
+                    smoothing.interior.push(inside);
+                }
+            }
+            smoothing.groups.push(smoothing.cells.len());
+        }
+        Ok(smoothing)
+    }
+
+    fn dual(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError> {
+        let bricks = self.smoothing(2, gauss, &Zones::single(self.cell_count()))?;
+        let owners: Vec<u32> = (0..self.cell_count()).flat_map(|cell| self.mesh.cell(cell).1.iter().copied()).collect();
+        Ok(bricks.merged(&owners, self.positions()))
+    }
+
+    fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
+        let mut all = BoundaryCells { points: Points::empty(), hats: Vec::new() };
+        for piece in self.boundary_pieces(part, parts, gauss)? {
+            all.points.append(piece.points);
+            all.hats.extend(piece.hats);
+        }
+        Ok(all)
+    }
+
+    fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<D>>, GeometryError> {
+        check_parts(parts)?;
+        let rule = gauss_legendre(gauss)?;
+        Ok(self.pieces(part)?.into_iter().map(|piece| self.facets(piece, &rule)).collect())
+    }
+
+    fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
+        let faces = self.pieces(part)?.into_iter().flat_map(|piece| &piece.faces);
+        let mut nodes: Vec<usize> =
+            faces.flat_map(|&face| self.faces.corners(face as usize)).map(|&node| node as usize).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        Ok(nodes)
+    }
+
+    fn contains(&self, at: &Point<D>) -> bool {
+        self.locator.contains(&self.mesh, at)
+    }
+}
+
+/// Points of a rule in a brick and their weights.
+fn interior<const D: usize>(brick: &[Point<D>; 8], rule: &(Vec<f64>, Vec<f64>)) -> Vec<(Point<D>, f64)> {
+    let counts = [rule.0.len(); D];
+    (0..counts.iter().product())
+        .map(|point| {
+            let index = unravel(point, &counts);
+            let (position, columns) = multilinear(brick, &Point::<D>::from_fn(|i, _| rule.0[index[i]]));
+            (position, index.iter().map(|&i| rule.1[i]).product::<f64>() * determinant(&columns))
+        })
+        .collect()
+}

@@ -1,0 +1,217 @@
+//! The faces between the cells of a mesh, and its boundary in pieces.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+use crate::error::MeshError;
+use crate::geometry::Point;
+use crate::mesh::{Mesh, face_key};
+
+/// No cell beyond a face, no corner in a place.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Cosine of the angle between neighbouring faces beyond which the boundary has an edge, 65°: circles of six chords are
+/// smooth.
+const SMOOTH: f64 = 0.42;
+/// Difference of unit normals below which a piece is flat.
+const FLAT: f64 = 1e-9;
+
+/// Faces of all cells, each stored once.
+#[derive(Debug, Clone)]
+pub(super) struct Faces {
+    /// Corners, outward of the first cell beside; unused places hold [`NONE`].
+    corners: Vec<[u32; 4]>,
+    beside: Vec<[u32; 2]>,
+    /// Faces of each cell in the order of its shape.
+    of_cells: Vec<u32>,
+    starts: Vec<u32>,
+    /// First facet of each face: one at each of its corners.
+    facets: Vec<u32>,
+    pub pieces: Vec<Piece>,
+}
+
+/// A part of the boundary without edges inside, all of it with the same names.
+#[derive(Debug, Clone)]
+pub(super) struct Piece {
+    pub names: Vec<String>,
+    pub faces: Vec<u32>,
+    /// Whether its faces have different normals.
+    pub curved: bool,
+}
+
+impl Faces {
+    pub fn new<const D: usize>(mesh: &Mesh<D>) -> Result<Self, MeshError> {
+        let mut faces = Faces {
+            corners: Vec::new(),
+            beside: Vec::new(),
+            of_cells: Vec::new(),
+            starts: vec![0],
+            facets: vec![0],
+            pieces: Vec::new(),
+        };
+        let mut known: HashMap<[u32; 4], u32> = HashMap::with_capacity(mesh.cell_count() * 3);
+        for cell in 0..mesh.cell_count() {
+            let (shape, corners) = mesh.cell(cell);
+            for face in shape.faces() {
+                let next = faces.corners.len() as u32;
+                let number = *known.entry(face_key(&face.iter().map(|&k| corners[k]).collect::<Vec<u32>>())).or_insert(next);
+                if number == next {
+                    let mut around = [NONE; 4];
+                    for (place, &k) in around.iter_mut().zip(*face) {
+                        *place = corners[k];
+                    }
+                    faces.corners.push(around);
+                    faces.beside.push([cell as u32, NONE]);
+                    faces.facets.push(faces.facets[number as usize] + face.len() as u32);
+                } else {
+                    let beside = &mut faces.beside[number as usize];
+                    if beside[1] != NONE {
+                        let what = format!("cells {}, {} and {cell} share a face", beside[0], beside[1]);
+                        return Err(MeshError::Array { what, remedy: "remove the one that lies upon the others" });
+                    }
+                    beside[1] = cell as u32;
+                }
+                faces.of_cells.push(number);
+            }
+            faces.starts.push(faces.of_cells.len() as u32);
+        }
+        faces.pieces = faces.boundary_pieces(mesh, &known);
+        Ok(faces)
+    }
+
+    /// Number of facets on faces: one at each corner of each.
+    pub fn facet_count(&self) -> usize {
+        self.facets.last().map_or(0, |end| *end as usize)
+    }
+
+    /// Face `side` of a cell.
+    pub fn of(&self, cell: usize, side: usize) -> usize {
+        self.of_cells[self.starts[cell] as usize + side] as usize
+    }
+
+    /// Cells on both sides; on the boundary the second is [`NONE`].
+    pub fn beside(&self, face: usize) -> [u32; 2] {
+        self.beside[face]
+    }
+
+    pub fn corners(&self, face: usize) -> &[u32] {
+        let count = (self.facets[face + 1] - self.facets[face]) as usize;
+        &self.corners[face][..count]
+    }
+
+    /// The facet of a face at one of its corners.
+    pub fn facet(&self, face: usize, corner: u32) -> usize {
+        let place = self.corners(face).iter().position(|c| *c == corner).unwrap_or(0);
+        self.facets[face] as usize + place
+    }
+
+    /// Faces on the boundary.
+    pub fn boundary(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.beside.len()).filter(|&face| self.beside[face][1] == NONE)
+    }
+
+    /// Unit normal of a face, outward of the first cell beside it.
+    pub fn normal<const D: usize>(&self, points: &[Point<D>], face: usize) -> Point<D> {
+        let corners = self.corners(face);
+        let x = |k: usize| points[corners[k] as usize];
+        if D == 2 {
+            let along = x(1) - x(0);
+            return Point::<D>::from_fn(|i, _| if i == 0 { along[1] } else { -along[0] }).normalize();
+        }
+        let [p, q] = match corners.len() {
+            3 => [x(1) - x(0), x(2) - x(0)],
+            // The mean normal of a quadrangle is that of its diagonals.
+            _ => [x(2) - x(0), x(3) - x(1)],
+        };
+        let [p, q] = [p, q].map(|v| Vector3::from_fn(|i, _| v[i]));
+        let normal = p.cross(&q).normalize();
+        Point::<D>::from_fn(|i, _| normal[i])
+    }
+
+    /// Connected faces of the boundary with the same names and without edges between them.
+    fn boundary_pieces<const D: usize>(&self, mesh: &Mesh<D>, known: &HashMap<[u32; 4], u32>) -> Vec<Piece> {
+        let mut names: Vec<&str> = mesh.groups(D - 1).collect();
+        let mut named: Vec<Vec<u16>> = vec![Vec::new(); self.corners.len()];
+        for (number, name) in names.iter().enumerate() {
+            for corners in mesh.members(D - 1, name) {
+                if let Some(&face) = known.get(&face_key(corners)) {
+                    named[face as usize].push(number as u16);
+                }
+            }
+        }
+        // A body's name stands for its faces where no face has it.
+        for name in mesh.groups(D) {
+            if names.contains(&name) {
+                continue;
+            }
+            let number = names.len() as u16;
+            names.push(name);
+            for cell in mesh.member_cells(name) {
+                for side in 0..mesh.cell(cell).0.faces().len() {
+                    named[self.of(cell, side)].push(number);
+                }
+            }
+        }
+        let normals: HashMap<usize, Point<D>> =
+            self.boundary().map(|face| (face, self.normal(mesh.points(), face))).collect();
+        // Faces at each edge of the boundary; in the plane at each of its points.
+        let mut at: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
+        for face in self.boundary() {
+            for edge in sides::<D>(self.corners(face)) {
+                at.entry(edge).or_default().push(face as u32);
+            }
+        }
+        let mut seen = vec![false; self.corners.len()];
+        let mut pieces = Vec::new();
+        for start in self.boundary() {
+            if std::mem::replace(&mut seen[start], true) {
+                continue;
+            }
+            let mut faces = vec![start as u32];
+            let mut next = 0;
+            while let Some(&face) = faces.get(next) {
+                next += 1;
+                for edge in sides::<D>(self.corners(face as usize)) {
+                    for &other in at.get(&edge).into_iter().flatten() {
+                        let smooth = normals[&(face as usize)].dot(&normals[&(other as usize)]) > SMOOTH;
+                        let same = named[face as usize] == named[other as usize];
+                        if smooth && same && !std::mem::replace(&mut seen[other as usize], true) {
+                            faces.push(other);
+                        }
+                    }
+                }
+            }
+            let first = normals[&start];
+            let warped = |face: u32| {
+                let corners = self.corners(face as usize);
+                let origin = mesh.points()[corners[0] as usize];
+                let normal = normals[&(face as usize)];
+                corners[1..].iter().any(|&c| {
+                    let way = mesh.points()[c as usize] - origin;
+                    way.dot(&normal).abs() > FLAT * way.norm()
+                })
+            };
+            let curved = faces.iter().any(|&face| (normals[&(face as usize)] - first).norm() > FLAT || warped(face));
+            faces.sort_unstable();
+            let names = named[start].iter().map(|&number| names[number as usize].to_string()).collect();
+            pieces.push(Piece { names, faces, curved });
+        }
+        // Small pieces first: where all of a piece's particles lie on its rim, others must not have claimed them before.
+        pieces.sort_by_key(|piece| piece.faces.len());
+        pieces
+    }
+}
+
+/// The edges of a face by their ends, the lower one first; the ends of a side in the plane.
+pub(super) fn sides<const D: usize>(corners: &[u32]) -> Vec<[u32; 2]> {
+    if D == 2 {
+        return corners.iter().map(|&c| [c, c]).collect();
+    }
+    (0..corners.len())
+        .map(|k| {
+            let (a, b) = (corners[k], corners[(k + 1) % corners.len()]);
+            [a.min(b), a.max(b)]
+        })
+        .collect()
+}

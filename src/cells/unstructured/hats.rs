@@ -1,0 +1,192 @@
+//! Points on boundary faces and the hats of weak rows on them.
+
+use std::collections::HashMap;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::cells::BoundaryCells;
+use crate::cells::brick::{area_vector, multilinear};
+use crate::geometry::Point;
+use crate::quadrature::Points;
+
+use super::faces::{Piece, sides};
+use super::{Unstructured, opposite, side_points};
+
+/// Rings of faces around one whose particles may carry its hats.
+const RINGS: usize = 3;
+/// What may be missing of the sum of hats and of the normal.
+const EXACT: f64 = 1e-10;
+
+impl<const D: usize> Unstructured<D> {
+    /// Facets of one piece with the points of a rule on each.
+    ///
+    /// Hats are the linear (bilinear) functions of each face. Rows reproduce the tractions of homogeneous stress exactly
+    /// where hats can combine to the normal: on flat pieces those that sum to one do. On curved ones normals jump from face
+    /// to face: there the weights of the particles around a face are the hats with the smallest change for which
+    /// $\sum_J f_J = 1$ and $\sum_J f_J\\,n_J = n$, with $n_J$ the mean normal at particle $J$; those on the rim of the piece
+    /// carry none, they belong to the pieces beside it.
+    pub(super) fn facets(&self, piece: &Piece, rule: &(Vec<f64>, Vec<f64>)) -> BoundaryCells<D> {
+        let mut cells = BoundaryCells { points: Points::empty(), hats: Vec::new() };
+        let bent = piece.curved.then(|| Bent::new(self, piece));
+        for &face in &piece.faces {
+            let cell = self.faces.beside(face as usize)[0] as usize;
+            let (shape, nodes) = self.mesh.cell(cell);
+            let corners = self.faces.corners(face as usize);
+            let window = bent.as_ref().map_or_else(Vec::new, |bent| bent.window(self, face));
+            for (place, &node) in corners.iter().enumerate() {
+                let Some(corner) = nodes.iter().position(|n| *n == node) else { continue };
+                let on_face = |axis: &usize| {
+                    let side = opposite(shape, corner, *axis);
+                    self.faces.of(cell, side) == face as usize
+                };
+                let Some(axis) = (0..D).find(on_face) else { continue };
+                let brick = self.brick(cell, corner);
+                // Hats at the corners of the facet, which a multilinear map carries as it does positions.
+                let around = shape.neighbours()[corner];
+                let hat_at = |place: usize| -> Vec<f64> {
+                    let mut hats = vec![0.0; corners.len()];
+                    let of = |k: usize| corners.iter().position(|c| *c == nodes[k]);
+                    match (0..D).filter(|i| (place >> i) & 1 == 1).collect::<Vec<_>>()[..] {
+                        [] => {
+                            if let Some(own) = of(corner) {
+                                hats[own] = 1.0;
+                            }
+                        }
+                        [along] => {
+                            for k in [of(corner), of(around[along])].into_iter().flatten() {
+                                hats[k] = 0.5;
+                            }
+                        }
+                        _ => hats.fill(1.0 / corners.len() as f64),
+                    }
+                    hats
+                };
+                let ends: Vec<(usize, Vec<f64>)> = (0..1usize << D)
+                    .filter(|place| (place >> axis) & 1 == 0)
+                    .map(|place| (place, hat_at(place)))
+                    .collect();
+                debug_assert!(place < corners.len());
+                for (at, weight) in side_points::<D>(axis, 0.0, rule) {
+                    let (position, columns) = multilinear(&brick, &at);
+                    let area = area_vector(axis, &columns) * -weight;
+                    let size = area.norm();
+                    let normal = area / size;
+                    let mut hats = vec![0.0; corners.len()];
+                    for (place, values) in &ends {
+                        let share: f64 = (0..D)
+                            .filter(|i| *i != axis)
+                            .map(|i| if (place >> i) & 1 == 1 { at[i] } else { 1.0 - at[i] })
+                            .product();
+                        for (hat, value) in hats.iter_mut().zip(values) {
+                            *hat += share * value;
+                        }
+                    }
+                    let plain = || corners.iter().copied().zip(hats.iter().copied()).collect::<Vec<(u32, f64)>>();
+                    let hats =
+                        bent.as_ref().and_then(|bent| bent.hats(&window, &plain(), &normal)).unwrap_or_else(plain);
+                    cells.points.positions.push(position);
+                    cells.points.weights.push(size);
+                    cells.points.normals.push(normal);
+                    cells.hats.push(hats);
+                }
+            }
+            cells.points.close_group();
+        }
+        cells
+    }
+}
+
+/// A curved piece: mean normals of its particles, and which of them lie inside it.
+struct Bent<const D: usize> {
+    normals: HashMap<u32, Point<D>>,
+    /// Particles inside the piece, with the faces around them.
+    inner: HashMap<u32, Vec<u32>>,
+    faces_at: HashMap<u32, Vec<u32>>,
+}
+
+impl<const D: usize> Bent<D> {
+    fn new(cells: &Unstructured<D>, piece: &Piece) -> Self {
+        let mut normals: HashMap<u32, Point<D>> = HashMap::new();
+        let mut faces_at: HashMap<u32, Vec<u32>> = HashMap::new();
+        let mut edges: HashMap<[u32; 2], usize> = HashMap::new();
+        for &face in &piece.faces {
+            let corners = cells.faces.corners(face as usize);
+            let normal = cells.faces.normal(cells.mesh.points(), face as usize);
+            for &corner in corners {
+                *normals.entry(corner).or_insert_with(Point::zeros) += normal;
+                faces_at.entry(corner).or_default().push(face);
+            }
+            for edge in sides::<D>(corners) {
+                *edges.entry(edge).or_default() += 1;
+            }
+        }
+        let mut inner = faces_at.clone();
+        for (edge, count) in edges {
+            if count == 1 {
+                inner.remove(&edge[0]);
+                inner.remove(&edge[1]);
+            }
+        }
+        for normal in normals.values_mut() {
+            *normal = normal.normalize();
+        }
+        Bent { normals, inner, faces_at }
+    }
+
+    /// Inner particles around a face, in rings.
+    fn window(&self, cells: &Unstructured<D>, face: u32) -> Vec<Vec<u32>> {
+        let mut seen: Vec<u32> = Vec::new();
+        let mut faces = vec![face];
+        let mut rings: Vec<Vec<u32>> = Vec::new();
+        for _ in 0..=RINGS {
+            let mut ring: Vec<u32> = Vec::new();
+            for &face in &faces {
+                for &corner in cells.faces.corners(face as usize) {
+                    if !seen.contains(&corner) && !ring.contains(&corner) {
+                        ring.push(corner);
+                    }
+                }
+            }
+            ring.sort_unstable();
+            faces = ring.iter().flat_map(|corner| self.faces_at[corner].iter().copied()).collect();
+            faces.sort_unstable();
+            faces.dedup();
+            seen.extend(&ring);
+            let before = rings.last().cloned().unwrap_or_default();
+            let inner = ring.into_iter().filter(|corner| self.inner.contains_key(corner));
+            rings.push(before.into_iter().chain(inner).collect());
+        }
+        rings
+    }
+
+    /// Hats moved as little as possible to sum to one and to the normal, on as few rings as can; none where the piece has too
+    /// few inner particles.
+    fn hats(&self, rings: &[Vec<u32>], plain: &[(u32, f64)], normal: &Point<D>) -> Option<Vec<(u32, f64)>> {
+        let entry = |particle: u32, i: usize| if i == 0 { 1.0 } else { self.normals[&particle][i - 1] };
+        rings.iter().skip(1).find_map(|window| {
+            if window.is_empty() {
+                return None;
+            }
+            let of = |particle: &u32| plain.iter().find(|hat| hat.0 == *particle).map_or(0.0, |hat| hat.1);
+            let mut weights: Vec<f64> = window.iter().map(of).collect();
+            let rows = DMatrix::from_fn(D + 1, window.len(), |i, k| entry(window[k], i));
+            let asked = DVector::from_fn(D + 1, |i, _| if i == 0 { 1.0 } else { normal[i - 1] });
+            let missing = &asked - &rows * DVector::from_row_slice(&weights);
+            // Normals that hardly differ make the Gram matrix singular: what is in its range is solved, the rest is zero.
+            let eigen = (&rows * rows.transpose()).symmetric_eigen();
+            let largest = eigen.eigenvalues.max();
+            let mut solution = DVector::zeros(D + 1);
+            for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+                if *value > 1e-12 * largest {
+                    solution += vector * (vector.dot(&missing) / value);
+                }
+            }
+            let moved = rows.transpose() * &solution;
+            for (weight, moved) in weights.iter_mut().zip(moved.iter()) {
+                *weight += moved;
+            }
+            let left = (&asked - &rows * DVector::from_row_slice(&weights)).norm();
+            (left < EXACT).then(|| window.iter().copied().zip(weights).collect())
+        })
+    }
+}
