@@ -5,20 +5,17 @@
 //! BOUNDARY: base and bore are held, the top is moved by 6 mm away from the foot and held in height.
 //! REFERENCE: the same on the mesh with each cell cut in eight.
 
-#[path = "support/mod.rs"]
-mod support;
 #[path = "support/progress.rs"]
 mod progress;
+#[path = "support/mod.rs"]
+mod support;
 
-use std::sync::Arc;
-
-use rkpm::cells::Unstructured;
 use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::scene::Field;
 
 fn bracket(mesh: &Mesh<3>) -> Result<Problem<3>, rkpm::Error> {
-    Scene::over(Arc::new(Unstructured::new(mesh)?), Solid, Rubber::mooney_rivlin(0.4, 0.1, 500.0)?) // MPa
+    Scene::on(mesh, Solid, Rubber::mooney_rivlin(0.4, 0.1, 500.0)?) // MPa
         .hold("base")
         .hold("hole")
         .with(Condition::on("top").displacement([6.0, 0.0, 0.0]))

@@ -9,15 +9,13 @@
 //! torsion $4\pi\mu L/(a^{-2} - b^{-2})$, axial $2\pi\mu L/\ln(b/a)$, radial
 //! $4\pi\mu L(a^2 + b^2)/((a^2 + b^2)\ln(b/a) - (b^2 - a^2))$.
 
-#[path = "support/mod.rs"]
-mod support;
 #[path = "support/progress.rs"]
 mod progress;
+#[path = "support/mod.rs"]
+mod support;
 
 use std::f64::consts::PI;
-use std::sync::Arc;
 
-use rkpm::cells::Unstructured;
 use rkpm::output::{Chart, Summary, Table};
 use rkpm::prelude::*;
 use rkpm::scene::Field;
@@ -32,8 +30,7 @@ const BULK: f64 = 2000.0;
 /// The rubber between held outer and moved inner sleeve.
 fn bushing(motion: Value<3, [f64; 3]>) -> Result<Scene<3>, rkpm::Error> {
     let mesh = Mesh::<3>::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/meshes/bushing.msh"))?;
-    let cells = Arc::new(Unstructured::new(&mesh)?);
-    Ok(Scene::over(cells, Solid, Rubber::neo_hookean(0.5 * MU, BULK)?)
+    Ok(Scene::on(mesh, Solid, Rubber::neo_hookean(0.5 * MU, BULK)?)
         .hold("outer")
         .with(Condition::on("inner").displacement(motion)))
 }

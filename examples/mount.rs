@@ -5,25 +5,23 @@
 //! BOUNDARY: the base is held, the insert pressed down by 4 mm and then aside by 3 mm; the plane y = 0 is one of symmetry.
 //! REFERENCE: none; `bushing_3d` has closed forms.
 
-#[path = "support/mod.rs"]
-mod support;
 #[path = "support/progress.rs"]
 mod progress;
+#[path = "support/mod.rs"]
+mod support;
 
-use rkpm::cells::Unstructured;
 use rkpm::output::{PvdCollection, Summary, Table};
 use rkpm::prelude::*;
 use rkpm::scene::Field;
-use std::sync::Arc;
 
 fn main() -> Result<(), rkpm::Error> {
     let out = support::out_dir("mount");
     let mount = Mesh::<3>::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/meshes/mount.msh"))?;
     println!("rubber {:.0} mm³, insert {:.0} mm³", mount.measure("rubber")?, mount.measure("insert")?);
-    let rubber = Arc::new(Unstructured::new(&mount.body("rubber")?)?);
+    let rubber = mount.body("rubber")?;
     // Down, then aside.
     let way = |load: f64| [3.0 * (2.0 * load - 1.0).max(0.0), 0.0, -4.0 * (2.0 * load).min(1.0)];
-    let scene = Scene::over(rubber, Solid, Rubber::yeoh(0.55, -0.05, 0.01, 1e3)?) // MPa
+    let scene = Scene::on(rubber, Solid, Rubber::yeoh(0.55, -0.05, 0.01, 1e3)?) // MPa
         .hold("base")
         .prescribe("middle", 1, 0.0)
         .with(Condition::on("insert").displacement(Value::motion(move |_: &Point<3>, load| way(load))));

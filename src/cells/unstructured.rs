@@ -218,13 +218,13 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
     }
 
     fn zones(&self, size: usize) -> Zones {
-        let cells = (0..self.cell_count()).map(|cell| self.mesh.cell(cell).1.iter().copied());
+        let cells: Vec<&[u32]> = (0..self.cell_count()).map(|cell| self.mesh.cell(cell).1).collect();
         let beside = |cell: usize| -> Box<dyn Iterator<Item = u32> + '_> {
             let sides = self.mesh.cell(cell).0.faces().len();
             let around = (0..sides).flat_map(move |side| self.faces.beside(self.faces.of(cell, side)));
             Box::new(around.filter(move |&other| other != faces::NONE && other as usize != cell))
         };
-        stars(cells, &self.around, &self.on_boundary, size, beside)
+        stars(&cells, &self.around, &self.on_boundary, size, beside)
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<D>, GeometryError> {

@@ -1,6 +1,6 @@
 //! Zones of cells that share a pressure: any, those of lattices and those of triangles.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 use crate::error::GeometryError;
 
@@ -185,18 +185,21 @@ fn seeds_of(mesh: &Mesh, size: usize) -> Vec<u32> {
     seeds(&Graph { offsets, entries }, &mesh.on_boundary(), size)
 }
 
+/// Inner particles that a zone of a mesh has at least: six displacements in space to four pressures, four in the plane to
+/// three. Corners of lattices have 3.4 and 2.25.
+const INNER: f64 = 2.0;
+
 /// Groups the cells of any mesh into zones: stars of inner particles that share no cell, `around` having the particles that
-/// share cells; each cell that is left joins the smallest zone beside it.
-pub(super) fn stars<'a, S: Iterator<Item = u32>>(
-    cells: impl ExactSizeIterator<Item = S>,
+/// share cells; each cell that is left joins the smallest zone beside it, and zones with few inner particles join others.
+pub(super) fn stars<'a>(
+    cells: &[&[u32]],
     around: &Graph,
     on_boundary: &[bool],
     size: usize,
     beside: impl Fn(usize) -> Box<dyn Iterator<Item = u32> + 'a>,
 ) -> Zones {
-    let count = cells.len();
     if size <= 1 {
-        return Zones::single(count);
+        return Zones::single(cells.len());
     }
     let seeds = seeds(around, on_boundary, size);
     let mut seeded = vec![NONE; on_boundary.len()];
@@ -204,8 +207,77 @@ pub(super) fn stars<'a, S: Iterator<Item = u32>>(
         seeded[seed as usize] = zone as u32;
     }
     // No cell holds two seeds.
-    let zone_of = cells.map(|mut corners| corners.find_map(|c| Some(seeded[c as usize]).filter(|z| *z != NONE)));
-    grow(zone_of.map(|zone| zone.unwrap_or(NONE)).collect(), seeds.len(), beside)
+    let seed_of = |corners: &&[u32]| corners.iter().find_map(|&c| Some(seeded[c as usize]).filter(|z| *z != NONE));
+    let zone_of = cells.iter().map(|corners| seed_of(corners).unwrap_or(NONE)).collect();
+    let zones = grow(zone_of, seeds.len(), &beside);
+    let mut zone_of = vec![0u32; cells.len()];
+    for (zone, range) in zones.offsets.windows(2).enumerate() {
+        for &cell in &zones.cells[range[0]..range[1]] {
+            zone_of[cell as usize] = zone as u32;
+        }
+    }
+    join_poor(&mut zone_of, zones.offsets.len() - 1, cells, on_boundary, beside)
+}
+
+/// Joins zones with fewer than [`INNER`] inner particles to the poorest zone beside them: with the whole boundary held there
+/// would be as many pressures as displacements.
+fn join_poor<'a>(
+    zone_of: &mut [u32],
+    zones: usize,
+    cells: &[&[u32]],
+    on_boundary: &[bool],
+    beside: impl Fn(usize) -> Box<dyn Iterator<Item = u32> + 'a>,
+) -> Zones {
+    // A particle counts in parts for the zones of the cells around it.
+    let mut around = vec![0u32; on_boundary.len()];
+    for &corner in cells.iter().copied().flatten() {
+        around[corner as usize] += 1;
+    }
+    let mut near: Vec<BTreeSet<u32>> = vec![BTreeSet::new(); zones];
+    let mut inner = vec![0.0f64; zones];
+    for (cell, corners) in cells.iter().enumerate() {
+        let own = zone_of[cell];
+        for &corner in corners.iter().filter(|c| !on_boundary[**c as usize]) {
+            inner[own as usize] += 1.0 / f64::from(around[corner as usize]);
+        }
+        near[own as usize].extend(beside(cell).map(|other| zone_of[other as usize]).filter(|other| *other != own));
+    }
+    // In steps that rounding does not change.
+    let rank = |inner: f64| (1e6 * inner).round() as u64;
+    let mut into: Vec<u32> = (0..zones as u32).collect();
+    let mut open: BTreeSet<(u64, u32)> =
+        (0..zones).filter(|&zone| inner[zone] < INNER - 1e-6).map(|zone| (rank(inner[zone]), zone as u32)).collect();
+    while let Some((_, zone)) = open.pop_first() {
+        let poorest = near[zone as usize].iter().copied().min_by_key(|&other| (rank(inner[other as usize]), other));
+        let Some(other) = poorest else { continue };
+        open.remove(&(rank(inner[other as usize]), other));
+        into[zone as usize] = other;
+        inner[other as usize] += inner[zone as usize];
+        for beyond in std::mem::take(&mut near[zone as usize]) {
+            near[beyond as usize].remove(&zone);
+            if beyond != other {
+                near[beyond as usize].insert(other);
+                near[other as usize].insert(beyond);
+            }
+        }
+        if inner[other as usize] < INNER - 1e-6 {
+            open.insert((rank(inner[other as usize]), other));
+        }
+    }
+    let mut number = vec![NONE; zones];
+    let mut kept = 0;
+    for zone in zone_of.iter_mut() {
+        let mut last = *zone;
+        while into[last as usize] != last {
+            last = into[last as usize];
+        }
+        if number[last as usize] == NONE {
+            number[last as usize] = kept;
+            kept += 1;
+        }
+        *zone = number[last as usize];
+    }
+    collect(zone_of, kept as usize)
 }
 
 /// Groups triangles into zones: stars of inner particles that are at least `size` edges apart, each triangle that is

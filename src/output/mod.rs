@@ -20,9 +20,9 @@
 #[cfg(feature = "chart")]
 pub mod chart;
 pub mod csv;
-mod picture;
 #[cfg(feature = "serde")]
 pub mod journal;
+mod picture;
 pub mod vtk;
 
 #[cfg(feature = "chart")]

@@ -141,10 +141,7 @@ impl Picture {
         }
         let middle = [0.5 * (left + right_end), 0.5 * (low + high)];
         let place = |x: &[f64; 3]| {
-            [
-                MARGIN + 0.5 * room[0] + (x[0] - middle[0]) * scale,
-                top + 0.5 * room[1] - (x[1] - middle[1]) * scale,
-            ]
+            [MARGIN + 0.5 * room[0] + (x[0] - middle[0]) * scale, top + 0.5 * room[1] - (x[1] - middle[1]) * scale]
         };
         let (least, most) = self.range.unwrap_or_else(|| {
             let values = shown.iter().filter_map(|&p| self.values.get(p)).copied();

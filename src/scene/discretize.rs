@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::assembly::Model;
 use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
-use crate::cells::{Cells, Lattice, Layout};
+use crate::cells::{Cells, Lattice, Layout, Unstructured};
 use crate::error::{ApproximationError, BoundaryError, Error, GeometryError};
 use crate::geometry::{Domain, Part, Point};
 use crate::linear::Direct;
@@ -66,6 +66,7 @@ pub(super) fn cells<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result
         Source::Domain(domain) => Arc::new(Lattice::new(&**domain, counts(&**domain, scheme)?, &scheme.layout)?),
         Source::Cells(cells) => cells.clone(),
         Source::Scattered(scatter) => scatter(scheme)?,
+        Source::Mesh(mesh) => Arc::new(Unstructured::new(mesh)?),
     })
 }
 

@@ -21,8 +21,10 @@ mod contact;
 mod control;
 mod cover;
 mod discretize;
+mod drawn;
 mod fields;
 mod load;
+mod picture;
 mod place;
 mod problem;
 mod reactions;
@@ -34,7 +36,9 @@ pub use condition::{Condition, Direction};
 pub use contact::{ContactPoint, ContactState};
 pub use cover::Certificate;
 pub(crate) use discretize::kernel_functions;
+pub use drawn::Drawn;
 pub use load::Load;
+pub use picture::Field;
 pub use place::Place;
 pub use problem::Problem;
 pub use scheme::{Dilation, Enforcing, Functions, Partition, PressureScheme, Resolution, RowKind, Rule, Scheme};
@@ -42,12 +46,13 @@ pub use value::Value;
 
 use std::sync::Arc;
 
-use crate::cells::{Cells, Triangulation, Voronoi};
+use crate::cells::Cells;
 use crate::compiled::compiled;
 use crate::error::{BoundaryError, Error};
-use crate::geometry::{Domain, Part, Point, Region};
+use crate::geometry::{Domain, Part};
 use crate::kinematics::Kinematics;
 use crate::material::Material;
+use crate::mesh::Mesh;
 use crate::term::Amplitude;
 
 use load::LoadKind;
@@ -79,6 +84,7 @@ pub(crate) enum Source<const D: usize> {
     Domain(Arc<dyn Domain<D>>),
     Cells(Arc<dyn Cells<D>>),
     Scattered(Arc<Scattering<D>>),
+    Mesh(Arc<Mesh<D>>),
 }
 
 /// Particles and cells of a planar region under a scheme.
@@ -116,6 +122,42 @@ impl<const D: usize> Scene<D> {
         material: impl Material + 'static,
     ) -> Self {
         Scene::of(Source::Cells(cells), kinematics, material)
+    }
+
+    /// A free, unloaded body that was drawn: a [`Region`](crate::geometry::Region) of the plane, over which the scheme
+    /// scatters its particles — their spacing or about how many ([`Scheme::spacing`], [`Scheme::particles`]), where they are
+    /// finer ([`Scheme::graded`]), which draw ([`Scheme::seed`]) — or a [`Mesh`], at whose nodes they are.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// let plate = Outline::at([0.0, 0.0])
+    ///     .line("bottom", [4.0, 0.0]).line("right", [4.0, 1.0]).line("top", [0.0, 1.0]).close("left");
+    /// let scene = Scene::on(Region::new(plate)?, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .hold("left")
+    ///     .traction("right", [0.0, 0.01]);
+    /// let problem = scene.discretize(&Scheme::default().spacing(0.25).seed(7))?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// assert!(problem.displacement(path.last(), &[4.0, 0.5].into())?[1] > 0.1);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    /// A part from a file: names are those of its physical groups.
+    /// ```no_run
+    /// use rkpm::prelude::*;
+    /// let mount = Mesh::read("mount.msh")?; // mm
+    /// let scene = Scene::on(&mount.body("rubber")?, Solid, Rubber::yeoh(0.55, -0.05, 0.01, 1e3)?) // MPa
+    ///     .hold("base")
+    ///     .with(Condition::on("insert").displacement([0.0, 0.0, -4.0]));
+    /// let problem = scene.discretize(&Scheme::default())?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// println!("{:.0} N", problem.reaction(path.last(), "insert")?[2]);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn on(
+        shape: impl Into<Drawn<D>>,
+        kinematics: impl Kinematics<D> + 'static,
+        material: impl Material + 'static,
+    ) -> Self {
+        Scene::of(shape.into().source, kinematics, material)
     }
 
     fn of(source: Source<D>, kinematics: impl Kinematics<D> + 'static, material: impl Material + 'static) -> Self {
@@ -299,43 +341,6 @@ impl<const D: usize> Scene<D> {
         contact::validate(&self.contacts)?;
         crate::kinematics::hoop_components(&*self.kinematics)?;
         Ok(())
-    }
-}
-
-impl Scene<2> {
-    /// A free, unloaded body in a planar region, over which the scheme scatters its particles: their spacing or about
-    /// how many ([`Scheme::spacing`], [`Scheme::particles`]), where they are finer ([`Scheme::graded`]), which
-    /// draw ([`Scheme::seed`]).
-    ///
-    /// ```
-    /// use rkpm::prelude::*;
-    /// let plate = Outline::at([0.0, 0.0])
-    ///     .line("bottom", [4.0, 0.0]).line("right", [4.0, 1.0]).line("top", [0.0, 1.0]).close("left");
-    /// let scene = Scene::on(Region::new(plate)?, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
-    ///     .hold("left")
-    ///     .traction("right", [0.0, 0.01]);
-    /// let problem = scene.discretize(&Scheme::default().spacing(0.25).seed(7))?;
-    /// let path = problem.run(&mut ())?.completed()?;
-    /// assert!(problem.displacement(path.last(), &[4.0, 0.5].into())?[1] > 0.1);
-    /// # Ok::<(), rkpm::Error>(())
-    /// ```
-    pub fn on(region: Region, kinematics: impl Kinematics<2> + 'static, material: impl Material + 'static) -> Self {
-        let scattering = move |scheme: &Scheme| -> Result<Arc<dyn Cells<2>>, Error> {
-            let grading = |x: &Point<2>| scheme.grading.as_ref().map_or(1.0, |grading| grading(x.as_slice()));
-            let triangles = match &scheme.resolution {
-                Resolution::Spacing(h) => Triangulation::scattered(&region, |x| h * grading(x), &scheme.scatter)?,
-                Resolution::Counts(counts) => {
-                    let counts: [usize; 2] = discretize::per_axis(counts, "particle counts")?;
-                    let count = counts[0].saturating_mul(counts[1]);
-                    Triangulation::about(&region, count, grading, &scheme.scatter)?
-                }
-            };
-            Ok(match scheme.partition {
-                Partition::Triangles => Arc::new(triangles),
-                Partition::Voronoi => Arc::new(Voronoi::new(triangles)),
-            })
-        };
-        Scene::of(Source::Scattered(Arc::new(scattering)), kinematics, material)
     }
 }
 

@@ -3,6 +3,8 @@
 
 use std::time::Instant;
 
+use rkpm::cells::{Cells, Unstructured};
+use rkpm::geometry::Part;
 use rkpm::mesh::Mesh;
 
 use super::{file, peak};
@@ -61,6 +63,16 @@ fn mutated(bytes: &[u8], random: &mut fastrand::Rng) -> Vec<u8> {
     out
 }
 
+/// Makes particles and cells of a mesh, where that can be done.
+fn use_cells<const D: usize>(mesh: &Mesh<D>) {
+    let Ok(cells) = Unstructured::new(mesh) else { return };
+    let zones = cells.zones(2);
+    zones.validate(cells.cell_count()).unwrap();
+    let _ = cells.smoothing(2, 2, &zones).and_then(|smoothing| smoothing.validate());
+    let _ = cells.boundary_pieces(&Part::Whole, 2, 2);
+    let _ = cells.contains(&cells.positions()[0]);
+}
+
 /// How often damaged files were read, refused.
 fn run(rounds: usize, seed: u64) -> [usize; 2] {
     let originals: Vec<Vec<u8>> = FILES.iter().map(|name| file(name)).collect();
@@ -80,7 +92,15 @@ fn run(rounds: usize, seed: u64) -> [usize; 2] {
         // A message and a few names beside the numbers.
         assert!(held <= 10 * bytes.len() + 4096, "round {round} of seed {seed} holds {held} of {}", bytes.len());
         match read {
-            Ok(()) => counts[0] += 1,
+            Ok(()) => {
+                counts[0] += 1;
+                // Whatever was read is refused or has cells.
+                if plane {
+                    Mesh::<2>::parse(&bytes).map(|mesh| use_cells(&mesh)).unwrap();
+                } else {
+                    Mesh::<3>::parse(&bytes).map(|mesh| use_cells(&mesh)).unwrap();
+                }
+            }
             Err(error) => {
                 counts[1] += 1;
                 assert!(error.to_string().len() < 2000);

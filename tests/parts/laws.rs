@@ -3,9 +3,6 @@
 //! quadrangles in the plane (`examples/meshes/make.py`).
 //! REFERENCE: the linear field itself; 8 Gauss points per direction.
 
-use std::sync::Arc;
-
-use rkpm::cells::Unstructured;
 use rkpm::check::{inf_sup, patch_test_of, spurious_modes};
 use rkpm::nalgebra::{Matrix2, Matrix3};
 use rkpm::prelude::*;
@@ -19,12 +16,12 @@ fn moderate() -> Rubber {
 
 fn solid(name: &str, rubber: Rubber) -> Scene<3> {
     let mesh = Mesh::<3>::parse(&file(name)).unwrap();
-    Scene::over(Arc::new(Unstructured::new(&mesh).unwrap()), Solid, rubber)
+    Scene::on(mesh, Solid, rubber)
 }
 
 fn plane(rubber: Rubber) -> Scene<2> {
     let mesh = Mesh::<2>::parse(&file("flat.msh")).unwrap();
-    Scene::over(Arc::new(Unstructured::new(&mesh).unwrap()), PlaneStrain, rubber)
+    Scene::on(mesh, PlaneStrain, rubber)
 }
 
 fn family() -> impl Iterator<Item = String> {
@@ -45,7 +42,7 @@ fn linear_fields_come_out_exactly() {
     let mut worst = patch_test_of(&plane(moderate()), &gradient2, &scheme()).unwrap().error;
     for name in ["prisms.msh", "tetrahedra_0.msh", "tetrahedra_5.msh", "hexahedra_2.msh", "hexahedra_9.msh"] {
         let error = patch_test_of(&solid(name, moderate()), &gradient(), &scheme()).unwrap().error;
-        println!("{name}: {error:.1e}");
+        println!("{name}: patch {error:.1e}");
         worst = worst.max(error);
     }
     assert!(worst <= 1e-11, "{worst:e}");
@@ -77,5 +74,47 @@ fn all_meshes_keep_the_laws() {
             pressures.as_ref().map(|p| p.constant),
             pressures.as_ref().map(|p| p.pressures),
         );
+    }
+}
+
+/// Seconds of this process, so that other work on the machine does not count.
+fn processor_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let ticks: Vec<f64> = stat.rsplit(')').next().unwrap_or("").split(' ').filter_map(|t| t.parse().ok()).collect();
+    ticks.get(10).copied().unwrap_or(f64::NAN) / 100.0
+}
+
+/// The bonded cube sheared by 3 mm on meshes of `benches/peers/cube_meshes.py`, beside `benches/peers/peer_tetrahedra.py`:
+/// `RAYON_NUM_THREADS=1 CUBES=target/rkpm/peers cargo test --release --test parts -- --ignored --nocapture sheared_cube`
+#[test]
+#[ignore = "needs meshes"]
+fn the_sheared_cube_of_tetrahedra() {
+    let Ok(folder) = std::env::var("CUBES") else { return };
+    for parts in [2, 1] {
+        for number in 0..6 {
+            let mesh = Mesh::<3>::read(format!("{folder}/cube_{number}.msh")).unwrap();
+            let rubber = Rubber::neo_hookean(40.097, 400_889.8).unwrap();
+            let scene =
+                Scene::on(mesh, Solid, rubber).hold("base").with(Condition::on("top").displacement([3.0, 0.0, 0.0]));
+            let start = processor_seconds();
+            let scheme = scheme().rule(rkpm::scene::Rule::Smoothed { parts });
+            let problem = scene.discretize(&scheme).unwrap();
+            let tabulated = processor_seconds() - start;
+            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let seconds = processor_seconds() - start;
+            let (last, force) = (path.last(), problem.reaction(path.last(), "top").unwrap());
+            let found = [problem.energy(last), force[0], force[2]];
+            let errors: Vec<f64> =
+                found.iter().zip([2672.3, 1793.8, 343.0]).map(|(a, b)| 100.0 * (a / b - 1.0)).collect();
+            println!(
+                "cube_{number}, {parts} parts: {} unknowns, {} iterations, E {:.1}, Fx {:.1}, Fz {:.1}, errors {errors:.2?} %, \
+                 {seconds:.2} s, tables {tabulated:.2} s",
+                problem.model.unknowns(),
+                path.iterations,
+                found[0],
+                found[1],
+                found[2],
+            );
+        }
     }
 }

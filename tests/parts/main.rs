@@ -6,8 +6,10 @@
 use std::alloc::{GlobalAlloc, Layout, System as Heap};
 use std::cell::Cell;
 
+mod cook;
 mod fuzz;
 mod laws;
+mod pictures;
 mod reading;
 
 struct Counting;

@@ -55,7 +55,8 @@ impl Faces {
             let (shape, corners) = mesh.cell(cell);
             for face in shape.faces() {
                 let next = faces.corners.len() as u32;
-                let number = *known.entry(face_key(&face.iter().map(|&k| corners[k]).collect::<Vec<u32>>())).or_insert(next);
+                let number =
+                    *known.entry(face_key(&face.iter().map(|&k| corners[k]).collect::<Vec<u32>>())).or_insert(next);
                 if number == next {
                     let mut around = [NONE; 4];
                     for (place, &k) in around.iter_mut().zip(*face) {
@@ -132,11 +133,11 @@ impl Faces {
     /// Connected faces of the boundary with the same names and without edges between them.
     fn boundary_pieces<const D: usize>(&self, mesh: &Mesh<D>, known: &HashMap<[u32; 4], u32>) -> Vec<Piece> {
         let mut names: Vec<&str> = mesh.groups(D - 1).collect();
-        let mut named: Vec<Vec<u16>> = vec![Vec::new(); self.corners.len()];
+        let mut named: Vec<Vec<u32>> = vec![Vec::new(); self.corners.len()];
         for (number, name) in names.iter().enumerate() {
             for corners in mesh.members(D - 1, name) {
                 if let Some(&face) = known.get(&face_key(corners)) {
-                    named[face as usize].push(number as u16);
+                    named[face as usize].push(number as u32);
                 }
             }
         }
@@ -145,7 +146,7 @@ impl Faces {
             if names.contains(&name) {
                 continue;
             }
-            let number = names.len() as u16;
+            let number = names.len() as u32;
             names.push(name);
             for cell in mesh.member_cells(name) {
                 for side in 0..mesh.cell(cell).0.faces().len() {

@@ -24,8 +24,18 @@ impl<const D: usize> Locator<D> {
         }
         let extent = max - min;
         let cells = mesh.cell_count();
-        let width = (extent.iter().product::<f64>() / cells as f64).powf(1.0 / D as f64);
-        let counts: [usize; D] = std::array::from_fn(|i| ((extent[i] / width) as usize + 1).min(cells));
+        // About as many bins as cells, along axes that are longer than a bin: flat bodies must not take the square of that.
+        let mut long = [true; D];
+        let mut width;
+        loop {
+            let axes = (0..D).filter(|&i| long[i]);
+            let measure: f64 = axes.clone().map(|i| extent[i]).product();
+            width = (measure / cells as f64).powf(1.0 / axes.clone().count().max(1) as f64);
+            let Some(short) = axes.clone().find(|&i| extent[i] < width) else { break };
+            long[short] = false;
+        }
+        let counts: [usize; D] =
+            std::array::from_fn(|i| if long[i] { ((extent[i] / width) as usize + 1).min(cells) } else { 1 });
         let inverse = Point::<D>::from_fn(|i, _| counts[i] as f64 / extent[i]);
         let total: usize = counts.iter().product();
         let mut locator = Locator { min, inverse, counts, offsets: vec![0; total + 1], entries: Vec::new() };
