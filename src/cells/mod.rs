@@ -2,7 +2,7 @@
 //! sub-cells, pressure zones, boundary facets and the edge points of weak rows.
 //!
 //! [`Lattice`] has bricks between rows of particles; [`Triangulation`] and [`Voronoi`] serve scattered particles in
-//! drawn regions, [`Unstructured`] has the cells of a mesh.
+//! planar regions, [`Unstructured`] has the cells of a mesh.
 
 mod brick;
 mod edges;

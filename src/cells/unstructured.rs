@@ -334,7 +334,7 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
         Ok(smoothing)
     }
 
-    fn dual(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError> {
+    fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError> {
         let bricks = self.smoothing(2, gauss, &Zones::single(self.cell_count()))?;
         let owners: Vec<u32> = (0..self.cell_count()).flat_map(|cell| self.mesh.cell(cell).1.iter().copied()).collect();
         Ok(bricks.merged(&owners, self.positions()))

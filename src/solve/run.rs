@@ -84,12 +84,12 @@ impl Analysis {
         }
         let mut run = Continuation::new(self, model, rows, path, observer)?;
         run.check_recorded()?;
-        let mut driver = match run.driver() {
+        let mut lead = match run.driver() {
             None => run.load_control(),
-            driver => driver,
+            lead => lead,
         };
-        while let Some((by, first)) = driver {
-            driver = run.unknown_load_control(&by, first);
+        while let Some((leads, first)) = lead {
+            lead = run.unknown_load_control(&leads, first);
         }
         Ok(run.path)
     }
