@@ -137,7 +137,7 @@ pub(crate) fn check_agreement<const D: usize>(
     let found = if first.2 == second.2 {
         Some((1.0, [first.1, second.1])).filter(|&(_, values)| !same(values))
     } else {
-        // At some loads and at the break_points of tables; those of functions can't be known.
+        // At some loads and at the break points of tables; those of functions can't be known.
         let break_points = first.2.break_points().into_iter().chain(second.2.break_points());
         let loads = [1.0, 0.0, 0.21, 0.47, 0.76].into_iter().chain(break_points);
         let both = |load: f64| (load, [first, second].map(|(_, g, a)| g * a.evaluate(load).0));

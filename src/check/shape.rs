@@ -12,7 +12,7 @@ use super::{Law, Report, signed};
 const KERNEL_SAMPLES: usize = 400;
 /// Step of central differences of smooth functions: truncation $h^2$ meets rounding $\epsilon/h$ near here.
 const STEP: f64 = 1e-5;
-/// What differences with [`STEP`] leave of exact slopes, with room for break_points of splines.
+/// What differences with [`STEP`] leave of exact slopes, with room for break points of splines.
 const SLOPE_TOLERANCE: f64 = 1e-6;
 /// Intervals at whose ends a kernel without jumps has one value.
 const SHORTEST: f64 = 1e-9;
@@ -47,7 +47,7 @@ pub fn kernel(kernel: &dyn Kernel) -> Report {
     even.see(kernel.value_and_slope(0.0).1.abs() / top.abs(), place(0.0));
     positive.see(not_positive(top), place(0.0));
     for i in 0..KERNEL_SAMPLES {
-        // Off the round numbers where splines have their break_points.
+        // Off the round numbers where splines have their break points.
         let z = (i as f64 + 0.377) / KERNEL_SAMPLES as f64;
         let (value, slope) = kernel.value_and_slope(z);
         positive.see(not_positive(value / top), place(z));

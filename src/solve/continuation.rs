@@ -94,7 +94,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         self.break_points.contains(&self.state.load)
     }
 
-    /// What leads the run and its first increment, where the load should not.
+    /// What is controlled and its first increment, where the load should not be.
     pub(super) fn driver(&mut self) -> Option<(Driver, f64)> {
         let stepping = self.analysis.stepping;
         if stepping.control == StepControl::Load {
@@ -104,7 +104,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         if stepping.control == StepControl::Auto && self.workspace.model.terms().iter().any(|t| t.is_unilateral()) {
             return None;
         }
-        // Where amplitudes have kinks the load may fall again or rest: a deflection can't lead over them.
+        // Amplitudes with break points may let the load fall or rest, which control of a deflection could not follow.
         if stepping.control == StepControl::Auto && !self.break_points.is_empty() {
             return None;
         }
@@ -180,7 +180,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         }
     }
 
-    /// What leads where the first step of the first attempt was too large.
+    /// What is controlled where the first step of the first attempt was too large.
     pub(super) fn driver_after(&self, answer: &[f64]) -> Option<(Driver, f64)> {
         let (model, start) = (self.workspace.model, &self.path.start);
         let mut loads = vec![0.0; model.unknowns()];

@@ -5,7 +5,7 @@ use crate::assembly::Model;
 use super::functional::{Deflection, Functional};
 use super::state::State;
 
-/// What leads a run whose load factor is an unknown.
+/// What is controlled in a run whose load factor is an unknown.
 pub(super) enum Driver {
     /// A generalised deflection.
     Deflection(Deflection),

@@ -1,4 +1,4 @@
-//! Newton's method with condensed unknowns, load stepping, and the path of converged states.
+//! Newton's method with condensed unknowns, continuation, and the path of converged states.
 
 mod analysis;
 mod continuation;

@@ -1,4 +1,4 @@
-//! MotionLimit of prescribed values: a part that turns runs along circles, and the way is input as much as its end.
+//! Step limit for prescribed motions: a part that turns moves along circles, and the curve is input as much as its end.
 
 use crate::boundary::Constraints;
 
@@ -7,7 +7,7 @@ use crate::boundary::Constraints;
 const STRAIGHT: f64 = 0.22;
 /// Departures below this part of a way's whole extent count for nothing: at a corner steps of any size would depart.
 const SLIGHT: f64 = 0.02;
-/// MotionLimit shorter than this part of the longest one are rounding: points on the axis of a turn.
+/// Curves shorter than this part of the longest one are rounding: points on the axis of a turn.
 const AT_REST: f64 = 1e-9;
 /// Where a step is looked at: the middle, and parts that no number of turns makes periods of.
 const PARTS: [f64; 8] = [0.0901699, 0.2360680, 0.3541020, 0.4721360, 0.5, 0.6180340, 0.7639320, 0.9098301];
@@ -27,7 +27,7 @@ pub(super) struct MotionLimit<'a> {
 }
 
 impl<'a> MotionLimit<'a> {
-    /// The ways of rows with functions for amplitudes; others are straight between the break_points of their tables.
+    /// The ways of rows with functions for amplitudes; others are straight between the break points of their tables.
     pub(super) fn new(constraints: &'a Constraints, dimension: usize) -> Self {
         let rows = constraints.rows();
         let particle = |row: usize| rows[row].dependent / dimension;

@@ -1,4 +1,4 @@
-//! The motion_limit along a path: by load, by a deflection or an arc that leads, to the targets of a functional.
+//! Control along a path: of the load, of a deflection or the arc length, of a functional with given targets.
 
 use crate::error::{Cause, Driven};
 use crate::linear::vector::{dot, root_mean_square};
@@ -52,7 +52,7 @@ impl<const D: usize> Continuation<'_, '_, D> {
         }
     }
 
-    /// Load control: the full load first, halved on failure. Ends early with what should lead instead.
+    /// Load control: the full load first, halved on failure. Returns early with what should be controlled instead.
     pub(super) fn load_control(&mut self) -> Option<(Driver, f64)> {
         let stepping = self.analysis.stepping;
         let mut increment = self.control_state().map_or(stepping.first, |control_state| control_state.increment);
@@ -71,7 +71,7 @@ impl<const D: usize> Continuation<'_, '_, D> {
             {
                 target = break_point;
             }
-            // Prescribed values that come back in between would never have left.
+            // A motion that returns within one step would not be seen: the step ends before.
             target = self.motion_limit.until(now, target, stepping.smallest);
             let terms = self.workspace.model.terms();
             target = terms.iter().fold(target, |target, term| term.farthest_load(now, target));
@@ -93,8 +93,8 @@ impl<const D: usize> Continuation<'_, '_, D> {
                 }
                 Err(rejection) => {
                     if let Watch::Far(answer) = std::mem::take(&mut self.workspace.watch) {
-                        if let Some(lead) = self.driver_after(&answer) {
-                            return Some(lead);
+                        if let Some(driver) = self.driver_after(&answer) {
+                            return Some(driver);
                         }
                         // The load does no work on the tangent displacement: load control goes on.
                         continue;
@@ -112,19 +112,19 @@ impl<const D: usize> Continuation<'_, '_, D> {
     }
 
     /// How far the next increment is in terms of the last one; NaN before the second step.
-    fn ratio(&self, lead: &Driver, increment: f64) -> f64 {
+    fn ratio(&self, driver: &Driver, increment: f64) -> f64 {
         let Some(previous) = &self.previous else { return f64::NAN };
         let (now, then) = (&self.state.displacement, &previous.displacement);
-        match lead {
+        match driver {
             Driver::Deflection(deflection) => increment / (deflection.value(now) - deflection.value(then)),
             Driver::Arc(_) => increment / Arc { from: then.clone() }.value(now),
         }
     }
 
     /// An attempt one increment ahead, the load factor being unknown.
-    fn controlled_attempt(&mut self, lead: &Driver, increment: f64) -> Result<(usize, State), Rejection> {
-        let ratio = self.ratio(lead, increment);
-        match lead {
+    fn controlled_attempt(&mut self, driver: &Driver, increment: f64) -> Result<(usize, State), Rejection> {
+        let ratio = self.ratio(driver, increment);
+        match driver {
             Driver::Deflection(deflection) => {
                 let target = deflection.value(&self.state.displacement) + increment;
                 self.attempt(self.predicted(ratio), Control::Functional(deflection, target))
@@ -160,9 +160,9 @@ impl<const D: usize> Continuation<'_, '_, D> {
 
     /// Steps along a deflection or an arc until the load factor passes 1, then the last step under the full load. Where a
     /// deflection leads no further it ends early with the arc that may.
-    pub(super) fn unknown_load_control(&mut self, lead: &Driver, first: f64) -> Option<(Driver, f64)> {
+    pub(super) fn unknown_load_control(&mut self, driver: &Driver, first: f64) -> Option<(Driver, f64)> {
         let stepping = self.analysis.stepping;
-        let deflected = matches!(lead, Driver::Deflection(_));
+        let deflected = matches!(driver, Driver::Deflection(_));
         let taken_over = self.control_state().is_some_and(|control_state| control_state.arc);
         if let (true, true, Some(arc)) = (deflected, taken_over, self.arc_length_instead()) {
             // A run that is gone on with.
@@ -175,7 +175,7 @@ impl<const D: usize> Continuation<'_, '_, D> {
             .map_or(first, |control_state| control_state.increment);
         let mut rejected = false;
         while self.state.load < 1.0 && self.steps_left() {
-            let now = match lead {
+            let now = match driver {
                 Driver::Deflection(deflection) => deflection.value(&self.state.displacement),
                 Driver::Arc(_) => root_mean_square(&self.state.displacement),
             };
@@ -191,7 +191,7 @@ impl<const D: usize> Continuation<'_, '_, D> {
                     self.previous.as_ref().map_or(0.0, |p| (1.0 - self.state.load) / (self.state.load - p.load));
                 self.attempt(self.predicted(ratio), Control::Load(1.0))
             } else {
-                self.controlled_attempt(lead, increment)
+                self.controlled_attempt(driver, increment)
             };
             let outcome = match outcome {
                 Ok((_, state)) if state.load > 1.0 => {

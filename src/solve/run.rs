@@ -84,12 +84,12 @@ impl Analysis {
         }
         let mut run = Continuation::new(self, model, rows, path, observer)?;
         run.check_recorded()?;
-        let mut lead = match run.driver() {
+        let mut driver = match run.driver() {
             None => run.load_control(),
-            lead => lead,
+            driver => driver,
         };
-        while let Some((leads, first)) = lead {
-            lead = run.unknown_load_control(&leads, first);
+        while let Some((by, first)) = driver {
+            driver = run.unknown_load_control(&by, first);
         }
         Ok(run.path)
     }

@@ -7,7 +7,7 @@ use crate::error::SolveError;
 pub enum StepControl {
     /// The load, unless the tangent displacement to it has $|\nabla u| > 1$: then a generalised deflection, the
     /// mean displacement along the load; where that leads no further, as following loads turn with the body, the arc
-    /// length as long as the load rises. The load also where an amplitude table has break_points inside $(0, 1)$, and where
+    /// length as long as the load rises. The load also where an amplitude table has break points inside $(0, 1)$, and where
     /// prescribed displacements change with it.
     #[default]
     Auto,

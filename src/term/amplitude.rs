@@ -16,7 +16,7 @@ pub enum Amplitude {
     /// Straight lines between (load factor, value) pairs, constant outside.
     ///
     /// The argument is the load factor, not a time: runs go from 0 to 1, and what a table says beyond is never seen.
-    /// Divide seconds by the duration. Steps of the load stop at the break_points inside, steps along a deflection or an arc pass
+    /// Divide seconds by the duration. Steps of the load stop at the break points inside, steps along a deflection or an arc pass
     /// them.
     Table(Vec<(f64, f64)>),
     /// Any smooth function of $\lambda$; its slope is taken by central differences.

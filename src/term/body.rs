@@ -47,21 +47,21 @@ pub enum PressureField {
 ///
 /// With projected pressures, $W = \bar W(F) + (1-s)\\,U(\bar J) + s\\,U(J)$, where $G(\bar J) = \varphi^T\theta$ is the
 /// $L_2$ projection of a measure $G(J)$ of the volume on the zone functions $\varphi$; $\theta$ and $\pi$
-/// ($p = G'\varphi^T\pi$) are condensed unknowns of Newton, condensed before assembly. With orthonormal $\varphi$,
+/// ($p = G'\varphi^T\pi$) are unknowns of Newton's method, condensed before assembly. With orthonormal $\varphi$,
 /// $\hat U(G(J)) = U(J)$, $C = \int\varphi\\,\partial G/\partial d$ and $H = \int\varphi\\,(1-s)\hat U''\varphi^T$ the
 /// condensed system is
 /// $$\Big[K_{dev} + \int \varphi^T\pi\\,\partial^2_{dd}G + C^T H C\Big]\delta d = -\big(f + C^T(r_\theta + H r_\pi)\big).$$
 ///
 /// The measure is $G = m\\,(J^{1/m} - 1) + 1$ with $m$ the number of directions in which the kinematics moves (2 in
 /// plane strain and cylinders, 3 in bodies of revolution and spheres; 2 in solids, where 3 would let the mean volume
-/// of a zone drift by a third more). Inside a zone a change of volume that is neither constant nor linear costs
-/// nothing by its projection, and where the zone is pressed the geometric part $p\\,\partial^2J$ makes it pay: pressed
-/// bodies wrinkle inside their macro cells. $J^{1/m}$ is linear in a uniform stretch of $m$ directions, so that the
-/// pressure does nothing to it, however large. Where a zone is pulled it is the root that pays, for a stretch in one direction,
-/// $-p\\,(1 - \tfrac1m)\\,(\delta J)^2$: beyond 3 to 4 $\mu_0$ bonded bodies would tear up inside their macro cells. So the exponent $q$
-/// of $G = 1 + (J^q - 1)/q$ rises from $1/m$ to 1, in sixteen parts, while the mean pressure of the zone rises from 0.8 to 1.6
-/// of $\mu_0 + \sigma$, with von Mises' stress $\sigma$ of the zone: sheets and threads, whose pressures come of their stretch, keep
-/// roots at any stretch. It is a condensed unknown that [`advance`](Term::advance) sets by the pressure and everything else takes
+/// of a zone drift by a third more). The projection does not resist changes of volume inside a zone that are neither
+/// constant nor linear. Under compression the geometric stiffness $p\\,\partial^2J$ of $G = J$ destabilises them, and bodies
+/// wrinkle inside their macro cells. $J^{1/m}$ is linear in a uniform stretch of $m$ directions: this stiffness vanishes,
+/// whatever the pressure. Under tension the root destabilises a stretch in one direction instead, by
+/// $-p\\,(1 - \tfrac1m)\\,(\delta J)^2$: beyond 3 to 4 $\mu_0$ bonded bodies show cavitation-like modes inside their macro cells.
+/// The exponent $q$ of $G = 1 + (J^q - 1)/q$ therefore rises from $1/m$ to 1, in sixteen parts, while the mean pressure of the
+/// zone rises from 0.8 to 1.6 of $\mu_0 + \sigma$, with the von Mises stress $\sigma$ of the zone. In membranes and threads the
+/// pressure comes from their stretch, and the root stays. It is a condensed unknown that [`advance`](Term::advance) sets by the pressure and everything else takes
 /// as given: forces and matrix are those of the potential with it.
 pub struct Body<const D: usize, M> {
     pub(super) table: ShapeTable<D>,

@@ -60,7 +60,7 @@ fn the_uncorrected_estimate_fails_at_the_boundary() {
     let rk =
         ReproducingKernel::new(particles.with_volumes(volumes).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
     let ones = vec![1.0; n];
-    // ∫Φ = 1/2 for (3.25), and the trapezoidal sum of a B-spline on its own break_points is exact.
+    // ∫Φ = 1/2 for (3.25), and the trapezoidal sum of a B-spline on its own break points is exact.
     for at in [5.0, 7.3, 10.0, 12.81] {
         assert!((rk.kernel_estimate(&[at].into(), &ones) - 0.5).abs() < 1e-14);
         assert!((rk.moment(&[at].into(), [0]) - 0.5).abs() < 1e-14);

@@ -189,7 +189,7 @@ fn steps_stop_at_the_knots_of_tables() {
     let (ramp, full, _) = loads(pulled(Amplitude::Ramp), Stepping::default());
     assert_eq!(ramp, [1.0]);
     assert!((peak / full - 1.0).abs() < 1e-8 && end.abs() < 1e-8, "{peak} {full} {end}");
-    // Of all amplitudes together, those of motions too; break_points at either end and beyond are none.
+    // Of all amplitudes together, those of motions too; break points at either end and beyond are none.
     let scene = block()
         .with(Condition::on((0, Side::Max)).component(0, 0.2).amplitude(table(&[
             (0.0, 0.0),
