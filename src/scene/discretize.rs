@@ -130,6 +130,8 @@ pub(crate) fn kernel_functions<const D: usize>(
 /// The same with the number of particles whose supports were raised to cover the body.
 fn covering<const D: usize>(scheme: &Scheme, cells: &dyn Cells<D>) -> Result<(KernelFunctions<D>, usize), Error> {
     let particles = match scheme.dilation {
+        // Balls of less than twice the spacing see too few particles.
+        Dilation::Auto if cells.lattice().is_none() => cells.particles(default_dilation::<D>(scheme.order).max(1.0))?,
         Dilation::Auto => cells.particles(default_dilation::<D>(scheme.order))?,
         Dilation::Local(r) => cells.particles(r)?,
         Dilation::Global(r) => cells.particles_global(r)?,

@@ -81,13 +81,9 @@ fn run(rounds: usize, seed: u64) -> [usize; 2] {
     for round in 0..rounds {
         let bytes = mutated(&originals[round % originals.len()], &mut random);
         let start = Instant::now();
-        let (held, read) = peak(|| {
-            if round % FILES.len() == 6 {
-                Mesh::<2>::parse(&bytes).map(drop)
-            } else {
-                Mesh::<3>::parse(&bytes).map(drop)
-            }
-        });
+        let plane = round % FILES.len() == 6;
+        let (held, read) =
+            peak(|| if plane { Mesh::<2>::parse(&bytes).map(drop) } else { Mesh::<3>::parse(&bytes).map(drop) });
         assert!(start.elapsed().as_secs_f64() < 5.0, "round {round} of seed {seed} hangs");
         // A message and a few names beside the numbers.
         assert!(held <= 10 * bytes.len() + 4096, "round {round} of seed {seed} holds {held} of {}", bytes.len());
