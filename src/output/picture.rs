@@ -1,5 +1,6 @@
 //! Pictures of bodies as SVG: the skin from outside, coloured by a field.
 
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -10,8 +11,10 @@ use crate::error::OutputError;
 
 /// Bands of colour between the smallest and the largest value.
 const BANDS: usize = 12;
-/// Brightness of faces seen from the side; those across the light have 1.
-const SHADE: f64 = 0.72;
+/// Brightness of faces along the light; those across it have 1.
+const SHADE: f64 = 0.5;
+/// Cosine of the angle between faces beyond which the edge between them is drawn strongly, 35°.
+const CREASE: f64 = 0.82;
 /// Room for the title, the colour bar and around the body [px].
 const MARGIN: f64 = 24.0;
 const BAR: f64 = 150.0;
@@ -157,14 +160,15 @@ impl Picture {
         let depth = |face: &[usize]| face.iter().map(|&p| seen[p][2]).sum::<f64>() / face.len() as f64;
         let mut order: Vec<(f64, usize)> = self.faces.iter().enumerate().map(|(k, face)| (depth(face), k)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let light = (right * -0.4 + up * 0.7 + eye).normalize();
+        let light = (right * -0.6 + up * 0.8 + eye * 0.8).normalize();
+        let creases = self.creases();
         for (_, face) in order {
             let face = &self.faces[face];
             let normal = self.normal(face);
             if self.closed && !self.flat && normal.dot(&eye) <= 0.0 {
                 continue;
             }
-            let bright = if self.flat { 1.0 } else { SHADE + (1.0 - SHADE) * normal.dot(&light).abs() };
+            let bright = if self.flat { 1.0 } else { SHADE + (1.0 - SHADE) * normal.dot(&light).max(0.0) };
             let outline: Vec<[f64; 2]> = face.iter().map(|&p| place(&seen[p])).collect();
             if self.values.is_empty() {
                 polygon(&mut svg, &outline, shaded([205.0, 214.0, 224.0], bright));
@@ -178,7 +182,17 @@ impl Picture {
             }
             let _ = write!(svg, "<path d=\"");
             path(&mut svg, &outline);
-            svg.push_str("\" fill=\"none\" stroke=\"#222\" stroke-opacity=\"0.45\" stroke-width=\"0.5\"/>\n");
+            svg.push_str("\" fill=\"none\" stroke=\"#222\" stroke-opacity=\"0.4\" stroke-width=\"0.5\"/>\n");
+            for (k, &a) in face.iter().enumerate() {
+                let b = face[(k + 1) % face.len()];
+                if creases.contains(&(a.min(b), a.max(b))) {
+                    let ([x1, y1], [x2, y2]) = (place(&seen[a]), place(&seen[b]));
+                    let _ = writeln!(
+                        svg,
+                        "<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" stroke=\"#111\" stroke-width=\"1.4\"/>"
+                    );
+                }
+            }
         }
         if !self.values.is_empty() {
             self.bar(&mut svg, [width - bar, top], room[1], (least, most));
@@ -217,6 +231,23 @@ impl Picture {
             return Err(self.nothing("a point is not finite"));
         }
         Ok(())
+    }
+
+    /// Edges at which the skin has an angle or ends.
+    fn creases(&self) -> HashSet<(usize, usize)> {
+        let mut at: HashMap<(usize, usize), Vec<Vector3<f64>>> = HashMap::new();
+        for face in &self.faces {
+            let normal = self.normal(face);
+            for (k, &a) in face.iter().enumerate() {
+                let b = face[(k + 1) % face.len()];
+                at.entry((a.min(b), a.max(b))).or_default().push(normal);
+            }
+        }
+        let is_crease = |normals: &[Vector3<f64>]| match normals {
+            [a, b] => a.dot(b) < CREASE,
+            _ => true,
+        };
+        at.into_iter().filter(|(_, normals)| is_crease(normals)).map(|(edge, _)| edge).collect()
     }
 
     /// Unit normal of a face, outward by the right hand.

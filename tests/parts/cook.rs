@@ -14,7 +14,7 @@ fn tip(mesh: &Mesh<3>, bulk: f64) -> f64 {
         .hold("clamp")
         .prescribe("sides", 2, 0.0)
         .traction("edge", [0.0, 6.25, 0.0]);
-    let problem = scene.discretize(&Scheme::default().dilation(1.0)).unwrap();
+    let problem = scene.discretize(&Scheme::default()).unwrap();
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
     let tip = problem.displacement(path.last(), &Point::<3>::new(48.0, 60.0, 2.5)).unwrap()[1];
     println!("{} particles, {} iterations: {tip:.4} mm", mesh.points().len(), path.iterations);

@@ -1,6 +1,6 @@
 //! The faces between the cells of a mesh, and its boundary in pieces.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::Vector3;
 
@@ -38,6 +38,8 @@ pub(super) struct Piece {
     pub faces: Vec<u32>,
     /// Whether its faces have different normals.
     pub curved: bool,
+    /// Particles on its rim that another curved piece has: those carry its hats.
+    pub lent: Vec<u32>,
 }
 
 impl Faces {
@@ -196,10 +198,19 @@ impl Faces {
             let curved = faces.iter().any(|&face| (normals[&(face as usize)] - first).norm() > FLAT || warped(face));
             faces.sort_unstable();
             let names = named[start].iter().map(|&number| names[number as usize].to_string()).collect();
-            pieces.push(Piece { names, faces, curved });
+            pieces.push(Piece { names, faces, curved, lent: Vec::new() });
         }
-        // Small pieces first: where all of a piece's particles lie on its rim, others must not have claimed them before.
-        pieces.sort_by_key(|piece| piece.faces.len());
+        // Curved pieces come first, whose hats must stay where they are; then small ones: where all of a piece's particles
+        // lie on its rim, others must not have claimed them before.
+        pieces.sort_by_key(|piece| (!piece.curved, piece.faces.len()));
+        let mut taken: HashSet<u32> = HashSet::new();
+        for piece in pieces.iter_mut().filter(|piece| piece.curved) {
+            let mut own: Vec<u32> = piece.faces.iter().flat_map(|&face| self.corners(face as usize)).copied().collect();
+            own.sort_unstable();
+            own.dedup();
+            piece.lent = own.iter().copied().filter(|particle| taken.contains(particle)).collect();
+            taken.extend(own);
+        }
         pieces
     }
 }

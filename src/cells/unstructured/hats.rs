@@ -1,6 +1,6 @@
 //! Points on boundary faces and the hats of weak rows on them.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,7 +9,7 @@ use crate::cells::brick::{area_vector, multilinear};
 use crate::geometry::Point;
 use crate::quadrature::Points;
 
-use super::faces::{Piece, sides};
+use super::faces::Piece;
 use super::{Unstructured, opposite, side_points};
 
 /// Rings of faces around one whose particles may carry its hats.
@@ -23,8 +23,8 @@ impl<const D: usize> Unstructured<D> {
     /// Hats are the linear (bilinear) functions of each face. Rows reproduce the tractions of homogeneous stress exactly
     /// where hats can combine to the normal: on flat pieces those that sum to one do. On curved ones normals jump from face
     /// to face: there the weights of the particles around a face are the hats with the smallest change for which
-    /// $\sum_J f_J = 1$ and $\sum_J f_J\\,n_J = n$, with $n_J$ the mean normal at particle $J$; those on the rim of the piece
-    /// carry none, they belong to the pieces beside it.
+    /// $\sum_J f_J = 1$ and $\sum_J f_J\\,n_J = n$, with $n_J$ the mean normal at particle $J$; those on a rim
+    /// between two curved pieces carry hats of one of them.
     pub(super) fn facets(&self, piece: &Piece, rule: &(Vec<f64>, Vec<f64>)) -> BoundaryCells<D> {
         let mut cells = BoundaryCells { points: Points::empty(), hats: Vec::new() };
         let bent = piece.curved.then(|| Bent::new(self, piece));
@@ -96,11 +96,10 @@ impl<const D: usize> Unstructured<D> {
     }
 }
 
-/// A curved piece: mean normals of its particles, and which of them lie inside it.
+/// A curved piece: mean normals of its particles, and which of them carry no hats.
 struct Bent<const D: usize> {
     normals: HashMap<u32, Point<D>>,
-    /// Particles inside the piece, with the faces around them.
-    inner: HashMap<u32, Vec<u32>>,
+    lent: HashSet<u32>,
     faces_at: HashMap<u32, Vec<u32>>,
 }
 
@@ -108,7 +107,6 @@ impl<const D: usize> Bent<D> {
     fn new(cells: &Unstructured<D>, piece: &Piece) -> Self {
         let mut normals: HashMap<u32, Point<D>> = HashMap::new();
         let mut faces_at: HashMap<u32, Vec<u32>> = HashMap::new();
-        let mut edges: HashMap<[u32; 2], usize> = HashMap::new();
         for &face in &piece.faces {
             let corners = cells.faces.corners(face as usize);
             let normal = cells.faces.normal(cells.mesh.points(), face as usize);
@@ -116,24 +114,14 @@ impl<const D: usize> Bent<D> {
                 *normals.entry(corner).or_insert_with(Point::zeros) += normal;
                 faces_at.entry(corner).or_default().push(face);
             }
-            for edge in sides::<D>(corners) {
-                *edges.entry(edge).or_default() += 1;
-            }
-        }
-        let mut inner = faces_at.clone();
-        for (edge, count) in edges {
-            if count == 1 {
-                inner.remove(&edge[0]);
-                inner.remove(&edge[1]);
-            }
         }
         for normal in normals.values_mut() {
             *normal = normal.normalize();
         }
-        Bent { normals, inner, faces_at }
+        Bent { normals, lent: piece.lent.iter().copied().collect(), faces_at }
     }
 
-    /// Inner particles around a face, in rings.
+    /// Particles around a face that carry hats, in rings.
     fn window(&self, cells: &Unstructured<D>, face: u32) -> Vec<Vec<u32>> {
         let mut seen: Vec<u32> = Vec::new();
         let mut faces = vec![face];
@@ -153,14 +141,14 @@ impl<const D: usize> Bent<D> {
             faces.dedup();
             seen.extend(&ring);
             let before = rings.last().cloned().unwrap_or_default();
-            let inner = ring.into_iter().filter(|corner| self.inner.contains_key(corner));
-            rings.push(before.into_iter().chain(inner).collect());
+            let own = ring.into_iter().filter(|corner| !self.lent.contains(corner));
+            rings.push(before.into_iter().chain(own).collect());
         }
         rings
     }
 
     /// Hats moved as little as possible to sum to one and to the normal, on as few rings as can; none where the piece has too
-    /// few inner particles.
+    /// few particles.
     fn hats(&self, rings: &[Vec<u32>], plain: &[(u32, f64)], normal: &Point<D>) -> Option<Vec<(u32, f64)>> {
         let entry = |particle: u32, i: usize| if i == 0 { 1.0 } else { self.normals[&particle][i - 1] };
         rings.iter().skip(1).find_map(|window| {
