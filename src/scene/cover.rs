@@ -20,7 +20,7 @@ use super::{Problem, Scheme};
 const ROUNDS: usize = 8;
 /// What a round multiplies supports by; eight rounds treble them.
 const RAISE: f64 = 1.15;
-/// Reciprocal condition below which supports are raised: gradients have eight digits above (`docs/architecture.md`), and
+/// Reciprocal condition below which supports are raised: gradients have eight digits above (`docs/measurements/numbers.md`), and
 /// points between those that are looked at are a little worse.
 const SOUND: f64 = 1e-6;
 /// Above this everywhere, a body is taken as covered without a closer look: the default stays above 1e-3.

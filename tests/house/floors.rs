@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Modules by floor, lowest first, as `src/lib.rs` and `docs/architecture.md` have them.
+/// Modules by floor, lowest first, as `src/lib.rs` has them.
 const FLOORS: [&[&str]; 12] = [
     &["error", "geometry", "tensor", "compiled", "dense", "parallel", "simd"],
     &["basis", "kernel", "kinematics", "material"],
