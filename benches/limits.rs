@@ -143,7 +143,7 @@ fn threads() {
     let scene = support::cube();
     let lattice = Block::new([0.0; 3], [1.0; 3]).lattice([22; 3]).expect("a lattice");
     let smoothing = lattice.smoothing(2, 2, &lattice.zones(2)).expect("a rule");
-    let particles = lattice.particles(0.75).expect("a dilation");
+    let particles = lattice.particles(1.0).expect("a dilation");
     let rk = ReproducingKernel::new(particles, CubicSpline, Polynomial::linear()).expect("particles");
     let problem = scene.discretize(&support::scheme(22)).expect("a scene");
     let (model, state) = (&problem.model, State::at_rest(&problem.model, &problem.rows));
@@ -282,8 +282,8 @@ fn main() {
         if all || asked("assembly") {
             assembly("2d_default", &support::membrane(), &support::scheme(33));
             assembly("2d_r1.5", &support::membrane(), &support::scheme(33).dilation(1.5));
-            assembly("3d_default", &support::cube(), &support::scheme(13));
-            assembly("3d_r1", &support::cube(), &support::scheme(9).dilation(1.0));
+            assembly("3d_default", &support::cube(), &support::scheme(9));
+            assembly("3d_r0.75", &support::cube(), &support::scheme(13).dilation(0.75));
         }
         if all || asked("iteration") {
             iteration();

@@ -1,4 +1,4 @@
-//! Error against time for three problems: the paper's scheme, the default and its relatives, and this
+//! Error against time for four problems: the paper's scheme, the default and its relatives, and this
 //! crate's own finite elements.
 //!
 //! `cargo run --release --example work_precision [-- --out DIR] [--peers FILE]` writes `points.csv` (a row per
@@ -97,6 +97,38 @@ fn gauss(points: usize) -> Scheme {
     Scheme::default().rule(Rule::Gauss { zones: None, points: Some(points) }).pressure_field(PressureField::Linear, 2)
 }
 
+/// A bonded cube, its top moved aside by 30 %: three dimensions, singular edges. The axial force decides.
+fn cube() -> Result<Study, rkpm::Error> {
+    let rubber = Rubber::neo_hookean(40.097, 400_889.8)?; // MPa
+    let top = || (2, Side::Max);
+    let scene = Scene::new(Block::new([0.0; 3], [10.0; 3]), Solid, rubber) // mm
+        .hold((2, Side::Min))
+        .prescribe(top(), 0, 3.0)
+        .prescribe(top(), 1, 0.0)
+        .prescribe(top(), 2, 0.0);
+    let reference = include_str!("../tests/reference/sheared_cube.csv");
+    let given = |name, uncertainty| Reference::Given { value: support::csv_value(reference, name), uncertainty };
+    let with = |scheme: Scheme, counts: &[usize]| -> Vec<Scheme> {
+        counts.iter().map(|&n| scheme.clone().particles([n])).collect()
+    };
+    // Twice as fine at the edges as evenly spaced particles would be, and coarser between.
+    let graded = Layout::Graded(std::sync::Arc::new(|_, t: f64| {
+        let half = |t: f64| 0.5 * (2.0 * t).powf(1.5);
+        if t < 0.5 { half(t) } else { 1.0 - half(1.0 - t) }
+    }));
+    let force = |component: usize, name: &str| Quantity::reaction((2, Side::Max), component).named(name);
+    WorkPrecision::new("cube", scene)
+        .quantity(Quantity::energy(), given("E", 4e-4))
+        .quantity(force(0, "Fx"), given("Fx", 4e-4))
+        .quantity(force(2, "Fz"), given("Fz", 2e-3))
+        .series(DEFAULT, with(Scheme::default(), &[5, 7, 9, 11, 13]))
+        .series("quadratic", with(Scheme::default().order(2), &[5, 7, 9]))
+        .series("graded", with(Scheme::default().layout(graded), &[5, 7, 9, 11, 13]))
+        .series("Q1/P0", with(Scheme::elements(1), &[5, 9, 13, 17]))
+        .series("Q2/P1", with(Scheme::elements(2), &[5, 7, 9, 13]))
+        .run()
+}
+
 /// The rows of other programs for one problem; their series carry the program's name.
 fn peers(table: &str, problem: &str) -> Vec<Run> {
     let mut lines = table.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
@@ -141,13 +173,19 @@ fn arguments() -> (PathBuf, Option<PathBuf>) {
 }
 
 /// Errors at which programs are compared.
-const TARGETS: [(&str, f64, f64); 4] =
-    [("tube", 1e-5, 50.0), ("disk", 1.5e-2, 5.0), ("cook", 5e-3, 3.0), ("cook", 2e-3, 2.0)];
+const TARGETS: [(&str, f64, f64); 6] = [
+    ("tube", 1e-5, 50.0),
+    ("disk", 1.5e-2, 5.0),
+    ("cook", 5e-3, 3.0),
+    ("cook", 2e-3, 2.0),
+    ("cube", 3e-2, 6.0),
+    ("cube", 2.5e-2, 40.0),
+];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let (out, file) = arguments();
     let others = file.map(std::fs::read_to_string).transpose()?.unwrap_or_default();
-    let mut studies = [tube()?, disk()?, cook()?];
+    let mut studies = [tube()?, disk()?, cook()?, cube()?];
     let mut points = Table::new(studies[0].points().header);
     let mut summary = Summary::new();
     let mut charts: Vec<Chart> = Vec::new();
@@ -183,7 +221,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     points.write(out.join("points.csv"))?;
     println!();
     for (problem, error, asked) in TARGETS {
-        let study = studies.iter().find(|study| study.name == problem).expect("the problem is one of the three");
+        let study = studies.iter().find(|study| study.name == problem).expect("the problem is one of the four");
         let label = format!("{problem}_{error:e}");
         let Some(ours) = study.seconds_at(DEFAULT, error) else { continue };
         summary.note(format!("{label}_seconds"), ours)?;

@@ -1,9 +1,13 @@
-//! Run-time choice of the instruction set; the only place that names pulp.
+//! Run-time choice of the instruction set; only this file and those beneath it name pulp.
 //!
 //! A portable build knows only the oldest instructions of its processor family. A [`Task`] is compiled for
 //! newer ones too and [`dispatch`] picks the best that the machine has, so that inner loops run at its speed
 //! without any build flag. Which one runs depends on the machine alone: results keep their bits from run to run
 //! and for any number of threads.
+
+mod panels;
+
+pub(crate) use panels::{LANES, Panel, Sink};
 
 /// How $ab + c$ is computed.
 pub(crate) trait Arithmetic: Copy {

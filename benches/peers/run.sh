@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs other programs on the tube, the disk and Cook's membrane beside this crate, all on one thread, and
+# Runs other programs on the tube, the disk, Cook's membrane and a sheared cube beside this crate, all on one thread, and
 # draws one chart: benches/peers/run.sh [DIR]
 #
 # Each program uses its best element on several meshes and the load-stepping rule of common.py. Counted are
@@ -26,6 +26,7 @@ if ! "$system" -c "import dolfinx" 2>/dev/null; then
 fi
 if "$system" -c "import dolfinx" 2>/dev/null; then
     "$system" "$here/peer_dolfinx.py" "$root/tests/reference" "$peers" 2>&1 | grep -v INFO || true
+    "$system" "$here/peer_dolfinx_cube.py" "$root/tests/reference" "$peers" 2>&1 | grep -v INFO || true
 else
     echo "dolfinx is missing and could not be installed: left out" >&2
 fi

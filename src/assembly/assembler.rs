@@ -30,12 +30,18 @@ pub struct Assembler {
     pub(super) places: Vec<u32>,
     /// The order of the sums, for each term.
     pub(super) slabs: Vec<SlabSchedule>,
+    /// Whether pressures of zones are kept apart.
+    pub(super) apart: bool,
     /// One for each thread.
     elements: Vec<Element>,
 }
 
 impl Assembler {
     pub(super) fn new<const D: usize>(model: &Model<D>) -> Self {
+        Self::with(model, false)
+    }
+
+    pub(super) fn with<const D: usize>(model: &Model<D>, apart: bool) -> Self {
         let nodes = model.positions.len();
         if !model.is_complete() {
             return Assembler::default();
@@ -56,12 +62,24 @@ impl Assembler {
             let start = node_rows.len();
             node_rows.push(column as u32);
             seen[column] = column as u32;
+            let mut see = |row: u32| {
+                if row as usize > column && seen[row as usize] != column as u32 {
+                    seen[row as usize] = column as u32;
+                    node_rows.push(row);
+                }
+            };
             for &(t, cluster) in &holders[column] {
-                for &row in model.terms[t as usize].nodes(cluster as usize) {
-                    if row as usize > column && seen[row as usize] != column as u32 {
-                        seen[row as usize] = column as u32;
-                        node_rows.push(row);
-                    }
+                let term = &model.terms[t as usize];
+                let nodes = term.nodes(cluster as usize);
+                if apart && term.separates() {
+                    let own = nodes.partition_point(|&node| (node as usize) < column) as u16;
+                    term.couplings(cluster as usize, &mut |list| {
+                        if list.binary_search(&own).is_ok() {
+                            list.iter().for_each(|&a| see(nodes[a as usize]));
+                        }
+                    });
+                } else {
+                    nodes.iter().for_each(|&row| see(row));
                 }
             }
             node_rows[start..].sort_unstable();
@@ -92,6 +110,10 @@ impl Assembler {
             for cluster in 0..term.clusters() {
                 firsts.push(places.len());
                 let list = term.nodes(cluster);
+                if apart && term.separates() {
+                    places_apart(&**term, cluster, list, &node_columns, &node_rows, &mut places);
+                    continue;
+                }
                 for (b, &column) in list.iter().enumerate() {
                     let rows = &node_rows[node_columns[column as usize]..node_columns[column as usize + 1]];
                     let mut k = 0;
@@ -112,6 +134,7 @@ impl Assembler {
             first_place,
             places,
             slabs: model.terms.iter().map(|term| SlabSchedule::new(model, &**term)).collect(),
+            apart,
             elements: Vec::new(),
         }
     }
@@ -145,6 +168,7 @@ impl Assembler {
     ) {
         clear(&mut system.values, self.entries);
         system.skew.clear();
+        system.zones.clear();
         self.sum(model, View { displacement, condensed: &[], load }, condensed, true, system);
     }
 
@@ -203,7 +227,7 @@ impl Assembler {
         let workers = if unknowns >= SERIAL_BELOW { threads() } else { 1 };
         let mut elements = std::mem::take(&mut self.elements);
         elements.resize_with(workers.max(elements.len()), Element::default);
-        let System { residual, load_slope, values, skew, scale } = system;
+        let System { residual, load_slope, values, skew, scale, zones } = system;
         let whole = Part { first: 0, values: if with_matrix { values } else { &mut [] }, residual, load_slope };
         let one;
         let (several, mut sum);
@@ -221,14 +245,15 @@ impl Assembler {
                 for mut gathered in sum.in_parallel(&mut elements[..workers]) {
                     *scale += gathered.scale;
                     skew.append(&mut gathered.skew);
+                    zones.append(&mut gathered.zones);
                 }
                 continue;
             }
             for slab in (0..self.slabs[term].len()).rev() {
-                let mut gathered = Gathered { scale: 0.0, skew: std::mem::take(skew) };
+                let mut gathered = Gathered { scale: 0.0, skew: std::mem::take(skew), zones: std::mem::take(zones) };
                 sum.add_clusters(self.slabs[term].places(slab), &mut elements[0], &mut gathered);
                 *scale += gathered.scale;
-                *skew = gathered.skew;
+                (*skew, *zones) = (gathered.skew, gathered.zones);
             }
         }
         *scale = scale.sqrt();
@@ -264,6 +289,43 @@ impl Assembler {
                 .iter()
                 .map(|e| 8 * (e.matrix.capacity() + e.scratch.capacity()) + e.lower.bytes())
                 .sum::<usize>()
+    }
+}
+
+/// Marks a pair of nodes that the sparse matrix does not couple.
+pub(super) const UNCOUPLED: u32 = u32::MAX;
+
+/// Appends the places of a cluster's pairs where only nodes that share a point are coupled.
+fn places_apart<const D: usize>(
+    term: &dyn Term<D>,
+    cluster: usize,
+    list: &[u32],
+    node_columns: &[usize],
+    node_rows: &[u32],
+    places: &mut Vec<u32>,
+) {
+    let n = list.len();
+    let mut coupled = vec![false; n * n];
+    term.couplings(cluster, &mut |nodes| {
+        for &b in nodes {
+            for &a in nodes {
+                coupled[b as usize * n + a as usize] = true;
+            }
+        }
+    });
+    for (b, &column) in list.iter().enumerate() {
+        let rows = &node_rows[node_columns[column as usize]..node_columns[column as usize + 1]];
+        let mut k = 0;
+        for (a, &row) in list.iter().enumerate().skip(b) {
+            if a > b && !coupled[b * n + a] {
+                places.push(UNCOUPLED);
+                continue;
+            }
+            while rows[k] < row {
+                k += 1;
+            }
+            places.push(k as u32);
+        }
     }
 }
 

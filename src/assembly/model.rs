@@ -3,7 +3,7 @@
 use crate::compiled::compiled;
 use crate::geometry::Point;
 use crate::parallel::{map_ranges, threads};
-use crate::term::{Element, StateDiagnostics, Term, View};
+use crate::term::{Element, StateDiagnostics, Term, View, Zone};
 
 use super::Assembler;
 
@@ -33,6 +33,8 @@ pub struct System {
     pub values: Vec<f64>,
     /// Skew part $N$ of $K$ as (row, column, value) with row > column; $N_{cr} = -N_{rc}$.
     pub skew: Vec<(u32, u32, f64)>,
+    /// What condensed pressures would add to $K$, where an assembler keeps them apart.
+    pub zones: Vec<Zone>,
 }
 
 /// Entries of a matrix beyond which its memory is not kept while another form of it is in use: 2 MB.
@@ -259,6 +261,12 @@ impl<const D: usize> Model<D> {
     /// The assembler of this model.
     pub fn assembler(&self) -> Assembler {
         compiled!(D: (model: &Model<D> = self) -> Assembler { Assembler::new(model) })
+    }
+
+    /// The assembler of this model that keeps pressures of zones apart: [`System::values`] lacks what they would add, and
+    /// [`System::zones`] holds it.
+    pub fn assembler_apart(&self) -> Assembler {
+        Assembler::with(self, true)
     }
 
     /// The residual $r$ of the model, without any matrix; NaN for vectors of another model.

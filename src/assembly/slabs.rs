@@ -1,6 +1,6 @@
 //! The order of sums: slabs of clusters that several threads follow at once.
 
-use crate::term::Term;
+use crate::term::{Term, Zone};
 
 use super::Model;
 
@@ -104,6 +104,8 @@ pub(super) struct Gathered {
     pub scale: f64,
     /// Skew parts of their matrices.
     pub skew: Vec<(u32, u32, f64)>,
+    /// Pressures that are kept apart.
+    pub zones: Vec<Zone>,
 }
 
 /// Which slab goes on where.

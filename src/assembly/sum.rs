@@ -4,8 +4,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::parallel::for_each_mut;
-use crate::term::{Element, LowerBlocks, View};
+use crate::term::{Element, LowerBlocks, View, Zone};
 
+use super::assembler::UNCOUPLED;
 use super::slabs::{Gathered, Schedule, Turn};
 use super::{Assembler, Model};
 
@@ -74,10 +75,15 @@ impl<const D: usize> Sum<'_, D> {
             let nodes = term.nodes(cluster);
             if has_matrix && lower {
                 element.reset_lower::<D>(nodes.len());
+                element.apart = self.assembler.apart.then(Zone::default);
             } else {
                 element.reset(nodes.len() * D, has_matrix);
             }
             term.linearize(cluster, self.at, element);
+            if let Some(mut zone) = element.apart.take().filter(|zone| !zone.slopes.is_empty()) {
+                zone.nodes.extend_from_slice(nodes);
+                gathered.zones.push(zone);
+            }
             if has_matrix && !term.is_symmetric() {
                 symmetrise(element);
                 collect_skew::<D>(nodes, element, &mut gathered.skew);
@@ -137,6 +143,9 @@ impl<const D: usize> Sum<'_, D> {
                     part.values[target + i - j] += source[i * by_component];
                 }
                 for (a, &block) in blocks.iter().enumerate().skip(1) {
+                    if block == UNCOUPLED {
+                        continue;
+                    }
                     let at = target + D - j + (block as usize - 1) * D;
                     let entries = &mut part.values[at..at + D];
                     for (i, entry) in entries.iter_mut().enumerate() {

@@ -2,7 +2,7 @@
 
 use crate::assembly::{Pattern, System};
 use crate::error::BoundaryError;
-use crate::linear::MatrixClass;
+use crate::linear::{Direct, LinearSolver, MatrixClass};
 
 use super::{Constraints, Enforced, Enforcement, Row, pattern_fits};
 
@@ -58,14 +58,21 @@ impl Enforcement for LagrangeMultipliers {
             }
             scaled.push((entries, 1.0 / largest));
         }
-        if let Some(dependent) = dependent_rows(rows.rows()).into_iter().next() {
+        if let Some(dependent) = first_dependent(rows.rows(), &scaled) {
             return Err(dependent);
         }
         let saddle = Pattern::from_columns(columns);
         let place = |row: usize, column: usize| saddle.find(row, column).unwrap_or(0) as u32;
         let mut destination = Vec::with_capacity(pattern.entries());
         for column in 0..full {
-            destination.extend(pattern.column(column).iter().map(|&row| place(row as usize, column)));
+            // Both lists rise.
+            let mut at = saddle.columns[column];
+            for &row in pattern.column(column) {
+                while saddle.rows[at] < row {
+                    at += 1;
+                }
+                destination.push(at as u32);
+            }
         }
         let mut augmentation = Vec::new();
         let mut entries = Vec::new();
@@ -90,6 +97,60 @@ impl Enforcement for LagrangeMultipliers {
             number_of: numbers,
         }))
     }
+}
+
+/// Rows beyond which a factor of $G G^T$ is asked whether they are independent: elimination row by row, which names the
+/// culprit, takes the third power of their number.
+const MANY: usize = 1000;
+
+/// The first row that depends on earlier ones.
+fn first_dependent(rows: &[Row], scaled: &[(Vec<(usize, f64)>, f64)]) -> Option<BoundaryError> {
+    if rows.len() > MANY && independent(scaled) {
+        return None;
+    }
+    dependent_rows(rows).into_iter().next()
+}
+
+/// Whether $G G^T$ has factors that solve.
+fn independent(scaled: &[(Vec<(usize, f64)>, f64)]) -> bool {
+    use std::collections::HashMap;
+    let mut users: HashMap<usize, Vec<(u32, f64)>> = HashMap::new();
+    for (r, (row, _)) in scaled.iter().enumerate() {
+        row.iter().for_each(|&(k, c)| users.entry(k).or_default().push((r as u32, c)));
+    }
+    let (mut columns, mut values) = (vec![0], Vec::new());
+    let mut all = Vec::new();
+    let mut sums: Vec<(u32, f64)> = Vec::new();
+    for (r, (row, _)) in scaled.iter().enumerate() {
+        sums.clear();
+        for (k, c) in row {
+            sums.extend(users[k].iter().filter(|user| user.0 as usize >= r).map(|&(other, d)| (other, c * d)));
+        }
+        sums.sort_unstable_by_key(|sum| sum.0);
+        for &(other, product) in &sums {
+            match all.last() {
+                Some(&last) if last == other && all.len() > columns[r] => {
+                    if let Some(value) = values.last_mut() {
+                        *value += product;
+                    }
+                }
+                _ => {
+                    all.push(other);
+                    values.push(product);
+                }
+            }
+        }
+        columns.push(all.len());
+    }
+    let pattern = Pattern { columns, rows: std::sync::Arc::new(all) };
+    let Ok(mut factorizer) = Direct.analyze(&pattern, MatrixClass::Definite, None) else { return false };
+    let Ok(factors) = factorizer.factorize(&values) else { return false };
+    if factors.inertia().is_none_or(|inertia| inertia.negative > 0) {
+        return false;
+    }
+    let mut x: Vec<f64> = (0..scaled.len()).map(|k| (1.3 * k as f64).sin()).collect();
+    // Products of independent rows are mass matrices with a condition of some thousand.
+    factors.solve_in_place(&mut x).is_ok() && x.iter().all(|x| x.abs() < 1e10)
 }
 
 /// The rows that depend on earlier ones, by elimination among rows that share unknowns.

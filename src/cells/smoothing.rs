@@ -23,7 +23,7 @@ pub struct Smoothing<const D: usize> {
     pub points_per_facet: usize,
     /// Facets of each sub-cell with the sign that turns the stored direction outward.
     pub cells: Vec<Vec<(u32, f64)>>,
-    /// Interior points of each sub-cell and their weights, exact to degree 2; for hoop strains.
+    /// Interior points of each sub-cell and their weights, exact to degree 2; for hoop strains and gradients that vary.
     pub interior: Vec<Vec<(Point<D>, f64)>>,
     /// Centres of the sub-cells.
     pub centres: Vec<Point<D>>,
@@ -273,7 +273,9 @@ impl<const D: usize> Lattice<D> {
                     smoothing.cells.push(facets);
                     let shape = fine.shape(ravel(&index, &fine_cells));
                     smoothing.centres.push(shape.map(&Point::repeat(0.5)).0);
-                    smoothing.interior.push(interior_rule(&shape, &rule));
+                    // In space averages need no interior points; whole cells have them for gradients that vary in them.
+                    let interior = if D == 3 && parts > 1 { Vec::new() } else { interior_rule(&shape, &rule) };
+                    smoothing.interior.push(interior);
                 }
             }
             smoothing.groups.push(smoothing.cells.len());
@@ -384,14 +386,11 @@ fn facet_point<const D: usize>(
     (at, weight)
 }
 
-/// Interior points on an interval or a quadrilateral; none are needed in 3D.
+/// Interior points on an interval, a quadrilateral or a brick.
 fn interior_rule<const D: usize>(
     shape: &Shape<D>,
     (abscissae, weights): &(Vec<f64>, Vec<f64>),
 ) -> Vec<(Point<D>, f64)> {
-    if D == 3 {
-        return Vec::new();
-    }
     let counts = [weights.len(); D];
     let point = |point| {
         let index = unravel(point, &counts);

@@ -38,6 +38,23 @@ pub enum SolveError {
         /// Its cluster, counted from 0.
         cluster: usize,
     },
+    /// A model would not fit into memory.
+    #[error(
+        "a model of {particles} particles takes about {:.1} GB and {:.1} GB are at hand: take at most {fits} particles along \
+         each axis or so many in all as {fits}³, or set Scheme::memory to what it may take",
+        *needed * 1e-9,
+        *limit * 1e-9
+    )]
+    Memory {
+        /// Particles asked for.
+        particles: f64,
+        /// Bytes that the model would take at its peak.
+        needed: f64,
+        /// Bytes that it may take.
+        limit: f64,
+        /// Particles along each axis of a cube that fits.
+        fits: usize,
+    },
     /// A setting is out of its range.
     #[error("{what} = {value:e}: {needed}")]
     Setting {

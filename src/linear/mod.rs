@@ -1,12 +1,18 @@
 //! Sparse direct solvers behind traits of our own; faer is named in two private files.
 
+mod apart;
 mod direct;
 mod factors;
+mod gmres;
+mod krylov;
+mod multilevel;
 mod ordering;
 mod residuals;
 pub(crate) mod vector;
 
+pub use apart::{At, Linearised};
 pub use direct::{Direct, minimum_degree};
+pub use krylov::{Auxiliary, Krylov};
 pub(crate) use ordering::after_their_rows;
 pub use ordering::{banded, nested_dissection};
 pub(crate) use residuals::{Directions, minimal_residuals};
@@ -84,6 +90,17 @@ pub trait LinearSolver: Send + Sync {
         class: MatrixClass,
         order: Option<&[usize]>,
     ) -> Result<Box<dyn Factorizer>, LinearError>;
+
+    /// Whether pressures of zones are to be kept apart from the matrix; [`Factorizer::factorize_at`] is then given them. The
+    /// unknowns keep the order of the particles, multipliers behind them.
+    fn keeps_pressures(&self) -> bool {
+        false
+    }
+
+    /// Directions that each solution so far has taken; none for direct solvers.
+    fn directions(&self) -> Vec<usize> {
+        Vec::new()
+    }
 }
 
 /// The numeric phase, repeated for each set of values.
@@ -96,6 +113,18 @@ pub trait Factorizer: Send {
     /// # Errors
     /// Where the matrix is singular or not finite.
     fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError>;
+
+    /// Factorises a system that is known with its state.
+    ///
+    /// # Errors
+    /// As [`factorize`](Factorizer::factorize).
+    fn factorize_at<'a>(
+        &'a mut self,
+        system: Linearised<'a>,
+        _at: At<'_>,
+    ) -> Result<Box<dyn Factors + 'a>, LinearError> {
+        self.factorize(system.values)
+    }
 
     /// Gives back the memory of large factors that are no longer looked at: called before another matrix is formed, so
     /// that it is never held beside the factors of the last one. Nothing needs to be written for it.
@@ -119,4 +148,10 @@ pub trait Factors {
 
     /// Signs of the pivots, where the method knows them.
     fn inertia(&self) -> Option<Inertia>;
+
+    /// Whether solutions are as accurate as an iteration left them, and their residual is that of another matrix than the
+    /// reduced one: they are not refined.
+    fn is_iterative(&self) -> bool {
+        false
+    }
 }

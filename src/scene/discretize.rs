@@ -7,7 +7,7 @@ use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
 use crate::cells::{Cells, Lattice, Layout, Unstructured};
 use crate::error::{ApproximationError, BoundaryError, Error, GeometryError};
 use crate::geometry::{Domain, Part, Point};
-use crate::linear::Direct;
+use crate::linear::{Direct, Krylov};
 use crate::material::Material;
 use crate::particles::Particles;
 use crate::quadrature::Points;
@@ -63,7 +63,11 @@ pub(super) fn discretize<const D: usize>(
 /// The particles of a scene under a scheme and the cells between them.
 pub(super) fn cells<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Arc<dyn Cells<D>>, Error> {
     Ok(match &scene.source {
-        Source::Domain(domain) => Arc::new(Lattice::new(&**domain, counts(&**domain, scheme)?, &scheme.layout)?),
+        Source::Domain(domain) => {
+            let counts = counts(&**domain, scheme)?;
+            super::space::refuse(scheme, &counts)?;
+            Arc::new(Lattice::new(&**domain, counts, &scheme.layout)?)
+        }
         Source::Cells(cells) => cells.clone(),
         Source::Scattered(scatter) => scatter(scheme)?,
         Source::Mesh(mesh) => Arc::new(Unstructured::new(mesh)?),
@@ -114,9 +118,16 @@ fn particles<const D: usize>(
         Ok((skin, table))
     };
     let contacts = contact::add(scene, &*cells, &rows, volume, &skins, &mut model)?;
+    let auxiliary = super::space::auxiliary(scene, scheme, &*cells, &approximation, &body, &rows)?;
     let approximation = Box::new(approximation);
     let names = scene.names.clone();
-    finish(scheme, (model, body), rows, Discrete { cells, approximation, dilations, raised, contacts, placed, names })
+    let discrete = Discrete { cells, approximation, dilations, raised, contacts, placed, names };
+    let mut problem = finish(scheme, (model, body), rows, discrete)?;
+    if let Some(auxiliary) = auxiliary {
+        problem.analysis.enforcement = Box::new(LagrangeMultipliers);
+        problem.analysis.solver = Box::new(Krylov::new(auxiliary));
+    }
+    Ok(problem)
 }
 
 /// The shape functions of a scheme on the particles of cells.
@@ -130,9 +141,10 @@ pub(crate) fn kernel_functions<const D: usize>(
 /// The same with the number of particles whose supports were raised to cover the body.
 fn covering<const D: usize>(scheme: &Scheme, cells: &dyn Cells<D>) -> Result<(KernelFunctions<D>, usize), Error> {
     let particles = match scheme.dilation {
-        // Balls of less than twice the spacing see too few particles.
-        Dilation::Auto if cells.lattice().is_none() => cells.particles(default_dilation::<D>(scheme.order).max(1.0))?,
-        Dilation::Auto => cells.particles(default_dilation::<D>(scheme.order))?,
+        Dilation::Auto => match cells.lattice() {
+            Some(lattice) if D == 3 && scheme.order == 2 => lattice.particles_with(&narrow(lattice))?,
+            _ => cells.particles(default_dilation(scheme.order))?,
+        },
         Dilation::Local(r) => cells.particles(r)?,
         Dilation::Global(r) => cells.particles_global(r)?,
         Dilation::Neighbour { rank, factor } => Particles::by_neighbour(cells.positions().to_vec(), rank, factor)?,
@@ -330,13 +342,32 @@ fn no_lattice(what: &'static str) -> GeometryError {
 }
 
 /// The default normalised dilation: best value for work by measurement.
-fn default_dilation<const D: usize>(order: u8) -> f64 {
-    match (order, D) {
-        (0 | 1, 3) => 0.75,
-        (0 | 1, _) => 1.0,
+pub(super) fn default_dilation(order: u8) -> f64 {
+    match order {
+        0 | 1 => 1.0,
         // Quadratic: 1.3; each further order needs one more ring of half a spacing.
-        (order, _) => 1.3 + 0.5 * (f64::from(order) - 2.0),
+        order => 1.3 + 0.5 * (f64::from(order) - 2.0),
     }
+}
+
+/// Supports of quadratic functions in space: as narrow as inner particles allow, which see three others along each axis
+/// where a particle stands and four between, and wider from the third particle on, for the boundary to see three.
+fn narrow<const D: usize>(lattice: &Lattice<D>) -> Vec<f64> {
+    const INNER: f64 = 1.0;
+    const OUTER: f64 = 1.2;
+    let counts = lattice.counts();
+    let mut dilations = vec![INNER; lattice.positions().len()];
+    for node in 0..dilations.len() {
+        let mut index = [0; D];
+        let mut rest = node;
+        for i in 0..D {
+            (index[i], rest) = (rest % counts[i], rest / counts[i]);
+        }
+        if (0..D).any(|i| index[i].min(counts[i] - 1 - index[i]) == 2) {
+            dilations[lattice.node(index)] = OUTER;
+        }
+    }
+    dilations
 }
 
 /// Particles along each axis.
@@ -417,9 +448,8 @@ fn body_table<const D: usize, A: Approximation<D>>(
             let table = ShapeTable::new(approximation, &points, kinematics)?;
             Ok((table, FacetRule { parts: 1, gauss: 1 }, field))
         }
-        // Averages would leave a basis that can do more at their second order. In space gradients that are linear in a brick
-        // leave three of its deformations unseen: averages over 27 parts of it don't.
-        Rule::Auto if D == 2 && scheme.order > 1 => {
+        // Averages would leave a basis that can do more at their second order.
+        Rule::Auto if scheme.order > 1 && (D == 2 || cells.lattice().is_some()) => {
             let gauss = 2 + more;
             let smoothing = cells.smoothing(1, gauss, &cells.zones(size))?;
             let table = ShapeTable::consistent(approximation, &smoothing, kinematics)?;

@@ -24,11 +24,13 @@ mod discretize;
 mod drawn;
 mod fields;
 mod load;
+mod memory;
 mod picture;
 mod place;
 mod problem;
 mod reactions;
 mod scheme;
+mod space;
 mod transfer;
 mod value;
 
@@ -41,7 +43,9 @@ pub use load::Load;
 pub use picture::Field;
 pub use place::Place;
 pub use problem::Problem;
-pub use scheme::{Dilation, Enforcing, Functions, Partition, PressureScheme, Resolution, RowKind, Rule, Scheme};
+pub use scheme::{
+    Dilation, Enforcing, Functions, Partition, PressureScheme, Resolution, RowKind, Rule, Scheme, Solving,
+};
 pub use value::Value;
 
 use std::sync::Arc;

@@ -33,7 +33,7 @@ pub type Grading = Arc<dyn Fn(&[f64]) -> f64 + Send + Sync>;
 /// How supports follow from the spacing: $a_i = 2 r d_i$ (6.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Dilation {
-    /// Local spacing, $r$ by basis and dimension: 1 (linear), 0.75 (linear, 3D), 1.3 (quadratic).
+    /// Local spacing, $r$ by basis: 1 (linear), 1.3 (quadratic).
     Auto,
     /// $d_i$ is the largest distance from the particle to its neighbours on lattices, their mean distance, smoothed, on
     /// scattered sets.
@@ -121,6 +121,20 @@ pub enum Enforcing {
     Transformation,
 }
 
+/// How linear systems are solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Solving {
+    /// By factors, except for lattices in space where an iteration is expected to take less than half the time or factors
+    /// would not fit into memory.
+    #[default]
+    Auto,
+    /// By factors.
+    Direct,
+    /// By Krylov iteration with pressures kept apart from the matrix ([`Krylov`](crate::linear::Krylov)): lattices in space
+    /// with projected pressures alone. Whether states are stable is not known then.
+    Krylov,
+}
+
 /// Which shape functions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Functions {
@@ -164,6 +178,11 @@ pub struct Scheme {
     pub rows: RowKind,
     /// Their enforcement.
     pub enforcing: Enforcing,
+    /// Linear systems.
+    pub solving: Solving,
+    /// Bytes that a lattice in space may take; `None` for the memory at hand, where the system tells. Larger models are
+    /// refused before they are built.
+    pub memory: Option<u64>,
     /// Newton's method.
     pub newton: Newton,
     /// Load stepping.
@@ -185,6 +204,8 @@ impl fmt::Debug for Scheme {
             .field("pressure", &self.pressure)
             .field("rows", &self.rows)
             .field("enforcing", &self.enforcing)
+            .field("solving", &self.solving)
+            .field("memory", &self.memory)
             .field("newton", &self.newton)
             .field("stepping", &self.stepping)
             .finish_non_exhaustive()
@@ -210,6 +231,8 @@ impl Default for Scheme {
             pressure: PressureScheme::Auto,
             rows: RowKind::Auto,
             enforcing: Enforcing::Auto,
+            solving: Solving::Auto,
+            memory: None,
             newton: Newton::default(),
             stepping: Stepping::default(),
         }
@@ -337,6 +360,18 @@ impl Scheme {
     /// Sets the enforcement.
     pub fn enforcing(mut self, enforcing: Enforcing) -> Self {
         self.enforcing = enforcing;
+        self
+    }
+
+    /// Sets how linear systems are solved.
+    pub fn solving(mut self, solving: Solving) -> Self {
+        self.solving = solving;
+        self
+    }
+
+    /// Sets the bytes that a lattice in space may take, in place of the memory at hand.
+    pub fn memory(mut self, bytes: u64) -> Self {
+        self.memory = Some(bytes);
         self
     }
 

@@ -1,6 +1,6 @@
 //! Lagrange finite elements on lattices: the second implementer of [`Approximation`], to compare with.
 
-use crate::cells::{Lattice, determinant, ravel, unravel};
+use crate::cells::{Lattice, Zones, determinant, ravel, unravel};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Part, Point, Side};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
@@ -80,11 +80,21 @@ impl<const D: usize> FiniteElements<D> {
     /// # Errors
     /// For an impossible number of points or an inverted element.
     pub fn gauss(&self, n: usize) -> Result<ElementPoints<D>, GeometryError> {
+        self.gauss_in(n, &Zones::single(self.element_count()))
+    }
+
+    /// Gauss points, `n` per direction in each element, one group per zone of elements.
+    ///
+    /// # Errors
+    /// For an impossible number of points, an inverted element, or zones of other elements.
+    pub fn gauss_in(&self, n: usize, zones: &Zones) -> Result<ElementPoints<D>, GeometryError> {
         let (abscissae, weights) = gauss_legendre(n)?;
         check_point_count(self.element_count(), n.pow(D as u32))?;
+        zones.validate(self.element_count())?;
         let mut out = ElementPoints { points: Points::empty(), elements: Vec::new(), local: Vec::new() };
         let shape = [n; D];
-        for element in 0..self.element_count() {
+        let mut ends = zones.offsets[1..].iter().peekable();
+        for (place, element) in zones.cells.iter().map(|&element| element as usize).enumerate() {
             for point in 0..n.pow(D as u32) {
                 let index = unravel(point, &shape);
                 let local = Point::<D>::from_fn(|i, _| abscissae[index[i]]);
@@ -98,7 +108,9 @@ impl<const D: usize> FiniteElements<D> {
                 out.elements.push(element);
                 out.local.push(local);
             }
-            out.points.close_group();
+            while ends.next_if(|&&end| end <= place + 1).is_some() {
+                out.points.close_group();
+            }
         }
         Ok(out)
     }

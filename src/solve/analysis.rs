@@ -89,7 +89,8 @@ impl Analysis {
         model: &'a Model<D>,
         rows: &'a Constraints,
     ) -> Result<Workspace<'a, D>, Error> {
-        let mut assembler = model.assembler();
+        let apart = self.solver.keeps_pressures();
+        let mut assembler = if apart { model.assembler_apart() } else { model.assembler() };
         let mut enforced = self.enforcement.bind(assembler.pattern(), rows)?;
         if enforced.unknowns() == 0 {
             return Err(SolveError::Empty {
@@ -129,6 +130,9 @@ impl Analysis {
         model: &Model<D>,
         enforced: &mut dyn Enforced,
     ) -> Result<Box<dyn Factorizer>, LinearError> {
+        if self.solver.keeps_pressures() {
+            return self.solver.analyze(enforced.pattern(), enforced.class(), None);
+        }
         let pattern = enforced.pattern();
         let unknowns = enforced.unknowns();
         let inner = (0..unknowns).take_while(|&k| enforced.full_index(k).is_some()).count();

@@ -129,6 +129,9 @@ impl Linear<'_> {
         buffers.solution.clone_from(rhs);
         factors.solve_in_place(&mut buffers.solution)?;
         let size = norm(rhs);
+        if factors.is_iterative() {
+            return Ok(());
+        }
         let sweeps = if system.skew.is_empty() { 1 } else { SKEW_SWEEPS };
         let mut before = f64::INFINITY;
         let mut residual = 0.0;

@@ -4,7 +4,7 @@ use crate::assembly::{Assembler, Model, System, release};
 use crate::boundary::{Constraints, Enforced};
 use crate::error::Cause;
 use crate::linear::vector::{negate, norm};
-use crate::linear::{Factorizer, Inertia, MatrixClass};
+use crate::linear::{At, Factorizer, Inertia, Linearised, MatrixClass};
 
 use super::functional::Control;
 use super::increment::{Buffers, Increment, Linear, settled};
@@ -105,7 +105,9 @@ impl<const D: usize> Workspace<'_, D> {
                 self.enforced.restrict(&self.system.load_slope, &slope, &self.system, &mut buffers.load_rhs);
             }
             self.system.release();
-            let factors = self.factorizer.factorize(&self.values)?;
+            let linearised = Linearised { values: &self.values, skew: &self.system.skew, zones: &self.system.zones };
+            let here = At { displacement: &state.displacement, condensed: &state.condensed, load: state.load };
+            let factors = self.factorizer.factorize_at(linearised, here)?;
             self.inertia = factors.inertia();
             let linear =
                 Linear { enforced: &*self.enforced, factors: &*factors, system: &self.system, values: &self.values };
@@ -220,7 +222,9 @@ impl<const D: usize> Workspace<'_, D> {
         negate(&mut self.system.load_slope);
         self.enforced.restrict(&self.system.load_slope, &violation, &self.system, &mut buffers.rhs);
         self.system.release();
-        let factors = self.factorizer.factorize(&self.values)?;
+        let linearised = Linearised { values: &self.values, skew: &self.system.skew, zones: &self.system.zones };
+        let here = At { displacement: &state.displacement, condensed: &state.condensed, load: state.load };
+        let factors = self.factorizer.factorize_at(linearised, here)?;
         self.inertia = factors.inertia();
         let linear =
             Linear { enforced: &*self.enforced, factors: &*factors, system: &self.system, values: &self.values };

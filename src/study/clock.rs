@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use crate::assembly::Pattern;
 use crate::error::LinearError;
-use crate::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
+use crate::linear::{At, Factorizer, Factors, Inertia, LinearSolver, Linearised, MatrixClass};
 
 /// Seconds of one analysis by phase.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -95,12 +95,30 @@ impl LinearSolver for Timed {
         let inner = timed(&self.meter.analyze, || self.inner.analyze(pattern, class, order))?;
         Ok(Box::new(TimedFactorizer { inner, meter: self.meter.clone() }))
     }
+
+    fn keeps_pressures(&self) -> bool {
+        self.inner.keeps_pressures()
+    }
+
+    fn directions(&self) -> Vec<usize> {
+        self.inner.directions()
+    }
 }
 
 impl Factorizer for TimedFactorizer {
     fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
         let meter = &*self.meter;
         let inner = timed(&meter.factorize, || self.inner.factorize(values))?;
+        Ok(Box::new(TimedFactors { inner, meter }))
+    }
+
+    fn factorize_at<'a>(
+        &'a mut self,
+        system: Linearised<'a>,
+        at: At<'_>,
+    ) -> Result<Box<dyn Factors + 'a>, LinearError> {
+        let meter = &*self.meter;
+        let inner = timed(&meter.factorize, || self.inner.factorize_at(system, at))?;
         Ok(Box::new(TimedFactors { inner, meter }))
     }
 
@@ -120,5 +138,9 @@ impl Factors for TimedFactors<'_> {
 
     fn inertia(&self) -> Option<Inertia> {
         self.inner.inertia()
+    }
+
+    fn is_iterative(&self) -> bool {
+        self.inner.is_iterative()
     }
 }

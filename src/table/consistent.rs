@@ -9,7 +9,7 @@ use crate::kinematics::{Kinematics, hoop_components};
 use crate::shape::{Approximation, ShapeFunctions};
 
 use super::build::{Rows, rows};
-use super::facets::{Facets, List};
+use super::facets::{Facets, List, monomials, shifted, slopes};
 use super::smooth::Measured;
 use super::{Clusters, check_values};
 
@@ -41,9 +41,9 @@ impl<S: Default, const D: usize, const Q: usize> Default for Scratch<S, D, Q> {
     }
 }
 
-/// $q = (1, X - X_c)$.
+/// The [`monomials`] of $X - X_c$.
 fn linear<const D: usize, const Q: usize>(at: &Point<D>, centre: &Point<D>) -> SVector<f64, Q> {
-    SVector::from_fn(|k, _| if k == 0 { 1.0 } else { at[k - 1] - centre[k - 1] })
+    monomials::<D, Q>(&(at - centre)).into()
 }
 
 /// Rows of the interior points, and their positions; see [`ShapeTable::consistent`](super::ShapeTable::consistent).
@@ -80,10 +80,9 @@ pub(super) fn consistent<const D: usize, const Q: usize, A: Approximation<D>>(
                     let from = smoothing.facet_points[facet as usize * smoothing.points_per_facet] - centre;
                     list.add([[0.0; Q]; 4], nodes, |a, sum| {
                         for j in 0..D {
-                            let flux = sign * sums[a][0][j];
-                            sum[j][0] += flux;
-                            for k in 1..Q {
-                                sum[j][k] += sign * sums[a][k][j] + flux * from[k - 1];
+                            let moments: [f64; Q] = shifted(&std::array::from_fn(|k| sums[a][k][j]), &from);
+                            for k in 0..Q {
+                                sum[j][k] += sign * moments[k];
                             }
                         }
                     });
@@ -98,13 +97,17 @@ pub(super) fn consistent<const D: usize, const Q: usize, A: Approximation<D>>(
                     rows.rcond = rows.rcond.min(psi.rcond);
                     let [off_axis, inverse] = if hoops.is_empty() { [0.0; 2] } else { measured.hoop(at, *weight)? };
                     let over_radius = off_axis * inverse;
+                    let falls: [[f64; Q]; D] = std::array::from_fn(|j| slopes(&(at - centre), j));
                     list.add([[0.0; Q]; 4], &psi.nodes, |a, sum| {
-                        let value = weight * psi.values[a];
+                        let value = weight * psi.values[a] * measure;
                         for j in 0..D {
-                            sum[j][j + 1] -= value * measure;
+                            for k in 1..Q {
+                                sum[j][k] -= value * falls[j][k];
+                            }
                         }
                         if !hoops.is_empty() {
                             // m,R = (number of hoops) m / R for the measures 2πR and 4πR².
+                            let value = weight * psi.values[a];
                             for k in 0..Q {
                                 let hoop = value * over_radius * q[k];
                                 sum[0][k] -= hoops.len() as f64 * hoop;

@@ -20,7 +20,7 @@ pub(super) struct Facets<const D: usize, const Q: usize> {
 }
 
 /// $\int\Psi_I\\,m\\,n\\,q_k\\,\mathrm dA$ over each facet of a run, in the direction in which the facet is stored:
-/// $q_0 = 1$, and $q_k = X_k - o_k$ from the first point $o$ of the facet.
+/// $q$ are the [`monomials`] from the first point $o$ of the facet.
 struct Run<const D: usize, const Q: usize> {
     ends: Vec<usize>,
     nodes: Vec<u32>,
@@ -74,11 +74,11 @@ impl<const D: usize, const Q: usize> Facets<D, Q> {
                     let area = smoothing.facet_areas[point] * measured.at(at)?;
                     volume += (at[0] - origin) * area[0] / dimension;
                     let away = at - smoothing.facet_points[first];
+                    let q = monomials::<D, Q>(&away);
                     list.add([Point::zeros(); Q], &psi.nodes, |a, sum| {
                         let flux = area * psi.values[a];
-                        sum[0] += flux;
-                        for (sum, x) in sum[1..].iter_mut().zip(away.iter()) {
-                            *sum += flux * *x;
+                        for (sum, q) in sum.iter_mut().zip(&q) {
+                            *sum += flux * *q;
                         }
                     });
                 }
@@ -99,6 +99,57 @@ impl<const D: usize, const Q: usize> Facets<D, Q> {
         let rcond = runs.iter().map(|run| run.rcond).fold(1.0, f64::min);
         Ok(Facets { starts, runs, rcond })
     }
+}
+
+/// Monomials of $x$: 1, its components, and with eight of them $xy$, $yz$, $zx$ and $xyz$.
+#[inline(always)]
+pub(super) fn monomials<const D: usize, const Q: usize>(x: &Point<D>) -> [f64; Q] {
+    let mut q = [1.0; Q];
+    for (q, x) in q[1..].iter_mut().zip(x.iter()) {
+        *q = *x;
+    }
+    if D == 3 && Q == 8 {
+        (q[4], q[5], q[6]) = (x[0] * x[1], x[1] * x[2], x[2] * x[0]);
+        q[7] = q[4] * x[2];
+    }
+    q
+}
+
+/// Derivatives of the [`monomials`] along one axis.
+#[inline(always)]
+pub(super) fn slopes<const D: usize, const Q: usize>(x: &Point<D>, axis: usize) -> [f64; Q] {
+    let mut q = [0.0; Q];
+    if Q > D {
+        q[axis + 1] = 1.0;
+    }
+    if D == 3 && Q == 8 {
+        let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+        // The product of axis k with the next one stands at 4 + k.
+        (q[4 + axis], q[4 + c], q[7]) = (x[b], x[c], x[b] * x[c]);
+    }
+    q
+}
+
+/// Moments about a point that lies by `from` behind the one that they were taken about.
+#[inline(always)]
+pub(super) fn shifted<const D: usize, const Q: usize>(m: &[f64; Q], from: &Point<D>) -> [f64; Q] {
+    let mut out = *m;
+    for k in 1..Q.min(D + 1) {
+        out[k] += m[0] * from[k - 1];
+    }
+    if D == 3 && Q == 8 {
+        for k in 0..3 {
+            let next = (k + 1) % 3;
+            out[4 + k] += from[k] * m[1 + next] + from[next] * m[1 + k] + from[k] * from[next] * m[0];
+        }
+        for k in 0..3 {
+            let (next, last) = ((k + 1) % 3, (k + 2) % 3);
+            // from of one axis with the product of the others, and the product of two with the third.
+            out[7] += from[k] * m[4 + next] + from[k] * from[next] * m[1 + last];
+        }
+        out[7] += from[0] * from[1] * from[2] * m[0];
+    }
+    out
 }
 
 /// Nodes by rising index, each with a sum.

@@ -345,6 +345,11 @@ impl<const D: usize, M: Material> Body<D, M> {
         sum / volume
     }
 
+    /// The initial shear modulus.
+    pub(super) fn shear(&self) -> f64 {
+        if self.shear > 0.0 { self.shear } else { crate::material::initial_shear_modulus(&self.material) }
+    }
+
     /// The part of the volumetric energy of a zone that stays pointwise.
     #[inline(always)]
     pub(super) fn stabilisation(&self, cluster: usize) -> f64 {
@@ -471,6 +476,22 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
 
     fn fills_lower_blocks(&self) -> bool {
         true
+    }
+
+    fn separates(&self) -> bool {
+        true
+    }
+
+    fn couplings(&self, cluster: usize, visit: &mut dyn FnMut(&[u16])) {
+        let clusters = self.table.clusters();
+        let mut last: &[u16] = &[];
+        for point in clusters.points(cluster) {
+            let nodes = clusters.local(point);
+            if nodes != last {
+                visit(nodes);
+                last = nodes;
+            }
+        }
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {

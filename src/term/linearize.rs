@@ -210,7 +210,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
     #[inline(always)]
     fn run<A: Arithmetic>(self) {
         let Linearize { body, cluster, view, out } = self;
-        let Element { residual, matrix, with_matrix, scratch, lower, windows, .. } = out;
+        let Element { residual, matrix, with_matrix, scratch, lower, windows, together, apart, .. } = out;
         let with_matrix = *with_matrix;
         let table = &body.table;
         let clusters = table.clusters();
@@ -234,12 +234,15 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
             };
         let (theta, pi, measure) = body.zone(cluster, view.condensed);
         let mut zone = Zone::new(theta, pi, body.stabilisation(cluster), measure);
-        // Points in a row that see the same nodes wait for each other, as many as have their products in registers.
+        // Points in a row that see the same nodes wait for each other, as many as have their products in registers. In space
+        // they wait elsewhere, for their products to be summed over all of them.
+        let in_space = D == 3 && S == 3;
         let most = match D * S {
             0..=4 => GROUP,
             5..=6 => GROUP / 2,
             _ => 1,
         };
+        together.clear();
         let mut group = 0;
         let mut tangents = [[[[[0.0; WIDTH]; D]; S]; D]; GROUP];
         let mut shared: &[u16] = &[];
@@ -321,7 +324,17 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                 reduced[i][s] += weight * stress[a];
             }
             windows.add_forces::<A, D, S>(group, &reduced, stride, forces);
-            if with_matrix {
+            if with_matrix && in_space {
+                let mut reduced = [[[[0.0; 3]; 3]; 3]; 3];
+                for b in 0..count {
+                    let (j, t) = components.places[b];
+                    for a in 0..count {
+                        let (i, s) = components.places[a];
+                        reduced[t][s][j][i] = weight * tangent[a * count + b];
+                    }
+                }
+                together.push::<D>(table, point, reduced, lower);
+            } else if with_matrix {
                 let reduced = &mut tangents[group];
                 *reduced = [[[[0.0; WIDTH]; D]; S]; D];
                 for b in 0..count {
@@ -335,6 +348,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
             }
         }
         windows.add_matrices::<A, D, S>(shared, &tangents[..group], lower);
+        together.flush::<D>(table, lower);
 
         // π + r_θ + H r_π: the pressure that enters the condensed forces.
         for k in 0..n {
@@ -353,6 +367,14 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
             }
         }
         if !with_matrix {
+            return;
+        }
+        if let Some(kept) = apart {
+            for k in 0..n {
+                let slopes = &slopes[k * D * stride..];
+                kept.slopes.extend((0..nodes.len()).flat_map(|a| (0..D).map(move |i| slopes[i * stride + a])));
+            }
+            (kept.hessian, kept.shear) = (zone.hessian, body.shear());
             return;
         }
         for k in 0..n {

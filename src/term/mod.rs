@@ -1,6 +1,7 @@
 //! Terms of the potential: what is summed over clusters of points.
 
 mod amplitude;
+mod apart;
 mod body;
 mod contraction;
 mod diagnostics;
@@ -12,13 +13,14 @@ mod step_limit;
 mod volumetric_measure;
 
 pub use amplitude::Amplitude;
+pub use apart::{Zone, gather_all};
 pub use body::{Body, PressureField};
 pub use diagnostics::StateDiagnostics;
 pub use integrand::{Integrand, PointDerivatives, PointState, Pointwise, Sparsity};
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
 pub use step_limit::largest_step;
 
-pub(crate) use contraction::Windows;
+pub(crate) use contraction::{Together, Windows};
 pub(crate) use lower::LowerBlocks;
 
 use crate::error::SolveError;
@@ -53,6 +55,9 @@ pub struct Element {
     /// The matrix of terms that fill its lower blocks instead.
     pub(crate) lower: LowerBlocks,
     pub(crate) windows: Windows,
+    pub(crate) together: Together,
+    /// Takes what condensed pressures would add to the matrix, where they are kept apart.
+    pub(crate) apart: Option<Zone>,
 }
 
 impl Element {
@@ -66,6 +71,7 @@ impl Element {
         self.matrix.resize(if with_matrix { size * size } else { 0 }, 0.0);
         self.with_matrix = with_matrix;
         self.lower.wanted = false;
+        self.apart = None;
     }
 
     /// As [`reset`](Element::reset), with the matrix in lower blocks.
@@ -157,6 +163,16 @@ pub trait Term<const D: usize>: Send + Sync {
         false
     }
 
+    /// Whether the term can keep its condensed unknowns apart; those of this crate alone know how.
+    #[doc(hidden)]
+    fn separates(&self) -> bool {
+        false
+    }
+
+    /// Visits lists of nodes, by their places in the cluster, that the matrix couples beside condensed unknowns.
+    #[doc(hidden)]
+    fn couplings(&self, _cluster: usize, _visit: &mut dyn FnMut(&[u16])) {}
+
     /// Where the condensed unknowns of a cluster stand among those of the term.
     fn condensed(&self, _cluster: usize) -> std::ops::Range<usize> {
         0..0
@@ -235,6 +251,14 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
 
     fn fills_lower_blocks(&self) -> bool {
         (**self).fills_lower_blocks()
+    }
+
+    fn separates(&self) -> bool {
+        (**self).separates()
+    }
+
+    fn couplings(&self, cluster: usize, visit: &mut dyn FnMut(&[u16])) {
+        (**self).couplings(cluster, visit);
     }
 
     fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {

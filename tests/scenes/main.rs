@@ -11,4 +11,5 @@ mod references;
 mod resume;
 mod schemes;
 mod sizing;
+mod space;
 mod study;

@@ -1,0 +1,145 @@
+//! Generalised minimal residuals.
+
+/// What a minimisation of residuals left.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Minimised {
+    /// Directions that were tried.
+    pub iterations: usize,
+    /// The residual, relative to the right-hand side.
+    pub residual: f64,
+}
+
+/// Directions that have to take a tenth off the residual.
+const STALLED: usize = 20;
+
+/// The residual that was left [`STALLED`] directions before the last one: each rotation leaves its sine of it.
+fn left_before(left: &[f64], rotations: &[[f64; 2]], end: usize) -> f64 {
+    rotations[end + 1 - STALLED..]
+        .iter()
+        .fold(left[end + 1].abs(), |r, [_, sine]| r / sine.abs().max(f64::MIN_POSITIVE))
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Eight sums fill the registers, in an order that depends on nothing.
+    let (a8, a_rest) = a.as_chunks::<8>();
+    let (b8, b_rest) = b.as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for (a, b) in a8.iter().zip(b8) {
+        for l in 0..8 {
+            sums[l] += a[l] * b[l];
+        }
+    }
+    sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
+}
+
+/// Solves $A P^{-1} y = b$, $x = P^{-1} y$, from zero: flexible GMRES, restarted after `directions`. `apply` and
+/// `precondition` write their answers into the second vector.
+pub(crate) fn gmres(
+    b: &[f64],
+    x: &mut [f64],
+    tolerance: f64,
+    [directions, most]: [usize; 2],
+    mut apply: impl FnMut(&[f64], &mut [f64]),
+    mut precondition: impl FnMut(&[f64], &mut [f64]),
+) -> Minimised {
+    let n = b.len();
+    let size = dot(b, b).sqrt();
+    x.fill(0.0);
+    let mut done = Minimised { iterations: 0, residual: 0.0 };
+    if !(size > 0.0) {
+        return done;
+    }
+    let mut residual = b.to_vec();
+    let mut product = vec![0.0; n];
+    let mut stalled = false;
+    loop {
+        let start = dot(&residual, &residual).sqrt();
+        done.residual = start / size;
+        if !(done.residual > tolerance) || done.iterations >= most {
+            return done;
+        }
+        let mut basis = vec![residual.iter().map(|r| r / start).collect::<Vec<f64>>()];
+        let mut answers: Vec<Vec<f64>> = Vec::new();
+        let (mut columns, mut rotations, mut left) = (Vec::<Vec<f64>>::new(), Vec::<[f64; 2]>::new(), vec![start]);
+        while answers.len() < directions && done.iterations < most {
+            let last = &basis[basis.len() - 1];
+            let mut answer = vec![0.0; n];
+            precondition(last, &mut answer);
+            apply(&answer, &mut product);
+            answers.push(answer);
+            done.iterations += 1;
+            let mut column = Vec::with_capacity(basis.len() + 1);
+            for other in &basis {
+                let along = dot(other, &product);
+                product.iter_mut().zip(other).for_each(|(p, o)| *p -= along * o);
+                column.push(along);
+            }
+            let length = dot(&product, &product).sqrt();
+            for (k, [cosine, sine]) in rotations.iter().enumerate() {
+                let (a, b) = (column[k], column[k + 1]);
+                (column[k], column[k + 1]) = (cosine * a + sine * b, cosine * b - sine * a);
+            }
+            let end = column.len() - 1;
+            let hypotenuse = column[end].hypot(length);
+            if !(hypotenuse > 0.0 && hypotenuse.is_finite()) {
+                done.residual = f64::NAN;
+                return done;
+            }
+            let rotation = [column[end] / hypotenuse, length / hypotenuse];
+            column[end] = hypotenuse;
+            columns.push(column);
+            rotations.push(rotation);
+            left.push(-rotation[1] * left[end]);
+            left[end] *= rotation[0];
+            if left[end + 1].abs() <= tolerance * size || length <= f64::EPSILON * hypotenuse {
+                break;
+            }
+            // Rounding leaves residuals where they are.
+            if end >= STALLED && left[end + 1].abs() > 0.9 * left_before(&left, &rotations, end) {
+                stalled = true;
+                break;
+            }
+            basis.push(product.iter().map(|p| p / length).collect());
+        }
+        for k in (0..columns.len()).rev() {
+            let known: f64 = (k + 1..columns.len()).map(|j| columns[j][k] * left[j]).sum();
+            left[k] = (left[k] - known) / columns[k][k];
+            x.iter_mut().zip(&answers[k]).for_each(|(x, v)| *x += left[k] * v);
+        }
+        apply(x, &mut product);
+        if stalled {
+            residual.iter_mut().zip(b).zip(&product).for_each(|((r, b), p)| *r = b - p);
+            done.residual = dot(&residual, &residual).sqrt() / size;
+            return done;
+        }
+        residual.iter_mut().zip(b).zip(&product).for_each(|((r, b), p)| *r = b - p);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_preconditioned_system_is_solved_with_and_without_restarts() {
+        let n = 40;
+        let b: Vec<f64> = (0..n).map(|k| (k as f64).cos()).collect();
+        // A nonsymmetric matrix of three diagonals.
+        let apply = |x: &[f64], y: &mut [f64]| {
+            for k in 0..n {
+                let before = if k > 0 { x[k - 1] } else { 0.0 };
+                let after = if k + 1 < n { x[k + 1] } else { 0.0 };
+                y[k] = (3.0 + k as f64) * x[k] - before - 0.5 * after;
+            }
+        };
+        for directions in [40, 4] {
+            let mut x = vec![0.0; n];
+            let jacobi = |r: &[f64], z: &mut [f64]| (0..n).for_each(|k| z[k] = r[k] / (3.0 + k as f64));
+            let done = gmres(&b, &mut x, 1e-11, [directions, 200], apply, jacobi);
+            assert!(done.residual <= 1e-11 && done.iterations < 100, "{done:?}");
+            let mut y = vec![0.0; n];
+            apply(&x, &mut y);
+            assert!(y.iter().zip(&b).all(|(y, b)| (y - b).abs() < 1e-9));
+        }
+    }
+}

@@ -1,0 +1,584 @@
+//! Large bodies in space: pressures apart, Krylov iteration, linear elements on the particles as a preconditioner.
+
+use std::cell::{Cell, RefCell};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use nalgebra::Matrix4;
+
+use crate::assembly::{Assembler, Model, Pattern, System};
+use crate::error::LinearError;
+use crate::parallel::map_with;
+use crate::term::{Zone, gather_all};
+
+use super::gmres::gmres;
+use super::multilevel::{BlockMatrix, Cycles, Multilevel};
+use super::{At, Direct, Factorizer, Factors, Inertia, LinearSolver, Linearised, MatrixClass};
+
+/// Relative residual of a solution: Newton's next iteration finds what is left of it.
+const TOLERANCE: f64 = 1e-6;
+/// Residuals below this part of the largest right-hand side of an analysis are rounding.
+const ROUNDING: f64 = 1e-12;
+/// Directions before a restart, and at most.
+const DIRECTIONS: [usize; 2] = [80, 240];
+/// Parts of a product that threads share: the same for any number of them, for the sake of the bits.
+const PARTS: usize = 16;
+/// Stiffness of held nodes in the preconditioner, in the largest of its diagonal.
+const HELD: f64 = 10.0;
+/// Schur's complement of the pressures is taken for $1/(c\\,\mu) + H^{-1}$ with this $c$: an unconfined change of volume meets
+/// $\lambda + 2\mu$, of which the pointwise part of the volumetric energy leaves $2.3\mu$.
+const COMPLEMENT: f64 = 2.0;
+
+/// Elements beside the particles, which are stiff where these are: what a large model is preconditioned with.
+#[derive(Clone)]
+pub struct Auxiliary {
+    /// Linear elements on the particles with the material and the zones of the body.
+    pub model: Arc<Model<3>>,
+    /// Which term of the model to be solved has the same condensed unknowns.
+    pub term: usize,
+    /// Values of the shape functions at the particles by rows: first entry of each, particles, values. Empty where the
+    /// functions interpolate.
+    pub values: (Vec<usize>, Vec<u32>, Vec<f64>),
+    /// Places of the particles in the unit cube, and how many times their spacing it is wide.
+    pub places: Vec<[f64; 3]>,
+    /// Cells along each axis of the unit cube.
+    pub cells: [usize; 3],
+    /// Unknowns that conditions hold.
+    pub held: Vec<usize>,
+}
+
+/// Generalised minimal residuals for nearly incompressible bodies in space.
+///
+/// Pressures of zones stay unknowns,
+/// $$\begin{bmatrix}K & C^T\\ C & -H^{-1}\end{bmatrix}\begin{bmatrix}\delta d\\ q\end{bmatrix} =
+///   \begin{bmatrix}b\\ 0\end{bmatrix},$$
+/// for $C^T H C$ would couple all particles of a zone and defeat every preconditioner. Conditions hold exactly in each
+/// direction: $\Pi = 1 - G^T (G G^T)^{-1} G$. The preconditioner is block triangular. In place of $K^{-1}$ it has
+/// $N^{-1} A^{-1} N^{-T}$ with $N_{JI} = \Psi_I(X_J)$ and the stiffness $A$ of trilinear elements between the particles,
+/// which sees the same displacements at particles and has a tenth of the entries; one multilevel cycle stands for $A^{-1}$.
+/// In place of Schur's complement it has the mass of the pressures, $1/(2\mu) + H^{-1}$.
+#[derive(Clone)]
+pub struct Krylov {
+    auxiliary: Auxiliary,
+    counts: Arc<Mutex<Vec<usize>>>,
+}
+
+impl Krylov {
+    /// With the elements that belong to the particles.
+    pub fn new(auxiliary: Auxiliary) -> Self {
+        Krylov { auxiliary, counts: Arc::default() }
+    }
+}
+
+impl LinearSolver for Krylov {
+    fn analyze(
+        &self,
+        pattern: &Pattern,
+        class: MatrixClass,
+        _order: Option<&[usize]>,
+    ) -> Result<Box<dyn Factorizer>, LinearError> {
+        pattern.validate()?;
+        let rows = match class {
+            MatrixClass::Definite => 0,
+            MatrixClass::Saddle { constraints } => constraints,
+        };
+        let unknowns = pattern.size() - rows;
+        if unknowns != self.auxiliary.model.unknowns() {
+            return Err(LinearError::Length {
+                what: "reduced unknowns beside multipliers",
+                given: unknowns,
+                needed: self.auxiliary.model.unknowns(),
+            });
+        }
+        // Conditions: entries in rows of multipliers.
+        let mut entries: Vec<Vec<(u32, usize)>> = vec![Vec::new(); rows];
+        for column in 0..unknowns {
+            let all = pattern.column(column);
+            let first = all.partition_point(|&row| (row as usize) < unknowns);
+            for (k, &row) in all.iter().enumerate().skip(first) {
+                entries[row as usize - unknowns].push((column as u32, pattern.columns[column] + k));
+            }
+        }
+        let mut users: Vec<Vec<u32>> = vec![Vec::new(); unknowns];
+        for (row, entries) in entries.iter().enumerate() {
+            entries.iter().for_each(|&(column, _)| users[column as usize].push(row as u32));
+        }
+        let mut columns: Vec<Vec<u32>> = vec![Vec::new(); rows];
+        for (row, entries) in entries.iter().enumerate() {
+            let others = entries.iter().flat_map(|&(column, _)| &users[column as usize]);
+            columns[row] = others.copied().filter(|&other| other as usize > row).collect();
+            columns[row].sort_unstable();
+            columns[row].dedup();
+        }
+        let products = Pattern::from_columns(columns);
+        let projector = if rows > 0 { Some(Direct.analyze(&products, MatrixClass::Definite, None)?) } else { None };
+        Ok(Box::new(KrylovFactorizer {
+            pattern: pattern.clone(),
+            unknowns,
+            entries,
+            products,
+            projector,
+            product_values: Vec::new(),
+            values_at: Interpolation::new(&self.auxiliary.values),
+            assembler: self.auxiliary.model.assembler_apart(),
+            system: System::default(),
+            multilevel: None,
+            largest: Cell::new(0.0),
+            auxiliary: self.auxiliary.clone(),
+            counts: self.counts.clone(),
+        }))
+    }
+
+    fn keeps_pressures(&self) -> bool {
+        true
+    }
+
+    fn directions(&self) -> Vec<usize> {
+        self.counts.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// Solutions with the values of shape functions at particles, by a polynomial of fixed degree.
+struct Interpolation {
+    rows: Sparse,
+    columns: Sparse,
+    /// Least eigenvalue that the polynomial sees, and its degree.
+    least: f64,
+    degree: usize,
+}
+
+#[derive(Default)]
+struct Sparse {
+    starts: Vec<usize>,
+    columns: Vec<u32>,
+    values: Vec<f64>,
+}
+
+impl Sparse {
+    /// $y = x - A z$ for three components of each node.
+    fn residual(&self, x: &[f64], z: &[f64], y: &mut [f64]) {
+        for row in 0..self.starts.len().saturating_sub(1) {
+            let mut sum = [x[3 * row], x[3 * row + 1], x[3 * row + 2]];
+            for k in self.starts[row]..self.starts[row + 1] {
+                let z = &z[3 * self.columns[k] as usize..][..3];
+                for i in 0..3 {
+                    sum[i] -= self.values[k] * z[i];
+                }
+            }
+            y[3 * row..3 * row + 3].copy_from_slice(&sum);
+        }
+    }
+
+    fn transposed(&self) -> Sparse {
+        let n = self.starts.len().saturating_sub(1);
+        let mut starts = vec![0usize; n + 1];
+        self.columns.iter().for_each(|&c| starts[c as usize + 1] += 1);
+        for k in 0..n {
+            starts[k + 1] += starts[k];
+        }
+        let mut next = starts.clone();
+        let (mut columns, mut values) = (vec![0u32; self.columns.len()], vec![0.0; self.columns.len()]);
+        for row in 0..n {
+            for k in self.starts[row]..self.starts[row + 1] {
+                let place = &mut next[self.columns[k] as usize];
+                (columns[*place], values[*place]) = (row as u32, self.values[k]);
+                *place += 1;
+            }
+        }
+        Sparse { starts, columns, values }
+    }
+}
+
+impl Interpolation {
+    fn new((starts, columns, values): &(Vec<usize>, Vec<u32>, Vec<f64>)) -> Option<Self> {
+        if values.is_empty() {
+            return None;
+        }
+        let rows = Sparse { starts: starts.clone(), columns: columns.clone(), values: values.clone() };
+        let n = 3 * (starts.len() - 1);
+        let mut all = Interpolation { columns: rows.transposed(), rows, least: 0.0, degree: 0 };
+        // Splines of the third order on regular lattices have 1/27 and more; wider supports less.
+        let b: Vec<f64> = (0..n).map(|k| (1.7 * k as f64).sin()).collect();
+        for (least, degree) in [(0.03, 10), (0.01, 18), (0.003, 32), (0.001, 56)] {
+            (all.least, all.degree) = (least, degree);
+            let mut x = b.clone();
+            all.solve(false, &mut x);
+            let mut left = vec![0.0; n];
+            all.rows.residual(&b, &x, &mut left);
+            if dot(&left, &left) <= 0.01 * dot(&b, &b) {
+                break;
+            }
+        }
+        Some(all)
+    }
+
+    /// Chebyshev's iteration from zero, for the matrix or its transpose.
+    fn solve(&self, transposed: bool, b: &mut [f64]) {
+        let matrix = if transposed { &self.columns } else { &self.rows };
+        let (middle, half) = (0.5 * (1.0 + self.least), 0.5 * (1.0 - self.least));
+        let mut x = vec![0.0; b.len()];
+        let mut left = b.to_vec();
+        let mut step: Vec<f64> = b.iter().map(|b| b / middle).collect();
+        let mut rho = half / middle;
+        for _ in 0..self.degree {
+            x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
+            matrix.residual(b, &x, &mut left);
+            let next = 1.0 / (2.0 * middle / half - rho);
+            step.iter_mut().zip(&left).for_each(|(s, l)| *s = next * rho * *s + 2.0 * next / half * l);
+            rho = next;
+        }
+        b.copy_from_slice(&x);
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+struct KrylovFactorizer {
+    auxiliary: Auxiliary,
+    pattern: Pattern,
+    unknowns: usize,
+    /// Unknown and place of each entry of a condition.
+    entries: Vec<Vec<(u32, usize)>>,
+    /// Pattern of $G G^T$.
+    products: Pattern,
+    projector: Option<Box<dyn Factorizer>>,
+    product_values: Vec<f64>,
+    values_at: Option<Interpolation>,
+    assembler: Assembler,
+    system: System,
+    multilevel: Option<Multilevel>,
+    largest: Cell<f64>,
+    counts: Arc<Mutex<Vec<usize>>>,
+}
+
+impl KrylovFactorizer {
+    /// The stiffness of the elements at a state.
+    fn stiffness(&mut self, at: At<'_>) -> Result<(), LinearError> {
+        let Auxiliary { model, term, places, cells, held, .. } = &self.auxiliary;
+        let own: Vec<f64> = match &self.values_at {
+            Some(values) => {
+                let mut moved = vec![0.0; at.displacement.len()];
+                values.rows.residual(&moved.clone(), at.displacement, &mut moved);
+                moved.iter_mut().for_each(|u| *u = -*u);
+                moved
+            }
+            None => at.displacement.to_vec(),
+        };
+        let condensed = at.condensed.get(*term).map(|l| vec![l.clone()]).unwrap_or_default();
+        self.assembler.assemble(model, &own, &condensed, at.load, &mut self.system);
+        if !self.system.values.iter().all(|v| v.is_finite()) {
+            // Elements may turn over where averages over particles do not: those at rest are stiff in the same places.
+            let rest = vec![0.0; own.len()];
+            self.assembler.assemble(model, &rest, &model.start(), 0.0, &mut self.system);
+        }
+        let mut blocks = BlockMatrix::from_lower(self.assembler.pattern(), &self.system.values);
+        let stiff = HELD * blocks.largest_diagonal();
+        held.iter().for_each(|&unknown| blocks.add_diagonal(unknown, stiff));
+        self.multilevel = Some(Multilevel::new(blocks, places, *cells)?);
+        Ok(())
+    }
+}
+
+impl Factorizer for KrylovFactorizer {
+    fn factorize<'a>(&'a mut self, _values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
+        Err(LinearError::Library { what: "a Krylov iteration needs the state beside the matrix".into() })
+    }
+
+    fn factorize_at<'a>(&'a mut self, at: Linearised<'a>, state: At<'_>) -> Result<Box<dyn Factors + 'a>, LinearError> {
+        self.stiffness(state)?;
+        // Conditions with a largest entry of one.
+        let mut rows = Vec::with_capacity(self.entries.len());
+        let mut stiffness: f64 = 0.0;
+        for entries in &self.entries {
+            let row: Vec<(u32, f64)> = entries.iter().map(|&(column, place)| (column, at.values[place])).collect();
+            stiffness = row.iter().fold(stiffness, |largest, (_, c)| largest.max(c.abs()));
+            rows.push(row);
+        }
+        if rows.is_empty() {
+            let diagonal = self.pattern.columns[..self.unknowns].iter().map(|&first| at.values[first].abs());
+            stiffness = diagonal.fold(0.0, f64::max);
+        }
+        if !(stiffness > 0.0 && stiffness.is_finite()) {
+            return Err(LinearError::Pivot {
+                pivot: 0,
+                hint: "the matrix has entries that are not finite, or none at all",
+            });
+        }
+        rows.iter_mut().flatten().for_each(|(_, c)| *c /= stiffness);
+        let mut dense = vec![0.0; self.unknowns];
+        self.product_values.clear();
+        for row in 0..rows.len() {
+            rows[row].iter().for_each(|&(column, c)| dense[column as usize] = c);
+            for &other in self.products.column(row) {
+                let sum = rows[other as usize].iter().map(|&(column, c)| c * dense[column as usize]).sum();
+                self.product_values.push(sum);
+            }
+            rows[row].iter().for_each(|&(column, _)| dense[column as usize] = 0.0);
+        }
+        let projector = match &mut self.projector {
+            Some(projector) => Some(projector.factorize(&self.product_values)?),
+            None => None,
+        };
+        let mut pressures = Vec::with_capacity(at.zones.len());
+        for zone in at.zones {
+            let singular = LinearError::Pivot { pivot: 0, hint: "the volumetric energy of a zone has no curvature" };
+            let compliance = zone.regular_hessian().try_inverse().ok_or(singular)?;
+            let soft = if zone.shear > 0.0 { 1.0 / (COMPLEMENT * zone.shear) } else { 0.0 };
+            let complement = compliance + Matrix4::identity() * soft;
+            let singular = LinearError::Pivot { pivot: 0, hint: "the pressures of a zone have no stiffness" };
+            // Unknowns of the size of the forces.
+            let scale = (stiffness / complement[(0, 0)].abs()).sqrt();
+            let inverse = complement.try_inverse().ok_or(singular)? / (scale * scale);
+            pressures.push(Pressures { scale, compliance: compliance * (scale * scale), inverse });
+        }
+        let ends = parts(&self.pattern, self.unknowns);
+        let cycles = self.multilevel.as_mut().map(Multilevel::cycles).transpose()?;
+        Ok(Box::new(Solved {
+            pattern: &self.pattern,
+            unknowns: self.unknowns,
+            values: at.values,
+            zones: at.zones,
+            skew: at.skew,
+            pressures,
+            rows,
+            stiffness,
+            projector,
+            values_at: self.values_at.as_ref(),
+            ends,
+            cycles: RefCell::new(cycles),
+            largest: &self.largest,
+            counts: &self.counts,
+        }))
+    }
+}
+
+/// Columns of about equal numbers of entries.
+fn parts(pattern: &Pattern, unknowns: usize) -> Vec<usize> {
+    let total = pattern.columns[unknowns];
+    let mut ends: Vec<usize> =
+        (0..=PARTS).map(|k| pattern.columns[..=unknowns].partition_point(|&c| c < total * k / PARTS)).collect();
+    ends[PARTS] = unknowns;
+    ends
+}
+
+/// Numbers of a zone, in unknowns of the size of the forces.
+struct Pressures {
+    scale: f64,
+    compliance: Matrix4<f64>,
+    inverse: Matrix4<f64>,
+}
+
+struct Solved<'a> {
+    pattern: &'a Pattern,
+    unknowns: usize,
+    values: &'a [f64],
+    zones: &'a [Zone],
+    skew: &'a [(u32, u32, f64)],
+    pressures: Vec<Pressures>,
+    /// Conditions with a largest entry of one, and what they are multiplied with in the matrix.
+    rows: Vec<Vec<(u32, f64)>>,
+    stiffness: f64,
+    projector: Option<Box<dyn Factors + 'a>>,
+    values_at: Option<&'a Interpolation>,
+    /// Columns that one thread at a time multiplies.
+    ends: Vec<usize>,
+    cycles: RefCell<Option<Cycles<'a>>>,
+    /// The largest right-hand side so far.
+    largest: &'a Cell<f64>,
+    counts: &'a Mutex<Vec<usize>>,
+}
+
+impl Solved<'_> {
+    /// $y = A x$ of the displacements alone.
+    fn matrix(&self, x: &[f64], y: &mut [f64]) {
+        self.symmetric(x, y);
+        for &(row, column, value) in self.skew {
+            y[row as usize] += value * x[column as usize];
+            y[column as usize] -= value * x[row as usize];
+        }
+    }
+
+    /// The same of the symmetric part.
+    fn symmetric(&self, x: &[f64], y: &mut [f64]) {
+        let Solved { unknowns: n, ends, pattern, values, .. } = self;
+        let n = *n;
+        let pieces = map_with(
+            PARTS,
+            2,
+            || (),
+            |(), part| {
+                let (first, end) = (ends[part], ends[part + 1]);
+                let last = (first..end)
+                    .filter_map(|column| {
+                        let rows = pattern.column(column);
+                        rows[..rows.partition_point(|&row| (row as usize) < n)].last().copied()
+                    })
+                    .max();
+                let mut sums = vec![0.0; last.map_or(0, |last| last as usize + 1 - first)];
+                for column in first..end {
+                    let from = pattern.columns[column];
+                    let rows = pattern.column(column);
+                    let factor = x[column];
+                    let mut sum = values[from] * factor;
+                    for (&row, value) in rows.iter().zip(&values[from..]).skip(1) {
+                        let row = row as usize;
+                        if row >= n {
+                            break;
+                        }
+                        sum += value * x[row];
+                        sums[row - first] += value * factor;
+                    }
+                    sums[column - first] += sum;
+                }
+                (first, sums)
+            },
+        );
+        y.fill(0.0);
+        for (first, sums) in pieces {
+            y[first..first + sums.len()].iter_mut().zip(&sums).for_each(|(y, s)| *y += s);
+        }
+    }
+
+    /// $G x$ of conditions with a largest entry of one.
+    fn conditions(&self, x: &[f64]) -> Vec<f64> {
+        self.rows.iter().map(|row| row.iter().map(|&(k, c)| c * x[k as usize]).sum()).collect()
+    }
+
+    /// $x \mathrel{+}= s\\,G^T \mu$.
+    fn react(&self, mu: &[f64], s: f64, x: &mut [f64]) {
+        for (row, mu) in self.rows.iter().zip(mu) {
+            row.iter().for_each(|&(k, c)| x[k as usize] += s * c * mu);
+        }
+    }
+
+    /// $(G G^T)^{-1} G x$.
+    fn multipliers(&self, x: &[f64]) -> Result<Vec<f64>, LinearError> {
+        let mut mu = self.conditions(x);
+        if let Some(projector) = &self.projector {
+            projector.solve_in_place(&mut mu)?;
+        }
+        Ok(mu)
+    }
+
+    /// $\Pi x$.
+    fn project(&self, x: &mut [f64]) {
+        if let Ok(mu) = self.multipliers(x) {
+            self.react(&mu, -1.0, x);
+        } else {
+            x.fill(f64::NAN);
+        }
+    }
+
+    /// $y \mathrel{+}= C^T q$ in scaled pressures.
+    fn pressed(&self, q: &[f64], sign: f64, y: &mut [f64]) {
+        for ((zone, own), q) in self.zones.iter().zip(&self.pressures).zip(q.as_chunks::<4>().0) {
+            zone.scatter::<3>(&q.map(|q| sign * own.scale * q), y);
+        }
+    }
+
+    /// $C x$ in scaled pressures.
+    fn volumes(&self, x: &[f64], q: &mut [f64]) {
+        let sums = gather_all::<3>(self.zones, x);
+        for ((sum, own), q) in sums.iter().zip(&self.pressures).zip(q.as_chunks_mut::<4>().0) {
+            *q = sum.map(|s| own.scale * s);
+        }
+    }
+
+    /// In place of $K^{-1}$.
+    fn smooth(&self, x: &mut [f64]) {
+        if let Some(values) = self.values_at {
+            values.solve(true, x);
+        }
+        let failed = self.cycles.borrow_mut().as_mut().is_some_and(|cycles| cycles.cycle(x).is_err());
+        if failed {
+            x.fill(f64::NAN);
+        }
+        if let Some(values) = self.values_at {
+            values.solve(false, x);
+        }
+    }
+}
+
+impl Factors for Solved<'_> {
+    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
+        let n = self.unknowns;
+        let (force, gap) = rhs.split_at_mut(n);
+        // A displacement that meets the conditions.
+        let mut met = vec![0.0; n];
+        if let Some(projector) = &self.projector {
+            let mut mu: Vec<f64> = gap.iter().map(|g| g / self.stiffness).collect();
+            projector.solve_in_place(&mut mu)?;
+            self.react(&mu, 1.0, &mut met);
+        }
+        let size = n + 4 * self.zones.len();
+        let mut right = vec![0.0; size];
+        {
+            let (u, q) = right.split_at_mut(n);
+            self.matrix(&met, u);
+            u.iter_mut().zip(&*force).for_each(|(u, f)| *u = f - *u);
+            self.project(u);
+            self.volumes(&met, q);
+            q.iter_mut().for_each(|q| *q = -*q);
+        }
+        let mut x = vec![0.0; size];
+        let norm = dot(&right, &right).sqrt();
+        let largest = self.largest.get().max(norm);
+        self.largest.set(largest);
+        let tolerance = TOLERANCE.max(ROUNDING * largest / norm.max(f64::MIN_POSITIVE));
+        let done = gmres(
+            &right,
+            &mut x,
+            tolerance,
+            DIRECTIONS,
+            |x, y| {
+                let ((u, q), (y, z)) = (x.split_at(n), y.split_at_mut(n));
+                self.matrix(u, y);
+                self.pressed(q, 1.0, y);
+                self.project(y);
+                self.volumes(u, z);
+                let zones = self.pressures.iter().zip(q.as_chunks::<4>().0).zip(z.as_chunks_mut::<4>().0);
+                for ((own, q), z) in zones {
+                    let soft = own.compliance * nalgebra::Vector4::from(*q);
+                    (0..4).for_each(|k| z[k] -= soft[k]);
+                }
+            },
+            |x, y| {
+                let ((u, q), (y, z)) = (x.split_at(n), y.split_at_mut(n));
+                let zones = self.pressures.iter().zip(q.as_chunks::<4>().0).zip(z.as_chunks_mut::<4>().0);
+                for ((own, q), z) in zones {
+                    let answer = own.inverse * nalgebra::Vector4::from(*q);
+                    (0..4).for_each(|k| z[k] = -answer[k]);
+                }
+                y.copy_from_slice(u);
+                self.pressed(z, -1.0, y);
+                self.project(y);
+                self.smooth(y);
+                self.project(y);
+            },
+        );
+        self.counts.lock().unwrap_or_else(PoisonError::into_inner).push(done.iterations);
+        // What is not quite solved is left to Newton's next iteration.
+        if !(done.residual <= 1e2 * tolerance) {
+            return Err(LinearError::Residual { residual: done.residual });
+        }
+        let (u, q) = x.split_at(n);
+        met.iter_mut().zip(u).for_each(|(m, u)| *m += u);
+        let mut left = vec![0.0; n];
+        self.matrix(&met, &mut left);
+        self.pressed(q, 1.0, &mut left);
+        left.iter_mut().zip(&*force).for_each(|(l, f)| *l = f - *l);
+        let mu = self.multipliers(&left)?;
+        gap.iter_mut().zip(mu).for_each(|(gap, mu)| *gap = mu / self.stiffness);
+        force.copy_from_slice(&met);
+        Ok(())
+    }
+
+    fn inertia(&self) -> Option<Inertia> {
+        None
+    }
+
+    fn is_iterative(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,362 @@
+//! A multilevel solver for sparse matrices of blocks: the stiffness of linear elements on the particles.
+
+use crate::assembly::Pattern;
+use crate::error::LinearError;
+
+use super::{Direct, Factorizer, Factors, LinearSolver, MatrixClass};
+
+/// Components of a block.
+pub(super) const BLOCK: usize = 3;
+type Block = [f64; BLOCK * BLOCK];
+
+/// Nodes up to which a level is factorised: some thousand unknowns with 81 entries a row take milliseconds.
+const COARSEST: usize = 1500;
+/// Sweeps before and after the coarser level.
+const SWEEPS: usize = 2;
+
+/// A square matrix of blocks by rows, both triangles, columns rising.
+#[derive(Debug, Clone, Default)]
+pub(super) struct BlockMatrix {
+    starts: Vec<usize>,
+    columns: Vec<u32>,
+    values: Vec<Block>,
+}
+
+/// Weights of coarse nodes by fine nodes.
+#[derive(Debug, Clone, Default)]
+struct Transfer {
+    starts: Vec<usize>,
+    nodes: Vec<u32>,
+    weights: Vec<f64>,
+}
+
+impl Transfer {
+    fn row(&self, node: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let range = self.starts[node]..self.starts[node + 1];
+        self.nodes[range.clone()].iter().map(|&n| n as usize).zip(self.weights[range].iter().copied())
+    }
+}
+
+impl BlockMatrix {
+    pub(super) fn rows(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
+    /// From the lower triangle of a pattern whose columns come in blocks.
+    pub(super) fn from_lower(pattern: &Pattern, values: &[f64]) -> BlockMatrix {
+        let nodes = pattern.size() / BLOCK;
+        let node_rows = |node: usize| {
+            let rows = pattern.column(node * BLOCK + BLOCK - 1);
+            rows.iter().copied().filter(|row| *row as usize % BLOCK == BLOCK - 1).map(|row| row as usize / BLOCK)
+        };
+        let mut counts = vec![0usize; nodes + 1];
+        for column in 0..nodes {
+            for row in node_rows(column) {
+                counts[row + 1] += 1;
+                if row != column {
+                    counts[column + 1] += 1;
+                }
+            }
+        }
+        for k in 0..nodes {
+            counts[k + 1] += counts[k];
+        }
+        let starts = counts.clone();
+        let (mut columns, mut blocks) = (vec![0u32; starts[nodes]], vec![[0.0; 9]; starts[nodes]]);
+        let mut next = starts.clone();
+        // Columns rise in each row: lower entries come by rising columns, upper ones after them by rising rows.
+        let mut upper: Vec<(usize, usize, Block)> = Vec::new();
+        for column in 0..nodes {
+            for (k, row) in node_rows(column).enumerate() {
+                let mut block = [0.0; 9];
+                for j in 0..BLOCK {
+                    let first = pattern.columns[column * BLOCK + j];
+                    for i in 0..BLOCK {
+                        block[i * BLOCK + j] = match (k, i >= j) {
+                            (0, true) => values[first + i - j],
+                            (0, false) => values[pattern.columns[column * BLOCK + i] + j - i],
+                            _ => values[first + BLOCK - j + (k - 1) * BLOCK + i],
+                        };
+                    }
+                }
+                (columns[next[row]], blocks[next[row]]) = (column as u32, block);
+                next[row] += 1;
+                if row != column {
+                    upper.push((column, row, block));
+                }
+            }
+        }
+        for (row, column, block) in upper {
+            let mut turned = [0.0; 9];
+            for i in 0..BLOCK {
+                for j in 0..BLOCK {
+                    turned[j * BLOCK + i] = block[i * BLOCK + j];
+                }
+            }
+            (columns[next[row]], blocks[next[row]]) = (column as u32, turned);
+            next[row] += 1;
+        }
+        BlockMatrix { starts, columns, values: blocks }
+    }
+
+    /// Adds to the diagonal of an unknown.
+    pub(super) fn add_diagonal(&mut self, unknown: usize, value: f64) {
+        let (row, i) = (unknown / BLOCK, unknown % BLOCK);
+        for k in self.starts[row]..self.starts[row + 1] {
+            if self.columns[k] as usize == row {
+                self.values[k][i * BLOCK + i] += value;
+            }
+        }
+    }
+
+    /// The largest diagonal entry.
+    pub(super) fn largest_diagonal(&self) -> f64 {
+        (0..self.rows()).flat_map(|row| self.diagonal(row).map(|b| [b[0], b[4], b[8]])).flatten().fold(0.0, f64::max)
+    }
+
+    fn diagonal(&self, row: usize) -> Option<&Block> {
+        let range = self.starts[row]..self.starts[row + 1];
+        let at = self.columns[range.clone()].binary_search(&(row as u32)).ok()?;
+        Some(&self.values[range.start + at])
+    }
+
+    /// $b - A x$ in one row of blocks.
+    #[inline(always)]
+    fn residual(&self, row: usize, b: &[f64], x: &[f64]) -> [f64; BLOCK] {
+        let mut sum = [b[row * BLOCK], b[row * BLOCK + 1], b[row * BLOCK + 2]];
+        let range = self.starts[row]..self.starts[row + 1];
+        for (&column, block) in self.columns[range.clone()].iter().zip(&self.values[range]) {
+            let x = &x[column as usize * BLOCK..][..BLOCK];
+            for i in 0..BLOCK {
+                sum[i] -= block[i * BLOCK] * x[0] + block[i * BLOCK + 1] * x[1] + block[i * BLOCK + 2] * x[2];
+            }
+        }
+        sum
+    }
+
+    /// $P^T A P$.
+    fn coarsened(&self, transfer: &Transfer, coarse: usize) -> BlockMatrix {
+        let mut rows: Vec<Vec<(u32, Block)>> = vec![Vec::new(); coarse];
+        let mut place = vec![u32::MAX; coarse];
+        let mut sums: Vec<(u32, Block)> = Vec::new();
+        for row in 0..self.rows() {
+            sums.clear();
+            for k in self.starts[row]..self.starts[row + 1] {
+                for (node, weight) in transfer.row(self.columns[k] as usize) {
+                    if place[node] == u32::MAX {
+                        place[node] = sums.len() as u32;
+                        sums.push((node as u32, [0.0; 9]));
+                    }
+                    let sum = &mut sums[place[node] as usize].1;
+                    for (s, b) in sum.iter_mut().zip(&self.values[k]) {
+                        *s += weight * b;
+                    }
+                }
+            }
+            for &(node, _) in &sums {
+                place[node as usize] = u32::MAX;
+            }
+            for (node, weight) in transfer.row(row) {
+                for (column, block) in &sums {
+                    let row = &mut rows[node];
+                    let at = match row.binary_search_by_key(column, |entry| entry.0) {
+                        Ok(at) => at,
+                        Err(at) => {
+                            row.insert(at, (*column, [0.0; 9]));
+                            at
+                        }
+                    };
+                    for (s, b) in row[at].1.iter_mut().zip(block) {
+                        *s += weight * b;
+                    }
+                }
+            }
+        }
+        let mut all = BlockMatrix { starts: vec![0], ..BlockMatrix::default() };
+        for (node, mut row) in rows.into_iter().enumerate() {
+            if row.is_empty() {
+                // No fine node sees it.
+                row.push((node as u32, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]));
+            }
+            for (column, block) in row {
+                all.columns.push(column);
+                all.values.push(block);
+            }
+            all.starts.push(all.columns.len());
+        }
+        all
+    }
+
+    /// Lower pattern and values.
+    fn lower(&self) -> (Pattern, Vec<f64>) {
+        let mut columns = vec![0];
+        let (mut rows, mut values) = (Vec::new(), Vec::new());
+        for node in 0..self.rows() {
+            for j in 0..BLOCK {
+                for k in self.starts[node]..self.starts[node + 1] {
+                    let other = self.columns[k] as usize;
+                    for i in 0..BLOCK {
+                        if other * BLOCK + i >= node * BLOCK + j {
+                            rows.push((other * BLOCK + i) as u32);
+                            // The matrix is symmetric: its row is its column.
+                            values.push(self.values[k][j * BLOCK + i]);
+                        }
+                    }
+                }
+                columns.push(rows.len());
+            }
+        }
+        (Pattern { columns, rows: std::sync::Arc::new(rows) }, values)
+    }
+}
+
+/// Weights of the nodes of a regular grid at points of the unit cube: multilinear. `cells` along each axis.
+fn multilinear(points: &[[f64; 3]], cells: [usize; 3]) -> Transfer {
+    let mut transfer = Transfer { starts: vec![0], ..Transfer::default() };
+    for at in points {
+        let mut low = [0usize; 3];
+        let mut part = [0.0; 3];
+        for i in 0..3 {
+            let x = at[i].clamp(0.0, 1.0) * cells[i] as f64;
+            low[i] = (x as usize).min(cells[i] - 1);
+            part[i] = x - low[i] as f64;
+        }
+        for corner in 0..8usize {
+            let mut weight = 1.0;
+            let mut node = 0;
+            for i in (0..3).rev() {
+                let up = (corner >> i) & 1;
+                weight *= if up == 1 { part[i] } else { 1.0 - part[i] };
+                node = node * (cells[i] + 1) + low[i] + up;
+            }
+            if weight > 1e-9 {
+                transfer.nodes.push(node as u32);
+                transfer.weights.push(weight);
+            }
+        }
+        transfer.starts.push(transfer.nodes.len());
+    }
+    transfer
+}
+
+struct Level {
+    matrix: BlockMatrix,
+    inverse: Vec<Block>,
+    transfer: Transfer,
+    /// Nodes of the next level.
+    coarse: usize,
+    right: Vec<f64>,
+    x: Vec<f64>,
+}
+
+/// Levels, finest first, and the factors of the coarsest.
+pub(super) struct Multilevel {
+    levels: Vec<Level>,
+    coarsest: Box<dyn Factorizer>,
+    values: Vec<f64>,
+}
+
+impl Multilevel {
+    /// Coarsens a matrix whose nodes stand at points of the unit cube, `cells` apart along each axis, until it can be
+    /// factorised.
+    pub(super) fn new(matrix: BlockMatrix, points: &[[f64; 3]], cells: [usize; 3]) -> Result<Self, LinearError> {
+        let mut levels: Vec<Level> = Vec::new();
+        let (mut matrix, mut points, mut cells) = (matrix, points.to_vec(), cells);
+        while matrix.rows() > COARSEST && cells.iter().any(|&c| c > 1) {
+            let coarser = cells.map(|c| c.div_ceil(2));
+            let transfer = multilinear(&points, coarser);
+            let counts = coarser.map(|c| c + 1);
+            let coarse = matrix.coarsened(&transfer, counts.iter().product());
+            let next = coarse.rows();
+            points = (0..counts.iter().product())
+                .map(|node| {
+                    let index = [node % counts[0], node / counts[0] % counts[1], node / counts[0] / counts[1]];
+                    std::array::from_fn(|i| index[i] as f64 / coarser[i] as f64)
+                })
+                .collect();
+            cells = coarser;
+            let inverse = (0..matrix.rows()).map(|row| inverted(matrix.diagonal(row))).collect();
+            let n = matrix.rows() * BLOCK;
+            levels.push(Level { matrix, inverse, transfer, coarse: next, right: vec![0.0; n], x: vec![0.0; n] });
+            matrix = coarse;
+        }
+        let (pattern, values) = matrix.lower();
+        let coarsest = Direct.analyze(&pattern, MatrixClass::Definite, None)?;
+        Ok(Multilevel { levels, coarsest, values })
+    }
+
+    /// Factorises the coarsest level.
+    pub(super) fn cycles(&mut self) -> Result<Cycles<'_>, LinearError> {
+        Ok(Cycles { levels: &mut self.levels, coarsest: self.coarsest.factorize(&self.values)? })
+    }
+}
+
+/// Levels with the factors of the coarsest.
+pub(super) struct Cycles<'a> {
+    levels: &'a mut [Level],
+    coarsest: Box<dyn Factors + 'a>,
+}
+
+impl Cycles<'_> {
+    /// One cycle from zero; `b` becomes the answer.
+    pub(super) fn cycle(&mut self, b: &mut [f64]) -> Result<(), LinearError> {
+        let Cycles { levels, coarsest } = self;
+        let mut right = b.to_vec();
+        for level in levels.iter_mut() {
+            level.right.copy_from_slice(&right);
+            level.x.fill(0.0);
+            for _ in 0..SWEEPS {
+                for row in 0..level.matrix.rows() {
+                    level.relax(row);
+                }
+            }
+            right = vec![0.0; level.coarse * BLOCK];
+            for row in 0..level.matrix.rows() {
+                let left = level.matrix.residual(row, &level.right, &level.x);
+                for (node, weight) in level.transfer.row(row) {
+                    for i in 0..BLOCK {
+                        right[node * BLOCK + i] += weight * left[i];
+                    }
+                }
+            }
+        }
+        coarsest.solve_in_place(&mut right)?;
+        for level in levels.iter_mut().rev() {
+            for row in 0..level.matrix.rows() {
+                for (node, weight) in level.transfer.row(row) {
+                    for i in 0..BLOCK {
+                        level.x[row * BLOCK + i] += weight * right[node * BLOCK + i];
+                    }
+                }
+            }
+            for _ in 0..SWEEPS {
+                for row in (0..level.matrix.rows()).rev() {
+                    level.relax(row);
+                }
+            }
+            right.clear();
+            right.extend_from_slice(&level.x);
+        }
+        b.copy_from_slice(&right);
+        Ok(())
+    }
+}
+
+impl Level {
+    /// One step of Gauss and Seidel.
+    #[inline(always)]
+    fn relax(&mut self, row: usize) {
+        let left = self.matrix.residual(row, &self.right, &self.x);
+        let inverse = &self.inverse[row];
+        for i in 0..BLOCK {
+            self.x[row * BLOCK + i] +=
+                inverse[i * BLOCK] * left[0] + inverse[i * BLOCK + 1] * left[1] + inverse[i * BLOCK + 2] * left[2];
+        }
+    }
+}
+
+fn inverted(block: Option<&Block>) -> Block {
+    let inverse = block.and_then(|b| nalgebra::Matrix3::from_row_slice(b).try_inverse());
+    let inverse = inverse.filter(|m| m.iter().all(|x| x.is_finite())).unwrap_or_default();
+    std::array::from_fn(|k| inverse[(k / BLOCK, k % BLOCK)])
+}

@@ -1,0 +1,159 @@
+//! Large bodies in space: which solver they take, and what it needs beside the particles.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use crate::assembly::Model;
+use crate::boundary::Constraints;
+use crate::cells::Cells;
+use crate::error::{Error, SolveError};
+use crate::linear::Auxiliary;
+use crate::material::Material;
+use crate::quadrature::Points;
+use crate::shape::{Approximation, FiniteElements};
+use crate::table::ShapeTable;
+use crate::term::{Body, PressureField};
+
+use super::Scene;
+use super::discretize::Unmeasured;
+use super::scheme::{Dilation, Functions, PressureScheme, Scheme, Solving};
+
+/// What an iteration takes for each particle, in operations of a factorisation: some 35 directions that wait for memory,
+/// while factors are computed at the speed of dense matrices.
+const ITERATION: f64 = 1.1e7;
+/// An iteration is taken where it is expected to be so many times cheaper: factors also tell whether a state is stable.
+const CHEAPER: f64 = 2.0;
+/// Part of the memory at hand that factors may take.
+const ROOM: f64 = 0.6;
+
+/// Half the width of the band in which particles of a lattice are coupled, in layers: zones of two cells and supports that
+/// reach two spacings.
+const REACH: usize = 4;
+
+/// Whether a lattice of particles is solved by iteration.
+pub(super) fn iterates(scheme: &Scheme, counts: &[usize]) -> bool {
+    if counts.len() != 3 || scheme.functions != Functions::Particles {
+        return false;
+    }
+    match scheme.solving {
+        Solving::Direct => false,
+        Solving::Krylov => true,
+        Solving::Auto => {
+            let mut counts: Vec<f64> = counts.iter().map(|&c| c as f64).collect();
+            counts.sort_by(f64::total_cmp);
+            let particles: f64 = counts.iter().product();
+            let unknowns = 3.0 * particles;
+            // Factors fill the band between the two narrower axes.
+            let band = (3.0 * counts[0] * counts[1] * REACH as f64).min(unknowns);
+            let (factors, iteration) = (unknowns * band * band, ITERATION * particles);
+            let bytes = 8.0 * unknowns * band;
+            factors > CHEAPER * iteration || super::memory::at_hand().is_some_and(|room| bytes > ROOM * room as f64)
+        }
+    }
+}
+
+/// Refuses lattices in space that would not fit into memory, before they are built.
+///
+/// # Errors
+/// [`SolveError::Memory`] with the bytes that the model would take and the size that fits.
+pub(super) fn refuse(scheme: &Scheme, counts: &[usize]) -> Result<(), SolveError> {
+    let limit = scheme.memory.or_else(super::memory::at_hand);
+    let (Some(limit), 3, Functions::Particles) = (limit, counts.len(), scheme.functions) else { return Ok(()) };
+    let reach = match scheme.dilation {
+        Dilation::Local(r) | Dilation::Global(r) => r,
+        _ => super::discretize::default_dilation(scheme.order),
+    };
+    let takes = |counts: &[usize]| super::memory::needed(counts, reach, iterates(scheme, counts));
+    let (needed, limit) = (takes(counts), limit as f64);
+    if !(needed > limit) {
+        return Ok(());
+    }
+    let mut fits = 2;
+    while fits < 10_000 && takes(&[fits + 1; 3]) <= limit {
+        fits += 1;
+    }
+    Err(SolveError::Memory { particles: counts.iter().map(|&c| c as f64).product(), needed, limit, fits })
+}
+
+/// The elements beside the particles of a body, for a solution by iteration; none where it is not to be had.
+///
+/// # Errors
+/// Where an iteration is asked for by name and the scheme does not suit it.
+pub(super) fn auxiliary<const D: usize, A: Approximation<D>>(
+    scene: &Scene<D>,
+    scheme: &Scheme,
+    cells: &dyn Cells<D>,
+    approximation: &A,
+    body: &Body<D, Arc<dyn Material>>,
+    rows: &Constraints,
+) -> Result<Option<Auxiliary>, Error> {
+    let refused = |reason: &'static str| match scheme.solving {
+        Solving::Krylov => {
+            Err(SolveError::Setting { what: "solution by iteration", value: D as f64, needed: reason }.into())
+        }
+        _ => Ok(None),
+    };
+    let Some(lattice) = cells.lattice().filter(|_| D == 3) else {
+        return refused("iterate on lattices in space; elsewhere factors are cheap: take Solving::Auto");
+    };
+    if !iterates(scheme, &lattice.counts()) {
+        return Ok(None);
+    }
+    let size = match scheme.pressure {
+        PressureScheme::Auto if cells.is_thin() => 1,
+        PressureScheme::Auto => 2,
+        PressureScheme::Field { size, .. } => size,
+    };
+    let zones = cells.zones(size);
+    let projected = matches!(body.field(), PressureField::Constant | PressureField::Linear);
+    if !projected || body.table().clusters().len() + 1 != zones.offsets.len() {
+        return refused(
+            "iterate with pressures that are projected on zones of cells: take the default rule and volume",
+        );
+    }
+    let elements = FiniteElements::new(lattice.clone(), 1)?;
+    let table = ShapeTable::of_elements(&elements, &elements.gauss_in(2, &zones)?, &*scene.kinematics)?;
+    let mut model = Model::new(cells.positions().to_vec());
+    model.add(Body::new(table, scene.material.clone(), body.field()));
+    let model: Box<dyn Any> = Box::new(model);
+    let Ok(model) = model.downcast::<Model<3>>() else { return Ok(None) };
+    let mut at = Points::empty();
+    for position in cells.positions() {
+        at.positions.push(*position);
+        at.weights.push(1.0);
+        at.close_group();
+    }
+    let table = ShapeTable::new(approximation, &at, &Unmeasured)?;
+    let mut values = (vec![0], Vec::new(), Vec::new());
+    for point in 0..table.len() {
+        values.1.extend_from_slice(table.nodes(point));
+        values.2.extend_from_slice(table.values(point));
+        values.0.push(values.1.len());
+    }
+    let (counts, along) = (lattice.counts(), lattice.cell_counts());
+    let mut places = vec![[0.0; 3]; cells.positions().len()];
+    for node in 0..counts.iter().product() {
+        let mut index = [0; D];
+        let mut rest = node;
+        for i in 0..D {
+            (index[i], rest) = (rest % counts[i], rest / counts[i]);
+        }
+        for i in 0..3 {
+            places[lattice.node(index)][i] = index[i] as f64 / along[i] as f64;
+        }
+    }
+    // Rows that move one component of particles in a neighbourhood; ties and motions of whole bodies hold none.
+    let held = rows.rows().iter().filter(|row| {
+        let sum: f64 = row.entries.iter().map(|e| e.1).sum();
+        sum.abs() > 0.5 * row.measure() && row.entries.iter().all(|e| e.0 % D == row.dependent % D)
+    });
+    let held = held.map(|row| row.dependent).collect();
+    Ok(Some(Auxiliary {
+        model: Arc::from(model),
+        term: 0,
+        values,
+        places,
+        cells: std::array::from_fn(|i| along[i]),
+        held,
+    }))
+}

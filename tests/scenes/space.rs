@@ -1,0 +1,172 @@
+//! Bodies in space: exact and finer solutions, and the two ways to solve.
+//!
+//! GOAL: the default scheme in space, its supports and its solvers.
+//! REFERENCE: Rivlin's torsion (exact); quadratic elements of this crate, refined towards all edges (sheared cube); the same
+//! on 9 × 9 × 33 nodes (twisted column).
+
+use std::f64::consts::PI;
+
+use rkpm::check::{inf_sup, spurious_modes};
+use rkpm::error::{Error, SolveError};
+use rkpm::geometry::Mapped;
+use rkpm::prelude::*;
+use rkpm::scene::Solving;
+use rkpm::solve::State;
+
+/// A bonded cube of 10 mm whose top moves aside by 3 mm.
+fn sheared(k: f64) -> Scene<3> {
+    let rubber = Rubber::neo_hookean(40.097, k).unwrap(); // MPa
+    Scene::new(Block::new([0.0; 3], [10.0; 3]), Solid, rubber)
+        .hold((2, Side::Min))
+        .prescribe((2, Side::Max), 0, 3.0)
+        .prescribe((2, Side::Max), 1, 0.0)
+        .prescribe((2, Side::Max), 2, 0.0)
+}
+
+/// A body around the z axis whose upper end turns as a rigid plate.
+fn turned(scene: Scene<3>, angle: f64) -> Scene<3> {
+    let turn = move |load: f64| (angle * load).sin_cos();
+    let end = (2, Side::Max);
+    scene
+        .hold((2, Side::Min))
+        .prescribe(end, 0, Value::motion(move |x: &Point<3>, load| x[0] * (turn(load).1 - 1.0) - x[1] * turn(load).0))
+        .prescribe(end, 1, Value::motion(move |x: &Point<3>, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0)))
+        .prescribe(end, 2, 0.0)
+}
+
+fn solved(scene: &Scene<3>, scheme: &Scheme) -> (Problem<3>, State, usize) {
+    let problem = scene.discretize(scheme).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let state = path.last().clone();
+    (problem, state, path.iterations)
+}
+
+fn force(problem: &Problem<3>, state: &State, component: usize) -> f64 {
+    problem.reaction(state, (2, Side::Max)).unwrap()[component]
+}
+
+fn moment(problem: &Problem<3>, state: &State) -> f64 {
+    problem.moment(state, (2, Side::Max), [0.0; 3]).unwrap()[2]
+}
+
+/// The worst error of energy and forces of the sheared cube, against elements graded towards its edges.
+fn worst(problem: &Problem<3>, state: &State) -> f64 {
+    let found = [problem.energy(state), force(problem, state, 0), force(problem, state, 2)];
+    let reference = [2672.3, 1793.8, 343.0];
+    found.iter().zip(reference).map(|(f, r)| (f / r - 1.0).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_sheared_cube_of_nine_particles_a_side_is_right_to_two_and_a_half_per_cent() {
+    let (problem, state, _) = solved(&sheared(400_889.8), &Scheme::default().particles([9]));
+    let worst = worst(&problem, &state);
+    assert!(worst < 0.025, "{worst}");
+}
+
+#[test]
+fn a_solid_cylinder_in_torsion_meets_rivlin() {
+    // The largest of two coordinates of a square becomes the radius.
+    let disk = |unit: &Point<3>| {
+        let (a, b) = (2.0 * unit[0] - 1.0, 2.0 * unit[1] - 1.0);
+        Point::<3>::new(a * (1.0 - 0.5 * b * b).sqrt(), b * (1.0 - 0.5 * a * a).sqrt(), unit[2])
+    };
+    let (a10, a01, angle) = (0.3, 0.2, 1.2);
+    let rubber = Rubber::mooney_rivlin(a10, a01, 1e4).unwrap();
+    let cylinder = turned(Scene::new(Mapped(disk), Solid, rubber), angle);
+    let (problem, state, _) = solved(&cylinder, &Scheme::default().particles([9, 9, 5]));
+    let moment = moment(&problem, &state) / (PI * angle * (a10 + a01)) - 1.0;
+    let normal = force(&problem, &state, 2) / (-0.5 * PI * angle * angle * (a10 + 2.0 * a01)) - 1.0;
+    assert!(moment.abs() < 7e-3 && normal.abs() < 7e-3, "moment {moment:.2e}, force {normal:.2e}");
+}
+
+#[test]
+fn a_twisted_column_keeps_its_torque_and_its_volume() {
+    let column =
+        Scene::new(Block::new([-0.5, -0.5, 0.0], [0.5, 0.5, 4.0]), Solid, Rubber::neo_hookean(0.5, 1e4).unwrap());
+    let (problem, state, iterations) = solved(&turned(column, PI), &Scheme::default().particles([5, 5, 17]));
+    let table = problem.body.table();
+    let gradients = problem.deformation_gradients(&state);
+    let drift = |zone| {
+        let points = table.clusters().points(zone);
+        let volume: f64 = points.clone().map(|p| table.weights()[p]).sum();
+        points.map(|p| table.weights()[p] * (gradients[p].determinant() - 1.0)).sum::<f64>() / volume
+    };
+    let drift = (0..table.clusters().len()).map(|zone| f64::abs(drift(zone))).fold(0.0, f64::max);
+    let torque = moment(&problem, &state);
+    assert!(drift < 2e-4, "{drift:e}");
+    assert!((torque / TORQUE - 1.0).abs() < 5e-3, "{torque}");
+    assert!(iterations <= 45, "{iterations}");
+}
+
+/// Of quadratic elements with 9 × 9 × 33 nodes.
+const TORQUE: f64 = 0.110_9;
+
+#[test]
+fn iteration_and_factors_agree() {
+    let scene = sheared(2.0 * 40.097 * 1e4).pressure((0, Side::Min), 5.0);
+    let scheme = Scheme::default().particles([7, 6, 5]);
+    let (direct, by_factors, _) = solved(&scene, &scheme.clone().solving(Solving::Direct));
+    let (krylov, by_iteration, _) = solved(&scene, &scheme.solving(Solving::Krylov));
+    for x in direct.cells.positions() {
+        let difference = direct.displacement(&by_factors, x).unwrap() - krylov.displacement(&by_iteration, x).unwrap();
+        assert!(difference.norm() < 1e-7 * 3.0, "{difference:?} at {x:?}");
+    }
+    for component in 0..3 {
+        let (a, b) = (force(&direct, &by_factors, component), force(&krylov, &by_iteration, component));
+        assert!((a - b).abs() < 1e-5 * 1800.0, "{a} {b}");
+    }
+    let directions = krylov.analysis.solver.directions();
+    assert!(!directions.is_empty() && directions.iter().all(|&d| d <= 40), "{directions:?}");
+}
+
+#[test]
+fn directions_hardly_depend_on_the_bulk_modulus_and_on_the_size() {
+    let most = |n: usize, ratio: f64| {
+        let scheme = Scheme::default().particles([n]).solving(Solving::Krylov);
+        let (problem, ..) = solved(&sheared(2.0 * 40.097 * ratio), &scheme);
+        problem.analysis.solver.directions().into_iter().max().unwrap() as f64
+    };
+    let reference = most(7, 1e3);
+    for (n, ratio) in [(5, 1e3), (7, 1e2), (7, 1e5)] {
+        let found = most(n, ratio);
+        assert!(found <= 40.0 && (found / reference - 1.0).abs() < 0.4, "{n} a side, {ratio:e}: {found}, {reference}");
+    }
+}
+
+#[test]
+fn iteration_is_refused_where_it_does_not_suit() {
+    let square = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap());
+    let refused = square.discretize(&Scheme::default().particles([5]).solving(Solving::Krylov)).err().unwrap();
+    assert!(refused.to_string().contains("iterate on lattices in space"), "{refused}");
+    let pointwise =
+        Scheme::default().particles([5]).solving(Solving::Krylov).pressure_field(PressureField::Pointwise, 1);
+    let refused = sheared(1e3).discretize(&pointwise).err().unwrap();
+    assert!(refused.to_string().contains("projected on zones"), "{refused}");
+}
+
+#[test]
+fn models_beyond_the_memory_are_refused_before_they_are_built() {
+    let limit = 1 << 30;
+    let refused = sheared(1e3).discretize(&Scheme::default().particles([400]).memory(limit)).err().unwrap();
+    let Error::Solve(SolveError::Memory { particles, needed, limit: given, fits }) = refused else {
+        panic!("{refused}");
+    };
+    assert_eq!((particles, given), (6.4e7, limit as f64));
+    assert!(needed > 1e12 && (10..40).contains(&fits), "{needed:e} {fits}");
+    assert!(sheared(1e3).discretize(&Scheme::default().particles([4]).memory(limit)).is_ok());
+}
+
+#[test]
+fn rules_and_zones_of_the_defaults_are_stable_in_space() {
+    let cube = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, Rubber::neo_hookean(0.5, 5.0 / 3.0).unwrap());
+    for (order, jitter) in [(1, 0.0), (1, 0.2), (2, 0.0)] {
+        let layout = if jitter > 0.0 { Layout::Jittered { amount: jitter, seed: 5 } } else { Layout::Regular };
+        let scheme = Scheme::default().order(order).layout(layout).particles([5]);
+        let stability = spurious_modes(&cube, &scheme).unwrap();
+        assert_eq!((stability.zero_modes, stability.rigid_motions), (0, 6), "order {order}");
+        assert!(stability.smallest > 0.3, "order {order}, jitter {jitter}: {}", stability.smallest);
+        let stiff = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, Rubber::neo_hookean(0.5, 1e4).unwrap());
+        let pressures = inf_sup(&stiff, &scheme).unwrap();
+        assert!(pressures.spurious == 0 && pressures.constant > 0.2, "order {order}: {pressures:?}");
+    }
+}
