@@ -37,6 +37,19 @@ fn bushing() -> Result<Scene<2>, rkpm::Error> {
         .prescribe((1, Side::Min), 1, 0.0))
 }
 
+/// The same with sleeves that come in and touch where they touch.
+fn between_sleeves() -> Result<Scene<2>, rkpm::Error> {
+    let [inner, outer, height] = RING;
+    let sleeve = |name: &str, radius: f64, normal: f64, to: f64| {
+        RigidSurface::plane([radius, 0.0], [normal, 0.0]).moving([to - radius, 0.0]).named(name)
+    };
+    let rubber = Rubber::neo_hookean(2.298, 1e3)?;
+    Ok(Scene::new(Block::new([inner, 0.0], [outer, height]), Axisymmetric, rubber)
+        .prescribe((1, Side::Min), 1, 0.0)
+        .contact((0, Side::Min), sleeve("inner sleeve", inner, 1.0, SLEEVES[0]))
+        .contact((0, Side::Max), sleeve("outer sleeve", outer, -1.0, SLEEVES[1])))
+}
+
 /// One column of the paper's Table 1.
 struct Column {
     /// The row of the summary.
@@ -123,6 +136,27 @@ fn main() -> Result<(), Box<dyn Error>> {
             Cell::from(path.iterations),
             unstable,
         ])?;
+    }
+    for counts in [[7, 8], [13, 15], [25, 29]] {
+        let rise = |scene: &Scene<2>| -> Result<(f64, Problem<2>, EquilibriumPath), rkpm::Error> {
+            let problem = scene.discretize(&Scheme::default().particles(counts))?;
+            let path = problem.run(&mut ())?.completed()?;
+            let rise = problem.displacement(path.last(), &[RING[1], RING[2]].into())?[1];
+            Ok((rise, problem, path))
+        };
+        let (prescribed, _, _) = rise(&bushing()?)?;
+        let (touching, problem, path) = rise(&between_sleeves()?)?;
+        let particles = counts[0] * counts[1];
+        summary.record(format!("uz_outer_{particles}_contact"), touching, prescribed)?;
+        summary.note(format!("iterations_{particles}_contact"), path.iterations as f64)?;
+        let (mut open, mut least) = (0, f64::INFINITY);
+        for name in ["inner sleeve", "outer sleeve"] {
+            let sleeve = problem.contact(path.last(), name)?;
+            open += sleeve.points.iter().filter(|point| !point.touches).count();
+            least = sleeve.points.iter().map(|point| point.pressure).fold(least, f64::min);
+        }
+        summary.note(format!("open_{particles}_contact"), open as f64)?;
+        summary.note(format!("least_pressure_{particles}_contact"), least)?;
     }
     print!("{summary}");
     summary.write(out.join("summary.csv"))?;

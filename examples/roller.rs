@@ -25,7 +25,7 @@ fn quarter(metre: f64, megapascal: f64) -> Result<Scene<2>, rkpm::Error> {
         Outline::at([0.0, 0.0]).line("equator", [r, 0.0]).arc("outer", [0.0, r], [0.0, 0.0], Turn::Left).close("axis");
     let [a10, a01, k] = [0.293, 0.177, 1410.0].map(|modulus| modulus * megapascal);
     let rubber = Rubber::mooney_rivlin(a10, a01, k)?;
-    // Both plates move: each by half of the closure. The break points of the table are where the steps of the load stop.
+    // Both plates move: each by half of the closure. The break_points of the table are where the steps of the load stop.
     let last = CLOSURES[CLOSURES.len() - 1];
     let break_points = [0.0].into_iter().chain(CLOSURES).map(|c| (c / last, c / last)).collect();
     let plate = RigidSurface::plane([0.0, r], [0.0, -1.0])
@@ -75,7 +75,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // One plate against the symmetry plane: what goes in comes out.
     let plate = problem.contact(path.last(), "plate")?;
-    let balance = problem.reaction(path.last(), "u_1 on equator")?[1] + plate.force[1];
+    let balance = problem.reaction(path.last(), "equator")?[1] + plate.force[1];
     summary.note("balance", (balance / plate.force[1]).abs())?;
     // Deepest penetration of a hat as a part of the radius.
     let deepest = plate.points.iter().map(|point| -point.gap).fold(0.0, f64::max);

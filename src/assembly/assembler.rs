@@ -169,6 +169,7 @@ impl Assembler {
         clear(&mut system.values, self.entries);
         system.skew.clear();
         system.zones.clear();
+        system.coupling.clear();
         self.sum(model, View { displacement, condensed: &[], load }, condensed, true, system);
     }
 
@@ -227,7 +228,7 @@ impl Assembler {
         let workers = if unknowns >= SERIAL_BELOW { threads() } else { 1 };
         let mut elements = std::mem::take(&mut self.elements);
         elements.resize_with(workers.max(elements.len()), Element::default);
-        let System { residual, load_slope, values, skew, scale, zones } = system;
+        let System { residual, load_slope, values, skew, scale, zones, coupling } = system;
         let whole = Part { first: 0, values: if with_matrix { values } else { &mut [] }, residual, load_slope };
         let one;
         let (several, mut sum);
@@ -246,14 +247,20 @@ impl Assembler {
                     *scale += gathered.scale;
                     skew.append(&mut gathered.skew);
                     zones.append(&mut gathered.zones);
+                    coupling.append(&mut gathered.coupling);
                 }
                 continue;
             }
             for slab in (0..self.slabs[term].len()).rev() {
-                let mut gathered = Gathered { scale: 0.0, skew: std::mem::take(skew), zones: std::mem::take(zones) };
+                let mut gathered = Gathered {
+                    scale: 0.0,
+                    skew: std::mem::take(skew),
+                    zones: std::mem::take(zones),
+                    coupling: std::mem::take(coupling),
+                };
                 sum.add_clusters(self.slabs[term].places(slab), &mut elements[0], &mut gathered);
                 *scale += gathered.scale;
-                (*skew, *zones) = (gathered.skew, gathered.zones);
+                (*skew, *zones, *coupling) = (gathered.skew, gathered.zones, gathered.coupling);
             }
         }
         *scale = scale.sqrt();

@@ -35,6 +35,8 @@ pub struct System {
     pub skew: Vec<(u32, u32, f64)>,
     /// What condensed pressures would add to $K$, where an assembler keeps them apart.
     pub zones: Vec<Zone>,
+    /// Further entries (row, column, value) of $K$ that neither part holds.
+    pub coupling: Vec<(u32, u32, f64)>,
 }
 
 /// Entries of a matrix beyond which its memory is not kept while another form of it is in use: 2 MB.
@@ -56,11 +58,20 @@ impl System {
         release(&mut self.values);
     }
 
-    /// $y \mathrel{+}= N x$, the skew part alone.
+    /// Whether the symmetric part is all of $K$.
+    #[cfg(feature = "solve")]
+    pub(crate) fn is_symmetric(&self) -> bool {
+        self.skew.is_empty() && self.coupling.is_empty()
+    }
+
+    /// $y \mathrel{+}= N x$, the skew part and the coupling alone.
     pub fn skew_multiply_add(&self, x: &[f64], y: &mut [f64]) {
         for &(row, column, value) in &self.skew {
             y[row as usize] += value * x[column as usize];
             y[column as usize] -= value * x[row as usize];
+        }
+        for &(row, column, value) in &self.coupling {
+            y[row as usize] += value * x[column as usize];
         }
     }
 }
@@ -258,6 +269,35 @@ impl<const D: usize> Model<D> {
         bound
     }
 
+    /// Writes what a converged state leaves to the next step into its condensed unknowns; nothing for vectors of another model.
+    #[cfg(feature = "solve")]
+    pub(crate) fn record(&self, displacement: &[f64], condensed: &mut [Vec<f64>], load: f64) {
+        if !self.reads(displacement, condensed) {
+            return;
+        }
+        for (term, condensed) in self.terms.iter().zip(condensed) {
+            let with_history = (0..term.clusters()).filter(|&c| !term.history(c).is_empty());
+            for cluster in with_history {
+                let range = term.condensed(cluster);
+                let mut own = condensed[range.clone()].to_vec();
+                term.record(cluster, View { displacement, condensed, load }, &mut own);
+                condensed[range].copy_from_slice(&own);
+            }
+        }
+    }
+
+    /// Takes the history of other condensed unknowns over: what is predicted is not.
+    #[cfg(feature = "solve")]
+    pub(crate) fn keep_history(&self, from: &[Vec<f64>], to: &mut [Vec<f64>]) {
+        for (term, (from, to)) in self.terms.iter().zip(from.iter().zip(to)) {
+            for cluster in 0..term.clusters() {
+                let (first, history) = (term.condensed(cluster).start, term.history(cluster));
+                let range = first + history.start..first + history.end;
+                to[range.clone()].copy_from_slice(&from[range]);
+            }
+        }
+    }
+
     /// The assembler of this model.
     pub fn assembler(&self) -> Assembler {
         compiled!(D: (model: &Model<D> = self) -> Assembler { Assembler::new(model) })
@@ -302,9 +342,11 @@ impl<const D: usize> Model<D> {
             let view = View { displacement, condensed, load };
             for cluster in 0..term.clusters() {
                 let nodes = term.nodes(cluster);
-                element.reset(nodes.len() * D, false);
+                let compact = term.fills_compact();
+                element.reset(if compact { 0 } else { nodes.len() * D }, false);
                 term.linearize(cluster, view, &mut element);
-                for (a, &node) in nodes.iter().enumerate() {
+                for a in 0..element.residual.len() / D {
+                    let node = if compact { nodes[element.compact[a] as usize] } else { nodes[a] };
                     for i in 0..D {
                         add(node as usize * D + i, element.residual[a * D + i], element.load_slope[a * D + i]);
                     }

@@ -106,6 +106,8 @@ pub(super) struct Gathered {
     pub skew: Vec<(u32, u32, f64)>,
     /// Pressures that are kept apart.
     pub zones: Vec<Zone>,
+    /// Entries that neither the symmetric part nor the skew one holds.
+    pub coupling: Vec<(u32, u32, f64)>,
 }
 
 /// Which slab goes on where.

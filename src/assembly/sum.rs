@@ -73,6 +73,13 @@ impl<const D: usize> Sum<'_, D> {
         let (has_matrix, lower) = (self.with_matrix && term.has_matrix(), term.fills_lower_blocks());
         for cluster in places.map(|place| self.assembler.slabs[self.term].cluster(place)) {
             let nodes = term.nodes(cluster);
+            if term.fills_compact() {
+                element.reset(0, has_matrix);
+                term.linearize(cluster, self.at, element);
+                gathered.scale += element.residual.iter().map(|force| force * force).sum::<f64>();
+                self.add_compact(cluster, nodes, element);
+                continue;
+            }
             if has_matrix && lower {
                 element.reset_lower::<D>(nodes.len());
                 element.apart = self.assembler.apart.then(Zone::default);
@@ -87,6 +94,9 @@ impl<const D: usize> Sum<'_, D> {
             if has_matrix && !term.is_symmetric() {
                 symmetrise(element);
                 collect_skew::<D>(nodes, element, &mut gathered.skew);
+            }
+            if has_matrix && !element.coupling.is_empty() {
+                collect_coupling::<D>(nodes, element, &mut gathered.coupling);
             }
             for force in &element.residual {
                 gathered.scale += force * force;
@@ -107,6 +117,41 @@ impl<const D: usize> Sum<'_, D> {
                     self.add_columns(cluster, nodes, from..to, element, part);
                 }
                 from = to;
+            }
+        }
+    }
+
+    /// Adds an element over a few nodes of its cluster.
+    fn add_compact(&self, cluster: usize, nodes: &[u32], element: &Element) {
+        let Assembler { pattern, first_place, places, .. } = self.assembler;
+        let size = element.residual.len();
+        for (b, &full) in element.compact.iter().enumerate() {
+            let full = full as usize;
+            let node = nodes[full];
+            let part = &mut *lock(&self.parts[node as usize >> self.part]);
+            let first = node as usize * D - part.first;
+            for i in 0..D {
+                part.residual[first + i] += element.residual[b * D + i];
+                part.load_slope[first + i] += element.load_slope[b * D + i];
+            }
+            if element.matrix.is_empty() {
+                continue;
+            }
+            let base = pattern.columns[part.first];
+            let place = first_place[self.term][cluster] + full * nodes.len() - full * full.saturating_sub(1) / 2;
+            for j in 0..D {
+                let target = pattern.columns[node as usize * D + j] - base;
+                let source = &element.matrix[(b * D + j) * size..][..size];
+                for i in j..D {
+                    part.values[target + i - j] += source[b * D + i];
+                }
+                for (a, &row) in element.compact.iter().enumerate().skip(b + 1) {
+                    let block = places[place + row as usize - full] as usize;
+                    let at = target + D - j + (block - 1) * D;
+                    for i in 0..D {
+                        part.values[at + i] += source[a * D + i];
+                    }
+                }
             }
         }
     }
@@ -181,5 +226,15 @@ fn collect_skew<const D: usize>(nodes: &[u32], element: &Element, skew: &mut Vec
                 skew.push((unknown(row), unknown(column), value));
             }
         }
+    }
+}
+
+/// Appends what factors leave out.
+fn collect_coupling<const D: usize>(nodes: &[u32], element: &Element, coupling: &mut Vec<(u32, u32, f64)>) {
+    let size = element.residual.len();
+    let unknown = |local: usize| nodes[local / D] * D as u32 + (local % D) as u32;
+    for (column, entries) in element.coupling.chunks_exact(size).enumerate() {
+        let all = entries.iter().enumerate().filter(|(_, value)| **value != 0.0);
+        coupling.extend(all.map(|(row, value)| (unknown(row), unknown(column), *value)));
     }
 }

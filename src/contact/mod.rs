@@ -3,6 +3,7 @@
 //! Nothing is tuned: pressures are iterates of Newton's method, and where they come to rest gaps are closed to rounding.
 
 mod obstacle;
+mod pair;
 mod profile;
 mod rigid;
 mod shapes;
@@ -17,4 +18,5 @@ pub use shapes::{Ball, Cone, Cylinder, Plane};
 pub use surface::{Nearest, Surface};
 
 pub(crate) use obstacle::{Carriage, Leash, RigidContact, Stiffness};
+pub(crate) use pair::{Chain, PairContact};
 pub(crate) use skin::Skin;

@@ -4,6 +4,7 @@ use crate::geometry::Point;
 use crate::term::{Element, Term, View};
 
 use super::rigid::{Drive, Placed};
+use super::skin::Hat;
 use super::{Nearest, RigidSurface, Skin};
 
 /// How stiff a contact answers between two iterations, from the stiffness of the body and the size of a hat.
@@ -21,16 +22,36 @@ const PROXIMAL_SHEAR: f64 = 1e4;
 const PROXIMAL_BULK: f64 = 1e2;
 
 impl Stiffness {
+    /// What rounding of coordinates up to `extent` makes of the pressures of hats and of the norm of their forces.
+    pub fn rounding<'a>(&self, hats: impl Iterator<Item = &'a Hat>, extent: f64) -> [f64; 2] {
+        let (mut most, mut forces) = (0.0f64, 0.0);
+        for hat in hats {
+            let pressure = ROUNDED * f64::EPSILON * extent / hat.width * self.proximal;
+            most = most.max(pressure);
+            forces += (pressure * hat.area).powi(2);
+        }
+        [most, forces.sqrt()]
+    }
+
     /// For a body of the given initial moduli.
     pub fn of(shear: f64, bulk: f64) -> Self {
         Stiffness { proximal: PROXIMAL_SHEAR * shear + PROXIMAL_BULK * bulk.max(0.0), decisive: shear }
     }
 }
 
-/// Part of its width that a hat may go too far in one iteration where it comes to touch.
-const TOO_FAR: f64 = 0.5;
+/// Roundings of a coordinate that a mean gap may be off by.
+const ROUNDED: f64 = 4.0;
 
-/// Unilateral contact of a part of the boundary with a rigid surface, without friction.
+/// Part of its width that a hat may go too far in one iteration where it comes to touch.
+pub(super) const TOO_FAR: f64 = 0.5;
+
+/// Steps of the load go no further where there is friction, which knows where a body comes from.
+const FRICTION_STEP: f64 = 0.1;
+/// Displacements of hats are kept among pressures in units of this part of the shear modulus by their width, so that
+/// changes of pressures are measured by pressures.
+const KEPT: f64 = 1e-6;
+
+/// Unilateral contact of a part of the boundary with a rigid surface, with Coulomb's friction or without.
 ///
 /// With the mean gap of a hat, $\bar g_J = \int\Theta_J\\,g(x)\\,\mathrm d\Gamma/A_J$, and its pressure $\pi_J$ per
 /// reference area, equilibrium is a saddle of $\Pi(d) - \sum_J A_J\\,\pi_J\\,\bar g_J$ with
@@ -39,7 +60,12 @@ const TOO_FAR: f64 = 0.5;
 /// $\pi_J > c\\,\bar g_J$ (a semismooth Newton method on the complementarity), an iteration solves for
 /// $$\pi_J^{new} = \pi_J - \varepsilon\\,(\bar g_J + \nabla\bar g_J\cdot\delta d),$$
 /// and all others have none. At rest of the iteration $\bar g_J = 0$ whatever $\varepsilon$: it says how fast pressures come to
-/// rest, not where. Force $-\pi_J A_J\nabla\bar g_J$; the matrix is symmetric.
+/// rest, not where. Force $-\pi_J A_J\nabla\bar g_J$; without friction the matrix is symmetric.
+///
+/// Friction: the tangential traction $\tau_J$ is a condensed unknown as well, and $s_J$ the mean slip since the last converged state,
+/// $$s_J = 0 \text{ where } |\tau_J| \le \mu\\,\pi_J,\qquad \tau_J = -\mu\\,\pi_J\\,s_J/|s_J| \text{ elsewhere},$$
+/// told apart by $|\tau_J - c\\,s_J| \le \mu\\,(\pi_J - c\\,\bar g_J)$. Sticking hats get $\tau^{new} = \tau - \varepsilon(s + \nabla s\cdot\delta d)$;
+/// what the friction of sliding ones changes with their pressure is not symmetric and goes beside the factors.
 pub(crate) struct RigidContact<const D: usize> {
     pub skin: Skin<D>,
     pub surface: RigidSurface<D>,
@@ -49,11 +75,23 @@ pub(crate) struct RigidContact<const D: usize> {
 }
 
 /// What a hat knows of the surface at a state.
-pub(crate) struct Touch {
+pub(crate) struct Touch<const D: usize> {
     /// $\bar g_J$ \[length\].
     pub gap: f64,
     /// Its change with the load factor.
     pub by_load: f64,
+    /// The mean normal, a unit vector.
+    pub normal: Point<D>,
+    /// The mean displacement of the hat beside the surface \[length\].
+    pub beside: Point<D>,
+}
+
+/// What friction does at a hat.
+pub(crate) enum Grip<const D: usize> {
+    /// It sticks, with this slip to take back.
+    Sticks(Point<D>),
+    /// It slides, its traction along this unit vector; $c/|\tau - c s|$ beside it.
+    Slides(Point<D>, f64),
 }
 
 impl<const D: usize> RigidContact<D> {
@@ -62,19 +100,50 @@ impl<const D: usize> RigidContact<D> {
         self.surface.placed(load, travel)
     }
 
-    /// Visits the points of a hat; the mean gap.
-    pub(crate) fn touch(&self, hat: usize, view: &View<'_>, mut visit: impl FnMut(usize, f64, &Nearest<D>)) -> Touch {
+    pub(crate) fn rubs(&self) -> bool {
+        self.surface.friction > 0.0
+    }
+
+    /// Condensed unknowns of a hat: its pressure, and with friction its traction and where it was.
+    fn stride(&self) -> usize {
+        if self.rubs() { 1 + 2 * D } else { 1 }
+    }
+
+    /// Pressure and tangential traction of a hat.
+    pub(crate) fn pressure(&self, hat: usize, condensed: &[f64]) -> (f64, Point<D>) {
+        let first = hat * self.stride();
+        let traction = if self.rubs() { Point::from_fn(|i, _| condensed[first + 1 + i]) } else { Point::zeros() };
+        (condensed[first], traction)
+    }
+
+    /// Visits the points of a hat.
+    pub(crate) fn touch(
+        &self,
+        hat: usize,
+        view: &View<'_>,
+        mut visit: impl FnMut(usize, f64, &Nearest<D>),
+    ) -> Touch<D> {
         let hat = &self.skin.hats[hat];
         let placed = self.placed(view.displacement, view.load);
         let (mut gap, mut by_load) = (0.0, 0.0);
+        let (mut normal, mut beside) = (Point::<D>::zeros(), Point::<D>::zeros());
         for (k, &(point, weight)) in hat.points.iter().enumerate() {
-            let x = self.skin.position(point, view.displacement);
+            let u = self.skin.displacement(point, view.displacement);
+            let x = self.skin.table.positions()[point as usize] + u;
             let found = placed.nearest(&*self.surface.shape, &x);
             gap += weight * found.gap;
             by_load -= weight * found.normal.dot(&placed.slope);
+            normal += found.normal * weight;
+            beside += u * weight;
             visit(k, weight, &found);
         }
-        Touch { gap: gap / hat.area, by_load: by_load / hat.area }
+        let length = normal.norm();
+        Touch {
+            gap: gap / hat.area,
+            by_load: by_load / hat.area,
+            normal: if length > 0.0 { normal / length } else { normal },
+            beside: beside / hat.area - placed.offset,
+        }
     }
 
     /// $\varepsilon$ of a hat \[stress/length\].
@@ -82,21 +151,136 @@ impl<const D: usize> RigidContact<D> {
         self.stiffness.proximal / self.skin.hats[hat].width
     }
 
-    pub(crate) fn touches(&self, hat: usize, pressure: f64, gap: f64) -> bool {
-        pressure > self.stiffness.decisive / self.skin.hats[hat].width * gap
+    /// $c$ of a hat \[stress/length\].
+    fn decisive(&self, hat: usize) -> f64 {
+        self.stiffness.decisive / self.skin.hats[hat].width
     }
 
-    /// $\nabla\bar g\cdot\delta d$ of a hat.
-    fn change(&self, hat: usize, view: &View<'_>, step: &[f64]) -> (f64, f64) {
+    pub(crate) fn touches(&self, hat: usize, pressure: f64, gap: f64) -> bool {
+        pressure > self.decisive(hat) * gap
+    }
+
+    /// The scale of what is kept of a hat \[stress/length\].
+    fn kept(&self, hat: usize) -> f64 {
+        KEPT * self.decisive(hat)
+    }
+
+    /// What a touching hat does along the surface.
+    fn grip(&self, hat: usize, condensed: &[f64], touch: &Touch<D>) -> Grip<D> {
+        let (pressure, traction) = self.pressure(hat, condensed);
+        let first = hat * self.stride() + 1 + D;
+        let was = Point::<D>::from_fn(|i, _| condensed[first + i] / self.kept(hat));
+        let along = |v: Point<D>| v - touch.normal * touch.normal.dot(&v);
+        let (slip, decisive) = (along(touch.beside - was), self.decisive(hat));
+        let asked = along(traction) - slip * decisive;
+        let size = asked.norm();
+        if size <= self.surface.friction * (pressure - decisive * touch.gap) {
+            Grip::Sticks(slip)
+        } else {
+            Grip::Slides(asked / size, decisive / size)
+        }
+    }
+
+    /// Gap of a hat, $\nabla\bar g\cdot\delta d$, and its mean displacement beside the surface by the step.
+    fn change(&self, hat: usize, view: &View<'_>, step: &[f64]) -> (Touch<D>, f64, Point<D>) {
         let travel = self.carriage.map_or(0.0, |node| step[node as usize * D]);
         let pushed = self.surface.free_direction().map_or_else(Point::zeros, |along| along * travel);
-        let mut change = 0.0;
+        let (mut change, mut moved) = (0.0, Point::<D>::zeros());
         let points = &self.skin.hats[hat].points;
         let touch = self.touch(hat, view, |k, weight, found| {
             let (point, _) = points[k];
-            change += weight * found.normal.dot(&(self.skin.displacement(point, step) - pushed));
+            let by = self.skin.displacement(point, step) - pushed;
+            change += weight * found.normal.dot(&by);
+            moved += by * weight;
         });
-        (touch.gap, change / self.skin.hats[hat].area)
+        let area = self.skin.hats[hat].area;
+        (touch, change / area, moved / area)
+    }
+
+    /// Adds force and stiffness of friction at a hat whose normal force is `pressure` $-\ \varepsilon\bar g$.
+    fn rub(&self, cluster: usize, view: &View<'_>, touch: &Touch<D>, slope: &[f64], out: &mut Element) {
+        let hat = &self.skin.hats[cluster];
+        let (n, size) = (hat.nodes.len(), hat.nodes.len() * D);
+        let (pressure, traction) = self.pressure(cluster, view.condensed);
+        let (proximal, friction) = (self.proximal(cluster), self.surface.friction);
+        let force = pressure - proximal * touch.gap;
+        // Mean displacement: ∫ΘΨ_a along each component, and the travel of the surface.
+        let mut values = vec![0.0; n];
+        for (k, &(point, weight)) in hat.points.iter().enumerate() {
+            for (&l, value) in hat.local(k).iter().zip(self.skin.table.values(point as usize)) {
+                values[l as usize] += weight * value;
+            }
+        }
+        // (place, how the unknown there moves the hat beside the surface).
+        let mut moves: Vec<(usize, Point<D>)> = Vec::with_capacity(size);
+        let unit = |i: usize| Point::<D>::from_fn(|j, _| f64::from(u8::from(i == j)));
+        let travel = self.carriage.zip(self.surface.free_direction());
+        for (a, value) in values.iter().enumerate() {
+            if *value != 0.0 {
+                moves.extend((0..D).map(|i| (a * D + i, unit(i) * *value)));
+            }
+        }
+        moves.extend(travel.map(|(_, along)| (size - D, along * -hat.area)));
+        let along = |v: &Point<D>| v - touch.normal * touch.normal.dot(v);
+        let placed = self.placed(view.displacement, view.load);
+        match self.grip(cluster, view.condensed, touch) {
+            Grip::Sticks(slip) => {
+                let held = along(&traction) - slip * proximal;
+                let by_load = along(&placed.slope) * proximal;
+                for (place, by) in &moves {
+                    out.residual[*place] -= by.dot(&held);
+                    out.load_slope[*place] -= by.dot(&by_load);
+                }
+                self.add_along(&moves, &touch.normal, None, proximal / hat.area, size, out);
+            }
+            Grip::Slides(direction, turn) => {
+                let held = direction * (friction * force);
+                let by_load = direction * (friction * proximal * touch.by_load);
+                for (place, by) in &moves {
+                    out.residual[*place] -= by.dot(&held);
+                    out.load_slope[*place] += by.dot(&by_load);
+                }
+                if !out.with_matrix {
+                    return;
+                }
+                let turning = (friction * force * turn).clamp(0.0, proximal) / hat.area;
+                self.add_along(&moves, &touch.normal, Some(direction), turning, size, out);
+                out.coupling.resize(size * size, 0.0);
+                for (column, by_gap) in out.coupling.chunks_exact_mut(size).zip(slope) {
+                    let factor = friction * proximal / hat.area * by_gap;
+                    if factor != 0.0 {
+                        for (place, by) in &moves {
+                            column[*place] += factor * by.dot(&direction);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds a stiffness along the surface, but not along a direction in it.
+    fn add_along(
+        &self,
+        moves: &[(usize, Point<D>)],
+        normal: &Point<D>,
+        but: Option<Point<D>>,
+        factor: f64,
+        size: usize,
+        out: &mut Element,
+    ) {
+        if !out.with_matrix || factor == 0.0 || but.is_some() && D == 2 {
+            return;
+        }
+        for (b, by) in moves {
+            let mut held = by - normal * normal.dot(by);
+            if let Some(but) = &but {
+                held -= but * but.dot(&held);
+            }
+            let column = &mut out.matrix[b * size..][..size];
+            for (a, other) in moves {
+                column[*a] += factor * other.dot(&held);
+            }
+        }
     }
 }
 
@@ -118,13 +302,38 @@ impl<const D: usize> Term<D> for RigidContact<D> {
     }
 
     fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
-        cluster..cluster + 1
+        let stride = self.stride();
+        cluster * stride..(cluster + 1) * stride
+    }
+
+    fn start(&self, cluster: usize, condensed: &mut [f64]) {
+        if self.rubs() {
+            let offset = self.surface.placed(0.0, 0.0).offset;
+            for i in 0..D {
+                condensed[1 + D + i] = -offset[i] * self.kept(cluster);
+            }
+        }
+    }
+
+    fn rounding(&self) -> [f64; 2] {
+        self.stiffness.rounding(self.skin.hats.iter(), self.skin.extent)
+    }
+
+    fn history(&self, _: usize) -> std::ops::Range<usize> {
+        if self.rubs() { 1 + D..1 + 2 * D } else { 0..0 }
+    }
+
+    fn record(&self, cluster: usize, view: View<'_>, condensed: &mut [f64]) {
+        let beside = self.touch(cluster, &view, |_, _, _| {}).beside;
+        for i in 0..D {
+            condensed[1 + D + i] = beside[i] * self.kept(cluster);
+        }
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
         let hat = &self.skin.hats[cluster];
         let size = hat.nodes.len() * D;
-        let pressure = view.condensed[cluster];
+        let (pressure, _) = self.pressure(cluster, view.condensed);
         // ∇ḡ A, in the buffer of the element.
         let mut slope = std::mem::take(&mut out.scratch);
         slope.clear();
@@ -192,25 +401,50 @@ impl<const D: usize> Term<D> for RigidContact<D> {
                 }
             }
         }
+        if self.rubs() {
+            self.rub(cluster, &view, &touch, &slope, out);
+        }
         out.scratch = slope;
     }
 
     fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
-        let pressure = view.condensed[cluster];
-        let (gap, change) = self.change(cluster, &view, step);
-        if self.touches(cluster, pressure, gap) {
-            condensed_step[0] = -self.proximal(cluster) * (gap + change);
+        let (pressure, traction) = self.pressure(cluster, view.condensed);
+        let (touch, change, moved) = self.change(cluster, &view, step);
+        condensed_step.fill(0.0);
+        if !self.touches(cluster, pressure, touch.gap) {
+            condensed_step[0] = -pressure;
+            if self.rubs() {
+                condensed_step[1..1 + D].iter_mut().zip(&traction).for_each(|(s, t)| *s = -t);
+            }
+            let most = TOO_FAR * self.skin.hats[cluster].width;
+            if touch.gap + change < -most && change < 0.0 {
+                return ((touch.gap + most) / -change).min(1.0);
+            }
             return 1.0;
         }
-        condensed_step[0] = -pressure;
-        let most = TOO_FAR * self.skin.hats[cluster].width;
-        if gap + change < -most && change < 0.0 {
-            return ((gap + most) / -change).min(1.0);
+        let proximal = self.proximal(cluster);
+        condensed_step[0] = -proximal * (touch.gap + change);
+        if self.rubs() {
+            let along = |v: Point<D>| v - touch.normal * touch.normal.dot(&v);
+            let next = match self.grip(cluster, view.condensed, &touch) {
+                Grip::Sticks(slip) => along(traction) - (slip + along(moved)) * proximal,
+                Grip::Slides(direction, turn) => {
+                    let mut turned = along(moved);
+                    turned -= direction * direction.dot(&turned);
+                    let next = (pressure + condensed_step[0]).max(0.0);
+                    let limit = proximal / (self.surface.friction * pressure).max(f64::MIN_POSITIVE);
+                    (direction - turned * turn.min(limit)) * (self.surface.friction * next)
+                }
+            };
+            condensed_step[1..1 + D].iter_mut().zip((next - traction).iter()).for_each(|(s, t)| *s = *t);
         }
         1.0
     }
 
     fn farthest_load(&self, from: f64, to: f64) -> f64 {
+        // Equal parts of the way, the last of which ends where it does.
+        let parts = if self.rubs() { ((to - from) / FRICTION_STEP - 1e-9).ceil() } else { 1.0 };
+        let to = if parts > 1.0 { from + (to - from) / parts } else { to };
         let depth = 0.5 * self.surface.shape.depth();
         let Drive::Moved { by, amplitude } = &self.surface.drive else { return to };
         if !depth.is_finite() {

@@ -98,6 +98,11 @@ impl<const D: usize> RigidSurface<D> {
         self
     }
 
+    /// Whether it stays where it is.
+    pub fn is_fixed(&self) -> bool {
+        self.drive == Drive::Fixed
+    }
+
     /// Refuses surfaces that bound no body and motions that are none.
     pub(crate) fn validate(&self, contact: &str) -> Result<(), Error> {
         self.shape.validate()?;

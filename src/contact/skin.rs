@@ -10,6 +10,8 @@ use crate::table::ShapeTable;
 pub(crate) struct Skin<const D: usize> {
     pub table: ShapeTable<D>,
     pub hats: Vec<Hat>,
+    /// The largest coordinate: what positions are rounded by.
+    pub extent: f64,
 }
 
 /// One boundary particle's hat $\Theta_J$.
@@ -86,20 +88,8 @@ impl<const D: usize> Skin<D> {
             }
         }
         hats.retain(|hat| hat.area > 0.0);
-        Ok(Skin { table, hats })
-    }
-
-    /// Current position of a point.
-    #[inline]
-    pub fn position(&self, point: u32, displacement: &[f64]) -> Point<D> {
-        let point = point as usize;
-        let mut x = self.table.positions()[point];
-        for (&node, &value) in self.table.nodes(point).iter().zip(self.table.values(point)) {
-            for i in 0..D {
-                x[i] += value * displacement[node as usize * D + i];
-            }
-        }
-        x
+        let extent = table.positions().iter().map(|x| x.amax()).fold(0.0, f64::max);
+        Ok(Skin { table, hats, extent })
     }
 
     /// The displacement that a vector of coefficients gives at a point.

@@ -46,6 +46,18 @@ pub enum ContactError {
         /// The contact.
         contact: String,
     },
+    /// A body lies on a rigid profile beyond its open end.
+    #[error(
+        "{contact}: the body lies beyond an open end of the profile at x = {at:?} at load factor {load}: draw the profile on, or close it"
+    )]
+    PassedEnd {
+        /// The contact.
+        contact: String,
+        /// Where, in the body now.
+        at: Vec<f64>,
+        /// The load factor.
+        load: f64,
+    },
     /// No contact has the name asked for.
     #[error("no contact {asked}: there are {known}")]
     Unknown {

@@ -8,30 +8,39 @@ use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::{BoundaryCells, Cells};
 use crate::contact::Drive;
-use crate::contact::{Carriage, ContactError, Leash, RigidContact, RigidSurface, Skin, Stiffness};
+use crate::contact::{Carriage, Chain, ContactError, Leash, PairContact, RigidContact, RigidSurface, Skin, Stiffness};
 use crate::error::{Error, OutputError};
-use crate::geometry::{Part, Point};
+use crate::geometry::Point;
 use crate::material::{initial_bulk_modulus, initial_shear_modulus};
 use crate::output::Table;
-use crate::solve::State;
+use crate::quadrature::Points;
+use crate::solve::{EquilibriumPath, State};
 use crate::table::ShapeTable;
 use crate::tensor::cofactor;
 use crate::term::View;
 
 use super::problem::weighted;
-use super::{Problem, Scene};
+use super::{Place, Problem, Scene};
 
 /// A part of the body and the rigid surface that it may touch.
 #[derive(Clone)]
 pub(crate) struct Touching<const D: usize> {
-    pub part: Part,
+    pub place: Place<D>,
     pub surface: RigidSurface<D>,
 }
 
 impl<const D: usize> Touching<D> {
     fn label(&self) -> String {
-        format!("contact of {} with {}", self.part, self.surface.name)
+        format!("contact of {} with {}", self.place, self.surface.name)
     }
+}
+
+/// Two parts of the boundary that may touch each other, or one that may touch itself.
+#[derive(Clone)]
+pub(crate) struct Meeting<const D: usize> {
+    pub first: Place<D>,
+    pub second: Option<Place<D>>,
+    pub name: String,
 }
 
 /// A contact in a problem.
@@ -40,11 +49,26 @@ pub(crate) struct Contact<const D: usize> {
     pub name: String,
     /// Its place among the terms.
     pub term: usize,
-    pub law: Arc<RigidContact<D>>,
+    pub law: Law<D>,
 }
 
+/// What it touches.
+pub(crate) enum Law<const D: usize> {
+    Rigid(Arc<RigidContact<D>>),
+    /// Two parts, and whether they are in the other order than named.
+    Pair(Arc<PairContact<D>>, bool),
+}
+
+/// Facets of a boundary part with plain hats, and the shape functions at their points.
+type Face<const D: usize> = (BoundaryCells<D>, ShapeTable<D>);
+
 /// Where boundary cells for contact and their tables come from.
-pub(super) type Skins<'a, const D: usize> = &'a dyn Fn(&Part) -> Result<(BoundaryCells<D>, ShapeTable<D>), Error>;
+pub(super) struct Skins<'a, const D: usize> {
+    /// Facets of a part with plain hats, and their table.
+    pub part: &'a dyn Fn(&Place<D>) -> Result<Face<D>, Error>,
+    /// Shape functions at any points of the boundary.
+    pub points: &'a dyn Fn(&Points<D>) -> Result<ShapeTable<D>, Error>,
+}
 
 impl<const D: usize> Scene<D> {
     /// Lets a boundary part touch a rigid surface: it may come to lie on it, slide along it and leave it, and never goes
@@ -70,22 +94,38 @@ impl<const D: usize> Scene<D> {
     /// assert!(plate.force[1] < 0.0 && width > 0.04 && width < 0.1);
     /// # Ok::<(), rkpm::Error>(())
     /// ```
-    pub fn contact(mut self, part: impl Into<Part>, surface: RigidSurface<D>) -> Self {
-        self.contacts.push(Touching { part: part.into(), surface });
+    pub fn contact(mut self, place: impl Into<Place<D>>, surface: RigidSurface<D>) -> Self {
+        self.contacts.push(Touching { place: place.into(), surface });
+        self
+    }
+}
+
+impl Scene<2> {
+    /// Lets two boundary parts touch each other, without friction; results are found by the name. The boundary particles of the part that
+    /// has more of them carry the pressures, whichever is named first.
+    pub fn contact_between(mut self, first: impl Into<Place<2>>, second: impl Into<Place<2>>, name: &str) -> Self {
+        self.meetings.push(Meeting { first: first.into(), second: Some(second.into()), name: name.into() });
+        self
+    }
+
+    /// Lets a boundary part touch itself where it folds, without friction; results are found by the name.
+    pub fn contact_itself(mut self, place: impl Into<Place<2>>, name: &str) -> Self {
+        self.meetings.push(Meeting { first: place.into(), second: None, name: name.into() });
         self
     }
 }
 
 /// Refuses contacts that no scheme could serve.
-pub(super) fn validate<const D: usize>(contacts: &[Touching<D>]) -> Result<(), Error> {
-    for (k, contact) in contacts.iter().enumerate() {
+pub(super) fn validate<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
+    for contact in &scene.contacts {
         contact.surface.validate(&contact.label())?;
-        let name = &contact.surface.name;
-        if contacts[..k].iter().any(|other| other.surface.name == *name) {
-            return Err(ContactError::Twice { name: name.clone() }.into());
-        }
     }
-    Ok(())
+    let rigid = scene.contacts.iter().map(|contact| &contact.surface.name);
+    let names: Vec<&String> = rigid.chain(scene.meetings.iter().map(|meeting| &meeting.name)).collect();
+    match names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)) {
+        Some((_, name)) => Err(ContactError::Twice { name: name.to_string() }.into()),
+        None => Ok(()),
+    }
 }
 
 /// Positions of the unknown travels of surfaces that are pushed, behind those of the particles.
@@ -100,11 +140,11 @@ pub(super) fn add<const D: usize>(
     cells: &dyn Cells<D>,
     rows: &Constraints,
     volume: f64,
-    skins: Skins<'_, D>,
+    skins: &Skins<'_, D>,
     model: &mut Model<D>,
 ) -> Result<Vec<Contact<D>>, Error> {
     let mut contacts = Vec::new();
-    if scene.contacts.is_empty() {
+    if scene.contacts.is_empty() && scene.meetings.is_empty() {
         return Ok(contacts);
     }
     let material = &*scene.material;
@@ -112,7 +152,7 @@ pub(super) fn add<const D: usize>(
     let particles = cells.positions().len();
     let mut next = particles;
     for contact in &scene.contacts {
-        let (cells, table) = skins(&contact.part)?;
+        let (cells, table) = (skins.part)(&contact.place)?;
         let carriage = contact.surface.free_direction().map(|_| {
             next += 1;
             next as u32 - 1
@@ -122,13 +162,36 @@ pub(super) fn add<const D: usize>(
             RigidContact { skin, surface: contact.surface.clone(), carriage, stiffness: Stiffness::of(shear, bulk) };
         starts_outside(&law, model.unknowns(), contact)?;
         let law = Arc::new(law);
-        contacts.push(Contact { name: contact.surface.name.clone(), term: model.terms().len(), law: law.clone() });
+        let name = contact.surface.name.clone();
+        contacts.push(Contact { name, term: model.terms().len(), law: Law::Rigid(law.clone()) });
         model.add(law);
         if let (Some(node), Drive::Pushed { force, amplitude, .. }) = (carriage, &contact.surface.drive) {
             model.add(Carriage { node: [node], force: *force, amplitude: amplitude.clone(), stiffness: shear });
         }
     }
-    if next > particles || !holds(rows, cells.positions(), !scene.kinematics.hoop_components().is_empty()) {
+    for meeting in &scene.meetings {
+        let mut found = vec![(skins.part)(&meeting.first)?];
+        if let Some(second) = &meeting.second {
+            found.push((skins.part)(second)?);
+        }
+        // Pressures live on the finer side.
+        let swapped = found.len() > 1 && found[1].0.points.groups.len() > found[0].0.points.groups.len();
+        if swapped {
+            found.reverse();
+        }
+        let faces: Vec<&BoundaryCells<D>> = found.iter().map(|(face, _)| face).collect();
+        let chain = Chain::new(&faces, cells.positions(), skins.points)?;
+        let bodies =
+            found.iter().map(|(face, table)| Skin::new(face, table.clone(), None)).collect::<Result<_, _>>()?;
+        let law = Arc::new(PairContact::new(bodies, &faces, chain, Stiffness::of(shear, bulk), particles));
+        let name = meeting.name.clone();
+        contacts.push(Contact { name, term: model.terms().len(), law: Law::Pair(law.clone(), swapped) });
+        model.add(law);
+    }
+    if next > particles
+        || !scene.meetings.is_empty()
+        || !holds(rows, cells.positions(), !scene.kinematics.hoop_components().is_empty())
+    {
         model.add(leash(model.positions(), volume, shear));
     }
     Ok(contacts)
@@ -234,6 +297,8 @@ pub struct ContactPoint<const D: usize> {
     pub force: Point<D>,
     /// Whether it touches.
     pub touches: bool,
+    /// Whether it touches and slides; what touches without friction does.
+    pub slides: bool,
 }
 
 /// What a state tells of a contact.
@@ -288,16 +353,16 @@ impl<const D: usize> Problem<D> {
     /// boundary.
     ///
     /// # Errors
-    /// Where no surface has the name, with those that there are; for a state of another problem.
+    /// Where no surface has the name, with those that there are; where the body lies on a profile beyond its open end; for a
+    /// state of another problem.
     pub fn contact(&self, state: &State, name: &str) -> Result<ContactState<D>, Error> {
         state.check_lengths(&self.model, &self.rows)?;
-        let Some(contact) = self.contacts.iter().find(|contact| contact.name == name) else {
-            let known: Vec<&str> = self.contacts.iter().map(|contact| contact.name.as_str()).collect();
-            let known = if known.is_empty() { "none".to_string() } else { known.join("; ") };
-            return Err(ContactError::Unknown { asked: name.to_string(), known }.into());
-        };
-        let law = &contact.law;
+        let contact = self.contact_named(name)?;
         let condensed = &state.condensed[contact.term];
+        let law = match &contact.law {
+            Law::Rigid(law) => law,
+            Law::Pair(law, swapped) => return self.pair_contact(law, *swapped, state, condensed),
+        };
         let view = View { displacement: &state.displacement, condensed, load: state.load };
         let mut found = ContactState {
             force: Point::zeros(),
@@ -308,15 +373,16 @@ impl<const D: usize> Problem<D> {
         };
         let mut sizes = Vec::with_capacity(law.skin.hats.len());
         for (k, hat) in law.skin.hats.iter().enumerate() {
-            let nominal = condensed[k];
+            let (nominal, friction) = law.pressure(k, condensed);
             let (mut area, mut width) = (0.0, 0.0);
             let particle = hat.particle as usize;
             let reference = self.cells.positions()[particle];
             let moved = weighted(&self.approximation.values_at_node(particle)?, state);
             let (mut force, mut moment) = (Point::<D>::zeros(), Vector3::zeros());
+            let mut passed = None;
             let touch = law.touch(k, &view, |p, weight, nearest| {
                 let (point, _) = hat.points[p];
-                let x = law.skin.position(point, &state.displacement);
+                let x = law.skin.table.positions()[point as usize] + law.skin.displacement(point, &state.displacement);
                 let f = Matrix3::identity() + law.skin.table.displacement_gradient(point as usize, &state.displacement);
                 let normal = pad(&law.skin.table.normals()[point as usize]);
                 let stretch = (cofactor(&f) * normal).norm();
@@ -324,11 +390,18 @@ impl<const D: usize> Problem<D> {
                 // Along the meridian, without the hoop's stretch.
                 let hoop = if law.skin.table.hoop_components().is_empty() { 1.0 } else { f[(2, 2)] };
                 width += weight * stretch / hoop;
-                let push = nearest.normal * (nominal * weight);
+                let push = (nearest.normal * nominal + friction) * weight;
+                if nearest.passed_end {
+                    passed = Some(x);
+                }
                 force += push;
                 moment += pad(&x).cross(&pad(&push));
             });
             let touches = law.touches(k, nominal, touch.gap);
+            if let Some(at) = passed.filter(|_| touches) {
+                let (contact, at, load) = (name.to_string(), at.as_slice().to_vec(), state.load);
+                return Err(ContactError::PassedEnd { contact, at, load }.into());
+            }
             if !touches {
                 (force, moment) = (Point::zeros(), Vector3::zeros());
             }
@@ -344,10 +417,102 @@ impl<const D: usize> Problem<D> {
                 traction: force / area,
                 force,
                 touches,
+                slides: touches && friction.norm() >= (1.0 - 1e-6) * law.surface.friction * nominal,
             });
         }
         found.extent = if D == 3 { touching(&found.points, &sizes) } else { width(&found.points) };
         Ok(found)
+    }
+
+    /// The work that friction has taken along a path on the surface of a name \[force·length\]: over its steps, the mean traction times
+    /// the slip of each boundary particle.
+    ///
+    /// # Errors
+    /// As [`contact`](Problem::contact).
+    pub fn friction_work(&self, path: &EquilibriumPath, name: &str) -> Result<f64, Error> {
+        let contact = self.contact_named(name)?;
+        let Law::Rigid(law) = &contact.law else { return Ok(0.0) };
+        let mut work = 0.0;
+        let mut before: Option<Vec<(Point<D>, Point<D>)>> = None;
+        for state in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)) {
+            state.check_lengths(&self.model, &self.rows)?;
+            let condensed = &state.condensed[contact.term];
+            let view = View { displacement: &state.displacement, condensed, load: state.load };
+            let now: Vec<_> = (0..law.skin.hats.len())
+                .map(|hat| {
+                    let touch = law.touch(hat, &view, |_, _, _| {});
+                    (law.pressure(hat, condensed).1 * law.skin.hats[hat].area, touch.beside)
+                })
+                .collect();
+            if let Some(before) = before {
+                let steps = now.iter().zip(&before);
+                work -= steps.map(|((f, u), (f0, u0))| 0.5 * (f + f0).dot(&(u - u0))).sum::<f64>();
+            }
+            before = Some(now);
+        }
+        Ok(work)
+    }
+
+    /// The same of two parts of the boundary: the force is that on the part named first; boundary particles of the part that carries the
+    /// pressures, then those of the other.
+    fn pair_contact(
+        &self,
+        law: &PairContact<D>,
+        swapped: bool,
+        state: &State,
+        condensed: &[f64],
+    ) -> Result<ContactState<D>, Error> {
+        let mut found = ContactState {
+            force: Point::zeros(),
+            moment: Vector3::zeros(),
+            extent: 0.0,
+            travel: Point::zeros(),
+            points: Vec::with_capacity(law.hats()),
+        };
+        for cluster in 0..law.hats() {
+            let (side, hat) = law.hat(cluster);
+            let skin = &law.skins[side];
+            let hat = &skin.hats[hat];
+            let (meeting, nominal, force) = law.report(&state.displacement, condensed, cluster);
+            let mut area = 0.0;
+            let mut normal = Vector3::zeros();
+            for &(point, weight) in &hat.points {
+                let point = point as usize;
+                let f = Matrix3::identity() + skin.table.displacement_gradient(point, &state.displacement);
+                let outward = cofactor(&f) * pad(&skin.table.normals()[point]);
+                area += weight * outward.norm();
+                normal += outward * weight;
+            }
+            let particle = hat.particle as usize;
+            let reference = self.cells.positions()[particle];
+            let position = reference + weighted(&self.approximation.values_at_node(particle)?, state);
+            let touches = nominal > 0.0;
+            let pressure = nominal * hat.area / area;
+            let inward = -normal.normalize() * pressure;
+            let force = if swapped { -force } else { force };
+            found.force += force;
+            found.moment += pad(&position).cross(&pad(&force));
+            found.points.push(ContactPoint {
+                reference,
+                position,
+                pressure,
+                gap: meeting.gap,
+                traction: Point::from_fn(|i, _| inward[i]),
+                force,
+                touches,
+                slides: touches,
+            });
+        }
+        found.extent = width(&found.points[..law.skins[0].hats.len()]);
+        Ok(found)
+    }
+
+    fn contact_named(&self, name: &str) -> Result<&Contact<D>, ContactError> {
+        self.contacts.iter().find(|contact| contact.name == name).ok_or_else(|| {
+            let known: Vec<&str> = self.contacts.iter().map(|contact| contact.name.as_str()).collect();
+            let known = if known.is_empty() { "none".to_string() } else { known.join("; ") };
+            ContactError::Unknown { asked: name.to_string(), known }
+        })
     }
 }
 

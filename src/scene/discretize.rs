@@ -23,7 +23,7 @@ use super::load::{LoadKind, Shared, Varying, dead};
 use super::place::Spot;
 use super::problem::Evaluate;
 use super::scheme::{Dilation, Enforcing, Functions, PressureScheme, Resolution, RowKind, Rule, Scheme};
-use super::{Load, Place, Problem, Scene, Source, Value};
+use super::{Load, Place, Problem, Scene, Source, Value, resolve};
 
 /// Gauss points per cell in 1D where the basis is quadratic or higher.
 const FINE: usize = 7;
@@ -112,10 +112,19 @@ fn particles<const D: usize>(
     };
     let (rows, placed) = rows(scene, &*cells, &approximation, over_boundary.then_some(facets), refused)?;
     let volume = body.table().weights().iter().sum();
-    let skins = |part: &Part| {
-        let skin = cells.contact_boundary(part, facets.parts, facets.gauss)?;
-        let table = ShapeTable::new(&approximation, &skin.points, kinematics)?;
-        Ok((skin, table))
+    let skins = contact::Skins {
+        part: &|place| {
+            let place = resolve(&scene.names, place);
+            let Spot::Part(part) = &place.spot else {
+                let needed = "a part of the boundary, or some of one";
+                return Err(GeometryError::Unsuited { what: "contact of a point or of the body", needed }.into());
+            };
+            let whole = cells.contact_boundary(part, facets.parts, facets.gauss)?;
+            let skin = whole.within(&|x| place.holds(x));
+            let table = ShapeTable::new(&approximation, &skin.points, kinematics)?;
+            Ok((skin, table))
+        },
+        points: &|points| ShapeTable::new(&approximation, points, &Unmeasured),
     };
     let contacts = contact::add(scene, &*cells, &rows, volume, &skins, &mut model)?;
     let auxiliary = super::space::auxiliary(scene, scheme, &*cells, &approximation, &body, &rows)?;
@@ -176,7 +185,7 @@ fn elements<const D: usize>(
         }
         .into());
     }
-    if !scene.contacts.is_empty() {
+    if !scene.contacts.is_empty() || !scene.meetings.is_empty() {
         let needed = "particles: leave Scheme::elements out";
         return Err(GeometryError::Unsuited { what: "contact of finite elements", needed }.into());
     }

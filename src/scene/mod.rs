@@ -106,6 +106,7 @@ pub struct Scene<const D: usize> {
     pub(crate) conditions: Vec<Condition<D>>,
     pub(crate) loads: Vec<Load<D>>,
     pub(crate) contacts: Vec<contact::Touching<D>>,
+    pub(crate) meetings: Vec<contact::Meeting<D>>,
     pub(crate) names: Vec<(String, Place<D>)>,
 }
 
@@ -172,6 +173,7 @@ impl<const D: usize> Scene<D> {
             conditions: Vec::new(),
             loads: Vec::new(),
             contacts: Vec::new(),
+            meetings: Vec::new(),
             names: Vec::new(),
         }
     }
@@ -342,7 +344,7 @@ impl<const D: usize> Scene<D> {
                 return Err(BoundaryError::Value { what: load.label(), value, load: 1.0 }.into());
             }
         }
-        contact::validate(&self.contacts)?;
+        contact::validate(self)?;
         crate::kinematics::hoop_components(&*self.kinematics)?;
         Ok(())
     }

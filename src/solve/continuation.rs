@@ -309,6 +309,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let (inertia, unstable) = (self.workspace.inertia, self.workspace.unstable_modes());
         let critical = self.critical_points(&state, unstable);
         self.workspace.react(&mut state);
+        self.workspace.model.record(&state.displacement, &mut state.condensed, state.load);
         let energy = self.workspace.model.energy(&state.displacement, &state.condensed, state.load);
         let step = Step {
             state: state.clone(),

@@ -65,6 +65,7 @@ pub(super) fn predict<const D: usize>(model: &Model<D>, previous: &State, state:
             *l += factor * ratio * (now - then);
         }
     }
+    model.keep_history(&state.condensed, &mut predicted.condensed);
     predicted.load += factor * ratio * (state.load - previous.load);
     predicted
 }

@@ -132,14 +132,14 @@ impl Linear<'_> {
         if factors.is_iterative() {
             return Ok(());
         }
-        let sweeps = if system.skew.is_empty() { 1 } else { SKEW_SWEEPS };
+        let sweeps = if system.is_symmetric() { 1 } else { SKEW_SWEEPS };
         let mut before = f64::INFINITY;
         let mut residual = 0.0;
         for sweep in 0..=sweeps {
             buffers.product.clear();
             buffers.product.resize(rhs.len(), 0.0);
             enforced.pattern().multiply_add(values, &buffers.solution, &mut buffers.product);
-            if !system.skew.is_empty() {
+            if !system.is_symmetric() {
                 buffers.full.resize(system.residual.len(), 0.0);
                 enforced.recover(&buffers.solution, &buffers.zero_violation, &mut buffers.full, &mut buffers.unused);
                 buffers.skew.clear();
@@ -157,8 +157,8 @@ impl Linear<'_> {
                 return Err(LinearError::Residual { residual });
             }
             // One sweep removes the rounding of the factors; the skew part needs as many as it takes.
-            if residual <= (if system.skew.is_empty() { REFINED } else { SWEPT }) * size
-                || (system.skew.is_empty() && residual >= 0.9 * before)
+            if residual <= (if system.is_symmetric() { REFINED } else { SWEPT }) * size
+                || (system.is_symmetric() && residual >= 0.9 * before)
                 || sweep == sweeps
             {
                 break;
@@ -173,7 +173,7 @@ impl Linear<'_> {
             }
         }
         // A solution of a regular system leaves next to nothing; what is left of a singular one is of its own size.
-        if system.skew.is_empty() && residual > 1e-3 * size {
+        if system.is_symmetric() && residual > 1e-3 * size {
             return Err(LinearError::Residual { residual: residual / size });
         }
         Ok(())

@@ -52,6 +52,7 @@ impl<const D: usize> Kept<'_, D> {
         let mut before = [norm(&next.step) / size; 2];
         let mut violation = Vec::new();
         let mut imbalance = Vec::new();
+        let rounding = self.model.terms().iter().map(|term| term.rounding()[1].powi(2)).sum::<f64>().sqrt();
         for number in 1.. {
             let State { displacement, condensed, load, .. } = &*state;
             self.assembler.assemble_forces(self.model, displacement, condensed, *load, self.forces);
@@ -63,7 +64,7 @@ impl<const D: usize> Kept<'_, D> {
             }
             let Linear { enforced, .. } = self.linear;
             enforced.imbalance(&self.forces.residual, &state.multipliers, &mut imbalance);
-            let residual = norm(&imbalance) / self.forces.scale.max(f64::MIN_POSITIVE);
+            let residual = (norm(&imbalance) - rounding).max(0.0) / self.forces.scale.max(f64::MIN_POSITIVE);
             self.forces.residual.iter_mut().for_each(|r| *r = -*r);
             enforced.project(&self.forces.residual, &mut buffers.rhs);
             if self.linear.solve(false, buffers).is_err() {

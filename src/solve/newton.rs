@@ -85,6 +85,7 @@ impl<const D: usize> Workspace<'_, D> {
         let mut small = 0;
         let (mut first, mut before) = (f64::INFINITY, f64::INFINITY);
         let watched = matches!(std::mem::take(&mut self.watch), Watch::On);
+        let rounding = self.model.terms().iter().map(|term| term.rounding()[1].powi(2)).sum::<f64>().sqrt();
         for number in 1..=settings.iterations {
             self.make_room();
             let State { displacement, condensed, load, .. } = &*state;
@@ -94,7 +95,7 @@ impl<const D: usize> Workspace<'_, D> {
                 return Err(Cause::NotFinite.into());
             }
             self.enforced.imbalance(&self.system.residual, &state.multipliers, &mut imbalance);
-            let residual = norm(&imbalance) / self.system.scale.max(f64::MIN_POSITIVE);
+            let residual = (norm(&imbalance) - rounding).max(0.0) / self.system.scale.max(f64::MIN_POSITIVE);
             self.rows.violation(&state.displacement, state.load, &mut violation);
             self.enforced.reduce(&self.system, &mut self.values);
             negate(&mut self.system.residual);
@@ -158,7 +159,7 @@ impl<const D: usize> Workspace<'_, D> {
                 && increment <= settings.tolerance
                 && left <= settings.forces_settled()
                 && settled(&next, state)
-                && condensed_change(&next, state) <= CONDENSED_SETTLED.max(settings.tolerance)
+                && condensed_change(self.model, &next, state) <= CONDENSED_SETTLED.max(settings.tolerance)
             {
                 return Ok(number);
             }
@@ -247,8 +248,11 @@ impl<const D: usize> Workspace<'_, D> {
 
 /// The largest change of a condensed unknown beside the largest of its term: where the displacement is prescribed, pressures
 /// settle after it.
-fn condensed_change(next: &Increment, state: &State) -> f64 {
+fn condensed_change<const D: usize>(model: &Model<D>, next: &Increment, state: &State) -> f64 {
     let largest = |v: &[f64]| v.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
-    let changes = next.condensed.iter().zip(&state.condensed).filter(|(_, all)| !all.is_empty());
-    changes.map(|(step, all)| largest(step) / largest(all).max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
+    let changes =
+        next.condensed.iter().zip(&state.condensed).zip(model.terms()).filter(|((_, all), _)| !all.is_empty());
+    let part =
+        |step: f64, all: f64, rounding: f64| if step <= rounding { 0.0 } else { step / all.max(f64::MIN_POSITIVE) };
+    changes.map(|((step, all), term)| part(largest(step), largest(all), term.rounding()[0])).fold(0.0, f64::max)
 }

@@ -50,8 +50,13 @@ pub struct Element {
     pub matrix: Vec<f64>,
     /// Whether the matrix is asked for.
     pub with_matrix: bool,
+    /// A part of $\partial^2\Pi/\partial d\\,\partial d$ that is not symmetric and that factors leave out, `size × size` by columns: linear
+    /// solutions are refined until it is met. Empty where there is none.
+    pub coupling: Vec<f64>,
     /// Buffer for the term's own use.
     pub scratch: Vec<f64>,
+    /// Places of the nodes that buffers run over, where a term fills them for a few of its cluster's nodes alone.
+    pub(crate) compact: Vec<u16>,
     /// The matrix of terms that fill its lower blocks instead.
     pub(crate) lower: LowerBlocks,
     pub(crate) windows: Windows,
@@ -69,9 +74,17 @@ impl Element {
         self.load_slope.resize(size, 0.0);
         self.matrix.clear();
         self.matrix.resize(if with_matrix { size * size } else { 0 }, 0.0);
+        self.coupling.clear();
+        self.compact.clear();
         self.with_matrix = with_matrix;
         self.lower.wanted = false;
         self.apart = None;
+    }
+
+    /// Zeroes the buffers for some nodes of a cluster, by rising place.
+    pub(crate) fn reset_compact<const D: usize>(&mut self, places: &[u16]) {
+        self.reset(places.len() * D, self.with_matrix);
+        self.compact.extend_from_slice(places);
     }
 
     /// As [`reset`](Element::reset), with the matrix in lower blocks.
@@ -173,6 +186,13 @@ pub trait Term<const D: usize>: Send + Sync {
     #[doc(hidden)]
     fn couplings(&self, _cluster: usize, _visit: &mut dyn FnMut(&[u16])) {}
 
+    /// Whether the term fills buffers over a few nodes of a cluster that has many, as contact does where what touches what is
+    /// not known before.
+    #[doc(hidden)]
+    fn fills_compact(&self) -> bool {
+        false
+    }
+
     /// Where the condensed unknowns of a cluster stand among those of the term.
     fn condensed(&self, _cluster: usize) -> std::ops::Range<usize> {
         0..0
@@ -188,6 +208,21 @@ pub trait Term<const D: usize>: Send + Sync {
     /// condensed unknowns and returns the largest step factor in $[0, 1]$ that keeps the path admissible.
     fn advance(&self, _cluster: usize, _view: View<'_>, _step: &[f64], _locals_step: &mut [f64]) -> f64 {
         1.0
+    }
+
+    /// Which condensed unknowns of a cluster are its history, among those of the cluster: set where a step has converged, and the
+    /// same along the way to the next one.
+    fn history(&self, _cluster: usize) -> std::ops::Range<usize> {
+        0..0
+    }
+
+    /// Writes what a converged state leaves to the next step into the history of a cluster's condensed unknowns.
+    fn record(&self, _cluster: usize, _view: View<'_>, _locals: &mut [f64]) {}
+
+    /// What rounding of coordinates makes of the condensed unknowns, and of the norm of the forces: changes below are none. Contact that
+    /// has come to rest under next to no force needs it, all else is measured beside its forces.
+    fn rounding(&self) -> [f64; 2] {
+        [0.0; 2]
     }
 
     /// Energy stored in the cluster; zero for loads.
@@ -261,6 +296,10 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
         (**self).couplings(cluster, visit);
     }
 
+    fn fills_compact(&self) -> bool {
+        (**self).fills_compact()
+    }
+
     fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
         (**self).condensed(cluster)
     }
@@ -275,6 +314,18 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
 
     fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
         (**self).advance(cluster, view, step, condensed_step)
+    }
+
+    fn history(&self, cluster: usize) -> std::ops::Range<usize> {
+        (**self).history(cluster)
+    }
+
+    fn rounding(&self) -> [f64; 2] {
+        (**self).rounding()
+    }
+
+    fn record(&self, cluster: usize, view: View<'_>, condensed: &mut [f64]) {
+        (**self).record(cluster, view, condensed);
     }
 
     fn energy(&self, cluster: usize, view: View<'_>) -> f64 {

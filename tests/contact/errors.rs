@@ -82,3 +82,16 @@ fn motions_that_are_not_finite() {
     let error = refused(block().contact((1, Side::Max), surface));
     assert!(matches!(error, Error::Contact(ContactError::Motion { .. })), "{error}");
 }
+
+#[test]
+fn open_profiles_that_are_passed_at_their_end() {
+    let short = Profile::at([-1.0, 1.2]).line([0.8, 1.2]);
+    let surface = RigidSurface::profile(short).moving([0.0, -0.3]).named("lid");
+    let scene = block().hold((1, Side::Min)).contact((1, Side::Max), surface);
+    let problem = scene.discretize(&Scheme::default().particles([7])).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    match problem.contact(path.last(), "lid").unwrap_err() {
+        Error::Contact(ContactError::PassedEnd { at, load, .. }) => assert!(at[0] > 0.8 && load == 1.0, "{at:?}"),
+        other => panic!("{other}"),
+    }
+}

@@ -1,5 +1,7 @@
 //! Contact: laws of the surfaces, of the pressures, and scenes with known answers.
 
+mod drawn;
 mod errors;
+mod friction;
 mod rigid;
 mod surfaces;

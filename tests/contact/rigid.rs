@@ -144,3 +144,47 @@ fn plates_balance() {
     let [upper, lower] = ["upper", "lower"].map(|name| problem.contact(path.last(), name).unwrap().force[1]);
     assert!(lower > 0.1 && (upper / lower + 1.0).abs() < 1e-10, "{upper} {lower}");
 }
+
+/// No hat is pulled, no hat goes in, and where one presses there is no gap: on a body that corners, a plane and a bore touch.
+#[test]
+fn complementarity() {
+    let groove = rkpm::contact::Profile::at([0.7, 1.0]).line([0.4, -0.1]).line([-0.4, -0.1]).line([-0.7, 1.0]);
+    let outline = Outline::circle("outer", [0.0, 0.55], 0.5);
+    let scene = Scene::on(Region::new(outline).unwrap(), PlaneStrain, rubber())
+        .contact("outer", RigidSurface::profile(groove).named("groove"))
+        .contact("outer", RigidSurface::shaft([0.1, 1.4], 0.3).moving([0.0, -0.4]).named("shaft"));
+    let (problem, path) = solved(&scene, &Scheme::default().particles([12]));
+    let mut total = Point::<2>::zeros();
+    for name in ["groove", "shaft"] {
+        let contact = problem.contact(path.last(), name).unwrap();
+        total += contact.force;
+        let mut pressed = 0;
+        for point in &contact.points {
+            assert!(point.pressure >= 0.0 && point.gap > -1e-9, "{name}: {point:?}");
+            assert!(point.pressure == 0.0 || point.gap.abs() < 1e-9, "{name}: {point:?}");
+            pressed += usize::from(point.pressure > 0.0);
+        }
+        assert!(pressed >= 3, "{name}: {pressed}");
+    }
+    assert!(total.norm() < 1e-6, "{total}");
+}
+
+/// A place with a name, and some of a face, touch as parts do.
+#[test]
+fn places_touch_as_parts_do() {
+    let block = || {
+        Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+            .hold((1, Side::Min))
+            .name("lid side", (1, Side::Max))
+    };
+    let die = || RigidSurface::shaft([0.5, 1.6], 0.6).moving([0.0, -0.1]).named("die");
+    let scheme = Scheme::default().particles([17, 9]);
+    let force = |scene: Scene<2>| {
+        let (problem, path) = solved(&scene, &scheme);
+        problem.contact(path.last(), "die").unwrap().force[1]
+    };
+    let whole = force(block().contact((1, Side::Max), die()));
+    assert_eq!(whole, force(block().contact("lid side", die())));
+    let left = Place::on("lid side").within(|x: &Point<2>| x[0] < 1.0);
+    assert!((force(block().contact(left, die())) / whole - 1.0).abs() < 1e-9);
+}

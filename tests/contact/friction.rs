@@ -1,0 +1,121 @@
+//! Coulomb's friction on rigid surfaces.
+
+use rkpm::prelude::*;
+
+/// A block on a rough floor whose top is pressed down by 0.02 and then moved along as a table says.
+fn block(friction: f64, along: &[(f64, f64)]) -> Scene<2> {
+    let rubber = Rubber::mooney_rivlin(0.293, 0.177, 1410.0).unwrap();
+    let mut pairs = vec![(0.0, 0.0)];
+    pairs.extend(along);
+    let pressed = Amplitude::table(vec![(0.0, 0.0), (0.2, 1.0), (1.0, 1.0)]).unwrap();
+    Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber)
+        .with(Condition::on((1, Side::Max)).component(1, -0.02).amplitude(pressed))
+        .with(Condition::on((1, Side::Max)).component(0, 1.0).amplitude(Amplitude::table(pairs).unwrap()))
+        .contact((1, Side::Min), RigidSurface::plane([0.0, 0.0], [0.0, 1.0]).friction(friction).named("floor"))
+}
+
+fn run(scene: &Scene<2>) -> (Problem<2>, rkpm::solve::EquilibriumPath) {
+    let problem = scene.discretize(&Scheme::default().particles([13, 7])).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    (problem, path)
+}
+
+/// Below the limit nothing on the floor moves; beyond it everything slides at μ times the normal force.
+#[test]
+fn sticks_below_and_slides_at_the_limit() {
+    for friction in [0.1, 0.3] {
+        let (problem, path) = run(&block(friction, &[(0.2, 0.0), (1.0, 0.4)]));
+        let floor = problem.contact(path.last(), "floor").unwrap();
+        assert!(floor.points.iter().filter(|p| p.touches).all(|p| p.slides));
+        let ratio = -floor.force[0] / floor.force[1];
+        assert!((ratio / friction - 1.0).abs() < 1e-8, "{ratio} {friction}");
+        for point in floor.points.iter().filter(|p| p.touches) {
+            assert!((-point.traction[0] / point.pressure / friction - 1.0).abs() < 1e-7, "{point:?}");
+        }
+    }
+    let (problem, path) = run(&block(0.9, &[(0.2, 0.0), (1.0, 0.001)]));
+    let pressed = path.steps.iter().find(|step| step.state.load == 0.2).unwrap();
+    let before = problem.contact(&pressed.state, "floor").unwrap();
+    let after = problem.contact(path.last(), "floor").unwrap();
+    assert!(after.force[0] < 0.0 && after.force[0].abs() < 0.9 * after.force[1], "{}", after.force);
+    // Hats stick on the mean; their particles move by what is left beside it.
+    let moved = 0.001;
+    let sliding = |hat: usize| {
+        let since = path.steps.iter().filter(|step| step.state.load > 0.2);
+        since.into_iter().any(|step| problem.contact(&step.state, "floor").unwrap().points[hat].slides)
+    };
+    for (hat, (a, b)) in before.points.iter().zip(&after.points).enumerate() {
+        if b.touches && !sliding(hat) {
+            let (way, limit) = ((a.position - b.position).norm(), 0.9 * b.pressure);
+            assert!(way < 1e-2 * moved && b.traction[0].abs() < limit, "{:?} moves by {way:e}", a.position);
+        }
+    }
+    assert!(after.points.iter().filter(|p| p.touches && !p.slides).count() > 8);
+}
+
+/// What the moved top puts in over a closed cycle is what friction takes.
+#[test]
+fn a_closed_cycle_balances() {
+    let cycle: Vec<(f64, f64)> =
+        [0.2, 0.3, 0.45, 0.6, 0.75, 0.9, 1.0].into_iter().zip([0.0, 0.1, -0.1, 0.1, -0.1, 0.1, 0.1]).collect();
+    let (problem, path) = run(&block(0.1, &cycle));
+    let top = |state: &rkpm::solve::State| problem.reaction(state, (1, Side::Max)).unwrap()[0];
+    let moved = |state: &rkpm::solve::State| problem.displacement(state, &[1.0, 1.0].into()).unwrap()[0];
+    // From the second forth to the third: the same state.
+    let from = path.steps.iter().position(|step| step.state.load == 0.6).unwrap();
+    let to = path.steps.iter().position(|step| step.state.load == 0.9).unwrap();
+    let mut work = 0.0;
+    for pair in path.steps[from..=to].windows(2) {
+        let (a, b) = (&pair[0].state, &pair[1].state);
+        work += 0.5 * (top(a) + top(b)) * (moved(b) - moved(a));
+    }
+    let until = |last: usize| {
+        let mut part = path.clone();
+        part.steps.truncate(last + 1);
+        problem.friction_work(&part, "floor").unwrap()
+    };
+    let taken = until(to) - until(from);
+    let kept = path.steps[to].energy - path.steps[from].energy;
+    assert!(taken > 0.0 && ((work - taken - kept) / taken).abs() < 1e-6, "{work} {taken} {kept}");
+}
+
+/// Units: the same iterations and digits with friction as well.
+#[test]
+fn units_do_not_matter() {
+    let run = |metre: f64, pascal: f64| {
+        let rubber = Rubber::neo_hookean(0.4 * pascal, 400.0 * pascal).unwrap();
+        let floor = RigidSurface::plane([0.0, 0.0], [0.0, 1.0]).friction(0.2).named("floor");
+        let scene = Scene::new(Block::new([0.0, 0.0], [2.0 * metre, metre]), PlaneStrain, rubber)
+            .prescribe((1, Side::Max), 1, -0.1 * metre)
+            .prescribe((1, Side::Max), 0, 0.2 * metre)
+            .contact((1, Side::Min), floor);
+        let problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let floor = problem.contact(path.last(), "floor").unwrap();
+        (path.iterations, floor.force[0] / (metre * pascal))
+    };
+    let (first, second) = (run(1.0, 1e6), run(1e3, 1.0));
+    assert_eq!(first.0, second.0);
+    assert!((first.1 / second.1 - 1.0).abs() < 1e-10, "{first:?} {second:?}");
+}
+
+/// In space: a block sliding askew carries its friction against the way it goes.
+#[test]
+fn askew_in_space() {
+    let rubber = Rubber::neo_hookean(0.4, 40.0).unwrap();
+    let floor = RigidSurface::plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]).friction(0.2).named("floor");
+    let scene = Scene::new(Block::new([0.0, 0.0, 0.0], [1.0, 1.0, 0.5]), Solid, rubber)
+        .prescribe((2, Side::Max), 2, -0.02)
+        .prescribe((2, Side::Max), 0, 0.3)
+        .prescribe((2, Side::Max), 1, 0.4)
+        .contact((2, Side::Min), floor);
+    let problem = scene.discretize(&Scheme::default().particles([4, 4, 3])).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let floor = problem.contact(path.last(), "floor").unwrap();
+    for point in floor.points.iter().filter(|p| p.touches) {
+        let along = (point.traction[0].powi(2) + point.traction[1].powi(2)).sqrt();
+        assert!(point.slides && (along / point.pressure / 0.2 - 1.0).abs() < 1e-7, "{point:?}");
+    }
+    let ratio = floor.force[0] / floor.force[1];
+    assert!(floor.force[0] < 0.0 && (ratio - 0.75).abs() < 0.03, "{ratio}");
+}
