@@ -201,7 +201,12 @@ pub(super) fn stars<'a>(
     if size <= 1 {
         return Zones::single(cells.len());
     }
-    let seeds = seeds(around, on_boundary, size);
+    let mut seeds = seeds(around, on_boundary, size);
+    // Where a body is one cell thick there are no inner particles: those of its boundary stand in for them.
+    let thin = far(around, &seeds);
+    let free: Vec<bool> = on_boundary.iter().zip(&thin).map(|(on, thin)| !on || *thin).collect();
+    let others: Vec<bool> = thin.iter().map(|thin| !thin).collect();
+    seeds.extend(self::seeds(around, &others, size));
     let mut seeded = vec![NONE; on_boundary.len()];
     for (zone, &seed) in seeds.iter().enumerate() {
         seeded[seed as usize] = zone as u32;
@@ -216,7 +221,26 @@ pub(super) fn stars<'a>(
             zone_of[cell as usize] = zone as u32;
         }
     }
-    join_poor(&mut zone_of, zones.offsets.len() - 1, cells, on_boundary, beside)
+    join_poor(&mut zone_of, zones.offsets.len() - 1, cells, &free, beside)
+}
+
+/// Steps from the nearest seed beyond which a particle belongs to a thin part of the body: corners of thick ones are four away.
+const FAR: usize = 4;
+
+/// Particles that are more than [`FAR`] steps away from all seeds.
+fn far(around: &Graph, seeds: &[u32]) -> Vec<bool> {
+    let mut far = vec![true; around.offsets.len() - 1];
+    let mut near: Vec<u32> = seeds.to_vec();
+    for _ in 0..=FAR {
+        let mut next = Vec::new();
+        for &particle in &near {
+            if std::mem::replace(&mut far[particle as usize], false) {
+                next.extend_from_slice(around.row(particle as usize));
+            }
+        }
+        near = next;
+    }
+    far
 }
 
 /// Joins zones with fewer than [`INNER`] inner particles to the poorest zone beside them: with the whole boundary held there
@@ -225,11 +249,11 @@ fn join_poor<'a>(
     zone_of: &mut [u32],
     zones: usize,
     cells: &[&[u32]],
-    on_boundary: &[bool],
+    free: &[bool],
     beside: impl Fn(usize) -> Box<dyn Iterator<Item = u32> + 'a>,
 ) -> Zones {
     // A particle counts in parts for the zones of the cells around it.
-    let mut around = vec![0u32; on_boundary.len()];
+    let mut around = vec![0u32; free.len()];
     for &corner in cells.iter().copied().flatten() {
         around[corner as usize] += 1;
     }
@@ -237,7 +261,7 @@ fn join_poor<'a>(
     let mut inner = vec![0.0f64; zones];
     for (cell, corners) in cells.iter().enumerate() {
         let own = zone_of[cell];
-        for &corner in corners.iter().filter(|c| !on_boundary[**c as usize]) {
+        for &corner in corners.iter().filter(|c| free[**c as usize]) {
             inner[own as usize] += 1.0 / f64::from(around[corner as usize]);
         }
         near[own as usize].extend(beside(cell).map(|other| zone_of[other as usize]).filter(|other| *other != own));

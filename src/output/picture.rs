@@ -165,7 +165,7 @@ impl Picture {
         for (_, face) in order {
             let face = &self.faces[face];
             let normal = self.normal(face);
-            if self.closed && !self.flat && normal.dot(&eye) <= 0.0 {
+            if self.closed && !self.flat && normal.dot(&eye) <= 1e-9 {
                 continue;
             }
             let bright = if self.flat { 1.0 } else { SHADE + (1.0 - SHADE) * normal.dot(&light).max(0.0) };

@@ -145,7 +145,11 @@ fn bodies_and_refined_meshes_keep_their_groups() {
     let plug = Mesh::<3>::parse(&file("plug_41_binary.msh")).unwrap();
     let rubber = plug.body("rubber").unwrap();
     assert!((rubber.total() - plug.measure("rubber").unwrap()).abs() < 1e-12);
-    assert_eq!(rubber.groups(2).collect::<Vec<_>>(), ["base", "ends"]);
+    // The face on which the steel is bonded has the steel's name.
+    assert_eq!(rubber.groups(2).collect::<Vec<_>>(), ["base", "ends", "steel plate"]);
+    let steel = plug.body("steel plate").unwrap();
+    assert!((rubber.measure("steel plate").unwrap() - steel.measure("rubber").unwrap()).abs() < 1e-12);
+    assert!((steel.measure("rubber").unwrap() / steel.measure("top").unwrap() - 1.0).abs() < 1e-2);
     assert!((rubber.measure("ends").unwrap() - plug.measure("base").unwrap()).abs() < 1e-12);
     let finer = plug.refined().unwrap();
     assert_eq!(finer.cell_count(), 8 * plug.cell_count());
