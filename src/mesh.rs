@@ -22,7 +22,8 @@ pub(crate) use shape::spanned;
 /// Nodes, cells, faces and edges with named groups of them, in the plane (`Mesh<2>`) or in space (`Mesh<3>`).
 ///
 /// [`read`](Mesh::read) takes Gmsh's MSH 2.2 and 4.1, ASCII and binary of either byte order: physical groups keep their
-/// names, those without one are named by their number. Elements of second order are read by their corners. Nodes that no
+/// names, those without one are named by their number. Elements of second order are read by their corners; the middles of
+/// their edges are what [`refined`](Mesh::refined) meshes follow. Nodes that no
 /// element of the body uses are left out. In the plane all nodes have one Z, which is dropped.
 ///
 /// ```
@@ -43,6 +44,8 @@ pub struct Mesh<const D: usize> {
     /// Elements by their dimension.
     elements: [Elements; 4],
     groups: Vec<Group>,
+    /// Middles of curved edges by their ends, the lower one first: what refined meshes follow.
+    curved: HashMap<[u32; 2], Point<D>>,
 }
 
 /// A named group of elements of one dimension.
@@ -72,8 +75,8 @@ impl<const D: usize> Mesh<D> {
     /// # Errors
     /// As [`read`](Mesh::read).
     pub fn parse(bytes: &[u8]) -> Result<Self, MeshError> {
-        let (points, elements, groups) = msh::parse(bytes)?;
-        Self::assemble(points, elements, groups)
+        let msh::Content { points, elements, groups, middles } = msh::parse(bytes)?;
+        Self::assemble(points, elements, groups, middles)
     }
 
     /// A mesh of arrays, as any reader has them: positions, blocks of elements of one shape with their corners one after
@@ -125,11 +128,16 @@ impl<const D: usize> Mesh<D> {
             named.push(Group { name: name.clone(), dimension, members: found });
         }
         let points = points.iter().map(padded).map(|x| x.into()).collect();
-        Self::assemble(points, elements, named)
+        Self::assemble(points, elements, named, HashMap::new())
     }
 
     /// Drops what the body does not use and checks the cells.
-    fn assemble(all: Vec<[f64; 3]>, mut elements: [Elements; 4], mut groups: Vec<Group>) -> Result<Self, MeshError> {
+    fn assemble(
+        all: Vec<[f64; 3]>,
+        mut elements: [Elements; 4],
+        mut groups: Vec<Group>,
+        middles: HashMap<[u32; 2], [f64; 3]>,
+    ) -> Result<Self, MeshError> {
         crate::geometry::check_dimension::<D>()
             .map_err(|error| MeshError::Dimension { what: error.to_string(), remedy: "read Mesh<2> or Mesh<3>" })?;
         let highest = (0..=3).rev().find(|&dimension| elements[dimension].len() > 0).unwrap_or(0);
@@ -166,6 +174,13 @@ impl<const D: usize> Mesh<D> {
             let remedy = "draw the body in the plane Z = 0; shells are not modelled";
             return Err(MeshError::Dimension { what: what.to_string(), remedy });
         }
+        let mut curved = HashMap::new();
+        for (ends, middle) in middles {
+            let [a, b] = ends.map(|end| number[end as usize]);
+            if a != UNUSED && b != UNUSED && middle.iter().all(|x| x.is_finite()) {
+                curved.insert([a.min(b), a.max(b)], Point::<D>::from_fn(|i, _| middle[i]));
+            }
+        }
         drop(all);
         // Elements on nodes that the body does not have belong to something else.
         for dimension in 0..D {
@@ -192,7 +207,7 @@ impl<const D: usize> Mesh<D> {
             }
         }
         groups.retain(|group| group.dimension <= D && !group.members.is_empty());
-        let mut mesh = Mesh { points, elements, groups };
+        let mut mesh = Mesh { points, elements, groups, curved };
         mesh.orient()?;
         Ok(mesh)
     }
@@ -326,7 +341,8 @@ impl<const D: usize> Mesh<D> {
             group.members = group.members.iter().filter_map(|m| place.get(m).copied()).collect();
         }
         let points = self.points.iter().map(|x| padded(x).into()).collect();
-        Self::assemble(points, elements, groups)
+        let middles = self.curved.iter().map(|(ends, x)| (*ends, padded(x).into())).collect();
+        Self::assemble(points, elements, groups, middles)
     }
 
     /// Corners of the faces of a cell.

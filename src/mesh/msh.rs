@@ -11,8 +11,14 @@ use crate::error::MeshError;
 use super::{CellShape, Elements, Group};
 use bytes::Bytes;
 
-/// What a file holds: positions of the nodes, elements by dimension, groups.
-pub(super) type Content = (Vec<[f64; 3]>, [Elements; 4], Vec<Group>);
+/// What a file holds.
+pub(super) struct Content {
+    pub points: Vec<[f64; 3]>,
+    pub elements: [Elements; 4],
+    pub groups: Vec<Group>,
+    /// Middles of curved edges by the places of their ends.
+    pub middles: HashMap<[u32; 2], [f64; 3]>,
+}
 
 /// Reads a file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
@@ -85,6 +91,7 @@ pub(super) struct Reading {
     /// Places of the members of each group.
     groups: Vec<((usize, i64), Vec<u32>)>,
     group_of: HashMap<(usize, i64), usize>,
+    middles: HashMap<[u32; 2], [f64; 3]>,
 }
 
 /// Places of nodes by their numbers in the file.
@@ -164,7 +171,45 @@ fn kind(number: i64) -> Option<(CellShape, usize)> {
     })
 }
 
+/// The edges in whose middles an element of second order has its further nodes, in Gmsh's order.
+fn middles(shape: CellShape) -> &'static [[usize; 2]] {
+    match shape {
+        CellShape::Vertex => &[],
+        CellShape::Line => &[[0, 1]],
+        CellShape::Triangle => &[[0, 1], [1, 2], [2, 0]],
+        CellShape::Quadrangle => &[[0, 1], [1, 2], [2, 3], [3, 0]],
+        CellShape::Tetrahedron => &[[0, 1], [1, 2], [0, 2], [0, 3], [2, 3], [1, 3]],
+        CellShape::Prism => &[[0, 1], [0, 2], [0, 3], [1, 2], [1, 4], [2, 5], [3, 4], [3, 5], [4, 5]],
+        CellShape::Hexahedron => {
+            &[[0, 1], [0, 3], [0, 4], [1, 2], [1, 5], [2, 3], [2, 6], [3, 7], [4, 5], [4, 7], [5, 6], [6, 7]]
+        }
+    }
+}
+
+/// How far the middle of an edge is off its chord, as a part of it, to be called curved.
+const BENT: f64 = 1e-6;
+
 impl Reading {
+    /// Keeps the middles of an element's edges that are curved; `tags` are its nodes, corners first.
+    fn bend(&mut self, shape: CellShape, tags: &[u64]) {
+        let corners = shape.corner_count();
+        for (ends, &middle) in middles(shape).iter().zip(tags.iter().skip(corners)) {
+            let place = |tag: u64| self.numbers.place(tag);
+            let (Some(a), Some(b), Some(m)) = (place(tags[ends[0]]), place(tags[ends[1]]), place(middle)) else {
+                continue;
+            };
+            let [x, y, z] = [a, b, m].map(|place| self.points[place as usize]);
+            let (mut off, mut length) = (0.0, 0.0);
+            for i in 0..3 {
+                off += (z[i] - 0.5 * (x[i] + y[i])).powi(2);
+                length += (x[i] - y[i]).powi(2);
+            }
+            if off > BENT * BENT * length {
+                self.middles.insert([a.min(b), a.max(b)], z);
+            }
+        }
+    }
+
     fn names(&mut self, bytes: &mut Bytes<'_>) -> Result<(), MeshError> {
         bytes.enter("PhysicalNames");
         let count = bytes.text_integer()?;
@@ -230,6 +275,6 @@ impl Reading {
         for list in &mut self.elements {
             list.shrink();
         }
-        Ok((self.points, self.elements, groups))
+        Ok(Content { points: self.points, elements: self.elements, groups, middles: self.middles })
     }
 }

@@ -8,12 +8,13 @@ use crate::geometry::Point;
 use super::{CellShape, Elements, Group, Mesh};
 
 /// Nodes of a mesh and those in the middle of its edges, faces and cells, by what they are in the middle of.
-struct Middles<const D: usize> {
+struct Middles<'a, const D: usize> {
     points: Vec<Point<D>>,
     known: HashMap<[u32; 8], u32>,
+    curved: &'a HashMap<[u32; 2], Point<D>>,
 }
 
-impl<const D: usize> Middles<D> {
+impl<const D: usize> Middles<'_, D> {
     /// The node in the middle of others.
     fn of(&mut self, corners: &[u32]) -> u32 {
         if let &[corner] = corners {
@@ -26,7 +27,23 @@ impl<const D: usize> Middles<D> {
         let number = *self.known.entry(key).or_insert(next);
         if number == next {
             let sum: Point<D> = key.iter().filter(|c| **c != u32::MAX).map(|&c| self.points[c as usize]).sum();
-            self.points.push(sum / corners.len() as f64);
+            let mut middle = sum / corners.len() as f64;
+            // The middle of a curved edge is known; that of a face or a cell moves with the middles of its edges, as
+            // functions of second order on its corners and edges have it.
+            let mut off = Point::<D>::zeros();
+            for (k, &a) in key.iter().enumerate() {
+                for &b in key[k + 1..].iter().take_while(|b| **b != u32::MAX) {
+                    if let Some(known) = self.curved.get(&[a, b]) {
+                        off += known - (self.points[a as usize] + self.points[b as usize]) * 0.5;
+                    }
+                }
+            }
+            middle += match corners.len() {
+                2 => off,
+                4 => off * 0.5,
+                _ => off * 0.25,
+            };
+            self.points.push(middle);
         }
         number
     }
@@ -104,7 +121,7 @@ fn parts(shape: CellShape) -> Vec<(CellShape, Vec<Vec<usize>>)> {
 }
 
 /// A tetrahedron cut at its corners, the octahedron that is left along its shortest diagonal.
-fn tetrahedra<const D: usize>(corners: &[u32], middles: &mut Middles<D>) -> [[u32; 4]; 8] {
+fn tetrahedra<const D: usize>(corners: &[u32], middles: &mut Middles<'_, D>) -> [[u32; 4]; 8] {
     let mut m = [[0u32; 4]; 4];
     for a in 0..4 {
         for b in 0..4 {
@@ -145,12 +162,12 @@ fn tetrahedra<const D: usize>(corners: &[u32], middles: &mut Middles<D>) -> [[u3
 
 impl<const D: usize> Mesh<D> {
     /// The mesh with each cell cut in $2^D$ parts at the middles of its edges; groups are kept. The nodes of this mesh come
-    /// first.
+    /// first. Edges that were curved in a file of second order are followed, as parabolas.
     ///
     /// # Errors
     /// Where a part of a warped cell is inverted.
     pub fn refined(&self) -> Result<Mesh<D>, MeshError> {
-        let mut middles = Middles { points: self.points.clone(), known: HashMap::new() };
+        let mut middles = Middles { points: self.points.clone(), known: HashMap::new(), curved: &self.curved };
         let mut elements: [Elements; 4] = Default::default();
         // Where the parts of each element begin.
         let mut starts: [Vec<u32>; 4] = Default::default();
@@ -184,9 +201,67 @@ impl<const D: usize> Mesh<D> {
                 Group { members: parts.collect(), ..group.clone() }
             })
             .collect();
-        let mut mesh = Mesh { points: middles.points, elements, groups };
+        let curved = self.curved_parts(&middles);
+        let mut mesh = Mesh { points: middles.points, elements, groups, curved };
         mesh.orient()?;
         Ok(mesh)
+    }
+}
+
+impl<const D: usize> Mesh<D> {
+    /// Middles of the curved edges of the finer mesh: halves of curved edges, and those that cut curved faces, as functions
+    /// of second order have them.
+    fn curved_parts(&self, middles: &Middles<'_, D>) -> HashMap<[u32; 2], Point<D>> {
+        let mut curved = HashMap::with_capacity(4 * self.curved.len());
+        let number = |corners: &[u32]| {
+            let mut key = [u32::MAX; 8];
+            key[..corners.len()].copy_from_slice(corners);
+            key.sort_unstable();
+            middles.known.get(&key).copied()
+        };
+        let at = |node: u32| middles.points[node as usize];
+        for (&[a, b], middle) in &self.curved {
+            let Some(m) = number(&[a, b]) else { continue };
+            for (end, other) in [(a, b), (b, a)] {
+                curved.insert([end, m], at(end) * 0.375 + middle * 0.75 - at(other) * 0.125);
+            }
+        }
+        let list = &self.elements[D];
+        for cell in 0..list.len() {
+            let corners = list.corners(cell);
+            let faces = if D == 2 { &[][..] } else { list.shape(cell).faces() };
+            let own: Vec<usize> = (0..corners.len()).collect();
+            let plane = [&own[..]];
+            for face in if D == 2 { &plane[..] } else { faces } {
+                let c: Vec<u32> = face.iter().map(|&k| corners[k]).collect();
+                let n = c.len();
+                let bent = |k: usize| {
+                    let (a, b) = (c[k], c[(k + 1) % n]);
+                    self.curved.contains_key(&[a.min(b), a.max(b)])
+                };
+                if !(0..n).any(bent) {
+                    continue;
+                }
+                let Some(m) = (0..n).map(|k| number(&[c[k], c[(k + 1) % n]])).collect::<Option<Vec<u32>>>() else {
+                    continue;
+                };
+                let sum: Point<D> = c.iter().map(|&c| at(c)).sum();
+                for k in 0..n {
+                    // Triangles are cut between the middles of their edges, quadrangles from those to their own middle.
+                    let (ends, middle) = if n == 3 {
+                        let (here, next, far) = (m[k], m[(k + 1) % 3], m[(k + 2) % 3]);
+                        let corner = at(c[(k + 1) % 3]);
+                        ([here, next], (at(here) + at(next)) * 0.5 + at(far) * 0.25 - (sum - corner) * 0.125)
+                    } else {
+                        let Some(centre) = number(&c) else { continue };
+                        let beside = at(m[(k + 1) % 4]) + at(m[(k + 3) % 4]);
+                        ([m[k], centre], at(m[k]) * 0.75 + at(m[(k + 2) % 4]) * 0.25 + beside * 0.375 - sum * 0.1875)
+                    };
+                    curved.insert([ends[0].min(ends[1]), ends[0].max(ends[1])], middle);
+                }
+            }
+        }
+        curved
     }
 }
 

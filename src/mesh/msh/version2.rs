@@ -77,6 +77,7 @@ pub(super) fn elements(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(
             }
             let dimension = shape.dimension();
             let place = content.push(number.max(0) as u64, shape, &nodes[..shape.corner_count()])?;
+            content.bend(shape, &nodes[..node_count]);
             if physical != 0 {
                 let group = content.group(dimension, physical);
                 content.groups[group].1.push(place);

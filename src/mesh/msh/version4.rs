@@ -94,6 +94,7 @@ pub(super) fn elements(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(
                 *node = bytes.size()?;
             }
             content.push(number, shape, &nodes[..shape.corner_count()])?;
+            content.bend(shape, &nodes[..node_count]);
         }
         let physical = usize::try_from(dimension).ok().and_then(|d| content.physical.get(&(d, entity)).cloned());
         for number in physical.unwrap_or_default() {
