@@ -31,6 +31,11 @@ pub trait Kinematics<const D: usize>: Send + Sync {
     /// Rules that average gradients over sub-cells ask for a constant, or with hoops for a multiple of $R$ to their
     /// number, and refuse other measures; those of [`Rule::Gauss`](crate::scene::Rule::Gauss) take any.
     fn measure(&self, at: &Point<D>) -> f64;
+
+    /// Whether the stretch across, $F_{33}$, is free at each point so that $P_{33} = 0$: a thin sheet in plane stress.
+    fn is_plane_stress(&self) -> bool {
+        false
+    }
 }
 
 /// The hoops of a kinematics, after a look at them.
@@ -72,6 +77,31 @@ pub(crate) fn measure<const D: usize>(
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PlaneStrain;
 
+/// Plane stress: a thin sheet of constant thickness at rest, whose thickness changes freely.
+///
+/// The stretch across settles at each point so that $P_{33} = 0$, and is condensed from stress and tangent; with it free,
+/// incompressible sheets do not lock and need no pressures. Forces on edges are those of the whole thickness:
+/// tractions are per area at rest. Following pressures are refused, since the area of an edge changes with the thickness.
+///
+/// ```
+/// use rkpm::prelude::*;
+/// // A strip 2 mm thick is pulled to twice its length: F = µ A (λ - 1/λ²).
+/// let strip = Scene::new(Block::new([0.0, 0.0], [10.0, 4.0]), PlaneStress { thickness: 2.0 }, Rubber::neo_hookean(0.2, 1e6)?)
+///     .prescribe((0, Side::Min), 0, 0.0)
+///     .prescribe((1, Side::Min), 1, 0.0)
+///     .prescribe((0, Side::Max), 0, 10.0);
+/// let problem = strip.discretize(&Scheme::default().particles([5, 3]))?;
+/// let path = problem.run(&mut ())?.completed()?;
+/// let force = problem.reaction(path.last(), (0, Side::Max))?[0]; // N
+/// assert!((force - 0.4 * 8.0 * (2.0 - 0.25)).abs() < 1e-5);
+/// # Ok::<(), rkpm::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaneStress {
+    /// Thickness at rest \[length\]; finite and above zero.
+    pub thickness: f64,
+}
+
 /// Axisymmetric without torsion, coordinates $(R, Z)$, the hoop at $F_{33}$; measure $2\pi R$.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Axisymmetric;
@@ -96,6 +126,20 @@ impl Kinematics<2> for PlaneStrain {
 
     fn measure(&self, _: &Point<2>) -> f64 {
         1.0
+    }
+}
+
+impl Kinematics<2> for PlaneStress {
+    fn hoop_components(&self) -> &'static [usize] {
+        &[]
+    }
+
+    fn measure(&self, _: &Point<2>) -> f64 {
+        self.thickness
+    }
+
+    fn is_plane_stress(&self) -> bool {
+        true
     }
 }
 
@@ -146,5 +190,9 @@ impl<const D: usize, K: Kinematics<D> + ?Sized> Kinematics<D> for std::sync::Arc
 
     fn measure(&self, at: &Point<D>) -> f64 {
         (**self).measure(at)
+    }
+
+    fn is_plane_stress(&self) -> bool {
+        (**self).is_plane_stress()
     }
 }

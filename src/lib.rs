@@ -48,9 +48,9 @@
 //! | 8 | `solve`, [`paper`] | `Observer`, `Functional` |
 //! | 9 | [`output`] | |
 //! | 10 | `scene` | |
-//! | 11 | `check`, `study` | |
+//! | 11 | `check`, `study`, `fit` | `Family` |
 //!
-//! Floors 7, 8, 10 and 11 need the feature `solve`.
+//! Floors 7, 8, 10 and 11 need the feature `solve`, `fit` its own.
 //!
 //! # Features
 //! | feature | default | what it adds |
@@ -58,6 +58,7 @@
 //! | `solve` | yes | conditions, sparse solvers (faer), Newton, scenes |
 //! | `rayon` | yes | tabulation and assembly on all cores, same bits for any number of threads |
 //! | `chart` | yes | SVG charts (plotters) |
+//! | `fit` | no | laws fitted to test data (levenberg-marquardt, csv) |
 //! | `serde` | no | states and paths as data, journals of runs that are resumed after a kill |
 //!
 //! # Conventions
@@ -113,6 +114,8 @@ pub mod scene;
 // Floor 11
 #[cfg(feature = "solve")]
 pub mod check;
+#[cfg(feature = "fit")]
+pub mod fit;
 #[cfg(feature = "solve")]
 pub mod study;
 
@@ -129,7 +132,9 @@ pub mod prelude {
     pub use crate::error::Error;
     pub use crate::geometry::{Block, Domain, Mapped, Outline, Part, Point, Quadrilateral, Region, Side, Turn};
     pub use crate::kernel::{CubicSpline, Gaussian, Kernel, QuinticSpline, WendlandC2};
-    pub use crate::kinematics::{Axisymmetric, Kinematics, PlaneStrain, RadialCylinder, RadialSphere, Solid};
+    pub use crate::kinematics::{
+        Axisymmetric, Kinematics, PlaneStrain, PlaneStress, RadialCylinder, RadialSphere, Solid,
+    };
     #[cfg(feature = "solve")]
     pub use crate::linear::Direct;
     pub use crate::material::{Material, Rubber};

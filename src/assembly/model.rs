@@ -14,7 +14,7 @@ pub(super) const SERIAL_BELOW: usize = 400;
 pub struct Model<const D: usize> {
     pub(super) positions: Vec<Point<D>>,
     pub(super) terms: Vec<Box<dyn Term<D>>>,
-    /// Nodes and condensed unknowns that each term reads at least.
+    /// Nodes and condensed unknowns, memory included, that each term reads at least.
     needs: Vec<[usize; 2]>,
     /// The first term, and its cluster, whose nodes do not rise.
     unsorted: Option<[usize; 2]>,
@@ -90,7 +90,10 @@ impl<const D: usize> Model<D> {
             self.unsorted = clusters.clone().find(falls).map(|cluster| [self.terms.len(), cluster]);
         }
         let nodes = clusters.clone().flat_map(|c| term.nodes(c)).map(|&node| node as usize + 1);
-        self.needs.push([nodes.max().unwrap_or(0), clusters.map(|c| term.condensed(c).end).max().unwrap_or(0)]);
+        self.needs.push([
+            nodes.max().unwrap_or(0),
+            clusters.map(|c| term.condensed(c).end).max().unwrap_or(0).max(term.memory().end),
+        ]);
         self.terms.push(Box::new(term));
         self
     }
@@ -129,6 +132,9 @@ impl<const D: usize> Model<D> {
                 let mut condensed = vec![0.0; *total];
                 for cluster in 0..term.clusters() {
                     term.start(cluster, &mut condensed[term.condensed(cluster)]);
+                }
+                if !term.memory().is_empty() {
+                    term.start_memory(&mut condensed[term.memory()]);
                 }
                 condensed
             })
@@ -296,6 +302,58 @@ impl<const D: usize> Model<D> {
                 to[range.clone()].copy_from_slice(&from[range]);
             }
         }
+    }
+
+    /// Whether the memory of a term fades with time: steps of the load are steps of time.
+    pub fn is_timed(&self) -> bool {
+        self.terms.iter().any(|term| term.is_timed())
+    }
+
+    /// Condensed unknowns at a converged state with the memory of the step that led there; as they are where no term
+    /// remembers, and for vectors of another model.
+    pub fn remember(&self, displacement: &[f64], condensed: &mut [Vec<f64>], load: f64) {
+        if !self.reads(displacement, condensed) {
+            return;
+        }
+        for (term, condensed) in self.terms.iter().zip(condensed) {
+            let range = term.memory();
+            if range.is_empty() {
+                continue;
+            }
+            let mut next = condensed[range.clone()].to_vec();
+            term.remember(View { displacement, condensed, load }, &mut next);
+            condensed[range].copy_from_slice(&next);
+        }
+    }
+
+    /// The error that a step of time has left in the stress, relative to the stress (root of the mean squares over the body): from
+    /// the condensed unknowns `before` of a step earlier, where the loads had no kink since, to those at its end, whose memory
+    /// is still that of its beginning; see [`Term::time_error`]. NaN for vectors of another model.
+    pub fn time_error(
+        &self,
+        before: Option<&[Vec<f64>]>,
+        displacement: &[f64],
+        condensed: &[Vec<f64>],
+        load: f64,
+    ) -> f64 {
+        if !self.reads(displacement, condensed) || before.is_some_and(|before| !self.reads_condensed(before)) {
+            return f64::NAN;
+        }
+        let mut sums = [0.0; 2];
+        for (k, (term, condensed)) in self.terms.iter().zip(condensed).enumerate() {
+            let range = term.memory();
+            if !term.is_timed() || range.is_empty() {
+                continue;
+            }
+            let view = View { displacement, condensed, load };
+            let mut next = condensed[range.clone()].to_vec();
+            term.remember(view, &mut next);
+            let squares = term.time_error(before.map(|before| &before[k][range.clone()]), view, &next);
+            for (sum, square) in sums.iter_mut().zip(squares) {
+                *sum += square;
+            }
+        }
+        if sums[0] == 0.0 { 0.0 } else { (sums[0] / sums[1]).sqrt() }
     }
 
     /// The assembler of this model.

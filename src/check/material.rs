@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use crate::material::{Distortion, InvariantEnergy, Material, Response};
+use crate::material::{Distortion, InvariantEnergy, Material, Response, stable_ranges};
 use crate::tensor::{Tangent, Vector9, add_determinant_hessian, components, from_components};
 
 use super::{Law, Report, signed};
@@ -25,6 +25,8 @@ const ROUNDING: f64 = 1e-10;
 /// [`Material::response`] gives. Derivatives, frames and components are those of the whole and of the distortional
 /// part, whose errors would vanish beside a large bulk modulus. An energy of the invariants shows itself to
 /// [`invariant_energy`]: the material of it calls one of its two ways alone.
+///
+/// Beside the laws the report says in which stretches the material is stable ([`stable_ranges`]): an unstable one keeps the contract.
 ///
 /// Violations are relative to the size of stress or tangent (whichever of $|P|$ and $|A|\\,|F - I|$ is larger), those
 /// of the distortional part to its own.
@@ -60,7 +62,8 @@ pub fn material(material: &dyn Material) -> Report {
     let mut laws = derivatives(&parts, &samples);
     laws.extend(frames(&parts, &samples, &mut random));
     laws.push(components_alone(&parts, &samples));
-    let report = Report::default().with([free, stable]).with(laws);
+    let mut report = Report::default().with([free, stable]).with(laws);
+    report.ranges = stable_ranges(material);
     if material.split().is_some() {
         report.with(split(material, &samples, stiffness))
     } else {

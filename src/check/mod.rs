@@ -47,6 +47,8 @@ pub use term::term;
 
 use std::fmt;
 
+use crate::material::StableRange;
+
 /// Unknowns up to which certificates are computed: dense matrices of 72 MB, spectra in under a minute.
 pub const SIZE_LIMIT: usize = 3000;
 
@@ -77,6 +79,8 @@ pub struct Report {
     pub findings: Vec<Finding>,
     /// Laws that could not be checked, and why.
     pub unchecked: Vec<String>,
+    /// Stretches in which a material is stable: no law of the contract, but what its user should know.
+    pub ranges: Vec<StableRange>,
 }
 
 impl Report {
@@ -107,6 +111,9 @@ impl fmt::Display for Report {
         }
         for law in &self.unchecked {
             writeln!(f, "unchecked  {law}")?;
+        }
+        for range in &self.ranges {
+            writeln!(f, "   stable  {range}")?;
         }
         Ok(())
     }

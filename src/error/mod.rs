@@ -5,6 +5,8 @@
 mod approximation;
 mod boundary;
 mod contact;
+#[cfg(feature = "fit")]
+mod fit;
 mod geometry;
 mod linear;
 mod material;
@@ -16,6 +18,8 @@ mod stalled;
 pub use approximation::ApproximationError;
 pub use boundary::BoundaryError;
 pub use contact::ContactError;
+#[cfg(feature = "fit")]
+pub use fit::FitError;
 pub use geometry::GeometryError;
 pub use linear::LinearError;
 pub use material::MaterialError;
@@ -57,4 +61,8 @@ pub enum Error {
     /// Files and charts.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// Fits to test data.
+    #[cfg(feature = "fit")]
+    #[error(transparent)]
+    Fit(#[from] FitError),
 }

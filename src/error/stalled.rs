@@ -64,6 +64,13 @@ pub enum Cause {
         /// The same after it.
         after: f64,
     },
+    /// The smallest step of time leaves more of an error than was asked for.
+    TimeError {
+        /// The error of the stress, relative to it.
+        error: f64,
+        /// The one asked for.
+        tolerance: f64,
+    },
     /// The arc runs back along the path.
     Turned,
     /// The load falls beyond a limit point, and the stepping was not asked to follow it.
@@ -170,6 +177,11 @@ impl fmt::Display for Cause {
             Cause::Folded { before, after } => write!(
                 f,
                 "in a large step the largest volume ratio went from {before:.2} to {after:.2} of the smallest: the field may be folded"
+            ),
+            Cause::TimeError { error, tolerance } => write!(
+                f,
+                "the smallest step of time leaves an error of {error:.1e} of the stress, {tolerance:.1e} was asked for: lower \
+                 Stepping::smallest or raise Stepping::time_tolerance"
             ),
             Cause::Turned => write!(f, "the arc runs back along the path"),
             Cause::LimitPoint => write!(f, "the load falls beyond a limit point"),

@@ -40,13 +40,20 @@ mod carroll;
 mod existence;
 mod foam;
 mod gent;
+mod homogeneous;
 mod invariants;
+mod memory;
+mod mullins;
 mod named;
 mod network;
+mod prestretched;
 mod principal;
 mod rivlin;
 mod rubber;
+mod stability;
 mod stretches;
+mod thickness;
+mod viscoelastic;
 mod volumetric;
 
 use std::sync::Arc;
@@ -59,13 +66,21 @@ pub use carroll::Carroll;
 pub use existence::{Condition, ExistenceReport, ExistenceVerdict, existence};
 pub use foam::{FoamTerm, OgdenFoam};
 pub use gent::{Gent, GentGent};
+pub use homogeneous::{HomogeneousState, Mode};
 pub use invariants::{Distortion, InvariantEnergy, Invariants};
+pub use memory::Memory;
+pub use mullins::Mullins;
 pub use named::{InvariantRubber, StretchRubber};
 pub use network::{ArrudaBoyce, ExtendedTube};
+pub use prestretched::Prestretched;
 pub use principal::{Hencky, Ogden, OgdenConvention, OgdenDoubt, Principal, PrincipalEnergy};
 pub use rivlin::RivlinPolynomial;
 pub use rubber::Rubber;
+pub use stability::{Criterion, SEARCHED, StableRange, stable_ranges, stable_ranges_incompressible};
 pub use stretches::{PrincipalStretches, TotalStretches};
+#[cfg(feature = "solve")]
+pub(crate) use thickness::FreeThickness;
+pub use viscoelastic::{Prony, Viscoelastic};
 pub use volumetric::{
     HartmannNeffVolume, LogarithmicVolume, MixedLogarithmicVolume, QuadraticVolume, Volumetric, VolumetricEnergy,
     VolumetricShape,
@@ -158,6 +173,18 @@ pub trait Material: Send + Sync {
         }
     }
 
+    /// The part of the law that remembers where it has been, where there is one: relaxation ([`Viscoelastic`]), softening
+    /// ([`Mullins`]).
+    fn memory(&self) -> Option<&dyn Memory> {
+        None
+    }
+
+    /// The whole deformation gradient where the material itself settles a part of it, as the thickness of a sheet in plane
+    /// stress; else $F$ as it is.
+    fn deformation(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
+        *f
+    }
+
     /// The parts $\bar W$ and $\tilde W$ of (2.8), where the material is such a sum.
     ///
     /// Schemes that project the volumetric energy onto pressure zones need it; a material that
@@ -179,6 +206,12 @@ macro_rules! forward {
             }
             fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
                 (**self).respond(f, components, stress, tangent);
+            }
+            fn memory(&self) -> Option<&dyn Memory> {
+                (**self).memory()
+            }
+            fn deformation(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
+                (**self).deformation(f)
             }
             fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
                 (**self).split()

@@ -8,13 +8,13 @@ use crate::cells::{Cells, Lattice, Layout, Unstructured};
 use crate::error::{ApproximationError, BoundaryError, Error, GeometryError};
 use crate::geometry::{Domain, Part, Point};
 use crate::linear::{Direct, Krylov};
-use crate::material::Material;
+use crate::material::{FreeThickness, Material};
 use crate::particles::Particles;
 use crate::quadrature::Points;
 use crate::shape::{Approximation, FiniteElements};
 use crate::solve::Analysis;
 use crate::table::ShapeTable;
-use crate::term::{Body, FollowerPressure, Pointwise, PressureField};
+use crate::term::{Amplitude, Body, FollowerPressure, Pointwise, PressureField};
 
 use super::conditions::{Placed, rows};
 use super::contact::{self, Contact};
@@ -60,6 +60,45 @@ pub(super) fn discretize<const D: usize>(
     }
 }
 
+/// The material as the kinematics moves it.
+fn material<const D: usize>(scene: &Scene<D>) -> Result<Arc<dyn Material>, Error> {
+    if !scene.kinematics.is_plane_stress() {
+        return Ok(scene.material.clone());
+    }
+    if scene.material.memory().is_some() {
+        let what = "a law that remembers in a sheet in plane stress";
+        return Err(GeometryError::Unsuited { what, needed: "a solid model, or an elastic law" }.into());
+    }
+    Ok(Arc::new(FreeThickness(scene.material.clone())))
+}
+
+/// The table of the body, with the scene's free expansion.
+fn expanding<const D: usize>(scene: &Scene<D>, table: ShapeTable<D>) -> Result<ShapeTable<D>, Error> {
+    match &scene.expansion {
+        None => Ok(table),
+        Some(stretch) => table.expanding(|x| stretch.at(x, 1.0)),
+    }
+}
+
+/// A body with the clock of the scene.
+fn clocked<const D: usize>(
+    scene: &Scene<D>,
+    body: Body<D, Arc<dyn Material>>,
+) -> Result<Body<D, Arc<dyn Material>>, Error> {
+    let Some(clock) = &scene.clock else { return Ok(body) };
+    clock.validate()?;
+    const LOOKS: usize = 64;
+    let times = (0..=LOOKS).map(|k| clock.evaluate(k as f64 / LOOKS as f64).0);
+    let times: Vec<f64> = match clock {
+        Amplitude::Table(pairs) => pairs.iter().map(|p| p.1).collect(),
+        _ => times.collect(),
+    };
+    if !times.iter().all(|t| t.is_finite()) || times.windows(2).any(|w| w[1] < w[0]) {
+        return Err(BoundaryError::Amplitude { what: "the time of a clock is not finite, or falls" }.into());
+    }
+    Ok(body.with_clock(clock.clone()))
+}
+
 /// The particles of a scene under a scheme and the cells between them.
 pub(super) fn cells<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Arc<dyn Cells<D>>, Error> {
     Ok(match &scene.source {
@@ -91,7 +130,7 @@ fn particles<const D: usize>(
     let dilations = approximation.particles().supports().iter().map(|s| s.half_widths().max()).collect();
     let kinematics = &*scene.kinematics;
     let (table, facets, field) = body_table(scene, scheme, &*cells, &approximation)?;
-    let body = Body::new(table, scene.material.clone(), field);
+    let body = clocked(scene, Body::new(expanding(scene, table)?, material(scene)?, field))?;
     let tables = Tables {
         boundary: &|part, place| {
             // Where a load ends within a facet, finer ones see it.
@@ -211,7 +250,7 @@ fn elements<const D: usize>(
     };
     let table = ShapeTable::of_elements(&elements, &elements.gauss(points)?, kinematics)?;
     // Q1/P0 and Q2/P1 as the literature has them: all of the volumetric energy projected.
-    let body = Body::zonal(table, scene.material.clone(), field, 0.0);
+    let body = clocked(scene, Body::zonal(expanding(scene, table)?, material(scene)?, field, 0.0))?;
     let tables = Tables {
         boundary: &|part, place| {
             let points = elements.boundary(part, points * if place.within.is_some() { FINER } else { 1 })?;
@@ -256,6 +295,11 @@ fn model<const D: usize, A: Approximation<D>>(
     let mut model = Model::new(positions);
     model.add(body.clone());
     for load in &scene.loads {
+        if scene.kinematics.is_plane_stress() && matches!(load.kind, LoadKind::Pressure(_)) {
+            let what = "a following pressure on the edge of a sheet in plane stress";
+            let needed = "a traction: the area of the edge changes with the thickness, which is no unknown";
+            return Err(GeometryError::Unsuited { what, needed }.into());
+        }
         add_load(&mut model, load, &scene.resolve(&load.place), cells, approximation, tables)?;
     }
     Ok((model, body))

@@ -6,12 +6,12 @@ use crate::compiled::compiled;
 use crate::error::{ApproximationError, Error};
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
-use crate::material::Material;
 use crate::output::{VtkCell, VtkField, VtkGrid};
 use crate::quadrature::Points;
 use crate::shape::ShapeFunctions;
 use crate::solve::State;
 use crate::table::ShapeTable;
+use crate::term::View;
 
 use super::Problem;
 
@@ -46,9 +46,11 @@ impl<const D: usize> Problem<D> {
 
     fn cauchy_stresses(&self, state: &State) -> Vec<Matrix3<f64>> {
         let gradients = self.deformation_gradients(state);
+        let Some(condensed) = state.condensed.first() else { return Vec::new() };
+        let view = View { displacement: &state.displacement, condensed, load: state.load };
         let pressures = self.pressures(state);
         let cauchy = |(point, f): (usize, &Matrix3<f64>)| {
-            let stress = self.body.material().response(f).stress * f.transpose() / f.determinant();
+            let stress = self.body.stress(point, f, view) * f.transpose() / f.determinant();
             match &pressures {
                 Some(p) => stress + Matrix3::identity() * (p[point] - stress.trace() / 3.0),
                 None => stress,

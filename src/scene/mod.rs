@@ -102,6 +102,10 @@ pub(crate) type Scattering<const D: usize> = dyn Fn(&Scheme) -> Result<Arc<dyn C
 pub struct Scene<const D: usize> {
     pub(crate) source: Source<D>,
     pub(crate) kinematics: Arc<dyn Kinematics<D>>,
+    /// Time by the load factor.
+    pub(crate) clock: Option<Amplitude>,
+    /// Stretch of free expansion.
+    pub(crate) expansion: Option<Value<D>>,
     pub(crate) material: Arc<dyn Material>,
     pub(crate) conditions: Vec<Condition<D>>,
     pub(crate) loads: Vec<Load<D>>,
@@ -169,6 +173,8 @@ impl<const D: usize> Scene<D> {
         Scene {
             source,
             kinematics: Arc::new(kinematics),
+            clock: None,
+            expansion: None,
             material: Arc::new(material),
             conditions: Vec::new(),
             loads: Vec::new(),
@@ -265,6 +271,58 @@ impl<const D: usize> Scene<D> {
     /// A dead traction \[stress\] per reference area on a boundary part.
     pub fn traction(self, place: impl Into<Place<D>>, traction: impl Into<Value<D, [f64; D]>>) -> Self {
         self.with(Load::traction(place, traction))
+    }
+
+    /// The same with a body that would expand freely by a stretch $\vartheta(X)$ in all directions: thermal strain $\vartheta = 1 + \alpha\\,\Delta T$
+    /// without temperatures, swelling, shrinkage. It acts in full from the first step on; held bodies are stressed by it.
+    /// Deformation gradients of the body are the elastic ones, $F/\vartheta$.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// // A block that grows by 2 % between smooth walls along one axis, and rises along the other.
+    /// let block = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .prescribe((0, Side::Min), 0, 0.0)
+    ///     .prescribe((0, Side::Max), 0, 0.0)
+    ///     .prescribe((1, Side::Min), 1, 0.0)
+    ///     .with_expansion(1.02);
+    /// let problem = block.discretize(&Scheme::default().particles([5, 3]))?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// let rise = problem.displacement(path.last(), &[1.0, 1.0].into())?[1];
+    /// assert!((rise - 0.0612).abs() < 1e-3); // the volume grows by 1.02³ - 1
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn with_expansion(mut self, stretch: impl Into<Value<D>>) -> Self {
+        self.expansion = Some(stretch.into());
+        self
+    }
+
+    /// The same taking time: the load factor runs from 0 to 1 in `duration` \[time\], as even as a clock. Laws that relax
+    /// ([`Viscoelastic`](crate::material::Viscoelastic)) do so by it; amplitudes say how loads follow. Steps are chosen by
+    /// [`Stepping::time_tolerance`](crate::solve::Stepping::time_tolerance).
+    ///
+    /// ```
+    /// use rkpm::material::{Prony, Viscoelastic};
+    /// use rkpm::prelude::*;
+    /// // A block sheared by a fifth within 1 s and held for 9 s: amplitudes are tables over the load factor, 0.1 of it a second.
+    /// let hold = Amplitude::table(vec![(0.0, 0.0), (0.1, 1.0), (1.0, 1.0)])?;
+    /// let rubber = Viscoelastic::new(Rubber::neo_hookean(0.5, 1e3)?, Prony::of_instantaneous([(0.4, 2.0)])?);
+    /// let pad = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber)
+    ///     .hold((1, Side::Min))
+    ///     .with(Condition::on((1, Side::Max)).displacement([0.2, 0.0]).amplitude(hold))
+    ///     .over_time(10.0);
+    /// let path = pad.discretize(&Scheme::default().particles([5, 3]))?.run(&mut ())?.completed()?;
+    /// assert!(path.steps.len() > 5);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn over_time(self, duration: f64) -> Self {
+        self.with_clock(Amplitude::Table(vec![(0.0, 0.0), (1.0, duration)]))
+    }
+
+    /// The same with time as any function of the load factor that does not fall: a table (0, 0), (0.1, 0), (0.5, 1), (1, 1000) loads suddenly
+    /// by a tenth, then takes a second for the next part and a thousand for the rest. Steps stop at its pairs.
+    pub fn with_clock(mut self, clock: Amplitude) -> Self {
+        self.clock = Some(clock);
+        self
     }
 
     /// The material.

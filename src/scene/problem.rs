@@ -160,6 +160,11 @@ impl<const D: usize> Problem<D> {
         self.model.energy(&state.displacement, &state.condensed, state.load)
     }
 
+    /// Time at a state, by the clock of the scene \[time\]; 0 without one.
+    pub fn time(&self, state: &State) -> f64 {
+        self.body.time(state.load)
+    }
+
     /// Deformation gradients at the points of the body's table, whose positions are
     /// `problem.body.table().positions()`; none for a state of another problem.
     pub fn deformation_gradients(&self, state: &State) -> Vec<Matrix3<f64>> {

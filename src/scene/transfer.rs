@@ -7,12 +7,14 @@ use crate::neighbours::BinGrid;
 use crate::particles::{Particles, Support};
 use crate::solve::State;
 
+use crate::term::Term;
+
 use super::Problem;
 
 impl<const D: usize> Problem<D> {
     /// The state of another discretisation of the same scene as a first guess for this one, to be
     /// [`correct`](crate::solve::Analysis::correct)ed: displacements evaluated at the particles, pressures
-    /// taken from the nearest integration point.
+    /// and what points remember taken from the nearest integration point.
     ///
     /// # Errors
     /// Where a particle of this problem lies outside the other body.
@@ -37,8 +39,16 @@ impl<const D: usize> Problem<D> {
         if let Some(pressures) = from.pressures(state) {
             let nearest = Nearest::new(from.body.table().positions())?;
             let condensed = self.body.condensed_of(|x| pressures[nearest.to(x)]);
-            if let Some(own) = guess.condensed.first_mut().filter(|own| own.len() == condensed.len()) {
-                *own = condensed;
+            if let Some(own) = guess.condensed.first_mut().filter(|own| own.len() >= condensed.len()) {
+                own[..condensed.len()].copy_from_slice(&condensed);
+            }
+        }
+        let (own, range) = (&self.body, Term::memory(&*self.body));
+        if let (false, Some(given)) = (range.is_empty(), state.condensed.first()) {
+            let nearest = Nearest::new(from.body.table().positions())?;
+            let memory = own.memory_from(&from.body, given, |x| nearest.to(x));
+            if let (Some(memory), Some(condensed)) = (memory, guess.condensed.first_mut()) {
+                condensed[range].copy_from_slice(&memory);
             }
         }
         Ok(guess)

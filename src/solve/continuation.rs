@@ -104,6 +104,10 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         if stepping.control == StepControl::Auto && self.workspace.model.terms().iter().any(|t| t.is_unilateral()) {
             return None;
         }
+        // Steps of the load are steps of time.
+        if self.workspace.model.is_timed() {
+            return None;
+        }
         // Amplitudes with break points may let the load fall or rest, which control of a deflection could not follow.
         if stepping.control == StepControl::Auto && !self.break_points.is_empty() {
             return None;
@@ -197,6 +201,15 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             self.unfolded(&state, iterations).inspect_err(|_| self.count_rejection())?;
         }
         Ok((iterations, state))
+    }
+
+    /// The error of a step of time beside the one asked for, at a state that memory has not yet followed.
+    pub(super) fn time_error(&self, state: &State) -> f64 {
+        let model = self.workspace.model;
+        // Rates before a break point say nothing of those behind it.
+        let before = self.previous.as_ref().filter(|_| !self.at_break_point()).map(|previous| &previous.condensed[..]);
+        model.time_error(before, &state.displacement, &state.condensed, state.load)
+            / self.analysis.stepping.time_tolerance
     }
 
     pub(super) fn count_rejection(&mut self) {
@@ -308,6 +321,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     pub(super) fn accept(&mut self, mut state: State, control_state: StepControlState) -> bool {
         let (inertia, unstable) = (self.workspace.inertia, self.workspace.unstable_modes());
         let critical = self.critical_points(&state, unstable);
+        self.workspace.model.remember(&state.displacement, &mut state.condensed, state.load);
         self.workspace.react(&mut state);
         self.workspace.model.record(&state.displacement, &mut state.condensed, state.load);
         let energy = self.workspace.model.energy(&state.displacement, &state.condensed, state.load);

@@ -59,8 +59,12 @@ pub(super) fn predict<const D: usize>(model: &Model<D>, previous: &State, state:
     for (d, s) in predicted.displacement.iter_mut().zip(&step) {
         *d += factor * s;
     }
-    for (condensed, (now, then)) in predicted.condensed.iter_mut().zip(state.condensed.iter().zip(&previous.condensed))
-    {
+    let all = predicted.condensed.iter_mut().zip(model.terms());
+    for ((condensed, term), (now, then)) in all.zip(state.condensed.iter().zip(&previous.condensed)) {
+        // What is remembered is held.
+        let range = term.memory();
+        let unknowns = if range.is_empty() { condensed.len() } else { range.start };
+        let condensed = &mut condensed[..unknowns];
         for (l, (now, then)) in condensed.iter_mut().zip(now.iter().zip(then)) {
             *l += factor * ratio * (now - then);
         }

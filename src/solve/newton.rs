@@ -5,6 +5,7 @@ use crate::boundary::{Constraints, Enforced};
 use crate::error::Cause;
 use crate::linear::vector::{negate, norm};
 use crate::linear::{At, Factorizer, Inertia, Linearised, MatrixClass};
+use crate::term::Term;
 
 use super::functional::Control;
 use super::increment::{Buffers, Increment, Linear, settled};
@@ -254,5 +255,12 @@ fn condensed_change<const D: usize>(model: &Model<D>, next: &Increment, state: &
         next.condensed.iter().zip(&state.condensed).zip(model.terms()).filter(|((_, all), _)| !all.is_empty());
     let part =
         |step: f64, all: f64, rounding: f64| if step <= rounding { 0.0 } else { step / all.max(f64::MIN_POSITIVE) };
-    changes.map(|((step, all), term)| part(largest(step), largest(all), term.rounding()[0])).fold(0.0, f64::max)
+    // What is remembered is no unknown.
+    let unknowns = |all: &[f64], term: &dyn Term<D>| {
+        let memory = term.memory();
+        largest(if memory.is_empty() { all } else { &all[..memory.start] })
+    };
+    changes
+        .map(|((step, all), term)| part(largest(step), unknowns(all, &**term), term.rounding()[0]))
+        .fold(0.0, f64::max)
 }

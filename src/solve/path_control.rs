@@ -12,6 +12,11 @@ use super::rejection::Rejection;
 use super::state::State;
 use super::stepping::StepControl;
 
+/// Part of the step that the error of the last one would allow; least and largest change from one step to the next.
+const TIME_SAFETY: f64 = 0.9;
+const TIME_SHRINK: f64 = 0.1;
+const TIME_GROWTH: f64 = 3.0;
+
 impl<const D: usize> Continuation<'_, '_, D> {
     fn steps_left(&mut self) -> bool {
         let left = self.path.steps.len() < self.analysis.stepping.steps;
@@ -58,6 +63,7 @@ impl<const D: usize> Continuation<'_, '_, D> {
         let mut increment = self.control_state().map_or(stepping.first, |control_state| control_state.increment);
         // After a rejection one step keeps its increment, or the next one would be rejected again.
         let mut rejected = false;
+        let timed = self.workspace.model.is_timed() && stepping.time_tolerance.is_finite();
         while self.state.load < 1.0 && self.steps_left() {
             let mut target = self.state.load + increment;
             // A rest smaller than a rounding of the load is part of this step.
@@ -83,7 +89,30 @@ impl<const D: usize> Continuation<'_, '_, D> {
             let ratio = if self.at_break_point() || turns { f64::NAN } else { ratio };
             match self.attempt(self.predicted(ratio), Control::Load(target)) {
                 Ok((iterations, state)) => {
-                    if iterations <= stepping.quick && !rejected {
+                    if timed {
+                        let error = self.time_error(&state);
+                        let taken = target - now;
+                        // Third order in the step: what is left after a step of second order.
+                        let factor = (TIME_SAFETY * error.powf(-1.0 / 3.0)).clamp(TIME_SHRINK, TIME_GROWTH);
+                        if !(error <= 1.0) {
+                            self.count_rejection();
+                            rejected = true;
+                            increment = factor.min(TIME_SAFETY) * taken;
+                            if increment < stepping.smallest {
+                                let tolerance = stepping.time_tolerance;
+                                self.stall(Cause::TimeError { error: error * tolerance, tolerance }, self.driven());
+                                return None;
+                            }
+                            continue;
+                        }
+                        // A step that ended early at a break point does not hold back those behind it.
+                        let allowed = factor * taken;
+                        increment = if taken < increment { allowed.max(increment) } else { allowed };
+                        increment = increment.min(stepping.largest);
+                        if iterations > stepping.quick || rejected {
+                            increment = increment.min(taken);
+                        }
+                    } else if iterations <= stepping.quick && !rejected {
                         increment = (increment * stepping.growth).min(stepping.largest);
                     }
                     rejected = false;

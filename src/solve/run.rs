@@ -147,6 +147,11 @@ impl Analysis {
         if let Some(given) = functional.unknowns().filter(|&n| n != model.unknowns()) {
             return Err(SolveError::Length { what: "controlled functional", given, needed: model.unknowns() }.into());
         }
+        if model.is_timed() {
+            let needed = "laws that relax are followed by the load factor, which tells the time: use Analysis::run";
+            let value = targets.len() as f64;
+            return Err(SolveError::Setting { what: "targets of a functional", value, needed }.into());
+        }
         if let Some(&value) = targets.iter().find(|t| !t.is_finite()) {
             return Err(SolveError::Setting { what: "control target", value, needed: "give finite values" }.into());
         }

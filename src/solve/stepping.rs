@@ -78,6 +78,10 @@ pub struct Stepping {
     pub control: StepControl,
     /// What counts: the states at their loads, or the path that leads there.
     pub follow: Following,
+    /// Largest error that a step of time may leave in the stress, relative to the stress (root of the mean squares over the body):
+    /// larger steps are taken again with a smaller increment, and the next increment follows from it. Infinite takes steps as they
+    /// come. Of consequence where a law relaxes ([`Viscoelastic`](crate::material::Viscoelastic)) alone.
+    pub time_tolerance: f64,
     /// How closely critical points are located where the path is followed.
     pub bracketing: Bracketing,
 }
@@ -95,6 +99,7 @@ impl Default for Stepping {
             predict: true,
             control: StepControl::Auto,
             follow: Following::Load,
+            time_tolerance: 1e-4,
             bracketing: Bracketing::Bisection(1e-3),
         }
     }
@@ -112,11 +117,16 @@ impl Stepping {
             predict: false,
             steps: 100 * steps.max(1),
             control: StepControl::Load,
+            time_tolerance: f64::INFINITY,
             ..Stepping::default()
         }
     }
 
     pub(super) fn validate(&self) -> Result<(), SolveError> {
+        if !(self.time_tolerance > 0.0) {
+            let needed = "a part of the stress above 0, for instance 1e-4; infinite takes steps as they come";
+            return Err(SolveError::Setting { what: "tolerance of steps of time", value: self.time_tolerance, needed });
+        }
         for (what, value, ok) in [
             ("first load increment", self.first, self.first > 0.0 && self.first <= 1.0),
             ("smallest load increment", self.smallest, self.smallest > 0.0 && self.smallest <= self.first),

@@ -40,9 +40,43 @@ pub struct ShapeTable<const D: usize> {
     normals: Vec<Point<D>>,
     clusters: Clusters,
     smallest_rcond: f64,
+    /// Stretch at rest of what is free of stress, point by point; none where it is 1 everywhere.
+    rest: Vec<f64>,
 }
 
 impl<const D: usize> ShapeTable<D> {
+    /// The table of a body that would like to be larger: where it is free it expands by the stretch $\vartheta(X)$ in all directions, by
+    /// heat or swelling. Its points then see the elastic part $F_e = F/\vartheta$ of the deformation alone, and measures are those
+    /// of the expanded body, $\vartheta^3\mathrm d\Omega$: energies and forces are the true ones.
+    ///
+    /// # Errors
+    /// Where the stretch is not finite or not above zero.
+    pub fn expanding(mut self, stretch: impl Fn(&Point<D>) -> f64) -> Result<Self, Error> {
+        let factors: Vec<f64> = self.positions.iter().map(stretch).collect();
+        if let Some(point) = factors.iter().position(|s| !(*s > 0.0 && s.is_finite())) {
+            let at = self.positions[point].as_slice().to_vec();
+            let what = "the stretch of free expansion is not finite or not above zero";
+            let remedy = "give the stretch itself: 1 + alpha times the change of temperature";
+            return Err(GeometryError::Kinematics { what, at, remedy }.into());
+        }
+        for (point, factor) in factors.iter().enumerate() {
+            let entries = self.clusters.entries(point);
+            self.gradients[entries.start * self.slots..entries.end * self.slots].iter_mut().for_each(|g| *g /= factor);
+            self.weights[point] *= factor.powi(3);
+        }
+        self.rest = factors.iter().map(|factor| 1.0 / factor).collect();
+        Ok(self)
+    }
+
+    /// The deformation gradient of no displacement: that of the elastic part where the body expands.
+    #[inline(always)]
+    pub(crate) fn at_rest(&self, point: usize) -> Matrix3<f64> {
+        match self.rest.get(point) {
+            None => Matrix3::identity(),
+            Some(&rest) => Matrix3::from_diagonal_element(rest),
+        }
+    }
+
     /// Tabulates an approximation at points; weights get the factor of the kinematics.
     ///
     /// # Errors
@@ -195,6 +229,7 @@ impl<const D: usize> ShapeTable<D> {
         normals: Vec<Point<D>>,
     ) -> Self {
         ShapeTable {
+            rest: Vec::new(),
             node_count,
             nodes: rows.nodes,
             values: rows.values,
@@ -343,7 +378,7 @@ impl<const D: usize> ShapeTable<D> {
         }
         let mut current = self.clone();
         for point in 0..self.len() {
-            let f = Matrix3::identity() + self.displacement_gradient(point, d);
+            let f = self.at_rest(point) + self.displacement_gradient(point, d);
             let jacobian = f.determinant();
             let inverse = match f.try_inverse() {
                 Some(inverse) if jacobian > 0.0 => inverse,

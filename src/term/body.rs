@@ -7,6 +7,7 @@ use crate::geometry::Point;
 use crate::material::Material;
 use crate::table::ShapeTable;
 
+use super::amplitude::Amplitude;
 use super::linearize::{advance, linearize};
 use super::step_limit::jacobian;
 use super::volumetric_measure::VolumetricMeasure;
@@ -77,6 +78,10 @@ pub struct Body<const D: usize, M> {
     /// Initial shear modulus where the measure follows the pressure, else 0.
     shear: f64,
     measure: VolumetricMeasure,
+    /// Numbers that a point remembers.
+    pub(super) remembered: usize,
+    /// Time by the load factor.
+    pub(super) clock: Option<Amplitude>,
 }
 
 impl<const D: usize, M: Material> Body<D, M> {
@@ -110,7 +115,10 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// measure of [`new`](Body::new) it needs no pointwise part at all. Homogeneous states do not depend on $s$.
     pub fn zonal(table: ShapeTable<D>, material: M, field: PressureField, stabilisation: f64) -> Self {
         let field = if material.split().is_some() { field } else { PressureField::Displacement };
+        let remembered = material.memory().map_or(0, |memory| memory.len());
         let mut body = Body {
+            remembered,
+            clock: None,
             table,
             material,
             field,
@@ -128,6 +136,18 @@ impl<const D: usize, M: Material> Body<D, M> {
             _ => body.stabilisation = 0.0,
         }
         body
+    }
+
+    /// The same with a clock: time as a function of the load factor, not falling. A law that relaxes does so by it; without one
+    /// every step is sudden.
+    pub fn with_clock(mut self, clock: Amplitude) -> Self {
+        self.clock = Some(clock);
+        self
+    }
+
+    /// Condensed unknowns of all clusters.
+    pub(super) fn unknowns(&self) -> usize {
+        self.table.clusters().len().checked_sub(1).map_or(0, |last| self.condensed(last).end)
     }
 
     /// The table.
@@ -150,8 +170,7 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// another model.
     pub fn pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
         let (_, volumetric) = self.material.split()?;
-        let clusters = self.table.clusters().len();
-        let condensed = clusters.checked_sub(1).map_or(0, |last| self.condensed(last).end);
+        let condensed = self.memory_range().end.max(self.unknowns());
         if view.displacement.len() != self.table.node_count() * D || view.condensed.len() != condensed {
             return None;
         }
@@ -368,19 +387,22 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// The deformation gradient $F$ at a point of the table; NaN where there is no such point, or the displacement is too
     /// short.
     pub fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
-        Matrix3::identity() + self.table.displacement_gradient(point, displacement)
+        self.material.deformation(&self.local_gradient(point, displacement))
+    }
+
+    /// The same as the kinematics alone moves it.
+    pub(super) fn local_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
+        self.table.at_rest(point) + self.table.displacement_gradient(point, displacement)
     }
 
     /// The energy of a body without condensed unknowns at a state: projected where the field is.
     fn zone_energy(&self, cluster: usize, view: View<'_>) -> f64 {
         let d = view.displacement;
+        let recall = self.recall(view);
+        let recall = recall.as_ref();
         let Some((distortional, volumetric)) = self.material.split() else {
-            return self
-                .table
-                .clusters()
-                .points(cluster)
-                .map(|p| self.table.weights()[p] * self.material.energy(&self.deformation_gradient(p, d)))
-                .sum();
+            let energy = |p| self.shape_energy(recall, &self.material, p, &self.local_gradient(p, d));
+            return self.table.clusters().points(cluster).map(|p| self.table.weights()[p] * energy(p)).sum();
         };
         let n = self.functions;
         let (_, _, measure) = self.zone(cluster, view.condensed);
@@ -390,7 +412,7 @@ impl<const D: usize, M: Material> Body<D, M> {
             let f = self.deformation_gradient(point, d);
             let weight = self.table.weights()[point];
             let j = f.determinant();
-            energy += weight * distortional.energy(&f);
+            energy += weight * self.shape_energy(recall, distortional, point, &f);
             let pointwise = if self.functions > 0 { self.stabilisation(cluster) } else { 1.0 };
             energy += weight * pointwise * volumetric.evaluate(j).energy;
             let value = measure.of(j).value;
@@ -471,7 +493,31 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
     }
 
     fn matrix_follows_load(&self) -> bool {
-        false
+        self.is_timed()
+    }
+
+    fn break_points(&self) -> Vec<f64> {
+        self.clock.as_ref().filter(|_| self.is_timed()).map_or_else(Vec::new, Amplitude::break_points)
+    }
+
+    fn memory(&self) -> std::ops::Range<usize> {
+        self.memory_range()
+    }
+
+    fn start_memory(&self, memory: &mut [f64]) {
+        self.start_of_memory(memory);
+    }
+
+    fn remember(&self, view: View<'_>, next: &mut [f64]) {
+        self.remember_all(view, next);
+    }
+
+    fn is_timed(&self) -> bool {
+        self.remembered > 0 && self.clock.is_some()
+    }
+
+    fn time_error(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {
+        self.error_of_time(before, view, next)
     }
 
     fn fills_lower_blocks(&self) -> bool {

@@ -1,7 +1,5 @@
 //! The linearisation of a body over one cluster.
 
-use nalgebra::Matrix3;
-
 use crate::material::{Material, VolumetricEnergy};
 use crate::simd::{Arithmetic, Task, dispatch};
 use crate::table::displacement_gradient;
@@ -166,7 +164,7 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
         for point in table.clusters().points(cluster) {
             let (nodes, gradients) = (table.nodes(point), table.gradients(point));
             let h = displacement_gradient::<A, D>(nodes, gradients, table.hoop_components(), view.displacement);
-            let f = Matrix3::identity() + h;
+            let f = table.at_rest(point) + h;
             let df = displacement_gradient::<A, D>(nodes, gradients, table.hoop_components(), step);
             bound = bound.min(largest_step(&f, &df)).min(largest_step_of_hoops(&f, &df, table.hoop_components()));
             let Some(volumetric) = volumetric else { continue };
@@ -232,6 +230,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                 (PressureField::Displacement, _) | (_, None) => (&body.material, None),
                 (_, Some((distortional, volumetric))) => (distortional, Some(volumetric)),
             };
+        let recall = body.recall(view);
         let (theta, pi, measure) = body.zone(cluster, view.condensed);
         let mut zone = Zone::new(theta, pi, body.stabilisation(cluster), measure);
         // Points in a row that see the same nodes wait for each other, as many as have their products in registers. In space
@@ -265,11 +264,15 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                 table.hoop_components(),
                 view.displacement,
             );
-            let f = Matrix3::identity() + h;
+            let f = table.at_rest(point) + h;
 
             let (mut stress, mut tangent) = ([0.0; 9], [0.0; 81]);
             let wanted = if with_matrix { count * count } else { 0 };
-            material.respond(&f, &components.of[..count], &mut stress[..count], &mut tangent[..wanted]);
+            let (of, p, a) = (&components.of[..count], &mut stress[..count], &mut tangent[..wanted]);
+            match &recall {
+                None => material.respond(&f, of, p, a),
+                Some(recall) => recall.law.respond(&f, recall.at(point), recall.elapsed, of, p, a),
+            }
             if let Some(volumetric) = volumetric {
                 let cof = cofactor(&f);
                 let j = f.m11 * cof.m11 + f.m12 * cof.m12 + f.m13 * cof.m13;

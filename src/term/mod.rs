@@ -9,6 +9,7 @@ mod integrand;
 mod linearize;
 mod load;
 mod lower;
+mod memory;
 mod step_limit;
 mod volumetric_measure;
 
@@ -30,7 +31,7 @@ use crate::error::SolveError;
 pub struct View<'a> {
     /// Coefficients $d$, node by node, `D` components each \[length\].
     pub displacement: &'a [f64],
-    /// Condensed unknowns of this term, all clusters.
+    /// Condensed unknowns of this term, all clusters; behind them its memory ([`Term::memory`]).
     pub condensed: &'a [f64],
     /// Load factor $\lambda$.
     pub load: f64,
@@ -201,6 +202,29 @@ pub trait Term<const D: usize>: Send + Sync {
     /// Writes the condensed unknowns of a cluster that belong to zero displacement.
     fn start(&self, _cluster: usize, _locals: &mut [f64]) {}
 
+    /// Where the memory of the term stands, behind the condensed unknowns of all clusters: what it carries from one converged state to
+    /// the next, held while Newton's method iterates.
+    fn memory(&self) -> std::ops::Range<usize> {
+        0..0
+    }
+
+    /// Writes the memory that belongs to the state at rest.
+    fn start_memory(&self, _memory: &mut [f64]) {}
+
+    /// Writes the memory at a converged state, from what it was when the step to that state began.
+    fn remember(&self, _view: View<'_>, _next: &mut [f64]) {}
+
+    /// Whether the memory fades with time, so that loads are steps of it: the load factor leads.
+    fn is_timed(&self) -> bool {
+        false
+    }
+
+    /// Squares of the error that a step of time has left in the stress, and of the stress, summed over the term: from `before`,
+    /// the memory a step earlier where the loads had no kink since, over `view` with the memory of its beginning, to `next`.
+    fn time_error(&self, _before: Option<&[f64]>, _view: View<'_>, _next: &[f64]) -> [f64; 2] {
+        [0.0; 2]
+    }
+
     /// Adds the cluster's forces, load slope and, where asked for, its matrix to zeroed buffers.
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element);
 
@@ -306,6 +330,26 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
 
     fn start(&self, cluster: usize, condensed: &mut [f64]) {
         (**self).start(cluster, condensed);
+    }
+
+    fn memory(&self) -> std::ops::Range<usize> {
+        (**self).memory()
+    }
+
+    fn start_memory(&self, memory: &mut [f64]) {
+        (**self).start_memory(memory);
+    }
+
+    fn remember(&self, view: View<'_>, next: &mut [f64]) {
+        (**self).remember(view, next);
+    }
+
+    fn is_timed(&self) -> bool {
+        (**self).is_timed()
+    }
+
+    fn time_error(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {
+        (**self).time_error(before, view, next)
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {

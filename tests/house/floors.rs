@@ -16,7 +16,7 @@ const FLOORS: [&[&str]; 12] = [
     &["solve", "paper"],
     &["output"],
     &["scene"],
-    &["study", "check"],
+    &["study", "check", "fit"],
 ];
 
 fn floor(module: &str) -> Option<usize> {

@@ -1,0 +1,127 @@
+//! Softening of filled rubber on its first stretch.
+
+use std::f64::consts::PI;
+
+use nalgebra::Matrix3;
+
+use super::rivlin::positive;
+use super::{Material, Memory, Response, VolumetricEnergy};
+use crate::error::MaterialError;
+
+/// Mullins' effect by the pseudo-energy of Ogden and Roxburgh: below the largest distortional energy $\bar W_m$ that a point has had,
+/// its distortional stress is softer,
+/// $$\bar P = \eta\\,\frac{\partial\bar W}{\partial F},\qquad \eta = 1 - \frac1r\operatorname{erf}\frac{\bar W_m - \bar W}{m + \beta\bar W_m}.$$
+///
+/// On the way to a new $\bar W_m$ the law is the elastic one; unloading and reloading follow one softer curve that meets it there.
+/// Each point remembers $\bar W_m$. (Ogden and Roxburgh, Proceedings of the Royal Society A 455, 1999; $\beta$ as in Abaqus, Ansys.)
+///
+/// ```
+/// use rkpm::material::{Mullins, Rubber};
+/// let filled = Mullins::new(Rubber::yeoh(0.373, -0.031, 0.005, 1e3)?, 1.5, 0.5, 0.1)?; // m in MPa
+/// # let _ = filled;
+/// # Ok::<(), rkpm::error::MaterialError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mullins<M> {
+    material: M,
+    r: f64,
+    m: f64,
+    beta: f64,
+}
+
+impl<M: Material> Mullins<M> {
+    /// The material of an elastic law with $r$, $m$ \[stress\] and $\beta$.
+    ///
+    /// # Errors
+    /// [`MaterialError::Constant`] unless $r > 1$, $m, \beta \ge 0$ with one of them above zero, all finite.
+    pub fn new(material: M, r: f64, m: f64, beta: f64) -> Result<Self, MaterialError> {
+        let reject = |name: &str, value, needed| MaterialError::Constant { name: name.into(), value, needed };
+        if !(r > 1.0 && r.is_finite()) {
+            return Err(reject("r", r, "give a finite number above 1"));
+        }
+        for (name, value) in [("m", m), ("beta", beta)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(reject(name, value, "give a finite number not below zero"));
+            }
+        }
+        positive("m + beta", m + beta)?;
+        Ok(Self { material, r, m, beta })
+    }
+
+    fn part(&self) -> &dyn Material {
+        self.material.split().map_or(&self.material, |(distortional, _)| distortional)
+    }
+
+    /// $z = (\bar W_m - \bar W)/(m + \beta\bar W_m)$ and its denominator; nothing on the way to a new $\bar W_m$.
+    fn softened(&self, energy: f64, largest: f64) -> Option<[f64; 2]> {
+        let scale = self.m + self.beta * largest;
+        (energy < largest).then(|| [(largest - energy) / scale, scale])
+    }
+}
+
+impl<M: Material> Material for Mullins<M> {
+    fn energy(&self, f: &Matrix3<f64>) -> f64 {
+        self.material.energy(f)
+    }
+
+    fn response(&self, f: &Matrix3<f64>) -> Response {
+        self.material.response(f)
+    }
+
+    fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        self.material.respond(f, components, stress, tangent);
+    }
+
+    fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
+        self.material.split()
+    }
+
+    fn memory(&self) -> Option<&dyn Memory> {
+        Some(self)
+    }
+}
+
+impl<M: Material> Memory for Mullins<M> {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn energy(&self, f: &Matrix3<f64>, memory: &[f64], _: f64) -> f64 {
+        let energy = self.part().energy(f);
+        match self.softened(energy, memory[0]) {
+            // ∫η dW from the largest energy down.
+            Some([z, scale]) => energy + scale / self.r * (z * libm::erf(z) + (-z * z).exp_m1() / PI.sqrt()),
+            None => energy,
+        }
+    }
+
+    fn respond(
+        &self,
+        f: &Matrix3<f64>,
+        memory: &[f64],
+        _: f64,
+        components: &[usize],
+        stress: &mut [f64],
+        tangent: &mut [f64],
+    ) {
+        let part = self.part();
+        part.respond(f, components, stress, tangent);
+        let Some([z, scale]) = self.softened(part.energy(f), memory[0]) else { return };
+        let factor = 1.0 - libm::erf(z) / self.r;
+        let slope = 2.0 / PI.sqrt() * (-z * z).exp() / (self.r * scale);
+        let n = components.len();
+        if !tangent.is_empty() {
+            for a in 0..n {
+                for b in 0..n {
+                    let entry = &mut tangent[a * n + b];
+                    *entry = factor * *entry + slope * stress[a] * stress[b];
+                }
+            }
+        }
+        stress[..n].iter_mut().for_each(|p| *p *= factor);
+    }
+
+    fn remember(&self, f: &Matrix3<f64>, memory: &[f64], _: f64, next: &mut [f64]) {
+        next[0] = memory[0].max(self.part().energy(f));
+    }
+}

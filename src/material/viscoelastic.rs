@@ -1,0 +1,288 @@
+//! Finite viscoelasticity by a Prony series.
+
+use nalgebra::{Matrix3, SVector};
+
+use super::{Material, Memory, Response, VolumetricEnergy};
+use crate::error::MaterialError;
+use crate::tensor::{cofactor, determinant_hessian};
+
+/// A Prony series of relaxation, $G(t) = G_0\Big(1 - \sum_ig_i\big(1 - e^{-t/\tau_i}\big)\Big) =
+/// G_\infty\Big(1 + \sum_i\gamma_ie^{-t/\tau_i}\Big)$.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prony {
+    /// What does not relax, as a part of the elastic law.
+    equilibrium: f64,
+    /// Parts that relax, and their times.
+    branches: Vec<[f64; 2]>,
+}
+
+impl Prony {
+    /// Pairs $(g_i, \tau_i)$ beside an elastic law that is the instantaneous one: $g_i > 0$ with a sum below 1.
+    ///
+    /// # Errors
+    /// [`MaterialError::Constant`] for parts and times that are not finite and above zero, and parts that add up to 1 or more.
+    pub fn of_instantaneous(pairs: impl IntoIterator<Item = (f64, f64)>) -> Result<Self, MaterialError> {
+        let branches = checked("g", pairs)?;
+        let sum: f64 = branches.iter().map(|[g, _]| g).sum();
+        if sum >= 1.0 {
+            let needed = "parts that relax add up to less than 1";
+            return Err(MaterialError::Constant { name: "sum of g_i".into(), value: sum, needed });
+        }
+        Ok(Self { equilibrium: 1.0 - sum, branches })
+    }
+
+    /// Pairs $(\gamma_i, \tau_i)$ beside an elastic law that is the relaxed one, $\gamma_i > 0$.
+    ///
+    /// # Errors
+    /// [`MaterialError::Constant`] for parts and times that are not finite and above zero.
+    pub fn of_relaxed(pairs: impl IntoIterator<Item = (f64, f64)>) -> Result<Self, MaterialError> {
+        Ok(Self { equilibrium: 1.0, branches: checked("gamma", pairs)? })
+    }
+
+    /// The part of the elastic law that has not relaxed at a time after a sudden stretch: from
+    /// the instantaneous one at 0 to that at rest.
+    pub fn relaxation(&self, time: f64) -> f64 {
+        self.equilibrium + self.branches.iter().map(|[part, tau]| part * (-time / tau).exp()).sum::<f64>()
+    }
+}
+
+fn checked(name: &str, pairs: impl IntoIterator<Item = (f64, f64)>) -> Result<Vec<[f64; 2]>, MaterialError> {
+    let branches: Vec<[f64; 2]> = pairs.into_iter().map(|(part, tau)| [part, tau]).collect();
+    for (i, branch) in branches.iter().enumerate() {
+        for (name, value) in [name, "tau"].iter().zip(branch) {
+            super::rivlin::positive(&format!("{name}_{}", i + 1), *value)?;
+        }
+    }
+    if branches.is_empty() { Err(MaterialError::Empty) } else { Ok(branches) }
+}
+
+/// A material whose distortional stress relaxes: $\bar S = \bar F^{-1}\tau\bar F^{-T}$ of the elastic law, its stress seen by the
+/// material itself, drives linear Maxwell branches,
+/// $$\tau = \operatorname{dev}\Big[\bar F\Big(g_\infty\bar S + \sum_iQ_i\Big)\bar F^T\Big] + Jp\mathbf 1,\qquad
+/// \dot Q_i + \frac{Q_i}{\tau_i} = g_i\dot{\bar S}.$$
+///
+/// Steps of time are exact for an $\bar S$ that changes evenly within them, second order otherwise, and stable however long:
+/// $Q_i\leftarrow e^{-x_i}Q_i + g_i\frac{1-e^{-x_i}}{x_i}\Delta\bar S$, $x_i = \Delta t/\tau_i$. In a step that is sudden, $\Delta t = 0$, the
+/// material is the instantaneous elastic law; in one much longer than all $\tau_i$ the relaxed one. Volume responds elastically. (Simo,
+/// Computer Methods in Applied Mechanics and Engineering 60, 1987.)
+///
+/// Without a clock (see [`Scene::over_time`](crate::scene::Scene::over_time)) nothing relaxes. Materials without a
+/// [`split`](Material::split) relax as a whole.
+///
+/// ```
+/// use rkpm::material::{Prony, Rubber, Viscoelastic};
+/// let pad = Viscoelastic::new(Rubber::yeoh(0.373, -0.031, 0.005, 1e3)?, Prony::of_instantaneous([(0.3, 1.0), (0.1, 50.0)])?); // MPa, s
+/// # let _ = pad;
+/// # Ok::<(), rkpm::error::MaterialError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Viscoelastic<M> {
+    material: M,
+    prony: Prony,
+}
+
+impl<M: Material> Viscoelastic<M> {
+    /// The material of an elastic law and its relaxation.
+    pub fn new(material: M, prony: Prony) -> Self {
+        Self { material, prony }
+    }
+
+    /// The elastic law.
+    pub fn elastic(&self) -> &M {
+        &self.material
+    }
+
+    /// The relaxation.
+    pub fn prony(&self) -> &Prony {
+        &self.prony
+    }
+
+    /// The energy that relaxes, and whether it is that of the shape alone.
+    fn part(&self) -> (&dyn Material, bool) {
+        match self.material.split() {
+            Some((distortional, _)) => (distortional, true),
+            None => (&self.material, false),
+        }
+    }
+
+    /// $a$ and $H$ of a step: its energy is $a\bar W + \frac12H:\bar C$.
+    fn step(&self, memory: &[f64], elapsed: f64) -> (f64, Symmetric) {
+        let last = symmetric(memory);
+        let (mut factor, mut held) = (self.prony.equilibrium, Symmetric::zeros());
+        for ([part, tau], branch) in self.prony.branches.iter().zip(memory[6..].chunks_exact(6)) {
+            let x = elapsed / tau;
+            let weight = part * mean_decay(x);
+            factor += weight;
+            held += symmetric(branch) * (-x).exp() - last * weight;
+        }
+        (factor, held)
+    }
+
+    /// $\bar S = J^{2/3}F^{-1}\bar P$, the stress of the elastic law seen by the material.
+    fn seen(&self, f: &Matrix3<f64>) -> Symmetric {
+        let (part, isochoric) = self.part();
+        let Some(inverse) = f.try_inverse() else { return Symmetric::repeat(f64::NAN) };
+        let scale = if isochoric { f.determinant().powf(2.0 / 3.0) } else { 1.0 };
+        let mut stress = [0.0; 9];
+        part.respond(f, &ALL, &mut stress, &mut []);
+        let s = inverse * Matrix3::from_row_slice(&stress) * scale;
+        Symmetric::new(s.m11, s.m22, s.m33, 0.5 * (s.m23 + s.m32), 0.5 * (s.m13 + s.m31), 0.5 * (s.m12 + s.m21))
+    }
+}
+
+const ALL: [usize; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+
+/// 11, 22, 33, 23, 13, 12.
+type Symmetric = SVector<f64, 6>;
+
+fn symmetric(components: &[f64]) -> Symmetric {
+    Symmetric::from_column_slice(&components[..6])
+}
+
+fn matrix(s: &Symmetric) -> Matrix3<f64> {
+    Matrix3::new(s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2])
+}
+
+/// The square of the Frobenius norm.
+fn square(s: &Symmetric) -> f64 {
+    s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + 2.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5])
+}
+
+/// $(1 - e^{-x})/x$.
+fn mean_decay(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { -(-x).exp_m1() / x }
+}
+
+/// $\frac12\int_0^1xe^{-xv}v(1-v)\\,\mathrm dv$: what an even change of $\bar S$ in place of a curved one does to a branch.
+fn curvature_weight(x: f64) -> f64 {
+    if x < 1e-2 {
+        return x / 12.0 * (1.0 - 0.5 * x);
+    }
+    let decay = (-x).exp();
+    let mean = mean_decay(x);
+    0.5 * (mean - 2.0 / x * (mean - decay))
+}
+
+impl<M: Material> Material for Viscoelastic<M> {
+    fn energy(&self, f: &Matrix3<f64>) -> f64 {
+        self.material.energy(f)
+    }
+
+    fn response(&self, f: &Matrix3<f64>) -> Response {
+        self.material.response(f)
+    }
+
+    fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        self.material.respond(f, components, stress, tangent);
+    }
+
+    fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
+        self.material.split()
+    }
+
+    fn memory(&self) -> Option<&dyn Memory> {
+        Some(self)
+    }
+}
+
+impl<M: Material> Memory for Viscoelastic<M> {
+    fn len(&self) -> usize {
+        6 * (1 + self.prony.branches.len()) + 1
+    }
+
+    fn energy(&self, f: &Matrix3<f64>, memory: &[f64], elapsed: f64) -> f64 {
+        let (part, isochoric) = self.part();
+        let (factor, held) = self.step(memory, elapsed);
+        let scale = if isochoric { f.determinant().powf(-2.0 / 3.0) } else { 1.0 };
+        // H:(C̄ - δ): nothing at rest.
+        let work = scale * (f.transpose() * f).dot(&matrix(&held)) - matrix(&held).trace();
+        factor * part.energy(f) + 0.5 * work
+    }
+
+    fn respond(
+        &self,
+        f: &Matrix3<f64>,
+        memory: &[f64],
+        elapsed: f64,
+        components: &[usize],
+        stress: &mut [f64],
+        tangent: &mut [f64],
+    ) {
+        let (part, isochoric) = self.part();
+        let (factor, held) = self.step(memory, elapsed);
+        part.respond(f, components, stress, tangent);
+        let n = components.len();
+        stress[..n].iter_mut().for_each(|p| *p *= factor);
+        tangent.iter_mut().for_each(|a| *a *= factor);
+        // ½ c H:C with c = J^(-2/3): c F H - ⅓ c h N, N = F⁻ᵀ, h = H:C.
+        let held = matrix(&held);
+        let pushed = f * held;
+        let j = f.determinant();
+        let (c, normal, h) = if isochoric {
+            let c = if j > 0.0 { j.powf(-2.0 / 3.0) } else { f64::NAN };
+            (c, cofactor(f) / j, (f.transpose() * pushed).trace())
+        } else {
+            (1.0, Matrix3::zeros(), 0.0)
+        };
+        for (a, &row) in components.iter().enumerate() {
+            let (i, k) = (row / 3, row % 3);
+            stress[a] += c * (pushed[(i, k)] - h / 3.0 * normal[(i, k)]);
+            if tangent.is_empty() {
+                continue;
+            }
+            for (b, &column) in components.iter().enumerate() {
+                let (m, l) = (column / 3, column % 3);
+                let mut entry = if i == m { held[(k, l)] } else { 0.0 };
+                if isochoric {
+                    let (nik, nml) = (normal[(i, k)], normal[(m, l)]);
+                    entry -= 2.0 / 3.0 * (pushed[(i, k)] * nml + nik * pushed[(m, l)]);
+                    // ∂N = (∂²J - J N⊗N)/J.
+                    entry += h * (5.0 / 9.0 * nik * nml - determinant_hessian(f, row, column) / (3.0 * j));
+                }
+                tangent[a * n + b] += c * entry;
+            }
+        }
+    }
+
+    fn remember(&self, f: &Matrix3<f64>, memory: &[f64], elapsed: f64, next: &mut [f64]) {
+        let (last, seen) = (symmetric(memory), self.seen(f));
+        next[..6].copy_from_slice(seen.as_slice());
+        // The largest square of the stress stands behind the branches.
+        let branches = memory[6..].chunks_exact(6).zip(next[6..].chunks_exact_mut(6));
+        for ([part, tau], (branch, next)) in self.prony.branches.iter().zip(branches) {
+            let x = elapsed / tau;
+            let held = symmetric(branch) * (-x).exp() + (seen - last) * (part * mean_decay(x));
+            next.copy_from_slice(held.as_slice());
+        }
+        let place = memory.len() - 1;
+        next[place] = memory[place].max(square(&seen));
+    }
+
+    fn time_error(&self, before: Option<(&[f64], f64)>, memory: &[f64], elapsed: f64, next: &[f64]) -> [f64; 2] {
+        if elapsed <= 0.0 {
+            return [0.0, next[next.len() - 1]];
+        }
+        // Against the largest stress so far: a cycle passes through none.
+        let largest = next[next.len() - 1];
+        let change = symmetric(next) - symmetric(memory);
+        // S̄'' Δt², where a rate before is known.
+        let curvature = before.filter(|(_, earlier)| *earlier > 0.0).map(|(before, earlier)| {
+            let rate = (symmetric(memory) - symmetric(before)) / earlier;
+            (change / elapsed - rate) * (2.0 * elapsed * elapsed / (earlier + elapsed))
+        });
+        let error: f64 = self
+            .prony
+            .branches
+            .iter()
+            .map(|[part, tau]| {
+                let x = elapsed / tau;
+                part * match &curvature {
+                    Some(curvature) => curvature_weight(x) * square(curvature).sqrt(),
+                    // Another rule of second order in place of a rate.
+                    None => (mean_decay(x) - (-0.5 * x).exp()).abs() * square(&change).sqrt(),
+                }
+            })
+            .sum();
+        [error * error, largest]
+    }
+}

@@ -1,0 +1,134 @@
+//! What a body remembers, point by point.
+
+use nalgebra::Matrix3;
+
+use crate::material::{Material, Memory};
+
+use super::body::Body;
+use super::{Term, View};
+
+/// The law of a body that remembers, with what its points remember at the beginning of a step.
+#[derive(Clone, Copy)]
+pub(super) struct Recall<'a> {
+    pub law: &'a dyn Memory,
+    /// Time since then.
+    pub elapsed: f64,
+    points: &'a [f64],
+    each: usize,
+}
+
+impl<'a> Recall<'a> {
+    /// What a point remembers.
+    #[inline]
+    pub fn at(&self, point: usize) -> &'a [f64] {
+        &self.points[point * self.each..(point + 1) * self.each]
+    }
+}
+
+impl<const D: usize, M: Material> Body<D, M> {
+    /// The memory in a view of the body: the time when it was written, then point by point. `None` where the law has none.
+    #[inline]
+    pub(super) fn recall<'a>(&'a self, view: View<'a>) -> Option<Recall<'a>> {
+        if self.remembered == 0 {
+            return None;
+        }
+        let law = self.material.memory()?;
+        let memory = view.condensed.get(self.memory())?;
+        let elapsed = self.clock.as_ref().map_or(0.0, |clock| clock.evaluate(view.load).0 - memory[0]);
+        Some(Recall { law, elapsed: elapsed.max(0.0), points: &memory[1..], each: self.remembered })
+    }
+
+    /// Time at a load factor; 0 without a clock.
+    pub(crate) fn time(&self, load: f64) -> f64 {
+        self.clock.as_ref().map_or(0.0, |clock| clock.evaluate(load).0)
+    }
+
+    pub(super) fn memory_range(&self) -> std::ops::Range<usize> {
+        if self.remembered == 0 {
+            return 0..0;
+        }
+        let start = self.unknowns();
+        start..start + 1 + self.remembered * self.table().len()
+    }
+
+    pub(super) fn start_of_memory(&self, memory: &mut [f64]) {
+        let Some(law) = self.material.memory().filter(|_| self.remembered > 0) else { return };
+        memory[0] = self.time(0.0);
+        memory[1..].chunks_exact_mut(self.remembered).for_each(|point| law.start(point));
+    }
+
+    pub(super) fn remember_all(&self, view: View<'_>, next: &mut [f64]) {
+        let Some(recall) = self.recall(view) else { return };
+        next[0] = self.time(view.load);
+        for (point, next) in next[1..].chunks_exact_mut(self.remembered).enumerate() {
+            let f = self.local_gradient(point, view.displacement);
+            recall.law.remember(&f, recall.at(point), recall.elapsed, next);
+        }
+    }
+
+    pub(super) fn error_of_time(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {
+        let Some(recall) = self.recall(view) else { return [0.0; 2] };
+        let mut sums = [0.0; 2];
+        for (point, next) in next[1..].chunks_exact(self.remembered).enumerate() {
+            let earlier = before.map(|before| {
+                let each = self.remembered;
+                let began = view.condensed[self.memory_range().start];
+                (&before[1 + point * each..1 + (point + 1) * each], began - before[0])
+            });
+            let squares = recall.law.time_error(earlier, recall.at(point), recall.elapsed, next);
+            for (sum, square) in sums.iter_mut().zip(squares) {
+                *sum += self.table().weights()[point].abs() * square;
+            }
+        }
+        sums
+    }
+
+    /// The first Piola–Kirchhoff stress at a point with deformation gradient `f` \[stress\], of the material as it is or as it remembers;
+    /// without the pressure of the zone.
+    pub(crate) fn stress(&self, point: usize, f: &Matrix3<f64>, view: View<'_>) -> Matrix3<f64> {
+        let elastic = self.material().response(f).stress;
+        let Some(recall) = self.recall(view) else { return elastic };
+        const ALL: [usize; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+        let mut stress = [0.0; 9];
+        recall.law.respond(f, recall.at(point), recall.elapsed, &ALL, &mut stress, &mut []);
+        let shape = Matrix3::from_row_slice(&stress);
+        match self.material().split() {
+            Some((distortional, _)) => elastic - distortional.response(f).stress + shape,
+            None => shape,
+        }
+    }
+
+    /// A memory for the points of another body over the same domain: that of the nearest point, at the same time.
+    pub(crate) fn memory_from<const E: usize, N: Material>(
+        &self,
+        from: &Body<E, N>,
+        condensed: &[f64],
+        nearest: impl Fn(&crate::geometry::Point<D>) -> usize,
+    ) -> Option<Vec<f64>> {
+        let given = condensed.get(from.memory_range()).filter(|given| !given.is_empty())?;
+        if from.remembered != self.remembered {
+            return None;
+        }
+        let mut memory = Vec::with_capacity(self.memory_range().len());
+        memory.push(given[0]);
+        for x in self.table().positions() {
+            let at = 1 + nearest(x) * self.remembered;
+            memory.extend_from_slice(&given[at..at + self.remembered]);
+        }
+        Some(memory)
+    }
+
+    /// The energy of the shape at a point: of the law as it remembers, or as it is.
+    pub(super) fn shape_energy(
+        &self,
+        recall: Option<&Recall<'_>>,
+        distortional: &dyn Material,
+        point: usize,
+        f: &Matrix3<f64>,
+    ) -> f64 {
+        match recall {
+            Some(recall) => recall.law.energy(f, recall.at(point), recall.elapsed),
+            None => distortional.energy(f),
+        }
+    }
+}

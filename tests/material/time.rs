@@ -1,0 +1,357 @@
+//! Laws that remember: relaxation, creep and cycles against exact curves, limits of slow and fast, softening on first stretch.
+
+use std::sync::Arc;
+
+use rkpm::material::{Material, Memory, Mullins, Prony, Viscoelastic};
+use rkpm::nalgebra::Matrix3;
+use rkpm::prelude::*;
+
+const A10: f64 = 0.4;
+const BULK: f64 = 100.0;
+
+fn elastic() -> Rubber {
+    Rubber::neo_hookean(A10, BULK).unwrap()
+}
+
+/// Parts and times of one to five branches: together six tenths of the stress, over three decades.
+fn pairs(count: usize) -> Vec<(f64, f64)> {
+    (0..count).map(|i| (0.6 / count as f64, 0.05 * 5f64.powi(i as i32))).collect()
+}
+
+fn relaxing(count: usize) -> Viscoelastic<Rubber> {
+    Viscoelastic::new(elastic(), Prony::of_instantaneous(pairs(count)).unwrap())
+}
+
+const SHEAR: f64 = 0.8;
+
+/// A block whose whole boundary follows simple shear.
+fn sheared(material: impl Material + 'static, amplitude: Amplitude, clock: Amplitude) -> Scene<2> {
+    Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, material)
+        .with(
+            Condition::on(Part::Whole)
+                .component(0, Value::field(|x: &Point<2>| SHEAR * x[1]))
+                .component(1, 0.0)
+                .amplitude(amplitude),
+        )
+        .with_clock(clock)
+}
+
+fn problem(scene: &Scene<2>, stepping: Stepping) -> Problem<2> {
+    scene.discretize(&Scheme::default().particles([3, 3]).stepping(stepping)).unwrap()
+}
+
+/// Shear stress of a state, the same at all points.
+fn shear_stress(problem: &Problem<2>, state: &rkpm::solve::State) -> f64 {
+    let stresses = problem.stresses(state);
+    for stress in &stresses {
+        assert!((stress[(0, 1)] - stresses[0][(0, 1)]).abs() < 1e-9, "the field is uniform");
+    }
+    stresses[0][(0, 1)]
+}
+
+/// The elastic law's stress seen by the material, $\bar S$, in simple shear.
+fn seen(shear: f64) -> Matrix3<f64> {
+    let f = Matrix3::new(1.0, shear, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+    let inverse = f.try_inverse().unwrap();
+    let b = f * f.transpose();
+    let kirchhoff = 2.0 * A10 * (b - Matrix3::identity() * (b.trace() / 3.0));
+    inverse * kirchhoff * inverse.transpose()
+}
+
+/// The exact shear stress at a time for a smooth course of the shear that starts from rest: the hereditary integral by parts and by
+/// Simpson's rule with many intervals.
+fn exact(count: usize, time: f64, shear: impl Fn(f64) -> f64) -> f64 {
+    const INTERVALS: usize = 20_000;
+    let now = seen(shear(time));
+    let mut held = now * (1.0 - 0.6);
+    for (part, tau) in pairs(count) {
+        let mut sum = Matrix3::zeros();
+        let h = time / INTERVALS as f64;
+        for k in 0..=INTERVALS {
+            let s = h * k as f64;
+            let weight = if k == 0 || k == INTERVALS {
+                1.0
+            } else if k % 2 == 1 {
+                4.0
+            } else {
+                2.0
+            };
+            sum += seen(shear(s)) * (weight * (-(time - s) / tau).exp());
+        }
+        held += (now - sum * (h / 3.0 / tau)) * part;
+    }
+    let f = Matrix3::new(1.0, shear(time), 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+    (f * held * f.transpose())[(0, 1)]
+}
+
+#[test]
+fn sudden_shear_relaxes_by_its_prony_series() {
+    let hold = Amplitude::table(vec![(0.0, 0.0), (0.1, 1.0), (1.0, 1.0)]).unwrap();
+    let clock = Amplitude::table(vec![(0.0, 0.0), (0.1, 0.0), (0.5, 1.0), (1.0, 50.0)]).unwrap();
+    for count in 1..=5 {
+        let problem = problem(&sheared(relaxing(count), hold.clone(), clock.clone()), Stepping::default());
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let prony = Prony::of_instantaneous(pairs(count)).unwrap();
+        let mut last = f64::INFINITY;
+        for step in path.steps.iter().filter(|step| step.state.load >= 0.1) {
+            let stress = shear_stress(&problem, &step.state);
+            let expected = 2.0 * A10 * SHEAR * prony.relaxation(problem.time(&step.state));
+            assert!((stress / expected - 1.0).abs() < 1e-8, "{count}: {stress} {expected}");
+            assert!(stress <= last);
+            last = stress;
+        }
+    }
+}
+
+/// Two periods and a half of a sine over two seconds and a half.
+fn sine() -> Amplitude {
+    Amplitude::Function(Arc::new(|load| (std::f64::consts::TAU * 2.5 * load).sin()))
+}
+
+fn seconds(duration: f64) -> Amplitude {
+    Amplitude::Table(vec![(0.0, 0.0), (1.0, duration)])
+}
+
+/// The largest error of a run beside the largest stress, at up to twenty of its states.
+fn error_of_sine(count: usize, stepping: Stepping) -> (f64, usize) {
+    let problem = problem(&sheared(relaxing(count), sine(), seconds(2.5)), stepping);
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let course = |t: f64| SHEAR * (std::f64::consts::TAU * t).sin();
+    let (mut error, mut largest) = (0.0f64, 0.0f64);
+    for step in path.steps.iter().step_by(path.steps.len().div_ceil(20)) {
+        let expected = exact(count, problem.time(&step.state), course);
+        error = error.max((shear_stress(&problem, &step.state) - expected).abs());
+        largest = largest.max(expected.abs());
+    }
+    (error / largest, path.steps.len())
+}
+
+#[test]
+fn cycles_follow_the_hereditary_integral() {
+    for count in 1..=5 {
+        let first = Stepping { first: 0.01, smallest: 1e-6, ..Stepping::default() };
+        let (error, steps) = error_of_sine(count, first);
+        assert!(error < 1e-3, "{count} branches: {error:e} in {steps} steps");
+    }
+}
+
+#[test]
+fn steps_of_time_are_of_second_order() {
+    for count in [1, 3] {
+        let errors = [40, 80, 160].map(|steps| error_of_sine(count, Stepping::equal(steps)).0);
+        let order = (errors[1] / errors[2]).log2();
+        assert!(order >= 1.9, "{count} branches: {errors:?}, order {order:.3}");
+    }
+}
+
+#[test]
+fn fast_and_slow_are_the_two_elastic_laws() {
+    for (duration, part) in [(1e-11, 1.0), (1e16, 0.4)] {
+        let problem = problem(&sheared(relaxing(3), Amplitude::Ramp, seconds(duration)), Stepping::equal(4));
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let stress = shear_stress(&problem, path.last());
+        assert!((stress / (part * 2.0 * A10 * SHEAR) - 1.0).abs() < 1e-8, "{duration:e}: {stress}");
+    }
+    // Without a clock nothing relaxes; constants of the relaxed law add their branches to it.
+    let prony = Prony::of_relaxed([(0.5, 1.0), (0.25, 3.0)]).unwrap();
+    let scene = sheared(Viscoelastic::new(elastic(), prony), Amplitude::Ramp, seconds(1e-12));
+    let problem = problem(&scene, Stepping::equal(2));
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    assert!((shear_stress(&problem, path.last()) / (1.75 * 2.0 * A10 * SHEAR) - 1.0).abs() < 1e-8);
+}
+
+/// A small dead load, put on suddenly, on a body nearly incompressible: it creeps by the compliance of the standard solid.
+#[test]
+fn dead_loads_creep() {
+    let (g, tau) = (0.5, 2.0);
+    let material =
+        Viscoelastic::new(Rubber::neo_hookean(A10, 1e5).unwrap(), Prony::of_instantaneous([(g, tau)]).unwrap());
+    let sudden = Amplitude::table(vec![(0.0, 0.0), (0.1, 1.0), (1.0, 1.0)]).unwrap();
+    let clock = Amplitude::table(vec![(0.0, 0.0), (0.1, 0.0), (1.0, 12.0)]).unwrap();
+    let scene = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, material)
+        .prescribe((0, Side::Min), 0, 0.0)
+        .prescribe((1, Side::Min), 1, 0.0)
+        .with(Load::traction((0, Side::Max), [1e-4, 0.0]).amplitude(sudden))
+        .with_clock(clock);
+    let problem = problem(&scene, Stepping::default());
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    // Plane strain, incompressible: strain = stress/(4 µ).
+    let initial = 1e-4 / (4.0 * 2.0 * A10);
+    let mut seen = 0;
+    for step in path.steps.iter().filter(|step| step.state.load >= 0.1) {
+        let t = problem.time(&step.state);
+        let compliance = (1.0 - g * (-(1.0 - g) * t / tau).exp()) / (1.0 - g);
+        let moved = problem.displacement(&step.state, &[1.0, 0.5].into()).unwrap()[0];
+        assert!((moved / (initial * compliance) - 1.0).abs() < 1e-3, "{t}: {moved} {}", initial * compliance);
+        seen += 1;
+    }
+    assert!(seen > 5);
+}
+
+#[test]
+fn runs_that_remember_are_resumed_bit_for_bit() {
+    let problem = problem(
+        &sheared(relaxing(2), sine(), seconds(2.5)),
+        Stepping { first: 0.02, smallest: 1e-6, ..Stepping::default() },
+    );
+    let whole = problem.run(&mut ()).unwrap().completed().unwrap();
+    for kept in [1, 2, whole.steps.len() / 2] {
+        let mut broken = whole.clone();
+        broken.steps.truncate(kept);
+        let resumed = problem.resume(broken, &mut ()).unwrap().completed().unwrap();
+        assert_eq!(resumed.steps.len(), whole.steps.len());
+        for (a, b) in resumed.steps.iter().zip(&whole.steps) {
+            assert_eq!(a.state, b.state);
+        }
+    }
+}
+
+/// The memory goes along to another discretisation: relaxed there, the stress is that of the one before.
+#[test]
+fn memories_are_transferred() {
+    let hold = Amplitude::table(vec![(0.0, 0.0), (0.1, 1.0), (1.0, 1.0)]).unwrap();
+    let scene = sheared(relaxing(2), hold, seconds(10.0));
+    let [coarse, fine] = [[3, 3], [5, 5]].map(|n| scene.discretize(&Scheme::default().particles(n)).unwrap());
+    let path = coarse.run(&mut ()).unwrap().completed().unwrap();
+    let state = fine.transfer(&coarse, path.last()).unwrap();
+    let [before, after] = [shear_stress(&coarse, path.last()), shear_stress(&fine, &state)];
+    assert!((before / after - 1.0).abs() < 1e-9, "{before} {after}");
+    assert!(before < 0.75 * 2.0 * A10 * SHEAR);
+}
+
+#[test]
+fn bodies_that_do_not_remember_carry_nothing() {
+    let scene = sheared(elastic(), Amplitude::Ramp, seconds(1.0));
+    let plain = problem(&scene, Stepping::default());
+    let clusters = 0..plain.body.table().clusters().len();
+    let condensed = clusters.map(|cluster| plain.body.condensed(cluster).end).max().unwrap();
+    assert_eq!(plain.at_rest().condensed[0].len(), condensed);
+    assert!(plain.body.memory().is_empty());
+    assert!(!plain.model.is_timed());
+    let path = plain.run(&mut ()).unwrap().completed().unwrap();
+    assert_eq!(path.steps.len(), 1, "time is no reason for steps where nothing relaxes");
+}
+
+#[test]
+fn refusals_of_time_say_why() {
+    let falling = Amplitude::table(vec![(0.0, 0.0), (0.5, 1.0), (1.0, 0.5)]).unwrap();
+    let scene = sheared(relaxing(1), Amplitude::Ramp, falling);
+    let error = scene.discretize(&Scheme::default().particles([3, 3])).err().unwrap().to_string();
+    assert!(error.contains("clock"), "{error}");
+    let sheet = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStress { thickness: 1.0 }, relaxing(1));
+    let error = sheet.discretize(&Scheme::default().particles([3, 3])).err().unwrap().to_string();
+    assert!(error.contains("plane stress"), "{error}");
+    assert!(Prony::of_instantaneous([(0.6, 1.0), (0.4, 2.0)]).is_err());
+    assert!(Prony::of_instantaneous([(0.6, 0.0)]).is_err() && Prony::of_relaxed([]).is_err());
+    assert!(Mullins::new(elastic(), 1.0, 0.1, 0.1).is_err() && Mullins::new(elastic(), 2.0, 0.0, 0.0).is_err());
+    // A tolerance below what the smallest step keeps.
+    let stepping = Stepping { smallest: 0.05, time_tolerance: 1e-9, ..Stepping::default() };
+    let path = problem(&sheared(relaxing(1), sine(), seconds(2.5)), stepping).run(&mut ()).unwrap();
+    let why = path.completed().unwrap_err().to_string();
+    assert!(why.contains("step of time"), "{why}");
+}
+
+/// erf by its series.
+fn erf(x: f64) -> f64 {
+    let (mut term, mut sum) = (x, x);
+    for n in 1..200 {
+        term *= -x * x / f64::from(n);
+        sum += term / f64::from(2 * n + 1);
+    }
+    sum * 2.0 / std::f64::consts::PI.sqrt()
+}
+
+/// GOAL: unloading and reloading curves of Ogden and Roxburgh in planar tension, plane strain with free sides.
+#[test]
+fn softened_rubber_unloads_and_reloads_on_one_curve() {
+    let (r, m, beta) = (1.4, 0.3, 0.15);
+    // To 2, back to 1.2, on to 2.5.
+    let course = Amplitude::table(vec![(0.0, 0.0), (0.3, 1.0), (0.6, 0.2), (1.0, 1.5)]).unwrap();
+    let scene =
+        Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, Mullins::new(elastic(), r, m, beta).unwrap())
+            .prescribe((0, Side::Min), 0, 0.0)
+            .prescribe((1, Side::Min), 1, 0.0)
+            .with(Condition::on((0, Side::Max)).component(0, 1.0).amplitude(course));
+    let problem = problem(&scene, Stepping::equal(20));
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+
+    let energy = |l: f64, x: f64| A10 * ((l * l + x * x + 1.0) * (l * x).powf(-2.0 / 3.0) - 3.0);
+    let (mut largest, mut softened) = (0.0, 0);
+    for step in &path.steps {
+        let f = problem.deformation_gradients(&step.state)[0];
+        let l = f[(0, 0)];
+        // The free side by bisection: η ∂W̄/∂x + k (J - 1) l = 0.
+        let stress = |x: f64, along: bool| {
+            let w = energy(l, x);
+            let eta = if w < largest { 1.0 - erf((largest - w) / (m + beta * largest)) / r } else { 1.0 };
+            let (c, i1) = ((l * x).powf(-2.0 / 3.0), l * l + x * x + 1.0);
+            let own = if along { l } else { x };
+            let shape = A10 * c * (2.0 * own - 2.0 / 3.0 * i1 / own);
+            eta * shape + BULK * (l * x - 1.0) * (l * x / own)
+        };
+        let (mut low, mut high) = (0.5 / l, 2.0 / l);
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if stress(middle, false) < 0.0 { low = middle } else { high = middle }
+        }
+        let expected = stress(low, true);
+        let force = problem.reaction(&step.state, (0, Side::Max)).unwrap()[0];
+        assert!((force - expected).abs() < 1e-8 * (1.0 + expected.abs()), "{l}: {force} {expected}");
+        assert!((f[(1, 1)] - low).abs() < 1e-8);
+        softened += usize::from(energy(l, low) < largest * (1.0 - 1e-9));
+        largest = f64::max(largest, energy(l, low));
+    }
+    assert!(softened >= 8, "{softened}");
+}
+
+/// Stress and tangent are derivatives of the energy of a step, and with no time elapsed the memory gives the stress back.
+#[test]
+fn steps_of_laws_that_remember_are_hyperelastic() {
+    let ogden = Rubber::ogden([(0.6, 1.3), (-0.01, -2.0)], BULK).unwrap();
+    let foam = Rubber::blatz_ko(0.4, 0.25, 0.3).unwrap();
+    let prony = || Prony::of_instantaneous([(0.3, 0.5), (0.2, 4.0)]).unwrap();
+    let laws: [Box<dyn Material>; 4] = [
+        Box::new(Viscoelastic::new(ogden.clone(), prony())),
+        Box::new(Viscoelastic::new(foam, prony())),
+        Box::new(Mullins::new(ogden, 1.5, 0.2, 0.1).unwrap()),
+        Box::new(relaxing(4)),
+    ];
+    let first = Matrix3::new(1.4, 0.3, -0.1, 0.1, 0.8, 0.2, -0.2, 0.1, 1.1);
+    let second = Matrix3::new(1.15, 0.1, 0.1, -0.1, 0.95, 0.15, 0.1, -0.1, 1.05);
+    for (k, law) in laws.iter().enumerate() {
+        let law: &dyn Memory = law.memory().unwrap();
+        let mut rest = vec![0.0; law.len()];
+        law.start(&mut rest);
+        let mut memory = rest.clone();
+        law.remember(&first, &rest, 0.3, &mut memory);
+        let all = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+        let respond = |f: &Matrix3<f64>, memory: &[f64], elapsed: f64| {
+            let (mut p, mut a) = ([0.0; 9], [0.0; 81]);
+            law.respond(f, memory, elapsed, &all, &mut p, &mut a);
+            (p, a)
+        };
+        let (p, a) = respond(&second, &memory, 0.7);
+        const H: f64 = 1e-5;
+        for c in 0..9 {
+            let mut ahead = second;
+            let mut behind = second;
+            ahead[(c / 3, c % 3)] += H;
+            behind[(c / 3, c % 3)] -= H;
+            let slope = (law.energy(&ahead, &memory, 0.7) - law.energy(&behind, &memory, 0.7)) / (2.0 * H);
+            assert!((slope - p[c]).abs() < 1e-8, "law {k}, P {c}: {slope} {}", p[c]);
+            let (ahead, behind) = (respond(&ahead, &memory, 0.7).0, respond(&behind, &memory, 0.7).0);
+            for d in 0..9 {
+                let slope = (ahead[d] - behind[d]) / (2.0 * H);
+                assert!((slope - a[9 * d + c]).abs() < 1e-7, "law {k}, A {d} {c}: {slope} {}", a[9 * d + c]);
+            }
+        }
+        let mut next = vec![0.0; law.len()];
+        law.remember(&second, &memory, 0.7, &mut next);
+        let again = respond(&second, &next, 0.0).0;
+        for c in 0..9 {
+            assert!((again[c] - p[c]).abs() < 1e-13, "law {k}: {} {}", again[c], p[c]);
+        }
+        // Nothing is felt at rest.
+        assert!(respond(&Matrix3::identity(), &rest, 1.0).0.iter().all(|p| p.abs() < 1e-15));
+    }
+}
