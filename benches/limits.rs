@@ -99,8 +99,8 @@ fn kernel<const D: usize>(name: &str, kinematics: impl Kinematics<D>, counts: [u
 /// The whole assembly: gradients, material, zones, sums into the sparse matrix.
 fn assembly<const D: usize>(name: &str, scene: &Scene<D>, scheme: &Scheme) {
     let problem = scene.discretize(scheme).expect("a scene");
-    let (model, table) = (&problem.model, problem.body.table());
-    let state = State::at_rest(model, &problem.rows);
+    let (model, table) = (problem.model(), problem.body().table());
+    let state = State::at_rest(model, problem.rows());
     let d = support::moved(model);
     let mut assembler = model.assembler();
     let mut system = System::default();
@@ -115,8 +115,8 @@ fn assembly<const D: usize>(name: &str, scene: &Scene<D>, scheme: &Scheme) {
 /// Assembly against factorisation in a Newton iteration of 1e5 unknowns in 2D.
 fn iteration() {
     let problem = support::membrane().discretize(&support::scheme(224)).expect("a scene");
-    let model = &problem.model;
-    let state = State::at_rest(model, &problem.rows);
+    let model = problem.model();
+    let state = State::at_rest(model, problem.rows());
     let (_, values, mut factorizer) = support::reduced(&problem);
     let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
     let mut assembler = model.assembler();
@@ -146,7 +146,7 @@ fn threads() {
     let particles = lattice.particles(1.0).expect("a dilation");
     let rk = ReproducingKernel::new(particles, CubicSpline, Polynomial::linear()).expect("particles");
     let problem = scene.discretize(&support::scheme(22)).expect("a scene");
-    let (model, state) = (&problem.model, State::at_rest(&problem.model, &problem.rows));
+    let (model, state) = (problem.model(), State::at_rest(problem.model(), problem.rows()));
     let d = support::moved(model);
     let measure = |threads: usize| {
         support::on_threads(threads, || {
@@ -189,14 +189,14 @@ fn slopes<const D: usize>(name: &str, scene: &Scene<D>, counts: &[usize]) {
                 })
                 .collect(),
         );
-        let model = &problem.model;
-        let state = State::at_rest(model, &problem.rows);
+        let model = problem.model();
+        let state = State::at_rest(model, problem.rows());
         let d = support::moved(model);
         let (enforced, values, mut factorizer) = support::reduced(&problem);
         let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
         let mut bound = support::bound(&problem);
         let start = Instant::now();
-        drop(problem.analysis.factorizer(model, &mut *bound).expect("a pattern"));
+        drop(problem.analysis().factorizer(model, &mut *bound).expect("a pattern"));
         let analysis = start.elapsed().as_secs_f64();
         let mut assembler = model.assembler();
         let mut system = System::default();
@@ -250,10 +250,10 @@ fn memory<const D: usize>(name: &str, scene: &Scene<D>, n: usize) {
     let peak = peak().unwrap_or(f64::NAN) - idle;
     let (_, values, mut factorizer) = support::reduced(&problem);
     drop(factorizer.factorize(&values).expect("a regular matrix"));
-    let table = problem.body.table().bytes() as f64;
+    let table = problem.body().table().bytes() as f64;
     let matrix = 12.0 * values.len() as f64;
     let factor = factorizer.bytes().map_or(f64::NAN, |bytes| bytes as f64);
-    let particles = problem.model.positions().len() as f64;
+    let particles = problem.model().positions().len() as f64;
     println!("bytes_per_particle_{name}_table,{:.0}", table / particles);
     println!("bytes_per_particle_{name}_matrix,{:.0}", matrix / particles);
     println!("bytes_per_particle_{name}_factor,{:.0}", factor / particles);

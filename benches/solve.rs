@@ -15,7 +15,7 @@ fn solve<const D: usize>(c: &mut Criterion, name: &str, scene: &Scene<D>, counts
         group.bench_function(id("analyze"), |b| {
             b.iter_batched_ref(
                 || support::bound(&problem),
-                |bound| problem.analysis.factorizer(&problem.model, &mut **bound).expect("a pattern"),
+                |bound| problem.analysis().factorizer(problem.model(), &mut **bound).expect("a pattern"),
                 BatchSize::LargeInput,
             );
         });

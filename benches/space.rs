@@ -169,7 +169,7 @@ fn cube() {
             "cube_{name}_{n},{:.2} %,{seconds:.3} s,tables {tables:.3} s,{} iterations,{found:.2?},directions {:?}",
             100.0 * worst,
             path.iterations,
-            problem.analysis.solver.directions()
+            problem.analysis().solver.directions()
         );
     }
 }
@@ -189,7 +189,7 @@ fn iteration() {
         let ended = problem.run(&mut ()).map(|path| path.completed().map(|p| p.iterations).map_err(|e| e.to_string()));
         println!(
             "iteration_{n}_{ratio:e},{:?},{ended:?},{:.2} s",
-            problem.analysis.solver.directions(),
+            problem.analysis().solver.directions(),
             start.elapsed().as_secs_f64()
         );
     }

@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for spacing in [1.6, 1.2] {
         let problem = stop()?.discretize(&Scheme::default().spacing(spacing))?;
         let path = problem.run(&mut ())?;
-        let particles = problem.cells.positions().len();
+        let particles = problem.cells().positions().len();
         let mut curve = vec![[0.0, 0.0]];
         let mut deepest: f64 = 0.0;
         for step in &path.steps {
@@ -76,7 +76,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             .x("R [mm]")
             .y("Z [mm]")
             .with(
-                Series::outlines("at rest", &support::cells(&problem, problem.cells.positions())).colour(Colour::Grey),
+                Series::outlines("at rest", &support::cells(&problem, problem.cells().positions()))
+                    .colour(Colour::Grey),
             )
             .with(Series::outlines("pressed", &support::cells(&problem, &positions)).colour(Colour::Blue))
             .equal_aspect()

@@ -93,12 +93,12 @@ fn pressures(out: &FilePath) -> Result<f64, Box<dyn Error>> {
     let (problem, path) = run(&Scheme::default().particles([9]))?;
     let coarse = elements.pressures(elements_path.last()).ok_or("the elements have no pressures")?;
     let pressures = problem.pressures(path.last()).ok_or("the particles have no pressures")?;
-    let table = problem.body.table();
+    let table = problem.body().table();
 
     // (distance from the clamped corner, weight, pressure of the particles, of the elements) at points.
     let mut points = Vec::new();
     for zone in 0..table.clusters().len() {
-        let plane = plane(elements.body.table(), zone, &coarse)?;
+        let plane = plane(elements.body().table(), zone, &coarse)?;
         for point in table.clusters().points(zone) {
             let at = table.positions()[point];
             let distance = (at - Point::<2>::from(CORNERS[3])).norm();

@@ -34,7 +34,7 @@ fn quantities(bulk_modulus: f64, scheme: &Scheme) -> Result<([f64; 3], usize), r
     let path = problem.run(&mut ())?.completed()?;
     let deflection = |x: [f64; 2]| problem.displacement(path.last(), &x.into()).map(|u| u[1]);
     let found = [deflection([48.0, 60.0])?, deflection([48.0, 52.0])?, problem.energy(path.last())];
-    Ok((found, problem.cells.positions().len()))
+    Ok((found, problem.cells().positions().len()))
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -107,7 +107,7 @@ fn shape(out: &FilePath) -> Result<(), Box<dyn Error>> {
     Chart::new("Cook's membrane, about 289 scattered particles")
         .x("x [mm]")
         .y("y [mm]")
-        .with(Series::outlines("at rest", &support::cells(&problem, problem.cells.positions())).colour(Colour::Grey))
+        .with(Series::outlines("at rest", &support::cells(&problem, problem.cells().positions())).colour(Colour::Grey))
         .with(Series::outlines("under load", &support::cells(&problem, &deformed)).colour(Colour::Blue))
         .with(Series::markers("", &deformed).marker(Marker::Circle).colour(Colour::Blue))
         .equal_aspect()

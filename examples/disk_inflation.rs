@@ -67,8 +67,8 @@ impl Inflation {
     fn through(pressures: &[f64], scheme: &Scheme) -> Result<Self, rkpm::Error> {
         let rest = disk(PRESSURE, Held::Rim)?.discretize(scheme)?;
         let start = State {
-            displacement: vec![0.0; rest.model.unknowns()],
-            condensed: rest.model.start(),
+            displacement: vec![0.0; rest.model().unknowns()],
+            condensed: rest.model().start(),
             multipliers: vec![0.0; rest.rows.len()],
             load: 0.0,
         };

@@ -113,13 +113,13 @@ fn cost<const D: usize>(name: &'static str, scene: &Scene<D>, scheme: &Scheme) -
     }
     seconds.sort_by(f64::total_cmp);
     let (problem, path) = last.expect("the loop ran");
-    let table = problem.body.table();
+    let table = problem.body().table();
     let neighbours: Vec<usize> = (0..table.len()).map(|p| table.nodes(p).len()).collect();
     let total: usize = neighbours.iter().sum();
     let pairs: f64 = neighbours.iter().map(|&n| 0.5 * (n * (n + 1)) as f64).sum();
     Ok(Cost {
         name,
-        unknowns: problem.model.unknowns(),
+        unknowns: problem.model().unknowns(),
         points: table.len(),
         neighbours: total as f64 / table.len() as f64,
         bytes: table.bytes(),

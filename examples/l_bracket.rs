@@ -55,9 +55,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let reaction = problem.reaction(path.last(), "moved")?[1];
         summary.record(format!("reaction_{count}"), reaction, exact[0])?;
         summary.record(format!("energy_{count}"), problem.energy(path.last()), exact[1])?;
-        summary.note(format!("particles_{count}"), problem.cells.positions().len() as f64)?;
+        summary.note(format!("particles_{count}"), problem.cells().positions().len() as f64)?;
         summary.note(format!("iterations_{count}"), path.iterations as f64)?;
-        points.push([problem.cells.positions().len() as f64, reaction]);
+        points.push([problem.cells().positions().len() as f64, reaction]);
         if count == 600 {
             shape(&out, &problem, path.last())?;
         }
@@ -82,7 +82,7 @@ fn shape(out: &FilePath, problem: &Problem<2>, state: &State) -> Result<(), Box<
     Chart::new("L-shaped bracket, end moved by 2 cm")
         .x("x [cm]")
         .y("y [cm]")
-        .with(Series::outlines("at rest", &support::cells(problem, problem.cells.positions())).colour(Colour::Grey))
+        .with(Series::outlines("at rest", &support::cells(problem, problem.cells().positions())).colour(Colour::Grey))
         .with(Series::outlines("bent", &support::cells(problem, &deformed)).colour(Colour::Blue))
         .with(Series::markers("", &deformed).marker(Marker::Circle).colour(Colour::Blue))
         .equal_aspect()

@@ -75,12 +75,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let start = Instant::now();
     let problem = block.discretize(&scheme)?;
     let tables = start.elapsed().as_secs_f64();
-    let count = problem.model.positions().len() as f64;
-    println!("{count} particles, {} unknowns: tables in {tables:.1} s", problem.model.unknowns());
+    let count = problem.model().positions().len() as f64;
+    println!("{count} particles, {} unknowns: tables in {tables:.1} s", problem.model().unknowns());
     println!("{:.2} GB so far", 1e-9 * peak());
     let mut progress = Progress { start: Instant::now(), last: 0.0, taken: Vec::new() };
     let path = problem.run(&mut progress)?;
-    let directions = problem.analysis.solver.directions();
+    let directions = problem.analysis().solver.directions();
     println!("{:?}; directions {directions:?}", path.ending);
     let mut summary = Summary::new();
     summary.note("particles", count)?;

@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 summary.note(name("peak_MPa"), peak)?;
             }
         }
-        summary.note(format!("particles_{friction:.1}"), problem.cells.positions().len() as f64)?;
+        summary.note(format!("particles_{friction:.1}"), problem.cells().positions().len() as f64)?;
         summary.note(format!("steps_{friction:.1}"), path.steps.len() as f64)?;
         summary.note(format!("factorisations_{friction:.1}"), path.iterations as f64)?;
         let work = problem.friction_work(&path, both[0])? + problem.friction_work(&path, both[1])?;
@@ -75,7 +75,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             .x("R [mm]")
             .y("Z [mm]")
             .with(
-                Series::outlines("at rest", &support::cells(&problem, problem.cells.positions())).colour(Colour::Grey),
+                Series::outlines("at rest", &support::cells(&problem, problem.cells().positions()))
+                    .colour(Colour::Grey),
             )
             .with(Series::outlines("on the shaft", &support::cells(&problem, &positions)).colour(Colour::Blue))
             .line("shaft", &metal)

@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let problem = scene.discretize(&Scheme::default().particles([27]))?;
     let path = problem.run(&mut ())?;
     let mut summary = Summary::new();
-    summary.note("particles", problem.cells.positions().len() as f64)?;
+    summary.note("particles", problem.cells().positions().len() as f64)?;
     summary.note("load", path.last().load)?;
     let squeezed = path.steps.iter().position(|step| step.state.load >= 0.5).unwrap_or(0);
     summary.note("squeeze_steps", squeezed as f64 + 1.0)?;

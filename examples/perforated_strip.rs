@@ -63,7 +63,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let name = if count == 590 { 600 } else { count };
         summary.record(format!("energy_{name}"), problem.energy(path.last()), exact[0])?;
         summary.record(format!("stretch_at_hole_{name}"), stretch_at_hole(&problem, path.last())?, exact[1])?;
-        summary.note(format!("particles_{name}"), problem.cells.positions().len() as f64)?;
+        summary.note(format!("particles_{name}"), problem.cells().positions().len() as f64)?;
         summary.note(format!("steps_{name}"), path.steps.len() as f64)?;
         summary.note(format!("iterations_{name}"), path.iterations as f64)?;
         summary.note(format!("rcond_{name}"), problem.certificate()?.smallest_rcond)?;
@@ -83,7 +83,7 @@ fn shape(out: &FilePath, problem: &Problem<2>, state: &State) -> Result<(), Box<
     Chart::new("Perforated strip, a quarter, stretched by 100 %")
         .x("x [cm]")
         .y("y [cm]")
-        .with(Series::outlines("at rest", &support::cells(problem, problem.cells.positions())).colour(Colour::Grey))
+        .with(Series::outlines("at rest", &support::cells(problem, problem.cells().positions())).colour(Colour::Grey))
         .with(Series::outlines("stretched", &support::cells(problem, &deformed)).colour(Colour::Blue))
         .with(Series::markers("", &deformed).marker(Marker::Circle).colour(Colour::Blue))
         .equal_aspect()

@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let force = -2.0 * (bonded + plate.force[1]);
             curve.push([0.5 * step.state.load, force]);
             if step.state.load == path.last().load {
-                let (particles, factors) = (problem.cells.positions().len(), path.iterations);
+                let (particles, factors) = (problem.cells().positions().len(), path.iterations);
                 table.push([
                     particles as f64,
                     path.steps.len() as f64,

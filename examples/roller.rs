@@ -63,14 +63,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (k, (closure, force)) in CLOSURES.iter().zip(&forces).enumerate() {
         summary.record(format!("force_{closure:.2}"), *force, reference[1].1[k])?;
     }
-    summary.note("particles", problem.cells.positions().len() as f64)?;
+    summary.note("particles", problem.cells().positions().len() as f64)?;
     summary.note("steps", path.steps.len() as f64)?;
     summary.note("factorisations", path.iterations as f64)?;
 
     // Other draws of as many particles, and twice as many.
     let worst = |other: &[f64]| forces.iter().zip(other).map(|(a, b)| (b / a - 1.0).abs()).fold(0.0, f64::max);
     let (finer, fine, _) = squeeze(&scene, 36)?;
-    summary.note("particles_doubled", fine.cells.positions().len() as f64)?;
+    summary.note("particles_doubled", fine.cells().positions().len() as f64)?;
     summary.note("doubled_worst", worst(&finer))?;
 
     // One plate against the symmetry plane: what goes in comes out.
@@ -106,7 +106,7 @@ fn iteration_cost(scene: &Scene<2>) -> Result<f64, rkpm::Error> {
         let mut seconds = [0.0; 2];
         for (k, scene) in [scene, &free].into_iter().enumerate() {
             let mut problem = scene.discretize(&Scheme::default().particles([25]))?;
-            problem.analysis.newton.tangent_update = TangentUpdate::EveryIteration;
+            problem.analysis_mut().newton.tangent_update = TangentUpdate::EveryIteration;
             let clock = Instant::now();
             let path = problem.run(&mut ())?.completed()?;
             seconds[k] = clock.elapsed().as_secs_f64() / path.iterations as f64;
@@ -157,7 +157,7 @@ fn pictures(out: &FilePath, problem: &Problem<2>, path: &rkpm::solve::Equilibriu
     Chart::new("A quarter of the cylinder, closure 0.2 m")
         .x("x [m]")
         .y("y [m]")
-        .with(Series::outlines("at rest", &support::cells(problem, problem.cells.positions())).colour(Colour::Grey))
+        .with(Series::outlines("at rest", &support::cells(problem, problem.cells().positions())).colour(Colour::Grey))
         .with(Series::outlines("squeezed", &support::cells(problem, &deformed)).colour(Colour::Blue))
         .line("plate", &[[0.0, height], [0.35, height]])
         .equal_aspect()

@@ -120,8 +120,8 @@ fn dilation_curves(out: &FilePath, paper: impl Fn(f64) -> Scheme) -> Result<(), 
     for r in [0.6, 0.8, 1.0, 1.2, 1.6] {
         let problem = tube(PRESSURE)?.discretize(&paper(r))?;
         let rest = State {
-            displacement: vec![0.0; problem.model.unknowns()],
-            condensed: problem.model.start(),
+            displacement: vec![0.0; problem.model().unknowns()],
+            condensed: problem.model().start(),
             ..State::default()
         };
         // The locked tube has limit points that the true one has not; with the bore displacement in control
@@ -300,7 +300,7 @@ fn dilation_sweep(
 /// The line of particles swept around the axis, with its displacement.
 fn swept(problem: &Problem<1>, state: &State) -> Result<VtkGrid, rkpm::Error> {
     const SECTORS: usize = 48;
-    let radii: Vec<f64> = problem.cells.positions().iter().map(|x| x[0]).collect();
+    let radii: Vec<f64> = problem.cells().positions().iter().map(|x| x[0]).collect();
     let moves: Vec<f64> = problem.particle_displacements(state)?.iter().map(|u| u[0]).collect();
     let around = |length: f64, sector: usize| {
         let angle = 2.0 * PI * sector as f64 / SECTORS as f64;

@@ -43,7 +43,7 @@ fn torque(problem: &Problem<3>, state: &State) -> Result<f64, rkpm::Error> {
 /// The largest |mean of J − 1| over the zones that share a pressure.
 fn volume_change(problem: &Problem<3>, state: &State) -> f64 {
     let gradients = problem.deformation_gradients(state);
-    let table = problem.body.table();
+    let table = problem.body().table();
     let zones = (0..table.clusters().len()).map(|zone| {
         let (mut volume, mut change) = (0.0, 0.0);
         for point in table.clusters().points(zone) {
@@ -67,8 +67,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let reference_torque = torque(&reference, reference_path.last())?;
 
     let mut summary = Summary::new();
-    summary.note("unknowns", problem.model.unknowns() as f64)?;
-    summary.note("unknowns_q2p1", reference.model.unknowns() as f64)?;
+    summary.note("unknowns", problem.model().unknowns() as f64)?;
+    summary.note("unknowns_q2p1", reference.model().unknowns() as f64)?;
     summary.note("steps", path.steps.len() as f64)?;
     summary.note("iterations", path.iterations as f64)?;
     summary.record("torque", torque(&problem, path.last())?, reference_torque)?;

@@ -84,7 +84,7 @@ fn run<const D: usize>(
     let problem = scene.discretize(scheme)?;
     let path = problem.run(&mut ())?.completed()?;
     let (mut farthest, mut largest) = (0.0_f64, 0.0_f64);
-    for (x, u) in problem.cells.positions().iter().zip(problem.particle_displacements(path.last())?) {
+    for (x, u) in problem.cells().positions().iter().zip(problem.particle_displacements(path.last())?) {
         let exact = Point::<D>::from_fn(|i, _| (stretches[i] - 1.0) * x[i]);
         farthest = farthest.max((u - exact).norm());
         largest = largest.max(exact.norm());

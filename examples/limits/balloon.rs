@@ -109,9 +109,9 @@ pub fn run(out: &FilePath, summary: &mut Summary, stops: &mut Stops) -> Result<(
                 }
             }
             let wall = inner_wall(&problem);
-            let rest = problem.analysis.run_controlled(
-                &problem.model,
-                &problem.rows,
+            let rest = problem.analysis().run_controlled(
+                problem.model(),
+                problem.rows(),
                 start.clone(),
                 &wall,
                 &[(LAST - 1.0) * SHELL[0]],
@@ -139,7 +139,7 @@ pub fn run(out: &FilePath, summary: &mut Summary, stops: &mut Stops) -> Result<(
 /// The displacement of the inner wall, whose particle is the first one and interpolates nothing: at the end of a
 /// row of particles with r = 1 its shape function is 1.
 fn inner_wall(problem: &Problem<1>) -> rkpm::solve::Deflection {
-    let mut weights = vec![0.0; problem.model.unknowns()];
+    let mut weights = vec![0.0; problem.model().unknowns()];
     weights[0] = 1.0;
     rkpm::solve::Deflection { weights }
 }

@@ -67,7 +67,7 @@ fn block(scheme: &Scheme, n: usize, traction: f64) -> Result<Problem<2>, rkpm::E
             ShapeTable::of_elements(&elements, &elements.boundary(&top, order + 1)?, &PlaneStrain)?
         }
     };
-    problem.model.add(Pointwise::new(table, Punch { traction: traction * MU }));
+    problem.add(Pointwise::new(table, Punch { traction: traction * MU }));
     Ok(problem)
 }
 
@@ -87,7 +87,7 @@ fn settlements(scheme: &Scheme, n: usize) -> Result<Vec<[f64; 2]>, rkpm::Error> 
             None => problem.at_rest(),
             Some((state, before)) => State { load: before / load, ..state },
         };
-        let path = problem.analysis.run_from(&problem.model, &problem.rows, start, &mut ())?;
+        let path = problem.analysis().run_from(problem.model(), problem.rows(), start, &mut ())?;
         if path.ending != Ending::Completed {
             break;
         }

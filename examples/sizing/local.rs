@@ -17,7 +17,7 @@ fn told(answer: &Answer<2>, exact: &[f64]) -> String {
     format!(
         "{} with {} particles, bound {:.2} %, true {:.2} %, {:.0} ms",
         if answer.reached() { "reached" } else { "not reached" },
-        answer.problem.model.unknowns() / 2,
+        answer.problem.model().unknowns() / 2,
         100.0 * answer.bound,
         100.0 * worst(answer.values(), exact),
         1e3 * answer.seconds()
@@ -58,7 +58,7 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
             told(&locally, &case.exact)
         );
         if evenly.reached() && locally.reached() {
-            let ratio = locally.problem.model.unknowns() as f64 / evenly.problem.model.unknowns() as f64;
+            let ratio = locally.problem.model().unknowns() as f64 / evenly.problem.model().unknowns() as f64;
             summary.note(format!("cook_local_answer_{percent}"), ratio)?;
             summary.note(format!("cook_local_answer_{percent}_error"), error(locally.values()))?;
         }
@@ -189,7 +189,7 @@ pub fn drawn(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
                 let evenly = scene.solve_within(&within, Budget::default())?;
                 println!("{name}: locally {}, evenly {}", told(&locally, &exact), told(&evenly, &exact));
                 // Where the budget ended the search more particles would have been needed.
-                particles.push(locally.problem.model.unknowns() as f64 / evenly.problem.model.unknowns() as f64);
+                particles.push(locally.problem.model().unknowns() as f64 / evenly.problem.model().unknowns() as f64);
                 seconds.push(locally.seconds() / evenly.seconds());
             }
         }

@@ -127,7 +127,7 @@ fn promises<const D: usize>(case: &Case<D>, first_seed: u64, out: &mut Vec<Promi
                 reached: answer.reached(),
                 bound: answer.bound,
                 error: worst(answer.values(), &case.exact),
-                unknowns: answer.problem.model.unknowns(),
+                unknowns: answer.problem.model().unknowns(),
                 models: answer.levels.len(),
                 seconds: answer.seconds(),
             });

@@ -58,14 +58,14 @@ fn csv_lines(text: &str) -> impl Iterator<Item = &str> {
 /// Current positions of all particles: reference positions and displacements.
 pub fn deformed<const D: usize>(problem: &Problem<D>, state: &State) -> Result<Vec<Point<D>>, Error> {
     let moves = problem.particle_displacements(state)?;
-    Ok(problem.cells.positions().iter().zip(&moves).map(|(x, u)| x + u).collect())
+    Ok(problem.cells().positions().iter().zip(&moves).map(|(x, u)| x + u).collect())
 }
 
 /// Closed outlines of all cells between particles at the given positions.
 pub fn cells(problem: &Problem<2>, positions: &[Point<2>]) -> Vec<Vec<Point<2>>> {
-    (0..problem.cells.cell_count())
+    (0..problem.cells().cell_count())
         .map(|cell| {
-            let corners = problem.cells.corners(cell);
+            let corners = problem.cells().corners(cell);
             corners.iter().chain(corners.first()).map(|&particle| positions[particle]).collect()
         })
         .collect()

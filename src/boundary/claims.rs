@@ -111,6 +111,12 @@ pub(crate) fn says_again<const D: usize>(
     Ok(true)
 }
 
+/// Whether claims prescribe a component.
+pub(crate) fn spans(claims: &[Claim], component: usize) -> bool {
+    let axis = std::array::from_fn(|i| f64::from(u8::from(i == component)));
+    !claims.is_empty() && resolve(claims, &axis).1 <= REPEATED
+}
+
 /// The component of the unknown that a row along a direction owns: its largest one that no earlier row of the particle has.
 pub(crate) fn own_component<const D: usize>(
     claims: &[Claim],

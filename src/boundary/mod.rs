@@ -112,7 +112,7 @@ pub trait Enforcement: Send + Sync {
 ///     .prescribe(Side::Max, 0, 0.1);
 /// let mut problem = pulled.discretize(&Scheme::default().particles([5, 3]))?;
 /// let exact = problem.run(&mut ())?.completed()?;
-/// problem.analysis.enforcement = Box::new(Penalty(1e8));
+/// problem.analysis_mut().enforcement = Box::new(Penalty(1e8));
 /// let penalised = problem.run(&mut ())?.completed()?;
 /// let force = |path: &rkpm::solve::EquilibriumPath| problem.reaction(path.last(), Side::Max).map(|f| f[0]);
 /// assert!((force(&penalised)? / force(&exact)? - 1.0).abs() < 1e-5);

@@ -11,7 +11,7 @@ use crate::shape::{Approximation, ShapeFunctions};
 use crate::table::check_values;
 use crate::term::Amplitude;
 
-use super::claims::{Claim, own_component, says_again};
+use super::claims::{Claim, own_component, says_again, spans};
 
 /// One condition $\sum_k c_k d_k = g\\,a(\lambda)$ on the coefficients $d$.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,6 +117,38 @@ impl Constraints {
         }
         self.rows.truncate(rows);
         self.kinks.truncate(kinks);
+    }
+
+    /// Whether a condition prescribes a component of a particle.
+    pub(crate) fn claims(&self, particle: usize, component: usize) -> bool {
+        [&self.claimed, &self.at_particles]
+            .iter()
+            .any(|claims| claims.get(&particle).is_some_and(|claims| spans(claims, component)))
+    }
+
+    /// Appends the rows of a body whose particles stand `nodes` behind the first, each with `dimension` components.
+    pub(crate) fn append(&mut self, other: Constraints, nodes: usize, dimension: usize) {
+        let before = self.rows.len();
+        let shift = nodes * dimension;
+        self.rows.extend(other.rows.into_iter().map(|mut row| {
+            row.dependent += shift;
+            row.entries.iter_mut().for_each(|entry| entry.0 += shift);
+            row
+        }));
+        for (mine, others) in [(&mut self.claimed, other.claimed), (&mut self.at_particles, other.at_particles)] {
+            mine.extend(others.into_iter().map(|(particle, mut claims)| {
+                claims.iter_mut().for_each(|claim| claim.row += before);
+                (particle + nodes, claims)
+            }));
+        }
+        self.kinks.extend(other.kinks);
+    }
+
+    /// Adds entries to a row.
+    pub(crate) fn extend_row(&mut self, row: usize, entries: Vec<(usize, f64)>) {
+        if let Some(row) = self.rows.get_mut(row) {
+            row.entries.extend(entries);
+        }
     }
 
     /// Number of rows.

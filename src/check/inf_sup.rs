@@ -59,16 +59,16 @@ pub fn inf_sup<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<InfS
 
 fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<InfSup, Error> {
     let problem = scene.without_conditions().hold(Part::Whole).discretize(scheme)?;
-    let nodes = problem.cells.positions().len();
+    let nodes = problem.cells().positions().len();
     check_size("particles of the inf-sup test", nodes)?;
-    let table = problem.body.table();
-    let pressures = Pressures::of(&problem.body);
+    let table = problem.body().table();
+    let pressures = Pressures::of(&problem.body());
     check_size("pressures of the inf-sup test", pressures.count)?;
 
     let mut schur = DMatrix::<f64>::zeros(pressures.count, pressures.count);
     let mut displacements = 0;
     for component in 0..D {
-        let rows: Vec<_> = problem.rows.rows().iter().filter(|row| row.dependent % D == component).collect();
+        let rows: Vec<_> = problem.rows().rows().iter().filter(|row| row.dependent % D == component).collect();
         let mut conditions = DMatrix::zeros(nodes, rows.len());
         for (column, row) in rows.iter().enumerate() {
             for &(unknown, coefficient) in &row.entries {

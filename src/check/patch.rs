@@ -80,7 +80,7 @@ pub fn patch_test_of<const D: usize>(
     let problem = scene.discretize(scheme)?;
     let path = problem.run(&mut ())?.completed()?;
     let (mut error, mut size) = (0.0f64, 0.0f64);
-    for (x, u) in problem.cells.positions().iter().zip(problem.particle_displacements(path.last())?) {
+    for (x, u) in problem.cells().positions().iter().zip(problem.particle_displacements(path.last())?) {
         let exact = gradient * x;
         error = error.max((u - exact).norm());
         size = size.max(exact.norm());

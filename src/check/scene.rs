@@ -13,7 +13,7 @@ use crate::material::Material;
 use crate::paper::Cover;
 use crate::scene::{Functions, Problem, Scene, Scheme, kernel_functions};
 use crate::shape::{Approximation, ShapeFunctions};
-use crate::term::PressureField;
+use crate::term::{Body, PressureField};
 
 use super::{Finding, Report};
 
@@ -188,10 +188,19 @@ pub fn scene<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagno
 fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnosis, Error> {
     let mut diagnosis = Diagnosis { most_pressures: 1.0 / D as f64, ..Diagnosis::default() };
     if scheme.functions == Functions::Particles {
-        let cells = scene.cells(scheme)?;
-        let (cover, uncovered) = cover(&kernel_functions(scheme, &*cells)?, &*cells)?;
-        (diagnosis.cover, diagnosis.uncovered) = (Some(cover), uncovered);
-        diagnosis.thin = D > 1 && cells.is_thin();
+        for (scheme, cells) in scene.cells(scheme)? {
+            if scheme.functions != Functions::Particles {
+                continue;
+            }
+            let (cover, uncovered) = cover(&kernel_functions(&scheme, &*cells)?, &*cells)?;
+            diagnosis.uncovered.extend(uncovered);
+            diagnosis.thin |= D > 1 && cells.is_thin();
+            diagnosis.cover = Some(match diagnosis.cover.take() {
+                Some(other) if other.rcond <= cover.rcond => Cover { lost: other.lost + cover.lost, ..other },
+                Some(other) => Cover { lost: other.lost + cover.lost, ..cover },
+                None => cover,
+            });
+        }
         if !diagnosis.uncovered.is_empty() {
             return Ok(diagnosis);
         }
@@ -210,21 +219,24 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
         }
         Err(error) => return Err(error),
     };
-    diagnosis.dependent = dependent_rows(problem.rows.rows());
+    diagnosis.dependent = dependent_rows(problem.rows().rows());
     diagnosis.free = free_motions(&problem);
-    let table = problem.body.table();
-    diagnosis.pressures = match problem.body.field() {
-        PressureField::Displacement if problem.body.material().split().is_none() && !stiff(problem.body.material()) => {
-            0
-        }
+    diagnosis.pressures = problem.members().iter().map(|member| pressures::<D>(member.body())).sum();
+    let rows = problem.rows().len() - diagnosis.dependent.len();
+    diagnosis.displacements = problem.model().unknowns().saturating_sub(rows);
+    Ok(diagnosis)
+}
+
+/// The pressures of a body, or the points that constrain its volume.
+fn pressures<const D: usize>(body: &Body<D, std::sync::Arc<dyn Material>>) -> usize {
+    let table = body.table();
+    match body.field() {
+        PressureField::Displacement if body.material().split().is_none() && !stiff(body.material()) => 0,
         // Without pressures of its own each point constrains the volume all the same.
         PressureField::Displacement | PressureField::Pointwise => table.len(),
         PressureField::Constant => table.clusters().len(),
         PressureField::Linear => table.clusters().len() * (D + 1),
-    };
-    let rows = problem.rows.len() - diagnosis.dependent.len();
-    diagnosis.displacements = problem.model.unknowns().saturating_sub(rows);
-    Ok(diagnosis)
+    }
 }
 
 /// Whether a material resists a change of volume at rest so much more than one of shape that it locks.
@@ -316,7 +328,7 @@ fn joined<const D: usize>(gaps: &[Gap<D>], particles: usize) -> Vec<UncoveredReg
 
 /// Combinations of translations and infinitesimal rotations that cost no energy at rest and that no row sees.
 fn free_motions<const D: usize>(problem: &Problem<D>) -> Vec<FreeMotion> {
-    let (model, rows) = (&problem.model, &problem.rows);
+    let (model, rows) = (problem.model(), problem.rows());
     let positions = model.positions();
     let centre = positions.iter().sum::<Point<D>>() / positions.len() as f64;
     let size = positions.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);

@@ -67,20 +67,20 @@ pub fn spurious_modes<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Resu
 
 fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Stability, Error> {
     let problem = scene.without_conditions().discretize(scheme)?;
-    let positions = problem.cells.positions();
+    let positions = problem.cells().positions();
     let unknowns = positions.len() * D;
     check_size("unknowns of the test for spurious modes", unknowns)?;
 
     let tangent_of = |table: ShapeTable<D>, tangent: &mut DMatrix<f64>| {
         let mut model = Model::new(positions.to_vec());
-        model.add(Body::new(table, problem.body.material().clone(), PressureField::Displacement));
+        model.add(Body::new(table, problem.body().material().clone(), PressureField::Displacement));
         add_tangent_at_rest(&model, tangent);
     };
     let mut rule = DMatrix::zeros(unknowns, unknowns);
-    tangent_of(problem.body.table().clone(), &mut rule);
+    tangent_of(problem.body().table().clone(), &mut rule);
     let mut reference = DMatrix::zeros(unknowns, unknowns);
-    for points in portions(&problem.cells.gauss(REFERENCE_POINTS)?) {
-        tangent_of(problem.approximation.tabulate(&points, &*scene.kinematics)?, &mut reference);
+    for points in portions(&problem.cells().gauss(REFERENCE_POINTS)?) {
+        tangent_of(problem.tabulate(&points, &*scene.kinematics)?, &mut reference);
     }
 
     let rigid = rigid_motions(positions, &reference);

@@ -58,6 +58,34 @@ pub enum BoundaryError {
         /// The load factor.
         load: f64,
     },
+    /// A place names no body of the scene.
+    #[error("no body {asked}; there are: {known}")]
+    UnknownBody {
+        /// The name asked for.
+        asked: String,
+        /// The names that there are.
+        known: String,
+    },
+    /// Nothing holds a rigid body and what it is tied to.
+    #[error("rigid body {name} may move without any force: hold it, or the bodies that it is tied to")]
+    Free {
+        /// The rigid body.
+        name: String,
+    },
+    /// Two bodies share a name.
+    #[error("two bodies are called {name}: give each a name of its own")]
+    NamedTwice {
+        /// The name.
+        name: String,
+    },
+    /// A face does not say of which body it is.
+    #[error("{what}: say of which body, by Place::of; there are: {known}")]
+    Ambiguous {
+        /// The condition or load.
+        what: String,
+        /// The bodies that there are.
+        known: String,
+    },
     /// A condition says where, but not what.
     #[error("{what} prescribes nothing: add a component, a direction or a displacement")]
     Incomplete {

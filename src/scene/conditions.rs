@@ -19,6 +19,8 @@ pub(crate) struct Placed<const D: usize> {
     pub name: Option<String>,
     pub place: Place<D>,
     pub rows: Range<usize>,
+    /// The nodes that its forces act on.
+    pub nodes: Range<usize>,
 }
 
 /// One direction of a condition at a place whose name was looked up.
@@ -44,20 +46,21 @@ fn singles<'a, const D: usize>(
 /// Rows over boundaries with the given facet rule, or at particles without one; and which are those of each condition.
 pub(super) fn rows<const D: usize, A: Approximation<D>>(
     scene: &Scene<D>,
+    mine: &[(usize, Place<D>)],
     cells: &dyn Cells<D>,
     approximation: &A,
     facets: Option<FacetRule>,
     refused: Refused<'_>,
 ) -> Result<(Constraints, Vec<Placed<D>>), Error> {
     let mut rows = Constraints::new();
-    let mut placed = Vec::with_capacity(scene.conditions.len());
-    let places: Vec<Place<D>> = scene.conditions.iter().map(|condition| scene.resolve(&condition.place)).collect();
-    for (condition, place) in scene.conditions.iter().zip(&places) {
+    let mut placed = Vec::with_capacity(mine.len());
+    for (number, place) in mine {
+        let condition = &scene.conditions[*number];
         let first = rows.len();
         for single in singles(condition, place) {
             let before = rows.mark();
             // Rows over a face know nothing of single particles: what they say twice is looked up in the scene.
-            let added = match facets.map_or(Ok(false), |_| lies_on_part(scene, &places, &single, cells)) {
+            let added = match facets.map_or(Ok(false), |_| lies_on_part(scene, mine, &single, cells)) {
                 Ok(true) => Ok(()),
                 Ok(false) => add(&mut rows, scene, &single, cells, approximation, facets),
                 Err(error) => Err(error),
@@ -68,9 +71,30 @@ pub(super) fn rows<const D: usize, A: Approximation<D>>(
                 rows.take_back(before);
             }
         }
-        placed.push(Placed { name: condition.name.clone(), place: place.clone(), rows: first..rows.len() });
+        placed.push(Placed {
+            name: condition.name.clone(),
+            place: place.clone(),
+            rows: first..rows.len(),
+            nodes: 0..cells.positions().len(),
+        });
     }
     Ok((rows, placed))
+}
+
+/// Adds the rows of a displacement that vanishes on a part, for a body that is tied there to another one.
+pub(super) fn tie<const D: usize, A: Approximation<D>>(
+    rows: &mut Constraints,
+    scene: &Scene<D>,
+    (name, place): (&str, &Place<D>),
+    cells: &dyn Cells<D>,
+    approximation: &A,
+    facets: Option<FacetRule>,
+) -> Result<(), Error> {
+    let condition = Condition::on(place.clone()).displacement([0.0; D]).named(name);
+    for single in singles(&condition, place) {
+        add(rows, scene, &single, cells, approximation, facets)?;
+    }
+    Ok(())
 }
 
 /// Whether a condition at a particle says again what those on parts that hold the particle say: taken as well, the
@@ -80,7 +104,7 @@ pub(super) fn rows<const D: usize, A: Approximation<D>>(
 /// Where it says something else.
 fn lies_on_part<const D: usize>(
     scene: &Scene<D>,
-    places: &[Place<D>],
+    mine: &[(usize, Place<D>)],
     single: &Single<'_, D>,
     cells: &dyn Cells<D>,
 ) -> Result<bool, Error> {
@@ -88,7 +112,8 @@ fn lies_on_part<const D: usize>(
     let particle = particle_at(cells, at, &single.label)?;
     let at = &cells.positions()[particle];
     let mut claims = Vec::new();
-    for (condition, place) in scene.conditions.iter().zip(places) {
+    for (number, place) in mine {
+        let condition = &scene.conditions[*number];
         let Spot::Part(part) = &place.spot else { continue };
         // Parts that don't exist are refused with their own condition.
         if !place.holds(at) || !cells.boundary_nodes(part).is_ok_and(|nodes| nodes.contains(&particle)) {
@@ -246,7 +271,7 @@ fn empty<const D: usize>(cells: &dyn Cells<D>, part: &Part, label: &str) -> Resu
 }
 
 /// The particle that lies at a point, to a thousandth of its spacing along each axis.
-fn particle_at<const D: usize>(cells: &dyn Cells<D>, at: &Point<D>, label: &str) -> Result<usize, Error> {
+pub(super) fn particle_at<const D: usize>(cells: &dyn Cells<D>, at: &Point<D>, label: &str) -> Result<usize, Error> {
     let distance = |node: usize| (cells.positions()[node] - at).norm();
     let nearest = (0..cells.positions().len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
     let (offset, spacings) = (cells.positions()[nearest] - at, cells.spacings(nearest));

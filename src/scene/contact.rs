@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::assembly::Model;
 use crate::boundary::Constraints;
-use crate::cells::{BoundaryCells, Cells};
+use crate::cells::BoundaryCells;
 use crate::contact::Drive;
 use crate::contact::{Carriage, Chain, ContactError, Leash, PairContact, RigidContact, RigidSurface, Skin, Stiffness};
 use crate::error::{Error, OutputError};
@@ -19,7 +19,6 @@ use crate::table::ShapeTable;
 use crate::tensor::cofactor;
 use crate::term::View;
 
-use super::problem::weighted;
 use super::{Place, Problem, Scene};
 
 /// A part of the body and the rigid surface that it may touch.
@@ -128,6 +127,11 @@ pub(super) fn validate<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
     }
 }
 
+/// Number of surfaces that are pushed.
+pub(super) fn carriage_count<const D: usize>(scene: &Scene<D>) -> usize {
+    scene.contacts.iter().filter(|contact| contact.surface.free_direction().is_some()).count()
+}
+
 /// Positions of the unknown travels of surfaces that are pushed, behind those of the particles.
 pub(super) fn carriages<const D: usize>(scene: &Scene<D>, positions: &[Point<D>]) -> Vec<Point<D>> {
     let pushed = scene.contacts.iter().filter(|contact| contact.surface.free_direction().is_some());
@@ -137,7 +141,7 @@ pub(super) fn carriages<const D: usize>(scene: &Scene<D>, positions: &[Point<D>]
 /// Adds the contacts of a scene to a model whose positions have the carriages behind the particles.
 pub(super) fn add<const D: usize>(
     scene: &Scene<D>,
-    cells: &dyn Cells<D>,
+    positions: &[Point<D>],
     rows: &Constraints,
     volume: f64,
     skins: &Skins<'_, D>,
@@ -147,9 +151,14 @@ pub(super) fn add<const D: usize>(
     if scene.contacts.is_empty() && scene.meetings.is_empty() {
         return Ok(contacts);
     }
-    let material = &*scene.material;
+    // The softest body is the one that gives.
+    let softer = |a: &&super::BodyOf<D>, b: &&super::BodyOf<D>| {
+        initial_shear_modulus(&*a.material).total_cmp(&initial_shear_modulus(&*b.material))
+    };
+    let Some(softest) = scene.bodies.iter().min_by(softer) else { return Ok(contacts) };
+    let material = &*softest.material;
     let (shear, bulk) = (initial_shear_modulus(material), initial_bulk_modulus(material));
-    let particles = cells.positions().len();
+    let particles = positions.len();
     let mut next = particles;
     for contact in &scene.contacts {
         let (cells, table) = (skins.part)(&contact.place)?;
@@ -180,7 +189,7 @@ pub(super) fn add<const D: usize>(
             found.reverse();
         }
         let faces: Vec<&BoundaryCells<D>> = found.iter().map(|(face, _)| face).collect();
-        let chain = Chain::new(&faces, cells.positions(), skins.points)?;
+        let chain = Chain::new(&faces, positions, skins.points)?;
         let bodies =
             found.iter().map(|(face, table)| Skin::new(face, table.clone(), None)).collect::<Result<_, _>>()?;
         let law = Arc::new(PairContact::new(bodies, &faces, chain, Stiffness::of(shear, bulk), particles));
@@ -190,7 +199,7 @@ pub(super) fn add<const D: usize>(
     }
     if next > particles
         || !scene.meetings.is_empty()
-        || !holds(rows, cells.positions(), !scene.kinematics.hoop_components().is_empty())
+        || !holds(rows, positions, !scene.kinematics.hoop_components().is_empty())
     {
         model.add(leash(model.positions(), volume, shear));
     }
@@ -234,7 +243,7 @@ fn leash<const D: usize>(positions: &[Point<D>], volume: f64, shear: f64) -> Lea
 type Motion<const D: usize> = Box<dyn Fn(&Point<D>, usize) -> f64>;
 
 /// Whether rows hold all rigid motions of a body.
-fn holds<const D: usize>(rows: &Constraints, positions: &[Point<D>], revolved: bool) -> bool {
+pub(super) fn holds<const D: usize>(rows: &Constraints, positions: &[Point<D>], revolved: bool) -> bool {
     let extent = positions.iter().fold(0.0f64, |e, x| e.max((x - positions[0]).norm())).max(f64::MIN_POSITIVE);
     let centre = positions.iter().fold(Point::<D>::zeros(), |c, x| c + x) / positions.len().max(1) as f64;
     // Translations and turns at the nodes; bodies of revolution move along their axis alone.
@@ -277,7 +286,7 @@ fn holds<const D: usize>(rows: &Constraints, positions: &[Point<D>], revolved: b
         }
     }
     let values = gram.symmetric_eigenvalues();
-    values.min() > 1e-8 * values.max().max(f64::MIN_POSITIVE)
+    values.min() > 1e-8 * values.max().max(1e-3)
 }
 
 /// One boundary particle in contact or beside it.
@@ -376,8 +385,8 @@ impl<const D: usize> Problem<D> {
             let (nominal, friction) = law.pressure(k, condensed);
             let (mut area, mut width) = (0.0, 0.0);
             let particle = hat.particle as usize;
-            let reference = self.cells.positions()[particle];
-            let moved = weighted(&self.approximation.values_at_node(particle)?, state);
+            let reference = self.model.positions()[particle];
+            let moved = self.node_displacement(particle, state)?;
             let (mut force, mut moment) = (Point::<D>::zeros(), Vector3::zeros());
             let mut passed = None;
             let touch = law.touch(k, &view, |p, weight, nearest| {
@@ -484,8 +493,8 @@ impl<const D: usize> Problem<D> {
                 normal += outward * weight;
             }
             let particle = hat.particle as usize;
-            let reference = self.cells.positions()[particle];
-            let position = reference + weighted(&self.approximation.values_at_node(particle)?, state);
+            let reference = self.model.positions()[particle];
+            let position = reference + self.node_displacement(particle, state)?;
             let touches = nominal > 0.0;
             let pressure = nominal * hat.area / area;
             let inward = -normal.normalize() * pressure;

@@ -13,7 +13,7 @@ use crate::quadrature::Points;
 use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
 
 use super::discretize::Unmeasured;
-use super::problem::SERIAL_BELOW;
+use super::member::{Member, SERIAL_BELOW};
 use super::{Problem, Scheme};
 
 /// Rounds after which supports are no longer raised: raising until all is well often does not end.
@@ -138,6 +138,20 @@ impl<const D: usize> Problem<D> {
     /// # Ok::<(), rkpm::Error>(())
     /// ```
     pub fn certificate(&self) -> Result<Certificate, Error> {
+        let mut whole = Certificate { smallest_rcond: f64::INFINITY, cover: usize::MAX, largest_slope: 0.0, raised: 0 };
+        for member in &self.members {
+            let own = member.certificate()?;
+            whole.smallest_rcond = whole.smallest_rcond.min(own.smallest_rcond);
+            whole.cover = whole.cover.min(own.cover);
+            whole.largest_slope = whole.largest_slope.max(own.largest_slope);
+            whole.raised += own.raised;
+        }
+        Ok(whole)
+    }
+}
+
+impl<const D: usize> Member<D> {
+    fn certificate(&self) -> Result<Certificate, Error> {
         let positions = places(&*self.cells, 1)?;
         let count = positions.len();
         let points =

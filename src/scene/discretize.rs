@@ -1,14 +1,17 @@
 //! From scene and scheme to a problem.
 
+use std::ops::Range;
 use std::sync::Arc;
+
+use nalgebra::Matrix3;
 
 use crate::assembly::Model;
 use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
 use crate::cells::{Cells, Lattice, Layout, Unstructured};
 use crate::error::{ApproximationError, BoundaryError, Error, GeometryError};
 use crate::geometry::{Domain, Part, Point};
-use crate::linear::{Direct, Krylov};
-use crate::material::{FreeThickness, Material};
+use crate::linear::{Auxiliary, Direct, Krylov};
+use crate::material::{FreeThickness, Material, initial_shear_modulus};
 use crate::particles::Particles;
 use crate::quadrature::Points;
 use crate::shape::{Approximation, FiniteElements};
@@ -16,14 +19,16 @@ use crate::solve::Analysis;
 use crate::table::ShapeTable;
 use crate::term::{Amplitude, Body, FollowerPressure, Pointwise, PressureField};
 
-use super::conditions::{Placed, rows};
+use super::bond::{Ties, bond};
+use super::conditions::{Placed, particle_at, rows, tie};
 use super::contact::{self, Contact};
 use super::cover::{self, KernelFunctions};
 use super::load::{LoadKind, Shared, Varying, dead};
+use super::member::{Evaluate, Member};
 use super::place::Spot;
-use super::problem::Evaluate;
+use super::rigid;
 use super::scheme::{Dilation, Enforcing, Functions, PressureScheme, Resolution, RowKind, Rule, Scheme};
-use super::{Load, Place, Problem, Scene, Source, Value, resolve};
+use super::{BodyCells, BodyOf, Load, Place, Problem, Scene, Source, Value};
 
 /// Gauss points per cell in 1D where the basis is quadratic or higher.
 const FINE: usize = 7;
@@ -49,27 +54,71 @@ pub(super) fn discretize<const D: usize>(
     scheme: &Scheme,
     refused: Refused<'_>,
 ) -> Result<Problem<D>, Error> {
-    if let PressureScheme::Field { size: 0, .. } = scheme.pressure {
-        let needed = "at least 1 is needed";
-        return Err(GeometryError::Count { what: "cells per direction of a pressure zone", count: 0, needed }.into());
+    let all = all_cells(scene, scheme)?;
+    let bodies = scene.bodies.len();
+    let mut conditions: Vec<Vec<(usize, Place<D>)>> = vec![Vec::new(); bodies];
+    for (number, condition) in scene.conditions.iter().enumerate() {
+        let place = scene.resolve(&condition.place);
+        if scene.rigid_at(&place).is_some() {
+            continue;
+        }
+        let what = || condition.name.clone().unwrap_or_else(|| format!("condition on {}", condition.place));
+        let Spot::Point(at) = &place.spot else {
+            let of = scene.bodies_at(&place, what, &all, |_| true)?;
+            of.into_iter().for_each(|body| conditions[body].push((number, place.clone())));
+            continue;
+        };
+        let has_particle = |body: usize| particle_at(&*all[body].1, at, "").is_ok();
+        for body in scene.bodies_at(&place, what, &all, has_particle)? {
+            conditions[body].push((number, place.clone()));
+        }
     }
-    let cells = cells(scene, scheme)?;
-    match scheme.functions {
-        Functions::Particles => particles(scene, scheme, cells, refused),
-        Functions::Elements => elements(scene, scheme, cells, refused),
+    let mut loads: Vec<Vec<(usize, Place<D>)>> = vec![Vec::new(); bodies];
+    for (number, load) in scene.loads.iter().enumerate() {
+        let place = scene.resolve(&load.place);
+        if scene.rigid_at(&place).is_some() {
+            continue;
+        }
+        let contains = |body: usize| matches!(&place.spot, Spot::Point(at) if all[body].1.contains(at));
+        for body in scene.bodies_at(&place, || load.label(), &all, contains)? {
+            loads[body].push((number, place.clone()));
+        }
     }
+    let mut ties: Vec<Vec<(usize, Place<D>)>> = vec![Vec::new(); bodies];
+    for (name, place) in &scene.rigids {
+        let place = scene.resolve(place);
+        let number = scene.rigid_names().iter().position(|other| other == name).unwrap_or(0);
+        for body in scene.bodies_at(&place, || format!("rigid body {name}"), &all, |_| true)? {
+            ties[body].push((number, place.clone()));
+        }
+    }
+    let particles_of_all: usize = all.iter().map(|(_, cells)| cells.positions().len()).sum();
+    let total = particles_of_all + contact::carriage_count(scene) + scene.rigid_names().len() * (D + 1);
+    let mut first = 0;
+    let mut made = Vec::with_capacity(bodies);
+    for (number, body) in scene.bodies.iter().enumerate() {
+        let (scheme, cells) = (&all[number].0, all[number].1.clone());
+        let (conditions, loads, ties) = (&conditions[number], &loads[number], &ties[number]);
+        let of = Of { scene, body, scheme, cells, conditions, loads, ties, first, total };
+        first += of.cells.positions().len();
+        made.push(match scheme.functions {
+            Functions::Particles => particles(&of, refused)?,
+            Functions::Elements => elements(&of, refused)?,
+        });
+    }
+    finish(scene, scheme, &all, made)
 }
 
 /// The material as the kinematics moves it.
-fn material<const D: usize>(scene: &Scene<D>) -> Result<Arc<dyn Material>, Error> {
+fn material<const D: usize>(scene: &Scene<D>, own: &Arc<dyn Material>) -> Result<Arc<dyn Material>, Error> {
     if !scene.kinematics.is_plane_stress() {
-        return Ok(scene.material.clone());
+        return Ok(own.clone());
     }
-    if scene.material.memory().is_some() {
+    if own.memory().is_some() {
         let what = "a law that remembers in a sheet in plane stress";
         return Err(GeometryError::Unsuited { what, needed: "a solid model, or an elastic law" }.into());
     }
-    Ok(Arc::new(FreeThickness(scene.material.clone())))
+    Ok(Arc::new(FreeThickness(own.clone())))
 }
 
 /// The table of the body, with the scene's free expansion.
@@ -99,18 +148,55 @@ fn clocked<const D: usize>(
     Ok(body.with_clock(clock.clone()))
 }
 
-/// The particles of a scene under a scheme and the cells between them.
-pub(super) fn cells<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Arc<dyn Cells<D>>, Error> {
-    Ok(match &scene.source {
-        Source::Domain(domain) => {
-            let counts = counts(&**domain, scheme)?;
-            super::space::refuse(scheme, &counts)?;
-            Arc::new(Lattice::new(&**domain, counts, &scheme.layout)?)
+/// The particles of each body under its own scheme and the cells between them.
+pub(super) fn all_cells<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<BodyCells<D>, Error> {
+    let of = |body: &BodyOf<D>| {
+        let scheme = body.scheme.as_ref().map_or_else(|| scheme.clone(), |own| own(scheme.clone()));
+        if let PressureScheme::Field { size: 0, .. } = scheme.pressure {
+            let (what, needed) = ("cells per direction of a pressure zone", "at least 1 is needed");
+            return Err(GeometryError::Count { what, count: 0, needed }.into());
         }
-        Source::Cells(cells) => cells.clone(),
-        Source::Scattered(scatter) => scatter(scheme)?,
-        Source::Mesh(mesh) => Arc::new(Unstructured::new(mesh)?),
-    })
+        let cells: Arc<dyn Cells<D>> = match &body.source {
+            Source::Domain(domain) => {
+                let counts = counts(&**domain, &scheme)?;
+                super::space::refuse(&scheme, &counts)?;
+                Arc::new(Lattice::new(&**domain, counts, &scheme.layout)?)
+            }
+            Source::Cells(cells) => cells.clone(),
+            Source::Scattered(scatter) => scatter(&scheme)?,
+            Source::Mesh(mesh) => Arc::new(Unstructured::new(mesh)?),
+        };
+        Ok((scheme, cells))
+    };
+    scene.bodies.iter().map(of).collect()
+}
+
+/// A body that is discretised: what of the scene is about it, and its nodes among all.
+struct Of<'a, const D: usize> {
+    scene: &'a Scene<D>,
+    body: &'a BodyOf<D>,
+    scheme: &'a Scheme,
+    cells: Arc<dyn Cells<D>>,
+    conditions: &'a [(usize, Place<D>)],
+    loads: &'a [(usize, Place<D>)],
+    /// Rigid bodies, by their numbers, and the parts tied to them.
+    ties: &'a [(usize, Place<D>)],
+    first: usize,
+    total: usize,
+}
+
+/// A body that was discretised; rows and conditions count nodes within the body.
+struct Made<const D: usize> {
+    member: Member<D>,
+    facets: FacetRule,
+    rows: Constraints,
+    placed: Vec<Placed<D>>,
+    /// Loads with the tables of their places.
+    loads: Vec<(usize, ShapeTable<D>)>,
+    /// The rows that tie parts to rigid bodies, by the numbers of these.
+    ties: Vec<(usize, Range<usize>)>,
+    /// What an iterative solver needs, where one is chosen.
+    auxiliary: Option<Auxiliary>,
 }
 
 /// Where tables of loads come from: boundary parts and the body.
@@ -120,17 +206,14 @@ struct Tables<'a, const D: usize> {
 }
 
 /// Reproducing kernel particles.
-fn particles<const D: usize>(
-    scene: &Scene<D>,
-    scheme: &Scheme,
-    cells: Arc<dyn Cells<D>>,
-    refused: Refused<'_>,
-) -> Result<Problem<D>, Error> {
-    let (approximation, raised) = covering(scheme, &*cells)?;
+fn particles<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> Result<Made<D>, Error> {
+    let Of { scene, scheme, cells, .. } = of;
+    let (approximation, raised) = covering(scheme, &**cells)?;
     let dilations = approximation.particles().supports().iter().map(|s| s.half_widths().max()).collect();
     let kinematics = &*scene.kinematics;
-    let (table, facets, field) = body_table(scene, scheme, &*cells, &approximation)?;
-    let body = clocked(scene, Body::new(expanding(scene, table)?, material(scene)?, field))?;
+    let (table, facets, field) = body_table(of, &approximation)?;
+    let body =
+        clocked(scene, Body::new(of.among_all(expanding(scene, table)?), material(scene, &of.body.material)?, field))?;
     let tables = Tables {
         boundary: &|part, place| {
             // Where a load ends within a facet, finer ones see it.
@@ -143,39 +226,23 @@ fn particles<const D: usize>(
             ShapeTable::new(&approximation, &points.retained(|x| place.holds(x)), kinematics)
         },
     };
-    let (mut model, body) = model(scene, body, &*cells, &approximation, &tables)?;
     let over_boundary = match scheme.rows {
         RowKind::Auto => D > 1,
         RowKind::AtParticles => false,
         RowKind::OverBoundary => true,
     };
-    let (rows, placed) = rows(scene, &*cells, &approximation, over_boundary.then_some(facets), refused)?;
-    let volume = body.table().weights().iter().sum();
-    let skins = contact::Skins {
-        part: &|place| {
-            let place = resolve(&scene.names, place);
-            let Spot::Part(part) = &place.spot else {
-                let needed = "a part of the boundary, or some of one";
-                return Err(GeometryError::Unsuited { what: "contact of a point or of the body", needed }.into());
-            };
-            let whole = cells.contact_boundary(part, facets.parts, facets.gauss)?;
-            let skin = whole.within(&|x| place.holds(x));
-            let table = ShapeTable::new(&approximation, &skin.points, kinematics)?;
-            Ok((skin, table))
-        },
-        points: &|points| ShapeTable::new(&approximation, points, &Unmeasured),
+    let loads = load_tables(of, &approximation, &tables)?;
+    let rule = over_boundary.then_some(facets);
+    let (mut rows, placed) = rows(scene, of.conditions, &**cells, &approximation, rule, refused)?;
+    let ties = of.tied(&mut rows, &approximation, rule)?;
+    // Several bodies are solved by factors.
+    let alone = scene.bodies.len() == 1 && scene.rigids.is_empty();
+    let auxiliary = match alone {
+        true => super::space::auxiliary(scene, scheme, &**cells, &approximation, &body, &rows)?,
+        false => None,
     };
-    let contacts = contact::add(scene, &*cells, &rows, volume, &skins, &mut model)?;
-    let auxiliary = super::space::auxiliary(scene, scheme, &*cells, &approximation, &body, &rows)?;
-    let approximation = Box::new(approximation);
-    let names = scene.names.clone();
-    let discrete = Discrete { cells, approximation, dilations, raised, contacts, placed, names };
-    let mut problem = finish(scheme, (model, body), rows, discrete)?;
-    if let Some(auxiliary) = auxiliary {
-        problem.analysis.enforcement = Box::new(LagrangeMultipliers);
-        problem.analysis.solver = Box::new(Krylov::new(auxiliary));
-    }
-    Ok(problem)
+    let member = of.member(body, Box::new(approximation), dilations, raised);
+    Ok(Made { member, facets, rows, placed, loads, ties, auxiliary })
 }
 
 /// The shape functions of a scheme on the particles of cells.
@@ -211,12 +278,8 @@ fn covering<const D: usize>(scheme: &Scheme, cells: &dyn Cells<D>) -> Result<(Ke
 }
 
 /// Finite elements on the same lattice.
-fn elements<const D: usize>(
-    scene: &Scene<D>,
-    scheme: &Scheme,
-    cells: Arc<dyn Cells<D>>,
-    refused: Refused<'_>,
-) -> Result<Problem<D>, Error> {
+fn elements<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> Result<Made<D>, Error> {
+    let Of { scene, scheme, cells, .. } = of;
     if scheme.rows == RowKind::OverBoundary {
         return Err(BoundaryError::Unsuitable {
             enforcement: "rows over boundaries",
@@ -224,12 +287,8 @@ fn elements<const D: usize>(
         }
         .into());
     }
-    if !scene.contacts.is_empty() || !scene.meetings.is_empty() {
-        let needed = "particles: leave Scheme::elements out";
-        return Err(GeometryError::Unsuited { what: "contact of finite elements", needed }.into());
-    }
     let order = usize::from(scheme.order);
-    let elements = FiniteElements::new(lattice_of(&*cells, "finite elements")?.clone(), order)?;
+    let elements = FiniteElements::new(lattice_of(&**cells, "finite elements")?.clone(), order)?;
     let kinematics = &*scene.kinematics;
     let points = match &scheme.rule {
         Rule::Auto => order + 1,
@@ -250,7 +309,8 @@ fn elements<const D: usize>(
     };
     let table = ShapeTable::of_elements(&elements, &elements.gauss(points)?, kinematics)?;
     // Q1/P0 and Q2/P1 as the literature has them: all of the volumetric energy projected.
-    let body = clocked(scene, Body::zonal(expanding(scene, table)?, material(scene)?, field, 0.0))?;
+    let law = material(scene, &of.body.material)?;
+    let body = clocked(scene, Body::zonal(of.among_all(expanding(scene, table)?), law, field, 0.0))?;
     let tables = Tables {
         boundary: &|part, place| {
             let points = elements.boundary(part, points * if place.within.is_some() { FINER } else { 1 })?;
@@ -260,114 +320,168 @@ fn elements<const D: usize>(
             ShapeTable::of_elements(&elements, &elements.gauss(points)?.retained(|x| place.holds(x)), kinematics)
         },
     };
-    let model = model(scene, body, &*cells, &elements, &tables)?;
-    let (rows, placed) = rows(scene, &*cells, &elements, None, refused)?;
+    let loads = load_tables(of, &elements, &tables)?;
+    let (mut rows, placed) = rows(scene, of.conditions, &**cells, &elements, None, refused)?;
+    let ties = of.tied(&mut rows, &elements, None)?;
     let dilations = (0..cells.positions().len()).map(|node| cells.local_spacing(node)).collect();
-    finish(
-        scheme,
-        model,
-        rows,
-        Discrete {
-            cells,
-            approximation: Box::new(elements),
-            dilations,
-            raised: 0,
-            contacts: Vec::new(),
-            placed,
-            names: scene.names.clone(),
-        },
-    )
+    let facets = FacetRule { parts: 1, gauss: points };
+    let member = of.member(body, Box::new(elements), dilations, 0);
+    Ok(Made { member, facets, rows, placed, loads, ties, auxiliary: None })
 }
 
-type SceneModel<const D: usize> = (Model<D>, Arc<Body<D, Arc<dyn Material>>>);
+impl<const D: usize> Of<'_, D> {
+    /// A table of the body with the numbers that its nodes have among all.
+    fn among_all(&self, table: ShapeTable<D>) -> ShapeTable<D> {
+        if self.first == 0 && table.node_count() == self.total { table } else { table.shifted(self.first, self.total) }
+    }
 
-/// Body and loads.
-fn model<const D: usize, A: Approximation<D>>(
-    scene: &Scene<D>,
-    body: Body<D, Arc<dyn Material>>,
-    cells: &dyn Cells<D>,
+    /// Adds the rows that tie parts of the body to rigid ones.
+    fn tied<A: Approximation<D>>(
+        &self,
+        rows: &mut Constraints,
+        approximation: &A,
+        rule: Option<FacetRule>,
+    ) -> Result<Vec<(usize, Range<usize>)>, Error> {
+        let names = self.scene.rigid_names();
+        let mut ties = Vec::with_capacity(self.ties.len());
+        for (number, place) in self.ties {
+            let first = rows.len();
+            tie(rows, self.scene, (names[*number], place), &*self.cells, approximation, rule)?;
+            ties.push((*number, first..rows.len()));
+        }
+        Ok(ties)
+    }
+
+    fn member(
+        &self,
+        body: Body<D, Arc<dyn Material>>,
+        approximation: Box<dyn Evaluate<D>>,
+        dilations: Vec<f64>,
+        raised: usize,
+    ) -> Member<D> {
+        let nodes = self.first..self.first + self.cells.positions().len();
+        let (name, cells, body) = (self.body.name.clone(), self.cells.clone(), Arc::new(body));
+        Member { name, nodes, body, cells, approximation, dilations, raised }
+    }
+}
+
+/// The tables of the loads on a body.
+fn load_tables<const D: usize, A: Approximation<D>>(
+    of: &Of<'_, D>,
     approximation: &A,
     tables: &Tables<'_, D>,
-) -> Result<SceneModel<D>, Error> {
-    let body = Arc::new(body);
-    let mut positions = cells.positions().to_vec();
-    positions.extend(contact::carriages(scene, cells.positions()));
-    let mut model = Model::new(positions);
-    model.add(body.clone());
-    for load in &scene.loads {
-        if scene.kinematics.is_plane_stress() && matches!(load.kind, LoadKind::Pressure(_)) {
+) -> Result<Vec<(usize, ShapeTable<D>)>, Error> {
+    let mut made = Vec::with_capacity(of.loads.len());
+    for (number, place) in of.loads {
+        let load = &of.scene.loads[*number];
+        if of.scene.kinematics.is_plane_stress() && matches!(load.kind, LoadKind::Pressure(_)) {
             let what = "a following pressure on the edge of a sheet in plane stress";
             let needed = "a traction: the area of the edge changes with the thickness, which is no unknown";
             return Err(GeometryError::Unsuited { what, needed }.into());
         }
-        add_load(&mut model, load, &scene.resolve(&load.place), cells, approximation, tables)?;
+        if let LoadKind::Moment(_) = load.kind {
+            let needed = "a rigid body: tie the part to one by Scene::rigid";
+            return Err(GeometryError::Unsuited { what: "a moment on a part that may deform", needed }.into());
+        }
+        let table = match &place.spot {
+            Spot::Part(part) => (tables.boundary)(part, place)?,
+            // A point load is a force already: it takes no measure.
+            Spot::Point(at) => {
+                if !of.cells.contains(at) {
+                    let what = load.label();
+                    return Err(BoundaryError::Outside { what, at: at.as_slice().to_vec() }.into());
+                }
+                ShapeTable::new(approximation, &Points::single(*at), &Unmeasured)?
+            }
+            Spot::Body => (tables.body)(place)?,
+        };
+        if table.is_empty() {
+            let nearest = of.cells.positions().first().map(|x| x.as_slice().to_vec()).unwrap_or_default();
+            return Err(BoundaryError::Empty { what: load.label(), nearest }.into());
+        }
+        made.push((*number, of.among_all(table)));
     }
-    Ok((model, body))
+    Ok(made)
 }
 
-/// Adds a load at a place whose name was looked up.
-fn add_load<const D: usize, A: Approximation<D>>(
-    model: &mut Model<D>,
-    load: &Load<D>,
-    place: &Place<D>,
-    cells: &dyn Cells<D>,
-    approximation: &A,
-    tables: &Tables<'_, D>,
-) -> Result<(), Error> {
-    let table = match &place.spot {
-        Spot::Part(part) => (tables.boundary)(part, place)?,
-        // A point load is a force already: it takes no measure.
-        Spot::Point(at) => {
-            if !cells.contains(at) {
-                let what = load.label();
-                return Err(BoundaryError::Outside { what, at: at.as_slice().to_vec() }.into());
-            }
-            ShapeTable::new(approximation, &Points::single(*at), &Unmeasured)?
-        }
-        Spot::Body => (tables.body)(place)?,
-    };
-    if table.is_empty() {
-        let nearest = cells.positions().first().map(|x| x.as_slice().to_vec()).unwrap_or_default();
-        return Err(BoundaryError::Empty { what: load.label(), nearest }.into());
-    }
+/// Adds a load over a table of its place, `measure` being that of the place on all bodies.
+fn add_load<const D: usize>(model: &mut Model<D>, load: &Load<D>, table: ShapeTable<D>, measure: f64) {
     let amplitude = load.amplitude.clone();
     match &load.kind {
         LoadKind::Dead(Value::Constant(force)) => model.add(Pointwise::new(table, dead(force, &amplitude))),
         LoadKind::Dead(value) => model.add(Pointwise::new(table, Varying { value: value.clone(), amplitude })),
-        LoadKind::Total(value) => {
-            let measure: f64 = table.weights().iter().sum();
-            let force = value.at(&Point::zeros(), 1.0).map(|f| f / measure);
-            model.add(Pointwise::new(table, dead(&force, &amplitude)))
-        }
+        LoadKind::Total(force) => model.add(Pointwise::new(table, dead(&force.map(|f| f / measure), &amplitude))),
         LoadKind::Pressure(Value::Constant(pressure)) => {
             model.add(Pointwise::new(table, FollowerPressure { pressure: *pressure, amplitude }))
         }
         LoadKind::Pressure(value) => model.add(Pointwise::new(table, Varying { value: value.clone(), amplitude })),
         LoadKind::Integrand(integrand) => model.add(Pointwise::new(table, Shared(integrand.clone()))),
+        // Refused with its table.
+        LoadKind::Moment(_) => model,
     };
-    Ok(())
 }
 
-/// What a problem keeps of its discretisation.
-struct Discrete<const D: usize> {
-    cells: Arc<dyn Cells<D>>,
-    approximation: Box<dyn Evaluate<D>>,
-    dilations: Vec<f64>,
-    raised: usize,
-    contacts: Vec<Contact<D>>,
-    placed: Vec<Placed<D>>,
-    names: Vec<(String, Place<D>)>,
-}
-
-/// Binds the strategies.
+/// Puts the bodies together, bonds them where they share faces, and binds the strategies.
 fn finish<const D: usize>(
+    scene: &Scene<D>,
     scheme: &Scheme,
-    (model, body): SceneModel<D>,
-    rows: Constraints,
-    discrete: Discrete<D>,
+    all: &BodyCells<D>,
+    made: Vec<Made<D>>,
 ) -> Result<Problem<D>, Error> {
+    let mut positions: Vec<Point<D>> = made.iter().flat_map(|m| m.member.cells.positions().iter().copied()).collect();
+    let particle_positions = positions.clone();
+    positions.extend(contact::carriages(scene, &positions));
+    let (mut rows, mut placed, mut ties) = (Constraints::new(), Vec::new(), Vec::new());
+    let mut auxiliary = None;
+    let (mut members, mut rules, mut tables) = (Vec::new(), Vec::new(), Vec::new());
+    for Made { member, facets, rows: own, placed: mine, loads, ties: tied, auxiliary: own_auxiliary } in made {
+        let (row, node) = (rows.len(), member.nodes.start);
+        auxiliary = own_auxiliary;
+        let shifted = |range: Range<usize>, by: usize| range.start + by..range.end + by;
+        if members.is_empty() {
+            rows = own;
+        } else {
+            rows.append(own, node, D);
+        }
+        placed.extend(mine.into_iter().map(|placed| Placed {
+            rows: shifted(placed.rows.clone(), row),
+            nodes: shifted(placed.nodes.clone(), node),
+            ..placed
+        }));
+        ties.extend(tied.into_iter().map(|(number, range)| (number, shifted(range, row))));
+        members.push(member);
+        rules.push(facets);
+        tables.extend(loads);
+    }
+    let bonded = bond_all(scene, &members, &rules, &mut rows, &mut placed)?;
+    let frames = rigid::frames(scene, &ties, &mut rows, &mut placed, &mut positions)?;
+    let mut model = Model::new(positions);
+    members.iter().for_each(|member: &Member<D>| {
+        model.add(member.body.clone());
+    });
+    // In the order of the scene.
+    tables.sort_by_key(|(number, _)| *number);
+    let mut measures = vec![0.0; scene.loads.len()];
+    tables.iter().for_each(|(number, table)| measures[*number] += table.weights().iter().sum::<f64>());
+    for (number, table) in tables {
+        add_load(&mut model, &scene.loads[number], table, measures[number]);
+    }
+    let modulus = |member: &Member<D>| member.body.material().response(&Matrix3::identity()).tangent[(0, 0)];
+    let shear = |member: &Member<D>| initial_shear_modulus(&**member.body.material());
+    for frame in &frames {
+        let stiffest = members.iter().map(modulus).fold(0.0, f64::max);
+        model.add(frame.stay(stiffest, members.iter().map(shear).fold(0.0, f64::max)));
+    }
+    for load in &scene.loads {
+        if let Some((number, point)) = scene.rigid_at(&scene.resolve(&load.place)) {
+            frames[number].load(&mut model, load, point)?;
+        }
+    }
+    let contacts = touching(scene, all, (&members, &rules), &rows, &particle_positions, &mut model)?;
+    rigid::held(scene, &frames, &rows, model.positions())?;
+    let elements = members.len() == 1 && scheme.functions == Functions::Elements;
     let transform = match scheme.enforcing {
-        Enforcing::Auto => rows.len() <= TRANSFORMATION_ROWS || scheme.functions == Functions::Elements,
+        Enforcing::Auto => !bonded && frames.is_empty() && (rows.len() <= TRANSFORMATION_ROWS || elements),
         Enforcing::Transformation => true,
         Enforcing::Multipliers => false,
     };
@@ -376,10 +490,85 @@ fn finish<const D: usize>(
     } else {
         Analysis::new(LagrangeMultipliers, Direct)
     };
+    if let Some(auxiliary) = auxiliary {
+        analysis = Analysis::new(LagrangeMultipliers, Krylov::new(auxiliary));
+    }
     analysis.newton = scheme.newton;
     analysis.stepping = scheme.stepping;
-    let Discrete { cells, approximation, dilations, raised, contacts, placed, names } = discrete;
-    Ok(Problem { model, rows, analysis, body, cells, approximation, dilations, raised, contacts, placed, names })
+    Ok(Problem { model, rows, analysis, members, contacts, frames, placed, names: scene.names.clone() })
+}
+
+/// Adds the contacts of a scene.
+fn touching<const D: usize>(
+    scene: &Scene<D>,
+    all: &BodyCells<D>,
+    (members, rules): (&[Member<D>], &[FacetRule]),
+    rows: &Constraints,
+    positions: &[Point<D>],
+    model: &mut Model<D>,
+) -> Result<Vec<Contact<D>>, Error> {
+    if members.len() > 1 && !scene.meetings.is_empty() {
+        let needed = "a scene of one body, or rigid surfaces";
+        return Err(GeometryError::Unsuited { what: "contact between parts of several bodies", needed }.into());
+    }
+    let (total, kinematics) = (model.positions().len(), &*scene.kinematics);
+    let skins = contact::Skins {
+        part: &|place| {
+            let place = scene.resolve(place);
+            let Spot::Part(part) = &place.spot else {
+                let needed = "a part of the boundary, or some of one";
+                return Err(GeometryError::Unsuited { what: "contact of a point or of the body", needed }.into());
+            };
+            let of = scene.bodies_at(&place, || format!("contact of {place}"), all, |_| true)?;
+            let body = of.first().copied().unwrap_or(0);
+            let (member, rule) = (&members[body], rules[body]);
+            if all[body].0.functions == Functions::Elements {
+                let needed = "particles: leave Scheme::elements out";
+                return Err(GeometryError::Unsuited { what: "contact of finite elements", needed }.into());
+            }
+            let whole = member.cells.contact_boundary(part, rule.parts, rule.gauss)?;
+            let mut skin = whole.within(&|x| place.holds(x));
+            let table = member.approximation.tabulate(&skin.points, kinematics)?.shifted(member.nodes.start, total);
+            skin.hats.iter_mut().flatten().for_each(|hat| hat.0 += member.nodes.start as u32);
+            Ok((skin, table))
+        },
+        points: &|points| Ok(members[0].approximation.tabulate(points, &Unmeasured)?.shifted(0, total)),
+    };
+    let volume = members.iter().flat_map(|member| member.body.table().weights()).sum();
+    contact::add(scene, positions, rows, volume, &skins, model)
+}
+
+/// Bonds all bodies that share faces and are not kept apart; whether there are any.
+fn bond_all<const D: usize>(
+    scene: &Scene<D>,
+    members: &[Member<D>],
+    rules: &[FacetRule],
+    rows: &mut Constraints,
+    placed: &mut Vec<Placed<D>>,
+) -> Result<bool, Error> {
+    if members.len() < 2 {
+        return Ok(false);
+    }
+    let unknowns = members.last().map_or(0, |last| last.nodes.end * D);
+    let mut ties = Ties::new::<D>(rows, unknowns);
+    let mut bonded = false;
+    for (second, later) in members.iter().enumerate() {
+        for (first, earlier) in members[..second].iter().enumerate() {
+            let names = [&earlier.name, &later.name];
+            let kept = |pair: &[String; 2]| names == [&pair[0], &pair[1]] || names == [&pair[1], &pair[0]];
+            if scene.apart.iter().any(kept) {
+                continue;
+            }
+            let before = rows.len();
+            bonded |= bond(rows, &mut ties, [earlier, later], [rules[first], rules[second]], &*scene.kinematics)?;
+            // The force of the bond is that on the earlier body.
+            let (name, place) = (Some(format!("bond of {} and {}", names[0], names[1])), Place::body());
+            if rows.len() > before {
+                placed.push(Placed { name, place, rows: before..rows.len(), nodes: earlier.nodes.clone() });
+            }
+        }
+    }
+    Ok(bonded)
 }
 
 /// The lattice of the cells, for what needs one.
@@ -475,11 +664,10 @@ pub(super) fn per_axis<const D: usize>(given: &[usize], what: &'static str) -> R
 
 /// The table of the body, the facet rule that agrees with it, and the pressure field on its clusters.
 fn body_table<const D: usize, A: Approximation<D>>(
-    scene: &Scene<D>,
-    scheme: &Scheme,
-    cells: &dyn Cells<D>,
+    of: &Of<'_, D>,
     approximation: &A,
 ) -> Result<(ShapeTable<D>, FacetRule, PressureField), Error> {
+    let (scene, scheme, cells) = (of.scene, of.scheme, &*of.cells);
     // The quadratic basis asks for one sub-cell or point more per direction.
     let more = usize::from(scheme.order > 1);
     let (field, size) = match scheme.pressure {
@@ -527,7 +715,7 @@ fn body_table<const D: usize, A: Approximation<D>>(
             Ok((table, FacetRule { parts: 2, gauss }, field))
         }
         Rule::Gauss { zones, points } => {
-            let (gauss, points) = match (zones, &scene.source) {
+            let (gauss, points) = match (zones, &of.body.source) {
                 (None, _) => {
                     // Two particles per direction and cell, and two more.
                     let points = points.unwrap_or(4);

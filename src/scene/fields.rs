@@ -11,13 +11,11 @@ use crate::quadrature::Points;
 use crate::shape::ShapeFunctions;
 use crate::solve::State;
 use crate::table::ShapeTable;
-use crate::term::View;
 
 use super::Problem;
 
 impl<const D: usize> Problem<D> {
-    /// Cauchy stresses $\sigma$ \[stress\] at the points of the body's table, whose positions are
-    /// `problem.body.table().positions()`; none for a state of another problem.
+    /// Cauchy stresses $\sigma$ \[stress\] at the [`points`](Problem::points) of the bodies' tables; none for a state of another problem.
     ///
     /// $$\sigma = \operatorname{dev}\big(J^{-1}\\,\mathbf P\\,\mathbf F^{\mathsf T}\big) + p\\,\mathbf 1$$
     /// with the [`pressures`](Problem::pressures) $p$ of the scheme: those that balance the loads. The volumetric law at a
@@ -45,46 +43,29 @@ impl<const D: usize> Problem<D> {
     }
 
     fn cauchy_stresses(&self, state: &State) -> Vec<Matrix3<f64>> {
-        let gradients = self.deformation_gradients(state);
-        let Some(condensed) = state.condensed.first() else { return Vec::new() };
-        let view = View { displacement: &state.displacement, condensed, load: state.load };
-        let pressures = self.pressures(state);
-        let cauchy = |(point, f): (usize, &Matrix3<f64>)| {
-            let stress = self.body.stress(point, f, view) * f.transpose() / f.determinant();
-            match &pressures {
-                Some(p) => stress + Matrix3::identity() * (p[point] - stress.trace() / 3.0),
-                None => stress,
-            }
-        };
-        gradients.iter().enumerate().map(cauchy).collect()
+        if self.check_length(state).is_err() {
+            return Vec::new();
+        }
+        self.members.iter().enumerate().flat_map(|(number, member)| member.stresses(number, state)).collect()
     }
 
-    /// Values at the $P$ points of the body's table, one for each, averaged at the particles, one for each,
+    /// Values at the [`points`](Problem::points) $P$ of the bodies' tables, one for each, averaged at the particles, one for each,
     /// $$\bar v_I = \frac{\sum_P w_P\\,h_I(X_P)\\,v_P}{\sum_P w_P\\,h_I(X_P)},\qquad
     /// h_I(X) = \prod_i\max\Big(0, 1 - \frac{|X_i - X_{Ii}|}{d_{Ii}}\Big),$$
     /// $w_P$ the measures of the points, $d_{Ii}$ the distance of a particle to its neighbours along axis $i$
     /// ([`Cells::spacings`](crate::cells::Cells::spacings)), in the values' unit. Zeros for values of another table.
     pub fn at_particles(&self, values: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
-        let table = self.body.table();
-        let particles = self.cells.positions();
-        let spacings: Vec<Point<D>> = (0..particles.len()).map(|node| self.cells.spacings(node)).collect();
-        let mut sums = vec![(0.0, Matrix3::zeros()); particles.len()];
-        if values.len() == table.len() {
-            for (point, value) in values.iter().enumerate() {
-                for &node in table.nodes(point) {
-                    let offset = particles[node as usize] - table.positions()[point];
-                    let hat = |i: usize| (1.0 - offset[i].abs() / spacings[node as usize][i]).max(0.0);
-                    let near: f64 = (0..D).map(hat).product();
-                    if near > 0.0 {
-                        let weight = near * table.weights()[point];
-                        let (total, sum) = &mut sums[node as usize];
-                        *total += weight;
-                        *sum += value * weight;
-                    }
-                }
-            }
+        let mut means = Vec::with_capacity(self.model.positions().len());
+        let mut first = 0;
+        for member in &self.members {
+            let end = first + member.body.table().len();
+            means.extend(match values.get(first..end) {
+                Some(own) if values.len() == self.points().count() => member.at_particles(own),
+                _ => vec![Matrix3::zeros(); member.nodes.len()],
+            });
+            first = end;
         }
-        sums.into_iter().map(|(total, sum)| if total > 0.0 { sum / total } else { sum }).collect()
+        means
     }
 
     /// Particles and the cells between them in their current positions as a grid for ParaView, with the displacement, the
@@ -112,9 +93,17 @@ impl<const D: usize> Problem<D> {
 
     fn grid(&self, state: &State) -> Result<VtkGrid, Error> {
         let displacements = self.particle_displacements(state)?;
-        let positions = self.cells.positions();
+        let positions = self.model.positions();
         let current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
-        let cells = self.cells.drawn().iter().map(|corners| vtk_cell(corners, positions)).collect();
+        let (mut cells, mut of_body) = (Vec::new(), Vec::new());
+        for (number, member) in self.members.iter().enumerate() {
+            let first = member.nodes.start;
+            cells.extend(member.cells.drawn().iter().map(|corners| {
+                let corners: Vec<usize> = corners.iter().map(|corner| first + corner).collect();
+                vtk_cell(&corners, positions)
+            }));
+            of_body.extend(std::iter::repeat_n(number as f64, member.nodes.len()));
+        }
         let stresses = self.at_particles(&self.stresses(state));
         let mean = |stress: &Matrix3<f64>| stress.trace() / 3.0;
         let mises = |stress: &Matrix3<f64>| (1.5f64).sqrt() * (stress - Matrix3::identity() * mean(stress)).norm();
@@ -125,6 +114,9 @@ impl<const D: usize> Problem<D> {
             VtkField::scalars("mean stress", stresses.iter().map(mean)),
             VtkField::scalars("von Mises stress", stresses.iter().map(mises)),
         ]);
+        if self.members.len() > 1 {
+            grid.point_data.push(VtkField::scalars("body", of_body));
+        }
         Ok(grid)
     }
 
@@ -134,16 +126,23 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// Where the point is not covered.
     pub fn shape_functions(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError> {
-        self.approximation.shape_functions_at(at)
+        let member = self.member_at(at).unwrap_or(self.first());
+        let mut psi = member.approximation.shape_functions_at(at)?;
+        psi.nodes.iter_mut().for_each(|node| *node += member.nodes.start as u32);
+        Ok(psi)
     }
 
     /// The problem's shape functions tabulated at points inside the body: what a [`Term`](crate::term::Term) or
-    /// [`Integrand`](crate::term::Integrand) of one's own is made of, added to `problem.model`.
+    /// [`Integrand`](crate::term::Integrand) of one's own is made of, added by [`add`](Problem::add); of several bodies the
+    /// functions are those of the one that the first point lies in.
     ///
     /// # Errors
     /// Where a point is not covered.
     pub fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error> {
-        self.approximation.tabulate(points, kinematics)
+        let inside = points.positions.first().and_then(|at| self.member_at(at).ok());
+        let member = inside.unwrap_or(self.first());
+        let table = member.approximation.tabulate(points, kinematics)?;
+        Ok(table.shifted(member.nodes.start, self.model.positions().len()))
     }
 }
 

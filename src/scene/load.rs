@@ -38,8 +38,10 @@ pub(crate) enum LoadKind<const D: usize> {
     /// A force per reference area on parts, per reference volume in the body, at a point the force itself.
     Dead(Value<D, [f64; D]>),
     /// The same, shared out evenly over the place.
-    Total(Value<D, [f64; D]>),
+    Total([f64; D]),
     Pressure(Value<D>),
+    /// On a rigid body.
+    Moment([f64; 3]),
     Integrand(Arc<dyn Integrand>),
 }
 
@@ -61,7 +63,13 @@ impl<const D: usize> Load<D> {
     /// A dead force \[force\] at a point, or a total one shared out evenly over the reference area of a part or the volume of the
     /// body; per unit thickness in plane strain, of the whole revolution in bodies of revolution.
     pub fn force(place: impl Into<Place<D>>, force: [f64; D]) -> Self {
-        Load::new(place, LoadKind::Total(Value::Constant(force)))
+        Load::new(place, LoadKind::Total(force))
+    }
+
+    /// A moment \[force × length\] on a rigid body ([`Scene::rigid`](super::Scene::rigid)), in the plane its third component:
+    /// the work on a small further rotation $\delta\omega$ is $M\cdot\delta\omega$ wherever the body has turned to.
+    pub fn moment(body: &str, moment: [f64; 3]) -> Self {
+        Load::new(body, LoadKind::Moment(moment))
     }
 
     /// A dead force per reference volume \[stress/length\].
@@ -136,6 +144,7 @@ impl<const D: usize> Load<D> {
             (LoadKind::Dead(_), _) => "traction",
             (LoadKind::Total(_), _) => "force",
             (LoadKind::Pressure(_), _) => "pressure",
+            (LoadKind::Moment(_), _) => "moment",
             (LoadKind::Integrand(_), _) => "integrand",
         };
         match &self.name {

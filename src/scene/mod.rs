@@ -15,6 +15,8 @@
 //! # Ok::<(), rkpm::Error>(())
 //! ```
 
+mod bodies;
+mod bond;
 mod condition;
 mod conditions;
 mod contact;
@@ -24,11 +26,13 @@ mod discretize;
 mod drawn;
 mod fields;
 mod load;
+mod member;
 mod memory;
 mod picture;
 mod place;
 mod problem;
 mod reactions;
+mod rigid;
 mod scheme;
 mod space;
 mod transfer;
@@ -40,9 +44,11 @@ pub use cover::Certificate;
 pub(crate) use discretize::kernel_functions;
 pub use drawn::Drawn;
 pub use load::Load;
+pub use member::Member;
 pub use picture::Field;
 pub use place::Place;
 pub use problem::Problem;
+pub use rigid::RigidMotion;
 pub use scheme::{
     Dilation, Enforcing, Functions, Partition, PressureScheme, Resolution, RowKind, Rule, Scheme, Solving,
 };
@@ -60,6 +66,9 @@ use crate::mesh::Mesh;
 use crate::term::Amplitude;
 
 use load::LoadKind;
+
+/// The name of the first body of a scene that was made with one.
+const FIRST: &str = "body";
 
 /// What is added to a scene by [`Scene::with`].
 #[derive(Debug, Clone)]
@@ -94,24 +103,43 @@ pub(crate) enum Source<const D: usize> {
 /// Particles and cells of a planar region under a scheme.
 pub(crate) type Scattering<const D: usize> = dyn Fn(&Scheme) -> Result<Arc<dyn Cells<D>>, Error> + Send + Sync;
 
-/// What is to be solved: domain, kinematics, material, conditions and loads by boundary part.
+/// A body of a scene.
+#[derive(Clone)]
+pub(crate) struct BodyOf<const D: usize> {
+    pub name: String,
+    pub source: Source<D>,
+    pub material: Arc<dyn Material>,
+    /// What its scheme changes in that of the scene.
+    pub scheme: Option<Own>,
+}
+
+/// The scheme of each body with its particles and the cells between them.
+pub(crate) type BodyCells<const D: usize> = Vec<(Scheme, Arc<dyn Cells<D>>)>;
+
+/// A change of a scheme.
+pub(crate) type Own = Arc<dyn Fn(Scheme) -> Scheme + Send + Sync>;
+
+/// What is to be solved: domain, kinematics, material, conditions and loads by boundary part; or several bodies.
 ///
 /// Loads and prescribed values follow the load factor $\lambda \in [0, 1]$ as a ramp unless they have an amplitude of their
 /// own. Parts go by the names that the cells give them, and by those that [`name`](Scene::name) adds.
 #[derive(Clone)]
 pub struct Scene<const D: usize> {
-    pub(crate) source: Source<D>,
+    pub(crate) bodies: Vec<BodyOf<D>>,
+    /// Pairs of bodies that are not bonded where they touch.
+    pub(crate) apart: Vec<[String; 2]>,
     pub(crate) kinematics: Arc<dyn Kinematics<D>>,
     /// Time by the load factor.
     pub(crate) clock: Option<Amplitude>,
     /// Stretch of free expansion.
     pub(crate) expansion: Option<Value<D>>,
-    pub(crate) material: Arc<dyn Material>,
     pub(crate) conditions: Vec<Condition<D>>,
     pub(crate) loads: Vec<Load<D>>,
     pub(crate) contacts: Vec<contact::Touching<D>>,
     pub(crate) meetings: Vec<contact::Meeting<D>>,
     pub(crate) names: Vec<(String, Place<D>)>,
+    /// Rigid bodies and the parts tied to them.
+    pub(crate) rigids: Vec<(String, Place<D>)>,
 }
 
 impl<const D: usize> Scene<D> {
@@ -170,23 +198,30 @@ impl<const D: usize> Scene<D> {
     }
 
     fn of(source: Source<D>, kinematics: impl Kinematics<D> + 'static, material: impl Material + 'static) -> Self {
+        let first = BodyOf { name: FIRST.into(), source, material: Arc::new(material), scheme: None };
         Scene {
-            source,
+            bodies: vec![first],
+            apart: Vec::new(),
             kinematics: Arc::new(kinematics),
             clock: None,
             expansion: None,
-            material: Arc::new(material),
             conditions: Vec::new(),
             loads: Vec::new(),
             contacts: Vec::new(),
             meetings: Vec::new(),
             names: Vec::new(),
+            rigids: Vec::new(),
         }
+    }
+
+    /// The body of a scene of one.
+    fn only(&self) -> Option<&BodyOf<D>> {
+        self.bodies.first().filter(|_| self.bodies.len() == 1)
     }
 
     /// The lengths of the domain's sides \[length\]; none where the cells were given.
     pub(crate) fn side_lengths(&self) -> Option<[f64; D]> {
-        match &self.source {
+        match &self.only()?.source {
             Source::Domain(domain) => Some(discretize::edge_lengths(&**domain)),
             _ => None,
         }
@@ -194,7 +229,7 @@ impl<const D: usize> Scene<D> {
 
     /// The domain; none where the cells were given.
     pub(crate) fn domain(&self) -> Option<Arc<dyn Domain<D>>> {
-        match &self.source {
+        match &self.only()?.source {
             Source::Domain(domain) => Some(domain.clone()),
             _ => None,
         }
@@ -202,18 +237,30 @@ impl<const D: usize> Scene<D> {
 
     /// Whether the scheme scatters the particles.
     pub(crate) fn is_scattered(&self) -> bool {
-        matches!(self.source, Source::Scattered(_))
+        matches!(self.only().map(|body| &body.source), Some(Source::Scattered(_)))
     }
 
-    /// The same scene over given particles and cells of the same body; a scheme's resolution and layout are left
-    /// out.
+    /// The same scene over given particles and cells of the same body, the first of several; a scheme's resolution and
+    /// layout are left out.
     pub fn with_cells(&self, cells: Arc<dyn Cells<D>>) -> Self {
-        Scene { source: Source::Cells(cells), ..self.clone() }
+        let mut scene = self.clone();
+        if let Some(first) = scene.bodies.first_mut() {
+            first.source = Source::Cells(cells);
+        }
+        scene
     }
 
     /// The body alone: domain, kinematics and material.
     pub(crate) fn without_conditions(&self) -> Self {
-        Scene { conditions: Vec::new(), loads: Vec::new(), contacts: Vec::new(), ..self.clone() }
+        let scene = self.clone();
+        Scene {
+            conditions: Vec::new(),
+            loads: Vec::new(),
+            contacts: Vec::new(),
+            meetings: Vec::new(),
+            rigids: Vec::new(),
+            ..scene
+        }
     }
 
     /// Adds a [`Condition`] or a [`Load`].
@@ -325,11 +372,6 @@ impl<const D: usize> Scene<D> {
         self
     }
 
-    /// The material.
-    pub fn material(&self) -> &dyn Material {
-        &*self.material
-    }
-
     /// Turns the scene into a problem under a scheme.
     ///
     /// # Errors
@@ -354,19 +396,17 @@ impl<const D: usize> Scene<D> {
         })
     }
 
-    /// The particles under a scheme and the cells between them.
-    pub(crate) fn cells(&self, scheme: &Scheme) -> Result<Arc<dyn Cells<D>>, Error> {
-        compiled!(D: (scene: &Scene<D> = self; scheme: &Scheme = scheme) -> Result<Arc<dyn Cells<D>>, Error> {
+    /// The particles of each body under its scheme and the cells between them.
+    pub(crate) fn cells(&self, scheme: &Scheme) -> Result<BodyCells<D>, Error> {
+        compiled!(D: (scene: &Scene<D> = self; scheme: &Scheme = scheme) -> Result<BodyCells<D>, Error> {
             scene.validate()?;
-            discretize::cells(scene, scheme)
+            discretize::all_cells(scene, scheme)
         })
     }
 
     /// Refuses conditions and loads that no scheme could serve.
     fn validate(&self) -> Result<(), Error> {
-        if let Source::Domain(domain) = &self.source {
-            domain.validate()?;
-        }
+        self.validate_bodies()?;
         for condition in &self.conditions {
             let what = condition.name.clone().unwrap_or_else(|| condition.place.to_string());
             condition.amplitude.validate()?;
@@ -392,9 +432,10 @@ impl<const D: usize> Scene<D> {
             load.amplitude.validate()?;
             is_finite(&load.amplitude, || load.label())?;
             let value = match &load.kind {
-                LoadKind::Dead(Value::Constant(force)) | LoadKind::Total(Value::Constant(force)) => {
+                LoadKind::Dead(Value::Constant(force)) | LoadKind::Total(force) => {
                     force.iter().copied().find(|v| !v.is_finite())
                 }
+                LoadKind::Moment(moment) => moment.iter().copied().find(|v| !v.is_finite()),
                 LoadKind::Pressure(Value::Constant(pressure)) => Some(*pressure).filter(|p| !p.is_finite()),
                 _ => None,
             };
@@ -412,11 +453,15 @@ impl<const D: usize> Scene<D> {
 pub(crate) fn resolve<const D: usize>(names: &[(String, Place<D>)], place: &Place<D>) -> Place<D> {
     let place::Spot::Part(Part::Named(asked)) = &place.spot else { return place.clone() };
     let Some((_, named)) = names.iter().rev().find(|(name, _)| name == asked) else { return place.clone() };
+    let mut named = named.clone();
+    if place.of.is_some() {
+        named.of = place.of.clone();
+    }
     match &place.within {
-        None => named.clone(),
+        None => named,
         Some(within) => {
             let within = within.clone();
-            named.clone().within(move |x| within(x))
+            named.within(move |x| within(x))
         }
     }
 }

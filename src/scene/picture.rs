@@ -57,7 +57,7 @@ impl<const D: usize> Problem<D> {
     /// For a state of another problem.
     pub fn picture(&self, state: &State, field: Field) -> Result<Picture, Error> {
         let displacements = self.particle_displacements(state)?;
-        let positions = self.cells.positions();
+        let positions = self.model().positions();
         let current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
         let mean = |stress: &Matrix3<f64>| stress.trace() / 3.0;
         let stresses = || self.at_particles(&self.stresses(state));
@@ -73,7 +73,7 @@ impl<const D: usize> Problem<D> {
             }
             Field::MeanStress => stresses().iter().map(mean).collect(),
         };
-        let faces = skin(&self.cells.drawn(), positions);
+        let faces = skin(&self.drawn_cells(), positions);
         let picture = Picture::new(&current, faces).coloured(field.label(), values);
         Ok(if D == 3 { picture.closed() } else { picture })
     }

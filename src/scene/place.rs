@@ -26,6 +26,8 @@ type Within<const D: usize> = Arc<dyn Fn(&Point<D>) -> bool + Send + Sync>;
 pub struct Place<const D: usize> {
     pub(crate) spot: Spot<D>,
     pub(crate) within: Option<Within<D>>,
+    /// The body, where there are several.
+    pub(crate) of: Option<String>,
 }
 
 /// The kinds of places.
@@ -39,17 +41,23 @@ pub(crate) enum Spot<const D: usize> {
 impl<const D: usize> Place<D> {
     /// A boundary part.
     pub fn on(part: impl Into<Part>) -> Self {
-        Place { spot: Spot::Part(part.into()), within: None }
+        Place { spot: Spot::Part(part.into()), within: None, of: None }
     }
 
     /// A point of the body \[length\]; conditions act on the particle that lies there.
     pub fn at(point: impl Into<Point<D>>) -> Self {
-        Place { spot: Spot::Point(point.into()), within: None }
+        Place { spot: Spot::Point(point.into()), within: None, of: None }
     }
 
     /// The whole body, for body forces and elastic beddings.
     pub fn body() -> Self {
-        Place { spot: Spot::Body, within: None }
+        Place { spot: Spot::Body, within: None, of: None }
+    }
+
+    /// The place on one of several bodies: faces of a lattice are as many as there are bodies.
+    pub fn of(mut self, body: impl Into<String>) -> Self {
+        self.of = Some(body.into());
+        self
     }
 
     /// The part of the place where a predicate of $X$ holds: conditions act on the facets whose middle it holds for, loads
@@ -75,7 +83,8 @@ impl<const D: usize> Place<D> {
             (Some(mine), Some(others)) => Arc::ptr_eq(mine, others),
             _ => false,
         };
-        same && (whole || self.spot == other.spot)
+        let body = self.of.is_none() || self.of == other.of;
+        same && body && (whole || self.spot == other.spot)
     }
 }
 
@@ -85,9 +94,13 @@ impl<const D: usize> fmt::Display for Place<D> {
             write!(f, "some of ")?;
         }
         match &self.spot {
-            Spot::Part(part) => write!(f, "{part}"),
-            Spot::Point(at) => write!(f, "{:?}", at.as_slice()),
-            Spot::Body => write!(f, "the body"),
+            Spot::Part(part) => write!(f, "{part}")?,
+            Spot::Point(at) => write!(f, "{:?}", at.as_slice())?,
+            Spot::Body => write!(f, "the body")?,
+        }
+        match &self.of {
+            Some(body) => write!(f, " of {body}"),
+            None => Ok(()),
         }
     }
 }

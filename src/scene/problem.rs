@@ -7,100 +7,108 @@ use nalgebra::Matrix3;
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::{Cells, Lattice};
-use crate::error::{ApproximationError, Error, SolveError};
+use crate::error::{ApproximationError, BoundaryError, Error, SolveError};
 use crate::geometry::Point;
-use crate::kinematics::Kinematics;
 use crate::material::Material;
-use crate::parallel::map_with;
-use crate::quadrature::Points;
-use crate::shape::{Approximation, ShapeFunctions};
 use crate::solve::{Analysis, EquilibriumPath, Observer, State};
-use crate::table::ShapeTable;
-use crate::term::{Body, View};
+use crate::term::{Body, Term};
 
 use super::Place;
 use super::conditions::Placed;
 use super::contact::Contact;
-
-/// Fewer points are evaluated by one thread.
-pub(super) const SERIAL_BELOW: usize = 64;
-
-/// Shape functions of any approximation, with the type erased.
-pub(crate) trait Evaluate<const D: usize>: Send + Sync {
-    fn shape_functions_at(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError>;
-
-    /// Displacements at many points, by their values alone.
-    fn displacements_at(&self, points: &[Point<D>], state: &State) -> Vec<Result<Point<D>, ApproximationError>>;
-
-    /// Values at a node; interpolating functions know them without looking.
-    fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<D>, ApproximationError>;
-
-    /// A table at points inside cells; on edges between finite elements gradients are ambiguous.
-    fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error>;
-}
-
-impl<const D: usize, A: Approximation<D> + Send> Evaluate<D> for A {
-    fn shape_functions_at(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError> {
-        self.shape_functions(at)
-    }
-
-    fn displacements_at(&self, points: &[Point<D>], state: &State) -> Vec<Result<Point<D>, ApproximationError>> {
-        map_with(points.len(), SERIAL_BELOW, <(A::Scratch, ShapeFunctions<D>)>::default, |(scratch, psi), point| {
-            self.evaluate_values(&points[point], scratch, psi)?;
-            Ok(weighted(psi, state))
-        })
-    }
-
-    fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<D>, ApproximationError> {
-        let mut out = ShapeFunctions::default();
-        self.evaluate_at_node(node, &mut A::Scratch::default(), &mut out)?;
-        Ok(out)
-    }
-
-    fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error> {
-        ShapeTable::new(self, points, kinematics)
-    }
-}
-
-/// $\sum_I \Psi_I d_I$.
-pub(super) fn weighted<const D: usize>(psi: &ShapeFunctions<D>, state: &State) -> Point<D> {
-    let mut u = Point::zeros();
-    for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
-        for i in 0..D {
-            u[i] += value * state.displacement[node as usize * D + i];
-        }
-    }
-    u
-}
+use super::member::Member;
+use super::rigid::Frame;
 
 /// A discretised scene: model, rows and analysis, and the fields of its states.
+///
+/// Fields are those of all bodies, one after the other in the order of the scene; [`member`](Problem::member) gives a body
+/// alone.
 pub struct Problem<const D: usize> {
-    /// The terms.
-    pub model: Model<D>,
-    /// The essential conditions.
-    pub rows: Constraints,
-    /// Strategies and stepping.
-    pub analysis: Analysis,
-    /// The body, also the first term of the model.
-    pub body: Arc<Body<D, Arc<dyn Material>>>,
-    /// The particles and the cells between them.
-    pub cells: Arc<dyn Cells<D>>,
-    pub(crate) approximation: Box<dyn Evaluate<D>>,
-    /// Largest half-widths of the supports; spacings of finite elements.
-    pub(crate) dilations: Vec<f64>,
-    /// Particles whose supports were raised to cover the body.
-    pub(crate) raised: usize,
+    pub(crate) model: Model<D>,
+    pub(crate) rows: Constraints,
+    pub(crate) analysis: Analysis,
+    pub(crate) members: Vec<Member<D>>,
     /// What touches what.
     pub(crate) contacts: Vec<Contact<D>>,
+    /// The frames of the rigid bodies.
+    pub(crate) frames: Vec<Frame<D>>,
     /// The conditions and their rows.
     pub(crate) placed: Vec<Placed<D>>,
     pub(crate) names: Vec<(String, Place<D>)>,
 }
 
 impl<const D: usize> Problem<D> {
-    /// The lattice of particles, where they are on one.
+    /// The terms of the potential.
+    pub fn model(&self) -> &Model<D> {
+        &self.model
+    }
+
+    /// Adds a term of one's own, over tables made by [`tabulate`](Problem::tabulate).
+    pub fn add(&mut self, term: impl Term<D> + 'static) -> &mut Self {
+        self.model.add(term);
+        self
+    }
+
+    /// The essential conditions.
+    pub fn rows(&self) -> &Constraints {
+        &self.rows
+    }
+
+    /// The essential conditions, to add rows of one's own.
+    pub fn rows_mut(&mut self) -> &mut Constraints {
+        &mut self.rows
+    }
+
+    /// Strategies and stepping.
+    pub fn analysis(&self) -> &Analysis {
+        &self.analysis
+    }
+
+    /// Strategies and stepping, to exchange one.
+    pub fn analysis_mut(&mut self) -> &mut Analysis {
+        &mut self.analysis
+    }
+
+    /// The bodies.
+    pub fn members(&self) -> &[Member<D>] {
+        &self.members
+    }
+
+    /// The body of a name.
+    ///
+    /// # Errors
+    /// Where none has it, with the names that there are.
+    pub fn member(&self, name: &str) -> Result<&Member<D>, Error> {
+        let known = || self.members.iter().map(Member::name).collect::<Vec<_>>().join("; ");
+        let unknown = || BoundaryError::UnknownBody { asked: name.to_string(), known: known() };
+        Ok(self.members.iter().find(|member| member.name == name).ok_or_else(unknown)?)
+    }
+
+    /// The first body.
+    pub(crate) fn first(&self) -> &Member<D> {
+        // A scene without a body is refused.
+        &self.members[0]
+    }
+
+    /// The term of the first body, also the first one of the model.
+    pub fn body(&self) -> &Arc<Body<D, Arc<dyn Material>>> {
+        &self.first().body
+    }
+
+    /// The particles of the first body and the cells between them.
+    pub fn cells(&self) -> &Arc<dyn Cells<D>> {
+        &self.first().cells
+    }
+
+    /// The body that a point lies in, the first one on an interface.
+    pub(crate) fn member_at(&self, at: &Point<D>) -> Result<&Member<D>, ApproximationError> {
+        let outside = || ApproximationError::Outside { at: at.as_slice().to_vec() };
+        self.members.iter().find(|member| member.cells.contains(at)).ok_or_else(outside)
+    }
+
+    /// The lattice of particles, where the only body is on one.
     pub fn lattice(&self) -> Option<&Lattice<D>> {
-        self.cells.lattice()
+        self.cells().lattice().filter(|_| self.members.len() == 1)
     }
 
     /// Runs the analysis from rest to load factor 1.
@@ -129,11 +137,9 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// Where the point lies outside the body by more than a tenth of a cell, though supports reach there.
     pub fn displacement(&self, state: &State, at: &Point<D>) -> Result<Point<D>, Error> {
-        if !self.cells.contains(at) {
-            return Err(ApproximationError::Outside { at: at.as_slice().to_vec() }.into());
-        }
         self.check_length(state)?;
-        Ok(weighted(&self.approximation.shape_functions_at(at)?, state))
+        let member = self.member_at(at)?;
+        Ok(member.weighted(&member.approximation.shape_functions_at(at)?, state))
     }
 
     /// Displacements at all particles \[length\].
@@ -142,8 +148,26 @@ impl<const D: usize> Problem<D> {
     /// Where a particle is not covered.
     pub fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
         self.check_length(state)?;
-        let particles = 0..self.cells.positions().len();
-        particles.map(|p| Ok(weighted(&self.approximation.values_at_node(p)?, state))).collect()
+        let each: Result<Vec<_>, Error> =
+            self.members.iter().map(|member| member.particle_displacements(state)).collect();
+        Ok(each?.concat())
+    }
+
+    /// The displacement at a particle.
+    pub(super) fn node_displacement(&self, node: usize, state: &State) -> Result<Point<D>, Error> {
+        let holds = |member: &&Member<D>| member.nodes.contains(&node);
+        let member = self.members.iter().find(holds).unwrap_or(self.first());
+        Ok(member.weighted(&member.approximation.values_at_node(node - member.nodes.start)?, state))
+    }
+
+    /// The cells of all bodies that are drawn, by their particles among all.
+    pub(super) fn drawn_cells(&self) -> Vec<Vec<usize>> {
+        let of = |member: &Member<D>| {
+            let first = member.nodes.start;
+            let cells = member.cells.drawn().into_iter();
+            cells.map(move |corners| corners.into_iter().map(|corner| first + corner).collect())
+        };
+        self.members.iter().flat_map(of).collect()
     }
 
     /// A displacement vector as long as this problem has it.
@@ -162,22 +186,31 @@ impl<const D: usize> Problem<D> {
 
     /// Time at a state, by the clock of the scene \[time\]; 0 without one.
     pub fn time(&self, state: &State) -> f64 {
-        self.body.time(state.load)
+        self.body().time(state.load)
     }
 
-    /// Deformation gradients at the points of the body's table, whose positions are
-    /// `problem.body.table().positions()`; none for a state of another problem.
+    /// Positions of the points of the bodies' tables \[length\], at which fields are given.
+    pub fn points(&self) -> impl Iterator<Item = &Point<D>> {
+        self.members.iter().flat_map(|member| member.body.table().positions())
+    }
+
+    /// Weights of the points of the bodies' tables: parts of the reference volume.
+    pub fn weights(&self) -> impl Iterator<Item = f64> {
+        self.members.iter().flat_map(|member| member.body.table().weights().iter().copied())
+    }
+
+    /// Deformation gradients at the [`points`](Problem::points) of the bodies' tables; none for a state of another problem.
     pub fn deformation_gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
         if self.check_length(state).is_err() {
             return Vec::new();
         }
-        let points = 0..self.body.table().len();
-        points.map(|point| self.body.deformation_gradient(point, &state.displacement)).collect()
+        self.members.iter().flat_map(|member| member.deformation_gradients(state)).collect()
     }
 
-    /// Hydrostatic pressures \[stress\] at the points of the body's table, see [`Body::pressures`].
+    /// Hydrostatic pressures \[stress\] at the [`points`](Problem::points) of the bodies' tables, see [`Body::pressures`].
     pub fn pressures(&self, state: &State) -> Option<Vec<f64>> {
-        let condensed = state.condensed.first()?;
-        self.body.pressures(View { displacement: &state.displacement, condensed, load: state.load })
+        let each: Option<Vec<_>> =
+            self.members.iter().enumerate().map(|(number, member)| member.pressures(number, state)).collect();
+        Some(each?.concat())
     }
 }

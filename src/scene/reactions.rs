@@ -1,5 +1,7 @@
 //! Forces and moments by place.
 
+use std::ops::Range;
+
 use crate::boundary::Row;
 use crate::error::{BoundaryError, Error, GeometryError, SolveError};
 use crate::geometry::{Part, Point};
@@ -22,8 +24,8 @@ impl<const D: usize> Problem<D> {
     /// Where no condition acts there, with the names and places of those that there are; for a state of another problem.
     pub fn reaction(&self, state: &State, place: impl Into<Place<D>>) -> Result<Point<D>, Error> {
         let mut force = Point::zeros();
-        for (row, mu) in self.rows_at(state, &place.into())? {
-            for &(k, c) in &row.entries {
+        for (row, mu, nodes) in self.rows_at(state, &place.into())? {
+            for &(k, c) in row.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {
                 force[k % D] -= mu * c;
             }
         }
@@ -42,8 +44,8 @@ impl<const D: usize> Problem<D> {
             return Err(GeometryError::Unsuited { what, needed }.into());
         }
         let mut moment = [0.0; 3];
-        for (row, mu) in self.rows_at(state, &place.into())? {
-            for &(k, c) in &row.entries {
+        for (row, mu, nodes) in self.rows_at(state, &place.into())? {
+            for &(k, c) in row.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {
                 // The coefficients X + d reproduce the current position exactly.
                 let (node, component, force) = (k / D, k % D, -mu * c);
                 let arm = |m: usize| self.model.positions()[node][m] + state.displacement[node * D + m] - about[m];
@@ -62,7 +64,7 @@ impl<const D: usize> Problem<D> {
 
     /// Whether forces have moments.
     fn turns(&self) -> bool {
-        D == 3 || D == 2 && self.body.table().hoop_components().is_empty()
+        D == 3 || D == 2 && self.members.iter().all(|member| member.body.table().hoop_components().is_empty())
     }
 
     /// Load factor, energy, and reactions and moments about the origin at all places with conditions, step by step: a
@@ -143,7 +145,7 @@ impl<const D: usize> Problem<D> {
     }
 
     /// The rows of a name or at a place with their multipliers in a state of this problem.
-    fn rows_at<'a>(&'a self, state: &'a State, asked: &Place<D>) -> Result<Vec<(&'a Row, f64)>, Error> {
+    fn rows_at<'a>(&'a self, state: &'a State, asked: &Place<D>) -> Result<Vec<(&'a Row, f64, Range<usize>)>, Error> {
         self.check_length(state)?;
         let rows = self.rows.rows();
         let (given, needed) = (state.multipliers.len(), rows.len());
@@ -154,8 +156,8 @@ impl<const D: usize> Problem<D> {
         if placed.is_empty() {
             return Err(self.unknown_condition(asked.to_string()).into());
         }
-        let numbers = placed.into_iter().flat_map(|placed| placed.rows.clone());
-        Ok(numbers.filter_map(|k| Some((rows.get(k)?, state.multipliers[k]))).collect())
+        let numbers = placed.into_iter().flat_map(|placed| placed.rows.clone().map(|k| (k, placed.nodes.clone())));
+        Ok(numbers.filter_map(|(k, nodes)| Some((rows.get(k)?, state.multipliers[k], nodes))).collect())
     }
 
     /// Whether a condition of a name or at a place acts in a component.

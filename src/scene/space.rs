@@ -114,7 +114,7 @@ pub(super) fn auxiliary<const D: usize, A: Approximation<D>>(
     let elements = FiniteElements::new(lattice.clone(), 1)?;
     let table = ShapeTable::of_elements(&elements, &elements.gauss_in(2, &zones)?, &*scene.kinematics)?;
     let mut model = Model::new(cells.positions().to_vec());
-    model.add(Body::new(table, scene.material.clone(), body.field()));
+    model.add(Body::new(table, body.material().clone(), body.field()));
     let model: Box<dyn Any> = Box::new(model);
     let Ok(model) = model.downcast::<Model<3>>() else { return Ok(None) };
     let mut at = Points::empty();

@@ -27,30 +27,35 @@ impl<const D: usize> Problem<D> {
     fn guess(&self, from: &Problem<D>, state: &State) -> Result<State, Error> {
         let mut guess = State::at_rest(&self.model, &self.rows);
         guess.load = state.load;
-        let positions = self.model.positions();
-        if let Some(x) = positions.iter().find(|x| !from.cells.contains(x)) {
-            return Err(ApproximationError::Outside { at: x.as_slice().to_vec() }.into());
-        }
         from.check_length(state)?;
-        for (node, u) in from.approximation.displacements_at(positions, state).into_iter().enumerate() {
-            let u = u?;
-            guess.displacement[node * D..(node + 1) * D].copy_from_slice(u.as_slice());
-        }
-        if let Some(pressures) = from.pressures(state) {
-            let nearest = Nearest::new(from.body.table().positions())?;
-            let condensed = self.body.condensed_of(|x| pressures[nearest.to(x)]);
-            if let Some(own) = guess.condensed.first_mut().filter(|own| own.len() >= condensed.len()) {
-                own[..condensed.len()].copy_from_slice(&condensed);
+        for (number, member) in self.members.iter().enumerate() {
+            let positions = member.cells.positions();
+            // Bodies of scenes that differ are matched by the place alone.
+            let other = from.members.iter().find(|other| other.name == member.name).unwrap_or(from.first());
+            if let Some(x) = positions.iter().find(|x| !other.cells.contains(x)) {
+                return Err(ApproximationError::Outside { at: x.as_slice().to_vec() }.into());
+            }
+            for (node, u) in member.nodes.clone().zip(other.displacements_at(positions, state)?) {
+                guess.displacement[node * D..(node + 1) * D].copy_from_slice(u.as_slice());
+            }
+            let place = from.members.iter().position(|m| m.name == other.name).unwrap_or(0);
+            if let Some(pressures) = other.pressures(place, state) {
+                let nearest = Nearest::new(other.body.table().positions())?;
+                let condensed = member.body.condensed_of(|x| pressures[nearest.to(x)]);
+                if let Some(own) = guess.condensed.get_mut(number).filter(|own| own.len() >= condensed.len()) {
+                    own[..condensed.len()].copy_from_slice(&condensed);
+                }
+            }
+            let range = Term::memory(&*member.body);
+            if let (false, Some(given)) = (range.is_empty(), state.condensed.get(place)) {
+                let nearest = Nearest::new(other.body.table().positions())?;
+                let memory = member.body.memory_from(&other.body, given, |x| nearest.to(x));
+                if let (Some(memory), Some(condensed)) = (memory, guess.condensed.get_mut(number)) {
+                    condensed[range].copy_from_slice(&memory);
+                }
             }
         }
-        let (own, range) = (&self.body, Term::memory(&*self.body));
-        if let (false, Some(given)) = (range.is_empty(), state.condensed.first()) {
-            let nearest = Nearest::new(from.body.table().positions())?;
-            let memory = own.memory_from(&from.body, given, |x| nearest.to(x));
-            if let (Some(memory), Some(condensed)) = (memory, guess.condensed.first_mut()) {
-                condensed[range].copy_from_slice(&memory);
-            }
-        }
+        self.transfer_frames(from, state, &mut guess);
         Ok(guess)
     }
 }

@@ -95,7 +95,7 @@ pub fn potential<const D: usize>(problem: &Problem<D>, state: &State) -> Result<
     let mut element = Element::default();
     let mut work = 0.0;
     // The body, the first of the terms, has no forces that follow the load factor.
-    for (term, condensed) in problem.model.terms().iter().zip(&state.condensed).skip(1) {
+    for (term, condensed) in problem.model().terms().iter().zip(&state.condensed).skip(1) {
         let whole = View { displacement: &state.displacement, condensed, load: state.load };
         let stores = (0..term.clusters()).map(|c| term.energy(c, whole)).sum::<f64>() != 0.0;
         for (s, weight) in abscissae.iter().zip(&weights) {

@@ -144,10 +144,10 @@ pub(super) fn solve<const D: usize>(
     let corrected = match coarser {
         Some(coarser) => {
             let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
-            let tight = problem.analysis.newton.tolerance;
-            problem.analysis.newton.tolerance = tight.max(ALGEBRAIC * tolerance.error);
-            let corrected = problem.analysis.correct(&problem.model, &problem.rows, guess, &mut ());
-            problem.analysis.newton.tolerance = tight;
+            let tight = problem.analysis().newton.tolerance;
+            problem.analysis_mut().newton.tolerance = tight.max(ALGEBRAIC * tolerance.error);
+            let corrected = problem.analysis().correct(problem.model(), problem.rows(), guess, &mut ());
+            problem.analysis_mut().newton.tolerance = tight;
             // A guess that can't be corrected costs its iterations and nothing else.
             match corrected {
                 Ok(path) if path.ending == Ending::Completed => Some(path),
@@ -173,7 +173,7 @@ pub(super) fn solve<const D: usize>(
     }
     let level = Level {
         counts: counts.to_vec(),
-        unknowns: problem.model.unknowns(),
+        unknowns: problem.model().unknowns(),
         iterations: path.iterations + wasted,
         seconds,
         values,

@@ -80,9 +80,8 @@ impl<const D: usize> Quantity<D> {
     /// The current volume of the body $\int J\\,\mathrm d\Omega$ \[length³; per unit thickness in plane strain\].
     pub fn volume() -> Self {
         Quantity::new("volume", |problem, state| {
-            let weights = problem.body.table().weights();
             let gradients = problem.deformation_gradients(state);
-            Ok(gradients.iter().zip(weights).map(|(f, w)| w * f.determinant()).sum())
+            Ok(gradients.iter().zip(problem.weights()).map(|(f, w)| w * f.determinant()).sum())
         })
     }
 
@@ -136,7 +135,7 @@ impl<const D: usize> Quantity<D> {
 
 /// Whether nothing is strained.
 fn rests<const D: usize>(problem: &Problem<D>, state: &State) -> bool {
-    problem.model.largest_gradient(&state.displacement) <= REST
+    problem.model().largest_gradient(&state.displacement) <= REST
 }
 
 /// A component of a vector, or the error that says whose it was.

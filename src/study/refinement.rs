@@ -142,13 +142,13 @@ fn compared(before: &[Level], unknowns: usize, totals: &[f64], stuck: f64, least
 
 /// $\eta_z^2$ of each macro cell.
 fn indicators(problem: &Problem<2>, gradients: &[Matrix3<f64>], cells: &Refined) -> Vec<f64> {
-    let weights = problem.body.table().weights();
+    let weights = problem.body().table().weights();
     let macros = cells.macro_count();
     // Clusters of the body are macro cells of four cells, or single ones; each cell has the points nearest to its middle.
     let middles: Vec<Point<2>> = (0..cells.cell_count())
         .map(|cell| cells.corners(cell).iter().map(|&corner| cells.positions()[corner]).sum::<Point<2>>() * 0.25)
         .collect();
-    let table = problem.body.table();
+    let table = problem.body().table();
     let mut macro_of = vec![0; gradients.len()];
     let clusters = table.clusters().len();
     for cluster in 0..clusters {
@@ -191,7 +191,7 @@ fn strain(problem: &Problem<2>, gradients: &[Matrix3<f64>]) -> f64 {
         let minors = (h.trace().powi(2) - (h * h).trace()) / 2.0;
         h.norm_squared() + 2.0 * (h.trace() - (h.trace() + minors + h.determinant()).ln_1p())
     };
-    gradients.iter().zip(problem.body.table().weights()).map(|(f, w)| w * density(f)).sum()
+    gradients.iter().zip(problem.body().table().weights()).map(|(f, w)| w * density(f)).sum()
 }
 
 /// The largest indicators that sum to the bulk of all.

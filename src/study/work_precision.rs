@@ -275,16 +275,16 @@ impl<const D: usize> WorkPrecision<D> {
         let start = Instant::now();
         let mut problem = self.scene.discretize(scheme)?;
         let discretized = start.elapsed().as_secs_f64();
-        let inner = std::mem::replace(&mut problem.analysis.solver, Box::new(crate::linear::Direct));
-        problem.analysis.solver = Box::new(Timed { inner, meter: meter.clone() });
+        let inner = std::mem::replace(&mut problem.analysis_mut().solver, Box::new(crate::linear::Direct));
+        problem.analysis_mut().solver = Box::new(Timed { inner, meter: meter.clone() });
         let path = problem.run(&mut ())?;
         let seconds = start.elapsed().as_secs_f64();
         run.phases = meter.phases(discretized, seconds - discretized);
-        run.particles = problem.model.positions().len();
+        run.particles = problem.model().positions().len();
         run.unknowns = meter.unknowns();
-        run.points = problem.body.table().len();
+        run.points = problem.body().table().len();
         // A value and a row index per entry.
-        run.bytes = problem.body.table().bytes() + 12 * meter.entries();
+        run.bytes = problem.body().table().bytes() + 12 * meter.entries();
         run.steps = path.steps.len();
         run.iterations = path.iterations;
         let path = path.completed()?;

@@ -36,6 +36,11 @@ impl Clusters {
         Clusters { points, node_offsets, nodes, local, offsets }
     }
 
+    /// Adds a number to the index of each node.
+    pub(super) fn shift(&mut self, first: u32) {
+        self.nodes.iter_mut().for_each(|node| *node += first);
+    }
+
     /// Number of clusters.
     pub fn len(&self) -> usize {
         self.points.len().saturating_sub(1)

@@ -753,20 +753,20 @@ fn rows_that_depend_on_each_other() {
     // A row and its double, whichever way rows are enforced.
     for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
         let mut problem = sound().discretize(&coarse().enforcing(enforcing)).unwrap();
-        let mut row = problem.rows.rows()[3].clone();
+        let mut row = problem.rows().rows()[3].clone();
         row.entries.iter_mut().for_each(|e| e.1 *= -2.0);
         row.label = "the double of a row".into();
-        problem.rows.push(row).unwrap();
-        let rows = problem.rows.len();
+        problem.rows_mut().push(row).unwrap();
+        let rows = problem.rows().len();
         let error = problem.run(&mut ()).unwrap_err();
         let Error::Boundary(BoundaryError::Dependent { row, .. }) = &error else { panic!("{error:?}") };
         assert!(*row == rows - 1 || *row == 3, "{error}");
         says(&error, &["depends on the rows", "remove the repeated condition"]);
         // A sum of rows is found as well.
         let mut problem = sound().discretize(&coarse().enforcing(enforcing)).unwrap();
-        let (a, b) = (problem.rows.rows()[0].clone(), problem.rows.rows()[1].clone());
+        let (a, b) = (problem.rows().rows()[0].clone(), problem.rows().rows()[1].clone());
         let entries = a.entries.iter().chain(&b.entries).copied().collect();
-        problem.rows.push(Row { entries, label: "a sum of rows".into(), ..a }).unwrap();
+        problem.rows_mut().push(Row { entries, label: "a sum of rows".into(), ..a }).unwrap();
         let error = problem.run(&mut ()).unwrap_err();
         assert!(matches!(error, Error::Boundary(BoundaryError::Dependent { .. })), "{error:?}");
     }
@@ -779,7 +779,7 @@ fn rows_that_depend_on_each_other() {
     refused!(rows.push(bad).unwrap_err(), BoundaryError::Value { .. }, ["bad", "finite"]);
     // A row beyond the model names itself.
     let mut problem = sound().discretize(&coarse()).unwrap();
-    problem.rows.push(Row { entries: vec![(1000, 1.0)], label: "far row".into(), ..empty }).unwrap();
+    problem.rows_mut().push(Row { entries: vec![(1000, 1.0)], label: "far row".into(), ..empty }).unwrap();
     refused!(
         problem.run(&mut ()).unwrap_err(),
         Error::Boundary(BoundaryError::Unsuitable { .. }),
@@ -789,8 +789,8 @@ fn rows_that_depend_on_each_other() {
     let held = |rows, enforcing| sound().discretize(&coarse().rows(rows).enforcing(enforcing)).unwrap();
     for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
         let mut problem = held(RowKind::OverBoundary, enforcing);
-        for row in held(RowKind::AtParticles, enforcing).rows.rows().iter().take(4) {
-            problem.rows.push(row.clone()).unwrap();
+        for row in held(RowKind::AtParticles, enforcing).rows().rows().iter().take(4) {
+            problem.rows_mut().push(row.clone()).unwrap();
         }
         let error = problem.run(&mut ()).unwrap_err();
         assert!(matches!(error, Error::Boundary(BoundaryError::Dependent { .. })), "{error:?}");
@@ -807,7 +807,7 @@ fn rows_that_depend_on_each_other() {
     );
     // A transformation beyond its limit names the other way.
     let mut problem = sound().discretize(&coarse()).unwrap();
-    problem.analysis.enforcement = Box::new(MixedTransformation { limit: 2 });
+    problem.analysis_mut().enforcement = Box::new(MixedTransformation { limit: 2 });
     refused!(
         problem.run(&mut ()).unwrap_err(),
         Error::Boundary(BoundaryError::Unsuitable { .. }),
@@ -928,9 +928,9 @@ fn integration() {
 /// The state at rest of a problem.
 fn rest<const D: usize>(problem: &Problem<D>) -> State {
     State {
-        displacement: vec![0.0; problem.model.unknowns()],
-        condensed: problem.model.start(),
-        multipliers: vec![0.0; problem.rows.len()],
+        displacement: vec![0.0; problem.model().unknowns()],
+        condensed: problem.model().start(),
+        multipliers: vec![0.0; problem.rows().len()],
         load: 0.0,
     }
 }
@@ -938,11 +938,11 @@ fn rest<const D: usize>(problem: &Problem<D>) -> State {
 #[test]
 fn first_guesses() {
     let problem = sound().discretize(&coarse()).unwrap();
-    let run = |start: State| problem.analysis.run_from(&problem.model, &problem.rows, start, &mut ());
+    let run = |start: State| problem.analysis().run_from(problem.model(), problem.rows(), start, &mut ());
     run(rest(&problem)).unwrap().completed().unwrap();
     // Mirrored about x = 0: J = −1 everywhere.
     let mut inverted = rest(&problem);
-    for (d, x) in inverted.displacement.chunks_exact_mut(2).zip(problem.cells.positions()) {
+    for (d, x) in inverted.displacement.chunks_exact_mut(2).zip(problem.cells().positions()) {
         d[0] = -2.0 * x[0];
     }
     let error = run(inverted).unwrap_err();
@@ -988,7 +988,7 @@ fn first_guesses() {
         );
     }
     // A model without terms.
-    let empty = Model::<2>::new(problem.cells.positions().to_vec());
+    let empty = Model::<2>::new(problem.cells().positions().to_vec());
     refused!(
         Analysis::default().run(&empty, &Constraints::new(), &mut ()).unwrap_err(),
         Error::Solve(SolveError::Empty { what: "terms", .. }),
@@ -1002,11 +1002,11 @@ fn local_unknowns_of_other_terms() {
     let loaded = sound().pressure((1, Side::Max), 0.01).discretize(&coarse()).unwrap();
     let mut swapped = rest(&loaded);
     swapped.condensed.reverse();
-    let error = loaded.analysis.run_from(&loaded.model, &loaded.rows, swapped, &mut ()).unwrap_err();
+    let error = loaded.analysis().run_from(loaded.model(), loaded.rows(), swapped, &mut ()).unwrap_err();
     assert!(matches!(error, Error::Solve(SolveError::Length { what: "condensed unknowns", .. })), "{error:?}");
     let mut few = rest(&loaded);
     few.condensed.pop();
-    let error = loaded.analysis.run_from(&loaded.model, &loaded.rows, few, &mut ()).unwrap_err();
+    let error = loaded.analysis().run_from(loaded.model(), loaded.rows(), few, &mut ()).unwrap_err();
     assert!(matches!(error, Error::Solve(SolveError::Length { what: "condensed unknowns", .. })), "{error:?}");
 }
 
@@ -1015,7 +1015,7 @@ fn load_factors_that_are_no_numbers() {
     // They must not pass for a complete analysis.
     let problem = sound().discretize(&coarse()).unwrap();
     let start = State { load: NAN, ..rest(&problem) };
-    match problem.analysis.run_from(&problem.model, &problem.rows, start, &mut ()) {
+    match problem.analysis().run_from(problem.model(), problem.rows(), start, &mut ()) {
         Err(error) => assert!(matches!(error, Error::Solve(SolveError::Setting { .. })), "{error:?}"),
         Ok(path) => panic!("accepted, and ended with {:?}", path.ending),
     }
@@ -1025,8 +1025,8 @@ fn load_factors_that_are_no_numbers() {
 fn settings() {
     let run = |newton: Newton, stepping: Stepping| {
         let mut problem = sound().discretize(&coarse()).unwrap();
-        problem.analysis.newton = newton;
-        problem.analysis.stepping = stepping;
+        problem.analysis_mut().newton = newton;
+        problem.analysis_mut().stepping = stepping;
         problem.run(&mut ()).unwrap_err()
     };
     let (newton, stepping) = (Newton::default(), Stepping::default());
@@ -1068,7 +1068,7 @@ fn pins_on_prescribed_faces() {
         let run = |scene: Scene<2>| {
             let problem = scene.discretize(&scheme).unwrap();
             let path = problem.run(&mut ()).unwrap().completed().unwrap();
-            (problem.rows.len(), path.last().displacement.clone())
+            (problem.rows().len(), path.last().displacement.clone())
         };
         // What the face says already is taken once, whether the pin comes before it or behind it.
         let alone = run(sound());
@@ -1157,11 +1157,11 @@ fn motions_beyond_the_axis_of_revolution() {
     let problem = tube().prescribe(Side::Min, 0, -0.5).discretize(&scheme).unwrap();
     // A state beyond the axis is inverted, though its J is positive everywhere: u = −2.5 X, both stretches −1.5.
     let mut state = problem.at_rest();
-    for (d, x) in state.displacement.iter_mut().zip(problem.model.positions()) {
+    for (d, x) in state.displacement.iter_mut().zip(problem.model().positions()) {
         *d = -2.5 * x[0];
     }
     assert!(problem.deformation_gradients(&state).iter().all(|f| f.determinant() > 0.0));
-    let error = problem.analysis.run_from(&problem.model, &problem.rows, state, &mut ()).unwrap_err();
+    let error = problem.analysis().run_from(problem.model(), problem.rows(), state, &mut ()).unwrap_err();
     assert!(matches!(error, Error::Solve(SolveError::InvertedStart { .. })), "{error:?}");
 }
 

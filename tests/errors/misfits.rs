@@ -105,8 +105,8 @@ fn terms_whose_nodes_fall_or_repeat() {
         .traction((0, Side::Max), [0.1, 0.0]);
     let run = |pairs: Vec<[u32; 2]>| {
         let mut problem = scene.discretize(&Scheme::default().particles([5, 4])).unwrap();
-        problem.model.add(Between(pairs));
-        (problem.model.terms().len() - 1, problem.run(&mut ()))
+        problem.add(Between(pairs));
+        (problem.model().terms().len() - 1, problem.run(&mut ()))
     };
     assert!(run(vec![[0, 4], [5, 9]]).1.unwrap().completed().is_ok());
     for pairs in [vec![[0, 4], [9, 5]], vec![[0, 4], [5, 5]]] {

@@ -62,11 +62,12 @@ pub fn states(input: &mut Input) {
     let scheme = Scheme { newton, ..Scheme::default().particles([3]).stepping(stepping) };
     let mut problem = scene.discretize(&scheme).unwrap();
     if input.once_in(6) {
-        problem.analysis.newton = Newton { iterations: input.count(0, 4).min(10), tolerance: input.bad(), ..newton };
+        problem.analysis_mut().newton =
+            Newton { iterations: input.count(0, 4).min(10), tolerance: input.bad(), ..newton };
     }
     let rest = problem.at_rest();
     let state = state(input, &rest);
-    let _ = input.saw("stepping, newton, state", (&stepping, problem.analysis.newton, &state));
+    let _ = input.saw("stepping, newton, state", (&stepping, problem.analysis().newton, &state));
     let at = input.point::<2>(0.0, 1.0);
     let _ = (problem.displacement(&state, &at), problem.particle_displacements(&state), problem.energy(&state));
     let _ = (problem.deformation_gradients(&state), problem.pressures(&state));
@@ -74,7 +75,7 @@ pub fn states(input: &mut Input) {
         [input.random.usize(0..3)]
     .clone();
     let _ = (problem.reaction(&state, place.clone()), problem.moment(&state, place, at.into()));
-    let Problem { model, rows, analysis, .. } = &problem;
+    let (model, rows, analysis) = (problem.model(), problem.rows(), problem.analysis());
     match input.random.usize(0..3) {
         0 => input.passed = analysis.run_from(model, rows, state, &mut ()).is_ok(),
         1 => {

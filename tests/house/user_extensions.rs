@@ -171,7 +171,7 @@ fn a_users_material_inflates_the_tube() {
     assert!(u > 1.0, "{u}");
     // The material can't be split: it runs without projected pressures, by name.
     let problem = tube(material(), 0.15).discretize(&scheme).unwrap();
-    assert_eq!(problem.body.field(), PressureField::Displacement);
+    assert_eq!(problem.body().field(), PressureField::Displacement);
 }
 
 #[test]
@@ -181,7 +181,7 @@ fn a_users_energy_of_the_invariants_is_cured_like_the_crates_own() {
         volumetric: QuadraticVolume::new(1e5).unwrap(),
     };
     let problem = tube(yeoh(), 0.1).discretize(&Scheme::default().particles([9])).unwrap();
-    assert_eq!(problem.body.field(), PressureField::Linear);
+    assert_eq!(problem.body().field(), PressureField::Linear);
     let scheme = Scheme::default().particles([9]);
     let (a, b) = (bore(&tube(own, 0.2), &scheme), bore(&tube(Rubber::neo_hookean(0.373, 1e5).unwrap(), 0.2), &scheme));
     // The same numbers in another order of operations; Newton ends with rounding times the condition.
@@ -279,8 +279,8 @@ fn a_users_integrand_joins_the_terms_of_a_scene() {
         let outside = wall.boundary(&Side::Max.into(), 1, 1).unwrap().points;
         let table = ShapeTable::new(&rk, &outside, &RadialCylinder).unwrap();
         match bedding {
-            Some(k) if own => drop(problem.model.add(Pointwise::new(table, Bedding(k)))),
-            Some(k) => drop(problem.model.add(Pointwise::new(table, ElasticFoundation { stiffness: k }))),
+            Some(k) if own => drop(problem.add(Pointwise::new(table, Bedding(k)))),
+            Some(k) => drop(problem.add(Pointwise::new(table, ElasticFoundation { stiffness: k }))),
             None => {}
         }
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
@@ -328,7 +328,7 @@ fn a_users_solver_is_asked_once_per_iteration() {
     let mut problem = tube(yeoh(), 0.46).discretize(&Scheme::default().particles([9])).unwrap();
     let expected = problem.run(&mut ()).unwrap().completed().unwrap();
     let factorisations = Arc::new(AtomicUsize::new(0));
-    problem.analysis.solver = Box::new(Counting { inner: Direct, factorisations: factorisations.clone() });
+    problem.analysis_mut().solver = Box::new(Counting { inner: Direct, factorisations: factorisations.clone() });
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
     // To the bit, and what the path counts as iterations are factorisations.
     assert_eq!(path, expected);

@@ -169,7 +169,7 @@ fn a_quadratic_basis_gets_what_it_can_do() {
         let problem = scene.discretize(&Scheme::default().order(2).rule(rule).particles([count])).unwrap();
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
         let error = Quantity::energy().evaluate(&problem, path.last()).unwrap() / exact - 1.0;
-        (error.abs(), problem.body.table().len())
+        (error.abs(), problem.body().table().len())
     };
     for (count, bound) in [(9, 3e-6), (17, 6e-7)] {
         let (error, points) = run(Rule::Auto, count);

@@ -46,7 +46,7 @@ fn homogeneous_fields_are_exact_on_both_sides_of_hanging_particles() {
                 .particle_displacements(path.last())
                 .unwrap()
                 .iter()
-                .zip(problem.cells.positions())
+                .zip(problem.cells().positions())
                 .map(|(u, x)| (u - Point::<2>::new(0.1 * x[0] + 0.05 * x[1], -0.02 * x[0] + 0.08 * x[1])).amax())
                 .fold(0.0, f64::max);
             // Displacements are up to 8 in the quadrilateral: rounding.
@@ -115,7 +115,7 @@ fn local_refinement_pays_at_a_corner() {
     let error = |values: &[f64]| (values[0] / 6.9355 - 1.0).abs().max((values[1] / 334.97 - 1.0).abs());
     assert!(answer.reached() && error(answer.values()) < answer.bound, "{:?}", answer.levels);
     let even = scene.discretize(&Scheme::default().particles([33])).unwrap();
-    assert!(2 * answer.problem.model.unknowns() < even.model.unknowns());
+    assert!(2 * answer.problem.model().unknowns() < even.model().unknowns());
     let path = even.run(&mut ()).unwrap().completed().unwrap();
     let tip = even.displacement(path.last(), &[48.0, 60.0].into()).unwrap()[1];
     assert!(error(answer.values()) < error(&[tip, even.energy(path.last())]));
@@ -130,7 +130,7 @@ fn local_refinement_pays_at_a_corner() {
     let answer = scene
         .solve_within_locally(&quadratic, &Tolerance { error: 3e-3, ..beyond.clone() }, Budget::default())
         .unwrap();
-    assert!(answer.reached() && answer.problem.model.unknowns() < 700, "{:?}", answer.levels);
+    assert!(answer.reached() && answer.problem.model().unknowns() < 700, "{:?}", answer.levels);
     assert!(error(answer.values()) < 1e-3, "{:?}", answer.values());
 
     // Whatever a cluster of the body is: macro cells, single cells, points.

@@ -441,7 +441,7 @@ fn all_pressures_at_points_reach_the_solution_of_the_displacements() {
         for local in start.condensed.iter_mut().flatten() {
             *local += 0.05 * signed(random);
         }
-        let other = problem.analysis.run_from(&problem.model, &problem.rows, start, &mut ()).unwrap();
+        let other = problem.analysis().run_from(problem.model(), problem.rows(), start, &mut ()).unwrap();
         let other = other.completed().map_err(|e| TestCaseError::fail(e.to_string()))?;
         prop_assert!(distance(other.last()) <= 1e-9 * size, "{:e}", distance(other.last()));
         Ok(true)

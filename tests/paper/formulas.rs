@@ -121,8 +121,9 @@ fn full_transformation_interpolates_and_agrees() {
         .with(Load::force(Place::at([2.0, 1.0]), [0.0, 0.05]));
     let mut problem = scene.discretize(&scheme).unwrap();
     let mixed = problem.run(&mut ()).unwrap().completed().unwrap();
-    let rk = ReproducingKernel::new(problem.cells.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
-    problem.analysis.enforcement = Box::new(FullTransformation::new(&rk).unwrap());
+    let rk =
+        ReproducingKernel::new(problem.cells().particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    problem.analysis_mut().enforcement = Box::new(FullTransformation::new(&rk).unwrap());
     let full = problem.run(&mut ()).unwrap().completed().unwrap();
     // One space, one solution: the tolerance of Newton and rounding of the dense inverse.
     for (a, b) in mixed.last().displacement.iter().zip(&full.last().displacement) {
@@ -134,7 +135,7 @@ fn full_transformation_interpolates_and_agrees() {
     // Boundary integrals are no rows at particles.
     let scheme = Scheme::default().particles([7, 5]);
     let mut problem = scene.discretize(&scheme).unwrap();
-    problem.analysis.enforcement = Box::new(FullTransformation::new(&rk).unwrap());
+    problem.analysis_mut().enforcement = Box::new(FullTransformation::new(&rk).unwrap());
     assert!(problem.run(&mut ()).unwrap_err().to_string().contains("multipliers"));
 }
 

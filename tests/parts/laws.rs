@@ -116,7 +116,7 @@ fn the_sheared_cube_of_tetrahedra() {
             println!(
                 "cube_{number}, {parts} parts: {} unknowns, {} iterations, E {:.1}, Fx {:.1}, Fz {:.1}, errors {errors:.2?} %, \
                  {seconds:.2} s, tables {tabulated:.2} s",
-                problem.model.unknowns(),
+                problem.model().unknowns(),
                 path.iterations,
                 found[0],
                 found[1],

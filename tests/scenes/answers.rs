@@ -68,7 +68,7 @@ fn smoothed_spheres_have_two_hoops() {
         Value::field(|x: &Point<1>| 0.3 * x[0]),
     );
     let problem = scene.discretize(&Scheme::default().particles([9]).rule(Rule::Smoothed { parts: 2 })).unwrap();
-    let volume: f64 = problem.body.table().weights().iter().sum();
+    let volume: f64 = problem.body().table().weights().iter().sum();
     assert!((volume / (4.0 / 3.0 * std::f64::consts::PI * 7.0) - 1.0).abs() < 1e-12, "{volume}");
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
     let exact = rkpm::nalgebra::Matrix3::<f64>::identity() * 1.3;
@@ -85,7 +85,7 @@ fn global_supports_take_the_largest_spacing() {
     let scheme = Scheme::default().particles([5, 3]).layout(graded);
     let problem = scene.discretize(&Scheme { dilation: Dilation::Global(1.2), ..scheme }).unwrap();
     // 1 − (3/4)² along the first axis, ½ along the second: all 15 particles are seen at (0.45, 0.5).
-    let particles = problem.cells.particles_global(1.2).unwrap();
+    let particles = problem.cells().particles_global(1.2).unwrap();
     let half = |p: usize| match &particles.supports()[p] {
         Support::Box(half) => *half,
         _ => panic!("lattices have boxes"),
@@ -101,7 +101,7 @@ fn zones_of_the_paper_have_as_many_points_as_it_says() {
     for (particles, zones, points) in [(9, 4, 5), (9, 2, 7), (5, 4, 4)] {
         let rule = Rule::Gauss { zones: Some(vec![zones]), points: None };
         let problem = scene.discretize(&Scheme::paper(1.5).particles([particles]).rule(rule)).unwrap();
-        assert_eq!(problem.body.table().len(), zones * points);
+        assert_eq!(problem.body().table().len(), zones * points);
     }
 }
 

@@ -116,12 +116,12 @@ fn multipliers_and_transformation_agree_in_2d() {
             .pressure((0, Side::Min), 0.02 * random.f64());
         let (problem, state) = strategies_agree(&scene, &scheme(recipe, [5], random))?;
         let mut gap = Vec::new();
-        problem.rows.violation(&state.displacement, state.load, &mut gap);
+        problem.rows().violation(&state.displacement, state.load, &mut gap);
         // Rows hold to the rounding of the elimination, whatever Newton does.
         prop_assert!(largest(&gap) <= 1e-12, "{:e}", largest(&gap));
         if recipe.at_particles {
-            for node in problem.cells.boundary_nodes(&(1, Side::Max).into()).unwrap() {
-                let x = problem.cells.positions()[node];
+            for node in problem.cells().boundary_nodes(&(1, Side::Max).into()).unwrap() {
+                let x = problem.cells().positions()[node];
                 let u = problem.displacement(&state, &x).unwrap();
                 // The value at a particle, not its coefficient, is what is prescribed; as above.
                 prop_assert!((u[0] - pull * (x[0] - 1.5)).abs() <= 1e-12);
@@ -210,7 +210,7 @@ fn linear_fields_over_the_whole_boundary_are_the_solution_within() {
             .prescribe(Part::Whole, 1, Value::field(move |x: &Point<2>| field(x)[1]));
         let scheme = scheme(&Recipe { at_particles: false, ..*recipe }, [6], random);
         let (problem, state) = strategies_agree(&scene, &scheme)?;
-        for x in problem.cells.positions() {
+        for x in problem.cells().positions() {
             let error = (problem.displacement(&state, x).unwrap() - field(x)).amax();
             // Integration and rows are consistent, so the field solves the equations to rounding.
             prop_assert!(error <= 1e-11, "{error:e}");
@@ -253,7 +253,7 @@ impl Observer for Watch {
 #[test]
 fn an_observer_breaks_off_and_the_path_so_far_is_kept() {
     let mut problem = tube(rubber(1e5), 0.3);
-    problem.analysis.stepping = Stepping::equal(10);
+    problem.analysis_mut().stepping = Stepping::equal(10);
     let mut watch = Watch { stop_after: Some(3), ..Watch::default() };
     let path = problem.run(&mut watch).unwrap();
     assert_eq!(path.ending, Ending::Stopped);
@@ -397,12 +397,12 @@ fn the_axis_stays_where_it_is() {
 fn runs_start_at_most_where_they_end() {
     let problem = tube(Rubber::neo_hookean(0.5, 10.0).unwrap(), 0.01);
     let beyond = State { load: 1.5, ..problem.run(&mut ()).unwrap().completed().unwrap().last().clone() };
-    let error = problem.analysis.run_from(&problem.model, &problem.rows, beyond, &mut ()).unwrap_err();
+    let error = problem.analysis().run_from(problem.model(), problem.rows(), beyond, &mut ()).unwrap_err();
     assert!(error.to_string().contains("load factor of the first state"), "{error}");
     // Equal steps however many.
     let path = |steps| {
         let mut problem = tube(Rubber::neo_hookean(0.5, 10.0).unwrap(), 0.01);
-        problem.analysis.stepping = Stepping::equal(steps);
+        problem.analysis_mut().stepping = Stepping::equal(steps);
         problem.run(&mut ()).unwrap().completed().unwrap().steps.len()
     };
     assert_eq!(path(20_000), 20_000);

@@ -242,8 +242,8 @@ fn stalls_say_where_the_path_turned_and_what_leads_on() {
     let newton = Newton { iterations: 2, ..Newton::default() };
     for (scene, loaded) in [(squeezed.clone().with(Load::body_force([0.0, -1e-3])), true), (squeezed, false)] {
         let mut problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
-        problem.analysis.newton = newton;
-        problem.analysis.stepping.smallest = 0.1;
+        problem.analysis_mut().newton = newton;
+        problem.analysis_mut().stepping.smallest = 0.1;
         let squeezed = problem.run(&mut ()).unwrap();
         let Ending::Stalled(why) = &squeezed.ending else { panic!("{:?}", squeezed.ending) };
         assert_eq!(why.driven, if loaded { Driven::ByLoads } else { Driven::ByDisplacements });

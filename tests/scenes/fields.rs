@@ -39,7 +39,7 @@ fn stresses_balance_the_loads() {
         let state = path.last();
         let mut sum = rkpm::nalgebra::Matrix3::zeros();
         let gradients = problem.deformation_gradients(state);
-        for ((stress, f), w) in problem.stresses(state).iter().zip(&gradients).zip(problem.body.table().weights()) {
+        for ((stress, f), w) in problem.stresses(state).iter().zip(&gradients).zip(problem.body().table().weights()) {
             sum += stress * (f.determinant() * w);
         }
         // Simpson's rule along the loaded edge: displacements are smooth there.
@@ -107,8 +107,8 @@ fn grids_have_cells_around_and_fields_of_all_particles() {
     for problem in &problems {
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
         let grid = problem.vtk_grid(path.last()).unwrap();
-        assert!(grid.to_xml().is_ok() && grid.cells.len() == problem.cells.drawn().len());
-        assert_eq!(grid.points.len(), problem.cells.positions().len());
+        assert!(grid.to_xml().is_ok() && grid.cells.len() == problem.cells().drawn().len());
+        assert_eq!(grid.points.len(), problem.cells().positions().len());
         // Nothing crosses itself: areas of the cells, with signs all alike, sum to that of the sheared square.
         let area = |cell: &VtkCell| {
             let x = |k: usize| grid.points[cell.corners()[k % cell.corners().len()]];
@@ -159,9 +159,9 @@ fn stresses_of_thin_beams_are_not_smeared_across() {
     let stresses = problem.stresses(path.last());
     let at_particles = problem.at_particles(&stresses);
     let at = Point::<2>::new(0.5 * length, 1.0);
-    let particle = problem.cells.positions().iter().position(|x| (x - at).norm() < 1e-9).unwrap();
+    let particle = problem.cells().positions().iter().position(|x| (x - at).norm() < 1e-9).unwrap();
     // Points in the row of sub-cells next to the face, half a spacing to both sides.
-    let positions = problem.body.table().positions();
+    let positions = problem.body().table().positions();
     let near = |x: &Point<2>| (x[0] - at[0]).abs() < 0.5 && x[1] > 0.875;
     let rows: Vec<f64> =
         positions.iter().zip(&stresses).filter(|(x, _)| near(x)).map(|(_, stress)| stress[(0, 0)]).collect();

@@ -1,6 +1,7 @@
 //! Whole scenes: conditions, control, answers, studies, journals.
 
 mod answers;
+mod bodies;
 mod conditions;
 mod control;
 mod diagnosis;
@@ -9,6 +10,7 @@ mod motions;
 mod places;
 mod references;
 mod resume;
+mod rigid;
 mod schemes;
 mod sizing;
 mod space;

@@ -132,3 +132,28 @@ fn beddings_give_by_force_over_stiffness() {
     let answer = spring.solve_within(&asked, rkpm::study::Budget::default()).unwrap();
     assert!((answer.values()[0] + 0.1).abs() < 0.05, "{}", answer.values()[0]);
 }
+
+/// States at given loads are those that a run with break points there comes to, and the run keeps its own steps.
+#[test]
+fn states_at_loads_are_equilibria_of_the_same_path() {
+    let scene = |amplitude| {
+        Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+            .hold(Side::Min)
+            .with(Condition::on(Side::Max).displacement([1.5, 0.5]).amplitude(amplitude))
+    };
+    let scheme = Scheme::default().particles([9, 5]);
+    let problem = scene(Amplitude::Ramp).discretize(&scheme).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let loads = [0.1, 0.35, 1.0];
+    let stops = loads.iter().chain(&[0.0]).map(|&load| (load, load));
+    let mut stops: Vec<(f64, f64)> = stops.collect();
+    stops.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let stopping = scene(Amplitude::table(stops).unwrap()).discretize(&scheme).unwrap();
+    let stopped = stopping.run(&mut ()).unwrap().completed().unwrap();
+    for (state, load) in problem.states_at(&path, &loads).unwrap().iter().zip(loads) {
+        let other = stopped.steps.iter().find(|step| step.state.load == load).unwrap();
+        let same = stopping.reaction(&other.state, Side::Max).unwrap();
+        assert!((problem.reaction(state, Side::Max).unwrap() - same).norm() < 1e-8 * same.norm(), "{load}");
+    }
+    assert!(problem.states_at(&path, &[1.2]).is_err());
+}

@@ -77,8 +77,8 @@ fn load_steps_resume_to_the_bit() {
 fn steps_after_rejections_resume_to_the_bit() {
     // Few iterations are allowed, so that attempts are rejected on the way.
     let mut problem = pulled(Enforcing::Transformation);
-    problem.analysis.stepping = Stepping { first: 1.0, control: StepControl::Load, ..Stepping::default() };
-    problem.analysis.newton = Newton { iterations: 3, ..Newton::default() };
+    problem.analysis_mut().stepping = Stepping { first: 1.0, control: StepControl::Load, ..Stepping::default() };
+    problem.analysis_mut().newton = Newton { iterations: 3, ..Newton::default() };
     let whole = problem.run(&mut ()).unwrap().completed().unwrap();
     assert!(whole.rejected > 0 && whole.rejected == whole.steps.iter().map(|s| s.rejected).sum::<usize>());
     resumes_everywhere("rejections", &whole, |path| problem.resume(path, &mut ()).unwrap());
@@ -168,7 +168,7 @@ fn controlled_runs_resume_to_the_bit() {
 #[test]
 fn stalled_runs_stall_again_and_go_on_once_they_may() {
     let mut problem = pulled(Enforcing::Transformation);
-    problem.analysis.stepping.steps = 3;
+    problem.analysis_mut().stepping.steps = 3;
     let folder = folder("stalled");
     let file = folder.join("run.jsonl");
     let mut journal = Journal::create(&file, &problem.at_rest()).unwrap();
@@ -180,7 +180,7 @@ fn stalled_runs_stall_again_and_go_on_once_they_may() {
     assert_eq!(so_far, stalled);
     let again = problem.resume(so_far.clone(), &mut journal).unwrap();
     assert_eq!(differences(&again, &stalled), 0);
-    problem.analysis.stepping.steps = 1000;
+    problem.analysis_mut().stepping.steps = 1000;
     let finished = problem.resume(so_far, &mut journal).unwrap().completed().unwrap();
     journal.close(&finished).unwrap();
     assert_eq!(Journal::read(&file).unwrap(), finished);

@@ -96,13 +96,13 @@ fn transferred_states_are_near() {
     let path = coarse.run(&mut ()).unwrap().completed().unwrap();
     let fine = cook(1.0).discretize(&Scheme::default().particles([13])).unwrap();
     let guess = fine.transfer(&coarse, path.last()).unwrap();
-    let corrected = fine.analysis.correct(&fine.model, &fine.rows, guess, &mut ()).unwrap().completed().unwrap();
+    let corrected = fine.analysis().correct(fine.model(), fine.rows(), guess, &mut ()).unwrap().completed().unwrap();
     let direct = fine.run(&mut ()).unwrap().completed().unwrap();
     assert!(corrected.iterations <= 4 && corrected.iterations < direct.iterations);
     let distance = |k: usize| (corrected.last().displacement[k] - direct.last().displacement[k]).abs();
     // Both are converged to 1e-8 of the displacement, quadratically: the last increment is far smaller.
-    assert!((0..fine.model.unknowns()).all(|k| distance(k) < 1e-7));
-    let again = coarse.analysis.correct(&coarse.model, &coarse.rows, path.last().clone(), &mut ()).unwrap();
+    assert!((0..fine.model().unknowns()).all(|k| distance(k) < 1e-7));
+    let again = coarse.analysis().correct(coarse.model(), coarse.rows(), path.last().clone(), &mut ()).unwrap();
     assert_eq!(again.completed().unwrap().iterations, 1);
 }
 

@@ -84,7 +84,7 @@ fn a_twisted_column_keeps_its_torque_and_its_volume() {
     let column =
         Scene::new(Block::new([-0.5, -0.5, 0.0], [0.5, 0.5, 4.0]), Solid, Rubber::neo_hookean(0.5, 1e4).unwrap());
     let (problem, state, iterations) = solved(&turned(column, PI), &Scheme::default().particles([5, 5, 17]));
-    let table = problem.body.table();
+    let table = problem.body().table();
     let gradients = problem.deformation_gradients(&state);
     let drift = |zone| {
         let points = table.clusters().points(zone);
@@ -124,7 +124,7 @@ fn directions_hardly_depend_on_the_bulk_modulus_and_on_the_size() {
     let most = |n: usize, ratio: f64| {
         let scheme = Scheme::default().particles([n]).solving(Solving::Krylov);
         let (problem, ..) = solved(&sheared(2.0 * 40.097 * ratio), &scheme);
-        problem.analysis.solver.directions().into_iter().max().unwrap() as f64
+        problem.analysis().solver.directions().into_iter().max().unwrap() as f64
     };
     let reference = most(7, 1e3);
     for (n, ratio) in [(5, 1e3), (7, 1e2), (7, 1e5)] {

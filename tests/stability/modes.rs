@@ -61,10 +61,10 @@ fn arcs_pass_the_limit_point_of_a_balloon_where_the_load_can_not() {
     let path = problem.run(&mut Until(&volume, pumped(4.0))).unwrap();
     assert_eq!(path.ending, Ending::Stopped);
     let volumes: Vec<f64> = path.steps.iter().map(|s| volume.value(&s.state.displacement)).collect();
-    let rest = State::at_rest(&problem.model, &problem.rows);
+    let rest = State::at_rest(problem.model(), problem.rows());
     let pumped_up = problem
-        .analysis
-        .run_controlled(&problem.model, &problem.rows, rest, &volume, &volumes, &mut ())
+        .analysis()
+        .run_controlled(problem.model(), problem.rows(), rest, &volume, &volumes, &mut ())
         .unwrap()
         .completed()
         .unwrap();
@@ -188,7 +188,7 @@ fn large_steps_do_not_land_on_false_equilibria() {
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
         assert!(path.steps.iter().all(|step| step.unstable == Some(0) && step.energy < 1e-9));
         assert!(path.steps.last().unwrap().energy < 1e-20);
-        problem.analysis.solver = Box::new(Blind(Direct));
+        problem.analysis_mut().solver = Box::new(Blind(Direct));
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
         // Steps follow the way of the edge, a quarter of a turn at most each.
         assert!(path.steps.len() >= 2);

@@ -1,0 +1,145 @@
+//! Rigid bodies: held, moved, loaded; their forces and moments balance those of the opposite face.
+
+use nalgebra::{Matrix2, Matrix3, Rotation3, Vector3};
+use rkpm::prelude::*;
+
+fn rubber() -> Rubber {
+    Rubber::neo_hookean(0.5, 1e3).unwrap()
+}
+
+fn block() -> Scene<2> {
+    Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold((1, Side::Min))
+}
+
+fn schemes() -> [Scheme; 2] {
+    [Scheme::default().particles([9, 5]), Scheme::elements(2).particles([9, 5])]
+}
+
+/// A quarter turn about the middle of the plate, and a shift.
+fn turn(x: &Point<2>, load: f64) -> [f64; 2] {
+    let (sin, cos) = (0.5 * std::f64::consts::FRAC_PI_2 * load).sin_cos();
+    let (a, b) = (x[0] - 1.0, x[1] - 1.0);
+    [cos * a - sin * b - a + 0.2 * load, sin * a + cos * b - b + 0.1 * load]
+}
+
+#[test]
+fn a_moved_rigid_body_is_a_face_moved_the_same_way() {
+    for scheme in schemes() {
+        let solve = |scene: Scene<2>, place: Place<2>| {
+            let problem = scene.discretize(&scheme).unwrap();
+            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let (force, moment) = (
+                problem.reaction(path.last(), place.clone()).unwrap(),
+                problem.moment(path.last(), place, [0.0, 0.0]).unwrap()[2],
+            );
+            (problem.energy(path.last()), force, moment)
+        };
+        let top = || Place::on((1, Side::Max));
+        for value in [Value::Constant([0.3, -0.05]), Value::motion(turn)] {
+            let face = solve(block().with(Condition::on(top()).displacement(value.clone())), top());
+            let scene = block().rigid("plate", top()).with(Condition::on("plate").displacement(value));
+            let rigid = solve(scene, Place::on("plate"));
+            assert!((rigid.0 / face.0 - 1.0).abs() < 1e-9, "{} {}", rigid.0, face.0);
+            assert!((rigid.1 - face.1).norm() < 1e-7 * face.1.norm(), "{} {}", rigid.1, face.1);
+            assert!((rigid.2 - face.2).abs() < 1e-7 * face.2.abs(), "{} {}", rigid.2, face.2);
+        }
+    }
+}
+
+#[test]
+fn a_loaded_rigid_body_balances_the_opposite_face() {
+    for scheme in schemes() {
+        let (force, moment, at) = ([0.05, -0.1], 0.06, [1.4, 1.2]);
+        let scene = block()
+            .rigid("plate", (1, Side::Max))
+            .with(Load::force(Place::at(at).of("plate"), force))
+            .with(Load::moment("plate", [0.0, 0.0, moment]));
+        let problem = scene.discretize(&scheme).unwrap();
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let state = path.last();
+        let motion = problem.rigid_motion(state, "plate").unwrap();
+        let rotation = motion.rotation;
+        assert!((rotation.transpose() * rotation - Matrix2::identity()).norm() < 1e-10, "{rotation}");
+        assert!(rotation[(1, 0)].abs() > 1e-3, "{rotation}");
+        let held = problem.reaction(state, (1, Side::Min)).unwrap();
+        let plate = problem.reaction(state, "plate").unwrap();
+        assert!((held + Point::<2>::from(force)).norm() < 1e-8 * held.norm(), "{held}");
+        assert!((plate - Point::<2>::from(force)).norm() < 1e-8 * held.norm(), "{plate}");
+        let arm = Point::<2>::from(at) - motion.centre;
+        let now = motion.centre + motion.displacement + rotation * arm;
+        let applied = now[0] * force[1] - now[1] * force[0] + moment;
+        let of = |place: Place<2>| problem.moment(state, place, [0.0, 0.0]).unwrap()[2];
+        let (below, above) = (of(Place::on((1, Side::Min))), of(Place::on("plate")));
+        assert!((below + applied).abs() < 1e-8, "{below} {applied}");
+        assert!((above - applied).abs() < 1e-8, "{above} {applied}");
+        // The face moved the same way has the same energy.
+        let (centre, shift) = (motion.centre, motion.displacement);
+        let way = Value::field(move |x: &Point<2>| (rotation * (x - centre) - (x - centre) + shift).into());
+        let moved = block().with(Condition::on((1, Side::Max)).displacement(way)).discretize(&scheme).unwrap();
+        let same = moved.energy(moved.run(&mut ()).unwrap().completed().unwrap().last());
+        assert!((same / problem.energy(state) - 1.0).abs() < 1e-8, "{same}");
+    }
+}
+
+#[test]
+fn a_plate_in_space_turns_as_its_moment_asks() {
+    let cube = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber()).hold((2, Side::Min));
+    let scene = cube
+        .rigid("plate", (2, Side::Max))
+        .with(Load::force("plate", [0.02, 0.01, -0.05]))
+        .with(Load::moment("plate", [0.005, -0.01, 0.05]));
+    let problem = scene.discretize(&Scheme::default().particles([4])).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let state = path.last();
+    let motion = problem.rigid_motion(state, "plate").unwrap();
+    assert!((motion.rotation.transpose() * motion.rotation - Matrix3::identity()).norm() < 1e-10);
+    assert!(Rotation3::from_matrix(&motion.rotation).angle() > 0.2);
+    let force = Vector3::new(0.02, 0.01, -0.05);
+    let applied = (motion.centre + motion.displacement).cross(&force) + Vector3::new(0.005, -0.01, 0.05);
+    for (place, sign) in [(Place::on((2, Side::Min)), -1.0), (Place::on("plate"), 1.0)] {
+        let found = problem.reaction(state, place.clone()).unwrap();
+        assert!((found - force * sign).norm() < 1e-8, "{found}");
+        let moment = Vector3::from(problem.moment(state, place, [0.0; 3]).unwrap());
+        assert!((moment - applied * sign).norm() < 1e-8, "{moment} {applied}");
+    }
+}
+
+/// A plate between two bonded pads, pushed at a point: free to turn there, it turns; by its name, it does not.
+#[test]
+fn points_of_rigid_bodies_leave_them_free_to_turn() {
+    let scene = |place: Place<2>| {
+        block()
+            .rigid("plate", (1, Side::Max))
+            .with(Condition::on(place).component(0, 0.3).named("push"))
+            .with(Load::force("plate", [0.0, -0.05]))
+    };
+    let turned = |scene: Scene<2>| {
+        let problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
+        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let pushed = problem.reaction(path.last(), "push").unwrap();
+        assert!((problem.reaction(path.last(), "plate").unwrap() - pushed - Point::<2>::new(0.0, -0.05)).norm() < 1e-9);
+        problem.rigid_motion(path.last(), "plate").unwrap().rotation[(1, 0)]
+    };
+    assert!(turned(scene(Place::on("plate"))).abs() < 1e-9);
+    assert!(turned(scene(Place::at([1.0, 1.0]).of("plate"))).abs() > 1e-3);
+}
+
+#[test]
+fn rigid_bodies_that_nothing_holds_are_refused() {
+    let free = || Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).rigid("plate", (1, Side::Max));
+    let refused = |scene: Scene<2>| scene.discretize(&Scheme::default().particles([5, 4])).err().unwrap();
+    let error = refused(free().with(Load::force("plate", [0.0, 1.0])));
+    assert!(matches!(error, Error::Boundary(rkpm::error::BoundaryError::Free { .. })), "{error}");
+    let half = free().with(Condition::on("plate").component(1, 0.1));
+    assert!(refused(half.clone()).to_string().contains("rigid body plate may move without any force"));
+    half.with(Load::bedding((1, Side::Min), 1.0)).discretize(&Scheme::default().particles([5, 4])).unwrap();
+    let all =
+        block().prescribe((1, Side::Max), 0, 0.0).prescribe((1, Side::Max), 1, 0.0).rigid("plate", (1, Side::Max));
+    assert!(refused(all).to_string().contains("rigid body plate, all of whose parts"));
+    assert!(refused(block().rigid("plate", (1, Side::Max)).pressure("plate", 0.1)).to_string().contains("rigid body"));
+    assert!(refused(block().with(Load::moment("top", [0.0; 3]))).to_string().contains("rigid body"));
+    let revolved = Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), Axisymmetric, rubber()).hold((1, Side::Min));
+    assert!(refused(revolved.rigid("plate", (1, Side::Max))).to_string().contains("no rotations"));
+    let problem = block().rigid("plate", (1, Side::Max)).discretize(&Scheme::default().particles([5, 4])).unwrap();
+    assert!(problem.rigid_motion(&problem.at_rest(), "plat").unwrap_err().to_string().contains("there are: plate"));
+}
