@@ -62,7 +62,7 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<InfSup,
     let nodes = problem.cells().positions().len();
     check_size("particles of the inf-sup test", nodes)?;
     let table = problem.body().table();
-    let pressures = Pressures::of(&problem.body());
+    let pressures = Pressures::of(problem.body());
     check_size("pressures of the inf-sup test", pressures.count)?;
 
     let mut schur = DMatrix::<f64>::zeros(pressures.count, pressures.count);
