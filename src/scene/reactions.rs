@@ -12,6 +12,9 @@ use super::conditions::Placed;
 use super::place::Spot;
 use super::{Place, Problem, resolve};
 
+/// A row, its multiplier, and the nodes whose forces are asked for.
+type Reacting<'a> = (&'a Row, f64, Range<usize>);
+
 impl<const D: usize> Problem<D> {
     /// The force \[force\] on the body by the conditions at a place, or by the condition of a name:
     /// $-\sum_J \mu_J \sum_k c_{Jk}$ over their rows, component by component. The whole boundary takes in all parts.
@@ -145,7 +148,7 @@ impl<const D: usize> Problem<D> {
     }
 
     /// The rows of a name or at a place with their multipliers in a state of this problem.
-    fn rows_at<'a>(&'a self, state: &'a State, asked: &Place<D>) -> Result<Vec<(&'a Row, f64, Range<usize>)>, Error> {
+    fn rows_at<'a>(&'a self, state: &'a State, asked: &Place<D>) -> Result<Vec<Reacting<'a>>, Error> {
         self.check_length(state)?;
         let rows = self.rows.rows();
         let (given, needed) = (state.multipliers.len(), rows.len());
