@@ -57,7 +57,11 @@ fn bearing(
     for (name, low, high) in sheets(thickness) {
         let block = Block::new([left, low], [RADIUS, high]);
         let is_rubber = name.starts_with("rubber");
-        scene = if is_rubber { scene.body(&*name, block, rubber) } else { scene.body(&*name, block, steel) };
+        scene = if is_rubber {
+            scene.body(&*name, block, rubber.clone())
+        } else {
+            scene.body(&*name, block, steel.clone())
+        };
         let counts = [along, if is_rubber { across } else { 3 }];
         let layout = layout.clone();
         scene = scene.scheme_of(&name, move |scheme| {

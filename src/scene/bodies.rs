@@ -25,7 +25,7 @@ impl<const D: usize> Scene<D> {
     /// let steel = Rubber::neo_hookean(40e3, 175e3)?; // MPa
     /// let scene = Scene::assembly(PlaneStrain)
     ///     .body("rubber", sheet(1.0, 5.0), Rubber::neo_hookean(0.5, 1e3)?)
-    ///     .body("lower", sheet(0.0, 1.0), steel)
+    ///     .body("lower", sheet(0.0, 1.0), steel.clone())
     ///     .body("upper", sheet(5.0, 6.0), steel)
     ///     .scheme_of("rubber", |scheme| scheme.particles([21, 5]))
     ///     .hold(Place::on((1, Side::Min)).of("lower"))
