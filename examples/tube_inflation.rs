@@ -133,7 +133,7 @@ fn dilation_curves(out: &FilePath, paper: impl Fn(f64) -> Scheme) -> Result<(), 
             bore(&state)
         };
         let weights = (0..PARTICLES).map(unit).collect::<Result<_, rkpm::Error>>()?;
-        let Problem { model, rows, analysis, .. } = &problem;
+        let (model, rows, analysis) = (problem.model(), problem.rows(), problem.analysis());
         let path = analysis.run_controlled(model, rows, rest.clone(), &Deflection { weights }, &targets, &mut ())?;
         let path = path.completed()?;
         let states = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
