@@ -69,12 +69,13 @@ impl Inflation {
         let start = State {
             displacement: vec![0.0; rest.model().unknowns()],
             condensed: rest.model().start(),
-            multipliers: vec![0.0; rest.rows.len()],
+            multipliers: vec![0.0; rest.rows().len()],
             load: 0.0,
         };
         let mut inflation = Inflation { problem: rest, states: vec![start], iterations: 0 };
         for &pressure in pressures {
-            let Problem { model, rows, analysis, .. } = &disk(pressure, Held::Rim)?.discretize(scheme)?;
+            let problem = disk(pressure, Held::Rim)?.discretize(scheme)?;
+            let (model, rows, analysis) = (problem.model(), problem.rows(), problem.analysis());
             let mut start = inflation.last().clone();
             start.load *= PRESSURE / pressure;
             let path = analysis.run_from(model, rows, start, &mut ())?.completed()?;
