@@ -107,7 +107,7 @@ fn iteration_and_factors_agree() {
     let scheme = Scheme::default().particles([7, 6, 5]);
     let (direct, by_factors, _) = solved(&scene, &scheme.clone().solving(Solving::Direct));
     let (krylov, by_iteration, _) = solved(&scene, &scheme.solving(Solving::Krylov));
-    for x in direct.cells.positions() {
+    for x in direct.cells().positions() {
         let difference = direct.displacement(&by_factors, x).unwrap() - krylov.displacement(&by_iteration, x).unwrap();
         assert!(difference.norm() < 1e-7 * 3.0, "{difference:?} at {x:?}");
     }
@@ -115,7 +115,7 @@ fn iteration_and_factors_agree() {
         let (a, b) = (force(&direct, &by_factors, component), force(&krylov, &by_iteration, component));
         assert!((a - b).abs() < 1e-5 * 1800.0, "{a} {b}");
     }
-    let directions = krylov.analysis.solver.directions();
+    let directions = krylov.analysis().solver.directions();
     assert!(!directions.is_empty() && directions.iter().all(|&d| d <= 40), "{directions:?}");
 }
 
