@@ -223,11 +223,11 @@ fn memories_are_transferred() {
 fn bodies_that_do_not_remember_carry_nothing() {
     let scene = sheared(elastic(), Amplitude::Ramp, seconds(1.0));
     let plain = problem(&scene, Stepping::default());
-    let clusters = 0..plain.body.table().clusters().len();
-    let condensed = clusters.map(|cluster| plain.body.condensed(cluster).end).max().unwrap();
+    let clusters = 0..plain.body().table().clusters().len();
+    let condensed = clusters.map(|cluster| plain.body().condensed(cluster).end).max().unwrap();
     assert_eq!(plain.at_rest().condensed[0].len(), condensed);
-    assert!(plain.body.memory().is_empty());
-    assert!(!plain.model.is_timed());
+    assert!(plain.body().memory().is_empty());
+    assert!(!plain.model().is_timed());
     let path = plain.run(&mut ()).unwrap().completed().unwrap();
     assert_eq!(path.steps.len(), 1, "time is no reason for steps where nothing relaxes");
 }
