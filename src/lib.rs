@@ -142,10 +142,10 @@ pub mod prelude {
     pub use crate::particles::{Particles, Support};
     pub use crate::quadrature::Points;
     #[cfg(feature = "solve")]
-    pub use crate::scene::{Condition, Direction, Load, Place, Problem, Scene, Scheme, Value};
+    pub use crate::scene::{Condition, Dilation, Direction, Load, Place, Problem, Rule, Scene, Scheme, Value};
     pub use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
     #[cfg(feature = "solve")]
-    pub use crate::solve::{Analysis, Ending, EquilibriumPath, Observer, Stepping};
+    pub use crate::solve::{Analysis, Ending, EquilibriumPath, Observer, State, Stepping};
     pub use crate::table::ShapeTable;
     pub use crate::term::{Amplitude, Body, DeadLoad, FollowerPressure, Integrand, Pointwise, PressureField, Term};
 }
@@ -154,3 +154,13 @@ pub mod prelude {
 #[cfg(all(doctest, feature = "solve"))]
 #[doc = include_str!("../README.md")]
 struct ReadmeDoctests;
+
+/// Runs the code of the guide.
+#[cfg(all(doctest, feature = "solve"))]
+#[doc = include_str!("../docs/guide.md")]
+struct GuideDoctests;
+
+/// Runs the code of the tutorials.
+#[cfg(all(doctest, feature = "solve"))]
+#[doc = include_str!("../docs/tutorials.md")]
+struct TutorialDoctests;
