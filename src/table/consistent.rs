@@ -10,7 +10,7 @@ use crate::shape::{Approximation, ShapeFunctions};
 
 use super::build::{Rows, rows};
 use super::facets::{Facets, List, monomials, shifted, slopes};
-use super::smooth::Measured;
+use super::measured::Measured;
 use super::{Clusters, check_values};
 
 /// The part of a moment that is left when what the others know of it is taken off, at which interior points count as

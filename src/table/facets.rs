@@ -9,7 +9,7 @@ use crate::shape::{Approximation, ShapeFunctions};
 
 use super::build::SERIAL_BELOW;
 use super::check_values;
-use super::smooth::Measured;
+use super::measured::Measured;
 
 /// Facets in consecutive runs, as they were integrated: joining them would copy the largest lists of all.
 pub(super) struct Facets<const D: usize, const Q: usize> {

@@ -5,10 +5,13 @@ mod clusters;
 mod consistent;
 mod facets;
 mod functions;
+mod gradient;
+mod measured;
 mod smooth;
 
 pub use clusters::Clusters;
 pub(crate) use functions::check_values;
+pub(crate) use gradient::displacement_gradient;
 
 use nalgebra::Matrix3;
 
@@ -18,9 +21,10 @@ use crate::geometry::Point;
 use crate::kinematics::Kinematics;
 use crate::quadrature::Points;
 use crate::shape::{Approximation, ElementPoints, FiniteElements, ShapeFunctions};
-use crate::simd::{Arithmetic, Plain};
+use crate::simd::Plain;
 
 use functions::check_functions;
+use measured::inverse_radius;
 
 /// Shape functions tabulated at points: nodes, values, gradients and weights in compressed rows.
 ///
@@ -409,76 +413,5 @@ impl<const D: usize> ShapeTable<D> {
             }
         }
         Ok(current)
-    }
-}
-
-/// $\nabla u$ at a point from its nodes and their gradients by slot; see [`ShapeTable::displacement_gradient`].
-#[inline(always)]
-pub(crate) fn displacement_gradient<A: Arithmetic, const D: usize>(
-    nodes: &[u32],
-    gradients: &[f64],
-    hoops: &[usize],
-    d: &[f64],
-) -> Matrix3<f64> {
-    // Four partial sums fill a register.
-    const LANES: usize = 4;
-    let n = nodes.len();
-    let mut sums = [[[0.0; LANES]; D]; D];
-    let mut hoop = [0.0; LANES];
-    let (whole, rest) = nodes.as_chunks::<LANES>();
-    for (chunk, four) in whole.iter().enumerate() {
-        let u: [[f64; LANES]; D] = std::array::from_fn(|i| std::array::from_fn(|l| d[four[l] as usize * D + i]));
-        for j in 0..D {
-            let g = &gradients[j * n + chunk * LANES..][..LANES];
-            for i in 0..D {
-                for l in 0..LANES {
-                    sums[i][j][l] = A::multiply_add(u[i][l], g[l], sums[i][j][l]);
-                }
-            }
-        }
-        if !hoops.is_empty() {
-            let g = &gradients[D * n + chunk * LANES..][..LANES];
-            for l in 0..LANES {
-                hoop[l] = A::multiply_add(u[0][l], g[l], hoop[l]);
-            }
-        }
-    }
-    for (l, &node) in rest.iter().enumerate() {
-        let a = whole.len() * LANES + l;
-        for i in 0..D {
-            let u = d[node as usize * D + i];
-            for j in 0..D {
-                sums[i][j][l] = A::multiply_add(u, gradients[j * n + a], sums[i][j][l]);
-            }
-        }
-        if !hoops.is_empty() {
-            hoop[l] = A::multiply_add(d[node as usize * D], gradients[D * n + a], hoop[l]);
-        }
-    }
-    let total = |lanes: &[f64; LANES]| (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
-    let mut h = Matrix3::zeros();
-    for i in 0..D {
-        for j in 0..D {
-            h[(i, j)] = total(&sums[i][j]);
-        }
-    }
-    for &k in hoops {
-        h[(k, k)] = total(&hoop);
-    }
-    h
-}
-
-/// $1/R$, zero at a point on the axis that carries no weight.
-fn inverse_radius(radius: f64, at: &[f64], measure: f64) -> Result<f64, GeometryError> {
-    if radius > 0.0 {
-        Ok(1.0 / radius)
-    } else if radius == 0.0 && measure == 0.0 {
-        Ok(0.0)
-    } else {
-        Err(GeometryError::Kinematics {
-            what: "negative radius",
-            at: at.to_vec(),
-            remedy: "coordinate 0 of a body of revolution is the distance from the axis and may not be negative",
-        })
     }
 }

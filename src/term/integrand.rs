@@ -6,7 +6,7 @@ use crate::error::SolveError;
 use crate::table::ShapeTable;
 use crate::tensor::Tangent;
 
-use super::contraction::{Contraction, reduce_stress, reduce_tangent};
+use super::point_contraction::{Contraction, reduce_stress, reduce_tangent};
 use super::step_limit::{largest_step, largest_step_of_hoops};
 use super::{Element, Term, View};
 

@@ -10,7 +10,9 @@ mod linearize;
 mod load;
 mod lower;
 mod memory;
+mod point_contraction;
 mod step_limit;
+mod together;
 mod volumetric_measure;
 
 pub use amplitude::Amplitude;
@@ -21,8 +23,9 @@ pub use integrand::{Integrand, PointDerivatives, PointState, Pointwise, Sparsity
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
 pub use step_limit::largest_step;
 
-pub(crate) use contraction::{Together, Windows};
+pub(crate) use contraction::Windows;
 pub(crate) use lower::LowerBlocks;
+pub(crate) use together::Together;
 
 use crate::error::SolveError;
 
