@@ -3,5 +3,6 @@
 mod drawn;
 mod errors;
 mod friction;
+mod pairs;
 mod rigid;
 mod surfaces;
