@@ -185,9 +185,9 @@ fn seeds_of(mesh: &Mesh, size: usize) -> Vec<u32> {
     seeds(&Graph { offsets, entries }, &mesh.on_boundary(), size)
 }
 
-/// Inner particles that a zone of a mesh has at least: six displacements in space to four pressures, four in the plane to
-/// three. Corners of lattices have 3.4 and 2.25.
-const INNER: f64 = 2.0;
+/// Inner particles that a zone of a mesh has at least: two displacements and more to a pressure, in the plane and in space.
+/// Corners of lattices have 3.4 in space.
+const INNER: f64 = 3.0;
 
 /// Groups the cells of any mesh into zones: stars of inner particles that share no cell, `around` having the particles that
 /// share cells; each cell that is left joins the smallest zone beside it, and zones with few inner particles join others.

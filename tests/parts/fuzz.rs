@@ -9,7 +9,7 @@ use rkpm::mesh::Mesh;
 
 use super::{file, peak};
 
-const FILES: [&str; 7] = [
+const FILES: [&str; 8] = [
     "plug_22_ascii.msh",
     "plug_22_binary.msh",
     "plug_41_ascii.msh",
@@ -17,6 +17,7 @@ const FILES: [&str; 7] = [
     "prisms.msh",
     "hexahedra.msh",
     "flat.msh",
+    "plug_second_order.msh",
 ];
 
 /// Damages a file in one to four places.

@@ -165,40 +165,71 @@ impl Faces {
                 at.entry(edge).or_default().push(face as u32);
             }
         }
-        let mut seen = vec![false; self.corners.len()];
-        let mut pieces = Vec::new();
-        for start in self.boundary() {
-            if std::mem::replace(&mut seen[start], true) {
-                continue;
-            }
+        // Faces that hang together with one, in so far as neighbours join.
+        let flood = |start: usize, seen: &mut [bool], joins: &dyn Fn(usize, usize) -> bool| {
             let mut faces = vec![start as u32];
+            seen[start] = true;
             let mut next = 0;
             while let Some(&face) = faces.get(next) {
                 next += 1;
                 for edge in sides::<D>(self.corners(face as usize)) {
                     for &other in at.get(&edge).into_iter().flatten() {
-                        let smooth = normals[&(face as usize)].dot(&normals[&(other as usize)]) > SMOOTH;
                         let same = named[face as usize] == named[other as usize];
-                        if smooth && same && !std::mem::replace(&mut seen[other as usize], true) {
+                        if same && !seen[other as usize] && joins(face as usize, other as usize) {
+                            seen[other as usize] = true;
                             faces.push(other);
                         }
                     }
                 }
             }
-            let first = normals[&start];
-            let warped = |face: u32| {
-                let corners = self.corners(face as usize);
-                let origin = mesh.points()[corners[0] as usize];
-                let normal = normals[&(face as usize)];
-                corners[1..].iter().any(|&c| {
-                    let way = mesh.points()[c as usize] - origin;
-                    way.dot(&normal).abs() > FLAT * way.norm()
-                })
-            };
-            let curved = faces.iter().any(|&face| (normals[&(face as usize)] - first).norm() > FLAT || warped(face));
             faces.sort_unstable();
-            let names = named[start].iter().map(|&number| names[number as usize].to_string()).collect();
+            faces
+        };
+        let warped = |face: usize| {
+            let corners = self.corners(face);
+            let origin = mesh.points()[corners[0] as usize];
+            corners[1..].iter().any(|&c| {
+                let way = mesh.points()[c as usize] - origin;
+                way.dot(&normals[&face]).abs() > FLAT * way.norm()
+            })
+        };
+        let level = |a: usize, b: usize| (normals[&a] - normals[&b]).norm() <= FLAT && !warped(a) && !warped(b);
+        let mut pieces = Vec::new();
+        let mut push = |faces: Vec<u32>| {
+            let first = faces[0] as usize;
+            let curved =
+                faces.iter().any(|&face| face as usize != first && !level(first, face as usize)) || warped(first);
+            let names = named[first].iter().map(|&number| names[number as usize].to_string()).collect();
             pieces.push(Piece { names, faces, curved, lent: Vec::new() });
+        };
+        // A level patch with a particle inside stands alone, whatever the angle to its neighbours: hats of a crease between
+        // two of them would vanish. Patches without one are facets of something curved.
+        let mut around: HashMap<u32, usize> = HashMap::new();
+        for &corner in self.boundary().flat_map(|face| self.corners(face)) {
+            *around.entry(corner).or_default() += 1;
+        }
+        let (mut seen, mut alone) = (vec![false; self.corners.len()], vec![false; self.corners.len()]);
+        for start in self.boundary() {
+            if seen[start] {
+                continue;
+            }
+            let patch = flood(start, &mut seen, &level);
+            let mut own: HashMap<u32, usize> = HashMap::new();
+            for &corner in patch.iter().flat_map(|&face| self.corners(face as usize)) {
+                *own.entry(corner).or_default() += 1;
+            }
+            if own.iter().any(|(corner, count)| around[corner] == *count) {
+                for &face in &patch {
+                    alone[face as usize] = true;
+                }
+                push(patch);
+            }
+        }
+        let mut seen = alone;
+        for start in self.boundary() {
+            if !seen[start] {
+                push(flood(start, &mut seen, &|a, b| normals[&a].dot(&normals[&b]) > SMOOTH));
+            }
         }
         // Curved pieces come first, whose hats must stay where they are; then small ones: where all of a piece's particles
         // lie on its rim, others must not have claimed them before.
