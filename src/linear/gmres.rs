@@ -9,8 +9,8 @@ pub(crate) struct Minimised {
     pub residual: f64,
 }
 
-/// Directions that have to take a tenth off the residual.
-const STALLED: usize = 20;
+/// Directions that have to take a third off the residual, where rounding may leave it as it is.
+const STALLED: usize = 8;
 
 /// The residual that was left [`STALLED`] directions before the last one: each rotation leaves its sine of it.
 fn left_before(left: &[f64], rotations: &[[f64; 2]], end: usize) -> f64 {
@@ -33,11 +33,12 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Solves $A P^{-1} y = b$, $x = P^{-1} y$, from zero: flexible GMRES, restarted after `directions`. `apply` and
-/// `precondition` write their answers into the second vector.
+/// `precondition` write their answers into the second vector. Where it `may_stall` it ends as soon as directions hardly help.
 pub(crate) fn gmres(
     b: &[f64],
     x: &mut [f64],
     tolerance: f64,
+    may_stall: bool,
     [directions, most]: [usize; 2],
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&[f64], &mut [f64]),
@@ -95,7 +96,7 @@ pub(crate) fn gmres(
                 break;
             }
             // Rounding leaves residuals where they are.
-            if end >= STALLED && left[end + 1].abs() > 0.9 * left_before(&left, &rotations, end) {
+            if may_stall && end >= STALLED && left[end + 1].abs() > 0.7 * left_before(&left, &rotations, end) {
                 stalled = true;
                 break;
             }
@@ -135,7 +136,7 @@ mod tests {
         for directions in [40, 4] {
             let mut x = vec![0.0; n];
             let jacobi = |r: &[f64], z: &mut [f64]| (0..n).for_each(|k| z[k] = r[k] / (3.0 + k as f64));
-            let done = gmres(&b, &mut x, 1e-11, [directions, 200], apply, jacobi);
+            let done = gmres(&b, &mut x, 1e-11, false, [directions, 200], apply, jacobi);
             assert!(done.residual <= 1e-11 && done.iterations < 100, "{done:?}");
             let mut y = vec![0.0; n];
             apply(&x, &mut y);

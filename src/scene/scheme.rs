@@ -33,7 +33,8 @@ pub type Grading = Arc<dyn Fn(&[f64]) -> f64 + Send + Sync>;
 /// How supports follow from the spacing: $a_i = 2 r d_i$ (6.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Dilation {
-    /// Local spacing, $r$ by basis: 1 (linear), 1.3 (quadratic).
+    /// Local spacing, $r$ by basis: 1 (linear), 1.3 (quadratic; on lattices in space 1, and 1.2 for the third
+    /// particle from each end).
     Auto,
     /// $d_i$ is the largest distance from the particle to its neighbours on lattices, their mean distance, smoothed, on
     /// scattered sets.
@@ -54,8 +55,9 @@ pub enum Dilation {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Rule {
     /// Gauss points in 1D; beyond, gradients averaged over two sub-cells per direction of each cell. For orders above 1
-    /// gradients that are linear in each cell of the plane ([`ShapeTable::consistent`](crate::table::ShapeTable::consistent)),
-    /// averages over three sub-cells per direction in space.
+    /// gradients that are linear in each cell of the plane and multilinear in each cell of a lattice in space
+    /// ([`ShapeTable::consistent`](crate::table::ShapeTable::consistent)), averages over three sub-cells per direction
+    /// elsewhere.
     Auto,
     /// Gauss points, `points` per direction in each of `zones` equal zones along each axis. `None`
     /// for the points means particles per direction in the zone + 2 (the paper's rule), `None` for
@@ -302,7 +304,9 @@ impl Scheme {
     ///
     /// Second and higher orders pay where solutions are smooth: the default rule is then consistent with quadratic fields in
     /// one and two dimensions, and the energy of a strip of revolution of 9 × 9 particles is off by 1.5e-6 where averages
-    /// over sub-cells leave 1.0e-4. In space rules stay averages of the second order.
+    /// over sub-cells leave 1.0e-4. On lattices in space gradients are multilinear in
+    /// each cell; where edges are singular averages of linear functions are nearer: a sheared bonded cube of 9 particles a
+    /// side is off by 5.4 %, with the linear basis by 1.8 %.
     pub fn order(mut self, order: u8) -> Self {
         self.order = order;
         self
