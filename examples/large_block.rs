@@ -5,6 +5,7 @@
 //! (2; 0 runs the whole analysis). Writes `summary.csv`.
 
 use std::error::Error;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -21,7 +22,7 @@ struct Progress {
 }
 
 impl Observer for Progress {
-    fn iteration(&mut self, iteration: &Iteration) {
+    fn iteration(&mut self, iteration: &Iteration) -> ControlFlow<()> {
         let now = self.start.elapsed().as_secs_f64();
         println!(
             "{now:8.1} s  load {:.3}, iteration {}: residual {:.2e}, increment {:.2e}, {:.1} s",
@@ -33,6 +34,7 @@ impl Observer for Progress {
         );
         self.taken.push(now - self.last);
         self.last = now;
+        ControlFlow::Continue(())
     }
 }
 

@@ -1,4 +1,4 @@
-//! A bar that follows the load factor; Ctrl-C ends the run after the step under way and keeps its path.
+//! A bar that follows the load factor; Ctrl-C ends the run after the iteration under way and keeps its path.
 
 use std::ops::ControlFlow;
 use std::sync::Once;
@@ -29,7 +29,7 @@ impl Progress {
 }
 
 impl Observer for Progress {
-    fn iteration(&mut self, iteration: &Iteration) {
+    fn iteration(&mut self, iteration: &Iteration) -> ControlFlow<()> {
         self.iterations += 1;
         self.bar.set_message(format!(
             "load {:.3}, step {}, iteration {}, increment {:.1e}",
@@ -38,6 +38,7 @@ impl Observer for Progress {
             self.iterations,
             iteration.increment
         ));
+        if STOP.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
     fn step(&mut self, step: &Step) -> ControlFlow<()> {

@@ -26,6 +26,7 @@ use super::cover::{self, KernelFunctions};
 use super::load::{LoadKind, Shared, Varying, dead};
 use super::member::{Evaluate, Member};
 use super::place::Spot;
+use super::recovery::Facets;
 use super::rigid;
 use super::scheme::{Dilation, Enforcing, Functions, PressureScheme, Resolution, RowKind, Rule, Scheme};
 use super::{BodyCells, BodyOf, Load, Place, Problem, Scene, Source, Value};
@@ -41,7 +42,7 @@ const FINER: usize = 4;
 
 /// How boundaries are integrated: sub-facets per direction and Gauss points on each.
 #[derive(Clone, Copy)]
-pub(super) struct FacetRule {
+pub(crate) struct FacetRule {
     pub parts: usize,
     pub gauss: usize,
 }
@@ -241,7 +242,7 @@ fn particles<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> Result<Mad
         true => super::space::auxiliary(scene, scheme, &**cells, &approximation, &body, &rows)?,
         false => None,
     };
-    let member = of.member(body, Box::new(approximation), dilations, raised);
+    let member = of.member(body, Box::new(approximation), Facets::OfCells(facets), dilations, raised);
     Ok(Made { member, facets, rows, placed, loads, ties, auxiliary })
 }
 
@@ -325,7 +326,7 @@ fn elements<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> Result<Made
     let ties = of.tied(&mut rows, &elements, None)?;
     let dilations = (0..cells.positions().len()).map(|node| cells.local_spacing(node)).collect();
     let facets = FacetRule { parts: 1, gauss: points };
-    let member = of.member(body, Box::new(elements), dilations, 0);
+    let member = of.member(body, Box::new(elements), Facets::OfElements { order, gauss: points }, dilations, 0);
     Ok(Made { member, facets, rows, placed, loads, ties, auxiliary: None })
 }
 
@@ -356,12 +357,14 @@ impl<const D: usize> Of<'_, D> {
         &self,
         body: Body<D, Arc<dyn Material>>,
         approximation: Box<dyn Evaluate<D>>,
+        facets: Facets,
         dilations: Vec<f64>,
         raised: usize,
     ) -> Member<D> {
         let nodes = self.first..self.first + self.cells.positions().len();
         let (name, cells, body) = (self.body.name.clone(), self.cells.clone(), Arc::new(body));
-        Member { name, nodes, body, cells, approximation, dilations, raised }
+        let facets = (!self.scene.kinematics.is_plane_stress()).then_some(facets);
+        Member { name, nodes, body, cells, approximation, facets, dilations, raised }
     }
 }
 

@@ -104,7 +104,10 @@ impl<const D: usize> Problem<D> {
             }));
             of_body.extend(std::iter::repeat_n(number as f64, member.nodes.len()));
         }
-        let stresses = self.at_particles(&self.stresses(state));
+        let stresses = match self.recovers() {
+            true => self.stress_field(state)?.at_particles()?,
+            false => self.at_particles(&self.stresses(state)),
+        };
         let mean = |stress: &Matrix3<f64>| stress.trace() / 3.0;
         let mises = |stress: &Matrix3<f64>| (1.5f64).sqrt() * (stress - Matrix3::identity() * mean(stress)).norm();
         let mut grid = VtkGrid::new(&current, cells);

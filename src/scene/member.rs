@@ -67,6 +67,8 @@ pub struct Member<const D: usize> {
     pub(crate) body: Arc<Body<D, Arc<dyn Material>>>,
     pub(crate) cells: Arc<dyn Cells<D>>,
     pub(crate) approximation: Box<dyn Evaluate<D>>,
+    /// How its surface is integrated; none in plane stress, whose tractions turn with an unknown thickness.
+    pub(crate) facets: Option<super::recovery::Facets>,
     /// Largest half-widths of the supports; spacings of finite elements.
     pub(crate) dilations: Vec<f64>,
     /// Particles whose supports were raised to cover the body.

@@ -32,6 +32,7 @@ mod picture;
 mod place;
 mod problem;
 mod reactions;
+mod recovery;
 mod rigid;
 mod scheme;
 mod space;
@@ -48,6 +49,7 @@ pub use member::Member;
 pub use picture::Field;
 pub use place::Place;
 pub use problem::Problem;
+pub use recovery::StressField;
 pub use rigid::RigidMotion;
 pub use scheme::{
     Dilation, Enforcing, Functions, Partition, PressureScheme, Resolution, RowKind, Rule, Scheme, Solving,

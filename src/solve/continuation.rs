@@ -356,6 +356,10 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     pub(super) fn stall(&mut self, rejection: impl Into<Rejection>, driven: Driven) {
         let mut cause = match rejection.into() {
             Rejection::Failed(cause) => cause,
+            Rejection::Stopped => {
+                self.path.ending = Ending::Stopped;
+                return;
+            }
             // Only a first attempt is told, and it goes on with another control.
             Rejection::Far => Cause::Iterations(0),
         };

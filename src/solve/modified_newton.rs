@@ -86,7 +86,9 @@ impl<const D: usize> Kept<'_, D> {
             }
             next.apply(1.0, state);
             let matrix = MatrixUse::Kept;
-            observer.iteration(&Iteration { load: state.load, number, matrix, residual, increment, factor: 1.0 });
+            // One that breaks off is heard at the next matrix.
+            let _ =
+                observer.iteration(&Iteration { load: state.load, number, matrix, residual, increment, factor: 1.0 });
             let forces = residual * (increment / before[1]).min(1.0);
             if increment <= LAST * self.settings.tolerance
                 && forces <= self.settings.forces_settled()

@@ -146,7 +146,7 @@ impl<const D: usize> Workspace<'_, D> {
             if !increment.is_finite() {
                 return Err(Cause::NotFinite.into());
             }
-            observer.iteration(&Iteration {
+            let flow = observer.iteration(&Iteration {
                 load: state.load,
                 number,
                 matrix: MatrixUse::Formed,
@@ -154,6 +154,9 @@ impl<const D: usize> Workspace<'_, D> {
                 increment,
                 factor,
             });
+            if flow.is_break() {
+                return Err(Rejection::Stopped);
+            }
             let left = residual * (increment / before).min(1.0).powi(2);
             before = increment;
             if factor == 1.0
@@ -202,7 +205,7 @@ impl<const D: usize> Workspace<'_, D> {
 
     /// Gives back what large matrices and factors took before, and asks for the place of the reduced matrix first: the
     /// full one, which goes first, then lies above it and leaves no hole.
-    fn make_room(&mut self) {
+    pub(super) fn make_room(&mut self) {
         self.factorizer.release();
         release(&mut self.values);
         self.values.clear();

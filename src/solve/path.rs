@@ -118,8 +118,11 @@ pub struct Iteration {
 /// # let _ = Three(0);
 /// ```
 pub trait Observer {
-    /// Called after each iteration.
-    fn iteration(&mut self, _iteration: &Iteration) {}
+    /// Called after each iteration; `Break` ends the analysis with [`Ending::Stopped`], at the next matrix where this one is
+    /// kept.
+    fn iteration(&mut self, _iteration: &Iteration) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
 
     /// Called after each converged step; `Break` ends the analysis with [`Ending::Stopped`].
     fn step(&mut self, _step: &Step) -> ControlFlow<()> {
@@ -131,9 +134,10 @@ impl Observer for () {}
 
 /// Both watch, the first one first; either ends the analysis.
 impl<A: Observer, B: Observer> Observer for (A, B) {
-    fn iteration(&mut self, iteration: &Iteration) {
-        self.0.iteration(iteration);
-        self.1.iteration(iteration);
+    fn iteration(&mut self, iteration: &Iteration) -> ControlFlow<()> {
+        // Both see it, whatever the first one says of it.
+        let (first, second) = (self.0.iteration(iteration), self.1.iteration(iteration));
+        if first.is_break() { first } else { second }
     }
 
     fn step(&mut self, step: &Step) -> ControlFlow<()> {
@@ -144,8 +148,8 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
 }
 
 impl<T: Observer + ?Sized> Observer for &mut T {
-    fn iteration(&mut self, iteration: &Iteration) {
-        (**self).iteration(iteration);
+    fn iteration(&mut self, iteration: &Iteration) -> ControlFlow<()> {
+        (**self).iteration(iteration)
     }
 
     fn step(&mut self, step: &Step) -> ControlFlow<()> {

@@ -7,6 +7,8 @@ use crate::error::{Cause, LinearError};
 pub(crate) enum Rejection {
     /// Something went wrong; where no smaller step helps, the run ends with it.
     Failed(Cause),
+    /// An observer broke off.
+    Stopped,
     /// The tangent displacement under the load is so large that a deflection should be controlled.
     Far,
 }
@@ -21,6 +23,7 @@ impl Rejection {
     pub(super) fn least(&self, smallest: f64) -> f64 {
         match self {
             Rejection::Failed(Cause::Unstable { .. }) => LOCATED * smallest,
+            Rejection::Stopped => f64::INFINITY,
             _ => smallest,
         }
     }

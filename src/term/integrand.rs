@@ -8,7 +8,7 @@ use crate::tensor::Tangent;
 
 use super::point_contraction::{Contraction, reduce_stress, reduce_tangent};
 use super::step_limit::{largest_step, largest_step_of_hoops};
-use super::{Element, Term, View};
+use super::{Element, ForceDensities, Term, View};
 
 /// What an integrand sees at a point; always three-dimensional.
 #[derive(Debug, Clone, Copy)]
@@ -246,6 +246,23 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
                 }
             }
         }
+    }
+
+    fn force_densities(&self, view: View<'_>) -> Option<ForceDensities<D>> {
+        if self.integrand.sparsity().stress {
+            return None;
+        }
+        let force = |point| {
+            let mut derivatives = PointDerivatives::default();
+            self.integrand.evaluate(&self.state(point, &view), &mut derivatives);
+            -derivatives.force
+        };
+        Some(ForceDensities {
+            positions: self.table.positions().to_vec(),
+            normals: self.table.normals().to_vec(),
+            weights: self.table.weights().to_vec(),
+            forces: (0..self.table.len()).map(force).collect(),
+        })
     }
 
     fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], _locals_step: &mut [f64]) -> f64 {

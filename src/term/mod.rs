@@ -27,7 +27,10 @@ pub(crate) use contraction::Windows;
 pub(crate) use lower::LowerBlocks;
 pub(crate) use together::Together;
 
+use nalgebra::Vector3;
+
 use crate::error::SolveError;
+use crate::geometry::Point;
 
 /// What a term sees of the state of an analysis.
 #[derive(Debug, Clone, Copy)]
@@ -272,6 +275,25 @@ pub trait Term<const D: usize>: Send + Sync {
     fn diagnostics(&self, _cluster: usize, _view: View<'_>) -> StateDiagnostics {
         StateDiagnostics::default()
     }
+
+    /// The forces on the body as densities at points, for terms that have no others: what stresses are recovered in
+    /// equilibrium with.
+    fn force_densities(&self, _view: View<'_>) -> Option<ForceDensities<D>> {
+        None
+    }
+}
+
+/// Forces of a term on the body, point by point.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ForceDensities<const D: usize> {
+    /// Reference positions \[length\].
+    pub positions: Vec<Point<D>>,
+    /// Outward unit normals of the reference body; empty inside it.
+    pub normals: Vec<Point<D>>,
+    /// Reference areas or volumes, measure of the kinematics included.
+    pub weights: Vec<f64>,
+    /// Forces per reference area or volume \[stress, stress/length\].
+    pub forces: Vec<Vector3<f64>>,
 }
 
 impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
@@ -389,5 +411,9 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
 
     fn diagnostics(&self, cluster: usize, view: View<'_>) -> StateDiagnostics {
         (**self).diagnostics(cluster, view)
+    }
+
+    fn force_densities(&self, view: View<'_>) -> Option<ForceDensities<D>> {
+        (**self).force_densities(view)
     }
 }

@@ -234,13 +234,15 @@ struct Watch {
     iterations: usize,
     steps: usize,
     stop_after: Option<usize>,
+    stop_within: Option<usize>,
 }
 
 impl Observer for Watch {
-    fn iteration(&mut self, iteration: &Iteration) {
+    fn iteration(&mut self, iteration: &Iteration) -> ControlFlow<()> {
         // Iterations with a kept matrix are not counted.
         self.iterations += usize::from(iteration.matrix == MatrixUse::Formed);
         assert!(iteration.factor > 0.0 && iteration.factor <= 1.0);
+        if self.stop_within == Some(self.iterations) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
     fn step(&mut self, step: &Step) -> ControlFlow<()> {
@@ -248,6 +250,20 @@ impl Observer for Watch {
         assert!(step.iterations > 0 && step.energy > 0.0);
         if self.stop_after == Some(self.steps) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
+}
+
+/// Also inside a step: nothing is lost of what was reached before it.
+#[test]
+fn an_observer_breaks_off_inside_a_step() {
+    let mut problem = tube(rubber(1e5), 0.3);
+    problem.analysis_mut().stepping = Stepping::equal(10);
+    let whole = problem.run(&mut ()).unwrap();
+    let within = whole.steps[0].iterations + whole.steps[1].iterations + 1;
+    let path = problem.run(&mut Watch { stop_within: Some(within), ..Watch::default() }).unwrap();
+    assert_eq!((path.ending.clone(), path.steps.len()), (Ending::Stopped, 2));
+    assert_eq!(path.last(), &whole.steps[1].state);
+    let path = problem.run(&mut Watch { stop_within: Some(1), ..Watch::default() }).unwrap();
+    assert!(path.ending == Ending::Stopped && path.steps.is_empty() && path.iterations == 1);
 }
 
 #[test]

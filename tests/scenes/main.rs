@@ -14,4 +14,5 @@ mod rigid;
 mod schemes;
 mod sizing;
 mod space;
+mod stress;
 mod study;

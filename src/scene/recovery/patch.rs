@@ -1,0 +1,235 @@
+//! The polynomials of a particle: least squares over the zones that see it.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Vector3};
+
+use crate::geometry::Point;
+
+use super::{EQUILIBRIUM, Facet, Facets, Fit, RIDGE, Recovery, length, terms};
+
+impl<const D: usize> Recovery<'_, D> {
+    /// The clusters that see a particle, and those beside them where they are no more than the cells around it: those of low
+    /// finite elements say too little.
+    fn patch(&self, node: usize) -> Vec<u32> {
+        let table = self.problem.body().table();
+        let near = &self.clusters[node];
+        let cells = matches!(self.problem.first().facets, Some(Facets::OfElements { order: 1, .. }));
+        if !cells {
+            return near.clone();
+        }
+        let nodes = near.iter().flat_map(|&c| table.clusters().nodes(c as usize));
+        let mut all: Vec<u32> = nodes.flat_map(|&n| &self.clusters[n as usize]).copied().collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// The polynomials of a particle; none where nothing is known around it.
+    pub(super) fn fit(&self, node: usize) -> Option<Fit<D>> {
+        let table = self.problem.body().table();
+        let clusters = &self.patch(node);
+        let points = || clusters.iter().flat_map(|&c| table.clusters().points(c as usize));
+        let total: f64 = points().map(|p| table.weights()[p]).sum();
+        if !(total > 0.0) {
+            return None;
+        }
+        let psi = self.problem.first().approximation.values_at_node(node).ok()?;
+        let centre = self.moved(&self.problem.cells().positions()[node], &psi);
+        let mut scale = Point::<D>::zeros();
+        for p in points() {
+            scale = scale.zip_map(&(self.current[p] - centre), |s: f64, x: f64| s.max(x.abs()));
+        }
+        if !scale.iter().all(|s| *s > 0.0 && s.is_finite()) {
+            return None;
+        }
+        let mut system = Patch::new(&self.components, length::<D>());
+        let body = self.problem.body();
+        // Pressures that are constant in their zones may alternate from zone to zone: only the linear functions of the
+        // patch, which do not see that, are tested with them.
+        let constant = |&c: &u32| table.clusters().points(c as usize).all(|p| body.zone_functions(p).len() == 1);
+        let mut tests = clusters.iter().all(constant).then(|| vec![(vec![0.0; length::<D>()], 0.0); D + 1]);
+        for &cluster in clusters {
+            let points = table.clusters().points(cluster as usize);
+            let projected = points.clone().next().map_or(0, |p| body.zone_functions(p).len());
+            let mut moments = vec![(vec![0.0; length::<D>()], 0.0); projected];
+            for p in points {
+                let terms = terms(&centre, &scale, &self.current[p]).values;
+                let (weight, stress) = (table.weights()[p], &self.stresses[p]);
+                system.add_deviator(&terms, stress, weight);
+                let pressure = stress.trace() / 3.0;
+                let (tested, functions) = match &mut tests {
+                    Some(tests) => (tests, &terms[..=D]),
+                    None => (&mut moments, body.zone_functions(p)),
+                };
+                if functions.is_empty() {
+                    system.add_pressure(&terms, pressure, weight);
+                }
+                for ((left, right), phi) in tested.iter_mut().zip(functions) {
+                    left.iter_mut().zip(&terms).for_each(|(l, t)| *l += weight * phi * t);
+                    *right += weight * phi * pressure;
+                }
+            }
+            for (left, right) in moments.iter().filter(|_| tests.is_none()) {
+                system.add_pressure(left, *right, 1.0);
+            }
+        }
+        for (left, right) in tests.iter().flatten() {
+            system.add_pressure(left, *right, 1.0 / total);
+        }
+        if !self.obscure[node] {
+            self.add_equilibrium(&mut system, node, clusters, &centre, &scale, total);
+        }
+        let coefficients = system.solve(total)?;
+        Some(Fit { centre, scale, coefficients })
+    }
+
+    /// Equilibrium inside the patch of a particle, and on its part of the surface.
+    fn add_equilibrium(
+        &self,
+        system: &mut Patch,
+        node: usize,
+        clusters: &[u32],
+        centre: &Point<D>,
+        scale: &Point<D>,
+        total: f64,
+    ) {
+        let table = self.problem.body().table();
+        let hoops = table.hoop_components();
+        // The polynomials' divergence is linear: these points determine it.
+        let mut places = Vec::new();
+        for &cluster in clusters {
+            let points = table.clusters().points(cluster as usize);
+            let step = (points.len() / (4 * D)).max(1);
+            places.extend(points.step_by(step));
+        }
+        let weight = EQUILIBRIUM * total / places.len().max(1) as f64;
+        let size = scale.min();
+        for &p in &places {
+            let x = &self.current[p];
+            let terms = terms(centre, scale, x);
+            let force = self.body_force.as_ref().map_or_else(Vector3::zeros, |force| force[p]);
+            for i in 0..D {
+                let mut row = Vec::new();
+                for (c, &(a, b)) in self.components.iter().enumerate() {
+                    // ∂σ_ij/∂x_j, and (n σ_rr − Σ σ_hoop)/r in the radial direction.
+                    let along = if a == i && b < D {
+                        Some(b)
+                    } else if b == i && a < D {
+                        Some(a)
+                    } else {
+                        None
+                    };
+                    let hoop = if i != 0 {
+                        if (a, b) == (0, i) { hoops.len() as f64 } else { 0.0 }
+                    } else if (a, b) == (0, 0) {
+                        hoops.len() as f64
+                    } else if a == b && hoops.contains(&a) {
+                        -1.0
+                    } else {
+                        0.0
+                    };
+                    if along.is_none() && hoop == 0.0 {
+                        continue;
+                    }
+                    for (k, (value, slope)) in terms.values.iter().zip(&terms.slopes).enumerate() {
+                        let by_hoop = if hoop == 0.0 { 0.0 } else { hoop * value / x[0] };
+                        let entry = along.map_or(0.0, |j| slope[j]) + by_hoop;
+                        row.push((system.place(c, k), size * entry));
+                    }
+                }
+                system.add_row(&row, -size * force[i], weight);
+            }
+        }
+        let facets = &self.facets_of[node];
+        let area: f64 = facets.iter().map(|&f| self.facets[f as usize].weight).sum();
+        for &facet in facets {
+            let Facet { current, weight, area: normal, traction, known, .. } = &self.facets[facet as usize];
+            let terms = terms(centre, scale, current).values;
+            for i in (0..D).filter(|&i| known[i]) {
+                let mut row = Vec::new();
+                for (c, &(a, b)) in self.components.iter().enumerate() {
+                    let factor = if a == i {
+                        normal[b]
+                    } else if b == i {
+                        normal[a]
+                    } else {
+                        continue;
+                    };
+                    row.extend(terms.iter().enumerate().map(|(k, t)| (system.place(c, k), factor * t)));
+                }
+                system.add_row(&row, traction[i], EQUILIBRIUM * total * weight / area);
+            }
+        }
+    }
+}
+
+/// Normal equations of a patch.
+struct Patch<'a> {
+    components: &'a [(usize, usize)],
+    terms: usize,
+    matrix: DMatrix<f64>,
+    rhs: DVector<f64>,
+}
+
+impl<'a> Patch<'a> {
+    fn new(components: &'a [(usize, usize)], terms: usize) -> Self {
+        let size = components.len() * terms;
+        Patch { components, terms, matrix: DMatrix::zeros(size, size), rhs: DVector::zeros(size) }
+    }
+
+    /// Where the coefficient of a component's term stands.
+    fn place(&self, component: usize, term: usize) -> usize {
+        component * self.terms + term
+    }
+
+    /// Adds $w\\,|\operatorname{dev}(\sigma(x) - \sigma)|^2$.
+    fn add_deviator(&mut self, values: &[f64], stress: &Matrix3<f64>, weight: f64) {
+        let deviator = stress - Matrix3::identity() * (stress.trace() / 3.0);
+        for (c, &(i, j)) in self.components.iter().enumerate() {
+            let scaled = weight * if i == j { 1.0 } else { 2.0 };
+            for (k, a) in values.iter().enumerate() {
+                self.rhs[c * self.terms + k] += scaled * a * deviator[(i, j)];
+            }
+            for (d, &(p, q)) in self.components.iter().enumerate() {
+                let metric = match (i == j, p == q) {
+                    (true, true) => f64::from(u8::from(c == d)) - 1.0 / 3.0,
+                    (false, false) if c == d => 2.0,
+                    _ => continue,
+                };
+                for (k, a) in values.iter().enumerate() {
+                    for (l, b) in values.iter().enumerate() {
+                        self.matrix[(d * self.terms + l, c * self.terms + k)] += weight * metric * a * b;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds $w\\,(l[\operatorname{tr}\sigma/3] - r)^2$, a linear functional $l$ of a polynomial given by its values for the basis.
+    fn add_pressure(&mut self, functional: &[f64], value: f64, weight: f64) {
+        let terms = self.terms;
+        let diagonal = self.components.iter().enumerate().filter(|(_, c)| c.0 == c.1).map(|(c, _)| c);
+        let row: Vec<(usize, f64)> =
+            diagonal.flat_map(|c| functional.iter().enumerate().map(move |(k, f)| (c * terms + k, f / 3.0))).collect();
+        self.add_row(&row, value, weight);
+    }
+
+    /// Adds $w\\,(\sum_k a_k c_k - r)^2$.
+    fn add_row(&mut self, row: &[(usize, f64)], value: f64, weight: f64) {
+        for &(k, a) in row {
+            self.rhs[k] += weight * a * value;
+            for &(l, b) in row {
+                self.matrix[(l, k)] += weight * a * b;
+            }
+        }
+    }
+
+    /// The coefficients; terms that the data leave open stay small.
+    fn solve(mut self, total: f64) -> Option<DVector<f64>> {
+        for k in 0..self.matrix.nrows() {
+            let constant = k % self.terms == 0;
+            self.matrix[(k, k)] += total * RIDGE * if constant { 1e-4 } else { 1.0 };
+        }
+        let solved = Cholesky::new(self.matrix)?.solve(&self.rhs);
+        solved.iter().all(|c| c.is_finite()).then_some(solved)
+    }
+}

@@ -1,0 +1,158 @@
+//! What is known of the tractions on the surface, and of body forces.
+
+use std::collections::HashMap;
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::error::Error;
+use crate::geometry::Point;
+use crate::quadrature::Points;
+use crate::solve::State;
+use crate::tensor::cofactor;
+use crate::term::View;
+
+use super::super::transfer::Nearest;
+use super::{Facet, Moved, Recovery};
+
+impl<const D: usize> Recovery<'_, D> {
+    /// Collects the loads, and the facets with what is known of their tractions.
+    pub(super) fn look_at_surface(&mut self, state: &State, moved: Moved<'_, D>) -> Result<(), Error> {
+        let problem = self.problem;
+        let (points, hats) = problem.surface()?;
+        let key = |x: &Point<D>, n: &Point<D>| -> Vec<u64> {
+            // Rounded: facets of a part and of the whole may differ in their last bits. Normals tell faces apart at corners.
+            x.iter().chain(n.iter()).map(|v| ((v * 1e3).round() as i64 as u64).wrapping_mul(31)).collect()
+        };
+        let exact = |a: &Point<D>, b: &Point<D>, size: f64| (a - b).norm() <= 1e-9 * size;
+        let size = problem.cells().positions().iter().fold(0.0, |largest: f64, x| largest.max(x.amax()));
+        let mut at: HashMap<Vec<u64>, Vec<usize>> = Default::default();
+        for (facet, (x, n)) in points.positions.iter().zip(&points.normals).enumerate() {
+            at.entry(key(&(x / size), n)).or_default().push(facet);
+        }
+        let find = |x: &Point<D>, n: &Point<D>| {
+            let near = at.get(&key(&(x / size), n))?;
+            near.iter().copied().find(|&facet| exact(&points.positions[facet], x, size))
+        };
+        let volume: f64 = problem.body().table().weights().iter().sum();
+        let mut tractions = vec![Vector3::zeros(); points.positions.len()];
+        let mut body_force: Option<Vec<Vector3<f64>>> = None;
+        // The body comes first.
+        for (term, condensed) in problem.model().terms().iter().zip(&state.condensed).skip(1) {
+            let view = View { displacement: &state.displacement, condensed, load: state.load };
+            let told = term.force_densities(view).is_some_and(|densities| {
+                if densities.normals.len() == densities.positions.len() {
+                    let found: Vec<_> =
+                        densities.positions.iter().zip(&densities.normals).map(|(x, n)| find(x, n)).collect();
+                    if found.contains(&None) {
+                        return false;
+                    }
+                    for (facet, force) in found.into_iter().flatten().zip(&densities.forces) {
+                        tractions[facet] += force;
+                    }
+                    return true;
+                }
+                // A force over all of the body; anything less, a point load, has no density.
+                let whole = (densities.weights.iter().sum::<f64>() / volume - 1.0).abs() < 1e-3;
+                let Ok(nearest) = Nearest::new(&densities.positions) else { return false };
+                if whole {
+                    let sums = body_force.get_or_insert_with(|| vec![Vector3::zeros(); self.current.len()]);
+                    for ((sum, x), j) in sums.iter_mut().zip(problem.body().table().positions()).zip(&self.jacobians) {
+                        *sum += densities.forces[nearest.to(x)] / *j;
+                    }
+                }
+                whole
+            });
+            if !told {
+                for node in (0..term.clusters()).flat_map(|cluster| term.nodes(cluster)) {
+                    if let Some(obscure) = self.obscure.get_mut(*node as usize) {
+                        *obscure = true;
+                    }
+                }
+            }
+        }
+        self.body_force = body_force;
+        self.add_facets(&points, hats.as_deref(), &tractions, &moved(&points.positions)?)
+    }
+
+    /// The facets on which at least one component of the traction is known.
+    fn add_facets(
+        &mut self,
+        points: &Points<D>,
+        hats: Option<&[Vec<(u32, f64)>]>,
+        tractions: &[Vector3<f64>],
+        current: &[Point<D>],
+    ) -> Result<(), Error> {
+        let problem = self.problem;
+        let mut held = vec![false; self.displacement.len()];
+        let mut tied = vec![false; self.obscure.len()];
+        for row in problem.rows().rows() {
+            held[row.dependent] = true;
+            if row.entries.iter().any(|&(k, c)| k % D != row.dependent % D && c != 0.0) {
+                if let Some(tied) = tied.get_mut(row.dependent / D) {
+                    *tied = true;
+                }
+            }
+        }
+        let hoops = problem.body().table().hoop_components();
+        let size = problem.cells().positions().iter().fold(0.0, |largest: f64, x| largest.max(x.amax()));
+        for (point, x) in points.positions.iter().enumerate() {
+            // The axis of revolution is no surface.
+            if !hoops.is_empty() && x[0].abs() < 1e-12 * size {
+                continue;
+            }
+            let psi = problem.first().approximation.shape_functions_at(x)?;
+            let owners: Vec<usize> = match hats {
+                Some(hats) => hats[point].iter().map(|h| h.0 as usize).collect(),
+                None => psi
+                    .nodes
+                    .iter()
+                    .zip(&psi.values)
+                    .filter(|(_, v)| v.abs() > 1e-9)
+                    .map(|(n, _)| *n as usize)
+                    .collect(),
+            };
+            if owners.iter().any(|&node| tied[node]) {
+                continue;
+            }
+            let known = std::array::from_fn(|i| i < D && !owners.iter().all(|&node| held[node * D + i]));
+            if !known.contains(&true) {
+                continue;
+            }
+            let mut f = Matrix3::identity();
+            for (&node, (value, gradient)) in psi.nodes.iter().zip(psi.values.iter().zip(&psi.gradients)) {
+                let d = &self.displacement[node as usize * D..][..D];
+                for i in 0..D {
+                    for j in 0..D {
+                        f[(i, j)] += d[i] * gradient[j];
+                    }
+                }
+                for &k in hoops {
+                    f[(k, k)] += d[0] * value / x[0];
+                }
+            }
+            let normal = Vector3::from_fn(|i, _| if i < D { points.normals[point][i] } else { 0.0 });
+            let area = cofactor(&f) * normal;
+            let length = area.norm();
+            if !(length > 0.0) {
+                continue;
+            }
+            let facet = self.facets.len() as u32;
+            for &node in &psi.nodes {
+                self.facets_of[node as usize].push(facet);
+            }
+            let distance = |node: &&u32| (problem.cells().positions()[**node as usize] - x).norm_squared();
+            let nearest = psi.nodes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            self.facets.push(Facet {
+                reference: *x,
+                owner: nearest.copied().unwrap_or(0),
+                current: current[point],
+                weight: points.weights[point],
+                area: area / length,
+                traction: tractions[point] / length,
+                known,
+                functions: psi,
+            });
+        }
+        Ok(())
+    }
+}
