@@ -87,10 +87,10 @@ impl<const D: usize> Recovery<'_, D> {
         let mut tied = vec![false; self.obscure.len()];
         for row in problem.rows().rows() {
             held[row.dependent] = true;
-            if row.entries.iter().any(|&(k, c)| k % D != row.dependent % D && c != 0.0) {
-                if let Some(tied) = tied.get_mut(row.dependent / D) {
-                    *tied = true;
-                }
+            let mixed = row.entries.iter().any(|&(k, c)| k % D != row.dependent % D && c != 0.0);
+            if let (true, Some(tied)) = (mixed, tied.get_mut(row.dependent / D)) {
+                *tied = true;
+            }
             }
         }
         let hoops = problem.body().table().hoop_components();
