@@ -91,7 +91,6 @@ impl<const D: usize> Recovery<'_, D> {
             if let (true, Some(tied)) = (mixed, tied.get_mut(row.dependent / D)) {
                 *tied = true;
             }
-            }
         }
         let hoops = problem.body().table().hoop_components();
         let size = problem.cells().positions().iter().fold(0.0, |largest: f64, x| largest.max(x.amax()));
