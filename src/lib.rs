@@ -93,6 +93,7 @@ pub mod shape;
 // Floor 4
 pub mod table;
 // Floor 5
+#[cfg(feature = "solve")]
 pub mod contact;
 pub mod term;
 // Floor 6
@@ -128,6 +129,7 @@ pub mod prelude {
     #[cfg(feature = "solve")]
     pub use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
     pub use crate::cells::{Cells, Lattice, Layout, Triangulation, Voronoi};
+    #[cfg(feature = "solve")]
     pub use crate::contact::{Profile, RigidSurface};
     pub use crate::error::Error;
     pub use crate::geometry::{Block, Domain, Mapped, Outline, Part, Point, Quadrilateral, Region, Side, Turn};

@@ -105,7 +105,7 @@ impl Refined {
         .built()
     }
 
-    /// The same lattice with these macro cells (zones, in the order of [`zones`](Cells::zones) of size 2) cut into
+    /// The same lattice with these macro cells (zones, in the order of [`zones`](super::Cells::zones) of size 2) cut into
     /// four, and with them neighbours that would else be more than one halving coarser. Macro cells that are
     /// refined four times already stay as they are.
     ///
@@ -129,7 +129,7 @@ impl Refined {
         self.macros.len()
     }
 
-    /// Whether each macro cell may be cut once more, in the order of [`zones`](Cells::zones) of size 2: a marker's bulk
+    /// Whether each macro cell may be cut once more, in the order of [`zones`](super::Cells::zones) of size 2: a marker's bulk
     /// should be filled with these alone.
     pub fn refinable(&self) -> impl Iterator<Item = bool> {
         self.macros.iter().map(|m| m.2 < DEEPEST)

@@ -158,6 +158,7 @@ pub struct BoundaryCells<const D: usize> {
 
 impl<const D: usize> BoundaryCells<D> {
     /// The mean outward normals at the particles, weighted by their hats; none for particles without a hat.
+    #[cfg(feature = "solve")]
     pub(crate) fn normals_at_particles(&self) -> std::collections::HashMap<u32, Point<D>> {
         let mut normals = std::collections::HashMap::new();
         for ((hats, normal), weight) in self.hats.iter().zip(&self.points.normals).zip(&self.points.weights) {
@@ -171,6 +172,7 @@ impl<const D: usize> BoundaryCells<D> {
     }
 
     /// The facets whose middle a predicate holds for.
+    #[cfg(feature = "solve")]
     pub(crate) fn within(&self, holds: &dyn Fn(&Point<D>) -> bool) -> Self {
         let mut kept = BoundaryCells { points: Points::empty(), hats: Vec::new() };
         for group in self.points.groups.windows(2) {

@@ -52,6 +52,7 @@ mod rivlin;
 mod rubber;
 mod stability;
 mod stretches;
+#[cfg(feature = "solve")]
 mod thickness;
 mod viscoelastic;
 mod volumetric;
@@ -78,6 +79,7 @@ pub use rivlin::RivlinPolynomial;
 pub use rubber::Rubber;
 pub use stability::{Criterion, SEARCHED, StableRange, stable_ranges, stable_ranges_incompressible};
 pub use stretches::{PrincipalStretches, TotalStretches};
+#[cfg(feature = "solve")]
 #[cfg(feature = "solve")]
 pub(crate) use thickness::FreeThickness;
 pub use viscoelastic::{Prony, Viscoelastic};

@@ -21,8 +21,8 @@ pub struct Principal {
 ///
 /// It is handed $\ln\bar\lambda_a$, which add up to zero, and differentiates with respect to them as if
 /// they were independent: for $\bar W = \sum_a w(\bar\lambda_a)$ the gradient is $\bar\lambda_aw'$ and
-/// the diagonal of the Hessian $\bar\lambda_aw' + \bar\lambda_a^2w''$. [`PrincipalStretches`] makes a
-/// [`Material`] of it. The exponentiated Hencky energy
+/// the diagonal of the Hessian $\bar\lambda_aw' + \bar\lambda_a^2w''$. [`PrincipalStretches`](super::PrincipalStretches) makes a
+/// [`Material`](super::Material) of it. The exponentiated Hencky energy
 /// $\frac{\mu}{\kappa}\left(e^{\kappa\sum_a(\ln\bar\lambda_a)^2} - 1\right)$:
 ///
 /// ```

@@ -243,7 +243,7 @@ impl Default for Scheme {
 
 impl Scheme {
     /// The paper's scheme: Gauss points (particles per direction in the zone + 2), zones as given by
-    /// [`zones`](Scheme::zones), no cure against locking, transformation at particles, supports from
+    /// [`integration_zones`](Scheme::integration_zones), no cure against locking, transformation at particles, supports from
     /// the largest spacing with normalised dilation `r`.
     ///
     /// Pressures at points are iterates of Newton, which changes its path but not its solution.

@@ -249,6 +249,7 @@ impl<const D: usize> ShapeTable<D> {
     }
 
     /// The table of a body whose nodes stand `first` behind the first of `node_count` in all.
+    #[cfg(feature = "solve")]
     pub(crate) fn shifted(mut self, first: usize, node_count: usize) -> Self {
         self.nodes.iter_mut().for_each(|node| *node += first as u32);
         self.clusters.shift(first as u32);

@@ -85,6 +85,7 @@ impl<const D: usize, M: Material> Body<D, M> {
 
     /// The first Piola–Kirchhoff stress at a point with deformation gradient `f` \[stress\], of the material as it is or as it remembers;
     /// without the pressure of the zone.
+    #[cfg(feature = "solve")]
     pub(crate) fn stress(&self, point: usize, f: &Matrix3<f64>, view: View<'_>) -> Matrix3<f64> {
         let elastic = self.material().response(f).stress;
         let Some(recall) = self.recall(view) else { return elastic };
@@ -99,6 +100,7 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 
     /// A memory for the points of another body over the same domain: that of the nearest point, at the same time.
+    #[cfg(feature = "solve")]
     pub(crate) fn memory_from<const E: usize, N: Material>(
         &self,
         from: &Body<E, N>,

@@ -89,6 +89,7 @@ impl Element {
     }
 
     /// Zeroes the buffers for some nodes of a cluster, by rising place.
+    #[cfg(feature = "solve")]
     pub(crate) fn reset_compact<const D: usize>(&mut self, places: &[u16]) {
         self.reset(places.len() * D, self.with_matrix);
         self.compact.extend_from_slice(places);
