@@ -58,7 +58,7 @@ impl Coefficient {
 /// impl Family for FungFamily {
 ///     fn name(&self) -> String { "Fung".into() }
 ///     fn coefficients(&self) -> Vec<Coefficient> {
-///         vec![Coefficient::modulus("mu".into()), Coefficient::number("b", [0.0, 50.0], [0.01, 1.0])]
+///         vec![Coefficient::modulus("mu"), Coefficient::number("b", [0.0, 50.0], [0.01, 1.0])]
 ///     }
 ///     fn build(&self, values: &[f64]) -> Result<Arc<dyn Material>, MaterialError> {
 ///         Ok(Arc::new(Invariants(Fung { mu: values[0], b: values[1] })))

@@ -63,7 +63,7 @@ const STEP: f64 = 0.02;
 /// let doubtful = Rubber::ogden([(0.8, 1.5), (-0.02, 4.0)], 1e3)?;
 /// let ranges = stable_ranges(&doubtful);
 /// let pulled = ranges.iter().find(|r| r.mode == Mode::Uniaxial && r.criterion == Criterion::Drucker).unwrap();
-/// assert!(pulled.high < 3.0 && pulled.contains(1.2));
+/// assert!(pulled.high < 4.0 && pulled.contains(1.2));
 /// assert!(stable_ranges(&Rubber::neo_hookean(0.4, 1e3)?).iter().all(|r| r.contains(0.1) && r.contains(10.0)));
 /// # Ok::<(), rkpm::error::MaterialError>(())
 /// ```

@@ -608,7 +608,7 @@ fn narrow<const D: usize>(lattice: &Lattice<D>) -> Vec<f64> {
         for i in 0..D {
             (index[i], rest) = (rest % counts[i], rest / counts[i]);
         }
-        if (0..D).any(|i| index[i].min(counts[i] - 1 - index[i]) == 2) {
+        if (0..D).any(|i| index[i] == 2 || counts[i] - 1 - index[i] == 2) {
             dilations[lattice.node(index)] = OUTER;
         }
     }

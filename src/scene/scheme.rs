@@ -126,8 +126,7 @@ pub enum Enforcing {
 /// How linear systems are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Solving {
-    /// By factors, except for lattices in space where an iteration is expected to take less than half the time or factors
-    /// would not fit into memory.
+    /// By factors, except for lattices in space whose factors would not fit into memory.
     #[default]
     Auto,
     /// By factors.

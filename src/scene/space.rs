@@ -18,11 +18,6 @@ use super::Scene;
 use super::discretize::Unmeasured;
 use super::scheme::{Dilation, Functions, PressureScheme, Scheme, Solving};
 
-/// What an iteration takes for each particle, in operations of a factorisation: some 35 directions that wait for memory,
-/// while factors are computed at the speed of dense matrices.
-const ITERATION: f64 = 1.1e7;
-/// An iteration is taken where it is expected to be so many times cheaper: factors also tell whether a state is stable.
-const CHEAPER: f64 = 2.0;
 /// Part of the memory at hand that factors may take.
 const ROOM: f64 = 0.6;
 
@@ -45,9 +40,7 @@ pub(super) fn iterates(scheme: &Scheme, counts: &[usize]) -> bool {
             let unknowns = 3.0 * particles;
             // Factors fill the band between the two narrower axes.
             let band = (3.0 * counts[0] * counts[1] * REACH as f64).min(unknowns);
-            let (factors, iteration) = (unknowns * band * band, ITERATION * particles);
-            let bytes = 8.0 * unknowns * band;
-            factors > CHEAPER * iteration || super::memory::at_hand().is_some_and(|room| bytes > ROOM * room as f64)
+            super::memory::at_hand().is_some_and(|room| 8.0 * unknowns * band > ROOM * room as f64)
         }
     }
 }

@@ -142,10 +142,10 @@ fn no_deformation_is_unseen() {
         let modes = check::spurious_modes(scene, &scheme.order(2)).unwrap();
         assert!(modes.zero_modes == 0 && modes.smallest > floor && modes.largest < 1.05, "{modes:?}");
     }
-    // In space one linear gradient for a brick leaves modes: there the default stays with averages.
+    // In space one linear gradient for a brick leaves modes: there gradients are multilinear, at eight points.
     let cube = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber());
     let modes = check::spurious_modes(&cube, &Scheme::default().order(2).particles([4])).unwrap();
-    assert!(modes.zero_modes == 0 && modes.smallest > 0.6, "{modes:?}");
+    assert!(modes.zero_modes == 0 && modes.smallest > 0.3, "{modes:?}");
 }
 
 /// The strip of revolution of the inflated tube (tests/reference/tube_inflation.csv, to 1e-9): with fewer points than averages

@@ -69,7 +69,7 @@ fn what_is_not_reached_is_said_and_the_best_model_returned() {
     let aside = Quantity::reaction((1, Side::Max), 0);
     let few = Budget { unknowns: 3000, levels: 12 };
     let answer = pulled.solve_within(&Tolerance::of(aside.clone(), 0.01), few).unwrap();
-    let told = |why: &str| why.contains("of reaction 0 of u_0") && why.contains("Quantity::relative_to");
+    let told = |why: &str| why.contains("of reaction 0 of face (1, Max)") && why.contains("Quantity::relative_to");
     assert!(matches!(&answer.verdict, Verdict::NotReached(why) if told(why)), "{:?}", answer.verdict);
     let answer = pulled.solve_within(&Tolerance::of(aside.clone().relative_to(0.1), 0.01), few).unwrap();
     assert!(answer.reached() && answer.values()[0].abs() < answer.bound.max(1e-9) * 0.1, "{:?}", answer.verdict);
