@@ -17,6 +17,8 @@ pub(crate) use ordering::after_their_rows;
 pub use ordering::{banded, nested_dissection};
 pub(crate) use residuals::{Directions, minimal_residuals};
 
+use std::sync::Arc;
+
 use crate::assembly::Pattern;
 use crate::error::LinearError;
 
@@ -100,6 +102,25 @@ pub trait LinearSolver: Send + Sync {
     /// Directions that each solution so far has taken; none for direct solvers.
     fn directions(&self) -> Vec<usize> {
         Vec::new()
+    }
+}
+
+impl<T: LinearSolver + ?Sized> LinearSolver for Arc<T> {
+    fn analyze(
+        &self,
+        pattern: &Pattern,
+        class: MatrixClass,
+        order: Option<&[usize]>,
+    ) -> Result<Box<dyn Factorizer>, LinearError> {
+        (**self).analyze(pattern, class, order)
+    }
+
+    fn keeps_pressures(&self) -> bool {
+        (**self).keeps_pressures()
+    }
+
+    fn directions(&self) -> Vec<usize> {
+        (**self).directions()
     }
 }
 

@@ -238,7 +238,8 @@ fn particles<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> Result<Mad
     let ties = of.tied(&mut rows, &approximation, rule)?;
     // Several bodies are solved by factors.
     let alone = scene.bodies.len() == 1 && scene.rigids.is_empty();
-    let auxiliary = match alone {
+    // A solver of one's own takes the condensed system.
+    let auxiliary = match alone && scheme.solver.is_none() {
         true => super::space::auxiliary(scene, scheme, &**cells, &approximation, &body, &rows)?,
         false => None,
     };
@@ -495,6 +496,9 @@ fn finish<const D: usize>(
     };
     if let Some(auxiliary) = auxiliary {
         analysis = Analysis::new(LagrangeMultipliers, Krylov::new(auxiliary));
+    }
+    if let Some(solver) = &scheme.solver {
+        analysis.solver = Box::new(solver.clone());
     }
     analysis.newton = scheme.newton;
     analysis.stepping = scheme.stepping;

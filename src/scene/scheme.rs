@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::cells::{Layout, Scatter};
 use crate::kernel::{CubicSpline, Kernel};
+use crate::linear::LinearSolver;
 use crate::solve::{Newton, Stepping};
 use crate::term::PressureField;
 
@@ -184,6 +185,8 @@ pub struct Scheme {
     /// Bytes that a lattice in space may take; `None` for the memory at hand, where the system tells. Larger models are
     /// refused before they are built.
     pub memory: Option<u64>,
+    /// A linear solver of one's own, see [`solver`](Scheme::solver).
+    pub solver: Option<Arc<dyn LinearSolver>>,
     /// Newton's method.
     pub newton: Newton,
     /// Load stepping.
@@ -234,6 +237,7 @@ impl Default for Scheme {
             enforcing: Enforcing::Auto,
             solving: Solving::Auto,
             memory: None,
+            solver: None,
             newton: Newton::default(),
             stepping: Stepping::default(),
         }
@@ -369,6 +373,12 @@ impl Scheme {
     /// Sets how linear systems are solved.
     pub fn solving(mut self, solving: Solving) -> Self {
         self.solving = solving;
+        self
+    }
+
+    /// Sets a linear solver in place of the crate's own: one behind the traits of [`linear`](crate::linear).
+    pub fn solver(mut self, solver: impl LinearSolver + 'static) -> Self {
+        self.solver = Some(Arc::new(solver));
         self
     }
 

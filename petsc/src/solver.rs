@@ -1,0 +1,316 @@
+//! MUMPS behind the traits of `rkpm::linear`.
+
+use std::cell::Cell;
+use std::ffi::{CStr, c_int};
+use std::ptr;
+
+use rkpm::assembly::Pattern;
+use rkpm::error::LinearError;
+use rkpm::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
+
+use crate::error::PetscError;
+use crate::ffi::{self, PetscInt};
+use crate::session::{Reduction, Session, check};
+
+/// The entry of MUMPS' list of results that counts negative pivots.
+const NEGATIVE_PIVOTS: PetscInt = 12;
+
+/// The setting of MUMPS for working memory beyond its estimate, in percent: pivoting needs what it can't foresee.
+const MORE_MEMORY: PetscInt = 14;
+/// Percentages that are tried in turn.
+const PERCENT: [PetscInt; 5] = [35, 100, 200, 400, 800];
+/// The reason of a failed factorisation that more memory mends.
+const OUT_OF_MEMORY: c_int = 3;
+
+/// What a solution with numbers that are none is.
+const NOT_FINITE: LinearError = LinearError::Residual { residual: f64::NAN };
+
+/// Relative residual of a solution with a matrix that is singular to working precision: MUMPS divides by what rounding leaves.
+const SINGULAR: f64 = 1e-2;
+
+/// Sparse direct solution by MUMPS: $LDL^T$ with pivoting, whose signs tell stability.
+///
+/// ```ignore
+/// let session = rkpm_petsc::Session::start()?;
+/// let problem = scene.discretize(&Scheme::default().solver(Mumps::new(&session)))?;
+/// ```
+/// On one rank: scenes are not shared among several yet.
+#[derive(Debug, Clone)]
+pub struct Mumps {
+    session: Session,
+}
+
+impl Mumps {
+    /// The solver of a session.
+    pub fn new(session: &Session) -> Self {
+        Mumps { session: session.clone() }
+    }
+}
+
+impl LinearSolver for Mumps {
+    fn analyze(
+        &self,
+        pattern: &Pattern,
+        _: MatrixClass,
+        _: Option<&[usize]>,
+    ) -> Result<Box<dyn Factorizer>, LinearError> {
+        self.session.at_home().map_err(LinearError::from)?;
+        if self.session.count() > 1 {
+            return Err(PetscError::Ranks { count: self.session.count() }.into());
+        }
+        pattern.validate()?;
+        Ok(Box::new(MumpsFactorizer::new(&self.session, pattern)?))
+    }
+}
+
+/// Matrix, vectors and factors of one pattern.
+#[derive(Debug)]
+struct MumpsFactorizer {
+    session: Session,
+    /// What this rank sums of the matrix.
+    pattern: Pattern,
+    objects: Objects,
+    /// The unknowns that this rank holds.
+    range: [usize; 2],
+    negative: Cell<usize>,
+    /// Working memory beyond MUMPS' estimate that was enough so far, in percent.
+    percent: Cell<PetscInt>,
+}
+
+/// PETSc's objects, destroyed together.
+#[derive(Debug)]
+struct Objects {
+    matrix: ffi::Mat,
+    rhs: ffi::Vec_,
+    solution: ffi::Vec_,
+    whole: ffi::Vec_,
+    scatter: ffi::VecScatter,
+    ksp: ffi::KSP,
+    _session: Session,
+}
+
+// SAFETY: every use of the pointers first makes sure that it runs on the thread that started the library.
+unsafe impl Send for Objects {}
+// SAFETY: as above.
+unsafe impl Sync for Objects {}
+
+impl Drop for Objects {
+    fn drop(&mut self) {
+        if self._session.at_home().is_err() {
+            return; // Left to the end of the process: PETSc must not be called from here.
+        }
+        // SAFETY: created by PETSc, destroyed once; null pointers are left alone by it.
+        unsafe {
+            ffi::KSPDestroy(&mut self.ksp);
+            ffi::VecScatterDestroy(&mut self.scatter);
+            ffi::VecDestroy(&mut self.whole);
+            ffi::VecDestroy(&mut self.solution);
+            ffi::VecDestroy(&mut self.rhs);
+            ffi::MatDestroy(&mut self.matrix);
+        }
+    }
+}
+
+/// A number of unknowns or entries as PETSc counts them.
+fn index(what: &'static str, size: usize) -> Result<PetscInt, PetscError> {
+    let remedy = "take fewer particles, or a PETSc with 64-bit indices";
+    PetscInt::try_from(size).map_err(|_| PetscError::Size { what, size, remedy })
+}
+
+/// A square matrix of a kind, spread over the ranks.
+fn matrix(kind: &CStr, size: PetscInt) -> Result<ffi::Mat, PetscError> {
+    let mut matrix = ptr::null_mut();
+    // SAFETY: the matrix is created before it is used.
+    unsafe {
+        check("MatCreate", ffi::MatCreate(ffi::PETSC_COMM_WORLD, &mut matrix))?;
+        check("MatSetSizes", ffi::MatSetSizes(matrix, ffi::PETSC_DECIDE, ffi::PETSC_DECIDE, size, size))?;
+        check("MatSetType", ffi::MatSetType(matrix, kind.as_ptr()))?;
+    }
+    Ok(matrix)
+}
+
+/// Adds values column by column: the columns of a lower triangle are the rows of the upper one, which PETSc keeps.
+fn add(matrix: ffi::Mat, columns: &[usize], rows: &[u32], values: Option<&[f64]>) -> Result<(), PetscError> {
+    let (mut targets, zeros) = (Vec::<PetscInt>::new(), vec![0.0; longest(columns)]);
+    for (column, ends) in columns.windows(2).enumerate() {
+        targets.clear();
+        targets.extend(rows[ends[0]..ends[1]].iter().map(|&row| row as PetscInt));
+        let given = values.map_or(&zeros[..targets.len()], |values| &values[ends[0]..ends[1]]);
+        let (row, count) = (column as PetscInt, targets.len() as PetscInt);
+        // SAFETY: indices and values are as long as said and below the size of the matrix (Pattern::validate).
+        check("MatSetValues", unsafe {
+            ffi::MatSetValues(matrix, 1, &row, count, targets.as_ptr(), given.as_ptr(), ffi::ADD_VALUES)
+        })?;
+    }
+    // SAFETY: the matrix is there.
+    unsafe {
+        check("MatAssemblyBegin", ffi::MatAssemblyBegin(matrix, ffi::MAT_FINAL_ASSEMBLY))?;
+        check("MatAssemblyEnd", ffi::MatAssemblyEnd(matrix, ffi::MAT_FINAL_ASSEMBLY))
+    }
+}
+
+fn longest(columns: &[usize]) -> usize {
+    columns.windows(2).map(|ends| ends[1] - ends[0]).max().unwrap_or(0)
+}
+
+impl MumpsFactorizer {
+    fn new(session: &Session, pattern: &Pattern) -> Result<Self, PetscError> {
+        let size = index("unknowns", pattern.size())?;
+        index("entries of one rank", pattern.entries())?;
+        let mut objects = Objects {
+            matrix: ptr::null_mut(),
+            rhs: ptr::null_mut(),
+            solution: ptr::null_mut(),
+            whole: ptr::null_mut(),
+            scatter: ptr::null_mut(),
+            ksp: ptr::null_mut(),
+            _session: session.clone(),
+        };
+        let (mut first, mut end) = (0, 0);
+        objects.matrix = matrix(c"sbaij", size)?;
+        // The pattern of all ranks together, counted by a matrix that holds none.
+        let mut counter = matrix(c"preallocator", size)?;
+        let mut pc = ptr::null_mut();
+        // SAFETY: objects are created before they are used; PETSc copies what it is given.
+        unsafe {
+            check("MatSetUp", ffi::MatSetUp(counter))?;
+            let counted = add(counter, &pattern.columns, &pattern.rows, None).and_then(|()| {
+                check(
+                    "MatPreallocatorPreallocate",
+                    ffi::MatPreallocatorPreallocate(counter, ffi::PETSC_TRUE, objects.matrix),
+                )
+            });
+            ffi::MatDestroy(&mut counter);
+            counted?;
+            check("VecCreateMPI", ffi::VecCreateMPI(ffi::PETSC_COMM_WORLD, ffi::PETSC_DECIDE, size, &mut objects.rhs))?;
+            check(
+                "VecCreateMPI",
+                ffi::VecCreateMPI(ffi::PETSC_COMM_WORLD, ffi::PETSC_DECIDE, size, &mut objects.solution),
+            )?;
+            check("VecGetOwnershipRange", ffi::VecGetOwnershipRange(objects.rhs, &mut first, &mut end))?;
+            check(
+                "VecScatterCreateToAll",
+                ffi::VecScatterCreateToAll(objects.solution, &mut objects.scatter, &mut objects.whole),
+            )?;
+            check("KSPCreate", ffi::KSPCreate(ffi::PETSC_COMM_WORLD, &mut objects.ksp))?;
+            check("KSPSetType", ffi::KSPSetType(objects.ksp, c"preonly".as_ptr()))?;
+            check("KSPSetOperators", ffi::KSPSetOperators(objects.ksp, objects.matrix, objects.matrix))?;
+            check("KSPGetPC", ffi::KSPGetPC(objects.ksp, &mut pc))?;
+            check("PCSetType", ffi::PCSetType(pc, c"cholesky".as_ptr()))?;
+            check("PCFactorSetMatSolverType", ffi::PCFactorSetMatSolverType(pc, c"mumps".as_ptr()))?;
+        }
+        Ok(MumpsFactorizer {
+            session: session.clone(),
+            pattern: pattern.clone(),
+            objects,
+            range: [first as usize, end as usize],
+            negative: Cell::new(0),
+            percent: Cell::new(PERCENT[0]),
+        })
+    }
+
+    fn numeric(&self, values: &[f64]) -> Result<(), PetscError> {
+        self.session.at_home()?;
+        let (mut pc, mut factor, mut negative) = (ptr::null_mut(), ptr::null_mut(), 0);
+        // SAFETY: the objects live as long as `self`.
+        unsafe {
+            check("MatZeroEntries", ffi::MatZeroEntries(self.objects.matrix))?;
+            add(self.objects.matrix, &self.pattern.columns, &self.pattern.rows, Some(values))?;
+            check("KSPGetPC", ffi::KSPGetPC(self.objects.ksp, &mut pc))?;
+            let mut reason: c_int = 0;
+            for percent in PERCENT.into_iter().skip_while(|&percent| percent < self.percent.get()) {
+                let Objects { ksp, matrix, .. } = self.objects;
+                // An assembly without new values tells the solver that the matrix is to be factorised anew.
+                check("MatAssemblyBegin", ffi::MatAssemblyBegin(matrix, ffi::MAT_FINAL_ASSEMBLY))?;
+                check("MatAssemblyEnd", ffi::MatAssemblyEnd(matrix, ffi::MAT_FINAL_ASSEMBLY))?;
+                check("KSPSetOperators", ffi::KSPSetOperators(ksp, matrix, matrix))?;
+                check("PCFactorSetUpMatSolverType", ffi::PCFactorSetUpMatSolverType(pc))?;
+                check("PCFactorGetMatrix", ffi::PCFactorGetMatrix(pc, &mut factor))?;
+                check("MatMumpsSetIcntl", ffi::MatMumpsSetIcntl(factor, MORE_MEMORY, percent))?;
+                check("KSPSetUp", ffi::KSPSetUp(ksp))?;
+                check("PCGetFailedReason", ffi::PCGetFailedReason(pc, &mut reason))?;
+                self.percent.set(percent);
+                if reason != OUT_OF_MEMORY {
+                    break;
+                }
+            }
+            check("factorisation by MUMPS", reason)?;
+            check("MatMumpsGetInfog", ffi::MatMumpsGetInfog(factor, NEGATIVE_PIVOTS, &mut negative))?;
+        }
+        self.negative.set(negative as usize);
+        Ok(())
+    }
+
+    fn solve(&self, values: &mut [f64]) -> Result<(), PetscError> {
+        self.session.at_home()?;
+        let [first, end] = self.range;
+        let mut array = ptr::null_mut();
+        // SAFETY: this rank's part of the vector is `end - first` long, the gathered one as long as the system.
+        unsafe {
+            check("VecGetArray", ffi::VecGetArray(self.objects.rhs, &mut array))?;
+            if end > first {
+                std::slice::from_raw_parts_mut(array, end - first).copy_from_slice(&values[first..end]);
+            }
+            check("VecRestoreArray", ffi::VecRestoreArray(self.objects.rhs, &mut array))?;
+            check("KSPSolve", ffi::KSPSolve(self.objects.ksp, self.objects.rhs, self.objects.solution))?;
+            let mut reason: c_int = 0;
+            check("KSPGetConvergedReason", ffi::KSPGetConvergedReason(self.objects.ksp, &mut reason))?;
+            check("solution by MUMPS", if reason < 0 { reason } else { 0 })?;
+            let Objects { scatter, solution, whole, .. } = &self.objects;
+            for half in [ffi::VecScatterBegin, ffi::VecScatterEnd] {
+                check("VecScatter", half(*scatter, *solution, *whole, ffi::INSERT_VALUES, ffi::SCATTER_FORWARD))?;
+            }
+            check("VecGetArray", ffi::VecGetArray(*whole, &mut array))?;
+            if !values.is_empty() {
+                values.copy_from_slice(std::slice::from_raw_parts(array, values.len()));
+            }
+            check("VecRestoreArray", ffi::VecRestoreArray(*whole, &mut array))?;
+        }
+        Ok(())
+    }
+}
+
+fn check_length(what: &'static str, given: usize, needed: usize) -> Result<(), LinearError> {
+    if given == needed { Ok(()) } else { Err(LinearError::Length { what, given, needed }) }
+}
+
+impl Factorizer for MumpsFactorizer {
+    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
+        check_length("list of values", values.len(), self.pattern.entries())?;
+        // One rank's number that is none is all ranks' error.
+        let mut wrong = [f64::from(u8::from(values.iter().any(|v| !v.is_finite())))];
+        self.session.reduce(Reduction::Largest, &mut wrong)?;
+        if wrong[0] > 0.0 {
+            return Err(NOT_FINITE);
+        }
+        self.numeric(values)?;
+        Ok(Box::new(MumpsFactors { factorizer: self, values }))
+    }
+}
+
+/// Factors, and the values that tell how well they solve.
+struct MumpsFactors<'a> {
+    factorizer: &'a MumpsFactorizer,
+    values: &'a [f64],
+}
+
+impl Factors for MumpsFactors<'_> {
+    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
+        let MumpsFactorizer { session, pattern, .. } = self.factorizer;
+        check_length("right-hand side", rhs.len(), pattern.size())?;
+        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let given = rhs.to_vec();
+        self.factorizer.solve(rhs)?;
+        let mut product = vec![0.0; rhs.len()];
+        pattern.multiply_add(self.values, rhs, &mut product);
+        session.reduce(Reduction::Sum, &mut product)?;
+        product.iter_mut().zip(&given).for_each(|(p, b)| *p -= b);
+        let (residual, size) = (norm(&product), norm(&given));
+        if residual <= SINGULAR * size { Ok(()) } else { Err(LinearError::Residual { residual: residual / size }) }
+    }
+
+    fn inertia(&self) -> Option<Inertia> {
+        let negative = self.factorizer.negative.get();
+        Some(Inertia { positive: self.factorizer.pattern.size() - negative, negative })
+    }
+}
