@@ -275,35 +275,6 @@ impl<const D: usize> Model<D> {
         bound
     }
 
-    /// Writes what a converged state leaves to the next step into its condensed unknowns; nothing for vectors of another model.
-    #[cfg(feature = "solve")]
-    pub(crate) fn record(&self, displacement: &[f64], condensed: &mut [Vec<f64>], load: f64) {
-        if !self.reads(displacement, condensed) {
-            return;
-        }
-        for (term, condensed) in self.terms.iter().zip(condensed) {
-            let with_history = (0..term.clusters()).filter(|&c| !term.history(c).is_empty());
-            for cluster in with_history {
-                let range = term.condensed(cluster);
-                let mut own = condensed[range.clone()].to_vec();
-                term.record(cluster, View { displacement, condensed, load }, &mut own);
-                condensed[range].copy_from_slice(&own);
-            }
-        }
-    }
-
-    /// Takes the history of other condensed unknowns over: what is predicted is not.
-    #[cfg(feature = "solve")]
-    pub(crate) fn keep_history(&self, from: &[Vec<f64>], to: &mut [Vec<f64>]) {
-        for (term, (from, to)) in self.terms.iter().zip(from.iter().zip(to)) {
-            for cluster in 0..term.clusters() {
-                let (first, history) = (term.condensed(cluster).start, term.history(cluster));
-                let range = first + history.start..first + history.end;
-                to[range.clone()].copy_from_slice(&from[range]);
-            }
-        }
-    }
-
     /// Whether the memory of a term fades with time: steps of the load are steps of time.
     pub fn is_timed(&self) -> bool {
         self.terms.iter().any(|term| term.is_timed())

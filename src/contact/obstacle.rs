@@ -47,9 +47,6 @@ pub(super) const TOO_FAR: f64 = 0.5;
 
 /// Steps of the load go no further where there is friction, which knows where a body comes from.
 const FRICTION_STEP: f64 = 0.1;
-/// Displacements of hats are kept among pressures in units of this part of the shear modulus by their width, so that
-/// changes of pressures are measured by pressures.
-const KEPT: f64 = 1e-6;
 
 /// Unilateral contact of a part of the boundary with a rigid surface, with Coulomb's friction or without.
 ///
@@ -104,9 +101,9 @@ impl<const D: usize> RigidContact<D> {
         self.surface.friction > 0.0
     }
 
-    /// Condensed unknowns of a hat: its pressure, and with friction its traction and where it was.
+    /// Condensed unknowns of a hat: its pressure, and with friction its traction.
     fn stride(&self) -> usize {
-        if self.rubs() { 1 + 2 * D } else { 1 }
+        if self.rubs() { 1 + D } else { 1 }
     }
 
     /// Pressure and tangential traction of a hat.
@@ -160,16 +157,11 @@ impl<const D: usize> RigidContact<D> {
         pressure > self.decisive(hat) * gap
     }
 
-    /// The scale of what is kept of a hat \[stress/length\].
-    fn kept(&self, hat: usize) -> f64 {
-        KEPT * self.decisive(hat)
-    }
-
     /// What a touching hat does along the surface.
     fn grip(&self, hat: usize, condensed: &[f64], touch: &Touch<D>) -> Grip<D> {
         let (pressure, traction) = self.pressure(hat, condensed);
-        let first = hat * self.stride() + 1 + D;
-        let was = Point::<D>::from_fn(|i, _| condensed[first + i] / self.kept(hat));
+        let first = self.memory().start + hat * D;
+        let was = Point::<D>::from_fn(|i, _| condensed[first + i]);
         let along = |v: Point<D>| v - touch.normal * touch.normal.dot(&v);
         let (slip, decisive) = (along(touch.beside - was), self.decisive(hat));
         let asked = along(traction) - slip * decisive;
@@ -306,28 +298,28 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         cluster * stride..(cluster + 1) * stride
     }
 
-    fn start(&self, cluster: usize, condensed: &mut [f64]) {
-        if self.rubs() {
-            let offset = self.surface.placed(0.0, 0.0).offset;
-            for i in 0..D {
-                condensed[1 + D + i] = -offset[i] * self.kept(cluster);
-            }
+    fn memory(&self) -> std::ops::Range<usize> {
+        let hats = self.skin.hats.len();
+        let first = hats * self.stride();
+        // Where each hat was beside the surface; without friction that does not matter.
+        first..first + if self.rubs() { hats * D } else { 0 }
+    }
+
+    fn start_memory(&self, memory: &mut [f64]) {
+        let offset = self.surface.placed(0.0, 0.0).offset;
+        for was in memory.chunks_exact_mut(D) {
+            was.iter_mut().zip(&offset).for_each(|(was, offset)| *was = -offset);
+        }
+    }
+
+    fn remember(&self, view: View<'_>, next: &mut [f64]) {
+        for (hat, now) in next.chunks_exact_mut(D).enumerate() {
+            now.copy_from_slice(self.touch(hat, &view, |_, _, _| {}).beside.as_slice());
         }
     }
 
     fn rounding(&self) -> [f64; 2] {
         self.stiffness.rounding(self.skin.hats.iter(), self.skin.extent)
-    }
-
-    fn history(&self, _: usize) -> std::ops::Range<usize> {
-        if self.rubs() { 1 + D..1 + 2 * D } else { 0..0 }
-    }
-
-    fn record(&self, cluster: usize, view: View<'_>, condensed: &mut [f64]) {
-        let beside = self.touch(cluster, &view, |_, _, _| {}).beside;
-        for i in 0..D {
-            condensed[1 + D + i] = beside[i] * self.kept(cluster);
-        }
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {

@@ -323,7 +323,6 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let critical = self.critical_points(&state, unstable);
         self.workspace.model.remember(&state.displacement, &mut state.condensed, state.load);
         self.workspace.react(&mut state);
-        self.workspace.model.record(&state.displacement, &mut state.condensed, state.load);
         let energy = self.workspace.model.energy(&state.displacement, &state.condensed, state.load);
         let step = Step {
             state: state.clone(),

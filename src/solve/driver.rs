@@ -69,7 +69,6 @@ pub(super) fn predict<const D: usize>(model: &Model<D>, previous: &State, state:
             *l += factor * ratio * (now - then);
         }
     }
-    model.keep_history(&state.condensed, &mut predicted.condensed);
     predicted.load += factor * ratio * (state.load - previous.load);
     predicted
 }

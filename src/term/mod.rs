@@ -241,15 +241,6 @@ pub trait Term<const D: usize>: Send + Sync {
         1.0
     }
 
-    /// Which condensed unknowns of a cluster are its history, among those of the cluster: set where a step has converged, and the
-    /// same along the way to the next one.
-    fn history(&self, _cluster: usize) -> std::ops::Range<usize> {
-        0..0
-    }
-
-    /// Writes what a converged state leaves to the next step into the history of a cluster's condensed unknowns.
-    fn record(&self, _cluster: usize, _view: View<'_>, _locals: &mut [f64]) {}
-
     /// What rounding of coordinates makes of the condensed unknowns, and of the norm of the forces: changes below are none. Contact that
     /// has come to rest under next to no force needs it, all else is measured beside its forces.
     fn rounding(&self) -> [f64; 2] {
@@ -386,16 +377,8 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
         (**self).advance(cluster, view, step, condensed_step)
     }
 
-    fn history(&self, cluster: usize) -> std::ops::Range<usize> {
-        (**self).history(cluster)
-    }
-
     fn rounding(&self) -> [f64; 2] {
         (**self).rounding()
-    }
-
-    fn record(&self, cluster: usize, view: View<'_>, condensed: &mut [f64]) {
-        (**self).record(cluster, view, condensed);
     }
 
     fn energy(&self, cluster: usize, view: View<'_>) -> f64 {
