@@ -7,6 +7,7 @@ use crate::scene::{Scene, Scheme};
 use crate::solve::Ending;
 
 use super::answer::{Answer, Budget, Level, Tolerance, Verdict};
+use super::progress::Limits;
 use super::quantity::Quantity;
 
 /// Fewer models say nothing of their error.
@@ -41,11 +42,12 @@ pub(super) fn follow<const D: usize>(
     solved: Result<Answer<D>, Error>,
     before: Option<Answer<D>>,
     counts: &[usize],
+    limits: &Limits<'_>,
 ) -> Result<Course<D, Vec<Level>>, Error> {
     match (solved, before) {
         (Ok(next), before) => Ok(Course::Onward(next, before.map(|before| before.levels).unwrap_or_default())),
         (Err(error), Some(mut best)) => {
-            best.verdict = failed(counts, &error);
+            best.verdict = failed(counts, &error, limits);
             Ok(Course::Ended(best))
         }
         (Err(error), None) => Err(error),
@@ -53,9 +55,14 @@ pub(super) fn follow<const D: usize>(
 }
 
 /// The verdict where a further model could not be solved.
-pub(super) fn failed(counts: &[usize], error: &Error) -> Verdict {
+pub(super) fn failed(counts: &[usize], error: &Error, limits: &Limits<'_>) -> Verdict {
     let particles: Vec<String> = counts.iter().map(usize::to_string).collect();
-    Verdict::NotReached(format!("the model of {} particles failed: {error}", particles.join(" × ")))
+    let particles = particles.join(" × ");
+    Verdict::NotReached(if limits.exceeded {
+        format!("the model of {particles} particles would take too many times the work of all before it")
+    } else {
+        format!("the model of {particles} particles failed: {error}")
+    })
 }
 
 /// The model that a finer one is compared with.
@@ -93,13 +100,17 @@ pub(super) fn judge<const D: usize, Next>(
     mut answer: Answer<D>,
     tolerance: &Tolerance<D>,
     budget: Budget,
+    limits: &mut Limits<'_>,
     finer: impl FnOnce(&Answer<D>) -> Result<(usize, Next), String>,
 ) -> Course<D, Next> {
+    let flow = answer.levels.last().map(|level| limits.watch.level(level));
     if answer.levels.len() >= LEAST && answer.bound < tolerance.error {
         answer.verdict = Verdict::Reached;
         return Course::Ended(answer);
     }
-    let mut why = if answer.levels.len() >= budget.levels {
+    let mut why = if flow.is_some_and(|flow| flow.is_break()) {
+        "the observer broke off".to_string()
+    } else if answer.levels.len() >= budget.levels {
         format!("the budget of {} models is used up", budget.levels)
     } else {
         match finer(&answer) {
@@ -137,20 +148,23 @@ pub(super) fn solve<const D: usize>(
     counts: &[usize],
     tolerance: &Tolerance<D>,
     coarser: Option<&Answer<D>>,
+    limits: &mut Limits<'_>,
 ) -> Result<Answer<D>, Error> {
     let start = Instant::now();
     let mut problem = scene.discretize(&scheme)?;
+    limits.counts(problem.model().unknowns());
     let mut wasted = 0;
     let corrected = match coarser {
         Some(coarser) => {
             let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
             let tight = problem.analysis().newton.tolerance;
             problem.analysis_mut().newton.tolerance = tight.max(ALGEBRAIC * tolerance.error);
-            let corrected = problem.analysis().correct(problem.model(), problem.rows(), guess, &mut ());
+            let corrected = problem.analysis().correct(problem.model(), problem.rows(), guess, &mut *limits);
             problem.analysis_mut().newton.tolerance = tight;
             // A guess that can't be corrected costs its iterations and nothing else.
             match corrected {
                 Ok(path) if path.ending == Ending::Completed => Some(path),
+                Ok(path) if path.ending == Ending::Stopped => Some(path.completed()?),
                 Ok(path) => {
                     wasted = path.iterations;
                     None
@@ -162,7 +176,7 @@ pub(super) fn solve<const D: usize>(
     };
     let path = match corrected {
         Some(path) => path,
-        None => problem.run(&mut ())?.completed()?,
+        None => problem.run(limits)?.completed()?,
     };
     let seconds = start.elapsed().as_secs_f64();
     let energy = Quantity::energy();

@@ -11,6 +11,7 @@ use crate::scene::{Problem, Scene, Scheme};
 
 use super::answer::{Answer, Budget, Level, Tolerance};
 use super::nested::{Against, Course, check, follow, join, judge, solve};
+use super::progress::{Limits, Progress};
 use super::sizing::THIN;
 
 /// Share of the summed squared indicators that the refined macro cells carry (Dörfler's bulk criterion).
@@ -78,7 +79,22 @@ impl Scene<2> {
         tolerance: &Tolerance<2>,
         budget: Budget,
     ) -> Result<Answer<2>, Error> {
+        self.solve_within_locally_watched(scheme, tolerance, budget, &mut ())
+    }
+
+    /// As [`solve_within_locally`](Scene::solve_within_locally), watched.
+    ///
+    /// # Errors
+    /// As [`solve_within_locally`](Scene::solve_within_locally).
+    pub fn solve_within_locally_watched(
+        &self,
+        scheme: &Scheme,
+        tolerance: &Tolerance<2>,
+        budget: Budget,
+        watch: &mut dyn Progress,
+    ) -> Result<Answer<2>, Error> {
         check(tolerance)?;
+        let mut limits = Limits::new(watch);
         let needed = "a scene on a block or mapped block, no side of which is more than eight times another";
         let unsuited = GeometryError::Unsuited { what: "local refinement", needed };
         let (Some(lengths), Some(domain)) = (self.side_lengths(), self.domain()) else { return Err(unsuited.into()) };
@@ -94,8 +110,9 @@ impl Scene<2> {
         loop {
             let scene = self.with_cells(Arc::new(cells.clone()));
             let counts = [cells.positions().len()];
-            let solved = solve(&scene, scheme.clone(), &counts, tolerance, answer.as_ref());
-            let (mut next, before) = match follow(solved, answer, &counts)? {
+            limits.begin(false);
+            let solved = solve(&scene, scheme.clone(), &counts, tolerance, answer.as_ref(), &mut limits);
+            let (mut next, before) = match follow(solved, answer, &counts, &limits)? {
                 Course::Onward(next, before) => (next, before),
                 Course::Ended(best) => return Ok(best),
             };
@@ -111,7 +128,7 @@ impl Scene<2> {
             }
             let against = compared(&before, next.levels[0].unknowns, &totals, stuck, least);
             join(&mut next, before, tolerance, against);
-            let course = judge(next, tolerance, budget, |_| {
+            let course = judge(next, tolerance, budget, &mut limits, |_| {
                 let finer = cells.refined(&marked(&indicators));
                 let finer = finer.map_err(|error| format!("the cells can't be refined: {error}"))?;
                 if finer.positions().len() == cells.positions().len() {

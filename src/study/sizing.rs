@@ -6,6 +6,8 @@ use crate::scene::{Scene, Scheme};
 use super::answer::{Answer, Budget, Tolerance};
 use crate::solve::NO_FREE;
 
+use super::progress::{Limits, Progress};
+
 use super::nested::{Against, Course, check, failed, follow, join, judge, solve, worst};
 
 /// Assumed order of convergence: corners of rubber parts allow no more.
@@ -26,7 +28,7 @@ const ALIKE: f64 = 2.0;
 const ACROSS: f64 = 2.0;
 /// The second model's spacing relative to the first: close enough to be cheap, far enough to tell.
 const FIRST_FACTOR: f64 = 1.5;
-/// Bounds of all later factors.
+/// Bounds of all later factors: the larger one for a model that is expected to be the last.
 const FACTORS: [f64; 2] = [1.5, 2.0];
 /// The next model aims at this part of the tolerance.
 const AIM: f64 = 0.8;
@@ -87,13 +89,35 @@ impl<const D: usize> Scene<D> {
         tolerance: &Tolerance<D>,
         budget: Budget,
     ) -> Result<Answer<D>, Error> {
+        self.solve_within_watched(scheme, tolerance, budget, &mut ())
+    }
+
+    /// As [`solve_within_by`](Scene::solve_within_by), watched: after each model, and inside each analysis.
+    ///
+    /// No model may take more than four times the work of all before it together, sixteen times where the estimate says that it will
+    /// be the last; the work is counted in factorisations times the power 3/2 of the unknowns.
+    ///
+    /// # Errors
+    /// As [`solve_within_by`](Scene::solve_within_by).
+    pub fn solve_within_watched(
+        &self,
+        scheme: &Scheme,
+        tolerance: &Tolerance<D>,
+        budget: Budget,
+        watch: &mut dyn Progress,
+    ) -> Result<Answer<D>, Error> {
         check(tolerance)?;
+        let mut limits = Limits::new(watch);
+        let mut last_one = false;
         let mut sides = Sides::of(self)?;
         let (mut fineness, mut attempts, mut across) = (1.0, 0, 0.0);
         let mut counts = sides.counts(fineness);
         let mut answer: Option<Answer<D>> = None;
         loop {
-            let solved = solve(self, scheme.clone().particles(counts.clone()), &counts, tolerance, answer.as_ref());
+            let scheme = scheme.clone();
+            limits.begin(last_one);
+            let solved =
+                solve(self, scheme.clone().particles(counts.clone()), &counts, tolerance, answer.as_ref(), &mut limits);
             // Bonded on both sides, one cell through a thin body leaves nothing free.
             if let (Err(Error::Solve(SolveError::Empty { what: NO_FREE, .. })), None) = (&solved, &answer) {
                 attempts += 1;
@@ -107,7 +131,7 @@ impl<const D: usize> Scene<D> {
                     continue;
                 }
             }
-            let (mut next, before) = match follow(solved, answer, &counts)? {
+            let (mut next, before) = match follow(solved, answer, &counts, &limits)? {
                 Course::Onward(next, before) => (next, before),
                 Course::Ended(best) => return Ok(best),
             };
@@ -115,11 +139,13 @@ impl<const D: usize> Scene<D> {
             let through = Sides { fewest: 2.0, ..sides };
             let finer = through.counts(fineness);
             if before.is_empty() && counts.contains(&2) && finer != counts {
-                let second = solve(self, scheme.clone().particles(finer.clone()), &finer, tolerance, Some(&next));
+                limits.begin(true);
+                let scheme = scheme.particles(finer.clone());
+                let second = solve(self, scheme, &finer, tolerance, Some(&next), &mut limits);
                 let mut second = match second {
                     Ok(second) => second,
                     Err(error) => {
-                        next.verdict = failed(&finer, &error);
+                        next.verdict = failed(&finer, &error, &limits);
                         return Ok(next);
                     }
                 };
@@ -137,11 +163,14 @@ impl<const D: usize> Scene<D> {
                 Against { place, ratio: factor.powf(ORDER), left: factor.powf(-STEEPEST), least: across }
             });
             join(&mut next, before, tolerance, last);
-            let course = judge(next, tolerance, budget, |next| {
+            let course = judge(next, tolerance, budget, &mut limits, |next| {
                 let factor = match next.levels.len() {
                     1 => FIRST_FACTOR,
-                    _ => (next.bound / (AIM * tolerance.error)).powf(1.0 / ORDER).clamp(FACTORS[0], FACTORS[1]),
+                    _ => (next.bound / (AIM * tolerance.error)).powf(1.0 / ORDER).max(FACTORS[0]),
                 };
+                last_one = next.levels.len() > 1 && factor <= FACTORS[1];
+                // Four times the work, unless it will be the last.
+                let factor = if last_one { factor } else { factor.min(FACTORS[0]) };
                 // Models that round to the same counts are skipped.
                 let mut fineness = fineness;
                 while sides.counts(fineness * factor) == counts {

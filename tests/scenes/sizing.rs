@@ -2,7 +2,7 @@
 #![cfg(feature = "solve")]
 
 use rkpm::prelude::*;
-use rkpm::study::{Budget, Quantity, Tolerance, Verdict};
+use rkpm::study::{Budget, Level, Progress, Quantity, Tolerance, Verdict};
 
 fn tube() -> Scene<1> {
     let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5).unwrap();
@@ -185,4 +185,48 @@ fn thin_bodies_that_bend_take_more_than_one_cell_across() {
     let off = (answer.values()[0] / exact - 1.0).abs();
     // Shear adds 0.5 %, the held end takes as much.
     assert!(off < 0.03, "{off:.3}");
+}
+
+/// A disk that is blown up to a bubble: an answer, or why there is none, and no model takes more than sixteen times the work of
+/// all before it. Counted in iterations times the power 3/2 of the unknowns.
+#[test]
+fn searches_do_not_run_away() {
+    for pressure in [0.205] {
+        let asked = Tolerance::of(Quantity::displacement([0.0, 0.0], 1), 0.01);
+        let answer = disk(pressure).solve_within(&asked, Budget::default()).unwrap();
+        let mut before = 0.0;
+        for level in &answer.levels {
+            let work = level.iterations as f64 * (level.unknowns as f64).powf(1.5);
+            assert!(before == 0.0 || work <= 17.0 * before, "{pressure}: {:?}", answer.levels);
+            before += work;
+        }
+        assert!(answer.reached() || matches!(&answer.verdict, Verdict::NotReached(why) if !why.is_empty()));
+    }
+}
+
+/// Whoever watches a search sees each model, and may end it inside an analysis.
+#[test]
+fn searches_are_watched_and_broken_off() {
+    /// Ends the search after so many iterations.
+    struct Few {
+        iterations: usize,
+        models: usize,
+    }
+    impl Observer for Few {
+        fn iteration(&mut self, _: &rkpm::solve::Iteration) -> std::ops::ControlFlow<()> {
+            self.iterations -= 1;
+            if self.iterations == 0 { std::ops::ControlFlow::Break(()) } else { std::ops::ControlFlow::Continue(()) }
+        }
+    }
+    impl Progress for Few {
+        fn level(&mut self, _: &Level) -> std::ops::ControlFlow<()> {
+            self.models += 1;
+            std::ops::ControlFlow::Continue(())
+        }
+    }
+    let mut watch = Few { iterations: 14, models: 0 };
+    let asked = Tolerance::energy(1e-4);
+    let answer = cook(1.0).solve_within_watched(&Scheme::default(), &asked, Budget::default(), &mut watch).unwrap();
+    assert!(!answer.reached() && watch.iterations == 0 && watch.models == answer.levels.len() && watch.models > 0);
+    assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("broke off")), "{:?}", answer.verdict);
 }

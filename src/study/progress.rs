@@ -1,0 +1,95 @@
+//! Watching the search for a model, and its own limits.
+
+use std::ops::ControlFlow;
+
+use crate::solve::{Iteration, MatrixUse, Observer, Step};
+
+use super::answer::Level;
+
+/// Watches the search for a model: every iteration and step of each analysis, and each model that is solved.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use rkpm::prelude::*;
+/// use rkpm::study::{Budget, Level, Progress, Quantity, Tolerance, Verdict};
+/// /// Ends the search after one model.
+/// struct One;
+/// impl Observer for One {}
+/// impl Progress for One {
+///     fn level(&mut self, level: &Level) -> ControlFlow<()> {
+///         println!("{:?}: {:?}", level.counts, level.estimate);
+///         ControlFlow::Break(())
+///     }
+/// }
+/// let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+///     .hold((0, Side::Min)).traction((0, Side::Max), [0.0, 0.01]);
+/// let asked = Tolerance::of(Quantity::energy(), 0.01);
+/// let answer = scene.solve_within_watched(&Scheme::default(), &asked, Budget::default(), &mut One)?;
+/// assert!(matches!(answer.verdict, Verdict::NotReached(_)) && answer.levels.len() == 1);
+/// # Ok::<(), rkpm::Error>(())
+/// ```
+pub trait Progress: Observer {
+    /// Called after each model; `Break` ends the search with what is known.
+    fn level(&mut self, _level: &Level) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+impl Progress for () {}
+
+/// No model takes more than so many times the work of all before it,
+const RUNAWAY: f64 = 4.0;
+/// unless it is expected to be the last.
+const RUNAWAY_LAST: f64 = 16.0;
+/// Work that is never too much: thirty matrices of 500 unknowns.
+const FREE: f64 = 3e5;
+
+/// The watch of a search, and the work it may do: factorisations times the power 3/2 of the unknowns, which each takes of
+/// bodies in the plane.
+pub(super) struct Limits<'a> {
+    pub watch: &'a mut dyn Progress,
+    /// Work of all models so far.
+    spent: f64,
+    /// Work at which the current model is given up.
+    allowed: f64,
+    /// Work of one factorisation of the current model.
+    each: f64,
+    /// Whether a model was given up for its work.
+    pub exceeded: bool,
+}
+
+impl<'a> Limits<'a> {
+    pub fn new(watch: &'a mut dyn Progress) -> Self {
+        Limits { watch, spent: 0.0, allowed: f64::INFINITY, each: 0.0, exceeded: false }
+    }
+
+    /// Before a model that will be the last, or not; nothing is known to limit the first one.
+    pub fn begin(&mut self, last: bool) {
+        let times = if last { RUNAWAY_LAST } else { RUNAWAY };
+        self.allowed = if self.spent > 0.0 { self.spent + (times * self.spent).max(FREE) } else { f64::INFINITY };
+        self.exceeded = false;
+    }
+
+    /// Once the unknowns of the model are known.
+    pub fn counts(&mut self, unknowns: usize) {
+        self.each = (unknowns as f64).powf(1.5);
+    }
+}
+
+impl Observer for Limits<'_> {
+    fn iteration(&mut self, iteration: &Iteration) -> ControlFlow<()> {
+        let flow = self.watch.iteration(iteration);
+        if iteration.matrix == MatrixUse::Formed {
+            self.spent += self.each;
+        }
+        if self.spent > self.allowed {
+            self.exceeded = true;
+            return ControlFlow::Break(());
+        }
+        flow
+    }
+
+    fn step(&mut self, step: &Step) -> ControlFlow<()> {
+        self.watch.step(step)
+    }
+}
