@@ -3,7 +3,7 @@
 //! GOAL: stiffness from a mesh against closed forms; forces and moments in balance; large strokes.
 //! GEOMETRY: the rubber between two rigid sleeves, radii 10 and 20 mm, a slice of 4 mm of a long bushing; hexahedra with
 //! chords in place of arcs, 12 to a quarter (`meshes/make.py`).
-//! BOUNDARY: both sleeves are bonded, the inner one moves; torsion: free ends; axial: ends without radial motion; radial: ends
+//! BOUNDARY: both sleeves are bonded, the inner one is a rigid body that moves; torsion: free ends; axial: ends without radial motion; radial: ends
 //! without axial motion, as in the middle of a long bushing.
 //! REFERENCE: closed forms of small strains of incompressible rubber between radii a and b, length L, shear modulus µ:
 //! torsion $4\pi\mu L/(a^{-2} - b^{-2})$, axial $2\pi\mu L/\ln(b/a)$, radial
@@ -32,7 +32,8 @@ fn bushing(motion: Value<3, [f64; 3]>) -> Result<Scene<3>, rkpm::Error> {
     let mesh = Mesh::<3>::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/meshes/bushing.msh"))?;
     Ok(Scene::on(mesh, Solid, Rubber::neo_hookean(0.5 * MU, BULK)?)
         .hold("outer")
-        .with(Condition::on("inner").displacement(motion)))
+        .rigid("sleeve", "inner")
+        .with(Condition::on("sleeve").displacement(motion)))
 }
 
 /// Force and moment on the inner sleeve, and what is left of them with the outer one and the ends.
@@ -40,13 +41,13 @@ fn results(scene: &Scene<3>, with_ends: bool) -> Result<([f64; 3], f64, f64), rk
     let problem = scene.discretize(&Scheme::default())?;
     let path = problem.run(&mut ())?.completed()?;
     let last = path.last();
-    let mut places = vec!["inner", "outer"];
+    let mut places = vec!["sleeve", "outer"];
     places.extend(with_ends.then_some("ends"));
     let (mut force, mut moment, mut left) = ([0.0; 3], 0.0, [0.0; 6]);
     for place in places {
         let f = problem.reaction(last, place)?;
         let m = problem.moment(last, place, [0.0; 3])?;
-        if place == "inner" {
+        if place == "sleeve" {
             (force, moment) = (f.into(), m[2]);
         }
         for i in 0..3 {
@@ -90,7 +91,7 @@ fn main() -> Result<(), rkpm::Error> {
     let mut table = Table::new(["u [mm]", "F [N]"]);
     let mut curve = vec![(0.0, 0.0)];
     for step in &path.steps {
-        let (u, force) = (3.0 * step.state.load, problem.reaction(&step.state, "inner")?[0]);
+        let (u, force) = (3.0 * step.state.load, problem.reaction(&step.state, "sleeve")?[0]);
         table.push([u, force])?;
         curve.push((u, force));
     }
@@ -103,7 +104,7 @@ fn main() -> Result<(), rkpm::Error> {
         .write(out.join("radial.svg"))?;
     let picture = problem.picture(path.last(), Field::LargestStretch)?;
     picture.title("A bushing at 30 % of its wall").view(-90.0, 65.0).write(out.join("bushing.svg"))?;
-    problem.vtk_grid(path.last())?.write(out.join("bushing.vtu"))?;
+    problem.write(&path, out.join("bushing.pvd"))?;
     summary.note("force_at_30_percent_N", curve.last().map_or(f64::NAN, |c| c.1))?;
     summary.note("iterations", path.iterations as f64)?;
     print!("{summary}");

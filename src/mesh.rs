@@ -301,12 +301,31 @@ impl<const D: usize> Mesh<D> {
     /// Where no group of cells has the name.
     pub fn body(&self, name: &str) -> Result<Mesh<D>, MeshError> {
         let Some(group) = self.group(D, name) else { return Err(self.missing("body", name, D..=D)) };
+        self.of_cells(&group.members)
+    }
+
+    /// The mesh without some bodies. Faces that others share with one of them are named by it.
+    ///
+    /// # Errors
+    /// Where no group of cells has one of the names, and where no cell is left.
+    pub fn without(&self, names: &[&str]) -> Result<Mesh<D>, MeshError> {
+        let mut kept = vec![true; self.cell_count()];
+        for name in names {
+            let Some(group) = self.group(D, name) else { return Err(self.missing("body", name, D..=D)) };
+            group.members.iter().for_each(|&member| kept[member as usize] = false);
+        }
+        let members: Vec<u32> = (0..kept.len() as u32).filter(|&cell| kept[cell as usize]).collect();
+        self.of_cells(&members)
+    }
+
+    /// The mesh of some cells.
+    fn of_cells(&self, chosen: &[u32]) -> Result<Mesh<D>, MeshError> {
         let all = &self.elements[D];
-        let mut place = HashMap::with_capacity(group.members.len());
+        let mut place = HashMap::with_capacity(chosen.len());
         let mut cells = Elements::default();
         // Faces that one cell of the body alone has.
         let mut skin: HashMap<[u32; 4], Vec<u32>> = HashMap::new();
-        for &member in &group.members {
+        for &member in chosen {
             place.insert(member, cells.len() as u32);
             cells.push(all.shape(member as usize), all.corners(member as usize).iter().copied());
             for corners in self.faces_of(member as usize) {
@@ -318,7 +337,7 @@ impl<const D: usize> Mesh<D> {
         }
         let mut elements: [Elements; 4] = self.elements.clone();
         let mut groups = self.groups.clone();
-        for other in self.groups.iter().filter(|other| other.dimension == D && other.name != name) {
+        for other in self.groups.iter().filter(|other| other.dimension == D) {
             let mut members = Vec::new();
             for &member in other.members.iter().filter(|member| !place.contains_key(member)) {
                 for corners in self.faces_of(member as usize) {
@@ -353,6 +372,12 @@ impl<const D: usize> Mesh<D> {
 
     pub(crate) fn group(&self, dimension: usize, name: &str) -> Option<&Group> {
         self.groups.iter().find(|group| group.dimension == dimension && group.name == name)
+    }
+
+    /// Whether cells alone have a name, and not all of them.
+    pub(crate) fn is_volume(&self, name: &str) -> bool {
+        let some = |group: &Group| group.members.len() < self.cell_count();
+        self.group(D, name).is_some_and(some) && self.group(D - 1, name).is_none()
     }
 
     /// Corners of the elements of a group.

@@ -4,7 +4,7 @@ mod faces;
 mod hats;
 mod locator;
 
-use crate::error::{ApproximationError, Error, GeometryError};
+use crate::error::{ApproximationError, Error, GeometryError, MeshError};
 use crate::geometry::{Part, Point};
 use crate::mesh::{CellShape, Mesh};
 use crate::particles::{Particles, Support, check_dilation};
@@ -71,7 +71,17 @@ impl<const D: usize> Unstructured<D> {
         let cells =
             Unstructured { mesh: mesh.clone(), faces, around, on_boundary, spacings, locator: Locator::new(mesh) };
         // Torn meshes have nodes at one place.
-        cells.particles(1.0)?;
+        if let Err(error) = cells.particles(1.0) {
+            let ApproximationError::Particle { particle, .. } = error else { return Err(error.into()) };
+            let x = mesh.points()[particle];
+            let distance = |k: &usize| (mesh.points()[*k] - x).norm_squared();
+            let others = (0..mesh.points().len()).filter(|k| *k != particle);
+            let Some(other) = others.min_by(|a, b| distance(a).total_cmp(&distance(b))) else {
+                return Err(error.into());
+            };
+            let nodes = [other.min(particle), other.max(particle)];
+            return Err(MeshError::CoincidentNodes { nodes, at: x.as_slice().to_vec() }.into());
+        }
         Ok(cells)
     }
 
@@ -92,8 +102,14 @@ impl<const D: usize> Unstructured<D> {
                 self.faces.pieces.iter().flat_map(|piece| &piece.names).map(String::as_str).collect();
             names.sort_unstable();
             names.dedup();
-            names.push("and the whole boundary");
-            return Err(GeometryError::UnknownPart { part: part.to_string(), known: names.join(", ") });
+            let known = match names.is_empty() {
+                true => {
+                    "no named parts (physical groups in Gmsh), but the whole boundary, and some of it by Place::within"
+                        .to_string()
+                }
+                false => format!("{}, and the whole boundary", names.join(", ")),
+            };
+            return Err(GeometryError::UnknownPart { part: part.to_string(), known });
         }
         Ok(found)
     }
@@ -351,8 +367,18 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
     }
 
     fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<D>>, GeometryError> {
-        check_parts(parts)?;
-        let rule = gauss_legendre(gauss)?;
+        // The facets of a face are one at each corner; more parts are pieces of these.
+        let pieces = parts.div_ceil(2);
+        if parts != 2 * pieces {
+            check_parts(parts)?;
+        }
+        check_point_count(self.faces.facet_count(), pieces.saturating_mul(gauss).saturating_pow(D as u32 - 1))?;
+        let (points, weights) = gauss_legendre(gauss)?;
+        let mut rule = (Vec::with_capacity(pieces * gauss), Vec::with_capacity(pieces * gauss));
+        for piece in 0..pieces {
+            rule.0.extend(points.iter().map(|x| (piece as f64 + x) / pieces as f64));
+            rule.1.extend(weights.iter().map(|w| w / pieces as f64));
+        }
         Ok(self.pieces(part)?.into_iter().map(|piece| self.facets(piece, &rule)).collect())
     }
 

@@ -165,7 +165,13 @@ pub(super) fn all_cells<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Re
             }
             Source::Cells(cells) => cells.clone(),
             Source::Scattered(scatter) => scatter(&scheme)?,
-            Source::Mesh(mesh) => Arc::new(Unstructured::new(mesh)?),
+            Source::Mesh(mesh) => {
+                let rigid = scene.rigid_volumes(mesh);
+                match rigid.is_empty() {
+                    true => Arc::new(Unstructured::new(mesh)?),
+                    false => Arc::new(Unstructured::new(&mesh.without(&rigid)?)?),
+                }
+            }
         };
         Ok((scheme, cells))
     };

@@ -6,6 +6,7 @@ use crate::compiled::compiled;
 use crate::error::{ApproximationError, Error};
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
+use crate::mesh::{CellShape, spanned};
 use crate::output::{VtkCell, VtkField, VtkGrid};
 use crate::quadrature::Points;
 use crate::shape::ShapeFunctions;
@@ -70,7 +71,8 @@ impl<const D: usize> Problem<D> {
 
     /// Particles and the cells between them in their current positions as a grid for ParaView, with the displacement, the
     /// Cauchy stress averaged at the particles, its mean \[stress, positive in tension\] and von Mises' equivalent
-    /// $\sqrt{\tfrac32\\,\mathbf s:\mathbf s}$.
+    /// $\sqrt{\tfrac32\\,\mathbf s:\mathbf s}$. Cells have the number of their body, counted from 0, and the least ratio of a
+    /// corner's current to its reference volume, which is negative where a cell has folded.
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -95,7 +97,7 @@ impl<const D: usize> Problem<D> {
         let displacements = self.particle_displacements(state)?;
         let positions = self.model.positions();
         let current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
-        let (mut cells, mut of_body) = (Vec::new(), Vec::new());
+        let (mut cells, mut of_body, mut of_cell) = (Vec::new(), Vec::new(), Vec::new());
         for (number, member) in self.members.iter().enumerate() {
             let first = member.nodes.start;
             cells.extend(member.cells.drawn().iter().map(|corners| {
@@ -103,7 +105,9 @@ impl<const D: usize> Problem<D> {
                 vtk_cell(&corners, positions)
             }));
             of_body.extend(std::iter::repeat_n(number as f64, member.nodes.len()));
+            of_cell.resize(cells.len(), number as i64);
         }
+        let ratios: Option<Vec<f64>> = cells.iter().map(|cell| volume_ratio(cell, positions, &current)).collect();
         let stresses = match self.recovers() {
             true => self.stress_field(state)?.at_particles()?,
             false => self.at_particles(&self.stresses(state)),
@@ -120,6 +124,8 @@ impl<const D: usize> Problem<D> {
         if self.members.len() > 1 {
             grid.point_data.push(VtkField::scalars("body", of_body));
         }
+        grid.cell_data.push(VtkField::integers("body", of_cell));
+        grid.cell_data.extend(ratios.map(|ratios| VtkField::scalars("volume ratio", ratios)));
         Ok(grid)
     }
 
@@ -147,6 +153,26 @@ impl<const D: usize> Problem<D> {
         let table = member.approximation.tabulate(points, kinematics)?;
         Ok(table.shifted(member.nodes.start, self.model.positions().len()))
     }
+}
+
+/// The least ratio of the volumes that the edges at a corner of a cell span; none for shapes without such corners.
+fn volume_ratio<const D: usize>(cell: &VtkCell, positions: &[Point<D>], current: &[Point<D>]) -> Option<f64> {
+    let shape = match (D, cell) {
+        (1, VtkCell::Line(_)) => CellShape::Line,
+        (2, VtkCell::Triangle(_)) => CellShape::Triangle,
+        (2, VtkCell::Quad(_)) => CellShape::Quadrangle,
+        (3, VtkCell::Tetrahedron(_)) => CellShape::Tetrahedron,
+        (3, VtkCell::Wedge(_)) => CellShape::Prism,
+        (3, VtkCell::Hexahedron(_)) => CellShape::Hexahedron,
+        _ => return None,
+    };
+    let corners = cell.corners();
+    let volume = |x: &[Point<D>], corner: usize| {
+        let ways = shape.neighbours()[corner].iter().map(|&other| x[corners[other]] - x[corners[corner]]);
+        spanned(&ways.collect::<Vec<_>>())
+    };
+    let ratio = |corner: usize| volume(current, corner) / volume(positions, corner);
+    Some((0..corners.len()).map(ratio).fold(f64::INFINITY, f64::min))
 }
 
 /// A cell in VTK's order: around, where lattices count along their axes.

@@ -5,12 +5,15 @@ use std::ops::Range;
 use crate::boundary::Row;
 use crate::error::{BoundaryError, Error, GeometryError, SolveError};
 use crate::geometry::{Part, Point};
-use crate::output::Table;
+use crate::output::{PvdCollection, Table};
 use crate::solve::{EquilibriumPath, State};
 
 use super::conditions::Placed;
 use super::place::Spot;
 use super::{Place, Problem, resolve};
+
+/// Sums of coefficients below this part of their sizes are none.
+const CANCELS: f64 = 1e-9;
 
 /// A row, its multiplier, and the nodes whose forces are asked for.
 type Reacting<'a> = (&'a Row, f64, Range<usize>);
@@ -70,8 +73,9 @@ impl<const D: usize> Problem<D> {
         D == 3 || D == 2 && self.members.iter().all(|member| member.body.table().hoop_components().is_empty())
     }
 
-    /// Load factor, energy, and reactions and moments about the origin at all places with conditions, step by step: a
-    /// [`Table`], which writes itself as CSV.
+    /// Load factor, energy, and at all places with conditions the reaction, its moment about the origin and the mean
+    /// displacement in the directions that are prescribed, step by step: a [`Table`], which writes itself as CSV. Rigid bodies
+    /// have the displacement of their middle and their rotation vector \[rad\] instead.
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -103,24 +107,91 @@ impl<const D: usize> Problem<D> {
             (true, 3) => 0..3,
             (true, _) => 2..3,
         };
+        let frame_of = |title: &str| self.frames.iter().find(|frame| frame.name == title);
         let mut header: Vec<String> = ["step", "load", "energy"].map(String::from).to_vec();
-        for (title, _) in &places {
+        let mut moves = Vec::with_capacity(places.len());
+        for (title, place) in &places {
             header.extend((0..D).map(|i| format!("{title}: force_{i}")));
             header.extend(axes.clone().map(|i| format!("{title}: moment_{i}")));
+            let moved: Vec<usize> = match frame_of(title) {
+                Some(_) => (0..D).collect(),
+                None => (0..D).filter(|&i| self.mean_displacement(&path.start, place, i).is_some()).collect(),
+            };
+            header.extend(moved.iter().map(|i| format!("{title}: displacement_{i}")));
+            if frame_of(title).is_some() {
+                header.extend(axes.clone().map(|i| format!("{title}: rotation_{i}")));
+            }
+            moves.push(moved);
         }
         let mut table = Table::new(header);
         for (step, state) in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).enumerate() {
             let mut row = vec![step as f64, state.load, self.energy(state)];
-            for (_, place) in &places {
+            for ((title, place), moved) in places.iter().zip(&moves) {
                 row.extend(self.reaction(state, place.clone())?.iter());
                 if !axes.is_empty() {
                     let moment = self.moment(state, place.clone(), [0.0; D])?;
                     row.extend(axes.clone().map(|i| moment[i]));
                 }
+                match frame_of(title) {
+                    Some(_) => {
+                        let motion = self.rigid_motion(state, title)?;
+                        row.extend(motion.displacement.iter());
+                        let turn = motion.rotation_vector();
+                        row.extend(axes.clone().map(|i| turn[i]));
+                    }
+                    None => row.extend(moved.iter().filter_map(|&i| self.mean_displacement(state, place, i))),
+                }
             }
             table.push(row)?;
         }
         Ok(table)
+    }
+
+    /// The mean of a displacement component over the rows at a place; none where no row asks for it, or where its parts cancel.
+    fn mean_displacement(&self, state: &State, place: &Place<D>, component: usize) -> Option<f64> {
+        let (mut total, mut sizes, mut sum) = (0.0, 0.0, 0.0);
+        for (row, _, nodes) in self.rows_at(state, place).ok()? {
+            for &(k, c) in row.entries.iter().filter(|e| e.0 % D == component && nodes.contains(&(e.0 / D))) {
+                total += c;
+                sizes += c.abs();
+                sum += c * state.displacement[k];
+            }
+        }
+        // Normals of a closed surface cancel.
+        (total.abs() > CANCELS * sizes).then(|| sum / total)
+    }
+
+    /// Writes a path for ParaView and for tables: `mount.pvd` with a `.vtu` file for each state beside it, the one at rest
+    /// first, and [`history`](Problem::history) as `mount.csv`. Time is that of the scene's clock, else the load factor.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// let pad = Scene::new(Block::new([0.0, 0.0], [4.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .hold((1, Side::Min))
+    ///     .with(Condition::on((1, Side::Max)).displacement([0.2, 0.0]).named("push"));
+    /// let problem = pad.discretize(&Scheme::default().particles([9, 3]))?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// let directory = std::env::temp_dir().join("rkpm-written");
+    /// problem.write(&path, directory.join("pad.pvd"))?;
+    /// assert!(directory.join("pad_0001.vtu").exists() && directory.join("pad.csv").exists());
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// For a path of another problem, and where the file system refuses.
+    pub fn write(&self, path: &EquilibriumPath, file: impl AsRef<std::path::Path>) -> Result<(), Error> {
+        let file = file.as_ref();
+        let stem = file.file_stem().map_or_else(|| "path".to_string(), |stem| stem.to_string_lossy().into_owned());
+        let mut films = PvdCollection::default();
+        for (step, state) in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).enumerate() {
+            let own = file.with_file_name(format!("{stem}_{step:04}.vtu"));
+            self.vtk_grid(state)?.write(&own)?;
+            let time = if self.body().has_clock() { self.time(state) } else { state.load };
+            films.push(time, own);
+        }
+        films.write(file.with_extension("pvd"))?;
+        self.history(path)?.write(file.with_extension("csv"))?;
+        Ok(())
     }
 
     /// What a condition is called: its own name, that of its place, or the place.

@@ -3,12 +3,13 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, SMatrix};
+use nalgebra::{Matrix3, Rotation3, SMatrix};
 
 use crate::assembly::Model;
 use crate::boundary::{Constraints, Row};
 use crate::error::{BoundaryError, Error, GeometryError};
 use crate::geometry::{Part, Point};
+use crate::mesh::Mesh;
 use crate::quadrature::Points;
 use crate::solve::State;
 use crate::table::ShapeTable;
@@ -26,7 +27,8 @@ const FIRM: f64 = 10.0;
 
 impl<const D: usize> Scene<D> {
     /// Ties a part to a rigid body of a name, a bonded plate or insert: all of the part moves as one, by translation and
-    /// finite rotation. Several parts may be tied to one body.
+    /// finite rotation. Several parts may be tied to one body. Where the part is a volume of a mesh (an area in the plane), its
+    /// cells are left out, and what they share faces with is tied.
     ///
     /// By its name the body is held (`hold`), moved ([`Condition`](super::Condition)), and loaded by a force
     /// ([`Load::force`](super::Load::force)) or a moment ([`Load::moment`](super::Load::moment)). A condition by the name
@@ -52,6 +54,18 @@ impl<const D: usize> Scene<D> {
     pub fn rigid(mut self, name: impl Into<String>, place: impl Into<Place<D>>) -> Self {
         self.rigids.push((name.into(), place.into()));
         self
+    }
+
+    /// The volumes of a mesh that are rigid bodies: groups of cells that no faces have the name of.
+    pub(super) fn rigid_volumes<'a>(&'a self, mesh: &Mesh<D>) -> Vec<&'a str> {
+        let named = self.rigids.iter().filter_map(|(_, place)| match &place.spot {
+            Spot::Part(Part::Named(name)) if place.within.is_none() => Some(name.as_str()),
+            _ => None,
+        });
+        let mut volumes: Vec<&str> = named.filter(|name| mesh.is_volume(name)).collect();
+        volumes.sort_unstable();
+        volumes.dedup();
+        volumes
     }
 
     /// The names of the rigid bodies, each once.
@@ -430,6 +444,18 @@ pub struct RigidMotion<const D: usize> {
     pub displacement: Point<D>,
     /// The rotation, a proper orthogonal matrix.
     pub rotation: SMatrix<f64, D, D>,
+}
+
+impl<const D: usize> RigidMotion<D> {
+    /// The rotation vector \[rad\]: along the axis, as long as the angle, which is at most π; in the plane its third component
+    /// alone.
+    pub fn rotation_vector(&self) -> [f64; 3] {
+        let whole = Matrix3::from_fn(|i, j| match i < D && j < D {
+            true => self.rotation[(i, j)],
+            false => f64::from(u8::from(i == j)),
+        });
+        Rotation3::from_matrix_unchecked(whole).scaled_axis().into()
+    }
 }
 
 impl<const D: usize> Problem<D> {

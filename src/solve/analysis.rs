@@ -95,7 +95,7 @@ impl Analysis {
         if enforced.unknowns() == 0 {
             return Err(SolveError::Empty {
                 what: NO_FREE,
-                remedy: "every displacement is prescribed; evaluate the field instead",
+                remedy: "every displacement is prescribed: take more particles between the parts that are held, or evaluate the field instead",
             }
             .into());
         }

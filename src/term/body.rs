@@ -145,6 +145,11 @@ impl<const D: usize, M: Material> Body<D, M> {
         self
     }
 
+    /// Whether it takes time.
+    pub(crate) fn has_clock(&self) -> bool {
+        self.clock.is_some()
+    }
+
     /// Condensed unknowns of all clusters.
     pub(super) fn unknowns(&self) -> usize {
         self.table.clusters().len().checked_sub(1).map_or(0, |last| self.condensed(last).end)

@@ -8,6 +8,7 @@
 
 mod harness;
 
+mod assemblies;
 mod geometry;
 #[cfg(feature = "serde")]
 mod journals;
@@ -35,6 +36,8 @@ fn bad_input_is_refused_by_class() {
     fuzz.class("scenes of one dimension", 4_000, scenes::lines);
     fuzz.class("scenes of two dimensions", 1_500, scenes::planes);
     fuzz.class("scenes of three dimensions", 150, scenes::solids);
+    fuzz.class("assemblies in the plane", 3000, assemblies::planes);
+    fuzz.class("assemblies in space", 400, assemblies::solids);
     fuzz.class("planar regions", 1_500, regions::shapes);
     fuzz.class("refined lattices and sizing", 400, regions::sizing);
     fuzz.class("tables and summaries", 8_000, outputs::tables);

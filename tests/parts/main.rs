@@ -6,6 +6,7 @@
 use std::alloc::{GlobalAlloc, Layout, System as Heap};
 use std::cell::Cell;
 
+mod conditions;
 mod cook;
 mod fuzz;
 mod laws;

@@ -167,7 +167,10 @@ fn bodies_and_refined_meshes_keep_their_groups() {
         off.push(1.0 - finer.total() / volume);
     }
     println!("volume short of the cylinder's by {off:?}");
-    assert!(off[1] < off[0] / 3.5 && off[2].abs() < off[1] / 3.0, "{off:?}");
+    // Of second order in the size of the cells, towards the body whose edges are parabolas, which is nearly the cylinder.
+    let steps = [off[0] - off[1], off[1] - off[2]];
+    let left = off[2] - steps[1] / 3.0;
+    assert!(steps[1] < steps[0] / 3.5 && left.abs() < 0.03 * off[0], "{off:?} {left}");
     let flat = Mesh::<2>::parse(&file("flat.msh")).unwrap();
     assert!((flat.refined().unwrap().total() / flat.total() - 1.0).abs() < 1e-12);
 }

@@ -104,36 +104,36 @@ fn homogeneous_deformations_pass_across_interfaces() {
         worst.push(patch(Solid, 0.0, gradient, &schemes));
     }
     println!("space {worst:?}");
-    // Bonds between particles and elements of order 2, and between equal lattices in space, are met to some 1e-6 only: see
-    // `all_pairs_pass_the_patch_test`.
-    let loose = |space: bool, pair: usize| if space { pair != 1 } else { pair == 4 };
-    for (pair, error) in in_line.iter().enumerate() {
-        assert!(*error <= 1e-11, "1D, pair {pair}: {in_line:?}");
-    }
-    for (space, errors) in [(false, &in_plane), (true, &worst)] {
-        for (pair, error) in errors.iter().enumerate() {
-            let bound = if loose(space, pair) { 2e-6 } else { 1e-11 };
-            assert!(*error <= bound, "{pair}: {in_plane:?} {worst:?}");
-        }
+    for errors in [&in_line, &in_plane, &worst] {
+        assert!(errors.iter().all(|error| *error <= 1e-11), "{in_line:?} {in_plane:?} {worst:?}");
     }
 }
 
-/// The law as it should hold for every pair.
+/// In one dimension the default rule is Gauss's, which integrates these functions nearly: a bond adds nothing to what the rule
+/// leaves in one body alone.
 #[test]
-#[ignore = "not met yet: particles beside Q2 leave 6e-8 in the plane and 1e-6 in space, equal lattices in space 2e-8"]
-fn all_pairs_pass_the_patch_test() {
-    for schemes in sides::<2>() {
-        let gradient = SMatrix::<f64, 2, 2>::new(0.2, 0.15, -0.1, -0.12);
-        assert!(patch(PlaneStrain, 0.0, gradient, &schemes) <= 1e-11);
-    }
-    for schemes in sides::<3>() {
-        let gradient = SMatrix::<f64, 3, 3>::new(0.1, 0.1, 0.0, -0.1, 0.05, 0.07, 0.03, 0.0, -0.1);
-        assert!(patch(Solid, 0.0, gradient, &schemes) <= 1e-11);
+fn in_line_bonds_leave_what_the_rule_leaves_in_one_body() {
+    for counts in [[5, 5], [4, 9], [7, 6]] {
+        let schemes = counts.map(|count| Scheme::default().particles([count]));
+        let bonded = patch(RadialCylinder, 0.5, SMatrix::<f64, 1, 1>::new(0.2), &schemes);
+        let alone = |start: f64, end: f64, count: usize| {
+            let scene = Scene::new(Block::new([start], [end]), RadialCylinder, soft())
+                .prescribe(Side::Min, 0, 0.2 * start)
+                .prescribe(Side::Max, 0, 0.2 * end);
+            let problem = scene.discretize(&Scheme::default().particles([count])).unwrap();
+            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let particles =
+                problem.model().positions().iter().zip(problem.particle_displacements(path.last()).unwrap());
+            particles.map(|(x, u)| (u[0] - 0.2 * x[0]).abs()).fold(0.0, f64::max) / (0.2 * 2.3)
+        };
+        let single = alone(0.5, 1.5, counts[0]).max(alone(1.5, 2.3, counts[1]));
+        println!("{counts:?}: bonded {bonded:.1e}, alone {single:.1e}");
+        assert!(bonded <= 2.0 * single, "{counts:?}: {bonded} {single}");
     }
 }
 
-/// What a kink may be off by: bonds of particles beside elements of order 2 leave some 1e-8, see `all_pairs_pass_the_patch_test`.
-const KINK: f64 = 1e-7;
+/// What a kink may be off by.
+const KINK: f64 = 1e-9;
 
 /// Layers pressed across have the same stress and a kink of the strain at their interface, which stays sharp: the
 /// displacement there is that of two springs, and straight between.

@@ -1,0 +1,158 @@
+//! GOAL: conditions, loads and results by the names of a file do on meshes what they do on lattices.
+//! GEOMETRY: a cylinder of rubber under a steel plate (`plug`), a plate with a hole (`hexahedra`, `prisms`), a wedge
+//! (`tetrahedra_7`).
+//! REFERENCE: balance; the same asked for in another way.
+
+use rkpm::prelude::*;
+
+use super::file;
+
+fn mesh(name: &str) -> Mesh<3> {
+    Mesh::<3>::parse(&file(name)).unwrap()
+}
+
+fn rubber() -> Rubber {
+    Rubber::neo_hookean(0.5, 1e2).unwrap()
+}
+
+fn run(scene: Scene<3>) -> (Problem<3>, EquilibriumPath) {
+    let problem = scene.discretize(&Scheme::default()).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    (problem, path)
+}
+
+/// A plate pulled against a soft bedding moves by force over stiffness, whatever its cells; a normal one lets it slide.
+#[test]
+fn beddings_and_total_forces() {
+    for name in ["hexahedra.msh", "prisms.msh"] {
+        let (area, soft) = (mesh(name).measure("left").unwrap(), 1e-4);
+        let on = |bedding| Scene::on(mesh(name), Solid, rubber()).with(bedding);
+        let guided = on(Load::bedding("left", soft)).prescribe("right", 1, 0.0).prescribe("right", 2, 0.0);
+        let (problem, path) = run(guided.with(Load::force("right", [1e-6, 0.0, 0.0])));
+        let left = problem.displacement(path.last(), &[0.0, 0.75, 0.3].into()).unwrap();
+        assert!((left[0] / (1e-6 / (soft * area)) - 1.0).abs() < 5e-3, "{name}: {left}");
+        // A body that is moved as a whole is held back by k·A·u, by normal springs along the normal alone.
+        let moved = |bedding| {
+            let (problem, path) = run(on(bedding).with(Condition::on("right").displacement([0.003, 0.02, 0.0])));
+            problem.reaction(path.last(), "right").unwrap() / (soft * area)
+        };
+        let (all, normal) = (moved(Load::bedding("left", soft)), moved(Load::normal_bedding("left", soft)));
+        assert!((all - Point::<3>::new(0.003, 0.02, 0.0)).norm() < 5e-3 * 0.02, "{name}: {all}");
+        assert!((normal - Point::<3>::new(0.003, 0.0, 0.0)).norm() < 5e-3 * 0.003, "{name}: {normal}");
+    }
+    // On a part of a part, as on the whole of it.
+    let halves = |x: &Point<3>| x[1] < 0.8;
+    let load = |place: Place<3>, force| Load::force(place, force);
+    let (problem, path) = run(Scene::on(mesh("hexahedra.msh"), Solid, rubber())
+        .hold("left")
+        .with(load(Place::on("right").within(halves), [0.01, 0.0, 0.0]))
+        .with(load(Place::on("right").within(move |x| !halves(x)), [0.02, 0.0, 0.0])));
+    assert!((problem.reaction(path.last(), "left").unwrap()[0] + 0.03).abs() < 1e-10);
+    // A force is that of its face, and the base takes it.
+    let (force, plug) = ([0.02, 0.0, -0.1], mesh("plug_41_binary.msh").body("rubber").unwrap());
+    let (problem, path) = run(Scene::on(&plug, Solid, rubber()).hold("base").with(Load::force("steel plate", force)));
+    let base = problem.reaction(path.last(), "base").unwrap();
+    assert!((base + Point::<3>::from(force)).norm() < 1e-9, "{base}");
+}
+
+/// A face turned about an axis: by components, and by the tangent and the radius at each point.
+#[test]
+fn cylindrical_directions_are_those_of_the_points() {
+    let plug = || Scene::on(mesh("plug_41_binary.msh"), Solid, rubber()).hold("base");
+    let (angle, origin, axis) = (0.1, [0.0; 3], [0.0, 0.0, 1.0]);
+    let turn = move |x: &Point<3>| [-angle * x[1], angle * x[0], 0.0];
+    let by_components = plug().with(Condition::on("top").displacement(Value::field(turn)));
+    let around = Value::field(move |x: &Point<3>| angle * x[0].hypot(x[1]));
+    let top = || Condition::on("top");
+    let by_directions = plug()
+        .with(top().along(Direction::tangential(origin, axis), around))
+        .with(top().along(Direction::radial(origin, axis), 0.0))
+        .with(top().along(Direction::Normal, 0.0));
+    let [one, other] = [by_components, by_directions].map(|scene| {
+        let (problem, path) = run(scene);
+        (problem.energy(path.last()), problem.moment(path.last(), "top", [0.0; 3]).unwrap()[2])
+    });
+    // At the particle on the axis neither direction is defined: what its hat weighs lies around it.
+    assert!((one.0 / other.0 - 1.0).abs() < 1e-2 && (one.1 / other.1 - 1.0).abs() < 1e-2, "{one:?} {other:?}");
+    assert!(one.1 > 0.01);
+}
+
+/// A plane of symmetry at an angle: by its normal, and by the direction; forces on it stand upright.
+#[test]
+fn inclined_planes_hold_along_their_normal() {
+    // The slanting side of the wedge, whose name the file does not have.
+    let (sin, cos) = (0.8f64.hypot(1.0).recip() * 0.8, 0.8f64.hypot(1.0).recip());
+    let slope =
+        || Place::on(Part::Whole).within(move |x: &Point<3>| (x[0] * cos + x[1] * sin - 1.4 * cos).abs() < 1e-6);
+    let back = || Place::on(Part::Whole).within(|x: &Point<3>| x[0] < 1e-6);
+    let answers = [Direction::Normal, Direction::Along([3.0 * cos, 3.0 * sin, 0.0])].map(|direction| {
+        let (problem, path) = run(Scene::on(mesh("tetrahedra_7.msh"), Solid, rubber())
+            .with(Condition::on(slope()).along(direction, 0.0).named("slope"))
+            .with(Condition::on(back()).displacement([0.05, 0.02, 0.0]).named("back")));
+        let force = problem.reaction(path.last(), "slope").unwrap();
+        assert!((force + problem.reaction(path.last(), "back").unwrap()).norm() < 1e-9 * force.norm());
+        assert!((force[0] * sin - force[1] * cos).abs() + force[2].abs() < 1e-9 * force.norm(), "{force}");
+        assert!(force.norm() > 1e-3);
+        problem.energy(path.last())
+    });
+    assert!((answers[0] / answers[1] - 1.0).abs() < 1e-9, "{answers:?}");
+}
+
+/// Errors of a first try say what to do.
+#[test]
+fn names_and_torn_meshes_are_explained() {
+    let part = || mesh("tetrahedra_0.msh");
+    let refused = |scene: Scene<3>| scene.discretize(&Scheme::default()).err().unwrap().to_string();
+    assert!(
+        refused(Scene::on(part(), Solid, rubber()).hold("base"))
+            .contains("no boundary part base: this domain has part")
+    );
+    let nameless = Mesh::<3>::new(
+        [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Point::from).to_vec(),
+        &[(rkpm::mesh::CellShape::Tetrahedron, vec![0, 1, 2, 3])],
+        &[],
+    );
+    let scene = Scene::on(nameless.unwrap(), Solid, rubber()).hold("base");
+    assert!(refused(scene).contains("no named parts (physical groups in Gmsh)"));
+    // Two blocks that touch, each with nodes of its own.
+    let points = [0.0, 1.0, 1.0, 2.0].map(|z| [[0.0, 0.0, z], [1.0, 0.0, z], [1.0, 1.0, z], [0.0, 1.0, z]]);
+    let points = points.concat().into_iter().map(Point::from).collect();
+    let cells = vec![(rkpm::mesh::CellShape::Hexahedron, (0..16).collect())];
+    let torn = Mesh::<3>::new(points, &cells, &[]).unwrap();
+    let error = refused(Scene::on(torn, Solid, rubber()).hold(Part::Whole));
+    assert!(error.contains("are both at X") && error.contains("Coherence"), "{error}");
+}
+
+/// A volume of the file is a rigid body by its name, and one call writes what there is to know.
+#[test]
+fn volumes_are_rigid_bodies_and_paths_are_written_whole() {
+    let plug = mesh("plug_41_binary.msh");
+    let (problem, path) = run(Scene::on(&plug, Solid, rubber())
+        .hold("base")
+        .rigid("steel plate", "steel plate")
+        .with(Condition::on(Place::at([0.0, 0.0, 1.0]).of("steel plate")).component(0, 0.2).named("push"))
+        .with(Load::force("steel plate", [0.0, 0.0, -0.05])));
+    let alone = plug.body("rubber").unwrap();
+    assert_eq!(problem.cells().positions(), alone.points());
+    let motion = problem.rigid_motion(path.last(), "steel plate").unwrap();
+    assert!((motion.displacement[0] - 0.2).abs() < 0.05 && motion.rotation_vector()[1] > 1e-3, "{motion:?}");
+    let folder = std::env::temp_dir().join(format!("rkpm-parts-{}", std::process::id()));
+    problem.write(&path, folder.join("plug.pvd")).unwrap();
+    let text = std::fs::read_to_string(folder.join("plug.csv")).unwrap();
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let last: Vec<f64> = text.lines().last().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
+    let at = |name: &str| last[header.iter().position(|column| *column == name).unwrap_or_else(|| panic!("{name}"))];
+    assert_eq!(text.lines().count(), 2 + path.steps.len());
+    assert!((at("base: force_2") - 0.05).abs() < 1e-9 && (at("steel plate: force_2") + 0.05).abs() < 1e-9);
+    assert!((at("steel plate: force_0") - at("push: force_0")).abs() < 1e-9);
+    assert!((at("steel plate: displacement_0") - motion.displacement[0]).abs() < 1e-12);
+    assert!((at("steel plate: rotation_1") - motion.rotation_vector()[1]).abs() < 1e-12);
+    assert!(at("base: displacement_2").abs() < 1e-12 && !header.contains(&"push: displacement_1"));
+    let films = std::fs::read_to_string(folder.join("plug.pvd")).unwrap();
+    assert_eq!(films.matches("<DataSet").count(), 1 + path.steps.len());
+    let grid = problem.vtk_grid(path.last()).unwrap();
+    assert_eq!(grid.cell_data[0].values.len(), grid.cells.len());
+    let rkpm::output::VtkValues::Scalars(ratios) = &grid.cell_data[1].values else { panic!("{:?}", grid.cell_data[1]) };
+    assert!(ratios.iter().all(|ratio| (0.5..1.5).contains(ratio)), "{ratios:?}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
