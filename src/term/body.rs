@@ -146,6 +146,7 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 
     /// Whether it takes time.
+    #[cfg(feature = "solve")]
     pub(crate) fn has_clock(&self) -> bool {
         self.clock.is_some()
     }
