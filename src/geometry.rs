@@ -1,8 +1,12 @@
 //! Points, blocks, planar regions and the names of boundary parts.
 
+#[cfg(feature = "solve")]
+mod morton;
 mod outline;
 mod region;
 
+#[cfg(feature = "solve")]
+pub(crate) use morton::Morton;
 pub(crate) use outline::Curve;
 pub use outline::{Outline, Turn};
 pub use region::Region;

@@ -128,6 +128,30 @@ impl<const D: usize> Points<D> {
         self.groups.push(self.positions.len());
     }
 
+    /// Share `part` of `parts`: a run of the groups, the shares as long as each other but for one.
+    pub fn share(&self, part: usize, parts: usize) -> Self {
+        let groups = self.share_groups(part, parts);
+        let points = self.share_range(part, parts);
+        let normals = if self.normals.is_empty() { Vec::new() } else { self.normals[points.clone()].to_vec() };
+        Points {
+            positions: self.positions[points.clone()].to_vec(),
+            weights: self.weights[points.clone()].to_vec(),
+            normals,
+            groups: self.groups[groups.start..=groups.end].iter().map(|group| group - points.start).collect(),
+        }
+    }
+
+    fn share_groups(&self, part: usize, parts: usize) -> std::ops::Range<usize> {
+        let (count, parts) = (self.groups.len().saturating_sub(1), parts.max(1));
+        count * part.min(parts) / parts..count * (part + 1).min(parts) / parts
+    }
+
+    /// The points of a share.
+    pub(crate) fn share_range(&self, part: usize, parts: usize) -> std::ops::Range<usize> {
+        let groups = self.share_groups(part, parts);
+        self.groups[groups.start]..self.groups[groups.end]
+    }
+
     /// Appends the groups of another set of the same kind.
     pub fn append(&mut self, other: Points<D>) {
         let shift = self.positions.len();

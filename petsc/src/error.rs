@@ -22,11 +22,19 @@ pub enum PetscError {
     /// A session of this process has ended: MPI starts once in a process.
     #[error("MPI has been finalised in this process and does not start again: keep one session for the whole program")]
     Ended,
-    /// More than one rank.
-    #[error("the program runs on {count} ranks, a scene is solved on one: start it without mpirun")]
-    Ranks {
-        /// How many ranks there are.
-        count: usize,
+    /// MUMPS could not factorise the matrix.
+    #[error("MUMPS could not factorise the matrix: INFOG(1) = {}, INFOG(2) = {}; -9 and -13 ask for more memory: take more ranks or Gamg", code[0], code[1])]
+    Factors {
+        /// MUMPS' two codes.
+        code: [i32; 2],
+    },
+    /// A run was recorded on another number of ranks.
+    #[error("the run was recorded on {recorded} ranks and goes on on as many: {given} were started")]
+    Partition {
+        /// On how many it was recorded.
+        recorded: usize,
+        /// How many there are.
+        given: usize,
     },
     /// More unknowns or entries than 32-bit indices hold.
     #[error("{size} {what} are more than PETSc's 32-bit indices hold: {remedy}")]

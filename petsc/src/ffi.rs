@@ -12,6 +12,7 @@ pub type Vec_ = *mut c_void;
 pub type Mat = *mut c_void;
 pub type KSP = *mut c_void;
 pub type PC = *mut c_void;
+pub type MatNullSpace = *mut c_void;
 pub type VecScatter = *mut c_void;
 
 pub type ErrorHandler = unsafe extern "C" fn(
@@ -68,7 +69,16 @@ unsafe extern "C" {
         context: *mut c_void,
     ) -> PetscErrorCode;
 
+    pub fn PetscOptionsHasName(
+        options: *mut c_void,
+        prefix: *const c_char,
+        name: *const c_char,
+        set: *mut c_int,
+    ) -> PetscErrorCode;
+    pub fn PetscOptionsSetValue(options: *mut c_void, name: *const c_char, value: *const c_char) -> PetscErrorCode;
+
     pub fn VecCreateMPI(comm: MPI_Comm, local: PetscInt, global: PetscInt, vector: *mut Vec_) -> PetscErrorCode;
+    pub fn VecSetBlockSize(vector: Vec_, size: PetscInt) -> PetscErrorCode;
     pub fn VecGetOwnershipRange(vector: Vec_, first: *mut PetscInt, end: *mut PetscInt) -> PetscErrorCode;
     pub fn VecGetArray(vector: Vec_, values: *mut *mut f64) -> PetscErrorCode;
     pub fn VecRestoreArray(vector: Vec_, values: *mut *mut f64) -> PetscErrorCode;
@@ -105,9 +115,16 @@ unsafe extern "C" {
     pub fn MatMumpsSetIcntl(factor: Mat, entry: PetscInt, value: PetscInt) -> PetscErrorCode;
     pub fn MatMumpsGetInfog(factor: Mat, entry: PetscInt, value: *mut PetscInt) -> PetscErrorCode;
 
+    pub fn MatSetBlockSize(matrix: Mat, size: PetscInt) -> PetscErrorCode;
+    pub fn MatSetNearNullSpace(matrix: Mat, space: MatNullSpace) -> PetscErrorCode;
+    pub fn MatNullSpaceCreateRigidBody(positions: Vec_, space: *mut MatNullSpace) -> PetscErrorCode;
+    pub fn MatNullSpaceDestroy(space: *mut MatNullSpace) -> PetscErrorCode;
+
     pub fn KSPCreate(comm: MPI_Comm, ksp: *mut KSP) -> PetscErrorCode;
     pub fn KSPSetType(ksp: KSP, kind: *const c_char) -> PetscErrorCode;
     pub fn KSPSetOperators(ksp: KSP, matrix: Mat, preconditioner: Mat) -> PetscErrorCode;
+    pub fn KSPSetOptionsPrefix(ksp: KSP, prefix: *const c_char) -> PetscErrorCode;
+    pub fn KSPSetFromOptions(ksp: KSP) -> PetscErrorCode;
     pub fn KSPSetUp(ksp: KSP) -> PetscErrorCode;
     pub fn KSPSolve(ksp: KSP, rhs: Vec_, solution: Vec_) -> PetscErrorCode;
     pub fn KSPGetConvergedReason(ksp: KSP, reason: *mut c_int) -> PetscErrorCode;

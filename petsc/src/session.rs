@@ -5,8 +5,11 @@ use std::ptr;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::thread::{self, ThreadId};
 
+use rkpm::assembly::Ranks;
+
 use crate::error::PetscError;
 use crate::ffi;
+use crate::solver::Remains;
 
 /// Numbers in one message of MPI.
 const MESSAGE: usize = 1 << 27;
@@ -32,6 +35,8 @@ pub(crate) fn check(function: &'static str, code: c_int) -> Result<(), PetscErro
 #[derive(Debug)]
 struct Library {
     home: ThreadId,
+    /// What is to be destroyed when all ranks ask for something new.
+    remains: Mutex<Vec<Remains>>,
 }
 
 impl Drop for Library {
@@ -81,7 +86,7 @@ impl Session {
                         ffi::PetscPushErrorHandler(ffi::PetscReturnErrorHandler, ptr::null_mut()),
                     )?;
                 }
-                let library = Arc::new(Library { home: thread::current().id() });
+                let library = Arc::new(Library { home: thread::current().id(), remains: Mutex::default() });
                 *current = Some(Arc::downgrade(&library));
                 library
             }
@@ -110,6 +115,27 @@ impl Session {
         // SAFETY: MPI runs as long as the session.
         unsafe { ffi::MPI_Abort(ffi::PETSC_COMM_WORLD, code) };
         std::process::exit(code)
+    }
+
+    /// A reduction that must not fail: the other ranks wait for it.
+    fn certainly(&self, reduction: Reduction, values: &mut [f64]) {
+        if let Err(error) = self.reduce(reduction, values) {
+            eprintln!("rank {}: {error}", self.rank);
+            self.abort(1);
+        }
+    }
+
+    /// Keeps objects that are to be destroyed.
+    pub(crate) fn leave(&self, remains: Remains) {
+        self.library.remains.lock().unwrap_or_else(PoisonError::into_inner).push(remains);
+    }
+
+    /// Destroys what was left, on all ranks.
+    pub(crate) fn clear(&self) {
+        if self.at_home().is_ok() {
+            let mut remains = self.library.remains.lock().unwrap_or_else(PoisonError::into_inner);
+            remains.drain(..).for_each(Remains::destroy);
+        }
     }
 
     /// Refuses calls from other threads than the one that started the library.
@@ -142,5 +168,23 @@ impl Session {
             }
         }
         Ok(())
+    }
+}
+
+impl Ranks for Session {
+    fn rank(&self) -> usize {
+        self.rank
+    }
+
+    fn count(&self) -> usize {
+        self.count
+    }
+
+    fn sum(&self, values: &mut [f64]) {
+        self.certainly(Reduction::Sum, values);
+    }
+
+    fn largest(&self, values: &mut [f64]) {
+        self.certainly(Reduction::Largest, values);
     }
 }

@@ -1,10 +1,10 @@
 //! MUMPS behind the traits of `rkpm::linear`.
 
-use std::cell::Cell;
 use std::ffi::{CStr, c_int};
 use std::ptr;
+use std::sync::Arc;
 
-use rkpm::assembly::Pattern;
+use rkpm::assembly::{Pattern, Ranks};
 use rkpm::error::LinearError;
 use rkpm::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
 
@@ -23,18 +23,15 @@ const PERCENT: [PetscInt; 5] = [35, 100, 200, 400, 800];
 const OUT_OF_MEMORY: c_int = 3;
 
 /// What a solution with numbers that are none is.
-const NOT_FINITE: LinearError = LinearError::Residual { residual: f64::NAN };
+pub(crate) const NOT_FINITE: LinearError = LinearError::Residual { residual: f64::NAN };
 
 /// Relative residual of a solution with a matrix that is singular to working precision: MUMPS divides by what rounding leaves.
 const SINGULAR: f64 = 1e-2;
 
-/// Sparse direct solution by MUMPS: $LDL^T$ with pivoting, whose signs tell stability.
+/// Sparse direct solution by MUMPS, on all ranks of a session: $LDL^T$ with pivoting, whose signs tell stability.
 ///
-/// ```ignore
-/// let session = rkpm_petsc::Session::start()?;
-/// let problem = scene.discretize(&Scheme::default().solver(Mumps::new(&session)))?;
-/// ```
-/// On one rank: scenes are not shared among several yet.
+/// Each rank gives the pattern and the values that it has summed itself, over the unknowns of the whole system; entries
+/// that several ranks give are added up. Right-hand sides and solutions are whole on every rank.
 #[derive(Debug, Clone)]
 pub struct Mumps {
     session: Session,
@@ -55,11 +52,12 @@ impl LinearSolver for Mumps {
         _: Option<&[usize]>,
     ) -> Result<Box<dyn Factorizer>, LinearError> {
         self.session.at_home().map_err(LinearError::from)?;
-        if self.session.count() > 1 {
-            return Err(PetscError::Ranks { count: self.session.count() }.into());
-        }
         pattern.validate()?;
         Ok(Box::new(MumpsFactorizer::new(&self.session, pattern)?))
+    }
+
+    fn ranks(&self) -> Option<Arc<dyn Ranks>> {
+        Some(Arc::new(self.session.clone()))
     }
 }
 
@@ -72,21 +70,80 @@ struct MumpsFactorizer {
     objects: Objects,
     /// The unknowns that this rank holds.
     range: [usize; 2],
-    negative: Cell<usize>,
+    negative: usize,
     /// Working memory beyond MUMPS' estimate that was enough so far, in percent.
-    percent: Cell<PetscInt>,
+    percent: PetscInt,
 }
 
 /// PETSc's objects, destroyed together.
 #[derive(Debug)]
-struct Objects {
-    matrix: ffi::Mat,
-    rhs: ffi::Vec_,
-    solution: ffi::Vec_,
-    whole: ffi::Vec_,
-    scatter: ffi::VecScatter,
-    ksp: ffi::KSP,
-    _session: Session,
+pub(crate) struct Objects {
+    pub matrix: ffi::Mat,
+    pub rhs: ffi::Vec_,
+    pub solution: ffi::Vec_,
+    pub whole: ffi::Vec_,
+    pub scatter: ffi::VecScatter,
+    pub ksp: ffi::KSP,
+    session: Session,
+}
+
+impl Objects {
+    /// None of them yet; what others have left is destroyed.
+    pub fn empty(session: &Session) -> Self {
+        session.clear();
+        Objects {
+            matrix: ptr::null_mut(),
+            rhs: ptr::null_mut(),
+            solution: ptr::null_mut(),
+            whole: ptr::null_mut(),
+            scatter: ptr::null_mut(),
+            ksp: ptr::null_mut(),
+            session: session.clone(),
+        }
+    }
+
+    /// Makes vectors of blocks, `local` of `size` numbers on this rank; the range of these.
+    pub fn vectors(&mut self, local: PetscInt, size: PetscInt, block: usize) -> Result<[usize; 2], PetscError> {
+        let (mut first, mut end) = (0, 0);
+        // SAFETY: vectors are created before they are used.
+        unsafe {
+            for vector in [&mut self.rhs, &mut self.solution] {
+                check("VecCreateMPI", ffi::VecCreateMPI(ffi::PETSC_COMM_WORLD, local, size, vector))?;
+                check("VecSetBlockSize", ffi::VecSetBlockSize(*vector, block as PetscInt))?;
+            }
+            check("VecGetOwnershipRange", ffi::VecGetOwnershipRange(self.rhs, &mut first, &mut end))?;
+            let made = ffi::VecScatterCreateToAll(self.solution, &mut self.scatter, &mut self.whole);
+            check("VecScatterCreateToAll", made)?;
+        }
+        Ok([first as usize, end as usize])
+    }
+
+    /// Solves for a right-hand side that is whole on every rank; so is the solution.
+    pub fn solve(&self, [first, end]: [usize; 2], values: &mut [f64]) -> Result<(), PetscError> {
+        self.session.at_home()?;
+        let mut array = ptr::null_mut();
+        // SAFETY: this rank's part of the vector is `end - first` long, the gathered one as long as the system.
+        unsafe {
+            check("VecGetArray", ffi::VecGetArray(self.rhs, &mut array))?;
+            if end > first {
+                std::slice::from_raw_parts_mut(array, end - first).copy_from_slice(&values[first..end]);
+            }
+            check("VecRestoreArray", ffi::VecRestoreArray(self.rhs, &mut array))?;
+            check("KSPSolve", ffi::KSPSolve(self.ksp, self.rhs, self.solution))?;
+            let mut reason: c_int = 0;
+            check("KSPGetConvergedReason", ffi::KSPGetConvergedReason(self.ksp, &mut reason))?;
+            check("solution", if reason < 0 { reason } else { 0 })?;
+            for half in [ffi::VecScatterBegin, ffi::VecScatterEnd] {
+                let done = half(self.scatter, self.solution, self.whole, ffi::INSERT_VALUES, ffi::SCATTER_FORWARD);
+                check("VecScatter", done)?;
+            }
+            check("VecGetArray", ffi::VecGetArray(self.whole, &mut array))?;
+            if !values.is_empty() {
+                values.copy_from_slice(std::slice::from_raw_parts(array, values.len()));
+            }
+            check("VecRestoreArray", ffi::VecRestoreArray(self.whole, &mut array))
+        }
+    }
 }
 
 // SAFETY: every use of the pointers first makes sure that it runs on the thread that started the library.
@@ -96,34 +153,57 @@ unsafe impl Sync for Objects {}
 
 impl Drop for Objects {
     fn drop(&mut self) {
-        if self._session.at_home().is_err() {
-            return; // Left to the end of the process: PETSc must not be called from here.
-        }
+        // To destroy them takes all ranks, and this one may be leaving alone, with an error.
+        self.session.leave(Remains {
+            matrix: self.matrix,
+            vectors: [self.rhs, self.solution, self.whole],
+            scatter: self.scatter,
+            ksp: self.ksp,
+        });
+    }
+}
+
+/// Objects that nobody uses any more, until all ranks meet again.
+#[derive(Debug)]
+pub(crate) struct Remains {
+    matrix: ffi::Mat,
+    vectors: [ffi::Vec_; 3],
+    scatter: ffi::VecScatter,
+    ksp: ffi::KSP,
+}
+
+// SAFETY: the pointers are used on the thread that started the library alone.
+unsafe impl Send for Remains {}
+
+impl Remains {
+    /// Destroys them, on all ranks alike and on the thread that started the library.
+    pub fn destroy(mut self) {
         // SAFETY: created by PETSc, destroyed once; null pointers are left alone by it.
         unsafe {
             ffi::KSPDestroy(&mut self.ksp);
             ffi::VecScatterDestroy(&mut self.scatter);
-            ffi::VecDestroy(&mut self.whole);
-            ffi::VecDestroy(&mut self.solution);
-            ffi::VecDestroy(&mut self.rhs);
+            self.vectors.iter_mut().for_each(|vector| {
+                ffi::VecDestroy(vector);
+            });
             ffi::MatDestroy(&mut self.matrix);
         }
     }
 }
 
 /// A number of unknowns or entries as PETSc counts them.
-fn index(what: &'static str, size: usize) -> Result<PetscInt, PetscError> {
+pub(crate) fn index(what: &'static str, size: usize) -> Result<PetscInt, PetscError> {
     let remedy = "take fewer particles, or a PETSc with 64-bit indices";
     PetscInt::try_from(size).map_err(|_| PetscError::Size { what, size, remedy })
 }
 
-/// A square matrix of a kind, spread over the ranks.
-fn matrix(kind: &CStr, size: PetscInt) -> Result<ffi::Mat, PetscError> {
+/// A square matrix of a kind and of blocks, spread over the ranks.
+pub(crate) fn spread(kind: &CStr, local: PetscInt, size: PetscInt, block: usize) -> Result<ffi::Mat, PetscError> {
     let mut matrix = ptr::null_mut();
     // SAFETY: the matrix is created before it is used.
     unsafe {
         check("MatCreate", ffi::MatCreate(ffi::PETSC_COMM_WORLD, &mut matrix))?;
-        check("MatSetSizes", ffi::MatSetSizes(matrix, ffi::PETSC_DECIDE, ffi::PETSC_DECIDE, size, size))?;
+        check("MatSetSizes", ffi::MatSetSizes(matrix, local, local, size, size))?;
+        check("MatSetBlockSize", ffi::MatSetBlockSize(matrix, block as PetscInt))?;
         check("MatSetType", ffi::MatSetType(matrix, kind.as_ptr()))?;
     }
     Ok(matrix)
@@ -153,24 +233,32 @@ fn longest(columns: &[usize]) -> usize {
     columns.windows(2).map(|ends| ends[1] - ends[0]).max().unwrap_or(0)
 }
 
+/// Makes what holds the factors of a matrix.
+///
+/// # Safety
+/// The matrix is there.
+unsafe fn create(ksp: &mut ffi::KSP, matrix: ffi::Mat) -> Result<(), PetscError> {
+    let mut pc = ptr::null_mut();
+    // SAFETY: created before it is used.
+    unsafe {
+        check("KSPCreate", ffi::KSPCreate(ffi::PETSC_COMM_WORLD, ksp))?;
+        check("KSPSetType", ffi::KSPSetType(*ksp, c"preonly".as_ptr()))?;
+        check("KSPSetOperators", ffi::KSPSetOperators(*ksp, matrix, matrix))?;
+        check("KSPGetPC", ffi::KSPGetPC(*ksp, &mut pc))?;
+        check("PCSetType", ffi::PCSetType(pc, c"cholesky".as_ptr()))?;
+        check("PCFactorSetMatSolverType", ffi::PCFactorSetMatSolverType(pc, c"mumps".as_ptr()))
+    }
+}
+
 impl MumpsFactorizer {
     fn new(session: &Session, pattern: &Pattern) -> Result<Self, PetscError> {
         let size = index("unknowns", pattern.size())?;
         index("entries of one rank", pattern.entries())?;
-        let mut objects = Objects {
-            matrix: ptr::null_mut(),
-            rhs: ptr::null_mut(),
-            solution: ptr::null_mut(),
-            whole: ptr::null_mut(),
-            scatter: ptr::null_mut(),
-            ksp: ptr::null_mut(),
-            _session: session.clone(),
-        };
-        let (mut first, mut end) = (0, 0);
-        objects.matrix = matrix(c"sbaij", size)?;
+        let mut objects = Objects::empty(session);
+        objects.matrix = spread(c"sbaij", ffi::PETSC_DECIDE, size, 1)?;
         // The pattern of all ranks together, counted by a matrix that holds none.
-        let mut counter = matrix(c"preallocator", size)?;
-        let mut pc = ptr::null_mut();
+        let mut counter = spread(c"preallocator", ffi::PETSC_DECIDE, size, 1)?;
+        let range = objects.vectors(ffi::PETSC_DECIDE, size, 1)?;
         // SAFETY: objects are created before they are used; PETSc copies what it is given.
         unsafe {
             check("MatSetUp", ffi::MatSetUp(counter))?;
@@ -182,95 +270,60 @@ impl MumpsFactorizer {
             });
             ffi::MatDestroy(&mut counter);
             counted?;
-            check("VecCreateMPI", ffi::VecCreateMPI(ffi::PETSC_COMM_WORLD, ffi::PETSC_DECIDE, size, &mut objects.rhs))?;
-            check(
-                "VecCreateMPI",
-                ffi::VecCreateMPI(ffi::PETSC_COMM_WORLD, ffi::PETSC_DECIDE, size, &mut objects.solution),
-            )?;
-            check("VecGetOwnershipRange", ffi::VecGetOwnershipRange(objects.rhs, &mut first, &mut end))?;
-            check(
-                "VecScatterCreateToAll",
-                ffi::VecScatterCreateToAll(objects.solution, &mut objects.scatter, &mut objects.whole),
-            )?;
-            check("KSPCreate", ffi::KSPCreate(ffi::PETSC_COMM_WORLD, &mut objects.ksp))?;
-            check("KSPSetType", ffi::KSPSetType(objects.ksp, c"preonly".as_ptr()))?;
-            check("KSPSetOperators", ffi::KSPSetOperators(objects.ksp, objects.matrix, objects.matrix))?;
-            check("KSPGetPC", ffi::KSPGetPC(objects.ksp, &mut pc))?;
-            check("PCSetType", ffi::PCSetType(pc, c"cholesky".as_ptr()))?;
-            check("PCFactorSetMatSolverType", ffi::PCFactorSetMatSolverType(pc, c"mumps".as_ptr()))?;
+            create(&mut objects.ksp, objects.matrix)?;
         }
         Ok(MumpsFactorizer {
             session: session.clone(),
             pattern: pattern.clone(),
             objects,
-            range: [first as usize, end as usize],
-            negative: Cell::new(0),
-            percent: Cell::new(PERCENT[0]),
+            range,
+            negative: 0,
+            percent: PERCENT[0],
         })
     }
 
-    fn numeric(&self, values: &[f64]) -> Result<(), PetscError> {
+    fn numeric(&mut self, values: &[f64]) -> Result<(), PetscError> {
         self.session.at_home()?;
         let (mut pc, mut factor, mut negative) = (ptr::null_mut(), ptr::null_mut(), 0);
         // SAFETY: the objects live as long as `self`.
         unsafe {
             check("MatZeroEntries", ffi::MatZeroEntries(self.objects.matrix))?;
             add(self.objects.matrix, &self.pattern.columns, &self.pattern.rows, Some(values))?;
-            check("KSPGetPC", ffi::KSPGetPC(self.objects.ksp, &mut pc))?;
             let mut reason: c_int = 0;
-            for percent in PERCENT.into_iter().skip_while(|&percent| percent < self.percent.get()) {
-                let Objects { ksp, matrix, .. } = self.objects;
-                // An assembly without new values tells the solver that the matrix is to be factorised anew.
-                check("MatAssemblyBegin", ffi::MatAssemblyBegin(matrix, ffi::MAT_FINAL_ASSEMBLY))?;
-                check("MatAssemblyEnd", ffi::MatAssemblyEnd(matrix, ffi::MAT_FINAL_ASSEMBLY))?;
-                check("KSPSetOperators", ffi::KSPSetOperators(ksp, matrix, matrix))?;
+            let enough = self.percent;
+            for percent in PERCENT.into_iter().filter(|&percent| percent >= enough) {
+                let Objects { ksp, matrix, .. } = &mut self.objects;
+                if percent > self.percent {
+                    // The analysis counts the memory: after a failure it begins anew.
+                    check("KSPDestroy", ffi::KSPDestroy(ksp))?;
+                    create(ksp, *matrix)?;
+                    self.percent = percent;
+                }
+                check("KSPGetPC", ffi::KSPGetPC(*ksp, &mut pc))?;
+                check("KSPSetOperators", ffi::KSPSetOperators(*ksp, *matrix, *matrix))?;
                 check("PCFactorSetUpMatSolverType", ffi::PCFactorSetUpMatSolverType(pc))?;
                 check("PCFactorGetMatrix", ffi::PCFactorGetMatrix(pc, &mut factor))?;
                 check("MatMumpsSetIcntl", ffi::MatMumpsSetIcntl(factor, MORE_MEMORY, percent))?;
-                check("KSPSetUp", ffi::KSPSetUp(ksp))?;
+                check("KSPSetUp", ffi::KSPSetUp(*ksp))?;
                 check("PCGetFailedReason", ffi::PCGetFailedReason(pc, &mut reason))?;
-                self.percent.set(percent);
                 if reason != OUT_OF_MEMORY {
                     break;
                 }
             }
-            check("factorisation by MUMPS", reason)?;
+            if reason != 0 {
+                let mut code = [0; 2];
+                check("MatMumpsGetInfog", ffi::MatMumpsGetInfog(factor, 1, &mut code[0]))?;
+                check("MatMumpsGetInfog", ffi::MatMumpsGetInfog(factor, 2, &mut code[1]))?;
+                return Err(PetscError::Factors { code });
+            }
             check("MatMumpsGetInfog", ffi::MatMumpsGetInfog(factor, NEGATIVE_PIVOTS, &mut negative))?;
         }
-        self.negative.set(negative as usize);
-        Ok(())
-    }
-
-    fn solve(&self, values: &mut [f64]) -> Result<(), PetscError> {
-        self.session.at_home()?;
-        let [first, end] = self.range;
-        let mut array = ptr::null_mut();
-        // SAFETY: this rank's part of the vector is `end - first` long, the gathered one as long as the system.
-        unsafe {
-            check("VecGetArray", ffi::VecGetArray(self.objects.rhs, &mut array))?;
-            if end > first {
-                std::slice::from_raw_parts_mut(array, end - first).copy_from_slice(&values[first..end]);
-            }
-            check("VecRestoreArray", ffi::VecRestoreArray(self.objects.rhs, &mut array))?;
-            check("KSPSolve", ffi::KSPSolve(self.objects.ksp, self.objects.rhs, self.objects.solution))?;
-            let mut reason: c_int = 0;
-            check("KSPGetConvergedReason", ffi::KSPGetConvergedReason(self.objects.ksp, &mut reason))?;
-            check("solution by MUMPS", if reason < 0 { reason } else { 0 })?;
-            let Objects { scatter, solution, whole, .. } = &self.objects;
-            for half in [ffi::VecScatterBegin, ffi::VecScatterEnd] {
-                check("VecScatter", half(*scatter, *solution, *whole, ffi::INSERT_VALUES, ffi::SCATTER_FORWARD))?;
-            }
-            check("VecGetArray", ffi::VecGetArray(*whole, &mut array))?;
-            if !values.is_empty() {
-                values.copy_from_slice(std::slice::from_raw_parts(array, values.len()));
-            }
-            check("VecRestoreArray", ffi::VecRestoreArray(*whole, &mut array))?;
-        }
+        self.negative = negative as usize;
         Ok(())
     }
 }
 
-fn check_length(what: &'static str, given: usize, needed: usize) -> Result<(), LinearError> {
+pub(crate) fn check_length(what: &'static str, given: usize, needed: usize) -> Result<(), LinearError> {
     if given == needed { Ok(()) } else { Err(LinearError::Length { what, given, needed }) }
 }
 
@@ -300,7 +353,7 @@ impl Factors for MumpsFactors<'_> {
         check_length("right-hand side", rhs.len(), pattern.size())?;
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let given = rhs.to_vec();
-        self.factorizer.solve(rhs)?;
+        self.factorizer.objects.solve(self.factorizer.range, rhs)?;
         let mut product = vec![0.0; rhs.len()];
         pattern.multiply_add(self.values, rhs, &mut product);
         session.reduce(Reduction::Sum, &mut product)?;
@@ -310,7 +363,7 @@ impl Factors for MumpsFactors<'_> {
     }
 
     fn inertia(&self) -> Option<Inertia> {
-        let negative = self.factorizer.negative.get();
+        let negative = self.factorizer.negative;
         Some(Inertia { positive: self.factorizer.pattern.size() - negative, negative })
     }
 }

@@ -228,7 +228,8 @@ impl Assembler {
         let workers = if unknowns >= SERIAL_BELOW { threads() } else { 1 };
         let mut elements = std::mem::take(&mut self.elements);
         elements.resize_with(workers.max(elements.len()), Element::default);
-        let System { residual, load_slope, values, skew, scale, zones, coupling } = system;
+        system.ranks.clone_from(&model.ranks);
+        let System { residual, load_slope, values, skew, scale, zones, coupling, .. } = system;
         let whole = Part { first: 0, values: if with_matrix { values } else { &mut [] }, residual, load_slope };
         let one;
         let (several, mut sum);
@@ -262,6 +263,17 @@ impl Assembler {
                 *scale += gathered.scale;
                 (*skew, *zones, *coupling) = (gathered.skew, gathered.zones, gathered.coupling);
             }
+        }
+        if let Some(ranks) = &model.ranks {
+            // One message for all that is whole on every rank.
+            let mut all = Vec::with_capacity(2 * unknowns + 1);
+            all.extend_from_slice(residual);
+            all.extend_from_slice(load_slope);
+            all.push(*scale);
+            ranks.sum(&mut all);
+            residual.copy_from_slice(&all[..unknowns]);
+            load_slope.copy_from_slice(&all[unknowns..2 * unknowns]);
+            *scale = all[2 * unknowns];
         }
         *scale = scale.sqrt();
         self.elements = elements;

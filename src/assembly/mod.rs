@@ -1,8 +1,10 @@
 //! The model and its sparse system: terms over clusters, summed into one fixed pattern.
 
 mod assembler;
+mod elsewhere;
 mod model;
 mod pattern;
+mod ranks;
 mod slabs;
 mod sum;
 
@@ -13,3 +15,4 @@ pub use model::{Model, System};
 pub use pattern::Pattern;
 #[cfg(feature = "solve")]
 pub(crate) use pattern::add_column;
+pub use ranks::Ranks;

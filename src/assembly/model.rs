@@ -1,11 +1,14 @@
 //! Models: terms over one set of nodes, and the system they make.
 
+use std::sync::Arc;
+
 use crate::compiled::compiled;
 use crate::geometry::Point;
 use crate::parallel::{map_ranges, threads};
 use crate::term::{Element, StateDiagnostics, Term, View, Zone};
 
-use super::Assembler;
+use super::elsewhere::Elsewhere;
+use super::{Assembler, Ranks};
 
 /// Unknowns below which everything stays on one thread.
 pub(super) const SERIAL_BELOW: usize = 400;
@@ -18,6 +21,8 @@ pub struct Model<const D: usize> {
     needs: Vec<[usize; 2]>,
     /// The first term, and its cluster, whose nodes do not rise.
     unsorted: Option<[usize; 2]>,
+    /// Those that share the clusters, where it is not one alone.
+    pub(super) ranks: Option<Arc<dyn Ranks>>,
 }
 
 /// The assembled system at one state: $r$, $\partial r/\partial\lambda$ and $K$.
@@ -37,6 +42,9 @@ pub struct System {
     pub zones: Vec<Zone>,
     /// Further entries (row, column, value) of $K$ that neither part holds.
     pub coupling: Vec<(u32, u32, f64)>,
+    /// The ranks that share the matrix: values and skew part are what this one has summed of them. Residual, scale and load
+    /// slope are whole.
+    pub ranks: Option<Arc<dyn Ranks>>,
 }
 
 /// Entries of a matrix beyond which its memory is not kept while another form of it is in use: 2 MB.
@@ -58,10 +66,22 @@ impl System {
         release(&mut self.values);
     }
 
-    /// Whether the symmetric part is all of $K$.
+    /// Adds up over the ranks what each has found with its share of the matrix.
+    #[cfg(feature = "solve")]
+    pub(crate) fn over_ranks(&self, product: &mut [f64]) {
+        if let Some(ranks) = &self.ranks {
+            ranks.sum(product);
+        }
+    }
+
+    /// Whether the symmetric part is all of $K$, on every rank.
     #[cfg(feature = "solve")]
     pub(crate) fn is_symmetric(&self) -> bool {
-        self.skew.is_empty() && self.coupling.is_empty()
+        let mine = self.skew.is_empty() && self.coupling.is_empty();
+        match &self.ranks {
+            Some(ranks) => ranks.least(f64::from(u8::from(mine))) > 0.0,
+            None => mine,
+        }
     }
 
     /// $y \mathrel{+}= N x$, the skew part and the coupling alone.
@@ -79,7 +99,33 @@ impl System {
 impl<const D: usize> Model<D> {
     /// A model without terms over nodes at the given reference positions.
     pub fn new(positions: Vec<Point<D>>) -> Self {
-        Model { positions, terms: Vec::new(), needs: Vec::new(), unsorted: None }
+        Model { positions, terms: Vec::new(), needs: Vec::new(), unsorted: None, ranks: None }
+    }
+
+    /// Says that the terms hold one rank's share of the clusters: all sums go over the ranks from here on.
+    pub fn share(&mut self, ranks: Arc<dyn Ranks>) -> &mut Self {
+        self.ranks = (ranks.count() > 1).then_some(ranks);
+        self
+    }
+
+    /// The ranks that share the clusters; none where this process holds all of them.
+    pub fn ranks(&self) -> Option<&dyn Ranks> {
+        self.ranks.as_deref()
+    }
+
+    /// Whether an observer breaks off here: where one rank's does, all stop.
+    #[cfg(feature = "solve")]
+    pub(crate) fn is_ended_by(&self, flow: std::ops::ControlFlow<()>) -> bool {
+        let mine = f64::from(u8::from(flow.is_continue()));
+        match &self.ranks {
+            Some(ranks) => ranks.least(mine) == 0.0,
+            None => flow.is_break(),
+        }
+    }
+
+    #[cfg(feature = "solve")]
+    pub(crate) fn shared_ranks(&self) -> Option<Arc<dyn Ranks>> {
+        self.ranks.clone()
     }
 
     /// Adds a term.
@@ -96,6 +142,11 @@ impl<const D: usize> Model<D> {
         ]);
         self.terms.push(Box::new(term));
         self
+    }
+
+    /// Adds a term that this process knows as a whole: where ranks share the clusters, the first of them alone sums it.
+    pub fn add_whole(&mut self, term: impl Term<D> + 'static) -> &mut Self {
+        if self.ranks().is_some_and(|ranks| ranks.rank() > 0) { self.add(Elsewhere(term)) } else { self.add(term) }
     }
 
     /// The terms.
@@ -168,6 +219,11 @@ impl<const D: usize> Model<D> {
                 energy += term.energy(cluster, view);
             }
         }
+        if let Some(ranks) = &self.ranks {
+            let mut total = [energy];
+            ranks.sum(&mut total);
+            return total[0];
+        }
         energy
     }
 
@@ -179,7 +235,11 @@ impl<const D: usize> Model<D> {
         let of_term = |term: &dyn Term<D>| {
             (0..term.clusters()).map(|c| term.largest_gradient(c, displacement)).fold(0.0, f64::max)
         };
-        self.terms.iter().map(|term| of_term(&**term)).fold(0.0, f64::max)
+        let mine = self.terms.iter().map(|term| of_term(&**term)).fold(0.0, f64::max);
+        match &self.ranks {
+            Some(ranks) => -ranks.least(-mine),
+            None => mine,
+        }
     }
 
     /// The smallest $\det F$ at any point and where, `None` where no term has a deformation gradient; NaN nowhere for vectors
@@ -204,7 +264,10 @@ impl<const D: usize> Model<D> {
                 }
             }
         }
-        smallest
+        match &self.ranks {
+            Some(ranks) => smallest_of_all::<D>(&**ranks, smallest),
+            None => smallest,
+        }
     }
 
     /// How far a state can be trusted: the worst of all clusters; Jacobians are NaN for vectors of another model.
@@ -219,7 +282,10 @@ impl<const D: usize> Model<D> {
                 diagnostics = diagnostics.join(term.diagnostics(cluster, view));
             }
         }
-        diagnostics
+        match &self.ranks {
+            Some(ranks) => diagnostics.over(|values| ranks.largest(values), |value| ranks.sum(value)),
+            None => diagnostics,
+        }
     }
 
     /// Increments of the condensed unknowns for a displacement increment, and the largest admissible step factor; 0 for vectors
@@ -272,7 +338,10 @@ impl<const D: usize> Model<D> {
                 }
             }
         }
-        bound
+        match &self.ranks {
+            Some(ranks) => ranks.least(bound),
+            None => bound,
+        }
     }
 
     /// Whether the memory of a term fades with time: steps of the load are steps of time.
@@ -324,6 +393,9 @@ impl<const D: usize> Model<D> {
                 *sum += square;
             }
         }
+        if let Some(ranks) = &self.ranks {
+            ranks.sum(&mut sums);
+        }
         if sums[0] == 0.0 { 0.0 } else { (sums[0] / sums[1]).sqrt() }
     }
 
@@ -345,6 +417,9 @@ impl<const D: usize> Model<D> {
         }
         let mut residual = vec![0.0; self.unknowns()];
         self.sum_forces(displacement, condensed, load, |unknown, force, _| residual[unknown] += force);
+        if let Some(ranks) = &self.ranks {
+            ranks.sum(&mut residual);
+        }
         residual
     }
 
@@ -356,6 +431,9 @@ impl<const D: usize> Model<D> {
         }
         slope.fill(0.0);
         self.sum_forces(displacement, condensed, load, |unknown, _, change| slope[unknown] += change);
+        if let Some(ranks) = &self.ranks {
+            ranks.sum(slope);
+        }
     }
 
     /// Visits residual and load slope of every cluster, unknown by unknown.
@@ -383,4 +461,21 @@ impl<const D: usize> Model<D> {
             }
         }
     }
+}
+
+/// The smallest determinant of all ranks and where: that of the first rank that has found it.
+fn smallest_of_all<const D: usize>(ranks: &dyn Ranks, mine: Option<(f64, Vec<f64>)>) -> Option<(f64, Vec<f64>)> {
+    // A determinant that is none stands before all others.
+    let key = mine.as_ref().map_or(f64::INFINITY, |found| if found.0.is_nan() { f64::NEG_INFINITY } else { found.0 });
+    let least = ranks.least(key);
+    if least == f64::INFINITY {
+        return None;
+    }
+    let first = ranks.least(if key == least { ranks.rank() as f64 } else { f64::INFINITY });
+    let mut at = [0.0; D];
+    if let Some((_, place)) = mine.filter(|_| first == ranks.rank() as f64) {
+        at.iter_mut().zip(&place).for_each(|(at, x)| *at = *x);
+    }
+    ranks.sum(&mut at);
+    Some((if least == f64::NEG_INFINITY { f64::NAN } else { least }, at.to_vec()))
 }

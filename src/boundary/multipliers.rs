@@ -227,7 +227,14 @@ impl Enforced for Bound {
             values[place as usize] += value;
             stiffness = stiffness.max(value.abs());
         }
+        if let Some(ranks) = &full.ranks {
+            stiffness = -ranks.least(-stiffness);
+        }
         self.stiffness = if stiffness > 0.0 { stiffness } else { 1.0 };
+        // What the rows give stands in the sum over the ranks once.
+        if full.ranks.as_ref().is_some_and(|ranks| ranks.rank() > 0) {
+            return;
+        }
         for &(place, product) in &self.augmentation {
             values[place as usize] += self.stiffness * product;
         }

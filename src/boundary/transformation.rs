@@ -278,6 +278,7 @@ impl Enforced for Bound {
             }
         }
         full.skew_multiply_add(&jump, &mut product);
+        full.over_ranks(&mut product);
         for (p, f) in product.iter_mut().zip(force) {
             *p = f - *p;
         }

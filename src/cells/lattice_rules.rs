@@ -19,7 +19,7 @@ impl<const D: usize> Lattice<D> {
         let starts: [Vec<usize>; D] = std::array::from_fn(|i| block_starts(cells[i], size.max(1)));
         let zone_counts: [usize; D] = std::array::from_fn(|i| starts[i].len() - 1);
         let total: usize = zone_counts.iter().product();
-        let mut zones = Zones { cells: Vec::with_capacity(self.cell_count()), offsets: vec![0] };
+        let mut zones = Zones::new(Vec::with_capacity(self.cell_count()), vec![0]);
         for zone in 0..total {
             let index = unravel(zone, &zone_counts);
             let low: [usize; D] = std::array::from_fn(|i| starts[i][index[i]]);

@@ -32,6 +32,25 @@ pub struct Smoothing<const D: usize> {
 }
 
 impl<const D: usize> Smoothing<D> {
+    /// The same without facets that no sub-cell has: those of cells that other ranks hold.
+    #[cfg(feature = "solve")]
+    pub(crate) fn pruned(mut self) -> Self {
+        let points = self.points_per_facet;
+        let mut number = vec![None; self.facet_points.len() / points.max(1)];
+        let (mut kept_points, mut kept_areas) = (Vec::new(), Vec::new());
+        for (facet, _) in self.cells.iter_mut().flatten() {
+            let own = *facet as usize * points..(*facet as usize + 1) * points;
+            let Some(place) = number.get_mut(*facet as usize) else { continue };
+            *facet = *place.get_or_insert_with(|| {
+                kept_points.extend_from_slice(&self.facet_points[own.clone()]);
+                kept_areas.extend_from_slice(&self.facet_areas[own]);
+                (kept_points.len() / points) as u32 - 1
+            });
+        }
+        (self.facet_points, self.facet_areas) = (kept_points, kept_areas);
+        self
+    }
+
     /// Refuses sub-cells whose arrays do not fit together, and ones that are not closed: $\oint n\\,\mathrm dA = 0$.
     ///
     /// # Errors

@@ -312,8 +312,9 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
                     let mut own = Vec::with_capacity(2 * D);
                     for axis in 0..D {
                         let (facet, first) = self.outer_facet(cell, corner, axis);
-                        if first {
-                            store(facet, axis, 0, -1.0);
+                        // In a share of the zones the first cell beside a facet may lack.
+                        if first || zones.is_share() {
+                            store(facet, axis, 0, if first { -1.0 } else { 1.0 });
                         }
                         let entry = (facet as u32, if first { 1.0 } else { -1.0 });
                         own.push(entry);

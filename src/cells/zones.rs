@@ -13,16 +13,50 @@ pub struct Zones {
     pub cells: Vec<u32>,
     /// Zone $z$ holds `cells[offsets[z]..offsets[z + 1]]`.
     pub offsets: Vec<usize>,
+    /// Whether they are a share of all zones, see [`share`](Zones::share).
+    partial: bool,
 }
 
 impl Zones {
-    /// Each of `count` cells a zone of its own.
-    pub fn single(count: usize) -> Self {
-        Zones { cells: (0..count as u32).collect(), offsets: (0..=count).collect() }
+    /// Zones of all cells: zone $z$ holds `cells[offsets[z]..offsets[z + 1]]`.
+    pub fn new(cells: Vec<u32>, offsets: Vec<usize>) -> Self {
+        Zones { cells, offsets, partial: false }
     }
 
-    /// Refuses zones that name cells beyond `count`, that do not name each of them once, or whose offsets don't rise
-    /// from 0 to the number of cells.
+    /// Each of `count` cells a zone of its own.
+    pub fn single(count: usize) -> Self {
+        Zones::new((0..count as u32).collect(), (0..=count).collect())
+    }
+
+    /// Share `part` of `parts`: a run of the zones in the order of the keys `key(cell)` of their first cells, as many
+    /// cells in each share as the sizes of zones allow. Rules and smoothings over a share leave the other cells out.
+    pub fn share(&self, part: usize, parts: usize, key: impl Fn(u32) -> u64) -> Self {
+        let mut order: Vec<usize> = (0..self.offsets.len().saturating_sub(1)).collect();
+        let first = |zone: usize| self.cells.get(self.offsets[zone]).map_or(0, |&cell| key(cell));
+        order.sort_by_cached_key(|&zone| (first(zone), zone));
+        let (total, parts) = (self.cells.len() as u128, parts.max(1) as u128);
+        let mut share = Zones { cells: Vec::new(), offsets: vec![0], partial: true };
+        let mut before = 0u128;
+        for zone in order {
+            let cells = &self.cells[self.offsets[zone]..self.offsets[zone + 1]];
+            // The middle of the zone tells whose it is.
+            let owner = (2 * before + cells.len() as u128) * parts / (2 * total).max(1);
+            if owner.min(parts - 1) == part as u128 {
+                share.cells.extend_from_slice(cells);
+                share.offsets.push(share.cells.len());
+            }
+            before += cells.len() as u128;
+        }
+        share
+    }
+
+    /// Whether they are a share of all zones.
+    pub(crate) fn is_share(&self) -> bool {
+        self.partial
+    }
+
+    /// Refuses zones that name cells beyond `count`, that do not name each of them once (at most once in a share), or whose
+    /// offsets don't rise from 0 to the number of cells.
     ///
     /// # Errors
     /// [`GeometryError::Count`] in these cases.
@@ -41,7 +75,7 @@ impl Zones {
         if let Some(&cell) = self.cells.iter().find(|&&cell| std::mem::replace(&mut named[cell as usize], true)) {
             return Err(GeometryError::Count { what: "cell that is named twice", count: cell as usize, needed });
         }
-        if let Some(cell) = named.iter().position(|named| !named) {
+        if let Some(cell) = named.iter().position(|named| !named).filter(|_| !self.partial) {
             return Err(GeometryError::Count { what: "cell that no zone names", count: cell, needed });
         }
         Ok(())
@@ -362,5 +396,5 @@ pub(crate) fn collect(zone_of: &[u32], zones: usize) -> Zones {
         cells[cursor[zone as usize]] = cell as u32;
         cursor[zone as usize] += 1;
     }
-    Zones { cells, offsets }
+    Zones::new(cells, offsets)
 }

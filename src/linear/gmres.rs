@@ -33,17 +33,19 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Solves $A P^{-1} y = b$, $x = P^{-1} y$, from zero: flexible GMRES, restarted after `directions`. `apply` and
-/// `precondition` write their answers into the second vector. Where it `may_stall` it ends as soon as directions hardly help.
+/// `precondition` write their answers into the second vector, `total` adds up products of pieces of vectors where ranks hold
+/// such. Where it `may_stall` it ends as soon as directions hardly help.
 pub(crate) fn gmres(
     b: &[f64],
     x: &mut [f64],
-    tolerance: f64,
-    may_stall: bool,
+    (tolerance, may_stall): (f64, bool),
     [directions, most]: [usize; 2],
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&[f64], &mut [f64]),
+    total: impl Fn(f64) -> f64,
 ) -> Minimised {
     let n = b.len();
+    let dot = |a: &[f64], b: &[f64]| total(dot(a, b));
     let size = dot(b, b).sqrt();
     x.fill(0.0);
     let mut done = Minimised { iterations: 0, residual: 0.0 };
@@ -136,7 +138,7 @@ mod tests {
         for directions in [40, 4] {
             let mut x = vec![0.0; n];
             let jacobi = |r: &[f64], z: &mut [f64]| (0..n).for_each(|k| z[k] = r[k] / (3.0 + k as f64));
-            let done = gmres(&b, &mut x, 1e-11, false, [directions, 200], apply, jacobi);
+            let done = gmres(&b, &mut x, (1e-11, false), [directions, 200], apply, jacobi, |dot| dot);
             assert!(done.residual <= 1e-11 && done.iterations < 100, "{done:?}");
             let mut y = vec![0.0; n];
             apply(&x, &mut y);

@@ -1,12 +1,14 @@
 //! Large bodies in space: pressures apart, Krylov iteration, linear elements on the particles as a preconditioner.
 
 use std::cell::{Cell, RefCell};
+use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::Matrix4;
 
-use crate::assembly::{Assembler, Model, Pattern, System};
+use crate::assembly::{Assembler, Model, Pattern, Ranks, System};
 use crate::error::LinearError;
+use crate::geometry::Morton;
 use crate::parallel::map_with;
 use crate::term::{Zone, gather_all};
 
@@ -37,7 +39,7 @@ pub struct Auxiliary {
     /// Which term of the model to be solved has the same condensed unknowns.
     pub term: usize,
     /// Values of the shape functions at the particles by rows: first entry of each, particles, values. Empty where the
-    /// functions interpolate.
+    /// functions interpolate. Where ranks share the model, the rows of this rank's [`share`](Auxiliary::share).
     pub values: (Vec<usize>, Vec<u32>, Vec<f64>),
     /// Places of the particles in the unit cube, and how many times their spacing it is wide.
     pub places: Vec<[f64; 3]>,
@@ -45,6 +47,16 @@ pub struct Auxiliary {
     pub cells: [usize; 3],
     /// Unknowns that conditions hold.
     pub held: Vec<usize>,
+}
+
+impl Auxiliary {
+    /// The nodes whose part of vectors a rank keeps.
+    pub(crate) fn share(ranks: Option<&dyn Ranks>, nodes: usize) -> Range<usize> {
+        match ranks {
+            Some(ranks) => nodes * ranks.rank() / ranks.count()..nodes * (ranks.rank() + 1) / ranks.count(),
+            None => 0..nodes,
+        }
+    }
 }
 
 /// Generalised minimal residuals for nearly incompressible bodies in space.
@@ -60,13 +72,22 @@ pub struct Auxiliary {
 #[derive(Clone)]
 pub struct Krylov {
     auxiliary: Auxiliary,
+    /// What one cycle is solved by in place of this crate's own.
+    cycle: Option<Arc<dyn LinearSolver>>,
     counts: Arc<Mutex<Vec<usize>>>,
 }
 
 impl Krylov {
     /// With the elements that belong to the particles.
     pub fn new(auxiliary: Auxiliary) -> Self {
-        Krylov { auxiliary, counts: Arc::default() }
+        Krylov { auxiliary, cycle: None, counts: Arc::default() }
+    }
+
+    /// With a solver of one's own in place of a multilevel cycle: of the stiffness of the elements, about. Where ranks share the
+    /// model, one that works on all of them.
+    pub fn with_cycle(mut self, cycle: Arc<dyn LinearSolver>) -> Self {
+        self.cycle = Some(cycle);
+        self
     }
 }
 
@@ -111,6 +132,20 @@ impl LinearSolver for Krylov {
             columns[row].dedup();
         }
         let products = Pattern::from_columns(columns);
+        let assembler = self.auxiliary.model.assembler_apart();
+        let cycle = match &self.cycle {
+            Some(cycle) => {
+                // Along a curve, so that each rank holds a region.
+                let positions = self.auxiliary.model.positions();
+                let curve = Morton::through(positions);
+                let mut nodes: Vec<usize> = (0..positions.len()).collect();
+                nodes.sort_by_cached_key(|&node| (curve.place(&positions[node]), node));
+                let order: Vec<usize> = nodes.iter().flat_map(|&node| 3 * node..3 * node + 3).collect();
+                Some(cycle.analyze(assembler.pattern(), MatrixClass::Definite, Some(&order))?)
+            }
+            None => None,
+        };
+        let ranks = self.auxiliary.model.shared_ranks();
         let projector = if rows > 0 { Some(Direct.analyze(&products, MatrixClass::Definite, None)?) } else { None };
         Ok(Box::new(KrylovFactorizer {
             pattern: pattern.clone(),
@@ -119,8 +154,10 @@ impl LinearSolver for Krylov {
             products,
             projector,
             product_values: Vec::new(),
-            values_at: Interpolation::new(&self.auxiliary.values),
-            assembler: self.auxiliary.model.assembler_apart(),
+            values_at: Interpolation::new(&self.auxiliary.values, unknowns / 3, ranks.clone()),
+            ranks,
+            assembler,
+            cycle,
             system: System::default(),
             multilevel: None,
             largest: Cell::new(0.0),
@@ -133,6 +170,10 @@ impl LinearSolver for Krylov {
         true
     }
 
+    fn ranks(&self) -> Option<Arc<dyn Ranks>> {
+        self.auxiliary.model.shared_ranks()
+    }
+
     fn directions(&self) -> Vec<usize> {
         self.counts.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -140,8 +181,12 @@ impl LinearSolver for Krylov {
 
 /// Solutions with the values of shape functions at particles, by a polynomial of fixed degree.
 struct Interpolation {
+    /// Of all nodes, or of those of a rank.
     rows: Sparse,
+    /// Empty where ranks share the rows.
     columns: Sparse,
+    own: Range<usize>,
+    ranks: Option<Arc<dyn Ranks>>,
     /// Least eigenvalue that the polynomial sees, and its degree.
     least: f64,
     degree: usize,
@@ -169,6 +214,18 @@ impl Sparse {
         }
     }
 
+    /// $y \mathrel{-}= A^T z$.
+    fn subtract_transposed(&self, z: &[f64], y: &mut [f64]) {
+        for row in 0..self.starts.len().saturating_sub(1) {
+            for k in self.starts[row]..self.starts[row + 1] {
+                let y = &mut y[3 * self.columns[k] as usize..][..3];
+                for i in 0..3 {
+                    y[i] -= self.values[k] * z[3 * row + i];
+                }
+            }
+        }
+    }
+
     fn transposed(&self) -> Sparse {
         let n = self.starts.len().saturating_sub(1);
         let mut starts = vec![0usize; n + 1];
@@ -190,13 +247,19 @@ impl Sparse {
 }
 
 impl Interpolation {
-    fn new((starts, columns, values): &(Vec<usize>, Vec<u32>, Vec<f64>)) -> Option<Self> {
-        if values.is_empty() {
+    fn new(
+        (starts, columns, values): &(Vec<usize>, Vec<u32>, Vec<f64>),
+        nodes: usize,
+        ranks: Option<Arc<dyn Ranks>>,
+    ) -> Option<Self> {
+        if values.is_empty() && ranks.is_none() {
             return None;
         }
         let rows = Sparse { starts: starts.clone(), columns: columns.clone(), values: values.clone() };
-        let n = 3 * (starts.len() - 1);
-        let mut all = Interpolation { columns: rows.transposed(), rows, least: 0.0, degree: 0 };
+        let n = 3 * nodes;
+        let columns = if ranks.is_none() { rows.transposed() } else { Sparse::default() };
+        let own = Auxiliary::share(ranks.as_deref(), nodes);
+        let mut all = Interpolation { rows, columns, own, ranks, least: 0.0, degree: 0 };
         // Splines of the third order on regular lattices have 1/27 and more; wider supports less.
         let b: Vec<f64> = (0..n).map(|k| (1.7 * k as f64).sin()).collect();
         for (least, degree) in [(0.03, 10), (0.01, 18), (0.003, 32), (0.001, 56)] {
@@ -204,7 +267,7 @@ impl Interpolation {
             let mut x = b.clone();
             all.solve(false, &mut x);
             let mut left = vec![0.0; n];
-            all.rows.residual(&b, &x, &mut left);
+            all.residual(false, &b, &x, &mut left);
             if dot(&left, &left) <= 0.01 * dot(&b, &b) {
                 break;
             }
@@ -212,9 +275,25 @@ impl Interpolation {
         Some(all)
     }
 
+    /// $y = x - A z$ for the matrix or its transpose.
+    fn residual(&self, transposed: bool, x: &[f64], z: &[f64], y: &mut [f64]) {
+        let Some(ranks) = &self.ranks else {
+            let matrix = if transposed { &self.columns } else { &self.rows };
+            return matrix.residual(x, z, y);
+        };
+        y.fill(0.0);
+        if transposed {
+            self.rows.subtract_transposed(&z[3 * self.own.start..], y);
+        } else {
+            let zeros = vec![0.0; 3 * self.own.len()];
+            self.rows.residual(&zeros, z, &mut y[3 * self.own.start..3 * self.own.end]);
+        }
+        ranks.sum(y);
+        y.iter_mut().zip(x).for_each(|(y, x)| *y += x);
+    }
+
     /// Chebyshev's iteration from zero, for the matrix or its transpose.
     fn solve(&self, transposed: bool, b: &mut [f64]) {
-        let matrix = if transposed { &self.columns } else { &self.rows };
         let (middle, half) = (0.5 * (1.0 + self.least), 0.5 * (1.0 - self.least));
         let mut x = vec![0.0; b.len()];
         let mut left = b.to_vec();
@@ -222,7 +301,7 @@ impl Interpolation {
         let mut rho = half / middle;
         for _ in 0..self.degree {
             x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
-            matrix.residual(b, &x, &mut left);
+            self.residual(transposed, b, &x, &mut left);
             let next = 1.0 / (2.0 * middle / half - rho);
             step.iter_mut().zip(&left).for_each(|(s, l)| *s = next * rho * *s + 2.0 * next / half * l);
             rho = next;
@@ -233,6 +312,13 @@ impl Interpolation {
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Replaces values by their sums over the ranks.
+fn total(ranks: &Option<Arc<dyn Ranks>>, values: &mut [f64]) {
+    if let Some(ranks) = ranks {
+        ranks.sum(values);
+    }
 }
 
 struct KrylovFactorizer {
@@ -246,7 +332,9 @@ struct KrylovFactorizer {
     projector: Option<Box<dyn Factorizer>>,
     product_values: Vec<f64>,
     values_at: Option<Interpolation>,
+    ranks: Option<Arc<dyn Ranks>>,
     assembler: Assembler,
+    cycle: Option<Box<dyn Factorizer>>,
     system: System,
     multilevel: Option<Multilevel>,
     largest: Cell<f64>,
@@ -260,7 +348,7 @@ impl KrylovFactorizer {
         let own: Vec<f64> = match &self.values_at {
             Some(values) => {
                 let mut moved = vec![0.0; at.displacement.len()];
-                values.rows.residual(&moved.clone(), at.displacement, &mut moved);
+                values.residual(false, &moved.clone(), at.displacement, &mut moved);
                 moved.iter_mut().for_each(|u| *u = -*u);
                 moved
             }
@@ -268,10 +356,23 @@ impl KrylovFactorizer {
         };
         let condensed = at.condensed.get(*term).map(|l| vec![l.clone()]).unwrap_or_default();
         self.assembler.assemble(model, &own, &condensed, at.load, &mut self.system);
-        if !self.system.values.iter().all(|v| v.is_finite()) {
+        let mut wrong = [f64::from(u8::from(!self.system.values.iter().all(|v| v.is_finite())))];
+        total(&self.ranks, &mut wrong);
+        if wrong[0] > 0.0 {
             // Elements may turn over where averages over particles do not: those at rest are stiff in the same places.
             let rest = vec![0.0; own.len()];
             self.assembler.assemble(model, &rest, &model.start(), 0.0, &mut self.system);
+        }
+        if self.cycle.is_some() {
+            let first = &self.assembler.pattern().columns;
+            let mut diagonal: Vec<f64> =
+                first[..own.len()].iter().map(|&first| self.system.values[first].abs()).collect();
+            total(&self.ranks, &mut diagonal);
+            let stiff = HELD * diagonal.iter().fold(0.0, |largest: f64, d| largest.max(*d));
+            if self.ranks.as_ref().is_none_or(|ranks| ranks.rank() == 0) {
+                held.iter().for_each(|&unknown| self.system.values[first[unknown]] += stiff);
+            }
+            return Ok(());
         }
         let mut blocks = BlockMatrix::from_lower(self.assembler.pattern(), &self.system.values);
         let stiff = HELD * blocks.largest_diagonal();
@@ -291,14 +392,20 @@ impl Factorizer for KrylovFactorizer {
         // Conditions with a largest entry of one.
         let mut rows = Vec::with_capacity(self.entries.len());
         let mut stiffness: f64 = 0.0;
+        let mut coefficients: Vec<f64> = self.entries.iter().flatten().map(|&(_, place)| at.values[place]).collect();
+        total(&self.ranks, &mut coefficients);
+        let mut coefficients = coefficients.into_iter();
         for entries in &self.entries {
-            let row: Vec<(u32, f64)> = entries.iter().map(|&(column, place)| (column, at.values[place])).collect();
+            let row: Vec<(u32, f64)> =
+                entries.iter().zip(coefficients.by_ref()).map(|(&(column, _), value)| (column, value)).collect();
             stiffness = row.iter().fold(stiffness, |largest, (_, c)| largest.max(c.abs()));
             rows.push(row);
         }
         if rows.is_empty() {
-            let diagonal = self.pattern.columns[..self.unknowns].iter().map(|&first| at.values[first].abs());
-            stiffness = diagonal.fold(0.0, f64::max);
+            let mut diagonal: Vec<f64> =
+                self.pattern.columns[..self.unknowns].iter().map(|&first| at.values[first]).collect();
+            total(&self.ranks, &mut diagonal);
+            stiffness = diagonal.iter().fold(0.0, |largest, d| largest.max(d.abs()));
         }
         if !(stiffness > 0.0 && stiffness.is_finite()) {
             return Err(LinearError::Pivot {
@@ -334,6 +441,11 @@ impl Factorizer for KrylovFactorizer {
             pressures.push(Pressures { scale, compliance: compliance * (scale * scale), inverse });
         }
         let ends = parts(&self.pattern, self.unknowns);
+        let cycle = match &mut self.cycle {
+            Some(cycle) => Some(cycle.factorize(&self.system.values)?),
+            None => None,
+        };
+        let nodes = Auxiliary::share(self.ranks.as_deref(), self.unknowns / 3);
         let cycles = self.multilevel.as_mut().map(Multilevel::cycles).transpose()?;
         Ok(Box::new(Solved {
             pattern: &self.pattern,
@@ -348,6 +460,9 @@ impl Factorizer for KrylovFactorizer {
             values_at: self.values_at.as_ref(),
             ends,
             cycles: RefCell::new(cycles),
+            cycle,
+            ranks: &self.ranks,
+            own: 3 * nodes.start..3 * nodes.end,
             largest: &self.largest,
             counts: &self.counts,
         }))
@@ -385,6 +500,10 @@ struct Solved<'a> {
     /// Columns that one thread at a time multiplies.
     ends: Vec<usize>,
     cycles: RefCell<Option<Cycles<'a>>>,
+    cycle: Option<Box<dyn Factors + 'a>>,
+    ranks: &'a Option<Arc<dyn Ranks>>,
+    /// The displacements that this rank keeps of vectors: all of them where it is alone.
+    own: Range<usize>,
     /// The largest right-hand side so far.
     largest: &'a Cell<f64>,
     counts: &'a Mutex<Vec<usize>>,
@@ -486,12 +605,30 @@ impl Solved<'_> {
         }
     }
 
+    /// The sum of a number over the ranks.
+    fn total(&self, mine: f64) -> f64 {
+        let mut sum = [mine];
+        total(self.ranks, &mut sum);
+        sum[0]
+    }
+
+    /// The whole of a vector of which each rank has a part.
+    fn gathered(&self, mine: &[f64]) -> Vec<f64> {
+        let mut whole = vec![0.0; self.unknowns];
+        whole[self.own.clone()].copy_from_slice(mine);
+        total(self.ranks, &mut whole);
+        whole
+    }
+
     /// In place of $K^{-1}$.
     fn smooth(&self, x: &mut [f64]) {
         if let Some(values) = self.values_at {
             values.solve(true, x);
         }
-        let failed = self.cycles.borrow_mut().as_mut().is_some_and(|cycles| cycles.cycle(x).is_err());
+        let failed = match &self.cycle {
+            Some(cycle) => cycle.solve_in_place(x).is_err(),
+            None => self.cycles.borrow_mut().as_mut().is_some_and(|cycles| cycles.cycle(x).is_err()),
+        };
         if failed {
             x.fill(f64::NAN);
         }
@@ -512,33 +649,40 @@ impl Factors for Solved<'_> {
             projector.solve_in_place(&mut mu)?;
             self.react(&mu, 1.0, &mut met);
         }
-        let size = n + 4 * self.zones.len();
+        let own = self.own.clone();
+        let size = own.len() + 4 * self.zones.len();
         let mut right = vec![0.0; size];
         {
-            let (u, q) = right.split_at_mut(n);
-            self.matrix(&met, u);
-            u.iter_mut().zip(&*force).for_each(|(u, f)| *u = f - *u);
-            self.project(u);
+            let (u, q) = right.split_at_mut(own.len());
+            let mut whole = vec![0.0; n];
+            self.matrix(&met, &mut whole);
+            total(self.ranks, &mut whole);
+            whole.iter_mut().zip(&*force).for_each(|(u, f)| *u = f - *u);
+            self.project(&mut whole);
+            u.copy_from_slice(&whole[own.clone()]);
             self.volumes(&met, q);
             q.iter_mut().for_each(|q| *q = -*q);
         }
         let mut x = vec![0.0; size];
-        let norm = dot(&right, &right).sqrt();
+        let norm = self.total(dot(&right, &right)).sqrt();
         let largest = self.largest.get().max(norm);
         self.largest.set(largest);
         let rounding = norm <= ROUNDING * largest;
         let done = gmres(
             &right,
             &mut x,
-            TOLERANCE,
-            rounding,
+            (TOLERANCE, rounding),
             DIRECTIONS,
             |x, y| {
-                let ((u, q), (y, z)) = (x.split_at(n), y.split_at_mut(n));
-                self.matrix(u, y);
-                self.pressed(q, 1.0, y);
-                self.project(y);
-                self.volumes(u, z);
+                let ((mine, q), (y, z)) = (x.split_at(own.len()), y.split_at_mut(own.len()));
+                let u = self.gathered(mine);
+                let mut force = vec![0.0; n];
+                self.matrix(&u, &mut force);
+                self.pressed(q, 1.0, &mut force);
+                total(self.ranks, &mut force);
+                self.project(&mut force);
+                y.copy_from_slice(&force[own.clone()]);
+                self.volumes(&u, z);
                 let zones = self.pressures.iter().zip(q.as_chunks::<4>().0).zip(z.as_chunks_mut::<4>().0);
                 for ((own, q), z) in zones {
                     let soft = own.compliance * nalgebra::Vector4::from(*q);
@@ -546,18 +690,22 @@ impl Factors for Solved<'_> {
                 }
             },
             |x, y| {
-                let ((u, q), (y, z)) = (x.split_at(n), y.split_at_mut(n));
+                let ((u, q), (y, z)) = (x.split_at(own.len()), y.split_at_mut(own.len()));
                 let zones = self.pressures.iter().zip(q.as_chunks::<4>().0).zip(z.as_chunks_mut::<4>().0);
                 for ((own, q), z) in zones {
                     let answer = own.inverse * nalgebra::Vector4::from(*q);
                     (0..4).for_each(|k| z[k] = -answer[k]);
                 }
-                y.copy_from_slice(u);
-                self.pressed(z, -1.0, y);
-                self.project(y);
-                self.smooth(y);
-                self.project(y);
+                let mut force = vec![0.0; n];
+                force[own.clone()].copy_from_slice(u);
+                self.pressed(z, -1.0, &mut force);
+                total(self.ranks, &mut force);
+                self.project(&mut force);
+                self.smooth(&mut force);
+                self.project(&mut force);
+                y.copy_from_slice(&force[own.clone()]);
             },
+            |mine| self.total(mine),
         );
         self.counts.lock().unwrap_or_else(PoisonError::into_inner).push(done.iterations);
         // What is not quite solved is left to Newton's next iteration.
@@ -565,11 +713,12 @@ impl Factors for Solved<'_> {
         if !(done.residual <= allowed) {
             return Err(LinearError::Residual { residual: done.residual });
         }
-        let (u, q) = x.split_at(n);
-        met.iter_mut().zip(u).for_each(|(m, u)| *m += u);
+        let (mine, q) = x.split_at(own.len());
+        met.iter_mut().zip(&self.gathered(mine)).for_each(|(m, u)| *m += u);
         let mut left = vec![0.0; n];
         self.matrix(&met, &mut left);
         self.pressed(q, 1.0, &mut left);
+        total(self.ranks, &mut left);
         left.iter_mut().zip(&*force).for_each(|(l, f)| *l = f - *l);
         let mu = self.multipliers(&left)?;
         gap.iter_mut().zip(mu).for_each(|(gap, mu)| *gap = mu / self.stiffness);

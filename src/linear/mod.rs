@@ -19,8 +19,9 @@ pub(crate) use residuals::{Directions, minimal_residuals};
 
 use std::sync::Arc;
 
-use crate::assembly::Pattern;
+use crate::assembly::{Pattern, Ranks};
 use crate::error::LinearError;
+use crate::geometry::Point;
 
 /// What is known of a matrix before it is factorised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,6 +104,18 @@ pub trait LinearSolver: Send + Sync {
     fn directions(&self) -> Vec<usize> {
         Vec::new()
     }
+
+    /// The ranks among which the solver expects the matrix: each gives the entries that it has summed, right-hand sides and
+    /// solutions are whole. None for solvers of one process.
+    fn ranks(&self) -> Option<Arc<dyn Ranks>> {
+        None
+    }
+
+    /// A solver of one cycle over nodes at these positions in space, for solvers that solve about: scenes take it into the
+    /// preconditioner of a [`Krylov`] iteration. None for those that solve by themselves.
+    fn cycle(&self, _nodes: &[Point<3>]) -> Option<Arc<dyn LinearSolver>> {
+        None
+    }
 }
 
 impl<T: LinearSolver + ?Sized> LinearSolver for Arc<T> {
@@ -121,6 +134,14 @@ impl<T: LinearSolver + ?Sized> LinearSolver for Arc<T> {
 
     fn directions(&self) -> Vec<usize> {
         (**self).directions()
+    }
+
+    fn ranks(&self) -> Option<Arc<dyn Ranks>> {
+        (**self).ranks()
+    }
+
+    fn cycle(&self, nodes: &[Point<3>]) -> Option<Arc<dyn LinearSolver>> {
+        (**self).cycle(nodes)
     }
 }
 

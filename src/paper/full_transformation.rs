@@ -212,6 +212,7 @@ impl Enforced for Bound {
         let mut product = vec![0.0; size];
         self.full.multiply_add(&full.values, &jump, &mut product);
         full.skew_multiply_add(&jump, &mut product);
+        full.over_ranks(&mut product);
         for (p, f) in product.iter_mut().zip(force) {
             *p = f - *p;
         }

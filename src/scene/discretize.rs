@@ -7,10 +7,10 @@ use nalgebra::Matrix3;
 
 use crate::assembly::Model;
 use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
-use crate::cells::{Cells, Lattice, Layout, Unstructured};
+use crate::cells::{Cells, Lattice, Layout, Unstructured, Zones};
 use crate::error::{ApproximationError, BoundaryError, Error, GeometryError};
 use crate::geometry::{Domain, Part, Point};
-use crate::linear::{Auxiliary, Direct, Krylov};
+use crate::linear::{Direct, Krylov};
 use crate::material::{FreeThickness, Material, initial_shear_modulus};
 use crate::particles::Particles;
 use crate::quadrature::Points;
@@ -29,6 +29,7 @@ use super::place::Spot;
 use super::recovery::Facets;
 use super::rigid;
 use super::scheme::{Dilation, Enforcing, Functions, PressureScheme, Resolution, RowKind, Rule, Scheme};
+use super::sharing::Sharing;
 use super::{BodyCells, BodyOf, Load, Place, Problem, Scene, Source, Value};
 
 /// Gauss points per cell in 1D where the basis is quadratic or higher.
@@ -56,6 +57,7 @@ pub(super) fn discretize<const D: usize>(
     refused: Refused<'_>,
 ) -> Result<Problem<D>, Error> {
     let all = all_cells(scene, scheme)?;
+    let sharing = Sharing::of(scene, scheme, &all)?;
     let bodies = scene.bodies.len();
     let mut conditions: Vec<Vec<(usize, Place<D>)>> = vec![Vec::new(); bodies];
     for (number, condition) in scene.conditions.iter().enumerate() {
@@ -100,14 +102,14 @@ pub(super) fn discretize<const D: usize>(
     for (number, body) in scene.bodies.iter().enumerate() {
         let (scheme, cells) = (&all[number].0, all[number].1.clone());
         let (conditions, loads, ties) = (&conditions[number], &loads[number], &ties[number]);
-        let of = Of { scene, body, scheme, cells, conditions, loads, ties, first, total };
+        let of = Of { scene, body, scheme, cells, conditions, loads, ties, first, total, sharing: &sharing };
         first += of.cells.positions().len();
         made.push(match scheme.functions {
             Functions::Particles => particles(&of, refused)?,
             Functions::Elements => elements(&of, refused)?,
         });
     }
-    finish(scene, scheme, &all, made)
+    finish(scene, scheme, &all, made, &sharing)
 }
 
 /// The material as the kinematics moves it.
@@ -190,6 +192,7 @@ struct Of<'a, const D: usize> {
     ties: &'a [(usize, Place<D>)],
     first: usize,
     total: usize,
+    sharing: &'a Sharing,
 }
 
 /// A body that was discretised; rows and conditions count nodes within the body.
@@ -202,8 +205,8 @@ struct Made<const D: usize> {
     loads: Vec<(usize, ShapeTable<D>)>,
     /// The rows that tie parts to rigid bodies, by the numbers of these.
     ties: Vec<(usize, Range<usize>)>,
-    /// What an iterative solver needs, where one is chosen.
-    auxiliary: Option<Auxiliary>,
+    /// An iterative solver, where one is chosen.
+    krylov: Option<Krylov>,
 }
 
 /// Where tables of loads come from: boundary parts and the body.
@@ -218,18 +221,24 @@ fn particles<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> Result<Mad
     let (approximation, raised) = covering(scheme, &**cells)?;
     let dilations = approximation.particles().supports().iter().map(|s| s.half_widths().max()).collect();
     let kinematics = &*scene.kinematics;
+    let sharing = of.sharing;
     let (table, facets, field) = body_table(of, &approximation)?;
-    let body =
+    let mut body =
         clocked(scene, Body::new(of.among_all(expanding(scene, table)?), material(scene, &of.body.material)?, field))?;
+    if let Some(fewest) = sharing.fewest(body.fewest()) {
+        body = body.with_fewest(fewest);
+    }
     let tables = Tables {
         boundary: &|part, place| {
             // Where a load ends within a facet, finer ones see it.
             let parts = facets.parts * if place.within.is_some() { FINER } else { 1 };
             let points = cells.boundary(part, parts, facets.gauss)?.points;
-            ShapeTable::new(&approximation, &points.retained(|x| place.holds(x)), kinematics)
+            let points = sharing.points(points.retained(|x| place.holds(x)));
+            ShapeTable::new(&approximation, &points, kinematics)
         },
         body: &|place| {
-            let points = cells.gauss(2 + usize::from(scheme.order > 1))?;
+            let zones = sharing.zones(&**cells, Zones::single(cells.cell_count()));
+            let points = cells.gauss_in(2 + usize::from(scheme.order > 1), &zones)?;
             ShapeTable::new(&approximation, &points.retained(|x| place.holds(x)), kinematics)
         },
     };
@@ -244,13 +253,12 @@ fn particles<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> Result<Mad
     let ties = of.tied(&mut rows, &approximation, rule)?;
     // Several bodies are solved by factors.
     let alone = scene.bodies.len() == 1 && scene.rigids.is_empty();
-    // A solver of one's own takes the condensed system.
-    let auxiliary = match alone && scheme.solver.is_none() {
-        true => super::space::auxiliary(scene, scheme, &**cells, &approximation, &body, &rows)?,
+    let krylov = match alone {
+        true => super::space::krylov(scene, scheme, &**cells, &approximation, &body, &rows, sharing)?,
         false => None,
     };
     let member = of.member(body, Box::new(approximation), Facets::OfCells(facets), dilations, raised);
-    Ok(Made { member, facets, rows, placed, loads, ties, auxiliary })
+    Ok(Made { member, facets, rows, placed, loads, ties, krylov })
 }
 
 /// The shape functions of a scheme on the particles of cells.
@@ -315,17 +323,24 @@ fn elements<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> Result<Made
         PressureScheme::Auto => PressureField::Linear,
         PressureScheme::Field { field, .. } => field,
     };
-    let table = ShapeTable::of_elements(&elements, &elements.gauss(points)?, kinematics)?;
+    let sharing = of.sharing;
+    let own = sharing.run(Zones::single(elements.element_count()));
+    let table = ShapeTable::of_elements(&elements, &elements.gauss_in(points, &own)?, kinematics)?;
     // Q1/P0 and Q2/P1 as the literature has them: all of the volumetric energy projected.
     let law = material(scene, &of.body.material)?;
     let body = clocked(scene, Body::zonal(of.among_all(expanding(scene, table)?), law, field, 0.0))?;
     let tables = Tables {
         boundary: &|part, place| {
             let points = elements.boundary(part, points * if place.within.is_some() { FINER } else { 1 })?;
-            ShapeTable::of_elements(&elements, &points.retained(|x| place.holds(x)), kinematics)
+            let points = sharing.element_points(points.retained(|x| place.holds(x)));
+            ShapeTable::of_elements(&elements, &points, kinematics)
         },
         body: &|place| {
-            ShapeTable::of_elements(&elements, &elements.gauss(points)?.retained(|x| place.holds(x)), kinematics)
+            ShapeTable::of_elements(
+                &elements,
+                &elements.gauss_in(points, &own)?.retained(|x| place.holds(x)),
+                kinematics,
+            )
         },
     };
     let loads = load_tables(of, &elements, &tables)?;
@@ -334,7 +349,7 @@ fn elements<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> Result<Made
     let dilations = (0..cells.positions().len()).map(|node| cells.local_spacing(node)).collect();
     let facets = FacetRule { parts: 1, gauss: points };
     let member = of.member(body, Box::new(elements), Facets::OfElements { order, gauss: points }, dilations, 0);
-    Ok(Made { member, facets, rows, placed, loads, ties, auxiliary: None })
+    Ok(Made { member, facets, rows, placed, loads, ties, krylov: None })
 }
 
 impl<const D: usize> Of<'_, D> {
@@ -401,11 +416,13 @@ fn load_tables<const D: usize, A: Approximation<D>>(
                     let what = load.label();
                     return Err(BoundaryError::Outside { what, at: at.as_slice().to_vec() }.into());
                 }
-                ShapeTable::new(approximation, &Points::single(*at), &Unmeasured)?
+                ShapeTable::new(approximation, &of.sharing.points(Points::single(*at)), &Unmeasured)?
             }
             Spot::Body => (tables.body)(place)?,
         };
-        if table.is_empty() {
+        let mut points = [table.weights().len() as f64];
+        of.sharing.total(&mut points);
+        if points[0] == 0.0 {
             let nearest = of.cells.positions().first().map(|x| x.as_slice().to_vec()).unwrap_or_default();
             return Err(BoundaryError::Empty { what: load.label(), nearest }.into());
         }
@@ -437,16 +454,17 @@ fn finish<const D: usize>(
     scheme: &Scheme,
     all: &BodyCells<D>,
     made: Vec<Made<D>>,
+    sharing: &Sharing,
 ) -> Result<Problem<D>, Error> {
     let mut positions: Vec<Point<D>> = made.iter().flat_map(|m| m.member.cells.positions().iter().copied()).collect();
     let particle_positions = positions.clone();
     positions.extend(contact::carriages(scene, &positions));
     let (mut rows, mut placed, mut ties) = (Constraints::new(), Vec::new(), Vec::new());
-    let mut auxiliary = None;
+    let mut krylov = None;
     let (mut members, mut rules, mut tables) = (Vec::new(), Vec::new(), Vec::new());
-    for Made { member, facets, rows: own, placed: mine, loads, ties: tied, auxiliary: own_auxiliary } in made {
+    for Made { member, facets, rows: own, placed: mine, loads, ties: tied, krylov: own_krylov } in made {
         let (row, node) = (rows.len(), member.nodes.start);
-        auxiliary = own_auxiliary;
+        krylov = own_krylov;
         let shifted = |range: Range<usize>, by: usize| range.start + by..range.end + by;
         if members.is_empty() {
             rows = own;
@@ -466,6 +484,9 @@ fn finish<const D: usize>(
     let bonded = bond_all(scene, &members, &rules, &mut rows, &mut placed)?;
     let frames = rigid::frames(scene, &ties, &mut rows, &mut placed, &mut positions)?;
     let mut model = Model::new(positions);
+    if let Some(ranks) = sharing.ranks() {
+        model.share(ranks);
+    }
     members.iter().for_each(|member: &Member<D>| {
         model.add(member.body.clone());
     });
@@ -473,6 +494,7 @@ fn finish<const D: usize>(
     tables.sort_by_key(|(number, _)| *number);
     let mut measures = vec![0.0; scene.loads.len()];
     tables.iter().for_each(|(number, table)| measures[*number] += table.weights().iter().sum::<f64>());
+    sharing.total(&mut measures);
     for (number, table) in tables {
         add_load(&mut model, &scene.loads[number], table, measures[number]);
     }
@@ -480,7 +502,7 @@ fn finish<const D: usize>(
     let shear = |member: &Member<D>| initial_shear_modulus(&**member.body.material());
     for frame in &frames {
         let stiffest = members.iter().map(modulus).fold(0.0, f64::max);
-        model.add(frame.stay(stiffest, members.iter().map(shear).fold(0.0, f64::max)));
+        model.add_whole(frame.stay(stiffest, members.iter().map(shear).fold(0.0, f64::max)));
     }
     for load in &scene.loads {
         if let Some((number, point)) = scene.rigid_at(&scene.resolve(&load.place)) {
@@ -500,11 +522,15 @@ fn finish<const D: usize>(
     } else {
         Analysis::new(LagrangeMultipliers, Direct)
     };
-    if let Some(auxiliary) = auxiliary {
-        analysis = Analysis::new(LagrangeMultipliers, Krylov::new(auxiliary));
-    }
     if let Some(solver) = &scheme.solver {
+        if krylov.is_none() && solver.cycle(&[]).is_some() {
+            let needed = "one body of particles on a lattice in space, or a direct solver";
+            return Err(GeometryError::Unsuited { what: "a solver of preconditioners", needed }.into());
+        }
         analysis.solver = Box::new(solver.clone());
+    }
+    if let Some(krylov) = krylov {
+        analysis = Analysis::new(LagrangeMultipliers, krylov);
     }
     analysis.newton = scheme.newton;
     analysis.stepping = scheme.stepping;
@@ -680,6 +706,7 @@ fn body_table<const D: usize, A: Approximation<D>>(
     of: &Of<'_, D>,
     approximation: &A,
 ) -> Result<(ShapeTable<D>, FacetRule, PressureField), Error> {
+    let sharing = of.sharing;
     let (scene, scheme, cells) = (of.scene, of.scheme, &*of.cells);
     // The quadratic basis asks for one sub-cell or point more per direction.
     let more = usize::from(scheme.order > 1);
@@ -696,8 +723,10 @@ fn body_table<const D: usize, A: Approximation<D>>(
             // Gauss points over whole zones, which end at particles; over single cells and more of them for functions whose
             // third and fourth order the error of the rule would hide.
             let points = match cells.lattice() {
-                Some(lattice) if scheme.order < 2 => lattice.coarsened(size).gauss(5)?,
-                _ => cells.gauss_in(if scheme.order < 2 { 5 } else { FINE }, &cells.zones(size))?,
+                Some(lattice) if scheme.order < 2 => sharing.points(lattice.coarsened(size).gauss(5)?),
+                _ => {
+                    cells.gauss_in(if scheme.order < 2 { 5 } else { FINE }, &sharing.zones(cells, cells.zones(size)))?
+                }
             };
             let table = ShapeTable::new(approximation, &points, kinematics)?;
             Ok((table, FacetRule { parts: 1, gauss: 1 }, field))
@@ -705,14 +734,14 @@ fn body_table<const D: usize, A: Approximation<D>>(
         // Averages would leave a basis that can do more at their second order.
         Rule::Auto if scheme.order > 1 && (D == 2 || cells.lattice().is_some()) => {
             let gauss = 2 + more;
-            let smoothing = cells.smoothing(1, gauss, &cells.zones(size))?;
+            let smoothing = sharing.smoothing(cells, [1, gauss], cells.zones(size))?;
             let table = ShapeTable::consistent(approximation, &smoothing, kinematics)?;
             Ok((table, FacetRule { parts: 1, gauss }, field))
         }
         Rule::Auto | Rule::Smoothed { .. } => {
             let parts = if let Rule::Smoothed { parts } = scheme.rule { parts } else { 2 + more };
             let gauss = 2 + more;
-            let smoothing = cells.smoothing(parts, gauss, &cells.zones(size))?;
+            let smoothing = sharing.smoothing(cells, [parts, gauss], cells.zones(size))?;
             let table = ShapeTable::smoothed(approximation, &smoothing, kinematics)?;
             Ok((table, FacetRule { parts, gauss }, field))
         }
@@ -732,7 +761,7 @@ fn body_table<const D: usize, A: Approximation<D>>(
                 (None, _) => {
                     // Two particles per direction and cell, and two more.
                     let points = points.unwrap_or(4);
-                    (cells.gauss_in(points, &cells.zones(size))?, points)
+                    (cells.gauss_in(points, &sharing.zones(cells, cells.zones(size)))?, points)
                 }
                 // Equal zones of the domain, whatever the particles.
                 (Some(zones), Source::Domain(domain)) => {
@@ -748,11 +777,8 @@ fn body_table<const D: usize, A: Approximation<D>>(
                     let along = lattice_of(cells, "integration zones")?.cell_counts();
                     let default = (0..D).map(|i| along[i].div_ceil(counts[i]) + 3).max().unwrap_or(5);
                     let points = points.unwrap_or(default);
-                    (
-                        Lattice::new(&**domain, counts.map(|z| z.saturating_add(1)), &Layout::Regular)?
-                            .gauss(points)?,
-                        points,
-                    )
+                    let lattice = Lattice::new(&**domain, counts.map(|z| z.saturating_add(1)), &Layout::Regular)?;
+                    (sharing.points(lattice.gauss(points)?), points)
                 }
                 (Some(_), _) => return Err(no_lattice("equal integration zones").into()),
             };

@@ -54,14 +54,15 @@ impl<const D: usize> Problem<D> {
     /// $$\bar v_I = \frac{\sum_P w_P\\,h_I(X_P)\\,v_P}{\sum_P w_P\\,h_I(X_P)},\qquad
     /// h_I(X) = \prod_i\max\Big(0, 1 - \frac{|X_i - X_{Ii}|}{d_{Ii}}\Big),$$
     /// $w_P$ the measures of the points, $d_{Ii}$ the distance of a particle to its neighbours along axis $i$
-    /// ([`Cells::spacings`](crate::cells::Cells::spacings)), in the values' unit. Zeros for values of another table.
+    /// ([`Cells::spacings`](crate::cells::Cells::spacings)), in the values' unit. Zeros for values of another table. Where ranks
+    /// share the scene each of them gives the values at its own points, and all get the same means.
     pub fn at_particles(&self, values: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
         let mut means = Vec::with_capacity(self.model.positions().len());
         let mut first = 0;
         for member in &self.members {
             let end = first + member.body.table().len();
             means.extend(match values.get(first..end) {
-                Some(own) if values.len() == self.points().count() => member.at_particles(own),
+                Some(own) if values.len() == self.points().count() => member.at_particles(own, self.model.ranks()),
                 _ => vec![Matrix3::zeros(); member.nodes.len()],
             });
             first = end;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
+use crate::assembly::Ranks;
 use crate::cells::Cells;
 use crate::error::{ApproximationError, Error, SolveError};
 use crate::geometry::Point;
@@ -178,7 +179,7 @@ impl<const D: usize> Member<D> {
 
     /// Values at the points of the body's table averaged at its particles; see
     /// [`Problem::at_particles`](super::Problem::at_particles).
-    pub(super) fn at_particles(&self, values: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
+    pub(super) fn at_particles(&self, values: &[Matrix3<f64>], ranks: Option<&dyn Ranks>) -> Vec<Matrix3<f64>> {
         let table = self.body.table();
         let particles = self.cells.positions();
         let spacings: Vec<Point<D>> = (0..particles.len()).map(|node| self.cells.spacings(node)).collect();
@@ -195,6 +196,17 @@ impl<const D: usize> Member<D> {
                     *total += weight;
                     *sum += value * weight;
                 }
+            }
+        }
+        if let Some(ranks) = ranks {
+            let mut all: Vec<f64> = Vec::with_capacity(10 * sums.len());
+            sums.iter().for_each(|(total, sum)| {
+                all.push(*total);
+                all.extend(sum.iter());
+            });
+            ranks.sum(&mut all);
+            for ((total, sum), all) in sums.iter_mut().zip(all.chunks_exact(10)) {
+                (*total, *sum) = (all[0], Matrix3::from_column_slice(&all[1..]));
             }
         }
         sums.into_iter().map(|(total, sum)| if total > 0.0 { sum / total } else { sum }).collect()

@@ -35,6 +35,7 @@ mod reactions;
 mod recovery;
 mod rigid;
 mod scheme;
+mod sharing;
 mod space;
 mod transfer;
 mod value;

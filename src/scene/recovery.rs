@@ -183,9 +183,9 @@ impl<const D: usize> Problem<D> {
         StressField::new(self, state)
     }
 
-    /// Whether stresses can be recovered: where thicknesses and neighbours are not unknown.
+    /// Whether stresses can be recovered: where thicknesses, neighbours and clusters are not unknown.
     pub(super) fn recovers(&self) -> bool {
-        self.members().len() == 1 && self.first().facets.is_some()
+        self.members().len() == 1 && self.first().facets.is_some() && self.model().ranks().is_none()
     }
 
     /// Points on the whole surface, and for each the particles whose rows over it would hold it.
@@ -292,7 +292,7 @@ impl<'a, const D: usize> Recovery<'a, D> {
         state.check_lengths(problem.model(), problem.rows())?;
         if !problem.recovers() {
             let what = "recovery of stresses";
-            return Err(GeometryError::Unsuited { what, needed: "one body, and no plane stress" }.into());
+            return Err(GeometryError::Unsuited { what, needed: "one body, no plane stress, one rank" }.into());
         }
         let (table, nodes) = (problem.body().table(), problem.cells().positions().len());
         let displacement = &state.displacement;

@@ -217,11 +217,11 @@ impl<const D: usize> Frame<D> {
                     psi.rcond = 1.0;
                     Ok(())
                 })?;
-                model.add(Pointwise::new(table, dead(force, &load.amplitude)));
+                model.add_whole(Pointwise::new(table, dead(force, &load.amplitude)));
             }
             LoadKind::Moment(moment) => {
                 let (moment, amplitude) = (*moment, load.amplitude.clone());
-                model.add(Turning { frame: self.clone(), nodes: self.numbers(), moment, amplitude });
+                model.add_whole(Turning { frame: self.clone(), nodes: self.numbers(), moment, amplitude });
             }
             _ => {
                 let what = "a load on a rigid body other than a force or a moment";

@@ -376,15 +376,17 @@ impl Scheme {
         self
     }
 
-    /// Sets a linear solver in place of the crate's own: one behind the traits of [`linear`](crate::linear).
-    pub fn solver(mut self, solver: impl LinearSolver + 'static) -> Self {
-        self.solver = Some(Arc::new(solver));
-        self
-    }
-
     /// Sets the bytes that a lattice in space may take, in place of the memory at hand.
     pub fn memory(mut self, bytes: u64) -> Self {
         self.memory = Some(bytes);
+        self
+    }
+
+    /// Sets a linear solver in place of the crate's own: one behind the traits of [`linear`](crate::linear). Where it works on
+    /// several ranks ([`LinearSolver::ranks`]) the scene is
+    /// shared among them: each tabulates and sums its own zones.
+    pub fn solver(mut self, solver: impl LinearSolver + 'static) -> Self {
+        self.solver = Some(Arc::new(solver));
         self
     }
 

@@ -7,7 +7,8 @@ use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::Cells;
 use crate::error::{Error, SolveError};
-use crate::linear::Auxiliary;
+use crate::geometry::Point;
+use crate::linear::{Auxiliary, Krylov};
 use crate::material::Material;
 use crate::quadrature::Points;
 use crate::shape::{Approximation, FiniteElements};
@@ -17,6 +18,7 @@ use crate::term::{Body, PressureField};
 use super::Scene;
 use super::discretize::Unmeasured;
 use super::scheme::{Dilation, Functions, PressureScheme, Scheme, Solving};
+use super::sharing::Sharing;
 
 /// Part of the memory at hand that factors may take.
 const ROOM: f64 = 0.6;
@@ -56,7 +58,9 @@ pub(super) fn refuse(scheme: &Scheme, counts: &[usize]) -> Result<(), SolveError
         Dilation::Local(r) | Dilation::Global(r) => r,
         _ => super::discretize::default_dilation(scheme.order),
     };
-    let takes = |counts: &[usize]| super::memory::needed(counts, reach, iterates(scheme, counts));
+    // Each of several ranks takes its share.
+    let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).map_or(1, |ranks| ranks.count()) as f64;
+    let takes = |counts: &[usize]| super::memory::needed(counts, reach, iterates(scheme, counts)) / ranks;
     let (needed, limit) = (takes(counts), limit as f64);
     if !(needed > limit) {
         return Ok(());
@@ -68,28 +72,35 @@ pub(super) fn refuse(scheme: &Scheme, counts: &[usize]) -> Result<(), SolveError
     Err(SolveError::Memory { particles: counts.iter().map(|&c| c as f64).product(), needed, limit, fits })
 }
 
-/// The elements beside the particles of a body, for a solution by iteration; none where it is not to be had.
+/// The solution by iteration of a body, with elements beside its particles; none where it is not to be had.
 ///
 /// # Errors
 /// Where an iteration is asked for by name and the scheme does not suit it.
-pub(super) fn auxiliary<const D: usize, A: Approximation<D>>(
+pub(super) fn krylov<const D: usize, A: Approximation<D>>(
     scene: &Scene<D>,
     scheme: &Scheme,
     cells: &dyn Cells<D>,
     approximation: &A,
     body: &Body<D, Arc<dyn Material>>,
     rows: &Constraints,
-) -> Result<Option<Auxiliary>, Error> {
-    let refused = |reason: &'static str| match scheme.solving {
-        Solving::Krylov => {
-            Err(SolveError::Setting { what: "solution by iteration", value: D as f64, needed: reason }.into())
-        }
-        _ => Ok(None),
+    sharing: &Sharing,
+) -> Result<Option<Krylov>, Error> {
+    let node = |x: &Point<D>| Point::<3>::from_fn(|i, _| if i < D { x[i] } else { 0.0 });
+    let nodes: Vec<Point<3>> = cells.positions().iter().map(node).collect();
+    let cycle = scheme.solver.as_ref().and_then(|solver| solver.cycle(&nodes));
+    if scheme.solver.is_some() && cycle.is_none() {
+        // It takes the condensed system.
+        return Ok(None);
+    }
+    let asked = scheme.solving == Solving::Krylov || cycle.is_some();
+    let refused = |reason: &'static str| match asked {
+        true => Err(SolveError::Setting { what: "solution by iteration", value: D as f64, needed: reason }.into()),
+        false => Ok(None),
     };
     let Some(lattice) = cells.lattice().filter(|_| D == 3) else {
         return refused("iterate on lattices in space; elsewhere factors are cheap: take Solving::Auto");
     };
-    if !iterates(scheme, &lattice.counts()) {
+    if cycle.is_none() && !iterates(scheme, &lattice.counts()) {
         return Ok(None);
     }
     let size = match scheme.pressure {
@@ -97,7 +108,7 @@ pub(super) fn auxiliary<const D: usize, A: Approximation<D>>(
         PressureScheme::Auto => 2,
         PressureScheme::Field { size, .. } => size,
     };
-    let zones = cells.zones(size);
+    let zones = sharing.zones(cells, cells.zones(size));
     let projected = matches!(body.field(), PressureField::Constant | PressureField::Linear);
     if !projected || body.table().clusters().len() + 1 != zones.offsets.len() {
         return refused(
@@ -107,11 +118,19 @@ pub(super) fn auxiliary<const D: usize, A: Approximation<D>>(
     let elements = FiniteElements::new(lattice.clone(), 1)?;
     let table = ShapeTable::of_elements(&elements, &elements.gauss_in(2, &zones)?, &*scene.kinematics)?;
     let mut model = Model::new(cells.positions().to_vec());
-    model.add(Body::new(table, body.material().clone(), body.field()));
+    let mut elastic = Body::new(table, body.material().clone(), body.field());
+    if let Some(fewest) = sharing.fewest(elastic.fewest()) {
+        elastic = elastic.with_fewest(fewest);
+    }
+    if let Some(ranks) = sharing.ranks() {
+        model.share(ranks);
+    }
+    model.add(elastic);
     let model: Box<dyn Any> = Box::new(model);
     let Ok(model) = model.downcast::<Model<3>>() else { return Ok(None) };
     let mut at = Points::empty();
-    for position in cells.positions() {
+    let own = Auxiliary::share(sharing.ranks().as_deref(), cells.positions().len());
+    for position in &cells.positions()[own] {
         at.positions.push(*position);
         at.weights.push(1.0);
         at.close_group();
@@ -141,12 +160,11 @@ pub(super) fn auxiliary<const D: usize, A: Approximation<D>>(
         sum.abs() > 0.5 * row.measure() && row.entries.iter().all(|e| e.0 % D == row.dependent % D)
     });
     let held = held.map(|row| row.dependent).collect();
-    Ok(Some(Auxiliary {
-        model: Arc::from(model),
-        term: 0,
-        values,
-        places,
-        cells: std::array::from_fn(|i| along[i]),
-        held,
+    let auxiliary =
+        Auxiliary { model: Arc::from(model), term: 0, values, places, cells: std::array::from_fn(|i| along[i]), held };
+    let krylov = Krylov::new(auxiliary);
+    Ok(Some(match cycle {
+        Some(cycle) => krylov.with_cycle(cycle),
+        None => krylov,
     }))
 }

@@ -38,6 +38,17 @@ impl<const D: usize> ElementPoints<D> {
         let local = numbers.iter().map(|&k| self.local[k]).collect();
         ElementPoints { points, elements, local }
     }
+
+    /// Share `part` of `parts`: a run of the groups, as [`Points::share`] has it.
+    #[cfg(feature = "solve")]
+    pub(crate) fn share(&self, part: usize, parts: usize) -> Self {
+        let range = self.points.share_range(part, parts);
+        ElementPoints {
+            points: self.points.share(part, parts),
+            elements: self.elements[range.clone()].to_vec(),
+            local: self.local[range].to_vec(),
+        }
+    }
 }
 
 impl<const D: usize> FiniteElements<D> {

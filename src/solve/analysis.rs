@@ -3,6 +3,7 @@
 use crate::assembly::Model;
 use crate::boundary::{Constraints, Enforced, Enforcement, MixedTransformation, check_unknowns};
 use crate::error::{Error, LinearError, SolveError};
+use crate::geometry::Morton;
 use crate::linear::{Direct, Factorizer, LinearSolver, after_their_rows, banded, minimum_degree, nested_dissection};
 
 use super::newton::{Watch, Workspace};
@@ -142,6 +143,15 @@ impl Analysis {
             std::array::from_fn::<f64, D, _>(|i| x[i])
         };
         let mut order = match D {
+            // The patterns of ranks differ, their orders must not: along a curve, so that each rank holds a region.
+            _ if model.ranks().is_some() => {
+                let curve = Morton::through(model.positions());
+                let mut order: Vec<usize> = (0..inner).collect();
+                order.sort_by_cached_key(|&k| {
+                    (enforced.full_index(k).map(|full| curve.place(&model.positions()[full / D])), k)
+                });
+                order
+            }
             3 => nested_dissection(pattern, inner, place),
             _ if inner <= BANDED => banded(pattern, inner, place),
             _ => minimum_degree(pattern, inner)?,

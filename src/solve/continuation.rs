@@ -339,10 +339,11 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let flow = self.observer.step(&step);
         self.path.steps.push(step);
         self.previous = Some(std::mem::replace(&mut self.state, state));
-        if flow.is_break() {
+        let ended = self.workspace.model.is_ended_by(flow);
+        if ended {
             self.path.ending = Ending::Stopped;
         }
-        flow.is_continue()
+        !ended
     }
 
     /// The load factor now and the largest one of the path.

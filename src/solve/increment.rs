@@ -125,6 +125,7 @@ impl Linear<'_> {
     /// refinement the skew part and what rounding left.
     pub fn solve(&self, load: bool, buffers: &mut Buffers) -> Result<(), LinearError> {
         let Linear { enforced, factors, system, values } = *self;
+        let symmetric = system.is_symmetric();
         let rhs = if load { &buffers.load_rhs } else { &buffers.rhs };
         buffers.solution.clone_from(rhs);
         factors.solve_in_place(&mut buffers.solution)?;
@@ -132,14 +133,14 @@ impl Linear<'_> {
         if factors.is_iterative() {
             return Ok(());
         }
-        let sweeps = if system.is_symmetric() { 1 } else { SKEW_SWEEPS };
+        let sweeps = if symmetric { 1 } else { SKEW_SWEEPS };
         let mut before = f64::INFINITY;
         let mut residual = 0.0;
         for sweep in 0..=sweeps {
             buffers.product.clear();
             buffers.product.resize(rhs.len(), 0.0);
             enforced.pattern().multiply_add(values, &buffers.solution, &mut buffers.product);
-            if !system.is_symmetric() {
+            if !symmetric {
                 buffers.full.resize(system.residual.len(), 0.0);
                 enforced.recover(&buffers.solution, &buffers.zero_violation, &mut buffers.full, &mut buffers.unused);
                 buffers.skew.clear();
@@ -150,6 +151,7 @@ impl Linear<'_> {
                     *p += s;
                 }
             }
+            system.over_ranks(&mut buffers.product);
             buffers.correction.clear();
             buffers.correction.extend(rhs.iter().zip(&buffers.product).map(|(b, p)| b - p));
             residual = norm(&buffers.correction);
@@ -157,8 +159,8 @@ impl Linear<'_> {
                 return Err(LinearError::Residual { residual });
             }
             // One sweep removes the rounding of the factors; the skew part needs as many as it takes.
-            if residual <= (if system.is_symmetric() { REFINED } else { SWEPT }) * size
-                || (system.is_symmetric() && residual >= 0.9 * before)
+            if residual <= (if symmetric { REFINED } else { SWEPT }) * size
+                || (symmetric && residual >= 0.9 * before)
                 || sweep == sweeps
             {
                 break;
@@ -173,7 +175,7 @@ impl Linear<'_> {
             }
         }
         // A solution of a regular system leaves next to nothing; what is left of a singular one is of its own size.
-        if system.is_symmetric() && residual > 1e-3 * size {
+        if symmetric && residual > 1e-3 * size {
             return Err(LinearError::Residual { residual: residual / size });
         }
         Ok(())
@@ -197,6 +199,7 @@ impl Linear<'_> {
             skew.resize(system.residual.len(), 0.0);
             system.skew_multiply_add(full, skew);
             enforced.project(skew, projected);
+            system.over_ranks(projected);
             factors.solve_in_place(projected)?;
             Ok(last.iter().zip(projected.iter()).map(|(v, n)| v + n).collect())
         })?;

@@ -154,7 +154,7 @@ impl<const D: usize> Workspace<'_, D> {
                 increment,
                 factor,
             });
-            if flow.is_break() {
+            if self.model.is_ended_by(flow) {
                 return Err(Rejection::Stopped);
             }
             let left = residual * (increment / before).min(1.0).powi(2);
@@ -254,16 +254,18 @@ impl<const D: usize> Workspace<'_, D> {
 /// settle after it.
 fn condensed_change<const D: usize>(model: &Model<D>, next: &Increment, state: &State) -> f64 {
     let largest = |v: &[f64]| v.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
-    let changes =
-        next.condensed.iter().zip(&state.condensed).zip(model.terms()).filter(|((_, all), _)| !all.is_empty());
-    let part =
-        |step: f64, all: f64, rounding: f64| if step <= rounding { 0.0 } else { step / all.max(f64::MIN_POSITIVE) };
+    let terms = next.condensed.iter().zip(&state.condensed).zip(model.terms());
     // What is remembered is no unknown.
     let unknowns = |all: &[f64], term: &dyn Term<D>| {
         let memory = term.memory();
         largest(if memory.is_empty() { all } else { &all[..memory.start] })
     };
-    changes
-        .map(|((step, all), term)| part(largest(step), unknowns(all, &**term), term.rounding()[0]))
-        .fold(0.0, f64::max)
+    let mut sizes: Vec<f64> = terms.flat_map(|((step, all), term)| [largest(step), unknowns(all, &**term)]).collect();
+    if let Some(ranks) = model.ranks() {
+        ranks.largest(&mut sizes);
+    }
+    let part =
+        |step: f64, all: f64, rounding: f64| if step <= rounding { 0.0 } else { step / all.max(f64::MIN_POSITIVE) };
+    let changes = sizes.chunks_exact(2).zip(model.terms());
+    changes.map(|(sizes, term)| part(sizes[0], sizes[1], term.rounding()[0])).fold(0.0, f64::max)
 }

@@ -156,6 +156,19 @@ impl<const D: usize, M: Material> Body<D, M> {
         self.table.clusters().len().checked_sub(1).map_or(0, |last| self.condensed(last).end)
     }
 
+    /// Points of the smallest zone where the stabilisation grows with the points of a zone; else 0.
+    #[cfg(feature = "solve")]
+    pub(crate) fn fewest(&self) -> usize {
+        self.fewest
+    }
+
+    /// Takes the points of the smallest zone of a whole body of which this is a part.
+    #[cfg(feature = "solve")]
+    pub(crate) fn with_fewest(mut self, fewest: usize) -> Self {
+        self.fewest = fewest;
+        self
+    }
+
     /// The table.
     pub fn table(&self) -> &ShapeTable<D> {
         &self.table

@@ -30,4 +30,20 @@ impl StateDiagnostics {
             locked_energy: both(self.locked_energy, other.locked_energy, |a, b| a + b),
         }
     }
+
+    /// The worst over several processes, by functions that replace values by the largest and by the sum of all.
+    pub(crate) fn over(self, largest: impl Fn(&mut [f64]), sum: impl Fn(&mut [f64])) -> StateDiagnostics {
+        const NONE: f64 = f64::NEG_INFINITY;
+        let [smallest_j, largest_j] = self.jacobians.map_or([NONE; 2], |[small, large]| [-small, large]);
+        let mut values =
+            [self.rcond.map_or(NONE, |r| -r), smallest_j, largest_j, self.locked_energy.map_or(NONE, |_| 0.0)];
+        largest(&mut values);
+        let mut locked = [self.locked_energy.unwrap_or(0.0)];
+        sum(&mut locked);
+        StateDiagnostics {
+            rcond: (values[0] > NONE).then_some(-values[0]),
+            jacobians: (values[1] > NONE).then_some([-values[1], values[2]]),
+            locked_energy: (values[3] > NONE).then_some(locked[0]),
+        }
+    }
 }

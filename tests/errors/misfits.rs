@@ -392,7 +392,7 @@ fn zones_of_cells_that_are_not_there() {
     for cells in &cells {
         let good = Zones::single(cells.cell_count());
         assert!(cells.gauss_in(2, &good).is_ok() && cells.smoothing(2, 2, &good).is_ok());
-        let bad = |cells: Vec<u32>, offsets: Vec<usize>| Zones { cells, offsets };
+        let bad = |cells: Vec<u32>, offsets: Vec<usize>| Zones::new(cells, offsets);
         let count = cells.cell_count();
         let mut twice = good.clone();
         twice.cells[1] = 0;

@@ -68,9 +68,9 @@ fn zones(input: &mut Input, cells: usize) -> Zones {
         1 => {
             let count = input.length(cells).min(50);
             let offsets = (0..input.random.usize(0..6)).map(|_| input.index(count)).collect();
-            Zones { cells: (0..count).map(|_| input.index(cells) as u32).collect(), offsets }
+            Zones::new((0..count).map(|_| input.index(cells) as u32).collect(), offsets)
         }
-        _ => Zones { cells: (0..cells as u32).collect(), offsets: vec![0, cells / 2, cells] },
+        _ => Zones::new((0..cells as u32).collect(), vec![0, cells / 2, cells]),
     }
 }
 

@@ -66,10 +66,7 @@ impl Cells<2> for Refined {
         if size < 2 {
             return Zones::single(self.cells.len());
         }
-        Zones {
-            cells: (0..self.cells.len() as u32).collect(),
-            offsets: (0..=self.macros.len()).map(|m| 4 * m).collect(),
-        }
+        Zones::new((0..self.cells.len() as u32).collect(), (0..=self.macros.len()).map(|m| 4 * m).collect())
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<2>, GeometryError> {

@@ -1,0 +1,231 @@
+//! Algebraic multigrid of PETSc: one cycle inside the crate's Krylov iteration.
+
+use std::ffi::{CStr, c_int};
+use std::ptr;
+use std::sync::Arc;
+
+use rkpm::assembly::{Pattern, Ranks};
+use rkpm::error::LinearError;
+use rkpm::geometry::Point;
+use rkpm::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
+
+use crate::error::PetscError;
+use crate::ffi::{self, PetscInt};
+use crate::session::{Reduction, Session, check};
+use crate::solver::{NOT_FINITE, Objects, check_length, index, spread};
+
+/// Components of a node.
+const BLOCK: usize = 3;
+
+/// What stands before the names of PETSc's options.
+const PREFIX: &CStr = c"rkpm_";
+/// Options unless they are set by the user.
+const OPTIONS: [(&CStr, &CStr); 6] = [
+    (c"-rkpm_pc_type", c"gamg"),
+    (c"-rkpm_pc_gamg_agg_nsmooths", c"1"),
+    (c"-rkpm_pc_gamg_threshold", c"0.0"),
+    (c"-rkpm_mg_levels_ksp_type", c"chebyshev"),
+    (c"-rkpm_mg_levels_ksp_max_it", c"2"),
+    (c"-rkpm_mg_levels_pc_type", c"sor"),
+];
+
+/// Krylov iteration for nearly incompressible bodies on lattices in space, on all ranks of a session: the iteration of
+/// [`rkpm::linear::Krylov`], whose stiffness of elements is solved about by a cycle of PETSc's algebraic multigrid (GAMG) with
+/// rigid motions as its near null space.
+///
+/// PETSc's options change the cycle, with the prefix `rkpm_`: `PETSC_OPTIONS="-rkpm_pc_type hypre"`.
+#[derive(Debug, Clone)]
+pub struct Gamg {
+    session: Session,
+}
+
+impl Gamg {
+    /// The solver of a session.
+    pub fn new(session: &Session) -> Self {
+        Gamg { session: session.clone() }
+    }
+}
+
+impl LinearSolver for Gamg {
+    fn analyze(&self, _: &Pattern, _: MatrixClass, _: Option<&[usize]>) -> Result<Box<dyn Factorizer>, LinearError> {
+        Err(LinearError::Library { what: "GAMG solves about: hand it to a scheme, which iterates with it".into() })
+    }
+
+    fn ranks(&self) -> Option<Arc<dyn Ranks>> {
+        Some(Arc::new(self.session.clone()))
+    }
+
+    fn cycle(&self, nodes: &[Point<3>]) -> Option<Arc<dyn LinearSolver>> {
+        Some(Arc::new(Cycle { session: self.session.clone(), nodes: nodes.to_vec() }))
+    }
+}
+
+/// One cycle over given nodes.
+struct Cycle {
+    session: Session,
+    nodes: Vec<Point<3>>,
+}
+
+impl LinearSolver for Cycle {
+    fn analyze(
+        &self,
+        pattern: &Pattern,
+        _: MatrixClass,
+        order: Option<&[usize]>,
+    ) -> Result<Box<dyn Factorizer>, LinearError> {
+        self.session.at_home().map_err(LinearError::from)?;
+        pattern.validate()?;
+        check_length("unknowns of the nodes", pattern.size(), BLOCK * self.nodes.len())?;
+        let natural: Vec<usize> = (0..pattern.size()).collect();
+        Ok(Box::new(CycleFactorizer::new(&self.session, pattern, order.unwrap_or(&natural), &self.nodes)?))
+    }
+
+    fn ranks(&self) -> Option<Arc<dyn Ranks>> {
+        Some(Arc::new(self.session.clone()))
+    }
+}
+
+struct CycleFactorizer {
+    session: Session,
+    pattern: Pattern,
+    /// PETSc's number of each unknown.
+    number: Vec<PetscInt>,
+    objects: Objects,
+    range: [usize; 2],
+}
+
+/// Adds both triangles of a matrix of which a lower one is given.
+fn add(matrix: ffi::Mat, pattern: &Pattern, number: &[PetscInt], values: Option<&[f64]>) -> Result<(), PetscError> {
+    let mut targets = Vec::<PetscInt>::new();
+    let longest = pattern.columns.windows(2).map(|ends| ends[1] - ends[0]).max().unwrap_or(0);
+    let zeros = vec![0.0; longest];
+    for (column, ends) in pattern.columns.windows(2).enumerate() {
+        targets.clear();
+        targets.extend(pattern.rows[ends[0]..ends[1]].iter().map(|&row| number[row as usize]));
+        let given = values.map_or(&zeros[..targets.len()], |values| &values[ends[0]..ends[1]]);
+        let (own, count, below) = (number[column], targets.len() as PetscInt, targets.len() as PetscInt - 1);
+        // SAFETY: indices and values are as long as said and below the size of the matrix (Pattern::validate); the diagonal is
+        // the first of a column.
+        unsafe {
+            check("MatSetValues", {
+                ffi::MatSetValues(matrix, 1, &own, count, targets.as_ptr(), given.as_ptr(), ffi::ADD_VALUES)
+            })?;
+            check("MatSetValues", {
+                let (rows, given) = (targets.as_ptr().add(1), given.as_ptr().add(1));
+                ffi::MatSetValues(matrix, below, rows, 1, &own, given, ffi::ADD_VALUES)
+            })?;
+        }
+    }
+    // SAFETY: the matrix is there.
+    unsafe {
+        check("MatAssemblyBegin", ffi::MatAssemblyBegin(matrix, ffi::MAT_FINAL_ASSEMBLY))?;
+        check("MatAssemblyEnd", ffi::MatAssemblyEnd(matrix, ffi::MAT_FINAL_ASSEMBLY))
+    }
+}
+
+impl CycleFactorizer {
+    fn new(session: &Session, pattern: &Pattern, order: &[usize], nodes: &[Point<3>]) -> Result<Self, PetscError> {
+        let size = index("unknowns", pattern.size())?;
+        index("entries of one rank", 2 * pattern.entries())?;
+        let mut number = vec![0; order.len()];
+        for (place, &unknown) in order.iter().enumerate() {
+            number[unknown] = place as PetscInt;
+        }
+        let (rank, count) = (session.rank(), session.count());
+        let mine = BLOCK * (nodes.len() * (rank + 1) / count - nodes.len() * rank / count);
+        let local = index("unknowns", mine)?;
+        let mut objects = Objects::empty(session);
+        objects.matrix = spread(c"aij", local, size, BLOCK)?;
+        let mut counter = spread(c"preallocator", local, size, BLOCK)?;
+        let range = objects.vectors(local, size, BLOCK)?;
+        // SAFETY: objects are created before they are used; PETSc copies what it is given.
+        unsafe {
+            check("MatSetUp", ffi::MatSetUp(counter))?;
+            let counted = add(counter, pattern, &number, None).and_then(|()| {
+                check(
+                    "MatPreallocatorPreallocate",
+                    ffi::MatPreallocatorPreallocate(counter, ffi::PETSC_TRUE, objects.matrix),
+                )
+            });
+            ffi::MatDestroy(&mut counter);
+            counted?;
+            // Rigid motions by the positions, which stand in the vector for a moment.
+            let mut array = ptr::null_mut();
+            check("VecGetArray", ffi::VecGetArray(objects.rhs, &mut array))?;
+            for place in range[0]..range[1] {
+                *array.add(place - range[0]) = nodes[order[place] / BLOCK][order[place] % BLOCK];
+            }
+            check("VecRestoreArray", ffi::VecRestoreArray(objects.rhs, &mut array))?;
+            let mut motions = ptr::null_mut();
+            check("MatNullSpaceCreateRigidBody", ffi::MatNullSpaceCreateRigidBody(objects.rhs, &mut motions))?;
+            let set = check("MatSetNearNullSpace", ffi::MatSetNearNullSpace(objects.matrix, motions));
+            ffi::MatNullSpaceDestroy(&mut motions);
+            set?;
+            for (name, value) in OPTIONS {
+                let mut given = 0;
+                let (list, prefix) = (ptr::null_mut(), ptr::null());
+                check("PetscOptionsHasName", ffi::PetscOptionsHasName(list, prefix, name.as_ptr(), &mut given))?;
+                if given == 0 {
+                    check("PetscOptionsSetValue", ffi::PetscOptionsSetValue(list, name.as_ptr(), value.as_ptr()))?;
+                }
+            }
+        }
+        Ok(CycleFactorizer { session: session.clone(), pattern: pattern.clone(), number, objects, range })
+    }
+
+    fn numeric(&mut self, values: &[f64]) -> Result<(), PetscError> {
+        self.session.at_home()?;
+        let mut reason: c_int = 0;
+        let mut pc = ptr::null_mut();
+        let matrix = self.objects.matrix;
+        // SAFETY: the objects live as long as `self`.
+        unsafe {
+            check("MatZeroEntries", ffi::MatZeroEntries(matrix))?;
+            add(matrix, &self.pattern, &self.number, Some(values))?;
+            // Afresh each time: a run that is resumed has the same bits as one that was never broken off.
+            check("KSPDestroy", ffi::KSPDestroy(&mut self.objects.ksp))?;
+            check("KSPCreate", ffi::KSPCreate(ffi::PETSC_COMM_WORLD, &mut self.objects.ksp))?;
+            let ksp = self.objects.ksp;
+            check("KSPSetType", ffi::KSPSetType(ksp, c"preonly".as_ptr()))?;
+            check("KSPSetOptionsPrefix", ffi::KSPSetOptionsPrefix(ksp, PREFIX.as_ptr()))?;
+            check("KSPSetOperators", ffi::KSPSetOperators(ksp, matrix, matrix))?;
+            check("KSPSetFromOptions", ffi::KSPSetFromOptions(ksp))?;
+            check("KSPSetUp", ffi::KSPSetUp(ksp))?;
+            check("KSPGetPC", ffi::KSPGetPC(ksp, &mut pc))?;
+            check("PCGetFailedReason", ffi::PCGetFailedReason(pc, &mut reason))?;
+        }
+        check("setting up of multigrid", reason)
+    }
+}
+
+impl Factorizer for CycleFactorizer {
+    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
+        check_length("list of values", values.len(), self.pattern.entries())?;
+        let mut wrong = [f64::from(u8::from(values.iter().any(|v| !v.is_finite())))];
+        self.session.reduce(Reduction::Largest, &mut wrong)?;
+        if wrong[0] > 0.0 {
+            return Err(NOT_FINITE);
+        }
+        self.numeric(values)?;
+        Ok(Box::new(Applied(self)))
+    }
+}
+
+/// A cycle that is set up.
+struct Applied<'a>(&'a CycleFactorizer);
+
+impl Factors for Applied<'_> {
+    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
+        let CycleFactorizer { pattern, number, objects, range, .. } = self.0;
+        check_length("right-hand side", rhs.len(), pattern.size())?;
+        let mut numbered = vec![0.0; rhs.len()];
+        rhs.iter().zip(number).for_each(|(value, &place)| numbered[place as usize] = *value);
+        objects.solve(*range, &mut numbered)?;
+        rhs.iter_mut().zip(number).for_each(|(value, &place)| *value = numbered[place as usize]);
+        Ok(())
+    }
+
+    fn inertia(&self) -> Option<Inertia> {
+        None
+    }
+}

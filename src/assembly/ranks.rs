@@ -1,0 +1,43 @@
+//! Ranks that share the clusters of a model.
+
+use std::fmt;
+
+/// Processes that sum one model together: each holds a share of its clusters and the whole of all vectors over its nodes.
+///
+/// What a rank finds for its clusters is summed, or the largest of it taken, over all ranks, and all of them go on with the
+/// same bits; so they take the same decisions without further talk. Condensed unknowns stay with the rank that holds
+/// their cluster.
+///
+/// ```
+/// use rkpm::assembly::Ranks;
+/// /// The only rank.
+/// #[derive(Debug)]
+/// struct Alone;
+/// impl Ranks for Alone {
+///     fn rank(&self) -> usize { 0 }
+///     fn count(&self) -> usize { 1 }
+///     fn sum(&self, _: &mut [f64]) {}
+///     fn largest(&self, _: &mut [f64]) {}
+/// }
+/// assert_eq!(Alone.least(2.0), 2.0);
+/// ```
+pub trait Ranks: fmt::Debug + Send + Sync {
+    /// This rank, counted from 0.
+    fn rank(&self) -> usize;
+
+    /// How many ranks there are.
+    fn count(&self) -> usize;
+
+    /// Replaces each value by its sum over the ranks, the same bits on all of them.
+    fn sum(&self, values: &mut [f64]);
+
+    /// Replaces each value by the largest of all ranks; values are never NaN.
+    fn largest(&self, values: &mut [f64]);
+
+    /// The least value of all ranks.
+    fn least(&self, value: f64) -> f64 {
+        let mut negative = [-value];
+        self.largest(&mut negative);
+        -negative[0]
+    }
+}
