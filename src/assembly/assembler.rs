@@ -36,6 +36,11 @@ pub struct Assembler {
     elements: Vec<Element>,
 }
 
+/// Clusters of a term with nodes of their own: where it fills buffers over a few of them, all clusters have the same.
+fn own_nodes<const D: usize>(term: &dyn Term<D>) -> usize {
+    if term.fills_compact() { term.clusters().min(1) } else { term.clusters() }
+}
+
 impl Assembler {
     pub(super) fn new<const D: usize>(model: &Model<D>) -> Self {
         Self::with(model, false)
@@ -49,7 +54,7 @@ impl Assembler {
         // Clusters that hold each node, so that a column is the union of its clusters' nodes.
         let mut holders: Vec<Vec<(u32, u32)>> = vec![Vec::new(); nodes];
         for (t, term) in model.terms.iter().enumerate() {
-            for cluster in 0..term.clusters() {
+            for cluster in 0..own_nodes(&**term) {
                 for &node in term.nodes(cluster) {
                     holders[node as usize].push((t as u32, cluster as u32));
                 }
@@ -103,11 +108,15 @@ impl Assembler {
         let pattern = Pattern { columns, rows: Arc::new(all) };
         let mut first_place = Vec::new();
         let pairs = |nodes: usize| nodes * (nodes + 1) / 2;
-        let count = |term: &dyn Term<D>| (0..term.clusters()).map(|c| pairs(term.nodes(c).len())).sum::<usize>();
+        let count = |term: &dyn Term<D>| (0..own_nodes(term)).map(|c| pairs(term.nodes(c).len())).sum::<usize>();
         let mut places = Vec::with_capacity(model.terms.iter().map(|term| count(&**term)).sum());
         for term in &model.terms {
             let mut firsts = Vec::with_capacity(term.clusters());
             for cluster in 0..term.clusters() {
+                if cluster >= own_nodes(&**term) {
+                    firsts.push(firsts[0]);
+                    continue;
+                }
                 firsts.push(places.len());
                 let list = term.nodes(cluster);
                 if apart && term.separates() {

@@ -288,6 +288,33 @@ impl<const D: usize> Model<D> {
         }
     }
 
+    /// Why a state is none that a term can answer for.
+    #[cfg(feature = "solve")]
+    pub(crate) fn refuses(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64) -> Option<String> {
+        let mut terms = self.terms.iter().zip(condensed);
+        terms.find_map(|(term, condensed)| term.refuses(View { displacement, condensed, load }))
+    }
+
+    /// Adds what a change of the load factor does to the increments of the condensed unknowns.
+    #[cfg(feature = "solve")]
+    pub(crate) fn advance_load(
+        &self,
+        displacement: &[f64],
+        condensed: &[Vec<f64>],
+        load: f64,
+        load_step: f64,
+        condensed_step: &mut [Vec<f64>],
+    ) {
+        for ((term, condensed), step) in self.terms.iter().zip(condensed).zip(condensed_step) {
+            if load_step != 0.0 && term.is_unilateral() {
+                let view = View { displacement, condensed, load };
+                for cluster in 0..term.clusters() {
+                    term.advance_load(cluster, view, load_step, &mut step[term.condensed(cluster)]);
+                }
+            }
+        }
+    }
+
     /// Increments of the condensed unknowns for a displacement increment, and the largest admissible step factor; 0 for vectors
     /// of another model.
     pub fn advance(

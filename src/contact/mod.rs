@@ -2,6 +2,13 @@
 //!
 //! Nothing is tuned: pressures are iterates of Newton's method, and where they come to rest gaps are closed to rounding.
 
+mod carriage;
+mod chain;
+mod faces;
+mod facets;
+mod friction;
+mod jet;
+mod mortar;
 mod obstacle;
 mod pair;
 mod profile;
@@ -9,6 +16,7 @@ mod rigid;
 mod shapes;
 mod skin;
 mod surface;
+mod vertices;
 
 pub use crate::error::ContactError;
 pub use profile::Profile;
@@ -17,6 +25,7 @@ pub use rigid::RigidSurface;
 pub use shapes::{Ball, Cone, Cylinder, Plane};
 pub use surface::{Nearest, Surface};
 
-pub(crate) use obstacle::{Carriage, Leash, RigidContact, Stiffness};
-pub(crate) use pair::{Chain, PairContact};
+pub(crate) use carriage::{Carriage, Leash};
+pub(crate) use obstacle::{RigidContact, Stiffness};
+pub(crate) use pair::PairContact;
 pub(crate) use skin::Skin;

@@ -3,9 +3,10 @@
 use crate::geometry::Point;
 use crate::term::{Element, Term, View};
 
+use super::friction::Grip;
 use super::rigid::{Drive, Placed};
 use super::skin::Hat;
-use super::{Nearest, RigidSurface, Skin};
+use super::{ContactError, Nearest, RigidSurface, Skin};
 
 /// How stiff a contact answers between two iterations, from the stiffness of the body and the size of a hat.
 #[derive(Debug, Clone, Copy)]
@@ -83,14 +84,6 @@ pub(crate) struct Touch<const D: usize> {
     pub beside: Point<D>,
 }
 
-/// What friction does at a hat.
-pub(crate) enum Grip<const D: usize> {
-    /// It sticks, with this slip to take back.
-    Sticks(Point<D>),
-    /// It slides, its traction along this unit vector; $c/|\tau - c s|$ beside it.
-    Slides(Point<D>, f64),
-}
-
 impl<const D: usize> RigidContact<D> {
     pub(crate) fn placed(&self, displacement: &[f64], load: f64) -> Placed<D> {
         let travel = self.carriage.map_or(0.0, |node| displacement[node as usize * D]);
@@ -102,7 +95,7 @@ impl<const D: usize> RigidContact<D> {
     }
 
     /// Condensed unknowns of a hat: its pressure, and with friction its traction.
-    fn stride(&self) -> usize {
+    pub(super) fn stride(&self) -> usize {
         if self.rubs() { 1 + D } else { 1 }
     }
 
@@ -144,12 +137,12 @@ impl<const D: usize> RigidContact<D> {
     }
 
     /// $\varepsilon$ of a hat \[stress/length\].
-    fn proximal(&self, hat: usize) -> f64 {
+    pub(super) fn proximal(&self, hat: usize) -> f64 {
         self.stiffness.proximal / self.skin.hats[hat].width
     }
 
     /// $c$ of a hat \[stress/length\].
-    fn decisive(&self, hat: usize) -> f64 {
+    pub(super) fn decisive(&self, hat: usize) -> f64 {
         self.stiffness.decisive / self.skin.hats[hat].width
     }
 
@@ -157,20 +150,19 @@ impl<const D: usize> RigidContact<D> {
         pressure > self.decisive(hat) * gap
     }
 
-    /// What a touching hat does along the surface.
-    fn grip(&self, hat: usize, condensed: &[f64], touch: &Touch<D>) -> Grip<D> {
-        let (pressure, traction) = self.pressure(hat, condensed);
-        let first = self.memory().start + hat * D;
-        let was = Point::<D>::from_fn(|i, _| condensed[first + i]);
-        let along = |v: Point<D>| v - touch.normal * touch.normal.dot(&v);
-        let (slip, decisive) = (along(touch.beside - was), self.decisive(hat));
-        let asked = along(traction) - slip * decisive;
-        let size = asked.norm();
-        if size <= self.surface.friction * (pressure - decisive * touch.gap) {
-            Grip::Sticks(slip)
-        } else {
-            Grip::Slides(asked / size, decisive / size)
-        }
+    /// Where a hat that touches lies beyond an open end of the surface.
+    pub(crate) fn passed_end(&self, hat: usize, view: &View<'_>) -> Option<Point<D>> {
+        let mut passed = None;
+        let points = &self.skin.hats[hat].points;
+        let touch = self.touch(hat, view, |k, _, found| {
+            if found.passed_end {
+                passed = Some(points[k].0);
+            }
+        });
+        let (pressure, _) = self.pressure(hat, view.condensed);
+        passed
+            .filter(|_| self.touches(hat, pressure, touch.gap))
+            .map(|point| self.skin.table.positions()[point as usize] + self.skin.displacement(point, view.displacement))
     }
 
     /// Gap of a hat, $\nabla\bar g\cdot\delta d$, and its mean displacement beside the surface by the step.
@@ -187,92 +179,6 @@ impl<const D: usize> RigidContact<D> {
         });
         let area = self.skin.hats[hat].area;
         (touch, change / area, moved / area)
-    }
-
-    /// Adds force and stiffness of friction at a hat whose normal force is `pressure` $-\ \varepsilon\bar g$.
-    fn rub(&self, cluster: usize, view: &View<'_>, touch: &Touch<D>, slope: &[f64], out: &mut Element) {
-        let hat = &self.skin.hats[cluster];
-        let (n, size) = (hat.nodes.len(), hat.nodes.len() * D);
-        let (pressure, traction) = self.pressure(cluster, view.condensed);
-        let (proximal, friction) = (self.proximal(cluster), self.surface.friction);
-        let force = pressure - proximal * touch.gap;
-        // Mean displacement: ∫ΘΨ_a along each component, and the travel of the surface.
-        let mut values = vec![0.0; n];
-        for (k, &(point, weight)) in hat.points.iter().enumerate() {
-            for (&l, value) in hat.local(k).iter().zip(self.skin.table.values(point as usize)) {
-                values[l as usize] += weight * value;
-            }
-        }
-        // (place, how the unknown there moves the hat beside the surface).
-        let mut moves: Vec<(usize, Point<D>)> = Vec::with_capacity(size);
-        let unit = |i: usize| Point::<D>::from_fn(|j, _| f64::from(u8::from(i == j)));
-        let travel = self.carriage.zip(self.surface.free_direction());
-        for (a, value) in values.iter().enumerate() {
-            if *value != 0.0 {
-                moves.extend((0..D).map(|i| (a * D + i, unit(i) * *value)));
-            }
-        }
-        moves.extend(travel.map(|(_, along)| (size - D, along * -hat.area)));
-        let along = |v: &Point<D>| v - touch.normal * touch.normal.dot(v);
-        let placed = self.placed(view.displacement, view.load);
-        match self.grip(cluster, view.condensed, touch) {
-            Grip::Sticks(slip) => {
-                let held = along(&traction) - slip * proximal;
-                let by_load = along(&placed.slope) * proximal;
-                for (place, by) in &moves {
-                    out.residual[*place] -= by.dot(&held);
-                    out.load_slope[*place] -= by.dot(&by_load);
-                }
-                self.add_along(&moves, &touch.normal, None, proximal / hat.area, size, out);
-            }
-            Grip::Slides(direction, turn) => {
-                let held = direction * (friction * force);
-                let by_load = direction * (friction * proximal * touch.by_load);
-                for (place, by) in &moves {
-                    out.residual[*place] -= by.dot(&held);
-                    out.load_slope[*place] += by.dot(&by_load);
-                }
-                if !out.with_matrix {
-                    return;
-                }
-                let turning = (friction * force * turn).clamp(0.0, proximal) / hat.area;
-                self.add_along(&moves, &touch.normal, Some(direction), turning, size, out);
-                out.coupling.resize(size * size, 0.0);
-                for (column, by_gap) in out.coupling.chunks_exact_mut(size).zip(slope) {
-                    let factor = friction * proximal / hat.area * by_gap;
-                    if factor != 0.0 {
-                        for (place, by) in &moves {
-                            column[*place] += factor * by.dot(&direction);
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    /// Adds a stiffness along the surface, but not along a direction in it.
-    fn add_along(
-        &self,
-        moves: &[(usize, Point<D>)],
-        normal: &Point<D>,
-        but: Option<Point<D>>,
-        factor: f64,
-        size: usize,
-        out: &mut Element,
-    ) {
-        if !out.with_matrix || factor == 0.0 || but.is_some() && D == 2 {
-            return;
-        }
-        for (b, by) in moves {
-            let mut held = by - normal * normal.dot(by);
-            if let Some(but) = &but {
-                held -= but * but.dot(&held);
-            }
-            let column = &mut out.matrix[b * size..][..size];
-            for (a, other) in moves {
-                column[*a] += factor * other.dot(&held);
-            }
-        }
     }
 }
 
@@ -433,6 +339,33 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         1.0
     }
 
+    fn advance_load(&self, cluster: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {
+        let (pressure, _) = self.pressure(cluster, view.condensed);
+        let touch = self.touch(cluster, &view, |_, _, _| {});
+        if !self.touches(cluster, pressure, touch.gap) {
+            return;
+        }
+        let proximal = self.proximal(cluster);
+        condensed_step[0] -= proximal * touch.by_load * load_step;
+        if !self.rubs() {
+            return;
+        }
+        let moved = self.placed(view.displacement, view.load).slope * -load_step;
+        let next = match self.grip(cluster, view.condensed, &touch) {
+            Grip::Sticks(_) => (moved - touch.normal * touch.normal.dot(&moved)) * -proximal,
+            Grip::Slides(direction, _) => direction * (-self.surface.friction * proximal * touch.by_load * load_step),
+        };
+        condensed_step[1..1 + D].iter_mut().zip(&next).for_each(|(step, more)| *step += more);
+    }
+
+    fn refuses(&self, view: View<'_>) -> Option<String> {
+        (0..self.skin.hats.len()).find_map(|hat| {
+            let at = self.passed_end(hat, &view)?.as_slice().to_vec();
+            let (contact, load) = (self.surface.name.clone(), view.load);
+            Some(ContactError::PassedEnd { contact, at, load }.to_string())
+        })
+    }
+
     fn farthest_load(&self, from: f64, to: f64) -> f64 {
         // Equal parts of the way, the last of which ends where it does.
         let parts = if self.rubs() { ((to - from) / FRICTION_STEP - 1e-9).ceil() } else { 1.0 };
@@ -448,74 +381,5 @@ impl<const D: usize> Term<D> for RigidContact<D> {
             part *= 0.5;
         }
         from + part * (to - from)
-    }
-}
-
-/// The unknown travel of a rigid surface that is pushed: its load, and what keeps the components regular that it has no use
-/// for.
-pub(crate) struct Carriage<const D: usize> {
-    pub node: [u32; 1],
-    pub force: f64,
-    pub amplitude: crate::term::Amplitude,
-    /// Stiffness of the unused components.
-    pub stiffness: f64,
-}
-
-impl<const D: usize> Term<D> for Carriage<D> {
-    fn clusters(&self) -> usize {
-        1
-    }
-
-    fn nodes(&self, _: usize) -> &[u32] {
-        &self.node
-    }
-
-    fn break_points(&self) -> Vec<f64> {
-        self.amplitude.break_points()
-    }
-
-    fn matrix_follows_load(&self) -> bool {
-        false
-    }
-
-    fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
-        let (factor, slope) = self.amplitude.evaluate(view.load);
-        out.residual[0] = -self.force * factor;
-        out.load_slope[0] = -self.force * slope;
-        for i in 1..D {
-            out.residual[i] = self.stiffness * view.displacement[self.node[0] as usize * D + i];
-            if out.with_matrix {
-                out.matrix[i * D + i] = self.stiffness;
-            }
-        }
-    }
-}
-
-/// Keeps a body regular that nothing but contact holds: an added diagonal, $\alpha_I |\delta d_I|^2$, that acts on the steps of
-/// Newton's method and not on its solution.
-pub(crate) struct Leash {
-    pub nodes: Vec<[u32; 1]>,
-    pub stiffness: Vec<f64>,
-}
-
-impl<const D: usize> Term<D> for Leash {
-    fn clusters(&self) -> usize {
-        self.nodes.len()
-    }
-
-    fn nodes(&self, cluster: usize) -> &[u32] {
-        &self.nodes[cluster]
-    }
-
-    fn matrix_follows_load(&self) -> bool {
-        false
-    }
-
-    fn linearize(&self, cluster: usize, _: View<'_>, out: &mut Element) {
-        if out.with_matrix {
-            for i in 0..D {
-                out.matrix[i * D + i] = self.stiffness[cluster];
-            }
-        }
     }
 }

@@ -6,13 +6,17 @@ use crate::geometry::Point;
 use crate::table::ShapeTable;
 
 /// A part of the boundary that may touch something: facet points with their shape functions, gathered by the hats of
-/// the boundary particles. A hat carries one contact pressure.
+/// the boundary particles, face by face at corners. A hat carries one contact pressure.
 pub(crate) struct Skin<const D: usize> {
     pub table: ShapeTable<D>,
     pub hats: Vec<Hat>,
     /// The largest coordinate: what positions are rounded by.
     pub extent: f64,
 }
+
+/// Cosine between normals of facets below which they are faces of their own: a hat around a corner would be held up by its mean gap
+/// on one face while the other goes in.
+const CORNER: f64 = 0.6;
 
 /// One boundary particle's hat $\Theta_J$.
 pub(crate) struct Hat {
@@ -47,28 +51,39 @@ impl<const D: usize> Skin<D> {
     /// Where cells and table do not fit together.
     pub fn new(cells: &BoundaryCells<D>, table: ShapeTable<D>, extra: Option<u32>) -> Result<Self, Error> {
         cells.validate(table.node_count())?;
-        let mut by_particle = vec![u32::MAX; table.node_count()];
+        // The hats of each particle, with the normal that each began with: one for each face at a corner.
+        let mut of_particle: Vec<Vec<(u32, Point<D>)>> = vec![Vec::new(); table.node_count()];
         let mut hats: Vec<Hat> = Vec::new();
         let mut plain: Vec<f64> = Vec::new();
-        for (point, list) in cells.hats.iter().enumerate() {
-            for &(particle, value) in list {
-                let place = &mut by_particle[particle as usize];
-                if *place == u32::MAX {
-                    *place = hats.len() as u32;
-                    plain.push(0.0);
-                    hats.push(Hat {
-                        particle,
-                        area: 0.0,
-                        width: 0.0,
-                        points: Vec::new(),
-                        nodes: Vec::new(),
-                        local: Vec::new(),
-                        first: vec![0],
-                    });
-                }
-                let place = *place as usize;
-                let weight = table.weights()[point] * value;
-                if weight > 0.0 {
+        for group in cells.points.groups.windows(2) {
+            let range = group[0]..group[1];
+            let normals = cells.points.normals.get(range.clone()).unwrap_or_default();
+            let normal = normals.iter().sum::<Point<D>>();
+            let normal = normal / normal.norm().max(f64::MIN_POSITIVE);
+            for point in range {
+                for &(particle, value) in &cells.hats[point] {
+                    let weight = table.weights()[point] * value;
+                    if !(weight > 0.0) {
+                        continue;
+                    }
+                    let list = &mut of_particle[particle as usize];
+                    let place = match list.iter().find(|(_, first)| first.dot(&normal) >= CORNER) {
+                        Some((place, _)) => *place as usize,
+                        None => {
+                            list.push((hats.len() as u32, normal));
+                            plain.push(0.0);
+                            hats.push(Hat {
+                                particle,
+                                area: 0.0,
+                                width: 0.0,
+                                points: Vec::new(),
+                                nodes: Vec::new(),
+                                local: Vec::new(),
+                                first: vec![0],
+                            });
+                            hats.len() - 1
+                        }
+                    };
                     hats[place].points.push((point as u32, weight));
                     hats[place].area += weight;
                     plain[place] += cells.points.weights[point] * value;
@@ -87,7 +102,6 @@ impl<const D: usize> Skin<D> {
                 hat.first.push(hat.local.len() as u32);
             }
         }
-        hats.retain(|hat| hat.area > 0.0);
         let extent = table.positions().iter().map(|x| x.amax()).fold(0.0, f64::max);
         Ok(Skin { table, hats, extent })
     }

@@ -71,6 +71,8 @@ pub enum Cause {
         /// The one asked for.
         tolerance: f64,
     },
+    /// A term can't answer for the next state, and says why: a body that leaves a rigid profile at its open end.
+    Refused(String),
     /// The arc runs back along the path.
     Turned,
     /// The load falls beyond a limit point, and the stepping was not asked to follow it.
@@ -183,6 +185,7 @@ impl fmt::Display for Cause {
                 "the smallest step of time leaves an error of {error:.1e} of the stress, {tolerance:.1e} was asked for: lower \
                  Stepping::smallest or raise Stepping::time_tolerance"
             ),
+            Cause::Refused(why) => write!(f, "{why}"),
             Cause::Turned => write!(f, "the arc runs back along the path"),
             Cause::LimitPoint => write!(f, "the load falls beyond a limit point"),
             Cause::Steps(most) => write!(f, "{most} steps are used up"),

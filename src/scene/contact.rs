@@ -2,24 +2,17 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Vector3};
-
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::BoundaryCells;
 use crate::contact::Drive;
-use crate::contact::{Carriage, Chain, ContactError, Leash, PairContact, RigidContact, RigidSurface, Skin, Stiffness};
-use crate::error::{Error, OutputError};
+use crate::contact::{Carriage, ContactError, Leash, PairContact, RigidContact, RigidSurface, Skin, Stiffness};
+use crate::error::Error;
 use crate::geometry::Point;
 use crate::material::{initial_bulk_modulus, initial_shear_modulus};
-use crate::output::Table;
-use crate::quadrature::Points;
-use crate::solve::{EquilibriumPath, State};
 use crate::table::ShapeTable;
-use crate::tensor::cofactor;
-use crate::term::View;
 
-use super::{Place, Problem, Scene};
+use super::{Place, Scene};
 
 /// A part of the body and the rigid surface that it may touch.
 #[derive(Clone)]
@@ -61,13 +54,8 @@ pub(crate) enum Law<const D: usize> {
 /// Facets of a boundary part with plain hats, and the shape functions at their points.
 type Face<const D: usize> = (BoundaryCells<D>, ShapeTable<D>);
 
-/// Where boundary cells for contact and their tables come from.
-pub(super) struct Skins<'a, const D: usize> {
-    /// Facets of a part with plain hats, and their table.
-    pub part: &'a dyn Fn(&Place<D>) -> Result<Face<D>, Error>,
-    /// Shape functions at any points of the boundary.
-    pub points: &'a dyn Fn(&Points<D>) -> Result<ShapeTable<D>, Error>,
-}
+/// Gives the facets of a part with plain hats, and their table.
+pub(super) type Skins<'a, const D: usize> = &'a dyn Fn(&Place<D>) -> Result<Face<D>, Error>;
 
 impl<const D: usize> Scene<D> {
     /// Lets a boundary part touch a rigid surface: it may come to lie on it, slide along it and leave it, and never goes
@@ -99,16 +87,16 @@ impl<const D: usize> Scene<D> {
     }
 }
 
-impl Scene<2> {
-    /// Lets two boundary parts touch each other, without friction; results are found by the name. The boundary particles of the part that
-    /// has more of them carry the pressures, whichever is named first.
-    pub fn contact_between(mut self, first: impl Into<Place<2>>, second: impl Into<Place<2>>, name: &str) -> Self {
+impl<const D: usize> Scene<D> {
+    /// Lets two boundary parts touch each other, of one body or of two, without friction; results are found by the name. A mortar method
+    /// that passes the patch test whether particles match or not; the part that has more facets carries the pressures.
+    pub fn contact_between(mut self, first: impl Into<Place<D>>, second: impl Into<Place<D>>, name: &str) -> Self {
         self.meetings.push(Meeting { first: first.into(), second: Some(second.into()), name: name.into() });
         self
     }
 
     /// Lets a boundary part touch itself where it folds, without friction; results are found by the name.
-    pub fn contact_itself(mut self, place: impl Into<Place<2>>, name: &str) -> Self {
+    pub fn contact_itself(mut self, place: impl Into<Place<D>>, name: &str) -> Self {
         self.meetings.push(Meeting { first: place.into(), second: None, name: name.into() });
         self
     }
@@ -144,7 +132,7 @@ pub(super) fn add<const D: usize>(
     positions: &[Point<D>],
     rows: &Constraints,
     volume: f64,
-    skins: &Skins<'_, D>,
+    skins: Skins<'_, D>,
     model: &mut Model<D>,
 ) -> Result<Vec<Contact<D>>, Error> {
     let mut contacts = Vec::new();
@@ -161,7 +149,7 @@ pub(super) fn add<const D: usize>(
     let particles = positions.len();
     let mut next = particles;
     for contact in &scene.contacts {
-        let (cells, table) = (skins.part)(&contact.place)?;
+        let (cells, table) = skins(&contact.place)?;
         let carriage = contact.surface.free_direction().map(|_| {
             next += 1;
             next as u32 - 1
@@ -179,20 +167,21 @@ pub(super) fn add<const D: usize>(
         }
     }
     for meeting in &scene.meetings {
-        let mut found = vec![(skins.part)(&meeting.first)?];
+        let mut found = vec![skins(&meeting.first)?];
         if let Some(second) = &meeting.second {
-            found.push((skins.part)(second)?);
+            found.push(skins(second)?);
         }
         // Pressures live on the finer side.
         let swapped = found.len() > 1 && found[1].0.points.groups.len() > found[0].0.points.groups.len();
         if swapped {
             found.reverse();
         }
-        let faces: Vec<&BoundaryCells<D>> = found.iter().map(|(face, _)| face).collect();
-        let chain = Chain::new(&faces, positions, skins.points)?;
-        let bodies =
-            found.iter().map(|(face, table)| Skin::new(face, table.clone(), None)).collect::<Result<_, _>>()?;
-        let law = Arc::new(PairContact::new(bodies, &faces, chain, Stiffness::of(shear, bulk), particles));
+        let faces: Vec<&BoundaryCells<D>> = found.iter().map(|face| &face.0).collect();
+        let skin = |face: &Face<D>| Skin::new(&face.0, face.1.clone(), None);
+        let bodies = found.iter().map(skin).collect::<Result<_, _>>()?;
+        let law = PairContact::new(bodies, &faces, positions, Stiffness::of(shear, bulk));
+        apart_at_rest(&law, model.unknowns(), meeting)?;
+        let law = Arc::new(law);
         let name = meeting.name.clone();
         contacts.push(Contact { name, term: model.terms().len(), law: Law::Pair(law.clone(), swapped) });
         model.add(law);
@@ -224,6 +213,18 @@ fn starts_outside<const D: usize>(law: &RigidContact<D>, unknowns: usize, contac
         return Err(ContactError::Penetrates { contact: contact.label(), depth: -deepest.0, at }.into());
     }
     Ok(())
+}
+
+/// Refuses parts that begin inside each other.
+fn apart_at_rest<const D: usize>(law: &PairContact<D>, unknowns: usize, meeting: &Meeting<D>) -> Result<(), Error> {
+    let spacing = law.skins[0].hats.iter().map(|hat| hat.width).fold(0.0, f64::max);
+    match law.deepest_at_rest(unknowns) {
+        Some((depth, at)) if depth > SLACK * spacing => {
+            let contact = format!("contact {}", meeting.name);
+            Err(ContactError::Penetrates { contact, depth, at: at.as_slice().to_vec() }.into())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Depth at the start that is taken for a fit, as a part of the spacing.
@@ -287,279 +288,4 @@ pub(super) fn holds<const D: usize>(rows: &Constraints, positions: &[Point<D>], 
     }
     let values = gram.symmetric_eigenvalues();
     values.min() > 1e-8 * values.max().max(1e-3)
-}
-
-/// One boundary particle in contact or beside it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactPoint<const D: usize> {
-    /// Its place in the body at rest \[length\].
-    pub reference: Point<D>,
-    /// Where it is now \[length\].
-    pub position: Point<D>,
-    /// Pressure per current area \[stress\], zero or above: on the body, against the normal of the body.
-    pub pressure: f64,
-    /// Mean gap over its hat \[length\]; zero in contact.
-    pub gap: f64,
-    /// Traction per current area on the body \[stress\], friction included.
-    pub traction: Point<D>,
-    /// Force on the body that it carries \[force\].
-    pub force: Point<D>,
-    /// Whether it touches.
-    pub touches: bool,
-    /// Whether it touches and slides; what touches without friction does.
-    pub slides: bool,
-}
-
-/// What a state tells of a contact.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ContactState<const D: usize> {
-    /// Force of the surface on the body \[force\]; of the whole revolution along the axis of bodies of revolution, where the radial component is
-    /// the sum over all directions.
-    pub force: Point<D>,
-    /// Moment about the origin of that force \[force·length\]; in the plane about axis 2.
-    pub moment: Vector3<f64>,
-    /// What touches in the current state: the width in the plane and along the meridian \[length\], the area in space \[length²\].
-    pub extent: f64,
-    /// How far the surface has gone \[length\].
-    pub travel: Point<D>,
-    /// The boundary particles, along the boundary.
-    pub points: Vec<ContactPoint<D>>,
-}
-
-impl<const D: usize> ContactState<D> {
-    /// The largest pressure \[stress\].
-    pub fn peak_pressure(&self) -> f64 {
-        self.points.iter().map(|point| point.pressure).fold(0.0, f64::max)
-    }
-
-    /// Pressures, gaps and tractions along the boundary as a table, a row for each boundary particle.
-    ///
-    /// # Errors
-    /// None where the table takes its rows.
-    pub fn table(&self) -> Result<Table, OutputError> {
-        const AXES: [&str; 3] = ["0", "1", "2"];
-        let mut names: Vec<String> = Vec::new();
-        for what in ["X", "x"] {
-            names.extend(AXES[..D].iter().map(|axis| format!("{what}{axis}")));
-        }
-        names.extend(["pressure".to_string(), "gap".to_string()]);
-        names.extend(AXES[..D].iter().map(|axis| format!("traction{axis}")));
-        let mut table = Table::new(names);
-        for point in &self.points {
-            let mut row: Vec<f64> = Vec::with_capacity(3 * D + 2);
-            row.extend(point.reference.iter());
-            row.extend(point.position.iter());
-            row.extend([point.pressure, point.gap]);
-            row.extend(point.traction.iter());
-            table.push(row)?;
-        }
-        Ok(table)
-    }
-}
-
-impl<const D: usize> Problem<D> {
-    /// What a state tells of the contact with the surface of a name: force, moment, width or area, and pressures along the
-    /// boundary.
-    ///
-    /// # Errors
-    /// Where no surface has the name, with those that there are; where the body lies on a profile beyond its open end; for a
-    /// state of another problem.
-    pub fn contact(&self, state: &State, name: &str) -> Result<ContactState<D>, Error> {
-        state.check_lengths(&self.model, &self.rows)?;
-        let contact = self.contact_named(name)?;
-        let condensed = &state.condensed[contact.term];
-        let law = match &contact.law {
-            Law::Rigid(law) => law,
-            Law::Pair(law, swapped) => return self.pair_contact(law, *swapped, state, condensed),
-        };
-        let view = View { displacement: &state.displacement, condensed, load: state.load };
-        let mut found = ContactState {
-            force: Point::zeros(),
-            moment: Vector3::zeros(),
-            extent: 0.0,
-            travel: law.placed(&state.displacement, state.load).offset,
-            points: Vec::with_capacity(law.skin.hats.len()),
-        };
-        let mut sizes = Vec::with_capacity(law.skin.hats.len());
-        for (k, hat) in law.skin.hats.iter().enumerate() {
-            let (nominal, friction) = law.pressure(k, condensed);
-            let (mut area, mut width) = (0.0, 0.0);
-            let particle = hat.particle as usize;
-            let reference = self.model.positions()[particle];
-            let moved = self.node_displacement(particle, state)?;
-            let (mut force, mut moment) = (Point::<D>::zeros(), Vector3::zeros());
-            let mut passed = None;
-            let touch = law.touch(k, &view, |p, weight, nearest| {
-                let (point, _) = hat.points[p];
-                let x = law.skin.table.positions()[point as usize] + law.skin.displacement(point, &state.displacement);
-                let f = Matrix3::identity() + law.skin.table.displacement_gradient(point as usize, &state.displacement);
-                let normal = pad(&law.skin.table.normals()[point as usize]);
-                let stretch = (cofactor(&f) * normal).norm();
-                area += weight * stretch;
-                // Along the meridian, without the hoop's stretch.
-                let hoop = if law.skin.table.hoop_components().is_empty() { 1.0 } else { f[(2, 2)] };
-                width += weight * stretch / hoop;
-                let push = (nearest.normal * nominal + friction) * weight;
-                if nearest.passed_end {
-                    passed = Some(x);
-                }
-                force += push;
-                moment += pad(&x).cross(&pad(&push));
-            });
-            let touches = law.touches(k, nominal, touch.gap);
-            if let Some(at) = passed.filter(|_| touches) {
-                let (contact, at, load) = (name.to_string(), at.as_slice().to_vec(), state.load);
-                return Err(ContactError::PassedEnd { contact, at, load }.into());
-            }
-            if !touches {
-                (force, moment) = (Point::zeros(), Vector3::zeros());
-            }
-            found.force += force;
-            found.moment += moment;
-            // The size of the hat now.
-            sizes.push(if D == 3 { width } else { width / hat.area * hat.width });
-            found.points.push(ContactPoint {
-                reference,
-                position: reference + moved,
-                pressure: if touches { nominal * hat.area / area } else { 0.0 },
-                gap: touch.gap,
-                traction: force / area,
-                force,
-                touches,
-                slides: touches && friction.norm() >= (1.0 - 1e-6) * law.surface.friction * nominal,
-            });
-        }
-        found.extent = if D == 3 { touching(&found.points, &sizes) } else { width(&found.points) };
-        Ok(found)
-    }
-
-    /// The work that friction has taken along a path on the surface of a name \[force·length\]: over its steps, the mean traction times
-    /// the slip of each boundary particle.
-    ///
-    /// # Errors
-    /// As [`contact`](Problem::contact).
-    pub fn friction_work(&self, path: &EquilibriumPath, name: &str) -> Result<f64, Error> {
-        let contact = self.contact_named(name)?;
-        let Law::Rigid(law) = &contact.law else { return Ok(0.0) };
-        let mut work = 0.0;
-        let mut before: Option<Vec<(Point<D>, Point<D>)>> = None;
-        for state in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)) {
-            state.check_lengths(&self.model, &self.rows)?;
-            let condensed = &state.condensed[contact.term];
-            let view = View { displacement: &state.displacement, condensed, load: state.load };
-            let now: Vec<_> = (0..law.skin.hats.len())
-                .map(|hat| {
-                    let touch = law.touch(hat, &view, |_, _, _| {});
-                    (law.pressure(hat, condensed).1 * law.skin.hats[hat].area, touch.beside)
-                })
-                .collect();
-            if let Some(before) = before {
-                let steps = now.iter().zip(&before);
-                work -= steps.map(|((f, u), (f0, u0))| 0.5 * (f + f0).dot(&(u - u0))).sum::<f64>();
-            }
-            before = Some(now);
-        }
-        Ok(work)
-    }
-
-    /// The same of two parts of the boundary: the force is that on the part named first; boundary particles of the part that carries the
-    /// pressures, then those of the other.
-    fn pair_contact(
-        &self,
-        law: &PairContact<D>,
-        swapped: bool,
-        state: &State,
-        condensed: &[f64],
-    ) -> Result<ContactState<D>, Error> {
-        let mut found = ContactState {
-            force: Point::zeros(),
-            moment: Vector3::zeros(),
-            extent: 0.0,
-            travel: Point::zeros(),
-            points: Vec::with_capacity(law.hats()),
-        };
-        for cluster in 0..law.hats() {
-            let (side, hat) = law.hat(cluster);
-            let skin = &law.skins[side];
-            let hat = &skin.hats[hat];
-            let (meeting, nominal, force) = law.report(&state.displacement, condensed, cluster);
-            let mut area = 0.0;
-            let mut normal = Vector3::zeros();
-            for &(point, weight) in &hat.points {
-                let point = point as usize;
-                let f = Matrix3::identity() + skin.table.displacement_gradient(point, &state.displacement);
-                let outward = cofactor(&f) * pad(&skin.table.normals()[point]);
-                area += weight * outward.norm();
-                normal += outward * weight;
-            }
-            let particle = hat.particle as usize;
-            let reference = self.model.positions()[particle];
-            let position = reference + self.node_displacement(particle, state)?;
-            let touches = nominal > 0.0;
-            let pressure = nominal * hat.area / area;
-            let inward = -normal.normalize() * pressure;
-            let force = if swapped { -force } else { force };
-            found.force += force;
-            found.moment += pad(&position).cross(&pad(&force));
-            found.points.push(ContactPoint {
-                reference,
-                position,
-                pressure,
-                gap: meeting.gap,
-                traction: Point::from_fn(|i, _| inward[i]),
-                force,
-                touches,
-                slides: touches,
-            });
-        }
-        found.extent = width(&found.points[..law.skins[0].hats.len()]);
-        Ok(found)
-    }
-
-    fn contact_named(&self, name: &str) -> Result<&Contact<D>, ContactError> {
-        self.contacts.iter().find(|contact| contact.name == name).ok_or_else(|| {
-            let known: Vec<&str> = self.contacts.iter().map(|contact| contact.name.as_str()).collect();
-            let known = if known.is_empty() { "none".to_string() } else { known.join("; ") };
-            ContactError::Unknown { asked: name.to_string(), known }
-        })
-    }
-}
-
-/// The sum of what touches.
-fn touching<const D: usize>(points: &[ContactPoint<D>], sizes: &[f64]) -> f64 {
-    points.iter().zip(sizes).filter(|(point, _)| point.touches).map(|(_, size)| size).sum()
-}
-
-/// The width of what touches along a chain of hats: between the last hat that touches and the next one the square of the pressure,
-/// which falls in proportion to the distance from a smooth edge, is drawn on to zero.
-fn width<const D: usize>(points: &[ContactPoint<D>]) -> f64 {
-    let n = points.len();
-    let between = |a: usize, b: usize| (points[a].position - points[b].position).norm();
-    let mut width = 0.0;
-    for k in 0..n {
-        if !points[k].touches {
-            continue;
-        }
-        for (beside, inner) in [(k.checked_sub(1), k + 1), (Some(k + 1), k.wrapping_sub(1))] {
-            match beside.filter(|&b| b < n) {
-                // The end of the boundary part.
-                None => {}
-                Some(b) if points[b].touches => width += 0.5 * between(k, b),
-                Some(b) => {
-                    let squares = |i: usize| points[i].pressure.powi(2);
-                    let to_edge = if inner < n && points[inner].touches && squares(inner) > squares(k) {
-                        (between(k, inner) * squares(k) / (squares(inner) - squares(k))).min(between(k, b))
-                    } else {
-                        0.5 * between(k, b)
-                    };
-                    width += to_edge;
-                }
-            }
-        }
-    }
-    width
-}
-
-fn pad<const D: usize>(p: &Point<D>) -> Vector3<f64> {
-    Vector3::from_fn(|i, _| if i < D { p[i] } else { 0.0 })
 }

@@ -546,32 +546,21 @@ fn touching<const D: usize>(
     positions: &[Point<D>],
     model: &mut Model<D>,
 ) -> Result<Vec<Contact<D>>, Error> {
-    if members.len() > 1 && !scene.meetings.is_empty() {
-        let needed = "a scene of one body, or rigid surfaces";
-        return Err(GeometryError::Unsuited { what: "contact between parts of several bodies", needed }.into());
-    }
     let (total, kinematics) = (model.positions().len(), &*scene.kinematics);
-    let skins = contact::Skins {
-        part: &|place| {
-            let place = scene.resolve(place);
-            let Spot::Part(part) = &place.spot else {
-                let needed = "a part of the boundary, or some of one";
-                return Err(GeometryError::Unsuited { what: "contact of a point or of the body", needed }.into());
-            };
-            let of = scene.bodies_at(&place, || format!("contact of {place}"), all, |_| true)?;
-            let body = of.first().copied().unwrap_or(0);
-            let (member, rule) = (&members[body], rules[body]);
-            if all[body].0.functions == Functions::Elements {
-                let needed = "particles: leave Scheme::elements out";
-                return Err(GeometryError::Unsuited { what: "contact of finite elements", needed }.into());
-            }
-            let whole = member.cells.contact_boundary(part, rule.parts, rule.gauss)?;
-            let mut skin = whole.within(&|x| place.holds(x));
-            let table = member.approximation.tabulate(&skin.points, kinematics)?.shifted(member.nodes.start, total);
-            skin.hats.iter_mut().flatten().for_each(|hat| hat.0 += member.nodes.start as u32);
-            Ok((skin, table))
-        },
-        points: &|points| Ok(members[0].approximation.tabulate(points, &Unmeasured)?.shifted(0, total)),
+    let skins = |place: &Place<D>| {
+        let place = scene.resolve(place);
+        let Spot::Part(part) = &place.spot else {
+            let needed = "a part of the boundary, or some of one";
+            return Err(GeometryError::Unsuited { what: "contact of a point or of the body", needed }.into());
+        };
+        let of = scene.bodies_at(&place, || format!("contact of {place}"), all, |_| true)?;
+        let body = of.first().copied().unwrap_or(0);
+        let (member, rule) = (&members[body], rules[body]);
+        let whole = member.cells.contact_boundary(part, rule.parts, rule.gauss)?;
+        let mut skin = whole.within(&|x| place.holds(x));
+        let table = member.approximation.tabulate(&skin.points, kinematics)?.shifted(member.nodes.start, total);
+        skin.hats.iter_mut().flatten().for_each(|hat| hat.0 += member.nodes.start as u32);
+        Ok((skin, table))
     };
     let volume = members.iter().flat_map(|member| member.body.table().weights()).sum();
     contact::add(scene, positions, rows, volume, &skins, model)

@@ -20,6 +20,7 @@ mod bond;
 mod condition;
 mod conditions;
 mod contact;
+mod contact_state;
 mod control;
 mod cover;
 mod discretize;
@@ -41,7 +42,7 @@ mod transfer;
 mod value;
 
 pub use condition::{Condition, Direction};
-pub use contact::{ContactPoint, ContactState};
+pub use contact_state::{ContactPoint, ContactState};
 pub use cover::Certificate;
 pub(crate) use discretize::kernel_functions;
 pub use drawn::Drawn;

@@ -197,6 +197,10 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let load_control = matches!(control, Control::Load(_));
         let (iterations, state) = self.iterate(attempt, control)?;
         self.on_path(&state, iterations).inspect_err(|_| self.count_rejection())?;
+        if let Some(why) = self.workspace.model.refuses(&state.displacement, &state.condensed, state.load) {
+            self.count_rejection();
+            return Err(Cause::Refused(why).into());
+        }
         if load_control {
             self.unfolded(&state, iterations).inspect_err(|_| self.count_rejection())?;
         }

@@ -39,6 +39,7 @@ pub(super) fn along<const D: usize>(model: &Model<D>, state: &State, answer: &[f
     let step: Vec<f64> = answer.iter().map(|a| factor * a).collect();
     let mut condensed: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
     let part = model.advance(&state.displacement, &state.condensed, state.load, &step, &mut condensed);
+    model.advance_load(&state.displacement, &state.condensed, state.load, factor, &mut condensed);
     for (d, s) in ahead.displacement.iter_mut().zip(&step) {
         *d += part * s;
     }

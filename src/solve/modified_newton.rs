@@ -84,6 +84,7 @@ impl<const D: usize> Kept<'_, D> {
             if bound < 1.0 {
                 return false;
             }
+            self.model.advance_load(displacement, condensed, *load, next.load_change, &mut next.condensed);
             next.apply(1.0, state);
             let matrix = MatrixUse::Kept;
             // One that breaks off is heard at the next matrix.

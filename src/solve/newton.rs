@@ -63,6 +63,11 @@ pub(crate) enum Watch {
     Far(Vec<f64>),
 }
 
+/// Difference between increments, as a part of them, below which contacts are taken to open and close by turns.
+const CYCLE: f64 = 0.1;
+/// What is taken of an increment that comes back: between both states other contacts are closed than in either.
+const BETWEEN: [f64; 3] = [0.5, 0.3, 0.7];
+
 impl<const D: usize> Workspace<'_, D> {
     /// Iterates `state` to an equilibrium; on rejection the state is left where the attempt ended.
     /// `near` says that the state was predicted from others, so that increments must not grow.
@@ -86,6 +91,10 @@ impl<const D: usize> Workspace<'_, D> {
         let mut small = 0;
         let (mut first, mut before) = (f64::INFINITY, f64::INFINITY);
         let watched = matches!(std::mem::take(&mut self.watch), Watch::On);
+        // Contacts that open and close by turns: increments of one size.
+        let unilateral = self.model.terms().iter().any(|term| term.is_unilateral());
+        let mut sizes = [f64::INFINITY; 2];
+        let mut cycles = 0;
         let rounding = self.model.terms().iter().map(|term| term.rounding()[1].powi(2)).sum::<f64>().sqrt();
         for number in 1..=settings.iterations {
             self.make_room();
@@ -129,6 +138,8 @@ impl<const D: usize> Workspace<'_, D> {
             if !(bound > 0.0) {
                 return Err(Cause::StepLimited { factor: bound }.into());
             }
+            let State { displacement, condensed, load, .. } = &*state;
+            self.model.advance_load(displacement, condensed, *load, next.load_change, &mut next.condensed);
             let factor = match (settings.search, control) {
                 (LineSearch::Slope, Control::Load(_)) => search(
                     self.model,
@@ -139,6 +150,11 @@ impl<const D: usize> Workspace<'_, D> {
                 ),
                 _ => bound,
             };
+            let length = norm(&next.step);
+            let returns = unilateral && sizes.iter().all(|size| (length / size - 1.0).abs() < CYCLE);
+            sizes = if returns { [f64::INFINITY; 2] } else { [length, sizes[0]] };
+            let factor = if returns { factor * BETWEEN[cycles % BETWEEN.len()] } else { factor };
+            cycles += usize::from(returns);
             next.apply(factor, state);
             // Below rounding of the body's own size an increment is nothing.
             let size = norm(&state.displacement).max(1e-6 * scale * (unknowns as f64).sqrt());
@@ -169,7 +185,7 @@ impl<const D: usize> Workspace<'_, D> {
             }
             if number == 1 {
                 first = increment;
-            } else if near && increment > (GROWN * first).max(GROWN_LEAST) {
+            } else if near && !unilateral && increment > (GROWN * first).max(GROWN_LEAST) {
                 return Err(Cause::Diverging { increment }.into());
             }
             if factor == 1.0 && increment <= CLOSE && settings.tangent_update == TangentUpdate::Modified {

@@ -194,8 +194,8 @@ pub trait Term<const D: usize>: Send + Sync {
     #[doc(hidden)]
     fn couplings(&self, _cluster: usize, _visit: &mut dyn FnMut(&[u16])) {}
 
-    /// Whether the term fills buffers over a few nodes of a cluster that has many, as contact does where what touches what is
-    /// not known before.
+    /// Whether the term fills buffers over a few of many nodes, the same for all clusters, as contact does where what touches what
+    /// is not known before.
     #[doc(hidden)]
     fn fills_compact(&self) -> bool {
         false
@@ -239,6 +239,16 @@ pub trait Term<const D: usize>: Send + Sync {
     /// condensed unknowns and returns the largest step factor in $[0, 1]$ that keeps the path admissible.
     fn advance(&self, _cluster: usize, _view: View<'_>, _step: &[f64], _locals_step: &mut [f64]) -> f64 {
         1.0
+    }
+
+    /// Adds what a change of the load factor in the same increment does to the increments of a cluster's condensed unknowns, where the
+    /// load factor is unknown: contact with a surface that is moved.
+    fn advance_load(&self, _cluster: usize, _view: View<'_>, _load_step: f64, _locals_step: &mut [f64]) {}
+
+    /// Why a converged state is none that the term can answer for: a body that has left the rigid surface it was said to lie on.
+    /// The run ends before it.
+    fn refuses(&self, _view: View<'_>) -> Option<String> {
+        None
     }
 
     /// What rounding of coordinates makes of the condensed unknowns, and of the norm of the forces: changes below are none. Contact that
@@ -375,6 +385,14 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
 
     fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
         (**self).advance(cluster, view, step, condensed_step)
+    }
+
+    fn advance_load(&self, cluster: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {
+        (**self).advance_load(cluster, view, load_step, condensed_step);
+    }
+
+    fn refuses(&self, view: View<'_>) -> Option<String> {
+        (**self).refuses(view)
     }
 
     fn rounding(&self) -> [f64; 2] {

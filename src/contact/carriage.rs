@@ -1,0 +1,72 @@
+//! The travel of pushed surfaces, and what keeps bodies regular that nothing but contact holds.
+
+use crate::term::{Element, Term, View};
+
+/// The unknown travel of a rigid surface that is pushed: its load, and what keeps the components regular that it has no use
+/// for.
+pub(crate) struct Carriage<const D: usize> {
+    pub node: [u32; 1],
+    pub force: f64,
+    pub amplitude: crate::term::Amplitude,
+    /// Stiffness of the unused components.
+    pub stiffness: f64,
+}
+
+impl<const D: usize> Term<D> for Carriage<D> {
+    fn clusters(&self) -> usize {
+        1
+    }
+
+    fn nodes(&self, _: usize) -> &[u32] {
+        &self.node
+    }
+
+    fn break_points(&self) -> Vec<f64> {
+        self.amplitude.break_points()
+    }
+
+    fn matrix_follows_load(&self) -> bool {
+        false
+    }
+
+    fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
+        let (factor, slope) = self.amplitude.evaluate(view.load);
+        out.residual[0] = -self.force * factor;
+        out.load_slope[0] = -self.force * slope;
+        for i in 1..D {
+            out.residual[i] = self.stiffness * view.displacement[self.node[0] as usize * D + i];
+            if out.with_matrix {
+                out.matrix[i * D + i] = self.stiffness;
+            }
+        }
+    }
+}
+
+/// Keeps a body regular that nothing but contact holds: an added diagonal, $\alpha_I |\delta d_I|^2$, that acts on the steps of
+/// Newton's method and not on its solution.
+pub(crate) struct Leash {
+    pub nodes: Vec<[u32; 1]>,
+    pub stiffness: Vec<f64>,
+}
+
+impl<const D: usize> Term<D> for Leash {
+    fn clusters(&self) -> usize {
+        self.nodes.len()
+    }
+
+    fn nodes(&self, cluster: usize) -> &[u32] {
+        &self.nodes[cluster]
+    }
+
+    fn matrix_follows_load(&self) -> bool {
+        false
+    }
+
+    fn linearize(&self, cluster: usize, _: View<'_>, out: &mut Element) {
+        if out.with_matrix {
+            for i in 0..D {
+                out.matrix[i * D + i] = self.stiffness[cluster];
+            }
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! Boundary parts in space that may touch each other: triangles, and which is opposite of which point.
+
+use crate::cells::BoundaryCells;
+use crate::geometry::Point;
+
+use super::Skin;
+use super::facets::{Gap, Sorted, Triangle, gap};
+
+/// Rings of facets around a facet that it never touches: its neighbours.
+const RINGS: usize = 2;
+/// Cosine between the inward normal and the way to another facet, both at rest, from which on the body lies between them.
+const THROUGH: f64 = 0.5;
+
+/// A facet at rest.
+struct Facet {
+    part: u8,
+    middle: Point<3>,
+    outward: Point<3>,
+    /// Facets beside it, itself among them.
+    beside: Vec<u32>,
+}
+
+/// Faces of one or two parts.
+pub(super) struct Faces {
+    pub triangles: Vec<Triangle>,
+    facets: Vec<Facet>,
+    /// The facet of each point of the part that carries pressures.
+    facet_of: Vec<u32>,
+    two: bool,
+}
+
+/// Faces at a state.
+pub(super) struct LaidFaces {
+    /// The triangle opposite of each point of the part that carries pressures.
+    pub opposite: Vec<Option<u32>>,
+    /// How far around a point is known.
+    pub reach: f64,
+}
+
+fn solid<const D: usize>(x: &Point<D>) -> Point<3> {
+    Point::<3>::from_fn(|i, _| x.get(i).copied().unwrap_or(0.0))
+}
+
+impl Faces {
+    /// Facets of three or four corners; others, and those without all their hats, touch nothing.
+    pub fn new<const D: usize>(skins: &[Skin<D>], cells: &[&BoundaryCells<D>], ends: &[Point<D>]) -> Self {
+        let two = skins.len() > 1;
+        let mut faces = Faces { triangles: Vec::new(), facets: Vec::new(), facet_of: Vec::new(), two };
+        let mut hats_of: Vec<Vec<u32>> = Vec::new();
+        let mut first = 0u32;
+        for (part, (skin, cells)) in skins.iter().zip(cells).enumerate() {
+            let mut over: Vec<Vec<u32>> = vec![Vec::new(); cells.points.positions.len()];
+            for (k, hat) in skin.hats.iter().enumerate() {
+                hat.points.iter().for_each(|&(point, _)| over[point as usize].push(k as u32 + first));
+            }
+            for group in cells.points.groups.windows(2) {
+                let range = group[0]..group[1];
+                let mut hats: Vec<u32> = range.clone().flat_map(|point| over[point].iter().copied()).collect();
+                hats.sort_unstable();
+                hats.dedup();
+                let number = faces.facets.len() as u32;
+                if part == 0 {
+                    faces.facet_of.resize(range.end.max(faces.facet_of.len()), number);
+                    faces.facet_of[range.clone()].fill(number);
+                }
+                let outward = range.clone().map(|point| solid(&cells.points.normals[point])).sum::<Point<3>>();
+                let outward = outward / outward.norm().max(f64::MIN_POSITIVE);
+                let middle =
+                    hats.iter().map(|&h| solid(&ends[h as usize])).sum::<Point<3>>() / hats.len().max(1) as f64;
+                faces.facets.push(Facet { part: part as u8, middle, outward, beside: Vec::new() });
+                hats_of.push(hats.clone());
+                if !(3..=4).contains(&hats.len()) {
+                    continue;
+                }
+                // Counter-clockwise about the outward normal.
+                let axis = outward.cross(&(solid(&ends[hats[0] as usize]) - middle)).normalize();
+                let other = axis.cross(&outward);
+                let angle = |h: u32| {
+                    let away = solid(&ends[h as usize]) - middle;
+                    away.dot(&axis).atan2(away.dot(&other))
+                };
+                hats.sort_by(|a, b| angle(*a).total_cmp(&angle(*b)));
+                let mut push = |corners: [Vec<u32>; 3]| {
+                    let at = |k: usize| {
+                        corners[k].iter().map(|&h| solid(&ends[h as usize])).sum::<Point<3>>() / corners[k].len() as f64
+                    };
+                    let turned = (at(1) - at(0)).cross(&(at(2) - at(0))).dot(&outward);
+                    let sign = if turned >= 0.0 { 1.0 } else { -1.0 };
+                    faces.triangles.push(Triangle { corners, sign, facet: number });
+                };
+                if let [a, b, c] = hats[..] {
+                    push([vec![a], vec![b], vec![c]]);
+                } else {
+                    for k in 0..hats.len() {
+                        push([vec![hats[k]], vec![hats[(k + 1) % hats.len()]], hats.clone()]);
+                    }
+                }
+            }
+            first += skin.hats.len() as u32;
+        }
+        if !two {
+            faces.find_neighbours(skins, &hats_of);
+        }
+        faces
+    }
+
+    fn find_neighbours<const D: usize>(&mut self, skins: &[Skin<D>], hats_of: &[Vec<u32>]) {
+        let particle = |hat: u32| skins[0].hats[hat as usize].particle;
+        let mut at: std::collections::HashMap<u32, Vec<u32>> = std::collections::HashMap::new();
+        for (facet, hats) in hats_of.iter().enumerate() {
+            hats.iter().for_each(|&hat| at.entry(particle(hat)).or_default().push(facet as u32));
+        }
+        for facet in 0..self.facets.len() {
+            let mut ring = vec![facet as u32];
+            for _ in 0..RINGS {
+                let hats = ring.iter().flat_map(|&f| &hats_of[f as usize]);
+                ring = hats.flat_map(|&hat| at[&particle(hat)].iter().copied()).collect();
+                ring.sort_unstable();
+                ring.dedup();
+            }
+            self.facets[facet].beside = ring;
+        }
+    }
+
+    /// Finds what is opposite of each point, given positions of the triangles' corners, and of the points with their normals.
+    pub fn laid(&self, corners: Vec<[Point<3>; 3]>, points: &[(Point<3>, Point<3>)]) -> LaidFaces {
+        let sorted = Sorted::new(&self.triangles, corners);
+        let opposite = points.iter().enumerate().map(|(point, (x, outward))| {
+            let mine = self.facet_of.get(point).copied().unwrap_or(u32::MAX);
+            let may = |k: usize, gap: f64| {
+                let its = self.triangles[k].facet;
+                if self.two {
+                    return self.facets[its as usize].part == 1;
+                }
+                let Some(facet) = self.facets.get(mine as usize) else { return false };
+                facet.beside.binary_search(&its).is_err() && !(gap < 0.0 && self.through(mine, its))
+            };
+            let found = sorted.nearest(x, outward, may)?;
+            // Of two facets that face each other the one that comes first carries the pressures.
+            (self.two || self.triangles[found].facet > mine).then_some(found as u32)
+        });
+        LaidFaces { opposite: opposite.collect(), reach: sorted.reach() }
+    }
+
+    /// Whether the body lies between two facets at rest.
+    fn through(&self, mine: u32, its: u32) -> bool {
+        let (mine, its) = (&self.facets[mine as usize], &self.facets[its as usize]);
+        let way = its.middle - mine.middle;
+        way.dot(&mine.outward) < -THROUGH * way.norm()
+    }
+
+    /// The gap of a point over a triangle.
+    pub fn gap(&self, triangle: usize, point: &Point<3>, corners: &[Point<3>; 3]) -> Gap {
+        gap(point, corners, self.triangles[triangle].sign)
+    }
+}

@@ -1,0 +1,75 @@
+//! Functions of a few coordinates with their first and second derivatives.
+
+use std::ops::{Add, Mul, Sub};
+
+use nalgebra::{SMatrix, SVector};
+
+/// Value, gradient and Hessian over `N` coordinates.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Jet<const N: usize> {
+    pub value: f64,
+    pub slope: SVector<f64, N>,
+    pub curve: SMatrix<f64, N, N>,
+}
+
+impl<const N: usize> Jet<N> {
+    pub fn constant(value: f64) -> Self {
+        Jet { value, slope: SVector::zeros(), curve: SMatrix::zeros() }
+    }
+
+    /// The coordinate of an index.
+    pub fn variable(value: f64, index: usize) -> Self {
+        let mut jet = Jet::constant(value);
+        jet.slope[index] = 1.0;
+        jet
+    }
+
+    /// A function of this one with its value and first two derivatives.
+    fn chain(self, value: f64, first: f64, second: f64) -> Self {
+        let curve = self.curve * first + self.slope * self.slope.transpose() * second;
+        Jet { value, slope: self.slope * first, curve }
+    }
+
+    pub fn reciprocal(self) -> Self {
+        let inverse = 1.0 / self.value;
+        self.chain(inverse, -inverse * inverse, 2.0 * inverse.powi(3))
+    }
+
+    pub fn root(self) -> Self {
+        let root = self.value.sqrt();
+        self.chain(root, 0.5 / root, -0.25 / (root * self.value))
+    }
+}
+
+impl<const N: usize> Add for Jet<N> {
+    type Output = Jet<N>;
+    fn add(self, other: Jet<N>) -> Jet<N> {
+        Jet { value: self.value + other.value, slope: self.slope + other.slope, curve: self.curve + other.curve }
+    }
+}
+
+impl<const N: usize> Sub for Jet<N> {
+    type Output = Jet<N>;
+    fn sub(self, other: Jet<N>) -> Jet<N> {
+        self + other * -1.0
+    }
+}
+
+impl<const N: usize> Mul<f64> for Jet<N> {
+    type Output = Jet<N>;
+    fn mul(self, by: f64) -> Jet<N> {
+        Jet { value: self.value * by, slope: self.slope * by, curve: self.curve * by }
+    }
+}
+
+impl<const N: usize> Mul for Jet<N> {
+    type Output = Jet<N>;
+    fn mul(self, other: Jet<N>) -> Jet<N> {
+        let cross = self.slope * other.slope.transpose();
+        Jet {
+            value: self.value * other.value,
+            slope: self.slope * other.value + other.slope * self.value,
+            curve: self.curve * other.value + other.curve * self.value + cross + cross.transpose(),
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! The mean gap between two chords that face each other, with its derivatives.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::geometry::Point;
+
+use super::jet::Jet;
+
+/// Coordinates of the ends of two chords.
+pub(super) const LOCAL: usize = 8;
+/// Points of Gauss's rule over an overlap, as parts of it; their weights are a half. Exact for the product of two hats and
+/// the measure of revolution.
+const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+
+/// Where an overlap ends on its chord.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum End {
+    /// At a place that does not move along the chord.
+    At(f64),
+    /// Where an end of the other chord is opposite.
+    Opposite(usize),
+}
+
+/// A part of a chord, from 0 to 1 along it, and the chord opposite.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Overlap {
+    pub other: u32,
+    pub ends: [End; 2],
+}
+
+/// Two chords at a state: `[a, b, c, d]`, the ends of one, then of the other.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Facing {
+    pub ends: [Point<2>; 4],
+    /// Outward to the right of the way from a to b (1) or to the left (-1).
+    pub sign: f64,
+    /// Reference measure at a and b, of which the hats take their part.
+    pub measure: [f64; 2],
+}
+
+/// $G_a = \int N_a\\,g\\,\mathrm d\Gamma$ over an overlap for the hat of one end of the first chord.
+#[derive(Debug, Clone)]
+pub(super) struct MeanGap {
+    pub value: f64,
+    /// $\int N_a\\,\mathrm d\Gamma$ over the overlap.
+    pub area: f64,
+    pub slope: SVector<f64, LOCAL>,
+    pub curve: SMatrix<f64, LOCAL, LOCAL>,
+}
+
+/// Direction of the chord, its outward normal, and where the ends of the other one are along it.
+struct Frame {
+    normal: [Jet<LOCAL>; 2],
+    opposite: [Jet<LOCAL>; 2],
+}
+
+impl Facing {
+    fn frame(&self) -> Frame {
+        let x: [[Jet<LOCAL>; 2]; 4] =
+            std::array::from_fn(|k| std::array::from_fn(|i| Jet::variable(self.ends[k][i], 2 * k + i)));
+        let along: [Jet<LOCAL>; 2] = std::array::from_fn(|i| x[1][i] - x[0][i]);
+        let square = along[0] * along[0] + along[1] * along[1];
+        let inverse = square.reciprocal();
+        let by_length = square.root().reciprocal() * self.sign;
+        let opposite = std::array::from_fn(|k| {
+            ((x[2 + k][0] - x[0][0]) * along[0] + (x[2 + k][1] - x[0][1]) * along[1]) * inverse
+        });
+        Frame { normal: [along[1] * by_length, along[0] * by_length * -1.0], opposite }
+    }
+
+    /// The mean gap under the hat of end `end`, 0 or 1, over an overlap.
+    pub fn mean_gap(&self, overlap: &Overlap, end: usize) -> MeanGap {
+        let Frame { normal, opposite } = self.frame();
+        let place = |end: End| match end {
+            End::At(place) => Jet::constant(place),
+            End::Opposite(k) => opposite[k],
+        };
+        let (from, to) = (place(overlap.ends[0]), place(overlap.ends[1]));
+        let (width, one) = (to - from, Jet::constant(1.0));
+        let across = (opposite[1] - opposite[0]).reciprocal();
+        // ∫ N_a g, where the gap along the normal is linear between those of the ends of the other chord.
+        let gaps: [Jet<LOCAL>; 2] = std::array::from_fn(|k| {
+            (0..2).fold(Jet::constant(0.0), |sum, i| {
+                let away = Jet::variable(self.ends[2 + k][i], 4 + 2 * k + i) - Jet::variable(self.ends[0][i], i);
+                sum + normal[i] * away
+            })
+        });
+        let (mut gap, mut area) = (Jet::constant(0.0), 0.0);
+        for at in GAUSS {
+            let xi = from + width * at;
+            let eta = (xi - opposite[0]) * across;
+            let hats = [one - xi, xi];
+            let measure = hats[0] * self.measure[0] + hats[1] * self.measure[1];
+            let weight = width * measure * hats[end] * 0.5;
+            area += weight.value;
+            gap = gap + weight * (gaps[0] * (one - eta) + gaps[1] * eta);
+        }
+        MeanGap { value: gap.value, area, slope: gap.slope, curve: gap.curve }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn facing(q: &[f64; LOCAL]) -> Facing {
+        let point = |k: usize| Point::<2>::new(q[2 * k], q[2 * k + 1]);
+        Facing { ends: std::array::from_fn(point), sign: 1.0, measure: [0.7, 1.3] }
+    }
+
+    const AT: [f64; LOCAL] = [0.0, 0.0, 1.1, 0.2, 1.5, -0.3, 0.4, -0.1];
+
+    /// Gradient and Hessian are those of differences.
+    #[test]
+    fn derivatives() {
+        let overlap = Overlap { other: 0, ends: [End::Opposite(1), End::At(1.0)] };
+        for end in 0..2 {
+            let at = |q: &[f64; LOCAL]| facing(q).mean_gap(&overlap, end);
+            let here = at(&AT);
+            for k in 0..LOCAL {
+                let step = 1e-5;
+                let (mut up, mut down) = (AT, AT);
+                up[k] += step;
+                down[k] -= step;
+                let (up, down) = (at(&up), at(&down));
+                let slope = (up.value - down.value) / (2.0 * step);
+                assert!((slope - here.slope[k]).abs() < 1e-8, "{k}: {slope} {}", here.slope[k]);
+                let curve = (up.slope - down.slope) / (2.0 * step);
+                assert!((curve - here.curve.column(k)).amax() < 1e-7, "{k}");
+            }
+        }
+    }
+
+    /// Moving or turning both chords leaves the gap.
+    #[test]
+    fn rigid_motions() {
+        let overlap = Overlap { other: 0, ends: [End::Opposite(1), End::At(1.0)] };
+        let here = facing(&AT).mean_gap(&overlap, 0);
+        let (sine, cosine) = 0.7f64.sin_cos();
+        let mut turned = AT;
+        for k in 0..LOCAL / 2 {
+            let (x, y) = (AT[2 * k], AT[2 * k + 1]);
+            turned[2 * k] = cosine * x - sine * y + 3.0;
+            turned[2 * k + 1] = sine * x + cosine * y - 2.0;
+        }
+        let there = facing(&turned).mean_gap(&overlap, 0);
+        assert!((here.value - there.value).abs() < 1e-14 && (here.area - there.area).abs() < 1e-14);
+    }
+}
