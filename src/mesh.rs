@@ -267,6 +267,16 @@ impl<const D: usize> Mesh<D> {
         (self.elements[D].shape(cell), self.elements[D].corners(cell))
     }
 
+    /// Corners of a cell as lattices count them: axis 0 runs fastest in hexahedra.
+    pub(crate) fn lattice_corners(&self, cell: usize) -> Vec<usize> {
+        let (shape, corners) = self.cell(cell);
+        let at = |k: &usize| corners[*k] as usize;
+        match shape {
+            CellShape::Hexahedron => [0, 1, 3, 2, 4, 5, 7, 6].iter().map(at).collect(),
+            _ => corners.iter().map(|&node| node as usize).collect(),
+        }
+    }
+
     /// Names of the groups of elements of a dimension: bodies have dimension `D`, boundary parts one less.
     pub fn groups(&self, dimension: usize) -> impl Iterator<Item = &str> {
         self.groups.iter().filter(move |group| group.dimension == dimension).map(|group| group.name.as_str())

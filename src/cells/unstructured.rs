@@ -205,12 +205,7 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
     }
 
     fn corners(&self, cell: usize) -> Vec<usize> {
-        let (shape, corners) = self.mesh.cell(cell);
-        let at = |k: &usize| corners[*k] as usize;
-        match shape {
-            CellShape::Hexahedron => [0, 1, 3, 2, 4, 5, 7, 6].iter().map(at).collect(),
-            _ => corners.iter().map(|&node| node as usize).collect(),
-        }
+        self.mesh.lattice_corners(cell)
     }
 
     fn local_spacing(&self, particle: usize) -> f64 {

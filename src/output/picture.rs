@@ -15,6 +15,8 @@ const BANDS: usize = 12;
 const SHADE: f64 = 0.5;
 /// Cosine of the angle between faces beyond which the edge between them is drawn strongly, 35°.
 const CREASE: f64 = 0.82;
+/// Values that differ by less than this part are the same, but for rounding.
+const LEVEL: f64 = 1e-9;
 /// Room for the title, the colour bar and around the body [px].
 const MARGIN: f64 = 24.0;
 const BAR: f64 = 150.0;
@@ -67,7 +69,8 @@ impl Picture {
         }
     }
 
-    /// Colours the faces by values at the points, with a bar of the colours and its label.
+    /// Colours the faces by values at the points, with a bar of the colours and its label; faces with a value that is NaN are
+    /// grey.
     #[must_use]
     pub fn coloured(mut self, label: impl Into<String>, values: Vec<f64>) -> Self {
         (self.label, self.values) = (label.into(), values);
@@ -148,7 +151,8 @@ impl Picture {
         };
         let (least, most) = self.range.unwrap_or_else(|| {
             let values = shown.iter().filter_map(|&p| self.values.get(p)).copied();
-            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
+            let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+            if most - least > LEVEL * least.abs().max(most.abs()) { (least, most) } else { (least, least) }
         });
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
@@ -170,12 +174,13 @@ impl Picture {
             }
             let bright = if self.flat { 1.0 } else { SHADE + (1.0 - SHADE) * normal.dot(&light).max(0.0) };
             let outline: Vec<[f64; 2]> = face.iter().map(|&p| place(&seen[p])).collect();
-            if self.values.is_empty() {
+            if self.values.is_empty() || face.iter().any(|&p| self.values[p].is_nan()) {
                 polygon(&mut svg, &outline, shaded([205.0, 214.0, 224.0], bright));
             } else {
+                let part = |v: f64| if most > least { ((v - least) / (most - least)).clamp(0.0, 1.0) } else { 0.0 };
                 let values: Vec<f64> = face
                     .iter()
-                    .map(|&p| BANDS as f64 * ((self.values[p] - least) / (most - least)).clamp(0.0, 1.0))
+                    .map(|&p| BANDS as f64 * part(self.values[p]))
                     .map(|band| if band.is_finite() { band } else { 0.0 })
                     .collect();
                 bands(&mut svg, &outline, &values, bright);
@@ -268,9 +273,10 @@ impl Picture {
                 step + 0.3
             );
         }
-        for mark in 0..=4 {
+        let range = most - least;
+        for mark in if range > 0.0 { 0..=4 } else { 0..=0 } {
             let part = f64::from(mark) / 4.0;
-            let text = short(least + part * (most - least), most - least);
+            let text = short(least + part * range, if range > 0.0 { range } else { least });
             let y = from + bar * (1.0 - part) + 4.0;
             let _ = writeln!(svg, "<text x=\"{:.1}\" y=\"{y:.1}\" font-size=\"13\">{text}</text>", x + 24.0);
         }

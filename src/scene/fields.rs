@@ -72,7 +72,7 @@ impl<const D: usize> Problem<D> {
 
     /// Particles and the cells between them in their current positions as a grid for ParaView, with the displacement, the
     /// Cauchy stress averaged at the particles, its mean \[stress, positive in tension\] and von Mises' equivalent
-    /// $\sqrt{\tfrac32\\,\mathbf s:\mathbf s}$. Cells have the number of their body, counted from 0, and the least ratio of a
+    /// $\sqrt{\tfrac32\\,\mathbf s:\mathbf s}$. Volumes of a mesh that are rigid bodies stand beside them, without stresses. Cells have the number of their body, counted from 0, and the least ratio of a
     /// corner's current to its reference volume, which is negative where a cell has folded.
     ///
     /// ```
@@ -95,24 +95,36 @@ impl<const D: usize> Problem<D> {
     }
 
     fn grid(&self, state: &State) -> Result<VtkGrid, Error> {
-        let displacements = self.particle_displacements(state)?;
-        let positions = self.model.positions();
-        let current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
+        let mut displacements = self.particle_displacements(state)?;
+        let mut positions = self.model.positions()[..displacements.len()].to_vec();
         let (mut cells, mut of_body, mut of_cell) = (Vec::new(), Vec::new(), Vec::new());
         for (number, member) in self.members.iter().enumerate() {
             let first = member.nodes.start;
             cells.extend(member.cells.drawn().iter().map(|corners| {
                 let corners: Vec<usize> = corners.iter().map(|corner| first + corner).collect();
-                vtk_cell(&corners, positions)
+                vtk_cell(&corners, &positions)
             }));
-            of_body.extend(std::iter::repeat_n(number as f64, member.nodes.len()));
+            of_body.resize(member.nodes.end, number as f64);
             of_cell.resize(cells.len(), number as i64);
         }
-        let ratios: Option<Vec<f64>> = cells.iter().map(|cell| volume_ratio(cell, positions, &current)).collect();
-        let stresses = match self.recovers() {
+        for (number, shape) in self.rigid_shapes(state).into_iter().enumerate() {
+            let first = positions.len();
+            positions.extend_from_slice(shape.mesh.points());
+            displacements.extend(shape.displacements);
+            cells.extend(shape.cells.iter().map(|corners| {
+                let corners: Vec<usize> = corners.iter().map(|corner| first + corner).collect();
+                vtk_cell(&corners, &positions)
+            }));
+            of_body.resize(positions.len(), (self.members.len() + number) as f64);
+            of_cell.resize(cells.len(), (self.members.len() + number) as i64);
+        }
+        let current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
+        let ratios: Option<Vec<f64>> = cells.iter().map(|cell| volume_ratio(cell, &positions, &current)).collect();
+        let mut stresses = match self.recovers() {
             true => self.stress_field(state)?.at_particles()?,
             false => self.at_particles(&self.stresses(state)),
         };
+        stresses.resize(positions.len(), Matrix3::zeros());
         let mean = |stress: &Matrix3<f64>| stress.trace() / 3.0;
         let mises = |stress: &Matrix3<f64>| (1.5f64).sqrt() * (stress - Matrix3::identity() * mean(stress)).norm();
         let mut grid = VtkGrid::new(&current, cells);
@@ -122,7 +134,7 @@ impl<const D: usize> Problem<D> {
             VtkField::scalars("mean stress", stresses.iter().map(mean)),
             VtkField::scalars("von Mises stress", stresses.iter().map(mises)),
         ]);
-        if self.members.len() > 1 {
+        if of_body.last() != Some(&0.0) {
             grid.point_data.push(VtkField::scalars("body", of_body));
         }
         grid.cell_data.push(VtkField::integers("body", of_cell));

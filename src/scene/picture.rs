@@ -1,6 +1,6 @@
 //! Pictures of states: the skin of the body, coloured by a field.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::Matrix3;
 
@@ -40,7 +40,8 @@ impl Field {
 }
 
 impl<const D: usize> Problem<D> {
-    /// A picture of a state: the body from outside in its current position, coloured by a field.
+    /// A picture of a state: the body from outside in its current position, coloured by a field; volumes of a mesh that are
+    /// rigid bodies are grey.
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -57,11 +58,11 @@ impl<const D: usize> Problem<D> {
     /// For a state of another problem.
     pub fn picture(&self, state: &State, field: Field) -> Result<Picture, Error> {
         let displacements = self.particle_displacements(state)?;
-        let positions = self.model().positions();
-        let current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
+        let positions = &self.model().positions()[..displacements.len()];
+        let mut current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
         let mean = |stress: &Matrix3<f64>| stress.trace() / 3.0;
         let stresses = || self.at_particles(&self.stresses(state));
-        let values: Vec<f64> = match field {
+        let mut values: Vec<f64> = match field {
             Field::Displacement => displacements.iter().map(|u| u.norm()).collect(),
             Field::LargestStretch => {
                 let gradients = self.at_particles(&self.deformation_gradients(state));
@@ -73,10 +74,32 @@ impl<const D: usize> Problem<D> {
             }
             Field::MeanStress => stresses().iter().map(mean).collect(),
         };
-        let faces = skin(&self.drawn_cells(), positions);
+        let mut faces = skin(&self.drawn_cells(), positions);
+        for shape in self.rigid_shapes(state) {
+            let (first, points) = (current.len(), shape.mesh.points());
+            let mut own = skin(&shape.cells, points);
+            // What is bonded is inside.
+            let place = |corners: &[usize], x: &[Point<D>]| {
+                let mut place: Vec<[u64; 3]> = corners.iter().map(|&c| bits(&x[c])).collect();
+                place.sort_unstable();
+                place
+            };
+            let [bonded, rigid]: [HashSet<_>; 2] =
+                [(&faces, positions), (&own, points)].map(|(all, x)| all.iter().map(|face| place(face, x)).collect());
+            faces.retain(|face| face.iter().any(|&c| c >= positions.len()) || !rigid.contains(&place(face, positions)));
+            own.retain(|face| !bonded.contains(&place(face, points)));
+            faces.extend(own.into_iter().map(|face| face.into_iter().map(|corner| first + corner).collect()));
+            current.extend(points.iter().zip(&shape.displacements).map(|(x, u)| x + u));
+            values.resize(current.len(), f64::NAN);
+        }
         let picture = Picture::new(&current, faces).coloured(field.label(), values);
         Ok(if D == 3 { picture.closed() } else { picture })
     }
+}
+
+/// Coordinates as they are stored.
+fn bits<const D: usize>(x: &Point<D>) -> [u64; 3] {
+    std::array::from_fn(|i| if i < D { x[i].to_bits() } else { 0 })
 }
 
 /// Faces that one cell alone has, outward; in the plane the cells themselves.

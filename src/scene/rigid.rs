@@ -19,7 +19,7 @@ use super::conditions::Placed;
 use super::discretize::Unmeasured;
 use super::load::{LoadKind, dead};
 use super::place::Spot;
-use super::{Place, Problem, Scene, Value};
+use super::{Place, Problem, Scene, Source, Value};
 
 /// Stiffness of the frame that finds its reactions, in terms of the stiffest body beside it: what is left of a strain of
 /// the frame falls by about this factor with each iteration.
@@ -68,6 +68,20 @@ impl<const D: usize> Scene<D> {
         volumes
     }
 
+    /// The volumes of meshes that a rigid body stands for.
+    fn rigid_shapes(&self, name: &str) -> Result<Vec<Arc<Mesh<D>>>, Error> {
+        let own =
+            Scene { rigids: self.rigids.iter().filter(|rigid| rigid.0 == name).cloned().collect(), ..self.clone() };
+        let mut shapes = Vec::new();
+        for body in &self.bodies {
+            let Source::Mesh(mesh) = &body.source else { continue };
+            for volume in own.rigid_volumes(mesh) {
+                shapes.push(Arc::new(mesh.body(volume)?));
+            }
+        }
+        Ok(shapes)
+    }
+
     /// The names of the rigid bodies, each once.
     pub(super) fn rigid_names(&self) -> Vec<&str> {
         let mut names: Vec<&str> = Vec::new();
@@ -98,6 +112,8 @@ pub(crate) struct Frame<const D: usize> {
     pub first: usize,
     pub centre: Point<D>,
     pub size: f64,
+    /// The volumes of a mesh that it stands for, to be drawn.
+    pub shapes: Vec<Arc<Mesh<D>>>,
 }
 
 impl<const D: usize> Frame<D> {
@@ -117,7 +133,7 @@ impl<const D: usize> Frame<D> {
         let centre = moment / total;
         let nodes = rows.iter().flat_map(|row| row.entries.iter().map(|entry| entry.0 / D));
         let size = nodes.map(|node| (positions[node] - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
-        Ok(Frame { name: name.to_string(), first, centre, size })
+        Ok(Frame { name: name.to_string(), first, centre, size, shapes: Vec::new() })
     }
 
     pub(super) fn positions(&self) -> impl Iterator<Item = Point<D>> + '_ {
@@ -158,7 +174,7 @@ impl<const D: usize> Frame<D> {
         SMatrix::from_fn(|i, j| (d(j + 1, i) - d(0, i)) / self.size)
     }
 
-    fn displacement(&self, at: &Point<D>, displacement: &[f64]) -> Point<D> {
+    pub(super) fn displacement(&self, at: &Point<D>, displacement: &[f64]) -> Point<D> {
         let values = self.values(at);
         Point::from_fn(|i, _| (0..=D).map(|k| values[k] * displacement[(self.first + k) * D + i]).sum())
     }
@@ -446,6 +462,27 @@ pub struct RigidMotion<const D: usize> {
     pub rotation: SMatrix<f64, D, D>,
 }
 
+/// A volume of a mesh that is rigid, as it is drawn in a state.
+pub(super) struct RigidShape<'a, const D: usize> {
+    pub mesh: &'a Mesh<D>,
+    /// Corners in the order of [`Cells::corners`](crate::cells::Cells::corners).
+    pub cells: Vec<Vec<usize>>,
+    pub displacements: Vec<Point<D>>,
+}
+
+impl<const D: usize> Problem<D> {
+    /// The volumes that are rigid bodies in a state.
+    pub(super) fn rigid_shapes(&self, state: &State) -> Vec<RigidShape<'_, D>> {
+        let all = self.frames.iter().flat_map(|frame| frame.shapes.iter().map(move |mesh| (frame, &**mesh)));
+        all.map(|(frame, mesh)| {
+            let displacements = mesh.points().iter().map(|x| frame.displacement(x, &state.displacement)).collect();
+            let cells = (0..mesh.cell_count()).map(|cell| mesh.lattice_corners(cell)).collect();
+            RigidShape { mesh, cells, displacements }
+        })
+        .collect()
+    }
+}
+
 impl<const D: usize> RigidMotion<D> {
     /// The rotation vector \[rad\]: along the axis, as long as the angle, which is at most π; in the plane its third component
     /// alone.
@@ -507,7 +544,8 @@ pub(super) fn frames<const D: usize>(
     for (number, name) in names.into_iter().enumerate() {
         let numbers = || ties.iter().filter(|tie| tie.0 == number).flat_map(|tie| tie.1.clone());
         let own: Vec<&Row> = numbers().filter_map(|k| rows.rows().get(k)).collect();
-        let frame = Frame::around(name, positions.len(), &own, positions)?;
+        let mut frame = Frame::around(name, positions.len(), &own, positions)?;
+        frame.shapes = scene.rigid_shapes(name)?;
         for k in numbers() {
             let entries = frame.counterpart(&rows.rows()[k], positions);
             rows.extend_row(k, entries);

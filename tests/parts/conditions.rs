@@ -156,3 +156,49 @@ fn volumes_are_rigid_bodies_and_paths_are_written_whole() {
     assert!(ratios.iter().all(|ratio| (0.5..1.5).contains(ratio)), "{ratios:?}");
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+/// A file of MSH 2.2 as text with its nodes scaled and shifted.
+fn drawn(name: &str, scale: f64, shift: [f64; 3]) -> Mesh<3> {
+    let text = String::from_utf8(file(name)).unwrap();
+    let (mut inside, mut out) = (0, String::new());
+    for line in text.lines() {
+        inside = match line {
+            "$Nodes" => 1,
+            "$EndNodes" => 0,
+            _ if inside == 1 => 2,
+            _ => {
+                let mut cells = line.split(' ');
+                if inside == 2
+                    && let Some(number) = cells.next()
+                {
+                    let x: Vec<f64> = cells.zip(shift).map(|(x, s)| scale * (x.parse::<f64>().unwrap() + s)).collect();
+                    out.push_str(&format!("{number} {} {} {}\n", x[0], x[1], x[2]));
+                    continue;
+                }
+                inside
+            }
+        };
+        out.push_str(line);
+        out.push('\n');
+    }
+    Mesh::<3>::parse(out.as_bytes()).unwrap()
+}
+
+/// A part in metres, or far from the origin as assemblies are drawn, is the same part.
+#[test]
+fn units_and_origins_change_nothing() {
+    let force = |scale: f64, shift: [f64; 3]| {
+        let push = [0.2 * scale, 0.0, -0.1 * scale];
+        let (problem, path) = run(Scene::on(drawn("plug_22_ascii.msh", scale, shift), Solid, rubber())
+            .hold("base")
+            .rigid("steel plate", "steel plate")
+            .with(Condition::on("steel plate").displacement(push)));
+        problem.reaction(path.last(), "steel plate").unwrap() / (scale * scale)
+    };
+    let here = force(1.0, [0.0; 3]);
+    assert!(here[0] > 0.1 && here[2] < -0.1, "{here}");
+    for (scale, shift) in [(1e-3, [0.0; 3]), (1e3, [0.0; 3]), (1.0, [2e3, -1e3, 500.0]), (1e-3, [1e4, 0.0, 3e3])] {
+        let there = force(scale, shift);
+        assert!((there - here).norm() < 1e-8 * here.norm(), "{scale} {shift:?}: {here} {there}");
+    }
+}
