@@ -292,7 +292,12 @@ fn short(value: f64, range: f64) -> String {
         return format!("{value:.2e}");
     }
     let digits = (2.0 - size.log10().floor()).clamp(0.0, 6.0) as usize;
-    format!("{value:.digits$}")
+    let text = format!("{value:.digits$}");
+    // Rounding leaves a sign on nothing.
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_string(),
+        _ => text,
+    }
 }
 
 /// The colour of a band: dark blue over green to yellow (the map viridis), which prints and colour-blind readers keep apart.
