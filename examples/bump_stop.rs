@@ -1,4 +1,4 @@
-//! A bump stop: a rubber sleeve whose fold closes on itself while it is pressed to 70 % of its height.
+//! A bump stop: a rubber sleeve whose groove closes on itself while it is pressed to 70 % of its height.
 //!
 //! `cargo run --release --example bump_stop [-- --out DIR]` prints a table and writes `summary.csv`, forces and pictures.
 //! Lengths in mm, stresses in MPa, forces in N of the full turn; a body of revolution between plates without friction.
@@ -10,28 +10,23 @@ use std::error::Error;
 use rkpm::output::chart::{Colour, Series};
 use rkpm::output::{Chart, Summary, Table};
 use rkpm::prelude::*;
+use rkpm::scene::ContactPoint;
 
 const BORE: f64 = 6.0;
 const OUTER: f64 = 15.0;
 const HEIGHT: f64 = 40.0;
-/// Root of the fold, its half width at the mouth and the radius of its root.
-const FOLD: [f64; 3] = [10.5, 3.5, 1.0];
+/// Centre of the round groove and its radius.
+const GROOVE: [f64; 2] = [16.0, 3.0];
 const STEPS: usize = 20;
 
 fn stop() -> Result<Scene<2>, rkpm::Error> {
-    let ([root, half, round], middle) = (FOLD, 0.5 * HEIGHT);
-    // The flanks touch the rounded root: from its centre they are seen under this angle to the mouth.
-    let centre = root + round;
-    let (away, long) = (OUTER - centre, half.hypot(OUTER - centre));
-    let turn = (half / away).atan() + (round / long).acos();
-    let [x, y] = [centre + round * turn.cos(), round * turn.sin()];
+    let ([centre, radius], middle) = (GROOVE, 0.5 * HEIGHT);
+    let half = (radius * radius - (centre - OUTER).powi(2)).sqrt();
     let outline = Outline::at([BORE, 0.0])
         .line("bottom", [OUTER, 0.0])
-        .line("side", [OUTER, middle - half])
-        .line("fold", [x, middle - y])
-        .arc("fold", [x, middle + y], [centre, middle], Turn::Right)
-        .line("fold", [OUTER, middle + half])
-        .line("side", [OUTER, HEIGHT])
+        .line("outside", [OUTER, middle - half])
+        .arc("outside", [OUTER, middle + half], [centre, middle], Turn::Right)
+        .line("outside", [OUTER, HEIGHT])
         .line("top", [BORE, HEIGHT])
         .close("bore");
     let rubber = Rubber::mooney_rivlin(0.6, 0.15, 500.0)?;
@@ -39,13 +34,36 @@ fn stop() -> Result<Scene<2>, rkpm::Error> {
     Ok(Scene::on(Region::new(outline)?, Axisymmetric, rubber)
         .prescribe("bottom", 1, 0.0)
         .with(Condition::on("top").component(1, -0.3 * HEIGHT).amplitude(break_points))
-        .contact_itself("fold", "fold"))
+        .contact_itself("outside", "groove"))
+}
+
+/// How deep any particle of the outside lies behind the line between two others that it faces: hats meet on the mean.
+fn depth(points: &[ContactPoint<2>]) -> f64 {
+    let across = |along: Point<2>| Point::<2>::new(along[1], -along[0]).normalize();
+    // Particles along the outline from below, outward to the right.
+    let mut deepest: f64 = 0.0;
+    for (k, point) in points.iter().enumerate() {
+        let (before, behind) = (k.saturating_sub(1), (k + 1).min(points.len() - 1));
+        let outward = across(points[behind].position - points[before].position);
+        for (_, pair) in points.windows(2).enumerate().filter(|(l, _)| l.abs_diff(k) > 3) {
+            let along = pair[1].position - pair[0].position;
+            if along.norm() == 0.0 {
+                continue;
+            }
+            let (normal, away) = (across(along), point.position - pair[0].position);
+            let (at, gap) = (away.dot(&along) / along.norm_squared(), away.dot(&normal));
+            if (0.0..1.0).contains(&at) && outward.dot(&normal) < -0.2 && gap < 0.0 && -gap < 0.2 * (OUTER - BORE) {
+                deepest = deepest.max(-gap);
+            }
+        }
+    }
+    deepest
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let out = support::out_dir("bump_stop");
     let mut summary = Summary::new();
-    let mut table = Table::new(["particles", "closure_mm", "force_N", "fold_width_mm", "fold_peak_MPa"]);
+    let mut table = Table::new(["particles", "closure_mm", "force_N", "contact_width_mm", "contact_peak_MPa"]);
     let mut chart = Chart::new("A bump stop").x("closure [mm]").y("force [N]");
     for spacing in [1.6, 1.2] {
         let problem = stop()?.discretize(&Scheme::default().spacing(spacing))?;
@@ -54,21 +72,21 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut curve = vec![[0.0, 0.0]];
         let mut deepest: f64 = 0.0;
         for step in &path.steps {
-            let fold = problem.contact(&step.state, "fold")?;
+            let groove = problem.contact(&step.state, "groove")?;
             let force = -problem.reaction(&step.state, "top")?[1];
             let closure = 0.3 * HEIGHT * step.state.load;
             curve.push([closure, force]);
-            table.push([particles as f64, closure, force, fold.extent, fold.peak_pressure()])?;
-            deepest = fold.points.iter().map(|point| -point.gap).fold(deepest, f64::max);
+            table.push([particles as f64, closure, force, groove.extent, groove.peak_pressure()])?;
+            deepest = deepest.max(depth(&groove.points));
         }
-        let fold = problem.contact(path.last(), "fold")?;
+        let groove = problem.contact(path.last(), "groove")?;
         let name = |what: &str| format!("{what}_{particles}");
         summary.note(name("height"), 1.0 - 0.3 * path.last().load)?;
         summary.note(name("force_N"), -problem.reaction(path.last(), "top")?[1])?;
         summary.note(name("steps"), path.steps.len() as f64)?;
         summary.note(name("factorisations"), path.iterations as f64)?;
-        summary.note(name("fold_peak_MPa"), fold.peak_pressure())?;
-        summary.note(name("fold_width_mm"), fold.extent)?;
+        summary.note(name("contact_peak_MPa"), groove.peak_pressure())?;
+        summary.note(name("contact_width_mm"), groove.extent)?;
         summary.note(name("penetration_of_wall"), deepest / (OUTER - BORE))?;
         chart = chart.marked_line(format!("{particles} particles"), &curve);
         let positions = support::deformed(&problem, path.last())?;

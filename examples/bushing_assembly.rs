@@ -144,14 +144,18 @@ fn main() -> Result<(), Box<dyn Error>> {
             let rise = problem.displacement(path.last(), &[RING[1], RING[2]].into())?[1];
             Ok((rise, problem, path))
         };
-        let (prescribed, _, _) = rise(&bushing()?)?;
+        let (prescribed, held, held_path) = rise(&bushing()?)?;
         let (touching, problem, path) = rise(&between_sleeves()?)?;
         let particles = counts[0] * counts[1];
         summary.record(format!("uz_outer_{particles}_contact"), touching, prescribed)?;
         summary.note(format!("iterations_{particles}_contact"), path.iterations as f64)?;
         let (mut open, mut least) = (0, f64::INFINITY);
-        for name in ["inner sleeve", "outer sleeve"] {
+        for (name, side) in [("inner sleeve", Side::Min), ("outer sleeve", Side::Max)] {
             let sleeve = problem.contact(path.last(), name)?;
+            // Closed hats obey the rows that prescribed faces obey, so both sleeves must carry what the prescribed ones do.
+            let force = held.reaction(held_path.last(), (0, side))?[0];
+            let row = format!("{}_N_{particles}_contact", name.replace(' ', "_"));
+            summary.record(row, sleeve.force[0], force)?;
             open += sleeve.points.iter().filter(|point| !point.touches).count();
             least = sleeve.points.iter().map(|point| point.pressure).fold(least, f64::min);
         }

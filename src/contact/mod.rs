@@ -16,6 +16,7 @@ mod rigid;
 mod shapes;
 mod skin;
 mod surface;
+mod triangulated;
 mod vertices;
 
 pub use crate::error::ContactError;
@@ -24,6 +25,7 @@ pub(crate) use rigid::Drive;
 pub use rigid::RigidSurface;
 pub use shapes::{Ball, Cone, Cylinder, Plane};
 pub use surface::{Nearest, Surface};
+pub use triangulated::Triangulated;
 
 pub(crate) use carriage::{Carriage, Leash};
 pub(crate) use obstacle::{RigidContact, Stiffness};

@@ -46,6 +46,9 @@ const ROUNDED: f64 = 4.0;
 /// Part of its width that a hat may go too far in one iteration where it comes to touch.
 pub(super) const TOO_FAR: f64 = 0.5;
 
+/// Largest curvature times width that the matrix knows: to a hat what is rounder is a corner, which no tangent describes.
+const SHARPEST: f64 = 4.0;
+
 /// Steps of the load go no further where there is friction, which knows where a body comes from.
 const FRICTION_STEP: f64 = 0.1;
 
@@ -252,7 +255,7 @@ impl<const D: usize> Term<D> for RigidContact<D> {
                 slope[place] -= weight * found.normal.dot(along);
             }
             if curved && found.curvature.iter().any(|c| *c != 0.0) {
-                let factor = -pressure * weight;
+                let factor = -pressure * weight * (SHARPEST / (hat.width * found.curvature.norm())).min(1.0);
                 for (&b, value) in local.iter().zip(values) {
                     for j in 0..D {
                         let column = &mut matrix[(b as usize * D + j) * size..][..size];

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use crate::error::Error;
 use crate::geometry::Point;
+use crate::mesh::Mesh;
 use crate::term::Amplitude;
 
-use super::{Ball, Cone, ContactError, Cylinder, Nearest, Plane, Profile, Surface};
+use super::{Ball, Cone, ContactError, Cylinder, Nearest, Plane, Profile, Surface, Triangulated};
 
 /// How a rigid surface moves.
 #[derive(Debug, Clone, PartialEq)]
@@ -203,6 +204,11 @@ impl RigidSurface<3> {
     pub fn sleeve(through: [f64; 3], along: [f64; 3], radius: f64) -> Self {
         let shape = Cylinder { through: through.into(), along: along.into(), radius, hollow: true };
         RigidSurface::named_shape(shape, "sleeve")
+    }
+
+    /// The hull of a mesh as a rigid body.
+    pub fn hull(mesh: &Mesh<3>) -> Self {
+        RigidSurface::named_shape(Triangulated::hull(mesh), "hull")
     }
 
     /// An endless rigid cone from its tip along its axis.

@@ -16,7 +16,8 @@ use super::rejection::Rejection;
 use super::settings::{Newton, TangentUpdate};
 use super::state::State;
 use super::stepping::{
-    FAR, FIRST_GRADIENT, FOLD_ITERATIONS, FOLD_STEP, FOLDED, Following, LARGE_CHANGE, SLOW, StepControl,
+    FAR, FIRST_GRADIENT, FOLD_ITERATIONS, FOLD_STEP, FOLD_STEP_IN_CONTACT, FOLDED, Following, LARGE_CHANGE, SLOW,
+    StepControl,
 };
 
 /// One run: what it works with and what it has reached.
@@ -270,7 +271,10 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     /// Rejects a state that was found slowly, far from the current one, and whose changes of volume are far less even: folds
     /// between points cost little where pressures are projected, and stable states have them as well.
     fn unfolded(&self, attempt: &State, iterations: usize) -> Result<(), Rejection> {
-        if iterations < FOLD_ITERATIONS || (attempt.load - self.state.load).abs() <= FOLD_STEP {
+        // What touches by turns may fold in steps that are small for all else.
+        let unilateral = self.workspace.model.terms().iter().any(|term| term.is_unilateral());
+        let least = if unilateral { FOLD_STEP_IN_CONTACT } else { FOLD_STEP };
+        if iterations < FOLD_ITERATIONS || (attempt.load - self.state.load).abs() <= least {
             return Ok(());
         }
         let uneven = |jacobians: Option<[f64; 2]>| jacobians.map_or(1.0, |[low, high]| high / low);

@@ -19,6 +19,7 @@ mod run;
 mod settings;
 mod state;
 mod stepping;
+mod turns;
 mod volume;
 
 pub use crate::error::{Cause, Driven, Stalled};

@@ -16,6 +16,7 @@ use super::rejection::Rejection;
 use super::settings::{Newton, TangentUpdate};
 use super::state::State;
 use super::stepping::FAR;
+use super::turns::{HELPED, Turns, shift_diagonal};
 
 /// Step factors below this from the second iteration on mean that the attempt is too far away.
 const SMALL_FACTOR: f64 = 0.3;
@@ -63,11 +64,6 @@ pub(crate) enum Watch {
     Far(Vec<f64>),
 }
 
-/// Difference between increments, as a part of them, below which contacts are taken to open and close by turns.
-const CYCLE: f64 = 0.1;
-/// What is taken of an increment that comes back: between both states other contacts are closed than in either.
-const BETWEEN: [f64; 3] = [0.5, 0.3, 0.7];
-
 impl<const D: usize> Workspace<'_, D> {
     /// Iterates `state` to an equilibrium; on rejection the state is left where the attempt ended.
     /// `near` says that the state was predicted from others, so that increments must not grow.
@@ -91,12 +87,13 @@ impl<const D: usize> Workspace<'_, D> {
         let mut small = 0;
         let (mut first, mut before) = (f64::INFINITY, f64::INFINITY);
         let watched = matches!(std::mem::take(&mut self.watch), Watch::On);
-        // Contacts that open and close by turns: increments of one size.
         let unilateral = self.model.terms().iter().any(|term| term.is_unilateral());
-        let mut sizes = [f64::INFINITY; 2];
-        let mut cycles = 0;
+        let mut turns = Turns::default();
         let rounding = self.model.terms().iter().map(|term| term.rounding()[1].powi(2)).sum::<f64>().sqrt();
-        for number in 1..=settings.iterations {
+        for number in 1..=HELPED * settings.iterations {
+            if number > settings.iterations && !turns.helped() {
+                break;
+            }
             self.make_room();
             let State { displacement, condensed, load, .. } = &*state;
             self.assembler.assemble(self.model, displacement, condensed, *load, &mut self.system);
@@ -107,6 +104,10 @@ impl<const D: usize> Workspace<'_, D> {
             self.enforced.imbalance(&self.system.residual, &state.multipliers, &mut imbalance);
             let residual = (norm(&imbalance) - rounding).max(0.0) / self.system.scale.max(f64::MIN_POSITIVE);
             self.rows.violation(&state.displacement, state.load, &mut violation);
+            if turns.shift > 0.0 {
+                let diagonal = self.assembler.pattern().columns.split_last().map_or(&[][..], |(_, columns)| columns);
+                shift_diagonal(&mut self.system.values, diagonal, turns.shift);
+            }
             self.enforced.reduce(&self.system, &mut self.values);
             negate(&mut self.system.residual);
             self.enforced.restrict(&self.system.residual, &violation, &self.system, &mut buffers.rhs);
@@ -120,6 +121,16 @@ impl<const D: usize> Workspace<'_, D> {
             let here = At { displacement: &state.displacement, condensed: &state.condensed, load: state.load };
             let factors = self.factorizer.factorize_at(linearised, here)?;
             self.inertia = factors.inertia();
+            if unilateral {
+                let constraints = match self.enforced.class() {
+                    MatrixClass::Definite => 0,
+                    MatrixClass::Saddle { constraints } => constraints,
+                };
+                let unstable = self.inertia.is_some_and(|inertia| inertia.negative > constraints);
+                if turns.stiffen(unstable) {
+                    continue;
+                }
+            }
             let linear =
                 Linear { enforced: &*self.enforced, factors: &*factors, system: &self.system, values: &self.values };
             if let Control::Functional(..) = control {
@@ -150,11 +161,8 @@ impl<const D: usize> Workspace<'_, D> {
                 ),
                 _ => bound,
             };
-            let length = norm(&next.step);
-            let returns = unilateral && sizes.iter().all(|size| (length / size - 1.0).abs() < CYCLE);
-            sizes = if returns { [f64::INFINITY; 2] } else { [length, sizes[0]] };
-            let factor = if returns { factor * BETWEEN[cycles % BETWEEN.len()] } else { factor };
-            cycles += usize::from(returns);
+            let damping = if unilateral { turns.damping(norm(&next.step)) } else { 1.0 };
+            let factor = factor * damping;
             next.apply(factor, state);
             // Below rounding of the body's own size an increment is nothing.
             let size = norm(&state.displacement).max(1e-6 * scale * (unknowns as f64).sqrt());
@@ -175,7 +183,8 @@ impl<const D: usize> Workspace<'_, D> {
             }
             let left = residual * (increment / before).min(1.0).powi(2);
             before = increment;
-            if factor == 1.0
+            if factor == damping
+                && turns.shift == 0.0
                 && increment <= settings.tolerance
                 && left <= settings.forces_settled()
                 && settled(&next, state)
@@ -188,7 +197,11 @@ impl<const D: usize> Workspace<'_, D> {
             } else if near && !unilateral && increment > (GROWN * first).max(GROWN_LEAST) {
                 return Err(Cause::Diverging { increment }.into());
             }
-            if factor == 1.0 && increment <= CLOSE && settings.tangent_update == TangentUpdate::Modified {
+            if factor == 1.0
+                && !turns.helped()
+                && increment <= CLOSE
+                && settings.tangent_update == TangentUpdate::Modified
+            {
                 let mut kept = Kept {
                     model: self.model,
                     rows: self.rows,

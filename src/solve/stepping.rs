@@ -169,4 +169,6 @@ pub(super) const SLOW: usize = 10;
 /// degrees in one step; states that are right and as uneven take fewer iterations, or a few smaller steps more.
 pub(super) const FOLD_ITERATIONS: usize = 7;
 pub(super) const FOLD_STEP: f64 = 0.13;
+/// The same where bodies touch: a pad that comes to lie on its plate folded within a tenth of its load.
+pub(super) const FOLD_STEP_IN_CONTACT: f64 = 0.01;
 pub(super) const FOLDED: f64 = 1.8;

@@ -78,7 +78,7 @@ fn driven(draw: &mut Draw, tool: RigidSurface<2>, way: f64, wide: f64) -> RigidS
 
 /// A block, a half disc, or a block with rounded shoulders, held at its base or free to slide there between two walls, and one to four
 /// surfaces that come at it from above and from the sides. Rigid bodies do not overlap each other, and rubber has somewhere to go.
-fn in_the_plane(seed: u64) -> Scene<2> {
+pub fn in_the_plane(seed: u64) -> Scene<2> {
     let mut draw = draws(seed);
     let rubber = rubber(&mut draw);
     let (wide, high) = (draw.between(0.6, 2.0), draw.between(0.6, 1.4));
@@ -121,6 +121,8 @@ fn in_the_plane(seed: u64) -> Scene<2> {
     // From the sides.
     for (k, side) in [1.0, -1.0].into_iter().take(surfaces - tops.len()).enumerate() {
         let (gap, way) = approach(&mut draw, half);
+        // A body that is not held lies between its walls: under a round tool it would jump across a gap.
+        let gap = if held { gap } else { 0.0 };
         let wall = RigidSurface::plane([side * (half + gap), 0.0], [-side, 0.0]);
         let wall = if held { wall.moving([-side * (gap + 0.3 * (way - gap)), 0.0]) } else { wall };
         scene = scene.contact("rim", wall.named(&format!("side {k}")));
@@ -129,7 +131,7 @@ fn in_the_plane(seed: u64) -> Scene<2> {
 }
 
 /// A disc, a ring with a rectangular section or an O-ring, between a floor and one or two surfaces of revolution.
-fn of_revolution(seed: u64) -> Scene<2> {
+pub fn of_revolution(seed: u64) -> Scene<2> {
     let mut draw = draws(seed);
     let rubber = rubber(&mut draw);
     let bore = if draw.next() < 0.5 { 0.0 } else { draw.between(0.3, 1.0) };

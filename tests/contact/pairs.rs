@@ -110,3 +110,28 @@ fn two_cylinders_and_a_plane() {
     assert!(force.abs() < 5e-3, "force off by {force:e}, width by {width:e}");
     assert!(width.abs() < 0.05, "width off by {width:e}");
 }
+
+/// The patch test between two bodies in space whose particles match, across a gap.
+#[test]
+fn uniform_pressure_in_space() {
+    let scene = Scene::assembly(Solid)
+        .body("lower", Block::new([0.0; 3], [1.0, 1.0, 1.0]), rubber())
+        .body("upper", Block::new([0.0, 0.0, 1.3], [1.0, 1.0, 2.3]), rubber())
+        .prescribe(Place::on((2, Side::Min)).of("lower"), 2, 0.0)
+        .prescribe(Place::on((0, Side::Min)).of("lower"), 0, 0.0)
+        .prescribe(Place::on((1, Side::Min)).of("lower"), 1, 0.0)
+        .prescribe(Place::on((0, Side::Min)).of("upper"), 0, 0.0)
+        .prescribe(Place::on((1, Side::Min)).of("upper"), 1, 0.0)
+        .traction(Place::on((2, Side::Max)).of("upper"), [0.0, 0.0, -0.3])
+        .contact_between(Place::on((2, Side::Max)).of("lower"), Place::on((2, Side::Min)).of("upper"), "joint");
+    let (problem, path) = solved(&scene, &Scheme::default().particles([3, 3, 3]));
+    let joint = problem.contact(path.last(), "joint").unwrap();
+    let f = problem.deformation_gradients(path.last())[0];
+    let stretch = f.determinant() / f[(2, 2)];
+    for point in &joint.points {
+        let error = point.pressure * stretch / 0.3 - 1.0;
+        assert!(error.abs() < 1e-8, "{error:e} at {:?}", point.reference);
+    }
+    assert_eq!(joint.points.len(), 18);
+    assert!((joint.force[2] + 0.3).abs() < 1e-9 && (joint.extent / stretch - 1.0).abs() < 1e-8, "{joint:?}");
+}

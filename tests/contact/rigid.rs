@@ -41,7 +41,8 @@ fn uniform_pressure_under_uniform_traction() {
         .traction((1, Side::Max), [0.0, -0.4])
         .contact((1, Side::Min), floor());
     let jittered = Scheme::default().particles([7, 6]).layout(Layout::Jittered { amount: 0.2, seed: 3 });
-    for scheme in [Scheme::default().particles([7, 6]), jittered] {
+    let elements = [1, 2].map(|order| Scheme::elements(order).particles([7, 7]));
+    for scheme in [Scheme::default().particles([7, 6]), jittered].into_iter().chain(elements) {
         let (problem, path) = solved(&lattice, &scheme);
         check("lattice", &problem, &path, 1, 0.4);
     }
@@ -187,4 +188,25 @@ fn places_touch_as_parts_do() {
     assert_eq!(whole, force(block().contact("lid side", die())));
     let left = Place::on("lid side").within(|x: &Point<2>| x[0] < 1.0);
     assert!((force(block().contact(left, die())) / whole - 1.0).abs() < 1e-9);
+}
+
+/// The hull of a mesh carries what a plane does where it is flat.
+#[test]
+fn hulls_press_as_planes_do() {
+    use rkpm::mesh::{CellShape, Mesh};
+    let corner = |k: usize| -> Point<3> {
+        [(k % 2) as f64 * 4.0 - 1.5, ((k / 2) % 2) as f64 * 4.0 - 1.5, 1.1 + (k / 4) as f64].into()
+    };
+    let cells = vec![0, 1, 3, 2, 4, 5, 7, 6];
+    let lid = Mesh::new((0..8).map(corner).collect(), &[(CellShape::Hexahedron, cells)], &[]).unwrap();
+    let force = |surface: RigidSurface<3>| {
+        let scene = Scene::new(Block::new([0.0; 3], [1.0, 1.0, 1.0]), Solid, rubber())
+            .hold((2, Side::Min))
+            .contact((2, Side::Max), surface.moving([0.0, 0.0, -0.25]).named("lid"));
+        let (problem, path) = solved(&scene, &Scheme::default().particles([4, 4, 4]));
+        problem.contact(path.last(), "lid").unwrap().force[2]
+    };
+    let (hull, plane) =
+        (force(RigidSurface::hull(&lid)), force(RigidSurface::plane([0.0, 0.0, 1.1], [0.0, 0.0, -1.0])));
+    assert!(plane < -0.1 && (hull / plane - 1.0).abs() < 1e-9, "{hull} {plane}");
 }

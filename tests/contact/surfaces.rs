@@ -1,7 +1,8 @@
 //! Normals are gradients of gaps, curvatures are gradients of normals, for every rigid surface.
 
-use rkpm::contact::{Ball, Cone, Cylinder, Plane, Profile, Surface};
+use rkpm::contact::{Ball, Cone, Cylinder, Plane, Profile, Surface, Triangulated};
 use rkpm::geometry::{Point, Turn};
+use rkpm::mesh::{CellShape, Mesh};
 
 /// Draws of numbers in (-1, 1).
 fn draws(seed: u64) -> impl FnMut() -> f64 {
@@ -87,4 +88,26 @@ fn profiles_know_their_inside() {
     }
     let open = Profile::at([1.0, 0.0]).line([0.0, 0.0]);
     assert!(open.nearest(&[2.0, 0.3].into()).passed_end && !open.nearest(&[0.5, 0.3].into()).passed_end);
+}
+
+/// Two hexahedra side by side, as a mesh.
+fn bricks() -> Mesh<3> {
+    let corner = |k: usize| [(k % 3) as f64 - 1.0, ((k / 3) % 2) as f64 - 0.5, (k / 6) as f64 - 0.5].into();
+    let cells = vec![0, 1, 4, 3, 6, 7, 10, 9, 1, 2, 5, 4, 7, 8, 11, 10];
+    Mesh::new((0..12).map(corner).collect(), &[(CellShape::Hexahedron, cells)], &[]).unwrap()
+}
+
+#[test]
+fn hulls_of_meshes_are_signed_distances() {
+    let hull = Triangulated::hull(&bricks());
+    check("hull", &hull, 2.0);
+    // Beside the distance of a box.
+    let mut draw = draws(11);
+    for _ in 0..200 {
+        let x = Point::<3>::from_fn(|_, _| 2.0 * draw());
+        let away = Point::<3>::new(x[0].abs() - 1.0, x[1].abs() - 0.5, x[2].abs() - 0.5);
+        let outside = away.map(|v| v.max(0.0)).norm();
+        let gap = if outside > 0.0 { outside } else { away.max() };
+        assert!((hull.nearest(&x).gap - gap).abs() < 1e-12, "{x:?}: {} {gap}", hull.nearest(&x).gap);
+    }
 }

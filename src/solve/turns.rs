@@ -1,0 +1,110 @@
+//! Contacts that open and close by turns: Newton's method between two states that lead to each other.
+
+/// How many times the iterations of an attempt are allowed once it was helped.
+pub(super) const HELPED: usize = 3;
+/// Difference between increments, as a part of them, below which a state is taken to come back.
+const SAME: f64 = 0.1;
+/// The first shift, in terms of the median of the diagonal.
+const SHIFT: f64 = 1e-3;
+/// The shift below which there is none.
+const LEAST: f64 = 1e-6;
+/// Increments in a row that are smaller than the one before, after which a shift is let down, and what is left of it.
+const FALLING: usize = 3;
+const LET_DOWN: f64 = 1e-2;
+
+/// What helps where increments of one size follow each other.
+///
+/// Where the matrix is not definite, Newton's method is drawn to an unstable equilibrium on the wrong side of a contact, which then
+/// opens or closes, and back: a diagonal that makes the matrix definite turns its steps into ones that fall off it, to a
+/// stable state. Where it is definite, a kink lies between both states (the end of an arc of a tool): half of each step comes
+/// to rest there. Neither changes a state at which the method comes to rest.
+#[derive(Default)]
+pub(super) struct Turns {
+    /// Added to the diagonal, in terms of its median.
+    pub shift: f64,
+    halvings: i32,
+    lengths: [f64; 2],
+    /// Increments in a row that were smaller than the one before.
+    falling: usize,
+    /// Iterations since the matrix was last indefinite.
+    since_unstable: Option<usize>,
+}
+
+impl Turns {
+    /// Whether anything is done.
+    pub fn helped(&self) -> bool {
+        self.shift > 0.0 || self.halvings > 0
+    }
+
+    /// Notes whether the matrix is indefinite; whether the shift has grown so that the matrix is to be formed anew.
+    pub fn stiffen(&mut self, unstable: bool) -> bool {
+        self.since_unstable = if unstable { Some(0) } else { self.since_unstable.map(|count| count + 1) };
+        if unstable && self.shift > 0.0 && self.shift < 1.0 {
+            self.shift *= 10.0;
+            return true;
+        }
+        false
+    }
+
+    /// What to take of an increment of a length.
+    pub fn damping(&mut self, length: f64) -> f64 {
+        let returns = self.lengths.iter().all(|before| *before > 0.0 && (length / before - 1.0).abs() < SAME);
+        self.falling = if length < self.lengths[0] { self.falling + 1 } else { 0 };
+        self.lengths = if returns { [0.0; 2] } else { [length, self.lengths[0]] };
+        if returns {
+            if self.since_unstable.is_some_and(|count| count < 3) {
+                self.shift = (10.0 * self.shift).clamp(SHIFT, 1.0);
+            } else if self.shift == 0.0 {
+                self.halvings = (self.halvings + 1).min(3);
+            }
+        }
+        if self.falling >= FALLING && self.shift > 0.0 {
+            self.shift = if self.shift < LEAST { 0.0 } else { LET_DOWN * self.shift };
+            self.falling = 0;
+        }
+        0.5f64.powi(self.halvings)
+    }
+}
+
+/// Adds a part of the median of a diagonal, whose entries stand at the given places, to all of it.
+pub(super) fn shift_diagonal(values: &mut [f64], diagonal: &[usize], part: f64) {
+    let mut all: Vec<f64> = diagonal.iter().map(|&place| values[place]).collect();
+    let middle = all.len() / 2;
+    if let Some(_first) = all.first() {
+        let median = *all.select_nth_unstable_by(middle, f64::total_cmp).1;
+        diagonal.iter().for_each(|&place| values[place] += part * median);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_that_come_back_are_halved_and_shifts_are_let_down() {
+        let mut turns = Turns::default();
+        assert_eq!([1.0, 1.0, 1.0].map(|length| turns.damping(length)), [1.0, 1.0, 0.5]);
+        assert!(turns.helped() && turns.shift == 0.0);
+        let mut turns = Turns::default();
+        for _ in 0..3 {
+            assert!(!turns.stiffen(true));
+            assert_eq!(turns.damping(1.0), 1.0);
+        }
+        assert_eq!(turns.shift, SHIFT);
+        assert!(turns.stiffen(true) && turns.shift == 10.0 * SHIFT);
+        let mut length = 1.0;
+        for _ in 0..12 {
+            assert!(!turns.stiffen(false));
+            length *= 0.1;
+            turns.damping(length);
+        }
+        assert!(!turns.helped());
+    }
+
+    #[test]
+    fn diagonals_are_shifted_by_their_median() {
+        let mut values = [1.0, 9.0, 2.0, 9.0, 100.0];
+        shift_diagonal(&mut values, &[0, 2, 4], 0.5);
+        assert_eq!(values, [2.0, 9.0, 3.0, 9.0, 101.0]);
+    }
+}
