@@ -32,6 +32,8 @@ pub struct Assembler {
     pub(super) slabs: Vec<SlabSchedule>,
     /// Whether pressures of zones are kept apart.
     pub(super) apart: bool,
+    /// Whether the rest of the matrices of such terms stays in tangents at points.
+    free: bool,
     /// One for each thread.
     elements: Vec<Element>,
 }
@@ -43,17 +45,22 @@ fn own_nodes<const D: usize>(term: &dyn Term<D>) -> usize {
 
 impl Assembler {
     pub(super) fn new<const D: usize>(model: &Model<D>) -> Self {
-        Self::with(model, false)
+        Self::with(model, false, false)
     }
 
-    pub(super) fn with<const D: usize>(model: &Model<D>, apart: bool) -> Self {
+    /// Whether nothing of a term is summed into the matrix.
+    pub(super) fn is_free<const D: usize>(&self, term: &dyn Term<D>) -> bool {
+        self.free && term.separates()
+    }
+
+    pub(super) fn with<const D: usize>(model: &Model<D>, apart: bool, free: bool) -> Self {
         let nodes = model.positions.len();
         if !model.is_complete() {
             return Assembler::default();
         }
         // Clusters that hold each node, so that a column is the union of its clusters' nodes.
         let mut holders: Vec<Vec<(u32, u32)>> = vec![Vec::new(); nodes];
-        for (t, term) in model.terms.iter().enumerate() {
+        for (t, term) in model.terms.iter().enumerate().filter(|(_, term)| !(free && term.separates())) {
             for cluster in 0..own_nodes(&**term) {
                 for &node in term.nodes(cluster) {
                     holders[node as usize].push((t as u32, cluster as u32));
@@ -108,7 +115,10 @@ impl Assembler {
         let pattern = Pattern { columns, rows: Arc::new(all) };
         let mut first_place = Vec::new();
         let pairs = |nodes: usize| nodes * (nodes + 1) / 2;
-        let count = |term: &dyn Term<D>| (0..own_nodes(term)).map(|c| pairs(term.nodes(c).len())).sum::<usize>();
+        let count = |term: &dyn Term<D>| match free && term.separates() {
+            true => 0,
+            false => (0..own_nodes(term)).map(|c| pairs(term.nodes(c).len())).sum::<usize>(),
+        };
         let mut places = Vec::with_capacity(model.terms.iter().map(|term| count(&**term)).sum());
         for term in &model.terms {
             let mut firsts = Vec::with_capacity(term.clusters());
@@ -119,6 +129,9 @@ impl Assembler {
                 }
                 firsts.push(places.len());
                 let list = term.nodes(cluster);
+                if free && term.separates() {
+                    continue;
+                }
                 if apart && term.separates() {
                     places_apart(&**term, cluster, list, &node_columns, &node_rows, &mut places);
                     continue;
@@ -144,6 +157,7 @@ impl Assembler {
             places,
             slabs: model.terms.iter().map(|term| SlabSchedule::new(model, &**term)).collect(),
             apart,
+            free,
             elements: Vec::new(),
         }
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::compiled::compiled;
 use crate::geometry::Point;
 use crate::parallel::{map_ranges, threads};
-use crate::term::{Element, StateDiagnostics, Term, View, Zone};
+use crate::term::{Element, Product, StateDiagnostics, Term, View, Zone};
 
 use super::elsewhere::Elsewhere;
 use super::{Assembler, Ranks};
@@ -434,7 +434,31 @@ impl<const D: usize> Model<D> {
     /// The assembler of this model that keeps pressures of zones apart: [`System::values`] lacks what they would add, and
     /// [`System::zones`] holds it.
     pub fn assembler_apart(&self) -> Assembler {
-        Assembler::with(self, true)
+        Assembler::with(self, true, false)
+    }
+
+    /// As [`assembler_apart`](Self::assembler_apart), and nothing of the terms with such zones is summed into
+    /// [`System::values`] either: [`multiply_zone`](Self::multiply_zone) gives products with what they keep at points.
+    /// [`System::residual`] has the forces with the current pressures; what the local equations leave is in the zones.
+    pub fn assembler_free(&self) -> Assembler {
+        Assembler::with(self, true, true)
+    }
+
+    /// The product of a zone's matrix, $C^T H C$ left out, with a vector over all unknowns: node by node of the zone.
+    pub fn multiply_zone(&self, zone: &Zone, x: &[f64], product: &mut Product) {
+        if let Some(term) = self.terms.get(zone.owner[0] as usize) {
+            term.multiply(zone, x, product);
+        }
+    }
+
+    /// Replaces increments of pressures in those of the condensed unknowns by ones that were solved for.
+    #[cfg(feature = "solve")]
+    pub(crate) fn take_pressures(&self, zones: &[Zone], pressures: &[[f64; 4]], condensed_step: &mut [Vec<f64>]) {
+        for (zone, pressures) in zones.iter().zip(pressures) {
+            let [term, cluster] = zone.owner.map(|k| k as usize);
+            let range = self.terms[term].condensed(cluster);
+            self.terms[term].take_pressures(cluster, pressures, &mut condensed_step[term][range]);
+        }
     }
 
     /// The residual $r$ of the model, without any matrix; NaN for vectors of another model.

@@ -71,6 +71,7 @@ impl<const D: usize> Sum<'_, D> {
     pub(super) fn add_clusters(&self, places: std::ops::Range<usize>, element: &mut Element, gathered: &mut Gathered) {
         let term = &*self.model.terms[self.term];
         let (has_matrix, lower) = (self.with_matrix && term.has_matrix(), term.fills_lower_blocks());
+        let free = self.assembler.is_free(term);
         for cluster in places.map(|place| self.assembler.slabs[self.term].cluster(place)) {
             let nodes = term.nodes(cluster);
             if term.fills_compact() {
@@ -80,9 +81,15 @@ impl<const D: usize> Sum<'_, D> {
                 self.add_compact(cluster, nodes, element);
                 continue;
             }
-            if has_matrix && lower {
+            if has_matrix && lower && !free {
                 element.reset_lower::<D>(nodes.len());
-                element.apart = self.assembler.apart.then(Zone::default);
+                element.apart =
+                    self.assembler.apart.then(|| Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
+            } else if has_matrix && free {
+                element.reset(nodes.len() * D, false);
+                element.with_matrix = true;
+                element.free = true;
+                element.apart = Some(Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
             } else {
                 element.reset(nodes.len() * D, has_matrix);
             }
@@ -91,6 +98,7 @@ impl<const D: usize> Sum<'_, D> {
                 zone.nodes.extend_from_slice(nodes);
                 gathered.zones.push(zone);
             }
+            let has_matrix = has_matrix && !free;
             if has_matrix && !term.is_symmetric() {
                 symmetrise(element);
                 collect_skew::<D>(nodes, element, &mut gathered.skew);

@@ -1,9 +1,15 @@
 //! What solvers need that keep pressures apart from the matrix.
 
-use crate::term::Zone;
+use std::fmt;
+
+use crate::term::{Product, Zone};
+
+/// The product of a zone's own matrix with a vector over all unknowns, as
+/// [`Model::multiply_zone`](crate::assembly::Model::multiply_zone).
+pub type ZoneProduct<'a> = &'a (dyn Fn(&Zone, &[f64], &mut Product) + Sync);
 
 /// A linearised system: its reduced matrix, and what is kept apart from it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct Linearised<'a> {
     /// Values of the reduced matrix.
     pub values: &'a [f64],
@@ -11,6 +17,15 @@ pub struct Linearised<'a> {
     pub skew: &'a [(u32, u32, f64)],
     /// Pressures that were not condensed into the matrix; none for solvers that don't ask for them.
     pub zones: &'a [Zone],
+    /// What else the terms with such pressures would have added.
+    pub product: ZoneProduct<'a>,
+}
+
+impl fmt::Debug for Linearised<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Linearised { values, skew, zones, .. } = self;
+        f.debug_struct("Linearised").field("values", values).field("skew", skew).field("zones", zones).finish()
+    }
 }
 
 /// The state that a system was linearised at.

@@ -54,7 +54,7 @@ pub(crate) fn gmres(
     }
     let mut residual = b.to_vec();
     let mut product = vec![0.0; n];
-    let mut stalled = false;
+    let (mut stalled, mut converged) = (false, false);
     loop {
         let start = dot(&residual, &residual).sqrt();
         done.residual = start / size;
@@ -95,6 +95,7 @@ pub(crate) fn gmres(
             left.push(-rotation[1] * left[end]);
             left[end] *= rotation[0];
             if left[end + 1].abs() <= tolerance * size || length <= f64::EPSILON * hypotenuse {
+                converged = true;
                 break;
             }
             // Rounding leaves residuals where they are.
@@ -108,6 +109,11 @@ pub(crate) fn gmres(
             let known: f64 = (k + 1..columns.len()).map(|j| columns[j][k] * left[j]).sum();
             left[k] = (left[k] - known) / columns[k][k];
             x.iter_mut().zip(&answers[k]).for_each(|(x, v)| *x += left[k] * v);
+        }
+        if converged {
+            // Rotations know the residual of so few directions as well as a product would.
+            done.residual = left[columns.len()].abs() / size;
+            return done;
         }
         apply(x, &mut product);
         if stalled {

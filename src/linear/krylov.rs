@@ -10,15 +10,20 @@ use crate::assembly::{Assembler, Model, Pattern, Ranks, System};
 use crate::error::LinearError;
 use crate::geometry::Morton;
 use crate::parallel::map_with;
-use crate::term::{Zone, gather_all};
+use crate::term::{Product, Zone};
 
 use super::gmres::gmres;
 use super::multilevel::{BlockMatrix, Cycles, Multilevel};
-use super::{At, Direct, Factorizer, Factors, Inertia, LinearSolver, Linearised, MatrixClass};
+use super::{At, Direct, Factorizer, Factors, Inertia, LinearSolver, Linearised, MatrixClass, ZoneProduct};
 
-/// Relative residual of a solution: Newton's next iteration finds what is left of it, times the bulk modulus over the shear
-/// modulus in the pressures.
-const TOLERANCE: f64 = 1e-7;
+/// Relative residuals of solutions: no more than Newton's method can make use of. It leaves about the square of what the last
+/// iteration has reduced the right-hand side by (Eisenstat and Walker, second choice).
+const TOLERANCE: [f64; 2] = [1e-5, 1e-2];
+/// Elements of an earlier state go on preconditioning while directions for a decade of the residual are at most so many times
+/// those that they took at first.
+const STALE: f64 = 1.3;
+/// Right-hand sides are not reduced below this part of the largest of an analysis.
+const ENOUGH: f64 = 1e-12;
 /// Right-hand sides below this part of the largest of an analysis may be rounding, which no direction removes.
 const ROUNDING: f64 = 1e-8;
 /// Directions before a restart, and at most.
@@ -160,7 +165,10 @@ impl LinearSolver for Krylov {
             cycle,
             system: System::default(),
             multilevel: None,
+            stiffness: 1.0,
             largest: Cell::new(0.0),
+            last: Cell::new(f64::MIN_POSITIVE),
+            pace: Cell::default(),
             auxiliary: self.auxiliary.clone(),
             counts: self.counts.clone(),
         }))
@@ -337,7 +345,11 @@ struct KrylovFactorizer {
     cycle: Option<Box<dyn Factorizer>>,
     system: System,
     multilevel: Option<Multilevel>,
+    /// The largest diagonal entry of the elements.
+    stiffness: f64,
     largest: Cell<f64>,
+    last: Cell<f64>,
+    pace: Cell<Pace>,
     counts: Arc<Mutex<Vec<usize>>>,
 }
 
@@ -368,14 +380,16 @@ impl KrylovFactorizer {
             let mut diagonal: Vec<f64> =
                 first[..own.len()].iter().map(|&first| self.system.values[first].abs()).collect();
             total(&self.ranks, &mut diagonal);
-            let stiff = HELD * diagonal.iter().fold(0.0, |largest: f64, d| largest.max(*d));
+            self.stiffness = diagonal.iter().fold(0.0, |largest: f64, d| largest.max(*d));
+            let stiff = HELD * self.stiffness;
             if self.ranks.as_ref().is_none_or(|ranks| ranks.rank() == 0) {
                 held.iter().for_each(|&unknown| self.system.values[first[unknown]] += stiff);
             }
             return Ok(());
         }
         let mut blocks = BlockMatrix::from_lower(self.assembler.pattern(), &self.system.values);
-        let stiff = HELD * blocks.largest_diagonal();
+        self.stiffness = blocks.largest_diagonal();
+        let stiff = HELD * self.stiffness;
         held.iter().for_each(|&unknown| blocks.add_diagonal(unknown, stiff));
         self.multilevel = Some(Multilevel::new(blocks, places, *cells)?);
         Ok(())
@@ -388,7 +402,11 @@ impl Factorizer for KrylovFactorizer {
     }
 
     fn factorize_at<'a>(&'a mut self, at: Linearised<'a>, state: At<'_>) -> Result<Box<dyn Factors + 'a>, LinearError> {
-        self.stiffness(state)?;
+        let Pace { first, last } = self.pace.get();
+        if first.is_none_or(|first| !(last <= STALE * first)) {
+            self.stiffness(state)?;
+            self.pace.set(Pace::default());
+        }
         // Conditions with a largest entry of one.
         let mut rows = Vec::with_capacity(self.entries.len());
         let mut stiffness: f64 = 0.0;
@@ -402,10 +420,7 @@ impl Factorizer for KrylovFactorizer {
             rows.push(row);
         }
         if rows.is_empty() {
-            let mut diagonal: Vec<f64> =
-                self.pattern.columns[..self.unknowns].iter().map(|&first| at.values[first]).collect();
-            total(&self.ranks, &mut diagonal);
-            stiffness = diagonal.iter().fold(0.0, |largest, d| largest.max(d.abs()));
+            stiffness = self.stiffness;
         }
         if !(stiffness > 0.0 && stiffness.is_finite()) {
             return Err(LinearError::Pivot {
@@ -436,7 +451,7 @@ impl Factorizer for KrylovFactorizer {
             let complement = compliance + Matrix4::identity() * soft;
             let singular = LinearError::Pivot { pivot: 0, hint: "the pressures of a zone have no stiffness" };
             // Unknowns of the size of the forces.
-            let scale = (stiffness / complement[(0, 0)].abs()).sqrt();
+            let scale = (self.stiffness / complement[(0, 0)].abs()).sqrt();
             let inverse = complement.try_inverse().ok_or(singular)? / (scale * scale);
             pressures.push(Pressures { scale, compliance: compliance * (scale * scale), inverse });
         }
@@ -446,14 +461,17 @@ impl Factorizer for KrylovFactorizer {
             None => None,
         };
         let nodes = Auxiliary::share(self.ranks.as_deref(), self.unknowns / 3);
+        let pieces = pieces(at.zones);
         let cycles = self.multilevel.as_mut().map(Multilevel::cycles).transpose()?;
         Ok(Box::new(Solved {
             pattern: &self.pattern,
             unknowns: self.unknowns,
             values: at.values,
             zones: at.zones,
+            product: at.product,
             skew: at.skew,
             pressures,
+            pieces,
             rows,
             stiffness,
             projector,
@@ -463,6 +481,9 @@ impl Factorizer for KrylovFactorizer {
             cycle,
             ranks: &self.ranks,
             own: 3 * nodes.start..3 * nodes.end,
+            left: Cell::new(1.0),
+            last: &self.last,
+            pace: &self.pace,
             largest: &self.largest,
             counts: &self.counts,
         }))
@@ -478,6 +499,31 @@ fn parts(pattern: &Pattern, unknowns: usize) -> Vec<usize> {
     ends
 }
 
+/// Directions for a decade of the residual: of the first solution with the elements of a state, and of the last one.
+#[derive(Clone, Copy, Default)]
+struct Pace {
+    first: Option<f64>,
+    last: f64,
+}
+
+/// Zones that one thread at a time multiplies.
+struct Piece {
+    zones: std::ops::Range<usize>,
+    /// The unknowns of their nodes.
+    unknowns: std::ops::Range<usize>,
+}
+
+fn pieces(zones: &[Zone]) -> Vec<Piece> {
+    let parts = PARTS.min(zones.len().max(1));
+    let piece = |part| {
+        let own = zones.len() * part / parts..zones.len() * (part + 1) / parts;
+        let nodes = || zones[own.clone()].iter().flat_map(|zone| &zone.nodes).map(|&node| node as usize);
+        let unknowns = nodes().min().map_or(0..0, |least| 3 * least..3 * (nodes().max().unwrap_or(least) + 1));
+        Piece { zones: own, unknowns }
+    };
+    (0..parts).map(piece).collect()
+}
+
 /// Numbers of a zone, in unknowns of the size of the forces.
 struct Pressures {
     scale: f64,
@@ -490,8 +536,10 @@ struct Solved<'a> {
     unknowns: usize,
     values: &'a [f64],
     zones: &'a [Zone],
+    product: ZoneProduct<'a>,
     skew: &'a [(u32, u32, f64)],
     pressures: Vec<Pressures>,
+    pieces: Vec<Piece>,
     /// Conditions with a largest entry of one, and what they are multiplied with in the matrix.
     rows: Vec<Vec<(u32, f64)>>,
     stiffness: f64,
@@ -504,22 +552,54 @@ struct Solved<'a> {
     ranks: &'a Option<Arc<dyn Ranks>>,
     /// The displacements that this rank keeps of vectors: all of them where it is alone.
     own: Range<usize>,
+    /// What the last solution left.
+    left: Cell<f64>,
+    /// The last right-hand side.
+    last: &'a Cell<f64>,
+    pace: &'a Cell<Pace>,
     /// The largest right-hand side so far.
     largest: &'a Cell<f64>,
     counts: &'a Mutex<Vec<usize>>,
 }
 
 impl Solved<'_> {
-    /// $y = A x$ of the displacements alone.
-    fn matrix(&self, x: &[f64], y: &mut [f64]) {
+    /// $y = K x + C^T q$ and $z = C x$, in scaled pressures.
+    fn multiply(&self, x: &[f64], q: &[f64], y: &mut [f64], z: &mut [f64]) {
         self.symmetric(x, y);
+        let Solved { zones: all, pressures, pieces, product: multiply, .. } = self;
+        let done = map_with(pieces.len(), 2, Product::default, |product, piece| {
+            let Piece { zones, unknowns } = &pieces[piece];
+            let mut sums = vec![0.0; unknowns.len()];
+            let mut volumes = Vec::with_capacity(4 * zones.len());
+            for k in zones.clone() {
+                let (zone, scale) = (&all[k], pressures[k].scale);
+                multiply(zone, x, product);
+                for (node, values) in zone.nodes.iter().zip(product.values.as_chunks::<3>().0) {
+                    let target = &mut sums[3 * *node as usize - unknowns.start..][..3];
+                    (0..3).for_each(|i| target[i] += values[i]);
+                }
+                let q = std::array::from_fn(|l| scale * q[4 * k + l]);
+                if q.iter().any(|q| *q != 0.0) {
+                    zone.scatter::<3>(&q, &mut sums, unknowns.start);
+                }
+                volumes.extend(zone.gather::<3>(x).map(|v| scale * v));
+            }
+            (sums, volumes)
+        });
+        let mut z = z;
+        for (Piece { unknowns, .. }, (sums, volumes)) in self.pieces.iter().zip(done) {
+            y[unknowns.clone()].iter_mut().zip(&sums).for_each(|(y, s)| *y += s);
+            let own;
+            (own, z) = z.split_at_mut(volumes.len());
+            own.copy_from_slice(&volumes);
+        }
         for &(row, column, value) in self.skew {
             y[row as usize] += value * x[column as usize];
             y[column as usize] -= value * x[row as usize];
         }
     }
 
-    /// The same of the symmetric part.
+    /// What is summed of the symmetric part.
     fn symmetric(&self, x: &[f64], y: &mut [f64]) {
         let Solved { unknowns: n, ends, pattern, values, .. } = self;
         let n = *n;
@@ -593,15 +673,7 @@ impl Solved<'_> {
     /// $y \mathrel{+}= C^T q$ in scaled pressures.
     fn pressed(&self, q: &[f64], sign: f64, y: &mut [f64]) {
         for ((zone, own), q) in self.zones.iter().zip(&self.pressures).zip(q.as_chunks::<4>().0) {
-            zone.scatter::<3>(&q.map(|q| sign * own.scale * q), y);
-        }
-    }
-
-    /// $C x$ in scaled pressures.
-    fn volumes(&self, x: &[f64], q: &mut [f64]) {
-        let sums = gather_all::<3>(self.zones, x);
-        for ((sum, own), q) in sums.iter().zip(&self.pressures).zip(q.as_chunks_mut::<4>().0) {
-            *q = sum.map(|s| own.scale * s);
+            zone.scatter::<3>(&q.map(|q| sign * own.scale * q), y, 0);
         }
     }
 
@@ -640,6 +712,10 @@ impl Solved<'_> {
 
 impl Factors for Solved<'_> {
     fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
+        self.solve_apart(rhs, &mut vec![[0.0; 4]; self.zones.len()])
+    }
+
+    fn solve_apart(&self, rhs: &mut [f64], pressures: &mut [[f64; 4]]) -> Result<(), LinearError> {
         let n = self.unknowns;
         let (force, gap) = rhs.split_at_mut(n);
         // A displacement that meets the conditions.
@@ -655,34 +731,37 @@ impl Factors for Solved<'_> {
         {
             let (u, q) = right.split_at_mut(own.len());
             let mut whole = vec![0.0; n];
-            self.matrix(&met, &mut whole);
-            total(self.ranks, &mut whole);
+            if met.iter().any(|m| *m != 0.0) {
+                self.multiply(&met, &vec![0.0; q.len()], &mut whole, q);
+                total(self.ranks, &mut whole);
+            }
             whole.iter_mut().zip(&*force).for_each(|(u, f)| *u = f - *u);
             self.project(&mut whole);
             u.copy_from_slice(&whole[own.clone()]);
-            self.volumes(&met, q);
-            q.iter_mut().for_each(|q| *q = -*q);
+            let wanted = pressures.iter().zip(&self.pressures).flat_map(|(g, own)| g.map(|g| own.scale * g));
+            q.iter_mut().zip(wanted).for_each(|(q, wanted)| *q = wanted - *q);
         }
         let mut x = vec![0.0; size];
         let norm = self.total(dot(&right, &right)).sqrt();
         let largest = self.largest.get().max(norm);
         self.largest.set(largest);
         let rounding = norm <= ROUNDING * largest;
+        let [least, most] = TOLERANCE;
+        let reduced = norm / self.last.replace(norm);
+        let tolerance = reduced.powi(2).max(ENOUGH * largest / norm).clamp(least, most);
         let done = gmres(
             &right,
             &mut x,
-            (TOLERANCE, rounding),
+            (tolerance, rounding),
             DIRECTIONS,
             |x, y| {
                 let ((mine, q), (y, z)) = (x.split_at(own.len()), y.split_at_mut(own.len()));
                 let u = self.gathered(mine);
                 let mut force = vec![0.0; n];
-                self.matrix(&u, &mut force);
-                self.pressed(q, 1.0, &mut force);
+                self.multiply(&u, q, &mut force, z);
                 total(self.ranks, &mut force);
                 self.project(&mut force);
                 y.copy_from_slice(&force[own.clone()]);
-                self.volumes(&u, z);
                 let zones = self.pressures.iter().zip(q.as_chunks::<4>().0).zip(z.as_chunks_mut::<4>().0);
                 for ((own, q), z) in zones {
                     let soft = own.compliance * nalgebra::Vector4::from(*q);
@@ -708,17 +787,24 @@ impl Factors for Solved<'_> {
             |mine| self.total(mine),
         );
         self.counts.lock().unwrap_or_else(PoisonError::into_inner).push(done.iterations);
+        let pace = done.iterations as f64 / -done.residual.min(0.9).log10();
+        if done.iterations > 0 {
+            self.pace.set(Pace { first: self.pace.get().first.or(Some(pace)), last: pace });
+        }
         // What is not quite solved is left to Newton's next iteration.
-        let allowed = if rounding { 0.5 } else { 1e2 * TOLERANCE };
+        let allowed = if rounding { 0.5 } else { most };
+        self.left.set(done.residual);
         if !(done.residual <= allowed) {
             return Err(LinearError::Residual { residual: done.residual });
         }
         let (mine, q) = x.split_at(own.len());
         met.iter_mut().zip(&self.gathered(mine)).for_each(|(m, u)| *m += u);
         let mut left = vec![0.0; n];
-        self.matrix(&met, &mut left);
-        self.pressed(q, 1.0, &mut left);
+        self.multiply(&met, q, &mut left, &mut vec![0.0; q.len()]);
         total(self.ranks, &mut left);
+        for ((pressures, own), q) in pressures.iter_mut().zip(&self.pressures).zip(q.as_chunks::<4>().0) {
+            *pressures = q.map(|q| own.scale * q);
+        }
         left.iter_mut().zip(&*force).for_each(|(l, f)| *l = f - *l);
         let mu = self.multipliers(&left)?;
         gap.iter_mut().zip(mu).for_each(|(gap, mu)| *gap = mu / self.stiffness);
@@ -730,7 +816,7 @@ impl Factors for Solved<'_> {
         None
     }
 
-    fn is_iterative(&self) -> bool {
-        true
+    fn leaves(&self) -> f64 {
+        self.left.get().max(f64::MIN_POSITIVE)
     }
 }

@@ -10,7 +10,7 @@ mod ordering;
 mod residuals;
 pub(crate) mod vector;
 
-pub use apart::{At, Linearised};
+pub use apart::{At, Linearised, ZoneProduct};
 pub use direct::{Direct, minimum_degree};
 pub use krylov::{Auxiliary, Krylov};
 pub(crate) use ordering::after_their_rows;
@@ -94,8 +94,9 @@ pub trait LinearSolver: Send + Sync {
         order: Option<&[usize]>,
     ) -> Result<Box<dyn Factorizer>, LinearError>;
 
-    /// Whether pressures of zones are to be kept apart from the matrix; [`Factorizer::factorize_at`] is then given them. The
-    /// unknowns keep the order of the particles, multipliers behind them.
+    /// Whether pressures of zones are to be kept apart from the matrix, and the rest of what their terms would add at the
+    /// points; [`Factorizer::factorize_at`] is then given both. The unknowns keep the order of the particles, multipliers
+    /// behind them.
     fn keeps_pressures(&self) -> bool {
         false
     }
@@ -191,9 +192,18 @@ pub trait Factors {
     /// Signs of the pivots, where the method knows them.
     fn inertia(&self) -> Option<Inertia>;
 
-    /// Whether solutions are as accurate as an iteration left them, and their residual is that of another matrix than the
-    /// reduced one: they are not refined.
-    fn is_iterative(&self) -> bool {
-        false
+    /// Solves with the rows of pressures that are kept apart: `pressures` holds the right-hand sides $g$ of
+    /// $C\\,\delta d - H^{-1} q = g$, zone by zone, and takes $q$. Solvers that keep none apart leave them as they are.
+    ///
+    /// # Errors
+    /// As [`solve_in_place`](Factors::solve_in_place).
+    fn solve_apart(&self, rhs: &mut [f64], _pressures: &mut [[f64; 4]]) -> Result<(), LinearError> {
+        self.solve_in_place(rhs)
+    }
+
+    /// The part of the residual that the last solution has left; 0 for factors. What an iteration leaves is found by Newton's
+    /// next iteration, and is not refined: the reduced matrix is not all that it solves with.
+    fn leaves(&self) -> f64 {
+        0.0
     }
 }

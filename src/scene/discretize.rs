@@ -252,7 +252,8 @@ fn particles<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> Result<Mad
     let (mut rows, placed) = rows(scene, of.conditions, &**cells, &approximation, rule, refused)?;
     let ties = of.tied(&mut rows, &approximation, rule)?;
     // Several bodies are solved by factors.
-    let alone = scene.bodies.len() == 1 && scene.rigids.is_empty();
+    // Factors leave out parts of the matrix of contact, which sweeps over them put right.
+    let alone = scene.bodies.len() == 1 && scene.rigids.is_empty() && scene.contacts.is_empty();
     let krylov = match alone {
         true => super::space::krylov(scene, scheme, &**cells, &approximation, &body, &rows, sharing)?,
         false => None,

@@ -127,7 +127,8 @@ pub enum Enforcing {
 /// How linear systems are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Solving {
-    /// By factors, except for lattices in space whose factors would not fit into memory.
+    /// By what takes less: lattices in space of twelve by twelve particles and more in cross section by iteration, all others
+    /// by factors. Where it has to be known whether states are stable, ask for factors.
     #[default]
     Auto,
     /// By factors.

@@ -91,7 +91,7 @@ impl Analysis {
         rows: &'a Constraints,
     ) -> Result<Workspace<'a, D>, Error> {
         let apart = self.solver.keeps_pressures();
-        let mut assembler = if apart { model.assembler_apart() } else { model.assembler() };
+        let mut assembler = if apart { model.assembler_free() } else { model.assembler() };
         let mut enforced = self.enforcement.bind(assembler.pattern(), rows)?;
         if enforced.unknowns() == 0 {
             return Err(SolveError::Empty {

@@ -5,6 +5,7 @@ use crate::boundary::Enforced;
 use crate::error::{Cause, LinearError};
 use crate::linear::vector::{dot, norm};
 use crate::linear::{Directions, Factors, minimal_residuals};
+use crate::term::Zone;
 
 use super::functional::Control;
 use super::state::State;
@@ -37,6 +38,9 @@ pub(super) struct Increment {
     pub load_step: Vec<f64>,
     pub load_multipliers: Vec<f64>,
     pub load_change: f64,
+    /// Changes of pressures that are kept apart, and their answer to a unit change of the load.
+    pub pressures: Vec<[f64; 4]>,
+    pub load_pressures: Vec<[f64; 4]>,
     gradient: Vec<f64>,
 }
 
@@ -50,6 +54,8 @@ impl Increment {
             load_step: vec![0.0; unknowns],
             load_multipliers: vec![0.0; rows],
             load_change: 0.0,
+            pressures: Vec::new(),
+            load_pressures: Vec::new(),
             gradient: vec![0.0; unknowns],
         }
     }
@@ -69,6 +75,9 @@ impl Increment {
         }
         for (m, l) in self.multipliers.iter_mut().zip(&self.load_multipliers) {
             *m += self.load_change * l;
+        }
+        for (p, l) in self.pressures.as_flattened_mut().iter_mut().zip(self.load_pressures.as_flattened()) {
+            *p += self.load_change * l;
         }
         Ok(())
     }
@@ -95,6 +104,8 @@ pub(super) struct Buffers {
     pub solution: Vec<f64>,
     pub rhs: Vec<f64>,
     pub load_rhs: Vec<f64>,
+    /// Right-hand sides of pressures that are kept apart, then their changes.
+    pub pressures: Vec<[f64; 4]>,
     correction: Vec<f64>,
     full: Vec<f64>,
     product: Vec<f64>,
@@ -128,9 +139,13 @@ impl Linear<'_> {
         let symmetric = system.is_symmetric();
         let rhs = if load { &buffers.load_rhs } else { &buffers.rhs };
         buffers.solution.clone_from(rhs);
-        factors.solve_in_place(&mut buffers.solution)?;
+        // Loads move forces alone.
+        let gap = |zone: &Zone| if load { [0.0; 4] } else { zone.gap() };
+        buffers.pressures.clear();
+        buffers.pressures.extend(system.zones.iter().map(gap));
+        factors.solve_apart(&mut buffers.solution, &mut buffers.pressures)?;
         let size = norm(rhs);
-        if factors.is_iterative() {
+        if factors.leaves() > 0.0 {
             return Ok(());
         }
         let sweeps = if symmetric { 1 } else { SKEW_SWEEPS };

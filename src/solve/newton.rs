@@ -5,7 +5,7 @@ use crate::boundary::{Constraints, Enforced};
 use crate::error::Cause;
 use crate::linear::vector::{negate, norm};
 use crate::linear::{At, Factorizer, Inertia, Linearised, MatrixClass};
-use crate::term::Term;
+use crate::term::{Product, Term, Zone};
 
 use super::functional::Control;
 use super::increment::{Buffers, Increment, Linear, settled};
@@ -117,7 +117,9 @@ impl<const D: usize> Workspace<'_, D> {
                 self.enforced.restrict(&self.system.load_slope, &slope, &self.system, &mut buffers.load_rhs);
             }
             self.system.release();
-            let linearised = Linearised { values: &self.values, skew: &self.system.skew, zones: &self.system.zones };
+            let (skew, zones) = (&self.system.skew, &self.system.zones);
+            let product = |zone: &Zone, x: &[f64], product: &mut Product| self.model.multiply_zone(zone, x, product);
+            let linearised = Linearised { values: &self.values, skew, zones, product: &product };
             let here = At { displacement: &state.displacement, condensed: &state.condensed, load: state.load };
             let factors = self.factorizer.factorize_at(linearised, here)?;
             self.inertia = factors.inertia();
@@ -136,8 +138,10 @@ impl<const D: usize> Workspace<'_, D> {
             if let Control::Functional(..) = control {
                 linear.solve(true, &mut buffers)?;
                 linear.enforced.recover(&buffers.solution, &slope, &mut next.load_step, &mut next.load_multipliers);
+                next.load_pressures.clone_from(&buffers.pressures);
             }
             linear.solve(false, &mut buffers)?;
+            next.pressures.clone_from(&buffers.pressures);
             linear.enforced.recover(&buffers.solution, &violation, &mut next.step, &mut next.multipliers);
             next.meet_control(control, state)?;
             if watched && number == 1 && self.model.largest_gradient(&next.step) > FAR {
@@ -151,6 +155,7 @@ impl<const D: usize> Workspace<'_, D> {
             }
             let State { displacement, condensed, load, .. } = &*state;
             self.model.advance_load(displacement, condensed, *load, next.load_change, &mut next.condensed);
+            self.model.take_pressures(&self.system.zones, &next.pressures, &mut next.condensed);
             let factor = match (settings.search, control) {
                 (LineSearch::Slope, Control::Load(_)) => search(
                     self.model,
@@ -181,7 +186,7 @@ impl<const D: usize> Workspace<'_, D> {
             if self.model.is_ended_by(flow) {
                 return Err(Rejection::Stopped);
             }
-            let left = residual * (increment / before).min(1.0).powi(2);
+            let left = residual * (increment / before).min(1.0).powi(2).max(linear.factors.leaves());
             before = increment;
             if factor == damping
                 && turns.shift == 0.0
@@ -201,6 +206,7 @@ impl<const D: usize> Workspace<'_, D> {
                 && !turns.helped()
                 && increment <= CLOSE
                 && settings.tangent_update == TangentUpdate::Modified
+                && linear.factors.leaves() == 0.0
             {
                 let mut kept = Kept {
                     model: self.model,
@@ -256,13 +262,16 @@ impl<const D: usize> Workspace<'_, D> {
         negate(&mut self.system.load_slope);
         self.enforced.restrict(&self.system.load_slope, &violation, &self.system, &mut buffers.rhs);
         self.system.release();
-        let linearised = Linearised { values: &self.values, skew: &self.system.skew, zones: &self.system.zones };
+        let (skew, zones) = (&self.system.skew, &self.system.zones);
+        let product = |zone: &Zone, x: &[f64], product: &mut Product| self.model.multiply_zone(zone, x, product);
+        let linearised = Linearised { values: &self.values, skew, zones, product: &product };
         let here = At { displacement: &state.displacement, condensed: &state.condensed, load: state.load };
         let factors = self.factorizer.factorize_at(linearised, here)?;
         self.inertia = factors.inertia();
         let linear =
             Linear { enforced: &*self.enforced, factors: &*factors, system: &self.system, values: &self.values };
-        linear.solve(false, &mut buffers)?;
+        std::mem::swap(&mut buffers.rhs, &mut buffers.load_rhs);
+        linear.solve(true, &mut buffers)?;
         let mut step = vec![0.0; self.model.unknowns()];
         let mut multipliers = vec![0.0; self.rows.len()];
         linear.enforced.recover(&buffers.solution, &violation, &mut step, &mut multipliers);

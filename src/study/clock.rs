@@ -140,7 +140,11 @@ impl Factors for TimedFactors<'_> {
         self.inner.inertia()
     }
 
-    fn is_iterative(&self) -> bool {
-        self.inner.is_iterative()
+    fn solve_apart(&self, rhs: &mut [f64], pressures: &mut [[f64; 4]]) -> Result<(), LinearError> {
+        timed(&self.meter.solve, || self.inner.solve_apart(rhs, pressures))
+    }
+
+    fn leaves(&self) -> f64 {
+        self.inner.leaves()
     }
 }

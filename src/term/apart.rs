@@ -2,15 +2,19 @@
 
 use nalgebra::Matrix4;
 
-use crate::parallel::map_ranges;
-
 /// Functions of a zone at most.
 pub(crate) const FUNCTIONS: usize = 4;
+
+/// A symmetric tangent, rows and columns $3s + i$ for component $i$ and slot $s$: nine columns without their last row, which fill
+/// registers, and the last diagonal entry.
+pub(crate) type Tangent = ([[f64; 8]; 9], f64);
 
 /// The part $C^T H C$ of a cluster's matrix that its condensed pressures would make, kept as factors: in space it would
 /// couple all nodes of a zone and leave the sparse matrix nearly dense.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Zone {
+    /// Which term of the model, and which of its clusters.
+    pub owner: [u32; 2],
     /// Nodes of the cluster.
     pub nodes: Vec<u32>,
     /// Rows of $C$: one vector over the unknowns of the nodes, node by node, for each function.
@@ -19,6 +23,12 @@ pub struct Zone {
     pub hessian: [[f64; FUNCTIONS]; FUNCTIONS],
     /// The initial shear modulus \[stress\], zero where it is not known.
     pub shear: f64,
+    /// What the local equations leave, $r_\theta$ and $r_\pi$.
+    pub of_theta: [f64; FUNCTIONS],
+    /// See `of_theta`.
+    pub of_pi: [f64; FUNCTIONS],
+    /// Tangents $w A_{isjt}$ at the points of the cluster, where the rest of its matrix is not summed either.
+    pub(crate) tangents: Vec<Tangent>,
 }
 
 impl Zone {
@@ -43,16 +53,24 @@ impl Zone {
     }
 
     /// $y \mathrel{+}= C^T q$.
-    pub fn scatter<const D: usize>(&self, q: &[f64; FUNCTIONS], y: &mut [f64]) {
+    /// `y` begins with the unknown `first`.
+    pub fn scatter<const D: usize>(&self, q: &[f64; FUNCTIONS], y: &mut [f64], first: usize) {
         let size = D * self.nodes.len();
         for (q, row) in q.iter().zip(self.slopes.chunks_exact(size.max(1))) {
             for (c, &node) in row.chunks_exact(D).zip(&self.nodes) {
-                let y = &mut y[node as usize * D..][..D];
+                let y = &mut y[node as usize * D - first..][..D];
                 for i in 0..D {
                     y[i] += c[i] * q;
                 }
             }
         }
+    }
+
+    /// Right-hand sides $-(r_\pi + H^{-1} r_\theta)$ of the rows $C\,\delta d - H^{-1}\delta\pi$; zero where $H$ is singular.
+    pub fn gap(&self) -> [f64; FUNCTIONS] {
+        let Some(compliance) = self.regular_hessian().try_inverse() else { return [0.0; FUNCTIONS] };
+        let moved = compliance * nalgebra::Vector4::from(self.of_theta);
+        std::array::from_fn(|k| -(self.of_pi[k] + moved[k]))
     }
 
     /// $H$ with a unit diagonal for functions that the zone lacks.
@@ -65,10 +83,4 @@ impl Zone {
         }
         hessian
     }
-}
-
-/// $C x$ of all zones, on all threads.
-pub fn gather_all<const D: usize>(zones: &[Zone], x: &[f64]) -> Vec<[f64; FUNCTIONS]> {
-    map_ranges(zones.len(), 64, |range| zones[range].iter().map(|zone| zone.gather::<D>(x)).collect::<Vec<_>>())
-        .concat()
 }

@@ -8,7 +8,9 @@ use crate::material::Material;
 use crate::table::ShapeTable;
 
 use super::amplitude::Amplitude;
+use super::apart::Zone;
 use super::linearize::{advance, linearize};
+use super::product::{Product, multiply};
 use super::step_limit::jacobian;
 use super::volumetric_measure::VolumetricMeasure;
 use super::{Element, StateDiagnostics, Term, View};
@@ -544,7 +546,16 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
     }
 
     fn separates(&self) -> bool {
-        true
+        D == 3 && self.table.gradient_components() == 3 && self.functions > 0
+    }
+
+    fn multiply(&self, zone: &Zone, x: &[f64], product: &mut Product) {
+        multiply(self, zone, x, product);
+    }
+
+    fn take_pressures(&self, _cluster: usize, pressures: &[f64; 4], condensed_step: &mut [f64]) {
+        let n = self.functions;
+        condensed_step[n..2 * n].copy_from_slice(&pressures[..n]);
     }
 
     fn couplings(&self, cluster: usize, visit: &mut dyn FnMut(&[u16])) {

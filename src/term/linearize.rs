@@ -5,6 +5,7 @@ use crate::simd::{Arithmetic, Task, dispatch};
 use crate::table::displacement_gradient;
 use crate::tensor::{add_hessian_in, cofactor};
 
+use super::apart::Tangent;
 use super::body::{Body, PressureField};
 use super::contraction::GROUP;
 use super::lower::{LowerBlocks, WIDTH};
@@ -208,7 +209,8 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
     #[inline(always)]
     fn run<A: Arithmetic>(self) {
         let Linearize { body, cluster, view, out } = self;
-        let Element { residual, matrix, with_matrix, scratch, lower, windows, together, apart, .. } = out;
+        let Element { residual, matrix, with_matrix, scratch, lower, windows, together, apart, free, .. } = out;
+        let free = *free;
         let with_matrix = *with_matrix;
         let table = &body.table;
         let clusters = table.clusters();
@@ -220,7 +222,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
         scratch.resize((1 + 2 * n) * D * stride, 0.0);
         let (forces, vectors) = scratch.split_at_mut(D * stride);
         let (slopes, products) = vectors.split_at_mut(n * D * stride);
-        if with_matrix && !lower.wanted {
+        if with_matrix && !lower.wanted && !free {
             lower.reset::<D>(nodes.len());
         }
         let components = Components::new::<D>(table.hoop_components());
@@ -327,7 +329,21 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                 reduced[i][s] += weight * stress[a];
             }
             windows.add_forces::<A, D, S>(group, &reduced, stride, forces);
-            if with_matrix && in_space {
+            if free && let Some(kept) = &mut *apart {
+                let mut packed: Tangent = Default::default();
+                for a in 0..count {
+                    let (i, s) = components.places[a];
+                    for b in 0..count {
+                        let (j, t) = components.places[b];
+                        let value = weight * tangent[a * count + b];
+                        match 3 * s + i {
+                            row @ 0..8 => packed.0[3 * t + j][row] = value,
+                            _ => packed.1 = value,
+                        }
+                    }
+                }
+                kept.tangents.push(packed);
+            } else if with_matrix && in_space {
                 let mut reduced = [[[[0.0; 3]; 3]; 3]; 3];
                 for b in 0..count {
                     let (j, t) = components.places[b];
@@ -353,11 +369,15 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
         windows.add_matrices::<A, D, S>(shared, &tangents[..group], lower);
         together.flush::<D>(table, lower);
 
-        // π + r_θ + H r_π: the pressure that enters the condensed forces.
+        // π + r_θ + H r_π: the pressure that enters the condensed forces. Kept apart, the two residuals are on the right-hand
+        // side of their own rows: H times what rounding leaves of r_π would be forces.
         for k in 0..n {
-            let mut pressure = pi[k] + zone.of_theta[k];
-            for l in 0..n {
-                pressure += zone.hessian[k][l] * zone.of_pi[l];
+            let mut pressure = pi[k];
+            if !free {
+                pressure += zone.of_theta[k];
+                for l in 0..n {
+                    pressure += zone.hessian[k][l] * zone.of_pi[l];
+                }
             }
             let slopes = &slopes[k * D * stride..(k + 1) * D * stride];
             for (force, slope) in forces.iter_mut().zip(slopes) {
@@ -378,6 +398,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                 kept.slopes.extend((0..nodes.len()).flat_map(|a| (0..D).map(move |i| slopes[i * stride + a])));
             }
             (kept.hessian, kept.shear) = (zone.hessian, body.shear());
+            (kept.of_theta, kept.of_pi) = (zone.of_theta, zone.of_pi);
             return;
         }
         for k in 0..n {

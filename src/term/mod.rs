@@ -11,16 +11,18 @@ mod load;
 mod lower;
 mod memory;
 mod point_contraction;
+mod product;
 mod step_limit;
 mod together;
 mod volumetric_measure;
 
 pub use amplitude::Amplitude;
-pub use apart::{Zone, gather_all};
+pub use apart::Zone;
 pub use body::{Body, PressureField};
 pub use diagnostics::StateDiagnostics;
 pub use integrand::{Integrand, PointDerivatives, PointState, Pointwise, Sparsity};
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
+pub use product::Product;
 pub use step_limit::largest_step;
 
 pub(crate) use contraction::Windows;
@@ -70,6 +72,8 @@ pub struct Element {
     pub(crate) together: Together,
     /// Takes what condensed pressures would add to the matrix, where they are kept apart.
     pub(crate) apart: Option<Zone>,
+    /// Whether tangents at points are all that is wanted of the matrix.
+    pub(crate) free: bool,
 }
 
 impl Element {
@@ -86,6 +90,7 @@ impl Element {
         self.with_matrix = with_matrix;
         self.lower.wanted = false;
         self.apart = None;
+        self.free = false;
     }
 
     /// Zeroes the buffers for some nodes of a cluster, by rising place.
@@ -189,6 +194,14 @@ pub trait Term<const D: usize>: Send + Sync {
     fn separates(&self) -> bool {
         false
     }
+
+    /// Writes the product of the kept part of a cluster's matrix with a vector, node by node: $K x$ beside $C^T H C x$.
+    #[doc(hidden)]
+    fn multiply(&self, _zone: &Zone, _x: &[f64], _product: &mut Product) {}
+
+    /// Takes increments of pressures that were kept apart, instead of those that follow from the step.
+    #[doc(hidden)]
+    fn take_pressures(&self, _cluster: usize, _pressures: &[f64; 4], _condensed_step: &mut [f64]) {}
 
     /// Visits lists of nodes, by their places in the cluster, that the matrix couples beside condensed unknowns.
     #[doc(hidden)]
@@ -345,6 +358,14 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
 
     fn couplings(&self, cluster: usize, visit: &mut dyn FnMut(&[u16])) {
         (**self).couplings(cluster, visit);
+    }
+
+    fn multiply(&self, zone: &Zone, x: &[f64], product: &mut Product) {
+        (**self).multiply(zone, x, product);
+    }
+
+    fn take_pressures(&self, cluster: usize, pressures: &[f64; 4], condensed_step: &mut [f64]) {
+        (**self).take_pressures(cluster, pressures, condensed_step);
     }
 
     fn fills_compact(&self) -> bool {

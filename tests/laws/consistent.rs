@@ -69,6 +69,31 @@ fn quadratic_fields_have_their_exact_gradients() {
     }
 }
 
+/// In space moments are those of multilinear functions over bricks, at eight points.
+#[test]
+fn quadratic_fields_have_their_exact_gradients_in_bricks() {
+    let lattice = Lattice::new(&Block::new([1.0, 0.0, -1.0], [3.0, 1.2, 1.0]), [5, 4, 6], &Layout::Regular).unwrap();
+    let functions = ReproducingKernel::new(lattice.particles(1.3).unwrap(), CubicSpline, Polynomial::new(2)).unwrap();
+    let table =
+        ShapeTable::consistent(&functions, &lattice.smoothing(1, 3, &lattice.zones(2)).unwrap(), &Solid).unwrap();
+    assert_eq!(table.positions().len(), 8 * 4 * 3 * 5);
+    assert!((table.weights().iter().sum::<f64>() / 4.8 - 1.0).abs() < 1e-13);
+    // u = c·X + ½ X·A X, symmetric A.
+    let (c, a) = ([0.3, -1.0, 0.4], [[1.0, -0.8, 0.3], [-0.8, 0.4, 0.6], [0.3, 0.6, -0.7]]);
+    let slope = |x: &Point<3>, j: usize| c[j] + (0..3).map(|k| a[j][k] * x[k]).sum::<f64>();
+    let value = |x: &Point<3>| (0..3).map(|j| 0.5 * x[j] * (slope(x, j) + c[j])).sum::<f64>();
+    let values: Vec<f64> = lattice.positions().iter().map(value).collect();
+    for (point, x) in table.positions().iter().enumerate() {
+        let n = table.nodes(point).len();
+        for j in 0..3 {
+            let gradients = &table.gradients(point)[j * n..(j + 1) * n];
+            let found: f64 = table.nodes(point).iter().zip(gradients).map(|(&node, g)| values[node as usize] * g).sum();
+            let error = (found - slope(x, j)).abs();
+            assert!(error < 1e-10, "slot {j}, {x}: {error:e}");
+        }
+    }
+}
+
 /// In bodies of revolution linear fields are exact anywhere (degree 2), quadratic ones where rules have degree 3: Gauss points
 /// of rectangles.
 #[test]

@@ -129,18 +129,10 @@ fn most_directions(n: usize, ratio: f64) -> f64 {
 #[test]
 fn directions_hardly_depend_on_the_bulk_modulus_and_on_the_size() {
     let reference = most_directions(7, 1e3);
-    for (n, ratio) in [(5, 1e3), (7, 1e2)] {
+    for (n, ratio) in [(5, 1e3), (7, 1e2), (7, 1e5)] {
         let found = most_directions(n, ratio);
-        assert!(found <= 40.0 && (found / reference - 1.0).abs() < 0.4, "{n} a side, {ratio:e}: {found}, {reference}");
+        assert!(found <= 40.0 && (found / reference - 1.0).abs() < 0.25, "{n} a side, {ratio:e}: {found}, {reference}");
     }
-}
-
-/// The same up to the ratio at which residuals come to rest above the tolerance.
-#[test]
-#[ignore = "not met yet: with a bulk modulus of 1e5 µ a solution takes 240 directions, for its residual rests on rounding"]
-fn directions_hardly_depend_on_large_bulk_moduli() {
-    let (found, reference) = (most_directions(7, 1e5), most_directions(7, 1e3));
-    assert!(found <= 40.0 && (found / reference - 1.0).abs() < 0.4, "{found}, {reference}");
 }
 
 #[test]
