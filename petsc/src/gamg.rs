@@ -20,13 +20,17 @@ const BLOCK: usize = 3;
 /// What stands before the names of PETSc's options.
 const PREFIX: &CStr = c"rkpm_";
 /// Options unless they are set by the user.
-const OPTIONS: [(&CStr, &CStr); 6] = [
+///
+/// Aggregates of one or two nodes leave empty columns: smoothing by diagonals and shifted factors of the coarsest level bear
+/// them, sweeps of Gauss and Seidel do not.
+const OPTIONS: [(&CStr, &CStr); 7] = [
     (c"-rkpm_pc_type", c"gamg"),
     (c"-rkpm_pc_gamg_agg_nsmooths", c"1"),
     (c"-rkpm_pc_gamg_threshold", c"0.0"),
     (c"-rkpm_mg_levels_ksp_type", c"chebyshev"),
-    (c"-rkpm_mg_levels_ksp_max_it", c"2"),
-    (c"-rkpm_mg_levels_pc_type", c"sor"),
+    (c"-rkpm_mg_levels_ksp_max_it", c"4"),
+    (c"-rkpm_mg_levels_pc_type", c"jacobi"),
+    (c"-rkpm_mg_coarse_sub_pc_factor_shift_type", c"nonzero"),
 ];
 
 /// Krylov iteration for nearly incompressible bodies on lattices in space, on all ranks of a session: the iteration of

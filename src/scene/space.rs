@@ -64,7 +64,8 @@ pub(super) fn refuse(scheme: &Scheme, counts: &[usize]) -> Result<(), SolveError
     };
     // Each of several ranks takes its share.
     let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).map_or(1, |ranks| ranks.count()) as f64;
-    let takes = |counts: &[usize]| super::memory::needed(counts, reach, iterates(scheme, counts)) / ranks;
+    let cycle = scheme.solver.as_ref().is_some_and(|solver| solver.cycle(&[]).is_some());
+    let takes = |counts: &[usize]| super::memory::needed(counts, reach, cycle || iterates(scheme, counts)) / ranks;
     let (needed, limit) = (takes(counts), limit as f64);
     if !(needed > limit) {
         return Ok(());
