@@ -15,8 +15,7 @@ use crate::geometry::Point;
 
 pub use shape::CellShape;
 
-use elements::Elements;
-use elements::padded;
+use elements::{Elements, Group, padded};
 pub(crate) use shape::spanned;
 
 /// Nodes, cells, faces and edges with named groups of them, in the plane (`Mesh<2>`) or in space (`Mesh<3>`).
@@ -46,15 +45,6 @@ pub struct Mesh<const D: usize> {
     groups: Vec<Group>,
     /// Middles of curved edges by their ends, the lower one first: what refined meshes follow.
     curved: HashMap<[u32; 2], Point<D>>,
-}
-
-/// A named group of elements of one dimension.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Group {
-    pub name: String,
-    pub dimension: usize,
-    /// Places in the list of that dimension, rising.
-    pub members: Vec<u32>,
 }
 
 impl<const D: usize> Mesh<D> {

@@ -7,9 +7,9 @@ use crate::parallel::{for_each_mut, threads};
 use crate::term::{Element, Term, View};
 
 use super::model::{Model, SERIAL_BELOW, System};
-use super::pattern::Pattern;
+use super::pattern::{Pattern, UNCOUPLED};
 use super::slabs::{Gathered, SlabSchedule};
-use super::sum::{Part, Sum};
+use super::sum::{Part, Places, Sum};
 
 /// Nodes whose columns are locked together, as a power of two.
 const PART: u32 = 5;
@@ -43,14 +43,29 @@ fn own_nodes<const D: usize>(term: &dyn Term<D>) -> usize {
     if term.fills_compact() { term.clusters().min(1) } else { term.clusters() }
 }
 
+impl<const D: usize> Model<D> {
+    /// The assembler of this model.
+    pub fn assembler(&self) -> Assembler {
+        compiled!(D: (model: &Model<D> = self) -> Assembler { Assembler::new(model) })
+    }
+
+    /// The assembler of this model that keeps pressures of zones apart: [`System::values`] lacks what they would add, and
+    /// [`System::zones`] holds it.
+    pub fn assembler_apart(&self) -> Assembler {
+        Assembler::with(self, true, false)
+    }
+
+    /// As [`assembler_apart`](Self::assembler_apart), and nothing of the terms with such zones is summed into
+    /// [`System::values`] either: [`multiply_zone`](Self::multiply_zone) gives products with what they keep at points.
+    /// [`System::residual`] has the forces with the current pressures; what the local equations leave is in the zones.
+    pub fn assembler_free(&self) -> Assembler {
+        Assembler::with(self, true, true)
+    }
+}
+
 impl Assembler {
     pub(super) fn new<const D: usize>(model: &Model<D>) -> Self {
         Self::with(model, false, false)
-    }
-
-    /// Whether nothing of a term is summed into the matrix.
-    pub(super) fn is_free<const D: usize>(&self, term: &dyn Term<D>) -> bool {
-        self.free && term.separates()
     }
 
     pub(super) fn with<const D: usize>(model: &Model<D>, apart: bool, free: bool) -> Self {
@@ -256,12 +271,21 @@ impl Assembler {
         let whole = Part { first: 0, values: if with_matrix { values } else { &mut [] }, residual, load_slope };
         let one;
         let (several, mut sum);
+        let places = Places {
+            pattern: &self.pattern,
+            first_block: &self.first_place,
+            blocks: &self.places,
+            slabs: &self.slabs,
+            apart: self.apart,
+            free: self.free,
+        };
+        let over = |parts, part| Sum { places, model, at, term: 0, with_matrix, parts, part };
         if workers > 1 {
             several = self.parts::<D>(whole);
-            sum = Sum { assembler: self, model, at, term: 0, with_matrix, parts: &several, part: PART };
+            sum = over(&several, PART);
         } else {
             one = [Mutex::new(whole)];
-            sum = Sum { assembler: self, model, at, term: 0, with_matrix, parts: &one, part: usize::BITS - 1 };
+            sum = over(&one, usize::BITS - 1);
         }
         for term in 0..model.terms.len() {
             (sum.term, sum.at.condensed) = (term, &condensed[term]);
@@ -333,9 +357,6 @@ impl Assembler {
                 .sum::<usize>()
     }
 }
-
-/// Marks a pair of nodes that the sparse matrix does not couple.
-pub(super) const UNCOUPLED: u32 = u32::MAX;
 
 /// Appends the places of a cluster's pairs where only nodes that share a point are coupled.
 fn places_apart<const D: usize>(

@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::compiled::compiled;
 use crate::geometry::Point;
 use crate::parallel::{map_ranges, threads};
 use crate::term::{Element, Product, StateDiagnostics, Term, View, Zone};
 
+use super::Ranks;
 use super::elsewhere::Elsewhere;
-use super::{Assembler, Ranks};
 
 /// Unknowns below which everything stays on one thread.
 pub(super) const SERIAL_BELOW: usize = 400;
@@ -424,24 +423,6 @@ impl<const D: usize> Model<D> {
             ranks.sum(&mut sums);
         }
         if sums[0] == 0.0 { 0.0 } else { (sums[0] / sums[1]).sqrt() }
-    }
-
-    /// The assembler of this model.
-    pub fn assembler(&self) -> Assembler {
-        compiled!(D: (model: &Model<D> = self) -> Assembler { Assembler::new(model) })
-    }
-
-    /// The assembler of this model that keeps pressures of zones apart: [`System::values`] lacks what they would add, and
-    /// [`System::zones`] holds it.
-    pub fn assembler_apart(&self) -> Assembler {
-        Assembler::with(self, true, false)
-    }
-
-    /// As [`assembler_apart`](Self::assembler_apart), and nothing of the terms with such zones is summed into
-    /// [`System::values`] either: [`multiply_zone`](Self::multiply_zone) gives products with what they keep at points.
-    /// [`System::residual`] has the forces with the current pressures; what the local equations leave is in the zones.
-    pub fn assembler_free(&self) -> Assembler {
-        Assembler::with(self, true, true)
     }
 
     /// The product of a zone's matrix, $C^T H C$ left out, with a vector over all unknowns: node by node of the zone.

@@ -4,6 +4,9 @@ use std::sync::Arc;
 
 use crate::error::LinearError;
 
+/// Marks a pair of nodes that the sparse matrix does not couple.
+pub(super) const UNCOUPLED: u32 = u32::MAX;
+
 /// The lower triangle of a symmetric sparse matrix by columns, rows rising, the diagonal first.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Pattern {

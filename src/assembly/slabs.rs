@@ -2,7 +2,7 @@
 
 use crate::term::{Term, Zone};
 
-use super::Model;
+use super::model::Model;
 
 /// Most slabs of a term.
 const MOST: usize = 16;

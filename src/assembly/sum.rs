@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use crate::parallel::for_each_mut;
 use crate::term::{Element, LowerBlocks, View, Zone};
 
-use super::assembler::UNCOUPLED;
-use super::slabs::{Gathered, Schedule, Turn};
-use super::{Assembler, Model};
+use super::model::Model;
+use super::pattern::{Pattern, UNCOUPLED};
+use super::slabs::{Gathered, Schedule, SlabSchedule, Turn};
 
 /// How long a thread waits for another before it leaves the rest to the others.
 const PATIENCE: Duration = Duration::from_millis(200);
@@ -27,10 +27,25 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Where the blocks of clusters go and in which order, for all terms.
+#[derive(Clone, Copy)]
+pub(super) struct Places<'a> {
+    pub(super) pattern: &'a Pattern,
+    /// For each term and cluster the first entry in `blocks`.
+    pub(super) first_block: &'a [Vec<usize>],
+    /// For each pair (a ≥ b) of a cluster's nodes, by columns b, the place of the block in its node column.
+    pub(super) blocks: &'a [u32],
+    pub(super) slabs: &'a [SlabSchedule],
+    /// Whether pressures of zones are kept apart.
+    pub(super) apart: bool,
+    /// Whether nothing of terms with such zones is summed.
+    pub(super) free: bool,
+}
+
 /// The sum over the clusters of one term.
 #[derive(Clone, Copy)]
 pub(super) struct Sum<'a, const D: usize> {
-    pub(super) assembler: &'a Assembler,
+    pub(super) places: Places<'a>,
     pub(super) model: &'a Model<D>,
     pub(super) at: View<'a>,
     pub(super) term: usize,
@@ -43,7 +58,7 @@ pub(super) struct Sum<'a, const D: usize> {
 impl<const D: usize> Sum<'_, D> {
     /// Sums all clusters, a thread for each element; what the slabs gathered, in the order of the sums.
     pub(super) fn in_parallel(&self, elements: &mut [Element]) -> impl Iterator<Item = Gathered> {
-        let schedule = Mutex::new(Schedule::new(&self.assembler.slabs[self.term]));
+        let schedule = Mutex::new(Schedule::new(&self.places.slabs[self.term]));
         let work = |element: &mut Element| {
             let (mut last, mut since): (_, Option<Instant>) = (None, None);
             loop {
@@ -71,8 +86,8 @@ impl<const D: usize> Sum<'_, D> {
     pub(super) fn add_clusters(&self, places: std::ops::Range<usize>, element: &mut Element, gathered: &mut Gathered) {
         let term = &*self.model.terms[self.term];
         let (has_matrix, lower) = (self.with_matrix && term.has_matrix(), term.fills_lower_blocks());
-        let free = self.assembler.is_free(term);
-        for cluster in places.map(|place| self.assembler.slabs[self.term].cluster(place)) {
+        let free = self.places.free && term.separates();
+        for cluster in places.map(|place| self.places.slabs[self.term].cluster(place)) {
             let nodes = term.nodes(cluster);
             if term.fills_compact() {
                 element.reset(0, has_matrix);
@@ -84,7 +99,7 @@ impl<const D: usize> Sum<'_, D> {
             if has_matrix && lower && !free {
                 element.reset_lower::<D>(nodes.len());
                 element.apart =
-                    self.assembler.apart.then(|| Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
+                    self.places.apart.then(|| Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
             } else if has_matrix && free {
                 element.reset(nodes.len() * D, false);
                 element.with_matrix = true;
@@ -131,7 +146,7 @@ impl<const D: usize> Sum<'_, D> {
 
     /// Adds an element over a few nodes of its cluster.
     fn add_compact(&self, cluster: usize, nodes: &[u32], element: &Element) {
-        let Assembler { pattern, first_place, places, .. } = self.assembler;
+        let Places { pattern, first_block, blocks: places, .. } = self.places;
         let size = element.residual.len();
         for (b, &full) in element.compact.iter().enumerate() {
             let full = full as usize;
@@ -146,7 +161,7 @@ impl<const D: usize> Sum<'_, D> {
                 continue;
             }
             let base = pattern.columns[part.first];
-            let place = first_place[self.term][cluster] + full * nodes.len() - full * full.saturating_sub(1) / 2;
+            let place = first_block[self.term][cluster] + full * nodes.len() - full * full.saturating_sub(1) / 2;
             for j in 0..D {
                 let target = pattern.columns[node as usize * D + j] - base;
                 let source = &element.matrix[(b * D + j) * size..][..size];
@@ -173,12 +188,12 @@ impl<const D: usize> Sum<'_, D> {
         element: &Element,
         part: &mut Part<'_>,
     ) {
-        let Assembler { pattern, first_place, places, .. } = self.assembler;
+        let Places { pattern, first_block, blocks: places, .. } = self.places;
         let base = pattern.columns[part.first];
         let size = nodes.len() * D;
         // Blocks of earlier columns: Σ (len − b) for b < from.
         let from = columns.start;
-        let mut place = first_place[self.term][cluster] + from * nodes.len() - from * from.saturating_sub(1) / 2;
+        let mut place = first_block[self.term][cluster] + from * nodes.len() - from * from.saturating_sub(1) / 2;
         for b in columns {
             let column = nodes[b] as usize;
             let blocks = &places[place..place + nodes.len() - b];

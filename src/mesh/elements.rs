@@ -4,7 +4,16 @@ use nalgebra::Vector3;
 
 use crate::geometry::Point;
 
-use super::CellShape;
+use super::shape::CellShape;
+
+/// A named group of elements of one dimension.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Group {
+    pub name: String,
+    pub dimension: usize,
+    /// Places in the list of that dimension, rising.
+    pub members: Vec<u32>,
+}
 
 /// Elements of one dimension and their corners, one after the other.
 #[derive(Debug, Clone, PartialEq, Default)]

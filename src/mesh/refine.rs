@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use crate::error::MeshError;
 use crate::geometry::Point;
 
-use super::{CellShape, Elements, Group, Mesh};
+use super::elements::{Elements, Group};
+use super::{CellShape, Mesh};
 
 /// Nodes of a mesh and those in the middle of its edges, faces and cells, by what they are in the middle of.
 struct Middles<'a, const D: usize> {

@@ -2,12 +2,24 @@
 
 use nalgebra::Matrix4;
 
+use crate::simd::LANES;
+
 /// Functions of a zone at most.
 pub(crate) const FUNCTIONS: usize = 4;
 
 /// A symmetric tangent, rows and columns $3s + i$ for component $i$ and slot $s$: nine columns without their last row, which fill
 /// registers, and the last diagonal entry.
 pub(crate) type Tangent = ([[f64; 8]; 9], f64);
+
+/// The product of a zone's matrix with a vector, and the working memory behind it.
+#[derive(Debug, Clone, Default)]
+pub struct Product {
+    /// Node by node of the zone.
+    pub values: Vec<f64>,
+    /// Eight nodes at a time, padded: displacements and forces of the nodes of a cell by components, gradients by slots.
+    pub(super) moved: [Vec<[f64; LANES]>; 3],
+    pub(super) forces: [Vec<[f64; LANES]>; 3],
+}
 
 /// The part $C^T H C$ of a cluster's matrix that its condensed pressures would make, kept as factors: in space it would
 /// couple all nodes of a zone and leave the sparse matrix nearly dense.

@@ -8,9 +8,7 @@ use crate::material::Material;
 use crate::table::ShapeTable;
 
 use super::amplitude::Amplitude;
-use super::apart::Zone;
-use super::linearize::{advance, linearize};
-use super::product::{Product, multiply};
+use super::apart::{Product, Zone};
 use super::step_limit::jacobian;
 use super::volumetric_measure::VolumetricMeasure;
 use super::{Element, StateDiagnostics, Term, View};
@@ -550,7 +548,7 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
     }
 
     fn multiply(&self, zone: &Zone, x: &[f64], product: &mut Product) {
-        multiply(self, zone, x, product);
+        self.multiply_zone(zone, x, product);
     }
 
     fn take_pressures(&self, _cluster: usize, pressures: &[f64; 4], condensed_step: &mut [f64]) {
@@ -571,11 +569,11 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
-        linearize(self, cluster, view, out);
+        self.linearize_cluster(cluster, view, out);
     }
 
     fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
-        advance(self, cluster, view, step, condensed_step)
+        self.advance_cluster(cluster, view, step, condensed_step)
     }
 
     fn energy(&self, cluster: usize, view: View<'_>) -> f64 {

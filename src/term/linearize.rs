@@ -13,18 +13,27 @@ use super::step_limit::{largest_step, largest_step_of_hoops};
 use super::volumetric_measure::{Jet, VolumetricMeasure};
 use super::{Element, Term, View};
 
-/// Adds forces and, where asked for, the matrix of a cluster; see [`Term::linearize`].
-pub(super) fn linearize<const D: usize, M: Material>(
-    body: &Body<D, M>,
-    cluster: usize,
-    view: View<'_>,
-    out: &mut Element,
-) {
-    // Compiled for each number of gradient slots.
-    match body.table.gradient_components() {
-        1 => dispatch(Linearize::<D, 1, M> { body, cluster, view, out }),
-        2 => dispatch(Linearize::<D, 2, M> { body, cluster, view, out }),
-        _ => dispatch(Linearize::<D, 3, M> { body, cluster, view, out }),
+impl<const D: usize, M: Material> Body<D, M> {
+    /// Adds forces and, where asked for, the matrix of a cluster; see [`Term::linearize`].
+    pub(super) fn linearize_cluster(&self, cluster: usize, view: View<'_>, out: &mut Element) {
+        let body = self;
+        // Compiled for each number of gradient slots.
+        match body.table.gradient_components() {
+            1 => dispatch(Linearize::<D, 1, M> { body, cluster, view, out }),
+            2 => dispatch(Linearize::<D, 2, M> { body, cluster, view, out }),
+            _ => dispatch(Linearize::<D, 3, M> { body, cluster, view, out }),
+        }
+    }
+
+    /// Increments of the condensed unknowns of a cluster and the largest step; see [`Term::advance`].
+    pub(super) fn advance_cluster(
+        &self,
+        cluster: usize,
+        view: View<'_>,
+        step: &[f64],
+        condensed_step: &mut [f64],
+    ) -> f64 {
+        dispatch(Advance { body: self, cluster, view, step, condensed_step })
     }
 }
 
@@ -123,17 +132,6 @@ impl Zone {
         }
         measure
     }
-}
-
-/// Increments of the condensed unknowns of a cluster and the largest step; see [`Term::advance`].
-pub(super) fn advance<const D: usize, M: Material>(
-    body: &Body<D, M>,
-    cluster: usize,
-    view: View<'_>,
-    step: &[f64],
-    condensed_step: &mut [f64],
-) -> f64 {
-    dispatch(Advance { body, cluster, view, step, condensed_step })
 }
 
 struct Advance<'a, const D: usize, M> {

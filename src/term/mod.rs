@@ -17,12 +17,11 @@ mod together;
 mod volumetric_measure;
 
 pub use amplitude::Amplitude;
-pub use apart::Zone;
+pub use apart::{Product, Zone};
 pub use body::{Body, PressureField};
 pub use diagnostics::StateDiagnostics;
 pub use integrand::{Integrand, PointDerivatives, PointState, Pointwise, Sparsity};
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
-pub use product::Product;
 pub use step_limit::largest_step;
 
 pub(crate) use contraction::Windows;

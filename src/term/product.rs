@@ -3,22 +3,14 @@
 use crate::material::Material;
 use crate::simd::{Arithmetic, LANES, Task, dispatch};
 
-use super::apart::{Tangent, Zone};
+use super::apart::{Product, Tangent, Zone};
 use super::body::Body;
 
-/// The product of a zone's matrix with a vector, and the working memory behind it.
-#[derive(Debug, Clone, Default)]
-pub struct Product {
-    /// Node by node of the zone.
-    pub values: Vec<f64>,
-    /// Eight nodes at a time, padded: displacements and forces of the nodes of a cell by components, gradients by slots.
-    moved: [Vec<[f64; LANES]>; 3],
-    forces: [Vec<[f64; LANES]>; 3],
-}
-
-/// Writes $\int B^T A\\,B x$ over a zone; see [`super::Term::multiply`].
-pub(super) fn multiply<const D: usize, M: Material>(body: &Body<D, M>, zone: &Zone, x: &[f64], product: &mut Product) {
-    dispatch(Multiply { body, zone, x, product });
+impl<const D: usize, M: Material> Body<D, M> {
+    /// Writes $\int B^T A\\,B x$ over a zone; see [`super::Term::multiply`].
+    pub(super) fn multiply_zone(&self, zone: &Zone, x: &[f64], product: &mut Product) {
+        dispatch(Multiply { body: self, zone, x, product });
+    }
 }
 
 struct Multiply<'a, const D: usize, M> {

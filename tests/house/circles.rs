@@ -10,12 +10,7 @@ use std::path::Path;
 use crate::floors::{bare, files};
 
 /// Files that still import each other, to be parted, `::*` for all of a folder; the list may only become shorter.
-const KNOWN: [&[&str]; 4] = [
-    &["mesh", "mesh::msh", "mesh::msh::version2", "mesh::msh::version4"],
-    &["assembly::assembler", "assembly::model", "assembly::slabs", "assembly::sum"],
-    &["term::body", "term::linearize"],
-    &["scene", "scene::*"],
-];
+const KNOWN: [&[&str]; 1] = [&["scene", "scene::*"]];
 
 fn is_known(known: &[&str], file: &str) -> bool {
     known.iter().any(|name| name.strip_suffix('*').map_or(*name == file, |folder| file.starts_with(folder)))

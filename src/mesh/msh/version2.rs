@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use crate::error::MeshError;
 
 use super::bytes::Bytes;
-use super::{Reading, kind};
+use super::reading::{Reading, kind};
 
 pub(super) fn nodes(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(), MeshError> {
     bytes.enter("Nodes");

@@ -3,7 +3,7 @@
 use crate::error::MeshError;
 
 use super::bytes::Bytes;
-use super::{Reading, kind};
+use super::reading::{Reading, kind};
 
 /// Begins a section whose numbers may be binary.
 fn begin(bytes: &mut Bytes<'_>, section: &'static str) -> Result<(), MeshError> {
