@@ -149,7 +149,9 @@ pub mod prelude {
     #[cfg(feature = "solve")]
     pub use crate::solve::{Analysis, Ending, EquilibriumPath, Observer, State, Stepping};
     pub use crate::table::ShapeTable;
-    pub use crate::term::{Amplitude, Body, DeadLoad, FollowerPressure, Integrand, Pointwise, PressureField, Term};
+    pub use crate::term::{
+        Amplitude, Body, DeadLoad, FollowerPressure, Integrand, Pointwise, PressureField, ProjectedMeasure, Term,
+    };
 }
 
 /// Runs the README's code.

@@ -223,8 +223,8 @@ fn particles<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> Result<Mad
     let kinematics = &*scene.kinematics;
     let sharing = of.sharing;
     let (table, facets, field) = body_table(of, &approximation)?;
-    let mut body =
-        clocked(scene, Body::new(of.among_all(expanding(scene, table)?), material(scene, &of.body.material)?, field))?;
+    let (table, law) = (of.among_all(expanding(scene, table)?), material(scene, &of.body.material)?);
+    let mut body = clocked(scene, Body::projecting(table, law, field, scheme.measure))?;
     if let Some(fewest) = sharing.fewest(body.fewest()) {
         body = body.with_fewest(fewest);
     }

@@ -7,7 +7,7 @@ use crate::cells::{Layout, Scatter};
 use crate::kernel::{CubicSpline, Kernel};
 use crate::linear::LinearSolver;
 use crate::solve::{Newton, Stepping};
-use crate::term::PressureField;
+use crate::term::{PressureField, ProjectedMeasure};
 
 /// How many particles.
 #[derive(Debug, Clone, PartialEq)]
@@ -177,6 +177,8 @@ pub struct Scheme {
     pub rule: Rule,
     /// Volumetric energy.
     pub pressure: PressureScheme,
+    /// What of the volume is projected on zones of pressure.
+    pub measure: ProjectedMeasure,
     /// Essential conditions.
     pub rows: RowKind,
     /// Their enforcement.
@@ -207,6 +209,7 @@ impl fmt::Debug for Scheme {
             .field("rcond_limit", &self.rcond_limit)
             .field("rule", &self.rule)
             .field("pressure", &self.pressure)
+            .field("measure", &self.measure)
             .field("rows", &self.rows)
             .field("enforcing", &self.enforcing)
             .field("solving", &self.solving)
@@ -234,6 +237,7 @@ impl Default for Scheme {
             rcond_limit: None,
             rule: Rule::Auto,
             pressure: PressureScheme::Auto,
+            measure: ProjectedMeasure::Adapted,
             rows: RowKind::Auto,
             enforcing: Enforcing::Auto,
             solving: Solving::Auto,
@@ -356,6 +360,13 @@ impl Scheme {
     /// Sets the treatment of the volumetric energy on zones of `size` cells per direction.
     pub fn pressure_field(mut self, field: PressureField, size: usize) -> Self {
         self.pressure = PressureScheme::Field { field, size };
+        self
+    }
+
+    /// Sets what of the volume is projected on zones of pressure: [`ProjectedMeasure::Jacobian`] for work that is energy to
+    /// rounding.
+    pub fn projected_measure(mut self, measure: ProjectedMeasure) -> Self {
+        self.measure = measure;
         self
     }
 

@@ -123,7 +123,7 @@ pub(super) fn krylov<const D: usize, A: Approximation<D>>(
     let elements = FiniteElements::new(lattice.clone(), 1)?;
     let table = ShapeTable::of_elements(&elements, &elements.gauss_in(2, &zones)?, &*scene.kinematics)?;
     let mut model = Model::new(cells.positions().to_vec());
-    let mut elastic = Body::new(table, body.material().clone(), body.field());
+    let mut elastic = Body::projecting(table, body.material().clone(), body.field(), body.projected_measure());
     if let Some(fewest) = sharing.fewest(elastic.fewest()) {
         elastic = elastic.with_fewest(fewest);
     }

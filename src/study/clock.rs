@@ -36,6 +36,8 @@ pub(super) struct Meter {
     analyze: AtomicU64,
     factorize: AtomicU64,
     solve: AtomicU64,
+    factorizations: AtomicU64,
+    solutions: AtomicU64,
     unknowns: AtomicU64,
     entries: AtomicU64,
 }
@@ -46,6 +48,16 @@ impl Meter {
         let seconds = |counter: &AtomicU64| counter.load(Ordering::Relaxed) as f64 * 1e-9;
         let (analyze, factorize, solve) = (seconds(&self.analyze), seconds(&self.factorize), seconds(&self.solve));
         Phases { discretize, analyze, factorize, solve, assemble: (run - analyze - factorize - solve).max(0.0) }
+    }
+
+    /// Matrices that were factorised.
+    pub fn factorizations(&self) -> usize {
+        self.factorizations.load(Ordering::Relaxed) as usize
+    }
+
+    /// Right-hand sides that were solved for.
+    pub fn solutions(&self) -> usize {
+        self.solutions.load(Ordering::Relaxed) as usize
     }
 
     /// Unknowns of the systems that were solved.
@@ -108,6 +120,7 @@ impl LinearSolver for Timed {
 impl Factorizer for TimedFactorizer {
     fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
         let meter = &*self.meter;
+        meter.factorizations.fetch_add(1, Ordering::Relaxed);
         let inner = timed(&meter.factorize, || self.inner.factorize(values))?;
         Ok(Box::new(TimedFactors { inner, meter }))
     }
@@ -118,6 +131,7 @@ impl Factorizer for TimedFactorizer {
         at: At<'_>,
     ) -> Result<Box<dyn Factors + 'a>, LinearError> {
         let meter = &*self.meter;
+        meter.factorizations.fetch_add(1, Ordering::Relaxed);
         let inner = timed(&meter.factorize, || self.inner.factorize_at(system, at))?;
         Ok(Box::new(TimedFactors { inner, meter }))
     }
@@ -133,6 +147,7 @@ impl Factorizer for TimedFactorizer {
 
 impl Factors for TimedFactors<'_> {
     fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
+        self.meter.solutions.fetch_add(1, Ordering::Relaxed);
         timed(&self.meter.solve, || self.inner.solve_in_place(rhs))
     }
 

@@ -66,8 +66,12 @@ pub struct Run {
     pub points: usize,
     /// Converged steps.
     pub steps: usize,
-    /// Iterations (factorisations), those of rejected steps included.
+    /// Newton iterations, those of rejected steps included.
     pub iterations: usize,
+    /// Matrices that were factorised: fewer than iterations where factors are kept.
+    pub factorizations: usize,
+    /// Right-hand sides that were solved for with them.
+    pub solutions: usize,
     /// Bytes of the body's table and of the matrix, without its factor.
     pub bytes: usize,
     /// Seconds of the whole analysis from particles to the last state: the fastest of the repetitions.
@@ -96,6 +100,8 @@ impl Default for Run {
             points: 0,
             steps: 0,
             iterations: 0,
+            factorizations: 0,
+            solutions: 0,
             bytes: 0,
             seconds: f64::NAN,
             phases: Phases::default(),
@@ -287,6 +293,7 @@ impl<const D: usize> WorkPrecision<D> {
         run.bytes = problem.body().table().bytes() + 12 * meter.entries();
         run.steps = path.steps.len();
         run.iterations = path.iterations;
+        (run.factorizations, run.solutions) = (meter.factorizations(), meter.solutions());
         let path = path.completed()?;
         run.values = self
             .quantities
@@ -321,14 +328,25 @@ impl Study {
         runs.map(|run| run.seconds).min_by(f64::total_cmp)
     }
 
-    /// The columns `problem, scheme, particles, unknowns, steps, iterations, error, seconds`, a row per run;
-    /// `error` is that of the run itself.
+    /// The columns `problem, scheme, particles, unknowns, steps, iterations, factorizations, solutions, error, seconds`, a
+    /// row per run; `error` is that of the run itself.
     pub fn points(&self) -> Table {
-        let mut table =
-            Table::new(["problem", "scheme", "particles", "unknowns", "steps", "iterations", "error", "seconds"]);
+        let mut table = Table::new([
+            "problem",
+            "scheme",
+            "particles",
+            "unknowns",
+            "steps",
+            "iterations",
+            "factorizations",
+            "solutions",
+            "error",
+            "seconds",
+        ]);
         table.rows.extend(self.runs.iter().map(|run| {
             let words = [Cell::from(self.name.as_str()), Cell::from(run.series.as_str())];
-            let counts = [run.particles, run.unknowns, run.steps, run.iterations].map(Cell::from);
+            let sizes = [run.particles, run.unknowns, run.steps];
+            let counts = sizes.into_iter().chain([run.iterations, run.factorizations, run.solutions]).map(Cell::from);
             words.into_iter().chain(counts).chain([run.error, run.seconds].map(Cell::from)).collect()
         }));
         table

@@ -18,7 +18,7 @@ mod volumetric_measure;
 
 pub use amplitude::Amplitude;
 pub use apart::{Product, Zone};
-pub use body::{Body, PressureField};
+pub use body::{Body, PressureField, ProjectedMeasure};
 pub use diagnostics::StateDiagnostics;
 pub use integrand::{Integrand, PointDerivatives, PointState, Pointwise, Sparsity};
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
