@@ -1,7 +1,7 @@
 //! A rubber bushing pressed between two metal sleeves (paper §6.5): 56 particles beside 672 elements.
 //!
 //! `cargo run --release --example bushing_assembly [-- --out DIR]` prints a table like Table 1 of the paper
-//! and writes `summary.csv`, that table, the shapes of Fig. 12 and files for ParaView. Lengths in cm,
+//! and writes `summary.csv`, that table, the meshes of Fig. 11, the shapes of Fig. 12 and files for ParaView. Lengths in cm,
 //! stresses in MPa.
 //!
 //! **The ring before assembly is an assumption**: the paper gives the radii of the sleeves, 1.93 and
@@ -94,48 +94,40 @@ fn columns() -> Vec<Column> {
 const BENCHMARK: &str = "uz_outer_q2p1";
 const DEFAULT: &str = "uz_outer_56";
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let out = support::out_dir("bushing_assembly");
-    let mut summary = Summary::new();
-    let mut table = Table::new([
-        "scheme",
-        "nodes",
-        "uz_outer_cm",
-        "relative_difference",
-        "relative_difference_in_paper",
-        "steps",
-        "iterations",
-        "negative_pivots",
-    ]);
-    let mut benchmark = f64::NAN;
-    for Column { name, label, scheme, counts, paper } in columns() {
-        let problem = bushing()?.discretize(&scheme.particles(counts))?;
+/// One analysis of the assembly with prescribed sleeves.
+pub struct Assembled {
+    column: Column,
+    problem: Problem<2>,
+    path: EquilibriumPath,
+    /// How far the upper edge rises at the outer sleeve: the room that the assembled bushing takes.
+    rise: f64,
+}
+
+/// All columns of Table 1; the benchmark comes first.
+pub fn assemblies() -> Result<Vec<Assembled>, rkpm::Error> {
+    let assemble = |column: Column| -> Result<Assembled, rkpm::Error> {
+        let problem = bushing()?.discretize(&column.scheme.clone().particles(column.counts))?;
         let path = problem.run(&mut ())?.completed()?;
-        // How far the upper edge rises at the outer sleeve: the room that the assembled bushing takes.
         let rise = problem.displacement(path.last(), &[RING[1], RING[2]].into())?[1];
-        if name == BENCHMARK {
-            benchmark = rise;
-            summary.note(name, rise)?;
+        Ok(Assembled { column, problem, path, rise })
+    };
+    columns().into_iter().map(assemble).collect()
+}
+
+/// All rows of `summary.csv`.
+pub fn summary(assemblies: &[Assembled]) -> Result<Summary, Box<dyn Error>> {
+    let mut summary = Summary::new();
+    let benchmark = assemblies[0].rise;
+    for Assembled { column, path, rise, .. } in assemblies {
+        if column.name == BENCHMARK {
+            summary.note(column.name, *rise)?;
         } else {
-            summary.record(name, rise, benchmark)?;
+            summary.record(column.name, *rise, benchmark)?;
         }
-        if name == DEFAULT {
+        if column.name == DEFAULT {
             summary.note("steps_56", path.steps.len() as f64)?;
             summary.note("iterations_56", path.iterations as f64)?;
-            draw_shapes(&out, &problem, &path)?;
         }
-        // Negative pivots: directions in which the state is unstable.
-        let unstable = path.steps.last().and_then(|step| step.inertia).map_or(Cell::Empty, |i| Cell::from(i.negative));
-        table.push([
-            Cell::from(label),
-            Cell::from(counts[0] * counts[1]),
-            Cell::from(rise),
-            Cell::from(rise / benchmark - 1.0),
-            Cell::from(paper),
-            Cell::from(path.steps.len()),
-            Cell::from(path.iterations),
-            unstable,
-        ])?;
     }
     for counts in [[7, 8], [13, 15], [25, 29]] {
         let rise = |scene: &Scene<2>| -> Result<(f64, Problem<2>, EquilibriumPath), rkpm::Error> {
@@ -162,24 +154,88 @@ fn main() -> Result<(), Box<dyn Error>> {
         summary.note(format!("open_{particles}_contact"), open as f64)?;
         summary.note(format!("least_pressure_{particles}_contact"), least)?;
     }
+    Ok(summary)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let out = support::out_dir("bushing_assembly");
+    let assemblies = assemblies()?;
+    let summary = summary(&assemblies)?;
     print!("{summary}");
     summary.write(out.join("summary.csv"))?;
-    table.write(out.join("table_1.csv"))?;
+    table(&assemblies)?.write(out.join("table_1.csv"))?;
+    draw_meshes(&out, &assemblies)?;
+    for assembled in assemblies.iter().filter(|a| [DEFAULT, "uz_outer_q1p0_672"].contains(&a.column.name)) {
+        draw_shapes(&out, assembled)?;
+    }
     println!("results in {}", out.display());
     Ok(())
 }
 
-/// The ring before and after assembly with its particles (Fig. 12), and both for ParaView.
-fn draw_shapes(out: &FilePath, problem: &Problem<2>, path: &EquilibriumPath) -> Result<(), Box<dyn Error>> {
-    let mut chart = Chart::new("Rubber ring before and after assembly, 56 particles").x("R [cm]").y("Z [cm]");
+/// Table 1.
+fn table(assemblies: &[Assembled]) -> Result<Table, Box<dyn Error>> {
+    let mut table = Table::new([
+        "scheme",
+        "nodes",
+        "uz_outer_cm",
+        "relative_difference",
+        "relative_difference_in_paper",
+        "steps",
+        "iterations",
+        "negative_pivots",
+    ]);
+    let benchmark = assemblies[0].rise;
+    for Assembled { column, path, rise, .. } in assemblies {
+        // Negative pivots: directions in which the state is unstable.
+        let unstable = path.steps.last().and_then(|step| step.inertia).map_or(Cell::Empty, |i| Cell::from(i.negative));
+        table.push([
+            Cell::from(column.label),
+            Cell::from(column.counts[0] * column.counts[1]),
+            Cell::from(*rise),
+            Cell::from(rise / benchmark - 1.0),
+            Cell::from(column.paper),
+            Cell::from(path.steps.len()),
+            Cell::from(path.iterations),
+            unstable,
+        ])?;
+    }
+    Ok(table)
+}
+
+/// The three meshes and the particles of the free ring (Fig. 11).
+fn draw_meshes(out: &FilePath, assemblies: &[Assembled]) -> Result<(), Box<dyn Error>> {
+    let mut charts = Vec::new();
+    let drawn = [DEFAULT, "uz_outer_q1p0_42", "uz_outer_q1p0_168", "uz_outer_q1p0_672"];
+    for Assembled { column, problem, path, .. } in assemblies.iter().filter(|a| drawn.contains(&a.column.name)) {
+        let chart = Chart::new(column.label).x("R [cm]").y("Z [cm]").equal_aspect();
+        let particles = support::deformed(problem, &path.start)?;
+        charts.push(if column.name == DEFAULT {
+            chart.with(Series::markers("particles", &particles).marker(Marker::Circle))
+        } else {
+            chart
+                .with(Series::outlines("elements", &support::grid_lines(problem, &path.start, 1)?).colour(Colour::Grey))
+        });
+    }
+    std::fs::write(out.join("meshes.svg"), support::panels(&charts)?)?;
+    Ok(())
+}
+
+/// The ring before and after assembly, with its particles where it has some (Fig. 12), and both for ParaView.
+fn draw_shapes(out: &FilePath, assembled: &Assembled) -> Result<(), Box<dyn Error>> {
+    let Assembled { column, problem, path, .. } = assembled;
+    let set = if column.name == DEFAULT { "particles" } else { "elements" };
+    let title = format!("Rubber ring before and after assembly, {}", column.label);
+    let mut chart = Chart::new(title).x("R [cm]").y("Z [cm]");
     let mut animation = PvdCollection::default();
     let states = [("free ring (assumed)", &path.start, Colour::Grey), ("assembled", path.last(), Colour::Blue)];
     for (k, (name, state, colour)) in states.into_iter().enumerate() {
-        let particles = support::deformed(problem, state)?;
-        chart = chart
-            .with(Series::outlines(name, &support::grid_lines(problem, state, 6)?).colour(colour))
-            .with(Series::markers("", &particles).marker(Marker::Circle).colour(colour));
-        let file = format!("bushing_{k}.vtu");
+        let parts = if column.name == DEFAULT { 6 } else { 1 };
+        chart = chart.with(Series::outlines(name, &support::grid_lines(problem, state, parts)?).colour(colour));
+        if column.name == DEFAULT {
+            let particles = support::deformed(problem, state)?;
+            chart = chart.with(Series::markers("", &particles).marker(Marker::Circle).colour(colour));
+        }
+        let file = format!("bushing_{set}_{k}.vtu");
         problem.vtk_grid(state)?.write(out.join(&file))?;
         animation.push(state.load, file);
     }
@@ -189,7 +245,7 @@ fn draw_shapes(out: &FilePath, problem: &Problem<2>, path: &EquilibriumPath) -> 
         .vertical(format!("outer sleeve, {outer} cm"), outer)
         .equal_aspect()
         .legend(Legend::Beneath)
-        .write(out.join("shapes.svg"))?;
-    animation.write(out.join("bushing.pvd"))?;
+        .write(out.join(format!("shapes_{set}.svg")))?;
+    animation.write(out.join(format!("bushing_{set}.pvd")))?;
     Ok(())
 }

@@ -108,65 +108,127 @@ fn deflection(pressure: f64, scheme: &Scheme) -> Result<f64, rkpm::Error> {
     Ok(problem.displacement(path.last(), &[0.0, 0.0].into())?[1])
 }
 
+/// Deflections of the lower centre by independent finite elements, by the name of their column.
+struct Reference(Vec<(String, Vec<f64>)>);
+
+impl Reference {
+    fn read() -> Self {
+        Reference(support::csv_columns(include_str!("../tests/reference/disk_follower_edge.csv")))
+    }
+
+    fn column(&self, name: &str) -> &[f64] {
+        self.0.iter().find(|c| c.0 == name).map(|c| c.1.as_slice()).unwrap_or_default()
+    }
+
+    fn pressures(&self) -> &[f64] {
+        self.column("p_MPa")
+    }
+
+    fn at(&self, name: &str, pressure: f64) -> f64 {
+        let row = self.pressures().iter().position(|q| (q - pressure).abs() < 1e-9);
+        row.and_then(|k| self.column(name).get(k)).copied().unwrap_or(f64::NAN)
+    }
+}
+
+fn default(counts: [usize; 2]) -> Scheme {
+    Scheme::default().particles(counts)
+}
+
+fn paper() -> Scheme {
+    Scheme::paper(1.0).particles([11, 2]).integration_zones([10, 1])
+}
+
+fn q2p1() -> Scheme {
+    Scheme::elements(2).particles([161, 9])
+}
+
+/// Whole inflations: the summary tells their numbers, the charts show them.
+pub struct Inflations {
+    default_22: Inflation,
+    default_82: Inflation,
+    paper_22: Inflation,
+    /// The paper's finite elements: 10 × 1, 10 × 2 and 100 × 3.
+    elements: Vec<Vec<[f64; 2]>>,
+}
+
+const MESHES: [(&str, [usize; 2]); 3] = [("10x1", [11, 2]), ("10x2", [11, 3]), ("100x3", [101, 4])];
+
+impl Inflations {
+    /// To the full pressure: the default stepping controls the deflection, the paper takes 207 load steps. The paper does not
+    /// give its dilation here.
+    pub fn run() -> Result<Self, rkpm::Error> {
+        let reference = Reference::read();
+        let through = |counts: [usize; 2]| {
+            Inflation::through(reference.pressures(), &Scheme::elements(1).particles(counts))?.curve()
+        };
+        Ok(Inflations {
+            default_22: Inflation::run(Held::Rim, &default([11, 2]))?,
+            default_82: Inflation::run(Held::Rim, &default([41, 2]))?,
+            paper_22: Inflation::run(Held::Rim, &paper().stepping(Stepping::equal(207)))?,
+            elements: MESHES.into_iter().map(|(_, counts)| through(counts)).collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// All rows of `summary.csv`.
+    pub fn summary(&self) -> Result<Summary, Box<dyn Error>> {
+        let reference = Reference::read();
+        let finest = |pressure: f64| reference.at("w_bottom_ref", pressure);
+        let mut summary = Summary::new();
+        // The default scheme, and the same with wider supports.
+        let asked =
+            [(0.0207, "22", [11, 2]), (0.1035, "22", [11, 2]), (0.1035, "41x2", [41, 2]), (0.1449, "41x2", [41, 2])];
+        for (p, set, counts) in asked {
+            summary.record(format!("w_{p}_{set}"), deflection(p, &default(counts))?, finest(p))?;
+            let wide = default(counts).dilation(1.5);
+            summary.record(format!("w_{p}_{set}_r1.5"), deflection(p, &wide)?, finest(p))?;
+        }
+        summary.note("steps_22", self.default_22.steps() as f64)?;
+        summary.note("iterations_22", self.default_22.iterations as f64)?;
+        summary.note("steps_paper", self.paper_22.steps() as f64)?;
+
+        // The paper's scheme beside as many nodes of finite elements.
+        for p in [0.0207, 0.1035] {
+            summary.record(format!("w_{p}_paper"), deflection(p, &paper())?, finest(p))?;
+            let elements = deflection(p, &Scheme::elements(1).particles([11, 2]))?;
+            summary.record(format!("w_{p}_q1p0_10x1"), elements, finest(p))?;
+        }
+        // At small pressures, where the disk bends, the paper's scheme locks.
+        let bent = deflection(0.005, &q2p1())?;
+        summary.note("w_q2p1_0.005", bent)?;
+        summary.record("w_default_0.005", deflection(0.005, &default([11, 2]))?, bent)?;
+        summary.record("w_paper_0.005", deflection(0.005, &paper())?, bent)?;
+
+        // The paper's finite elements against the same elements of another code.
+        for ((mesh, _), curve) in MESHES.into_iter().zip(&self.elements) {
+            let theirs = reference.column(&format!("a_Q1P0_{mesh}"));
+            let differences = curve[1..].iter().zip(theirs).filter(|(ours, _)| ours[0] < CONVERGED + 1e-9);
+            let worst = differences.map(|(ours, theirs)| (ours[1] / theirs - 1.0).abs()).fold(0.0, f64::max);
+            summary.note(format!("q1p0_{mesh}_worst"), worst)?;
+        }
+        // The paper's remark that 10 × 2 elements stop before 10 × 1, in 207 steps without cutting back.
+        let stops = support::csv_columns(include_str!("../tests/reference/disk_paper_207_steps.csv"));
+        let plain = Stepping { smallest: 1.0 / 207.0, ..Stepping::equal(207) };
+        for (row, mesh, counts) in [(0, "10x1", [11, 2]), (1, "10x2", [11, 3])] {
+            let pinned = Inflation::run(Held::LowerCorner, &Scheme::elements(1).particles(counts).stepping(plain))?;
+            summary.record(format!("pinned_{mesh}_last_p"), PRESSURE * pinned.last().load, stops[2].1[row])?;
+        }
+        Ok(summary)
+    }
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let out = support::out_dir("disk_inflation");
-    let reference = support::csv_columns(include_str!("../tests/reference/disk_follower_edge.csv"));
-    let column = |name: &str| reference.iter().find(|c| c.0 == name).map(|c| c.1.as_slice()).unwrap_or_default();
-    let (pressures, finest) = (column("p_MPa"), column("w_bottom_ref"));
-    let reference_at = |p: f64| pressures.iter().position(|q| (q - p).abs() < 1e-9).map_or(f64::NAN, |k| finest[k]);
-    let default = |counts: [usize; 2]| Scheme::default().particles(counts);
-    let paper = Scheme::paper(1.0).particles([11, 2]).integration_zones([10, 1]);
-    let q2p1 = Scheme::elements(2).particles([161, 9]);
-    let mut summary = Summary::new();
-
-    // The default scheme, and the same with wider supports.
-    let asked =
-        [(0.0207, "22", [11, 2]), (0.1035, "22", [11, 2]), (0.1035, "41x2", [41, 2]), (0.1449, "41x2", [41, 2])];
-    for (p, set, counts) in asked {
-        summary.record(format!("w_{p}_{set}"), deflection(p, &default(counts))?, reference_at(p))?;
-        let wide = default(counts).dilation(1.5);
-        summary.record(format!("w_{p}_{set}_r1.5"), deflection(p, &wide)?, reference_at(p))?;
-    }
-
-    // To the full pressure: the default stepping controls the deflection, the paper takes 207 load steps.
-    // The paper does not give its dilation here.
-    let default_22 = Inflation::run(Held::Rim, &default([11, 2]))?;
-    let default_82 = Inflation::run(Held::Rim, &default([41, 2]))?;
-    let paper_22 = Inflation::run(Held::Rim, &paper.clone().stepping(Stepping::equal(207)))?;
-    summary.note("steps_22", default_22.steps() as f64)?;
-    summary.note("iterations_22", default_22.iterations as f64)?;
-    summary.note("steps_paper", paper_22.steps() as f64)?;
-
-    // At small pressures, where the disk bends, the paper's scheme locks.
-    let bent = deflection(0.005, &q2p1)?;
-    summary.note("w_q2p1_0.005", bent)?;
-    summary.record("w_default_0.005", deflection(0.005, &default([11, 2]))?, bent)?;
-    summary.record("w_paper_0.005", deflection(0.005, &paper)?, bent)?;
-
-    // The paper's finite elements against the same elements of another code.
-    let mut elements = Vec::new();
-    for (mesh, counts) in [("10x1", [11, 2]), ("10x2", [11, 3]), ("100x3", [101, 4])] {
-        let curve = Inflation::through(pressures, &Scheme::elements(1).particles(counts))?.curve()?;
-        let theirs = column(&format!("a_Q1P0_{mesh}"));
-        let differences = curve[1..].iter().zip(theirs).filter(|(ours, _)| ours[0] < CONVERGED + 1e-9);
-        let worst = differences.map(|(ours, theirs)| (ours[1] / theirs - 1.0).abs()).fold(0.0, f64::max);
-        summary.note(format!("q1p0_{mesh}_worst"), worst)?;
-        elements.push(curve);
-    }
-
-    // The paper's remark that 10 × 2 elements stop before 10 × 1, in 207 steps without cutting back.
-    let stops = support::csv_columns(include_str!("../tests/reference/disk_paper_207_steps.csv"));
-    let plain = Stepping { smallest: 1.0 / 207.0, ..Stepping::equal(207) };
-    for (row, mesh, counts) in [(0, "10x1", [11, 2]), (1, "10x2", [11, 3])] {
-        let pinned = Inflation::run(Held::LowerCorner, &Scheme::elements(1).particles(counts).stepping(plain))?;
-        summary.record(format!("pinned_{mesh}_last_p"), PRESSURE * pinned.last().load, stops[2].1[row])?;
-    }
+    let inflations = Inflations::run()?;
+    let summary = inflations.summary()?;
     print!("{summary}");
     summary.write(out.join("summary.csv"))?;
 
-    let finest = pressures.iter().zip(finest).map(|(&p, &w)| [p, w]).collect::<Vec<_>>();
-    let small = Inflation::through(&[5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2], &q2p1)?;
+    let reference = Reference::read();
+    let finest = reference.pressures().iter().zip(reference.column("w_bottom_ref"));
+    let finest = finest.map(|(&p, &w)| [p, w]).collect::<Vec<_>>();
+    let small = Inflation::through(&[5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2], &q2p1())?;
     let line = |name: &str, curve: &[[f64; 2]], colour| Series::line(name, curve).colour(colour);
+    let Inflations { default_22, default_82, paper_22, elements } = &inflations;
     let defaults = [
         line("default, 11 × 2 particles", &default_22.curve()?, Colour::Blue).marker(Marker::Circle),
         line("default, 41 × 2 particles", &default_82.curve()?, Colour::Green).marker(Marker::Square),

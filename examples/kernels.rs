@@ -54,27 +54,42 @@ fn modified_kernels(out: &FilePath) -> Result<(), Box<dyn Error>> {
 }
 
 /// Figs. 2 and 3: a bar stretched by x = (1 + t) X; the support of a material kernel follows the particles, that
-/// of a spatial one does not.
+/// of a spatial one does not. Each kernel over the original and over the current configuration.
 fn stretched_kernels(out: &FilePath) -> Result<(), Box<dyn Error>> {
-    // The dilation covers five particles at rest, as in the paper.
-    let dilation = 3.0;
-    let shape = |z: f64| CubicSpline.value_and_slope(z.abs()).0;
-    for (name, title, material) in [
-        ("material_kernel", "Material kernel in the current configuration (4.52)", true),
-        ("spatial_kernel", "Spatial kernel in the current configuration (4.55)", false),
-    ] {
-        let mut chart = Chart::new(title).x("x, particle 4 at the origin").y("kernel, stretch by stretch below");
+    // The support covers five particles at rest, as in the paper.
+    let rk = bar(1.5)?;
+    let middle = 4;
+    for (name, material) in [("material_kernel", true), ("spatial_kernel", false)] {
+        let equation = if material { "Material kernel (4.52)" } else { "Spatial kernel (4.55)" };
+        let mut original = Chart::new(format!("{equation}, original configuration"))
+            .x("X")
+            .y("kernel of the middle particle, stretch by stretch below");
+        let mut current = Chart::new(format!("{equation}, current configuration"))
+            .x("x")
+            .y("kernel of the middle particle, stretch by stretch below");
         for (row, t) in [0.0, 0.5, 1.0, 2.0].into_iter().enumerate() {
-            let support = if material { dilation * (1.0 + t) } else { dilation };
+            let stretch = 1.0 + t;
             let base = -(row as f64);
-            let curve: Vec<[f64; 2]> =
-                (-240..=240).map(|i| i as f64 / 20.0).map(|x| [x, base + shape(x / support)]).collect();
-            let particles: Vec<[f64; 2]> = (-4..=4).map(|i| [f64::from(i) * (1.0 + t), base]).collect();
-            chart = chart
-                .line(format!("stretch {}", 1.0 + t), &curve)
-                .markers(format!("particles at {}", 1.0 + t), &particles);
+            let moved = rk.nodes().iter().map(|x| x * stretch).collect::<Vec<_>>();
+            // A spatial kernel stands at the moved particles and is asked at points of the moved bar.
+            let spatial = rk.spatial(moved.clone())?;
+            let kernel = |x: f64| {
+                let weights = if material {
+                    rk.kernel_weights(&[x].into())
+                } else {
+                    spatial.kernel_weights(&[x * stretch].into())
+                };
+                weights.iter().find(|w| w.0 == middle).map_or(0.0, |w| w.1)
+            };
+            let places = (0..=640).map(|i| f64::from(i) / 80.0);
+            let values: Vec<[f64; 2]> = places.map(|x| [x, base + kernel(x)]).collect();
+            let stretched: Vec<[f64; 2]> = values.iter().map(|q| [q[0] * stretch, q[1]]).collect();
+            let at_rest: Vec<[f64; 2]> = rk.nodes().iter().map(|x| [x[0], base]).collect();
+            let now: Vec<[f64; 2]> = moved.iter().map(|x| [x[0], base]).collect();
+            original = original.line(format!("stretch {stretch}"), &values).markers("", &at_rest);
+            current = current.line(format!("stretch {stretch}"), &stretched).markers("", &now);
         }
-        chart.write(out.join(format!("{name}.svg")))?;
+        std::fs::write(out.join(format!("{name}.svg")), support::panels(&[original, current])?)?;
     }
     Ok(())
 }

@@ -2,8 +2,8 @@
 //! homogeneous, so that a consistent method must find it to rounding, however its particles lie.
 //!
 //! `cargo run --release --example uniaxial [-- --out DIR]` prints a table and writes `summary.csv`, the
-//! curve of the reduced stress, the deformed shapes, and the same test on a cube. Lengths in cm, stresses
-//! in MPa.
+//! curve of the reduced stress (Fig. 5) by the default and by the paper's scheme, the deformed shapes, and the same
+//! test on a cube. Lengths in cm, stresses in MPa.
 
 mod support;
 
@@ -12,7 +12,7 @@ use std::path::Path as FilePath;
 
 use rkpm::nalgebra::{Matrix3, Vector3};
 use rkpm::output::chart::{Colour, Legend, Series};
-use rkpm::output::{Chart, Summary, Table};
+use rkpm::output::{Cell, Chart, Summary, Table};
 use rkpm::prelude::*;
 
 const LENGTH: f64 = 1.0;
@@ -107,69 +107,111 @@ fn difference(stretch: f64) -> f64 {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let out = support::out_dir("uniaxial");
-    let reference = support::csv_columns(include_str!("../tests/reference/uniaxial_plane_strain.csv"));
-    let column = |name: &str| reference.iter().find(|c| c.0 == name).map(|c| c.1.as_slice()).unwrap_or_default();
-    let (stretches, reduced) = (column("lambda"), column("reduced_k1e5"));
-
-    let default = Scheme::default().particles([9, 3]);
-    let mut summary = Summary::new();
-    for (stretch, name) in [(10.0, "10"), (0.1, "0.1")] {
-        let exact = exact_stretches(stretch, &[1])?;
-        for (layout, kind) in [(Layout::Regular, "regular"), (JITTER_2D, "irregular")] {
-            let outcome = run(&sheet(stretch)?, &default.clone().layout(layout), &exact, HEIGHT)?;
-            summary.note(format!("error_{kind}_{name}"), outcome.error)?;
-            summary.note(format!("steps_{kind}_{name}"), outcome.path.steps.len() as f64)?;
-            summary.note(format!("iterations_{kind}_{name}"), outcome.path.iterations as f64)?;
-            if kind == "irregular" {
-                let row = stretches.iter().position(|&s| s == stretch).ok_or("the reference lacks this stretch")?;
-                let value = reduced_stress(&outcome, stretch)?;
-                summary.record(format!("reduced_stress_{name}"), value, reduced[row])?;
-            }
-        }
-    }
-
-    // The paper's scheme: 4 × 1 zones of Gauss points, conditions at particles. Its error comes from
-    // integration and conditions that do not match, not from the particles.
-    for (stretch, name) in [(10.0, "10"), (0.1, "0.1")] {
-        let exact = exact_stretches(stretch, &[1])?;
-        for (layout, kind) in [(Layout::Regular, "regular"), (JITTER_2D, "irregular")] {
-            for r in [0.50001, 0.75, 1.0] {
-                // At r = 0.5 a point on a column of particles is covered by nearly no other column: what the
-                // guard of the moment matrix refuses has to pass here.
-                let paper = Scheme::paper(r).integration_zones([4, 1]).rcond_limit(1e-15);
-                let scheme = paper.particles([9, 3]).layout(layout.clone());
-                let outcome = run(&sheet(stretch)?, &scheme, &exact, HEIGHT)?;
-                summary.note(format!("paper_error_{kind}_{name}_r{r}"), outcome.error)?;
-            }
-        }
-    }
-
-    for (stretch, name) in [(0.1, "0.1"), (4.0, "4"), (10.0, "10")] {
-        let exact = exact_stretches(stretch, &[1, 2])?;
-        let scheme = Scheme::default().particles([5]).layout(JITTER_3D);
-        let outcome = run(&cube(stretch)?, &scheme, &exact, 1.0)?;
-        summary.note(format!("error_3d_{name}"), outcome.error)?;
-        summary.note(format!("steps_3d_{name}"), outcome.path.steps.len() as f64)?;
-        summary.note(format!("iterations_3d_{name}"), outcome.path.iterations as f64)?;
-        outcome.problem.vtk_grid(outcome.path.last())?.write(out.join(format!("cube_{name}.vtu")))?;
-    }
+    let summary = summary()?;
     print!("{summary}");
     summary.write(out.join("summary.csv"))?;
-
-    stress_curve(&out, &default, stretches, reduced, column("reduced_incompressible"))?;
+    let default = Scheme::default().particles([9, 3]);
+    stress_curve(&out, &default)?;
+    paper_curve(&out)?;
     shapes(&out, &default.layout(JITTER_2D))?;
+    for (stretch, name) in CUBES {
+        let outcome = pulled_cube(stretch)?;
+        outcome.problem.vtk_grid(outcome.path.last())?.write(out.join(format!("cube_{name}.vtu")))?;
+    }
     println!("results in {}", out.display());
     Ok(())
 }
 
+/// Stretches of the cube.
+const CUBES: [(f64, &str); 3] = [(0.1, "0.1"), (4.0, "4"), (10.0, "10")];
+
+fn pulled_cube(stretch: f64) -> Result<Outcome<3>, rkpm::Error> {
+    run(&cube(stretch)?, &Scheme::default().particles([5]).layout(JITTER_3D), &exact_stretches(stretch, &[1, 2])?, 1.0)
+}
+
+/// The columns of the exact solution: stretches, reduced stresses for k = 1e5 MPa and without compressibility.
+fn reference() -> [Vec<f64>; 3] {
+    let columns = support::csv_columns(include_str!("../tests/reference/uniaxial_plane_strain.csv"));
+    let column = |name: &str| columns.iter().find(|c| c.0 == name).map(|c| c.1.clone()).unwrap_or_default();
+    [column("lambda"), column("reduced_k1e5"), column("reduced_incompressible")]
+}
+
+/// The paper's scheme: 4 × 1 zones of Gauss points, conditions at particles.
+fn paper(r: f64) -> Scheme {
+    // At r = 0.5 a point on a column of particles is covered by nearly no other column: what the
+    // guard of the moment matrix refuses has to pass here.
+    Scheme::paper(r).integration_zones([4, 1]).rcond_limit(1e-15).particles([9, 3])
+}
+
+/// All rows of `summary.csv`.
+pub fn summary() -> Result<Summary, Box<dyn Error>> {
+    let [stretches, reduced, _] = reference();
+    let default = Scheme::default().particles([9, 3]);
+    let mut summary = Summary::new();
+    for (stretch, name) in [(10.0, "10"), (0.1, "0.1")] {
+        let exact = exact_stretches(stretch, &[1])?;
+        let row = stretches.iter().position(|&s| s == stretch).ok_or("the reference lacks this stretch")?;
+        for (layout, kind) in [(Layout::Regular, "regular"), (JITTER_2D, "irregular")] {
+            let outcome = run(&sheet(stretch)?, &default.clone().layout(layout.clone()), &exact, HEIGHT)?;
+            summary.note(format!("error_{kind}_{name}"), outcome.error)?;
+            summary.note(format!("steps_{kind}_{name}"), outcome.path.steps.len() as f64)?;
+            summary.note(format!("iterations_{kind}_{name}"), outcome.path.iterations as f64)?;
+            if kind == "irregular" {
+                summary.record(format!("reduced_stress_{name}"), reduced_stress(&outcome, stretch)?, reduced[row])?;
+            }
+            // The paper's error comes from integration and conditions that do not match, not from the particles.
+            for r in DILATIONS {
+                let outcome = run(&sheet(stretch)?, &paper(r).layout(layout.clone()), &exact, HEIGHT)?;
+                summary.note(format!("paper_error_{kind}_{name}_r{r}"), outcome.error)?;
+                let value = reduced_stress(&outcome, stretch)?;
+                summary.record(format!("paper_reduced_stress_{kind}_{name}_r{r}"), value, reduced[row])?;
+            }
+        }
+    }
+    for (stretch, name) in CUBES {
+        let outcome = pulled_cube(stretch)?;
+        summary.note(format!("error_3d_{name}"), outcome.error)?;
+        summary.note(format!("steps_3d_{name}"), outcome.path.steps.len() as f64)?;
+        summary.note(format!("iterations_3d_{name}"), outcome.path.iterations as f64)?;
+    }
+    Ok(summary)
+}
+
+/// Normalised dilations of Fig. 5; at 0.5 itself particles at the end of a support are not covered.
+const DILATIONS: [f64; 3] = [0.50001, 0.75, 1.0];
+
+/// Fig. 5 by the paper's scheme: reduced stress against stretch for three dilations, regular and irregular.
+fn paper_curve(out: &FilePath) -> Result<(), Box<dyn Error>> {
+    let [stretches, _, incompressible] = reference();
+    let mut table = Table::new(["layout", "r", "lambda", "reduced_stress_MPa"]);
+    let exact: Vec<[f64; 2]> = stretches.iter().zip(&incompressible).map(|(&x, &y)| [x, y]).collect();
+    let mut charts = Vec::new();
+    for (layout, kind) in [(Layout::Regular, "regular"), (JITTER_2D, "irregular")] {
+        let mut chart = Chart::new(format!("The paper's scheme, 9 × 3 {kind} particles"))
+            .x_log("axial stretch λ")
+            .y_log("reduced stress t / (λ² − λ⁻²) [MPa]")
+            .line("exact, incompressible", &exact);
+        for r in DILATIONS {
+            let mut points = Vec::new();
+            for &stretch in stretches.iter().step_by(4).filter(|&&stretch| stretch != 1.0) {
+                let scheme = paper(r).layout(layout.clone());
+                let outcome = run(&sheet(stretch)?, &scheme, &exact_stretches(stretch, &[1])?, HEIGHT)?;
+                let value = reduced_stress(&outcome, stretch)?;
+                table.push([Cell::from(kind), Cell::from(r), Cell::from(stretch), Cell::from(value)])?;
+                points.push([stretch, value]);
+            }
+            chart = chart.markers(format!("r = {r:.2}"), &points);
+        }
+        charts.push(chart);
+    }
+    table.write(out.join("paper_curve.csv"))?;
+    std::fs::write(out.join("paper_curve.svg"), support::panels(&charts)?)?;
+    Ok(())
+}
+
 /// Fig. 5: reduced stress against stretch.
-fn stress_curve(
-    out: &FilePath,
-    scheme: &Scheme,
-    stretches: &[f64],
-    reduced: &[f64],
-    incompressible: &[f64],
-) -> Result<(), Box<dyn Error>> {
+fn stress_curve(out: &FilePath, scheme: &Scheme) -> Result<(), Box<dyn Error>> {
+    let [stretches, reduced, incompressible] = reference();
     let mut table = Table::new([
         "lambda",
         "reduced_stress_regular_MPa",
@@ -178,7 +220,7 @@ fn stress_curve(
         "reduced_stress_incompressible_MPa",
     ]);
     let mut points = [const { Vec::new() }; 2];
-    for (row, (&stretch, &incompressible)) in stretches.iter().zip(incompressible).enumerate() {
+    for (row, (&stretch, &incompressible)) in stretches.iter().zip(&incompressible).enumerate() {
         if stretch == 1.0 {
             // At rest the reduced stress is 0/0.
             continue;
@@ -205,8 +247,8 @@ fn stress_curve(
     Chart::new("Rubber sheet in tension and compression, 9 × 3 particles")
         .x_log("axial stretch λ")
         .y_log("reduced stress t / (λ² − λ⁻²) [MPa]")
-        .line("exact, k = 1e5 MPa", &line(reduced))
-        .dashed("exact, incompressible", &line(incompressible))
+        .line("exact, k = 1e5 MPa", &line(&reduced))
+        .dashed("exact, incompressible", &line(&incompressible))
         .markers("RKPM, regular", &points[0])
         .markers("RKPM, irregular", &points[1])
         .write(out.join("curve.svg"))?;

@@ -1,3 +1,4 @@
-//! The paper's formulas, one by one.
+//! The paper, formula by formula and example by example.
 
+mod examples;
 mod formulas;

@@ -107,20 +107,22 @@ fn a_run_by_arcs_is_resumed_with_the_same_bits() {
 }
 
 /// A column 1 × 10 pressed between held ends by 6 % of its length.
-fn column(enforcing: Enforcing) -> EquilibriumPath {
+fn column(enforcing: Enforcing) -> (Problem<2>, EquilibriumPath) {
     let scene = Scene::new(Block::new([0.0; 2], [1.0, 10.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
         .hold((1, Side::Min))
         .prescribe((1, Side::Max), 0, 0.0)
         .prescribe((1, Side::Max), 1, -0.6);
     let stepping = Stepping { follow: Following::Path, ..Stepping::default() };
     let scheme = Scheme::default().particles([5, 41]).enforcing(enforcing).stepping(stepping);
-    scene.discretize(&scheme).unwrap().run(&mut ()).unwrap().completed().unwrap()
+    let problem = scene.discretize(&scheme).unwrap();
+    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    (problem, path)
 }
 
 #[test]
 fn a_column_buckles_and_the_bifurcation_is_bracketed() {
     let by = [Enforcing::Transformation, Enforcing::Multipliers].map(column);
-    for path in &by {
+    for (problem, path) in &by {
         let points: Vec<_> = path.critical_points().collect();
         assert_eq!((points[0].kind, points[0].modes), (CriticalKind::Bifurcation, [0, 1]));
         let [low, high] = points[0].loads;
@@ -128,9 +130,19 @@ fn a_column_buckles_and_the_bifurcation_is_bracketed() {
         // Nothing is lost on the way: the steps tell of as many modes as the points.
         let modes = path.steps.last().unwrap().unstable.unwrap();
         assert_eq!(points.last().unwrap().modes[1], modes);
+        // The force there, between those of the states around it. 9 × 81 particles find 0.1401 µ; Euler's load of the clamped
+        // column softened by shear, for the column as it stands then, is 0.131 µ, a tenth short of what its ends add.
+        let force = |state: &State| problem.reaction(state, (1, Side::Max)).unwrap()[1].abs();
+        let states = || std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
+        let load = points[0].load();
+        let before = states().filter(|state| state.load <= load).last().unwrap();
+        let behind = states().find(|state| state.load > load).unwrap();
+        let part = (load - before.load) / (behind.load - before.load);
+        let buckling = (1.0 - part) * force(before) + part * force(behind);
+        assert!((buckling / 0.1401 - 1.0).abs() < 0.02 && (buckling / 0.131 - 1.0).abs() < 0.1, "{buckling}");
     }
     // Multipliers count the same modes behind their constraints: one space, one inertia.
-    let loads = by.map(|path| path.critical_points().next().unwrap().load());
+    let loads = by.map(|(_, path)| path.critical_points().next().unwrap().load());
     assert!((loads[0] / loads[1] - 1.0).abs() < 1e-3, "{loads:?}");
 }
 
