@@ -12,6 +12,7 @@ mod support;
 
 mod balloon;
 mod column;
+mod outlast;
 mod paper;
 mod punch;
 mod rules;
@@ -56,6 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let out = support::out_dir("limits");
     let mut summary = Summary::new();
     let mut stops = Stops::new();
+    outlast::run(&out, &mut summary)?;
     balloon::run(&out, &mut summary, &mut stops)?;
     column::run(&out, &mut summary, &mut stops)?;
     paper::run(&out, &mut summary, &mut stops)?;

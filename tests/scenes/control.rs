@@ -1,8 +1,6 @@
 //! Control by a functional of the displacement: falling branches, enclosed volumes, deflections.
 #![cfg(feature = "solve")]
 
-use std::sync::Arc;
-
 use rkpm::prelude::*;
 use rkpm::solve::{Cause, Driven, EnclosedVolume, Functional, Newton, State, StepControl};
 
@@ -254,50 +252,6 @@ fn stalls_say_where_the_path_turned_and_what_leads_on() {
     // An observer that breaks off stalls nothing.
     let error = EquilibriumPath { ending: Ending::Stopped, ..path }.completed().unwrap_err();
     assert!(matches!(error, rkpm::error::SolveError::BrokenOff { .. }), "{error:?}");
-}
-
-/// A functional that nothing changes.
-struct Constant;
-
-impl Functional for Constant {
-    fn value(&self, _: &[f64]) -> f64 {
-        0.0
-    }
-
-    fn gradient(&self, _: &[f64], out: &mut [f64]) {
-        out.fill(0.0);
-    }
-}
-
-#[test]
-fn each_stall_has_its_cause() {
-    let cause = |path: &EquilibriumPath| match &path.ending {
-        Ending::Stalled(stalled) => stalled.cause.clone(),
-        ending => panic!("{ending:?}"),
-    };
-    let block = || Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap());
-    let scheme = Scheme::default().particles([9, 5]);
-    // One step of a third of the load, and no more.
-    let few = Stepping { steps: 1, ..Stepping::equal(3) };
-    let pulled = block().hold(Side::Min).prescribe(Side::Max, 0, 0.3);
-    let path = pulled.discretize(&scheme.clone().stepping(few)).unwrap().run(&mut ()).unwrap();
-    assert_eq!(cause(&path), Cause::Steps(1));
-    // Pressed through itself in one step, which may not be halved.
-    let once = Stepping { smallest: 1.0, ..Stepping::default() };
-    let crushed = block().hold((1, Side::Min)).prescribe((1, Side::Max), 0, 0.0).prescribe((1, Side::Max), 1, -1.2);
-    let path = crushed.discretize(&scheme.clone().stepping(once)).unwrap().run(&mut ()).unwrap();
-    assert!(matches!(cause(&path), Cause::StepLimited { .. }), "{:?}", path.ending);
-    // A force that is not finite beyond half the load is refused before it is followed.
-    let broken = Amplitude::Function(Arc::new(|load: f64| if load > 0.5 { f64::NAN } else { load }));
-    let scene = block().hold(Side::Min).with(Load::traction(Side::Max, [0.1, 0.0]).amplitude(broken));
-    assert!(scene.discretize(&scheme).is_err());
-    // No load changes a constant.
-    let problem = pulled.discretize(&scheme).unwrap();
-    let path = problem.run_controlled(&Constant, &[1.0], &mut ()).unwrap();
-    assert_eq!(cause(&path), Cause::Control);
-    // A free body, and a balloon beyond its limit point.
-    let path = block().traction(Side::Max, [0.1, 0.0]).discretize(&scheme).unwrap().run(&mut ()).unwrap();
-    assert!(matches!(cause(&path), Cause::Singular { at_start: true, .. }), "{:?}", path.ending);
 }
 
 /// A pressure on a free face has a stiffness that is not symmetric. Left out, Newton's method converges linearly.

@@ -14,5 +14,6 @@ mod rigid;
 mod schemes;
 mod sizing;
 mod space;
+mod stalls;
 mod stress;
 mod study;

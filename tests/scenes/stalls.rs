@@ -1,0 +1,150 @@
+//! GOAL: an analysis that finds no further state says why, as a value.
+//! GEOMETRY: a block 2 × 1; a thin sphere.
+//! BOUNDARY: one that meets the cause.
+//! REFERENCE: the cause.
+
+use rkpm::assembly::Pattern;
+use rkpm::error::LinearError;
+use rkpm::linear::{Factorizer, LinearSolver, MatrixClass};
+use rkpm::material::{Material, Prony, Response, Viscoelastic};
+use rkpm::nalgebra::Matrix3;
+use rkpm::prelude::*;
+use rkpm::solve::{Cause, Functional, Newton, StepControl};
+use std::sync::Arc;
+
+fn cause(path: &EquilibriumPath) -> Cause {
+    match &path.ending {
+        Ending::Stalled(stalled) => stalled.cause.clone(),
+        ending => panic!("{ending:?}"),
+    }
+}
+
+fn rubber() -> Rubber {
+    Rubber::neo_hookean(0.5, 1e3).unwrap()
+}
+
+fn block(material: impl Material + 'static) -> Scene<2> {
+    Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, material)
+}
+
+fn run(scene: &Scene<2>, scheme: Scheme) -> EquilibriumPath {
+    scene.discretize(&scheme.particles([9, 5])).unwrap().run(&mut ()).unwrap()
+}
+
+/// The whole load in one step, which may not be halved.
+fn at_once() -> Scheme {
+    Scheme::default().stepping(Stepping { smallest: 1.0, ..Stepping::default() })
+}
+
+/// A functional that nothing changes.
+struct Constant;
+
+impl Functional for Constant {
+    fn value(&self, _: &[f64]) -> f64 {
+        0.0
+    }
+
+    fn gradient(&self, _: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+    }
+}
+
+/// A law that ends at a stretch of 1.2.
+struct Brittle(Rubber);
+
+impl Material for Brittle {
+    fn energy(&self, f: &Matrix3<f64>) -> f64 {
+        if f[(0, 0)] < 1.2 { self.0.energy(f) } else { f64::NAN }
+    }
+
+    fn response(&self, f: &Matrix3<f64>) -> Response {
+        if f[(0, 0)] < 1.2 { self.0.response(f) } else { Response::undefined() }
+    }
+}
+
+/// A solver whose library gives up.
+#[derive(Debug)]
+struct GivesUp;
+
+impl LinearSolver for GivesUp {
+    fn analyze(&self, _: &Pattern, _: MatrixClass, _: Option<&[usize]>) -> Result<Box<dyn Factorizer>, LinearError> {
+        Err(LinearError::Library { what: "out of licences".to_string() })
+    }
+}
+
+#[test]
+fn the_allowed_steps_and_iterations_are_used_up() {
+    let pulled = block(rubber()).hold(Side::Min).prescribe(Side::Max, 0, 0.3);
+    // One step of a third of the load, and no more.
+    let few = Stepping { steps: 1, ..Stepping::equal(3) };
+    assert_eq!(cause(&run(&pulled, Scheme::default().stepping(few))), Cause::Steps(1));
+    let newton = Newton { iterations: 2, ..Newton::default() };
+    assert_eq!(cause(&run(&pulled, Scheme { newton, ..at_once() })), Cause::Iterations(2));
+}
+
+#[test]
+fn steps_are_limited_where_bodies_are_pressed_through_themselves() {
+    let crushed =
+        block(rubber()).hold((1, Side::Min)).prescribe((1, Side::Max), 0, 0.0).prescribe((1, Side::Max), 1, -1.2);
+    let path = run(&crushed, at_once());
+    assert!(matches!(cause(&path), Cause::StepLimited { .. }), "{:?}", path.ending);
+}
+
+#[test]
+fn laws_that_end_leave_numbers_that_are_not_finite() {
+    let path = run(&block(Brittle(rubber())).hold(Side::Min).prescribe(Side::Max, 0, 0.6), at_once());
+    assert_eq!(cause(&path), Cause::NotFinite);
+    // The path up to there is kept: the law ends where some point is stretched by 1.2.
+    let path = run(&block(Brittle(rubber())).hold(Side::Min).prescribe(Side::Max, 0, 0.6), Scheme::default());
+    assert_eq!(cause(&path), Cause::NotFinite);
+    assert!((0.2..1.0).contains(&path.last().load), "{}", path.last().load);
+    // A force that is not finite beyond half the load is refused before it is followed.
+    let broken = Amplitude::Function(Arc::new(|load: f64| if load > 0.5 { f64::NAN } else { load }));
+    let scene = block(rubber()).hold(Side::Min).with(Load::traction(Side::Max, [0.1, 0.0]).amplitude(broken));
+    assert!(scene.discretize(&Scheme::default().particles([9, 5])).is_err());
+}
+
+#[test]
+fn solvers_say_why_they_give_up() {
+    let path = run(&block(rubber()).hold(Side::Min).prescribe(Side::Max, 0, 0.3), Scheme::default().solver(GivesUp));
+    let Cause::LinearSolver(words) = cause(&path) else { panic!("{:?}", path.ending) };
+    assert!(words.contains("out of licences"));
+}
+
+#[test]
+fn a_body_that_nothing_holds_is_singular_from_the_start() {
+    let path = run(&block(rubber()).traction(Side::Max, [0.1, 0.0]), Scheme::default());
+    assert!(matches!(cause(&path), Cause::Singular { at_start: true, .. }), "{:?}", path.ending);
+}
+
+#[test]
+fn what_does_not_change_can_not_be_controlled() {
+    let pulled = block(rubber()).hold(Side::Min).prescribe(Side::Max, 0, 0.3);
+    let problem = pulled.discretize(&Scheme::default().particles([9, 5])).unwrap();
+    assert_eq!(cause(&problem.run_controlled(&Constant, &[1.0], &mut ()).unwrap()), Cause::Control);
+}
+
+/// A sphere that carries less pressure than it is given: its path has a limit point.
+#[test]
+fn loads_beyond_a_limit_point_are_not_followed_unasked() {
+    let rubber = Rubber::neo_hookean(0.5, 1e5).unwrap();
+    let sphere = Scene::new(Block::new([1.0], [1.1]), RadialSphere, rubber).pressure(Side::Min, 1.0);
+    let stepping = Stepping { control: StepControl::Auto, ..Stepping::default() };
+    let problem = sphere.discretize(&Scheme::default().particles([9]).stepping(stepping)).unwrap();
+    let path = problem.run(&mut ()).unwrap();
+    assert_eq!(cause(&path), Cause::LimitPoint);
+    // 2 µ h/R (λ⁻¹ − λ⁻⁷) is largest at λ = 7^(1/6): 0.12 for the thin shell; the wall of a tenth carries as much to a few per cent.
+    let largest = path.steps.iter().map(|step| step.state.load).fold(0.0, f64::max);
+    assert!((0.09..0.13).contains(&largest), "{largest}");
+}
+
+#[test]
+fn steps_of_time_are_not_taken_at_any_error() {
+    let creeping = Viscoelastic::new(rubber(), Prony::of_instantaneous([(0.4, 2.0)]).unwrap());
+    let pulled = block(creeping).hold(Side::Min).prescribe(Side::Max, 0, 0.3).over_time(10.0);
+    let coarse = Stepping { first: 0.5, smallest: 0.25, time_tolerance: 1e-9, ..Stepping::default() };
+    let Cause::TimeError { error, tolerance } = cause(&run(&pulled, Scheme::default().stepping(coarse))) else {
+        panic!("another cause")
+    };
+    assert!(tolerance == 1e-9 && error > tolerance, "{error}");
+}
