@@ -130,7 +130,7 @@ fn a_displacement_at_a_point_can_be_prescribed_by_the_load() {
 /// The pressed ring that wrinkles inside macro cells without a pointwise share of the volumetric energy.
 #[test]
 fn a_pressed_ring_is_stable_and_smooth() {
-    for (n, m) in [(7, 8), (13, 15)] {
+    let pressed = |n: usize, m: usize| {
         let ring =
             Scene::new(Block::new([1.6, 0.0], [5.2, 3.0]), Axisymmetric, Rubber::neo_hookean(2.298, 1e3).unwrap())
                 .prescribe((0, Side::Min), 0, 0.33)
@@ -139,16 +139,19 @@ fn a_pressed_ring_is_stable_and_smooth() {
         let problem = ring.discretize(&Scheme::default().particles([n, m])).unwrap();
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
         assert_eq!(path.steps.last().unwrap().inertia.unwrap().negative, 0);
-        let u = |x: f64| problem.displacement(path.last(), &[x, 3.0].into()).unwrap()[1];
+        move |x: f64| problem.displacement(path.last(), &[x, 3.0].into()).unwrap()[1]
+    };
+    let fine = pressed(25, 29);
+    for (n, m) in [(7, 8), (13, 15)] {
+        let u = pressed(n, m);
         // 1.74 cm: finite elements with Q2/P1; the issue of the ring asks for half a percent.
         assert!((u(5.2) / 1.74 - 1.0).abs() < 5e-3, "{}", u(5.2));
-        // A wrinkle from particle to particle, u = (−1)ⁱ a, has fourth differences of 16 a; those of a smooth edge fall with the
-        // fourth power of the spacing.
-        let free: Vec<f64> = (0..n).map(|i| u(1.6 + 3.6 * i as f64 / (n - 1) as f64)).collect();
-        let (low, high) = free.iter().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
-        let fourth = |w: &[f64]| (w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).abs() / 16.0;
-        let wrinkle = free.windows(5).map(fourth).fold(0.0, f64::max);
-        assert!(wrinkle < 1e-2 * (high - low), "{wrinkle} of {}: {free:?}", high - low);
+        // What goes up and down from particle to particle in the difference to a finer model, beside the height of the free edge;
+        // without the corner at the inner sleeve, whose bend is narrower than a spacing.
+        let at = |i: usize| 1.6 + 3.6 * i as f64 / (n - 1) as f64;
+        let off: Vec<f64> = (0..n).map(|i| u(at(i)) - fine(at(i))).collect();
+        let wrinkle = off.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs() / 4.0).skip(1).fold(0.0, f64::max);
+        assert!(wrinkle < 0.02 * (fine(1.6) - fine(5.2)), "{wrinkle}: {off:?}");
     }
 }
 

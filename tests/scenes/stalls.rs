@@ -5,7 +5,7 @@
 
 use rkpm::assembly::Pattern;
 use rkpm::error::LinearError;
-use rkpm::linear::{Factorizer, LinearSolver, MatrixClass};
+use rkpm::linear::{Factorizer, Factors, LinearSolver, MatrixClass};
 use rkpm::material::{Material, Prony, Response, Viscoelastic};
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
@@ -62,12 +62,18 @@ impl Material for Brittle {
     }
 }
 
-/// A solver whose library gives up.
+/// A solver whose library gives up when it is to factorise.
 #[derive(Debug)]
 struct GivesUp;
 
 impl LinearSolver for GivesUp {
     fn analyze(&self, _: &Pattern, _: MatrixClass, _: Option<&[usize]>) -> Result<Box<dyn Factorizer>, LinearError> {
+        Ok(Box::new(GivesUp))
+    }
+}
+
+impl Factorizer for GivesUp {
+    fn factorize<'a>(&'a mut self, _: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
         Err(LinearError::Library { what: "out of licences".to_string() })
     }
 }

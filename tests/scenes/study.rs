@@ -48,7 +48,7 @@ fn every_run_is_measured_and_credited_with_the_worst_behind_it() {
     for run in &study.runs {
         assert!(front.iter().any(|f| f.seconds <= run.seconds && f.error_envelope <= run.error_envelope));
     }
-    let header = "problem,scheme,particles,unknowns,steps,iterations,error,seconds\n";
+    let header = "problem,scheme,particles,unknowns,steps,iterations,factorizations,solutions,error,seconds\n";
     assert!(study.points().to_csv().unwrap().starts_with(header));
     assert_eq!(study.table().rows.len(), 6);
 }
