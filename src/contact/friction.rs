@@ -4,15 +4,8 @@ use crate::geometry::Point;
 use crate::term::{Element, Term, View};
 
 use super::RigidContact;
+use super::grip::Grip;
 use super::obstacle::Touch;
-
-/// What friction does at a hat.
-pub(super) enum Grip<const D: usize> {
-    /// It sticks, with this slip to take back.
-    Sticks(Point<D>),
-    /// It slides, its traction along this unit vector; $c/|\tau - c s|$ beside it.
-    Slides(Point<D>, f64),
-}
 
 impl<const D: usize> RigidContact<D> {
     /// What a touching hat does along the surface.

@@ -7,6 +7,7 @@ mod chain;
 mod faces;
 mod facets;
 mod friction;
+mod grip;
 mod jet;
 mod mortar;
 mod obstacle;

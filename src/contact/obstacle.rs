@@ -3,7 +3,7 @@
 use crate::geometry::Point;
 use crate::term::{Element, Term, View};
 
-use super::friction::Grip;
+use super::grip::Grip;
 use super::rigid::{Drive, Placed};
 use super::skin::Hat;
 use super::{ContactError, Nearest, RigidSurface, Skin};
