@@ -135,7 +135,7 @@ fn a_column_buckles_and_the_bifurcation_is_bracketed() {
         let force = |state: &State| problem.reaction(state, (1, Side::Max)).unwrap()[1].abs();
         let states = || std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
         let load = points[0].load();
-        let before = states().filter(|state| state.load <= load).last().unwrap();
+        let before = states().rfind(|state| state.load <= load).unwrap();
         let behind = states().find(|state| state.load > load).unwrap();
         let part = (load - before.load) / (behind.load - before.load);
         let buckling = (1.0 - part) * force(before) + part * force(behind);
