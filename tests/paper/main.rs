@@ -1,4 +1,7 @@
 //! The paper, formula by formula and example by example.
 
+// Each example brings its own support.
+#![allow(clippy::duplicate_mod)]
+
 mod examples;
 mod formulas;
