@@ -56,6 +56,7 @@ pub use rigid::RigidMotion;
 pub use scheme::{
     Dilation, Enforcing, Functions, Partition, PressureScheme, Resolution, RowKind, Rule, Scheme, Solving,
 };
+pub(crate) use transfer::Nearest;
 pub use value::Value;
 
 use std::sync::Arc;

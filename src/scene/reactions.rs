@@ -234,6 +234,19 @@ impl<const D: usize> Problem<D> {
         Ok(numbers.filter_map(|(k, nodes)| Some((rows.get(k)?, state.multipliers[k], nodes))).collect())
     }
 
+    /// The rows of the conditions of a name or at a place, each with the sum of its entries in a component over the nodes of the
+    /// condition: what a unit displacement of the place prescribes.
+    pub(crate) fn unit_motion(&self, place: &Place<D>, component: usize) -> Vec<(usize, f64)> {
+        let placed = self.placed_at(place).into_iter();
+        let numbers = placed.flat_map(|placed| placed.rows.clone().map(|k| (k, placed.nodes.clone())));
+        let sum = |(k, nodes): (usize, std::ops::Range<usize>)| {
+            let entries = self.rows.rows().get(k)?.entries.iter();
+            let own = entries.filter(|(at, _)| at % D == component && nodes.contains(&(at / D)));
+            Some((k, own.map(|(_, c)| c).sum()))
+        };
+        numbers.filter_map(sum).collect()
+    }
+
     /// Whether a condition of a name or at a place acts in a component.
     pub(crate) fn acts_in(&self, place: &Place<D>, component: usize) -> bool {
         let mut numbers = self.placed_at(place).into_iter().flat_map(|placed| placed.rows.clone());

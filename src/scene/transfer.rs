@@ -61,13 +61,13 @@ impl<const D: usize> Problem<D> {
 }
 
 /// Finds the nearest of many points.
-pub(super) struct Nearest<const D: usize> {
+pub(crate) struct Nearest<const D: usize> {
     points: Particles<D>,
     bins: BinGrid<D>,
 }
 
 impl<const D: usize> Nearest<D> {
-    pub(super) fn new(points: &[Point<D>]) -> Result<Self, Error> {
+    pub(crate) fn new(points: &[Point<D>]) -> Result<Self, Error> {
         let (mut low, mut high) = (Point::<D>::repeat(f64::INFINITY), Point::<D>::repeat(f64::NEG_INFINITY));
         for x in points {
             low = low.zip_map(x, f64::min);
@@ -82,7 +82,7 @@ impl<const D: usize> Nearest<D> {
         Ok(Nearest { points, bins })
     }
 
-    pub(super) fn to(&self, x: &Point<D>) -> usize {
+    pub(crate) fn to(&self, x: &Point<D>) -> usize {
         let distance = |&k: &u32| (self.points.positions()[k as usize] - x).norm_squared();
         let nearer = |a: &u32, b: &u32| distance(a).total_cmp(&distance(b)).then(a.cmp(b));
         let near = self.bins.candidates(x).iter().copied().min_by(nearer);

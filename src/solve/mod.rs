@@ -1,5 +1,6 @@
 //! Newton's method with condensed unknowns, continuation, and the path of converged states.
 
+mod adjoint;
 mod analysis;
 mod continuation;
 mod critical;
@@ -23,6 +24,7 @@ mod turns;
 mod volume;
 
 pub use crate::error::{Cause, Driven, Stalled};
+pub(crate) use adjoint::Dual;
 pub use analysis::Analysis;
 pub(crate) use analysis::NO_FREE;
 pub use critical::{CriticalKind, CriticalPoint};

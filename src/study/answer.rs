@@ -52,6 +52,8 @@ impl Default for Budget {
 /// One model on the way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Level {
+    /// What it approximates with: linear or quadratic particles, finite elements.
+    pub functions: &'static str,
     /// Particles along each axis.
     pub counts: Vec<usize>,
     /// Displacement unknowns.
@@ -85,8 +87,14 @@ pub struct Answer<const D: usize> {
     pub problem: Problem<D>,
     /// Its solution; where it was corrected from a coarser one, a path of one step.
     pub path: EquilibriumPath,
-    /// All models, from coarse to fine.
+    /// All models of the approximation that was chosen, from coarse to fine.
     pub levels: Vec<Level>,
+    /// Which approximation was chosen, and why.
+    pub choice: String,
+    /// Models of approximations that were tried and left.
+    pub tried: Vec<Level>,
+    /// Dual solutions of the last model, quantity by quantity, that of the energy last.
+    pub(super) duals: Vec<Option<Vec<f64>>>,
 }
 
 impl<const D: usize> Answer<D> {
@@ -104,7 +112,7 @@ impl<const D: usize> Answer<D> {
 
     /// Seconds of all models together.
     pub fn seconds(&self) -> f64 {
-        self.levels.iter().map(|level| level.seconds).sum()
+        self.levels.iter().chain(&self.tried).map(|level| level.seconds).sum()
     }
 
     /// Particles, unknowns, iterations, seconds and estimates, a row per model.

@@ -24,10 +24,12 @@
 mod answer;
 mod clock;
 mod dilation;
+mod evidence;
 mod nested;
 mod progress;
 mod quantity;
 mod refinement;
+mod sides;
 mod sizing;
 mod work_precision;
 

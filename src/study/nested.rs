@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use crate::error::{Error, SolveError};
-use crate::scene::{Scene, Scheme};
-use crate::solve::Ending;
+use crate::scene::{Functions, Problem, Scene, Scheme};
+use crate::solve::{Dual, Ending, EquilibriumPath, State};
 
 use super::answer::{Answer, Budget, Level, Tolerance, Verdict};
 use super::progress::Limits;
@@ -12,6 +12,9 @@ use super::quantity::Quantity;
 
 /// Fewer models say nothing of their error.
 const LEAST: usize = 3;
+
+/// Why a search ended that its observer broke off.
+pub(super) const BROKEN_OFF: &str = "the observer broke off";
 
 /// Where a model leads: to the end of the search, or on with what the next one needs.
 pub(super) enum Course<const D: usize, Next> {
@@ -109,7 +112,7 @@ pub(super) fn judge<const D: usize, Next>(
         return Course::Ended(answer);
     }
     let mut why = if flow.is_some_and(|flow| flow.is_break()) {
-        "the observer broke off".to_string()
+        BROKEN_OFF.to_string()
     } else if answer.levels.len() >= budget.levels {
         format!("the budget of {} models is used up", budget.levels)
     } else {
@@ -121,27 +124,28 @@ pub(super) fn judge<const D: usize, Next>(
             Err(why) => why,
         }
     };
-    if let [.., before, last] = &answer.levels[..] {
-        let changes = changes(before, last, tolerance).enumerate();
-        if let Some((k, _)) = changes.max_by(|a, b| a.1.total_cmp(&b.1)) {
-            let [from, to] = [before, last].map(|level| level.values[k]);
-            // What is zero but for rounding never settles.
-            let remedy = "where it vanishes, Quantity::relative_to says what size counts";
-            why += &format!(
-                "; the last models say {from:.6e} and {to:.6e} of {} ({remedy})",
-                tolerance.quantities[k].name()
-            );
-        }
-    }
+    why += &unsettled(&answer, tolerance);
     answer.verdict = Verdict::NotReached(why);
     Course::Ended(answer)
+}
+
+/// What the last two models say of the quantity that is furthest from rest.
+pub(super) fn unsettled<const D: usize>(answer: &Answer<D>, tolerance: &Tolerance<D>) -> String {
+    let [.., before, last] = &answer.levels[..] else { return String::new() };
+    let changes = changes(before, last, tolerance).enumerate();
+    let Some((k, _)) = changes.max_by(|a, b| a.1.total_cmp(&b.1)) else { return String::new() };
+    let [from, to] = [before, last].map(|level| level.values[k]);
+    // What is zero but for rounding never settles.
+    let remedy = "where it vanishes, Quantity::relative_to says what size counts";
+    let name = tolerance.quantities[k].name();
+    format!("; the last models say {from:.6e} and {to:.6e} of {name} ({remedy})")
 }
 
 /// Corrections end once increments are below this part of the tolerance: what is left of a quadratic fall is then its
 /// square, and steps with a kept matrix end at far less.
 const ALGEBRAIC: f64 = 0.1;
 
-/// Solves one model, corrected from a coarser one where there is one.
+/// Solves one model, corrected from a coarser one where there is one, and its dual problems.
 pub(super) fn solve<const D: usize>(
     scene: &Scene<D>,
     scheme: Scheme,
@@ -153,47 +157,78 @@ pub(super) fn solve<const D: usize>(
     let start = Instant::now();
     let mut problem = scene.discretize(&scheme)?;
     limits.counts(problem.model().unknowns());
+    let energy = Quantity::energy();
+    let asked: Vec<&Quantity<D>> = tolerance.quantities.iter().chain([&energy]).collect();
     let mut wasted = 0;
-    let corrected = match coarser {
-        Some(coarser) => {
-            let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
-            let tight = problem.analysis().newton.tolerance;
-            problem.analysis_mut().newton.tolerance = tight.max(ALGEBRAIC * tolerance.error);
-            let corrected = problem.analysis().correct(problem.model(), problem.rows(), guess, &mut *limits);
-            problem.analysis_mut().newton.tolerance = tight;
-            // A guess that can't be corrected costs its iterations and nothing else.
-            match corrected {
-                Ok(path) if path.ending == Ending::Completed => Some(path),
-                Ok(path) if path.ending == Ending::Stopped => Some(path.completed()?),
-                Ok(path) => {
-                    wasted = path.iterations;
-                    None
-                }
-                Err(_) => None,
-            }
+    let mut corrected = None;
+    if let Some(coarser) = coarser {
+        let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
+        let tight = problem.analysis().newton.tolerance;
+        problem.analysis_mut().newton.tolerance = tight.max(ALGEBRAIC * tolerance.error);
+        let found = problem.analysis().correct(problem.model(), problem.rows(), guess, &mut *limits);
+        problem.analysis_mut().newton.tolerance = tight;
+        // A guess that can't be corrected costs its iterations and nothing else.
+        match found {
+            Ok(path) if path.ending == Ending::Completed => corrected = Some(path),
+            Ok(path) if path.ending == Ending::Stopped => corrected = Some(path.completed()?),
+            Ok(path) => wasted = path.iterations,
+            Err(_) => {}
         }
-        None => None,
-    };
+    }
     let path = match corrected {
         Some(path) => path,
-        None => problem.run(limits)?.completed()?,
+        None => problem.run(&mut *limits)?.completed()?,
     };
-    let seconds = start.elapsed().as_secs_f64();
-    let energy = Quantity::energy();
-    let asked = tolerance.quantities.iter().chain([&energy]);
-    let values = asked.map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
+    let values = asked.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
     for (value, quantity) in values.iter().zip(&tolerance.quantities) {
         quantity.check(*value)?;
     }
+    let duals = duals(&asked, &problem, &path)?;
+    limits.matrix();
     let level = Level {
+        functions: name_of(&scheme),
         counts: counts.to_vec(),
         unknowns: problem.model().unknowns(),
         iterations: path.iterations + wasted,
-        seconds,
+        seconds: start.elapsed().as_secs_f64(),
         values,
         estimate: None,
     };
-    Ok(Answer { verdict: Verdict::NotReached(String::new()), bound: f64::INFINITY, problem, path, levels: vec![level] })
+    Ok(Answer {
+        verdict: Verdict::NotReached(String::new()),
+        bound: f64::INFINITY,
+        problem,
+        path,
+        levels: vec![level],
+        choice: name_of(&scheme).to_string(),
+        tried: Vec::new(),
+        duals,
+    })
+}
+
+/// The dual solutions of quantities at the end of a path, by one matrix; none of quantities without a derivative.
+fn duals<const D: usize>(
+    asked: &[&Quantity<D>],
+    problem: &Problem<D>,
+    path: &EquilibriumPath,
+) -> Result<Vec<Option<Vec<f64>>>, Error> {
+    let state: &State = path.last();
+    let problems = asked.iter().map(|q| q.dual_problem(problem, state)).collect::<Result<Vec<_>, _>>()?;
+    let known: Vec<bool> = problems.iter().map(Option::is_some).collect();
+    let problems: Vec<Dual> = problems.into_iter().flatten().collect();
+    let solved = problem.analysis().duals(problem.model(), problem.rows(), state, &problems)?;
+    let mut solved = solved.into_iter();
+    Ok(known.into_iter().map(|known| if known { solved.next() } else { None }).collect())
+}
+
+/// What a scheme approximates with.
+pub(super) fn name_of(scheme: &Scheme) -> &'static str {
+    match (scheme.functions, scheme.order) {
+        (Functions::Elements, 1) => "finite elements of order 1",
+        (Functions::Elements, _) => "finite elements of order 2",
+        (Functions::Particles, 0 | 1) => "linear particles",
+        (Functions::Particles, _) => "particles of higher order",
+    }
 }
 
 /// The change of the values asked for from one model to another, relative to the latter or to the size given for them.

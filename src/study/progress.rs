@@ -24,7 +24,7 @@ use super::answer::Level;
 /// let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
 ///     .hold((0, Side::Min)).traction((0, Side::Max), [0.0, 0.01]);
 /// let asked = Tolerance::of(Quantity::energy(), 0.01);
-/// let answer = scene.solve_within_watched(&Scheme::default(), &asked, Budget::default(), &mut One)?;
+/// let answer = scene.solve_within_watched(&[Scheme::default()], &asked, Budget::default(), &mut One)?;
 /// assert!(matches!(answer.verdict, Verdict::NotReached(_)) && answer.levels.len() == 1);
 /// # Ok::<(), rkpm::Error>(())
 /// ```
@@ -38,11 +38,13 @@ pub trait Progress: Observer {
 impl Progress for () {}
 
 /// No model takes more than so many times the work of all before it,
-const RUNAWAY: f64 = 4.0;
+pub(super) const RUNAWAY: f64 = 4.0;
 /// unless it is expected to be the last.
-const RUNAWAY_LAST: f64 = 16.0;
+pub(super) const RUNAWAY_LAST: f64 = 16.0;
 /// Work that is never too much: thirty matrices of 500 unknowns.
 const FREE: f64 = 3e5;
+/// Matrices that any model may take: in space a finer one has several times the unknowns, whatever is planned.
+const LEAST: f64 = 8.0;
 
 /// The watch of a search, and the work it may do: factorisations times the power 3/2 of the unknowns, which each takes of
 /// bodies in the plane.
@@ -52,6 +54,8 @@ pub(super) struct Limits<'a> {
     spent: f64,
     /// Work at which the current model is given up.
     allowed: f64,
+    /// Times the work so far that the current model may take.
+    times: f64,
     /// Work of one factorisation of the current model.
     each: f64,
     /// Whether a model was given up for its work.
@@ -60,19 +64,25 @@ pub(super) struct Limits<'a> {
 
 impl<'a> Limits<'a> {
     pub fn new(watch: &'a mut dyn Progress) -> Self {
-        Limits { watch, spent: 0.0, allowed: f64::INFINITY, each: 0.0, exceeded: false }
+        Limits { watch, spent: 0.0, allowed: f64::INFINITY, times: RUNAWAY, each: 0.0, exceeded: false }
     }
 
     /// Before a model that will be the last, or not; nothing is known to limit the first one.
     pub fn begin(&mut self, last: bool) {
-        let times = if last { RUNAWAY_LAST } else { RUNAWAY };
-        self.allowed = if self.spent > 0.0 { self.spent + (times * self.spent).max(FREE) } else { f64::INFINITY };
+        self.times = if last { RUNAWAY_LAST } else { RUNAWAY };
         self.exceeded = false;
     }
 
     /// Once the unknowns of the model are known.
     pub fn counts(&mut self, unknowns: usize) {
         self.each = (unknowns as f64).powf(1.5);
+        let most = (self.times * self.spent).max(FREE).max(LEAST * self.each);
+        self.allowed = if self.spent > 0.0 { self.spent + most } else { f64::INFINITY };
+    }
+
+    /// Counts one more matrix of the current model.
+    pub fn matrix(&mut self) {
+        self.spent += self.each;
     }
 }
 

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use crate::error::{BoundaryError, Error, SolveError};
 use crate::geometry::Point;
 use crate::scene::{Place, Problem};
-use crate::solve::State;
+use crate::solve::{Dual, State};
+use crate::tensor::cofactor;
+use crate::term::{Element, View};
 
 /// Gradients of displacements below this are rounding of those that bodies have.
 const REST: f64 = 1e-13;
@@ -14,11 +16,22 @@ const REST: f64 = 1e-13;
 /// How a quantity is read off a state.
 type Measure<const D: usize> = Arc<dyn Fn(&Problem<D>, &State) -> Result<f64, Error> + Send + Sync>;
 
+/// What is known of a quantity beside its value.
+#[derive(Clone)]
+enum Kind<const D: usize> {
+    Displacement { at: Point<D>, component: usize },
+    Energy,
+    Reaction { place: Place<D>, component: usize },
+    Volume,
+    Other,
+}
+
 /// A number asked of a solved problem, whatever the scheme that solved it.
 #[derive(Clone)]
 pub struct Quantity<const D: usize> {
     name: String,
     measure: Measure<D>,
+    kind: Kind<D>,
     /// Errors are relative to this where the value is smaller.
     pub(super) size: f64,
 }
@@ -43,22 +56,27 @@ impl<const D: usize> Quantity<D> {
         name: impl Into<String>,
         measure: impl Fn(&Problem<D>, &State) -> Result<f64, Error> + Send + Sync + 'static,
     ) -> Self {
-        Quantity { name: name.into(), measure: Arc::new(measure), size: 0.0 }
+        Quantity { name: name.into(), measure: Arc::new(measure), kind: Kind::Other, size: 0.0 }
     }
 
     /// The energy stored, $\int W\\,\mathrm d\Omega$; of the whole revolution for bodies of revolution. 0 for a body
     /// at rest, rounding or not.
     pub fn energy() -> Self {
-        Quantity::new("energy", |problem, state| Ok(if rests(problem, state) { 0.0 } else { problem.energy(state) }))
+        let energy = |problem: &Problem<D>, state: &State| -> Result<f64, Error> {
+            Ok(if rests(problem, state) { 0.0 } else { problem.energy(state) })
+        };
+        Quantity { kind: Kind::Energy, ..Quantity::new("energy", energy) }
     }
 
     /// Displacement component `component` at a point of the body \[length\]. 0 for a body at rest, rounding or not.
     pub fn displacement(at: [f64; D], component: usize) -> Self {
-        Quantity::new(format!("u_{component} at {at:?}"), move |problem, state| {
+        let measure = move |problem: &Problem<D>, state: &State| {
             let u = problem.displacement(state, &at.into())?;
             let u = if rests(problem, state) { Point::zeros() } else { u };
             component_of(&u, component, || format!("u_{component} at {at:?}"))
-        })
+        };
+        let kind = Kind::Displacement { at: at.into(), component };
+        Quantity { kind, ..Quantity::new(format!("u_{component} at {at:?}"), measure) }
     }
 
     /// Component `component` of the force \[force\] on the body by the conditions at a place or by the condition of a name, see
@@ -66,7 +84,9 @@ impl<const D: usize> Quantity<D> {
     /// errors of [`evaluate`](Quantity::evaluate).
     pub fn reaction(place: impl Into<Place<D>>, component: usize) -> Self {
         let place = place.into();
-        Quantity::new(format!("reaction {component} of {place}"), move |problem, state| {
+        let (name, kind) =
+            (format!("reaction {component} of {place}"), Kind::Reaction { place: place.clone(), component });
+        let measure = move |problem: &Problem<D>, state: &State| {
             let force = problem.reaction(state, place.clone())?;
             let value = component_of(&force, component, || format!("reaction of {place}"))?;
             // A zero that no row could change is a mistaken question, and any model would seem to answer it exactly.
@@ -74,15 +94,17 @@ impl<const D: usize> Quantity<D> {
                 return Err(problem.unknown_condition(format!("{place} with a force in component {component}")).into());
             }
             Ok(value)
-        })
+        };
+        Quantity { kind, ..Quantity::new(name, measure) }
     }
 
     /// The current volume of the body $\int J\\,\mathrm d\Omega$ \[length³; per unit thickness in plane strain\].
     pub fn volume() -> Self {
-        Quantity::new("volume", |problem, state| {
+        let volume = |problem: &Problem<D>, state: &State| -> Result<f64, Error> {
             let gradients = problem.deformation_gradients(state);
             Ok(gradients.iter().zip(problem.weights()).map(|(f, w)| w * f.determinant()).sum())
-        })
+        };
+        Quantity { kind: Kind::Volume, ..Quantity::new("volume", volume) }
     }
 
     /// The same quantity under another name.
@@ -125,6 +147,77 @@ impl<const D: usize> Quantity<D> {
 }
 
 impl<const D: usize> Quantity<D> {
+    /// Whether it is the energy, whose second derivative is known.
+    pub(super) fn is_energy(&self) -> bool {
+        matches!(self.kind, Kind::Energy)
+    }
+
+    /// The dual problem of the quantity at a state, where its derivative is known.
+    ///
+    /// That of a reaction is the answer to a unit displacement of its condition: virtual work moves along it.
+    pub(super) fn dual_problem(&self, problem: &Problem<D>, state: &State) -> Result<Option<Dual>, Error> {
+        let mut force = vec![0.0; problem.model.unknowns()];
+        let mut gap = vec![0.0; problem.rows.len()];
+        match &self.kind {
+            Kind::Other => return Ok(None),
+            // Refused by `evaluate`.
+            Kind::Displacement { component, .. } if *component >= D => return Ok(None),
+            Kind::Displacement { at, component } => {
+                let psi = problem.shape_functions(at)?;
+                for (&node, value) in psi.nodes.iter().zip(&psi.values) {
+                    force[node as usize * D + component] += value;
+                }
+            }
+            Kind::Energy => {
+                let mut element = Element::default();
+                for (term, condensed) in problem.model.terms().iter().zip(&state.condensed) {
+                    let view = View { displacement: &state.displacement, condensed, load: state.load };
+                    // Loads store nothing.
+                    if (0..term.clusters()).all(|cluster| term.energy(cluster, view) == 0.0) {
+                        continue;
+                    }
+                    for cluster in 0..term.clusters() {
+                        let nodes = term.nodes(cluster);
+                        element.reset(nodes.len() * D, false);
+                        term.linearize(cluster, view, &mut element);
+                        for (&node, forces) in nodes.iter().zip(element.residual.chunks_exact(D)) {
+                            for (i, part) in forces.iter().enumerate() {
+                                force[node as usize * D + i] += part;
+                            }
+                        }
+                    }
+                }
+            }
+            Kind::Volume => {
+                for member in problem.members() {
+                    let (body, table) = (member.body(), member.body().table());
+                    for point in 0..table.len() {
+                        let f = body.deformation_gradient(point, &state.displacement);
+                        let slope = cofactor(&f) * table.weights()[point];
+                        let hoops: f64 = table.hoop_components().iter().map(|&c| slope[(c, c)]).sum();
+                        let (nodes, gradients) = (table.nodes(point), table.gradients(point));
+                        for (a, &node) in nodes.iter().enumerate() {
+                            let at = |slot: usize| gradients[slot * nodes.len() + a];
+                            let own = &mut force[node as usize * D..][..D];
+                            for (i, own) in own.iter_mut().enumerate() {
+                                *own += (0..D).map(|j| slope[(i, j)] * at(j)).sum::<f64>();
+                            }
+                            if hoops != 0.0 {
+                                own[0] += hoops * at(D);
+                            }
+                        }
+                    }
+                }
+            }
+            Kind::Reaction { place, component } => {
+                for (k, unit) in problem.unit_motion(place, *component) {
+                    gap[k] = unit;
+                }
+            }
+        }
+        Ok(Some(Dual { force, prescribed: gap }))
+    }
+
     /// Refuses values that are no numbers: no error could be told from them.
     pub(super) fn check(&self, value: f64) -> Result<(), SolveError> {
         let needed = "a quantity that is finite in the state reached";
@@ -135,7 +228,7 @@ impl<const D: usize> Quantity<D> {
 
 /// Whether nothing is strained.
 fn rests<const D: usize>(problem: &Problem<D>, state: &State) -> bool {
-    problem.model().largest_gradient(&state.displacement) <= REST
+    problem.model.largest_gradient(&state.displacement) <= REST
 }
 
 /// A component of a vector, or the error that says whose it was.

@@ -12,7 +12,7 @@ use crate::scene::{Problem, Scene, Scheme};
 use super::answer::{Answer, Budget, Level, Tolerance};
 use super::nested::{Against, Course, check, follow, join, judge, solve};
 use super::progress::{Limits, Progress};
-use super::sizing::THIN;
+use super::sides::THIN;
 
 /// Share of the summed squared indicators that the refined macro cells carry (Dörfler's bulk criterion).
 const BULK: f64 = 0.5;

@@ -6,6 +6,7 @@ use crate::error::SolveError;
 use crate::geometry::Point;
 use crate::material::Material;
 use crate::table::ShapeTable;
+use crate::tensor::cofactor;
 
 use super::amplitude::Amplitude;
 use super::apart::{Product, Zone};
@@ -247,6 +248,32 @@ impl<const D: usize, M: Material> Body<D, M> {
             }
         }
         Some(pressures)
+    }
+
+    /// How the pressures at the points of the table change with a small step of the displacement and of the condensed
+    /// unknowns.
+    pub(crate) fn pressure_changes(&self, view: View<'_>, step: &[f64], condensed_step: &[f64]) -> Option<Vec<f64>> {
+        let (_, volumetric) = self.material.split()?;
+        let mut changes = Vec::with_capacity(self.table.len());
+        for cluster in 0..self.table.clusters().len() {
+            for point in self.table.clusters().points(cluster) {
+                let f = self.deformation_gradient(point, view.displacement);
+                changes.push(match self.field {
+                    PressureField::Displacement => {
+                        let change = cofactor(&f).dot(&self.table.displacement_gradient(point, step));
+                        volumetric.evaluate(f.determinant()).curvature * change
+                    }
+                    PressureField::Pointwise => condensed_step[2 * point + 1],
+                    PressureField::Constant | PressureField::Linear => {
+                        let (_, _, measure) = self.zone(cluster, view.condensed);
+                        let pi = &condensed_step[self.condensed(cluster)][self.functions..2 * self.functions];
+                        let projected: f64 = self.phi(point).iter().zip(pi).map(|(p, pi)| p * pi).sum();
+                        projected * measure.of(f.determinant()).slope
+                    }
+                });
+            }
+        }
+        Some(changes)
     }
 
     /// Condensed unknowns that belong to a field of hydrostatic pressures $p(X)$ \[stress\], term by term as

@@ -32,23 +32,71 @@ fn bounds_hold_and_each_model_is_corrected_from_the_one_before() {
         let answer = cook(1.0)
             .solve_within(&Tolerance::of(tip(), tolerance).and(Quantity::energy()), Budget::default())
             .unwrap();
-        assert!(answer.reached() && answer.bound < tolerance && answer.levels.len() >= 3);
+        assert!(answer.reached() && answer.bound < tolerance && answer.levels.len() >= 2);
         let errors = [answer.values()[0] / 6.9355 - 1.0, answer.values()[1] / 334.97 - 1.0];
         assert!(errors.iter().all(|e| e.abs() < answer.bound), "{errors:?} {}", answer.bound);
         // The first model needs a whole analysis; the guesses from coarser ones are near.
-        assert!(answer.levels[1..].iter().all(|level| level.iterations <= 5), "{:?}", answer.levels);
+        assert!(answer.levels[1..].iter().all(|level| level.iterations <= 8), "{:?}", answer.levels);
 
         let w = Quantity::displacement([0.0, 0.0], 1);
         let answer = disk(0.1035).solve_within(&Tolerance::of(w, tolerance), Budget::default()).unwrap();
         assert!(answer.reached());
         let error = answer.values()[0] / 17.949637 - 1.0;
         assert!(error.abs() < answer.bound, "{error} {}", answer.bound);
-        // A thin body is refined along itself first.
-        assert!(answer.levels[..4].iter().all(|level| level.counts[1] == 2), "{:?}", answer.levels);
 
         let answer = tube().solve_within(&Tolerance::energy(tolerance), Budget::default()).unwrap();
-        assert!(answer.reached() && answer.levels.len() == 3);
-        assert_eq!(answer.table().rows.len(), 3);
+        assert!(answer.reached() && answer.bound < tolerance);
+        assert_eq!(answer.table().rows.len(), answer.levels.len());
+    }
+}
+
+/// Three coarse models of Cook's membrane agree by accident on the tip, those of bonded blocks nearly so on the force: differences
+/// of values are small there, and errors are not. References: `tests/reference/cook_membrane.csv`; the forces are those of
+/// quadratic elements of up to 73 nodes a side, graded towards all edges, good to 6e-4.
+#[test]
+fn bounds_hold_where_models_agree_by_accident() {
+    let block = |width: f64| {
+        Scene::new(Block::new([0.0, 0.0], [width, 10.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+            .hold((1, Side::Min))
+            .prescribe((1, Side::Max), 0, 5.0)
+            .prescribe((1, Side::Max), 1, 0.0)
+    };
+    let shear = || Quantity::reaction((1, Side::Max), 0);
+    let tip = Quantity::displacement([48.0, 60.0], 1);
+    let cases = [
+        ("tip", cook(1.0), tip, 6.9355, 2e-4),
+        ("block", block(15.0), shear(), 6.526, 6e-4),
+        ("pad", block(40.0), shear(), 19.032, 6e-4),
+    ];
+    for (name, scene, quantity, exact, own) in cases {
+        for tolerance in [0.01, 0.003] {
+            let asked = Tolerance::of(quantity.clone(), tolerance);
+            let mut answers = vec![scene.solve_within(&asked, Budget::default()).unwrap()];
+            assert!(answers[0].reached() && answers[0].choice.contains("elements"), "{}", answers[0].choice);
+            if tolerance == 0.01 {
+                answers.push(scene.solve_within_by(&Scheme::default(), &asked, Budget::default()).unwrap());
+            }
+            for answer in answers {
+                let error = (answer.values()[0] / exact - 1.0).abs();
+                let (bound, choice) = (answer.bound, &answer.choice);
+                assert!(error < bound + own, "{name} {tolerance}: {error:.2e} {bound:.2e} {choice}");
+                // Neither is it a bound that says nothing.
+                assert!(name != "tip" || bound < 10.0 * error, "{tolerance}: {error:.2e} {bound:.2e} {choice}");
+            }
+        }
+    }
+}
+
+/// A disk that is blown up to a bubble: an answer, or why there is none, before the search gets dear. Counted in iterations
+/// times the power 3/2 of the unknowns, 30 of a model of 2000 unknowns being 3e6: at 0.17 MPa it was 1.2e7, 1.6 seconds.
+#[test]
+fn searches_do_not_run_away() {
+    for pressure in [0.1449, 0.17, 0.19, 0.205] {
+        let asked = Tolerance::of(Quantity::displacement([0.0, 0.0], 1), 0.01);
+        let answer = disk(pressure).solve_within(&asked, Budget::default()).unwrap();
+        let levels = answer.levels.iter().chain(&answer.tried);
+        let work: f64 = levels.map(|level| level.iterations as f64 * (level.unknowns as f64).powf(1.5)).sum();
+        assert!(work < 2e7, "{pressure}: {work:.1e} {:?}", answer.levels);
     }
 }
 
@@ -79,7 +127,7 @@ fn what_is_not_reached_is_said_and_the_best_model_returned() {
     // A body at rest is solved by any model.
     let corner = Quantity::displacement([1.0, 1.0], 0);
     let at_rest = square.traction((0, Side::Max), [0.0, 0.0]).solve_within(&Tolerance::of(corner, 0.01), few).unwrap();
-    assert!(at_rest.reached() && at_rest.values() == [0.0] && at_rest.levels.len() == 3);
+    assert!(at_rest.reached() && at_rest.values() == [0.0] && at_rest.levels.len() == 2);
 
     for error in [0.0, -1.0, 1.0, f64::NAN] {
         assert!(cook(1.0).solve_within(&Tolerance::energy(error), Budget::default()).is_err());
@@ -187,23 +235,6 @@ fn thin_bodies_that_bend_take_more_than_one_cell_across() {
     assert!(off < 0.03, "{off:.3}");
 }
 
-/// A disk that is blown up to a bubble: an answer, or why there is none, and no model takes more than sixteen times the work of
-/// all before it. Counted in iterations times the power 3/2 of the unknowns.
-#[test]
-fn searches_do_not_run_away() {
-    for pressure in [0.205] {
-        let asked = Tolerance::of(Quantity::displacement([0.0, 0.0], 1), 0.01);
-        let answer = disk(pressure).solve_within(&asked, Budget::default()).unwrap();
-        let mut before = 0.0;
-        for level in &answer.levels {
-            let work = level.iterations as f64 * (level.unknowns as f64).powf(1.5);
-            assert!(before == 0.0 || work <= 17.0 * before, "{pressure}: {:?}", answer.levels);
-            before += work;
-        }
-        assert!(answer.reached() || matches!(&answer.verdict, Verdict::NotReached(why) if !why.is_empty()));
-    }
-}
-
 /// Whoever watches a search sees each model, and may end it inside an analysis.
 #[test]
 fn searches_are_watched_and_broken_off() {
@@ -224,9 +255,9 @@ fn searches_are_watched_and_broken_off() {
             std::ops::ControlFlow::Continue(())
         }
     }
-    let mut watch = Few { iterations: 14, models: 0 };
-    let asked = Tolerance::energy(1e-4);
-    let answer = cook(1.0).solve_within_watched(&Scheme::default(), &asked, Budget::default(), &mut watch).unwrap();
+    let mut watch = Few { iterations: 9, models: 0 };
+    let asked = Tolerance::energy(1e-3);
+    let answer = cook(1.0).solve_within_watched(&[Scheme::default()], &asked, Budget::default(), &mut watch).unwrap();
     assert!(!answer.reached() && watch.iterations == 0 && watch.models == answer.levels.len() && watch.models > 0);
     assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("broke off")), "{:?}", answer.verdict);
 }

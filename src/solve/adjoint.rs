@@ -1,0 +1,72 @@
+//! Dual solutions: how quantities answer to forces on a converged state.
+
+use crate::assembly::Model;
+use crate::boundary::Constraints;
+use crate::error::{Cause, Error};
+use crate::linear::{At, Linearised};
+
+use super::analysis::Analysis;
+use super::increment::{Buffers, Linear};
+use super::newton::Workspace;
+use super::rejection::Rejection;
+use super::state::State;
+
+/// The right-hand side of a dual problem $K^Tz = \partial q/\partial d$.
+pub(crate) struct Dual {
+    /// $\partial q/\partial d$ at fixed conditions.
+    pub force: Vec<f64>,
+    /// What the conditions prescribe of $z$, row by row.
+    pub prescribed: Vec<f64>,
+}
+
+impl<const D: usize> Workspace<'_, D> {
+    /// The solutions $z$ of dual problems at a state, by one matrix.
+    pub fn duals(&mut self, state: &State, asked: &[Dual]) -> Result<Vec<Vec<f64>>, Rejection> {
+        self.make_room();
+        self.assembler.assemble(self.model, &state.displacement, &state.condensed, state.load, &mut self.system);
+        if !self.system.scale.is_finite() {
+            return Err(Cause::NotFinite.into());
+        }
+        self.enforced.reduce(&self.system, &mut self.values);
+        // The transpose of the skew part.
+        self.system.skew.iter_mut().for_each(|entry| entry.2 = -entry.2);
+        let sides: Vec<Vec<f64>> = asked
+            .iter()
+            .map(|dual| {
+                let mut rhs = Vec::new();
+                self.enforced.restrict(&dual.force, &dual.prescribed, &self.system, &mut rhs);
+                rhs
+            })
+            .collect();
+        self.system.release();
+        let linearised = Linearised { values: &self.values, skew: &self.system.skew, zones: &self.system.zones };
+        let here = At { displacement: &state.displacement, condensed: &state.condensed, load: state.load };
+        let factors = self.factorizer.factorize_at(linearised, here)?;
+        let linear =
+            Linear { enforced: &*self.enforced, factors: &*factors, system: &self.system, values: &self.values };
+        let mut buffers = Buffers::new(self.rows.len());
+        let mut multipliers = vec![0.0; self.rows.len()];
+        let mut solutions = Vec::with_capacity(asked.len());
+        for (dual, rhs) in asked.iter().zip(sides) {
+            buffers.rhs = rhs;
+            linear.solve(false, &mut buffers)?;
+            let mut z = vec![0.0; self.model.unknowns()];
+            linear.enforced.recover(&buffers.solution, &dual.prescribed, &mut z, &mut multipliers);
+            solutions.push(z);
+        }
+        Ok(solutions)
+    }
+}
+
+impl Analysis {
+    /// The dual solutions at a state; none where its matrix has no factors.
+    pub(crate) fn duals<const D: usize>(
+        &self,
+        model: &Model<D>,
+        rows: &Constraints,
+        state: &State,
+        asked: &[Dual],
+    ) -> Result<Vec<Vec<f64>>, Error> {
+        Ok(self.workspace(model, rows)?.duals(state, asked).unwrap_or_default())
+    }
+}

@@ -1,0 +1,271 @@
+//! What two models of a scene say of their errors: differences that are weighted by dual solutions, zone by zone.
+
+use nalgebra::{DMatrix, DVector, Matrix3};
+
+use crate::error::Error;
+use crate::geometry::Point;
+use crate::material::Material;
+use crate::scene::{Nearest, Problem};
+use crate::shape::ShapeFunctions;
+use crate::tensor::cofactor;
+use crate::term::View;
+
+use super::answer::{Answer, Level, Tolerance};
+
+/// All components of a stress.
+const ALL: [usize; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+/// Sweeps that make coefficients of values at particles: each leaves a few hundredths of what is missing.
+const SWEEPS: usize = 6;
+/// Step of a dual solution, in parts of the displacement, by which its pressures are found.
+const SMALL: f64 = 1e-3;
+
+/// How far two models are apart in what is asked for, relative to the values of the finer one: for each quantity the larger one
+/// of the difference of the values and of
+/// $$\eta = \sum_z\Big|\int_z \Delta\mathbf P:\nabla\Delta z + \Delta p\\,\operatorname{cof}\mathbf F:\nabla\Delta z
+/// \+ \Delta p_z\Big(\operatorname{cof}\mathbf F:\nabla\Delta u - \frac{\Delta p}{U''}\Big)\\,\mathrm d\Omega\Big|,$$
+/// $\mathbf P$ being the stress of shape, $p$ the pressure, $z$ and $p_z$ the dual solution and its pressure, and $\Delta$ the
+/// difference of the two models. Without the absolute values the sum is the difference of the values, as Galerkin's orthogonality
+/// has it; it may vanish by accident, where parts of the body cancel each other. The parts can't all vanish. The energy adds
+/// half of its second derivative, $z - u/2$ in place of $z$: where all loads are displacements, nothing else is left.
+pub(super) fn apart<const D: usize>(
+    coarse: &Answer<D>,
+    fine: &Answer<D>,
+    tolerance: &Tolerance<D>,
+) -> Result<f64, Error> {
+    let (Some(before), Some(now)) = (coarse.levels.last(), fine.levels.last()) else { return Ok(f64::INFINITY) };
+    let relative = |k: usize, value: f64| {
+        let size = tolerance.quantities.get(k).map_or(0.0, |quantity| quantity.size);
+        if value == 0.0 { 0.0 } else { value.abs() / now.values[k].abs().max(size) }
+    };
+    let difference = |k: usize| relative(k, now.values[k] - before.values[k]);
+    // The energy stands last.
+    let energy = now.values.len() - 1;
+    // Bodies at rest are solved by any model; what is left is rounding.
+    if before.values[energy] == 0.0 && now.values[energy] == 0.0 {
+        return Ok((0..tolerance.quantities.len()).map(difference).fold(0.0, f64::max));
+    }
+    let changes = Changes::new(coarse, fine)?;
+    let mut of_energy = None;
+    let mut worst: f64 = 0.0;
+    for (k, quantity) in tolerance.quantities.iter().enumerate() {
+        let half = if quantity.is_energy() { 0.5 } else { 0.0 };
+        let eta = match changes.sum(k, half)? {
+            Some(sum) => relative(k, sum),
+            // Of a quantity without a derivative as much is believed as it changed beside the energy at first.
+            None => {
+                let energies = match of_energy {
+                    Some(known) => known,
+                    None => changes.sum(energy, 0.5)?.map_or(0.0, |sum| relative(energy, sum)).max(difference(energy)),
+                };
+                of_energy = Some(energies);
+                energies * sensitivity(coarse, now, k, &relative)
+            }
+        };
+        worst = worst.max(difference(k)).max(eta);
+    }
+    Ok(if worst.is_nan() { f64::INFINITY } else { worst })
+}
+
+/// How much a quantity changed with the energy between the first two models, 1 at most.
+fn sensitivity<const D: usize>(
+    coarse: &Answer<D>,
+    now: &Level,
+    k: usize,
+    relative: &impl Fn(usize, f64) -> f64,
+) -> f64 {
+    let first = &coarse.levels[0];
+    let second = coarse.levels.get(1).unwrap_or(now);
+    let change = |k: usize| relative(k, second.values[k] - first.values[k]);
+    let ratio = change(k) / change(first.values.len() - 1);
+    if ratio.is_nan() { 1.0 } else { ratio.min(1.0) }
+}
+
+/// What changes at a point.
+struct Change {
+    /// The stress of shape $\mathbf P$.
+    stress: Matrix3<f64>,
+    /// $\operatorname{cof}\mathbf F$, which does not change.
+    cofactor: Matrix3<f64>,
+    pressure: f64,
+    /// $1/U''$.
+    give: f64,
+}
+
+/// What changes from one model to a finer one, at the points of the finer one.
+struct Changes<'a, const D: usize> {
+    coarse: &'a Answer<D>,
+    fine: &'a Answer<D>,
+    carry: Carry<'a, D>,
+    points: Vec<Change>,
+    displacement: Vec<f64>,
+}
+
+impl<'a, const D: usize> Changes<'a, D> {
+    fn new(coarse: &'a Answer<D>, fine: &'a Answer<D>) -> Result<Self, Error> {
+        let (problem, state, old) = (&fine.problem, fine.path.last(), coarse.path.last());
+        let carry = Carry::new(problem, &coarse.problem)?;
+        let before = carry.field(&old.displacement);
+        let table = problem.body().table();
+        let pressures = match (problem.pressures(state), coarse.problem.pressures(old)) {
+            (Some(new), Some(old)) => difference(&new, &carry.at_points(&old)),
+            _ => vec![0.0; table.len()],
+        };
+        let body = problem.body();
+        let stress = |f: &Matrix3<f64>| match body.material().split() {
+            Some((distortional, _)) => {
+                let mut stress = [0.0; 9];
+                distortional.respond(f, &ALL, &mut stress, &mut []);
+                Matrix3::from_row_slice(&stress)
+            }
+            None => body.material().response(f).stress,
+        };
+        let at = |(point, p): (usize, f64)| {
+            let [new, old] = [&state.displacement, &before].map(|d| body.deformation_gradient(point, d));
+            let change = stress(&new) - stress(&old);
+            // What is inverted where the coarser model is laid over the finer one says nothing of the old stress.
+            let change = if change.norm().is_finite() { change } else { stress(&new) };
+            let volumetric = body.material().split().map(|(_, volumetric)| volumetric.evaluate(new.determinant()));
+            let give = volumetric.map_or(0.0, |volumetric| volumetric.curvature.recip());
+            Change { stress: change, cofactor: cofactor(&new), pressure: p, give }
+        };
+        let points = pressures.into_iter().enumerate().map(at).collect();
+        let displacement = difference(&state.displacement, &before);
+        Ok(Changes { coarse, fine, carry, points, displacement })
+    }
+
+    /// The sum of a quantity, with `half` of the second derivative of the energy; none where no dual solution is known.
+    fn sum(&self, k: usize, half: f64) -> Result<Option<f64>, Error> {
+        let (Some(Some(new)), Some(Some(old))) = (self.fine.duals.get(k), self.coarse.duals.get(k)) else {
+            return Ok(None);
+        };
+        let mut dual = difference(new, &self.carry.field(old));
+        dual.iter_mut().zip(&self.displacement).for_each(|(z, u)| *z -= half * u);
+        let table = self.fine.problem.body().table();
+        let pressures = match (dual_pressures(self.fine, new), dual_pressures(self.coarse, old)) {
+            (Some(new), Some(old)) => difference(&new, &self.carry.at_points(&old)),
+            _ => vec![0.0; table.len()],
+        };
+        let clusters = table.clusters();
+        let part = |point: usize| {
+            let Change { stress, cofactor, pressure, give } = &self.points[point];
+            let gradient = table.displacement_gradient(point, &dual);
+            let volume = cofactor.dot(&table.displacement_gradient(point, &self.displacement));
+            let of_dual = stress.dot(&gradient) + pressure * cofactor.dot(&gradient);
+            let dual_pressure = pressures[point] - half * pressure;
+            table.weights()[point] * (of_dual + dual_pressure * (volume - give * pressure))
+        };
+        let zone = |cluster: usize| clusters.points(cluster).map(part).sum::<f64>().abs();
+        Ok(Some((0..clusters.len()).map(zone).sum()))
+    }
+}
+
+fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+/// The pressures of a dual solution at the points of its body; none where nothing tells pressures.
+fn dual_pressures<const D: usize>(answer: &Answer<D>, dual: &[f64]) -> Option<Vec<f64>> {
+    let (problem, state) = (&answer.problem, answer.path.last());
+    let largest = |field: &[f64]| field.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    let size = largest(dual);
+    if !(size > 0.0) {
+        return problem.pressures(state).map(|pressures| vec![0.0; pressures.len()]);
+    }
+    // What is condensed answers linearly to steps that limit nothing.
+    let moved = largest(&state.displacement);
+    let scale = SMALL * if moved > 0.0 { moved } else { 1.0 } / size;
+    let answered = |scale: f64| {
+        let step: Vec<f64> = dual.iter().map(|z| scale * z).collect();
+        let mut condensed: Vec<Vec<f64>> = state.condensed.iter().map(|c| vec![0.0; c.len()]).collect();
+        problem.model().advance(&state.displacement, &state.condensed, state.load, &step, &mut condensed);
+        condensed.swap_remove(0)
+    };
+    let step: Vec<f64> = answered(scale).iter().zip(answered(0.0)).map(|(a, b)| (a - b) / scale).collect();
+    let condensed = state.condensed.first()?;
+    let view = View { displacement: &state.displacement, condensed, load: state.load };
+    problem.body().pressure_changes(view, dual, &step)
+}
+
+/// Carries fields of one model to another.
+struct Carry<'a, const D: usize> {
+    from: &'a Problem<D>,
+    /// Functions of the one, and of the other, at the particles of the other.
+    given: Vec<ShapeFunctions<D>>,
+    own: Vec<ShapeFunctions<D>>,
+    /// For each point of the other the nearest cluster of the one, and where the point lies.
+    clusters: Vec<usize>,
+    positions: &'a [Point<D>],
+}
+
+impl<'a, const D: usize> Carry<'a, D> {
+    fn new(to: &'a Problem<D>, from: &'a Problem<D>) -> Result<Self, Error> {
+        let particles = to.cells().positions();
+        let (given, own) = (from.first().values_at(particles)?, to.first().values_at(particles)?);
+        let table = from.body().table();
+        let nearest = Nearest::new(table.positions())?;
+        let mut of = vec![0; table.len()];
+        for cluster in 0..table.clusters().len() {
+            of[table.clusters().points(cluster)].fill(cluster);
+        }
+        let positions = to.body().table().positions();
+        let clusters = positions.iter().map(|x| of[nearest.to(x)]).collect();
+        Ok(Carry { from, given, own, clusters, positions })
+    }
+
+    /// The coefficients whose values at the particles are those of the given field.
+    fn field(&self, field: &[f64]) -> Vec<f64> {
+        let values = |functions: &[ShapeFunctions<D>], field: &[f64]| -> Vec<f64> {
+            let mut values = vec![0.0; D * functions.len()];
+            for (value, psi) in values.chunks_exact_mut(D).zip(functions) {
+                for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
+                    let given = &field[node as usize * D..];
+                    value.iter_mut().zip(given).for_each(|(value, given)| *value += psi * given);
+                }
+            }
+            values
+        };
+        let wanted = values(&self.given, field);
+        let mut carried = wanted.clone();
+        for _ in 0..SWEEPS {
+            let missing = difference(&wanted, &values(&self.own, &carried));
+            carried.iter_mut().zip(missing).for_each(|(carried, missing)| *carried += missing);
+        }
+        carried
+    }
+
+    /// Values at the points of one table at those of the other, by linear functions in each cluster.
+    fn at_points(&self, values: &[f64]) -> Vec<f64> {
+        let table = self.from.body().table();
+        let fits: Vec<_> = (0..table.clusters().len())
+            .map(|cluster| {
+                linear(table.clusters().points(cluster).map(|point| (table.positions()[point], values[point])))
+            })
+            .collect();
+        let at = |(x, &cluster): (&Point<D>, &usize)| {
+            let (centre, mean, slope) = &fits[cluster];
+            mean + slope.dot(&(x - centre))
+        };
+        self.positions.iter().zip(&self.clusters).map(at).collect()
+    }
+}
+
+/// Centre, mean and slope of the linear function nearest to values at points; no slope where the points do not tell it.
+fn linear<const D: usize>(points: impl Iterator<Item = (Point<D>, f64)>) -> (Point<D>, f64, Point<D>) {
+    let points: Vec<_> = points.collect();
+    let count = points.len().max(1) as f64;
+    let centre = points.iter().map(|(x, _)| x).sum::<Point<D>>() / count;
+    let mean = points.iter().map(|(_, value)| value).sum::<f64>() / count;
+    let mut gram = DMatrix::zeros(D, D);
+    let mut rhs = DVector::zeros(D);
+    for (x, value) in &points {
+        for i in 0..D {
+            rhs[i] += (x[i] - centre[i]) * (value - mean);
+            for j in 0..D {
+                gram[(i, j)] += (x[i] - centre[i]) * (x[j] - centre[j]);
+            }
+        }
+    }
+    let slope = gram.cholesky().map(|factors| factors.solve(&rhs));
+    let slope = slope.filter(|slope| slope.iter().all(|s: &f64| s.is_finite()));
+    (centre, mean, slope.map_or_else(Point::zeros, |slope| Point::from_fn(|i, _| slope[i])))
+}
