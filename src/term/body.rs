@@ -6,6 +6,7 @@ use crate::error::SolveError;
 use crate::geometry::Point;
 use crate::material::Material;
 use crate::table::ShapeTable;
+#[cfg(feature = "solve")]
 use crate::tensor::cofactor;
 
 use super::amplitude::Amplitude;
@@ -252,6 +253,7 @@ impl<const D: usize, M: Material> Body<D, M> {
 
     /// How the pressures at the points of the table change with a small step of the displacement and of the condensed
     /// unknowns.
+    #[cfg(feature = "solve")]
     pub(crate) fn pressure_changes(&self, view: View<'_>, step: &[f64], condensed_step: &[f64]) -> Option<Vec<f64>> {
         let (_, volumetric) = self.material.split()?;
         let mut changes = Vec::with_capacity(self.table.len());
