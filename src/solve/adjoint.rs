@@ -4,6 +4,7 @@ use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::error::{Cause, Error};
 use crate::linear::{At, Linearised};
+use crate::term::{Product, Zone};
 
 use super::analysis::Analysis;
 use super::increment::{Buffers, Linear};
@@ -39,7 +40,9 @@ impl<const D: usize> Workspace<'_, D> {
             })
             .collect();
         self.system.release();
-        let linearised = Linearised { values: &self.values, skew: &self.system.skew, zones: &self.system.zones };
+        let (skew, zones) = (&self.system.skew, &self.system.zones);
+        let product = |zone: &Zone, x: &[f64], product: &mut Product| self.model.multiply_zone(zone, x, product);
+        let linearised = Linearised { values: &self.values, skew, zones, product: &product };
         let here = At { displacement: &state.displacement, condensed: &state.condensed, load: state.load };
         let factors = self.factorizer.factorize_at(linearised, here)?;
         let linear =
@@ -48,8 +51,9 @@ impl<const D: usize> Workspace<'_, D> {
         let mut multipliers = vec![0.0; self.rows.len()];
         let mut solutions = Vec::with_capacity(asked.len());
         for (dual, rhs) in asked.iter().zip(sides) {
-            buffers.rhs = rhs;
-            linear.solve(false, &mut buffers)?;
+            // As the answer to a load: pressures kept apart have no part in the right-hand side.
+            buffers.load_rhs = rhs;
+            linear.solve(true, &mut buffers)?;
             let mut z = vec![0.0; self.model.unknowns()];
             linear.enforced.recover(&buffers.solution, &dual.prescribed, &mut z, &mut multipliers);
             solutions.push(z);
