@@ -134,7 +134,8 @@ pub enum Solving {
     /// By factors.
     Direct,
     /// By Krylov iteration with pressures kept apart from the matrix ([`Krylov`](crate::linear::Krylov)): lattices in space
-    /// with projected pressures alone. Whether states are stable is not known then.
+    /// with projected pressures alone. Whether states are stable is not known then. Scenes with contact, rigid bodies or
+    /// several bodies are solved by factors all the same.
     Krylov,
 }
 
