@@ -146,8 +146,9 @@ pub fn summary(assemblies: &[Assembled]) -> Result<Summary, Box<dyn Error>> {
             let sleeve = problem.contact(path.last(), name)?;
             // Closed hats obey the rows that prescribed faces obey, so both sleeves must carry what the prescribed ones do.
             let force = held.reaction(held_path.last(), (0, side))?[0];
-            let row = format!("{}_N_{particles}_contact", name.replace(' ', "_"));
-            summary.record(row, sleeve.force[0], force)?;
+            // MPa cm² are a tenth of a kN.
+            let row = format!("{}_kN_{particles}_contact", name.replace(' ', "_"));
+            summary.record(row, 0.1 * sleeve.force[0], 0.1 * force)?;
             open += sleeve.points.iter().filter(|point| !point.touches).count();
             least = sleeve.points.iter().map(|point| point.pressure).fold(least, f64::min);
         }

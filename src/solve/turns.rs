@@ -93,7 +93,8 @@ mod tests {
         assert_eq!(turns.shift, SHIFT);
         assert!(turns.stiffen(true) && turns.shift == 10.0 * SHIFT);
         let mut length = 1.0;
-        for _ in 0..12 {
+        // The first increment has none before it; then four times three: 1e-2, 1e-4, 1e-6, 1e-8, none.
+        for _ in 0..13 {
             assert!(!turns.stiffen(false));
             length *= 0.1;
             turns.damping(length);
