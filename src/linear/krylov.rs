@@ -44,7 +44,7 @@ pub struct Auxiliary {
     /// Which term of the model to be solved has the same condensed unknowns.
     pub term: usize,
     /// Values of the shape functions at the particles by rows: first entry of each, particles, values. Empty where the
-    /// functions interpolate. Where ranks share the model, the rows of this rank's [`share`](Auxiliary::share).
+    /// functions interpolate. Where ranks share the model, the rows of this rank's share.
     pub values: (Vec<usize>, Vec<u32>, Vec<f64>),
     /// Places of the particles in the unit cube, and how many times their spacing it is wide.
     pub places: Vec<[f64; 3]>,

@@ -62,7 +62,7 @@ impl<const D: usize> Scene<D> {
     /// in. Nothing else is to be said: no factor, no first step, no guess of what touches.
     ///
     /// A body that nothing but contact holds is kept in place until it touches. Results are found by the name of the
-    /// surface, [`Problem::contact`].
+    /// surface, [`Problem::contact`](crate::scene::Problem::contact).
     ///
     /// ```
     /// use rkpm::prelude::*;
