@@ -124,7 +124,7 @@ def main():
     common.FIRST["cube"] = [1.0]
     table = common.Rows(sys.argv[2])
     meshes = [int(n) for n in sys.argv[3:]] or [2, 4, 6]
-    for name, iterative in (("dolfinx Q2/Q1", False), ("dolfinx Q2/Q1, GMRES", True)):
+    for name, iterative in (("dolfinx Q2/Q1", False), ("dolfinx Q2/Q1 GMRES", True)):
         for n in meshes:
             case = Cube(n, iterative)
             start = np.zeros(len(case.z.x.array))

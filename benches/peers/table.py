@@ -65,7 +65,8 @@ def spread(values, digits=2):
 
 
 def milliseconds(rows):
-    if any(row is None for row in rows):
+    rows = [row for row in rows if row is not None]
+    if not rows:
         return "–"
     return spread([1e3 * float(row["seconds"]) for row in rows])
 
@@ -90,8 +91,9 @@ def main():
             elements = [fastest(found, problem, ELEMENTS, error) for found in runs]
             theirs = [fastest(found, problem, names, error) for found, names in zip(runs, peers)]
             ratio = "–"
-            if all(ours) and all(theirs):
-                ratio = spread([float(t["seconds"]) / float(o["seconds"]) for o, t in zip(ours, theirs)])
+            pairs = [(o, t) for o, t in zip(ours, theirs) if o is not None and t is not None]
+            if pairs:
+                ratio = spread([float(t["seconds"]) / float(o["seconds"]) for o, t in pairs])
             print(f"| {label} | {milliseconds(ours)} | {milliseconds(elements)} | {milliseconds(theirs)} | {ratio} | {work(ours[0])} |")
     print()
     for error in (2e-2, 1e-2):

@@ -156,6 +156,7 @@ impl Factors for TimedFactors<'_> {
     }
 
     fn solve_apart(&self, rhs: &mut [f64], pressures: &mut [[f64; 4]]) -> Result<(), LinearError> {
+        self.meter.solutions.fetch_add(1, Ordering::Relaxed);
         timed(&self.meter.solve, || self.inner.solve_apart(rhs, pressures))
     }
 
