@@ -60,7 +60,11 @@ def fastest(found, problem, names, error):
 
 def spread(values, digits=2):
     """The smallest and the largest value."""
-    low, high = f"{min(values):.{digits}g}", f"{max(values):.{digits}g}"
+    def words(value):
+        # So many digits, without an exponent.
+        return f"{float(f'{value:.{digits}g}'):g}"
+
+    low, high = words(min(values)), words(max(values))
     return low if low == high else f"{low} to {high}"
 
 
