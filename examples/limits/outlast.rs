@@ -88,7 +88,14 @@ pub fn run(out: &FilePath, summary: &mut Summary) -> Result<(), Box<dyn Error>> 
         let scene = scene?;
         let fine = Scheme::default().particles(counts.map(|n| 3 * (n - 1) + 1));
         let problem = scene.discretize(&fine)?;
-        let path = problem.run(&mut ())?.completed()?;
+        // Without a refined model at the last load there is nothing to compare with.
+        let path = match problem.run(&mut ())?.completed() {
+            Ok(path) => path,
+            Err(error) => {
+                println!("{name}, refined: {error}");
+                continue;
+            }
+        };
         let reference = problem.energy(path.last());
         let schemes = [("particles", Scheme::default()), ("q2p1", Scheme::elements(2)), ("q1p0", Scheme::elements(1))];
         for (label, scheme) in schemes {
