@@ -11,8 +11,8 @@ use rkpm::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
 
 use crate::error::PetscError;
 use crate::ffi::{self, PetscInt};
-use crate::session::{Reduction, Session, check};
-use crate::solver::{NOT_FINITE, Objects, check_length, index, spread};
+use crate::session::{Session, check};
+use crate::solver::{Objects, check_length, check_values, index, spread};
 
 /// Components of a node.
 const BLOCK: usize = 3;
@@ -204,12 +204,7 @@ impl CycleFactorizer {
 
 impl Factorizer for CycleFactorizer {
     fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
-        check_length("list of values", values.len(), self.pattern.entries())?;
-        let mut wrong = [f64::from(u8::from(values.iter().any(|v| !v.is_finite())))];
-        self.session.reduce(Reduction::Largest, &mut wrong)?;
-        if wrong[0] > 0.0 {
-            return Err(NOT_FINITE);
-        }
+        check_values(&self.session, &self.pattern, values)?;
         self.numeric(values)?;
         Ok(Box::new(Applied(self)))
     }

@@ -327,15 +327,17 @@ pub(crate) fn check_length(what: &'static str, given: usize, needed: usize) -> R
     if given == needed { Ok(()) } else { Err(LinearError::Length { what, given, needed }) }
 }
 
+/// Refuses values of another pattern, and numbers that are none: those of one rank are all ranks' error.
+pub(crate) fn check_values(session: &Session, pattern: &Pattern, values: &[f64]) -> Result<(), LinearError> {
+    check_length("list of values", values.len(), pattern.entries())?;
+    let mut wrong = [f64::from(u8::from(values.iter().any(|v| !v.is_finite())))];
+    session.reduce(Reduction::Largest, &mut wrong)?;
+    if wrong[0] > 0.0 { Err(NOT_FINITE) } else { Ok(()) }
+}
+
 impl Factorizer for MumpsFactorizer {
     fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
-        check_length("list of values", values.len(), self.pattern.entries())?;
-        // One rank's number that is none is all ranks' error.
-        let mut wrong = [f64::from(u8::from(values.iter().any(|v| !v.is_finite())))];
-        self.session.reduce(Reduction::Largest, &mut wrong)?;
-        if wrong[0] > 0.0 {
-            return Err(NOT_FINITE);
-        }
+        check_values(&self.session, &self.pattern, values)?;
         self.numeric(values)?;
         Ok(Box::new(MumpsFactors { factorizer: self, values }))
     }

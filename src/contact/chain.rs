@@ -2,16 +2,9 @@
 
 use crate::geometry::Point;
 
+use super::facing::{BEHIND, FACING, RINGS, THROUGH};
 use super::mortar::{End, Facing, Overlap};
 
-/// Rings of chords around a chord that it never touches: its neighbours.
-const RINGS: usize = 2;
-/// Cosine between two outward normals above which chords do not face each other.
-const FACING: f64 = -0.2;
-/// How deep a chord may be behind another one to be in contact with it, in terms of both: beyond, it is the far side of a wall.
-const BEHIND: f64 = 1.5;
-/// Cosine between the inward normal and the way to another chord, both at rest, from which on the body lies between them.
-const THROUGH: f64 = 0.5;
 /// Bins around a chord that are searched: what is further away is not looked for.
 const REACH: usize = 16;
 /// Differences of places along a chord that are none.

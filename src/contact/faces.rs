@@ -5,11 +5,7 @@ use crate::geometry::Point;
 
 use super::Skin;
 use super::facets::{Gap, Sorted, Triangle, gap};
-
-/// Rings of facets around a facet that it never touches: its neighbours.
-const RINGS: usize = 2;
-/// Cosine between the inward normal and the way to another facet, both at rest, from which on the body lies between them.
-const THROUGH: f64 = 0.5;
+use super::facing::{RINGS, THROUGH};
 
 /// A facet at rest.
 struct Facet {

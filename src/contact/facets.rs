@@ -4,6 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::geometry::Point;
 
+use super::facing::{BEHIND, FACING};
 use super::jet::Jet;
 
 /// Coordinates of a point and of three corners.
@@ -11,10 +12,6 @@ pub(super) const LOCAL: usize = 12;
 
 /// How far beyond its edges a triangle still takes points, as a part of it: between two that meet at a convex edge there is a wedge.
 const BEYOND: f64 = 0.02;
-/// Cosine between two outward normals above which faces do not face each other.
-const FACING: f64 = -0.2;
-/// How deep a point may be behind a triangle to be in contact with it, in terms of its longest edge.
-const BEHIND: f64 = 1.5;
 /// Bins around a point that are searched.
 const REACH: usize = 8;
 
@@ -151,6 +148,7 @@ impl Sorted {
 
 #[cfg(test)]
 mod tests {
+    use super::super::jet::assert_derivatives;
     use super::*;
 
     /// Gradient and Hessian are those of differences.
@@ -158,20 +156,10 @@ mod tests {
     fn derivatives() {
         let at = |q: &[f64; LOCAL]| {
             let point = |k: usize| Point::<3>::new(q[3 * k], q[3 * k + 1], q[3 * k + 2]);
-            gap(&point(0), &[point(1), point(2), point(3)], -1.0)
+            let gap = gap(&point(0), &[point(1), point(2), point(3)], -1.0);
+            (gap.value, gap.slope, gap.curve)
         };
         let q: [f64; LOCAL] = [0.3, 0.2, 0.4, 0.0, 0.1, 0.0, 1.0, 0.0, 0.2, 0.1, 1.1, -0.1];
-        let here = at(&q);
-        for k in 0..LOCAL {
-            let step = 1e-5;
-            let (mut up, mut down) = (q, q);
-            up[k] += step;
-            down[k] -= step;
-            let (up, down) = (at(&up), at(&down));
-            let slope = (up.value - down.value) / (2.0 * step);
-            assert!((slope - here.slope[k]).abs() < 1e-8, "{k}: {slope} {}", here.slope[k]);
-            let curve = (up.slope - down.slope) / (2.0 * step);
-            assert!((curve - here.curve.column(k)).amax() < 1e-7, "{k}");
-        }
+        assert_derivatives(at, &q);
     }
 }

@@ -6,6 +6,7 @@ mod carriage;
 mod chain;
 mod faces;
 mod facets;
+mod facing;
 mod friction;
 mod grip;
 mod jet;

@@ -101,6 +101,7 @@ impl Facing {
 
 #[cfg(test)]
 mod tests {
+    use super::super::jet::assert_derivatives;
     use super::*;
 
     fn facing(q: &[f64; LOCAL]) -> Facing {
@@ -115,19 +116,11 @@ mod tests {
     fn derivatives() {
         let overlap = Overlap { other: 0, ends: [End::Opposite(1), End::At(1.0)] };
         for end in 0..2 {
-            let at = |q: &[f64; LOCAL]| facing(q).mean_gap(&overlap, end);
-            let here = at(&AT);
-            for k in 0..LOCAL {
-                let step = 1e-5;
-                let (mut up, mut down) = (AT, AT);
-                up[k] += step;
-                down[k] -= step;
-                let (up, down) = (at(&up), at(&down));
-                let slope = (up.value - down.value) / (2.0 * step);
-                assert!((slope - here.slope[k]).abs() < 1e-8, "{k}: {slope} {}", here.slope[k]);
-                let curve = (up.slope - down.slope) / (2.0 * step);
-                assert!((curve - here.curve.column(k)).amax() < 1e-7, "{k}");
-            }
+            let at = |q: &[f64; LOCAL]| {
+                let gap = facing(q).mean_gap(&overlap, end);
+                (gap.value, gap.slope, gap.curve)
+            };
+            assert_derivatives(at, &AT);
         }
     }
 

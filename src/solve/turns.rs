@@ -70,7 +70,7 @@ impl Turns {
 pub(super) fn shift_diagonal(values: &mut [f64], diagonal: &[usize], part: f64) {
     let mut all: Vec<f64> = diagonal.iter().map(|&place| values[place]).collect();
     let middle = all.len() / 2;
-    if let Some(_first) = all.first() {
+    if middle < all.len() {
         let median = *all.select_nth_unstable_by(middle, f64::total_cmp).1;
         diagonal.iter().for_each(|&place| values[place] += part * median);
     }
