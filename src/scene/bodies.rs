@@ -9,7 +9,8 @@ use crate::kinematics::Kinematics;
 use crate::material::Material;
 
 use super::place::Spot;
-use super::{BodyOf, Drawn, Place, Scene, Scheme, Source};
+use super::source::{BodyOf, Source};
+use super::{Drawn, Place, Scene, Scheme};
 
 impl<const D: usize> Scene<D> {
     /// A scene without a body, to which several are added by [`body`](Scene::body).

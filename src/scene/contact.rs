@@ -1,55 +1,22 @@
-//! Contact of a scene: what touches what, and what a state tells of it.
+//! Contact of a scene: what it says of contact, and the terms that follow.
 
 use std::sync::Arc;
 
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::BoundaryCells;
-use crate::contact::Drive;
-use crate::contact::{Carriage, ContactError, Leash, PairContact, RigidContact, RigidSurface, Skin, Stiffness};
-use crate::error::Error;
+use crate::contact::{Carriage, ContactError, Drive, Leash, PairContact, RigidContact, RigidSurface, Skin, Stiffness};
+use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
 use crate::material::{initial_bulk_modulus, initial_shear_modulus};
 use crate::table::ShapeTable;
 
-use super::{Place, Scene};
-
-/// A part of the body and the rigid surface that it may touch.
-#[derive(Clone)]
-pub(crate) struct Touching<const D: usize> {
-    pub place: Place<D>,
-    pub surface: RigidSurface<D>,
-}
-
-impl<const D: usize> Touching<D> {
-    fn label(&self) -> String {
-        format!("contact of {} with {}", self.place, self.surface.name)
-    }
-}
-
-/// Two parts of the boundary that may touch each other, or one that may touch itself.
-#[derive(Clone)]
-pub(crate) struct Meeting<const D: usize> {
-    pub first: Place<D>,
-    pub second: Option<Place<D>>,
-    pub name: String,
-}
-
-/// A contact in a problem.
-pub(crate) struct Contact<const D: usize> {
-    /// The name of its surface.
-    pub name: String,
-    /// Its place among the terms.
-    pub term: usize,
-    pub law: Law<D>,
-}
-
-/// What it touches.
-pub(crate) enum Law<const D: usize> {
-    Rigid(Arc<RigidContact<D>>),
-    /// Two parts, and whether they are in the other order than named.
-    Pair(Arc<PairContact<D>>, bool),
-}
+use super::definition::Scene;
+use super::facet_rule::FacetRule;
+use super::member::Member;
+use super::place::{Place, Spot};
+use super::source::{BodyCells, BodyOf};
+use super::touching::{Contact, Law, Meeting, Touching};
 
 /// Facets of a boundary part with plain hats, and the shape functions at their points.
 type Face<const D: usize> = (BoundaryCells<D>, ShapeTable<D>);
@@ -102,19 +69,6 @@ impl<const D: usize> Scene<D> {
     }
 }
 
-/// Refuses contacts that no scheme could serve.
-pub(super) fn validate<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
-    for contact in &scene.contacts {
-        contact.surface.validate(&contact.label())?;
-    }
-    let rigid = scene.contacts.iter().map(|contact| &contact.surface.name);
-    let names: Vec<&String> = rigid.chain(scene.meetings.iter().map(|meeting| &meeting.name)).collect();
-    match names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)) {
-        Some((_, name)) => Err(ContactError::Twice { name: name.to_string() }.into()),
-        None => Ok(()),
-    }
-}
-
 /// Number of surfaces that are pushed.
 pub(super) fn carriage_count<const D: usize>(scene: &Scene<D>) -> usize {
     scene.contacts.iter().filter(|contact| contact.surface.free_direction().is_some()).count()
@@ -140,7 +94,7 @@ pub(super) fn add<const D: usize>(
         return Ok(contacts);
     }
     // The softest body is the one that gives.
-    let softer = |a: &&super::BodyOf<D>, b: &&super::BodyOf<D>| {
+    let softer = |a: &&BodyOf<D>, b: &&BodyOf<D>| {
         initial_shear_modulus(&*a.material).total_cmp(&initial_shear_modulus(&*b.material))
     };
     let Some(softest) = scene.bodies.iter().min_by(softer) else { return Ok(contacts) };
@@ -288,4 +242,33 @@ pub(super) fn holds<const D: usize>(rows: &Constraints, positions: &[Point<D>], 
     }
     let values = gram.symmetric_eigenvalues();
     values.min() > 1e-8 * values.max().max(1e-3)
+}
+
+/// Adds the contacts of a scene.
+pub(super) fn touching<const D: usize>(
+    scene: &Scene<D>,
+    all: &BodyCells<D>,
+    (members, rules): (&[Member<D>], &[FacetRule]),
+    rows: &Constraints,
+    positions: &[Point<D>],
+    model: &mut Model<D>,
+) -> Result<Vec<Contact<D>>, Error> {
+    let (total, kinematics) = (model.positions().len(), &*scene.kinematics);
+    let skins = |place: &Place<D>| {
+        let place = scene.resolve(place);
+        let Spot::Part(part) = &place.spot else {
+            let needed = "a part of the boundary, or some of one";
+            return Err(GeometryError::Unsuited { what: "contact of a point or of the body", needed }.into());
+        };
+        let of = scene.bodies_at(&place, || format!("contact of {place}"), all, |_| true)?;
+        let body = of.first().copied().unwrap_or(0);
+        let (member, rule) = (&members[body], rules[body]);
+        let whole = member.cells.contact_boundary(part, rule.parts, rule.gauss)?;
+        let mut skin = whole.within(&|x| place.holds(x));
+        let table = member.approximation.tabulate(&skin.points, kinematics)?.shifted(member.nodes.start, total);
+        skin.hats.iter_mut().flatten().for_each(|hat| hat.0 += member.nodes.start as u32);
+        Ok((skin, table))
+    };
+    let volume = members.iter().flat_map(|member| member.body.table().weights()).sum();
+    add(scene, positions, rows, volume, &skins, model)
 }

@@ -11,7 +11,7 @@ use crate::tensor::cofactor;
 use crate::term::View;
 
 use super::Problem;
-use super::contact::{Contact, Law};
+use super::touching::{Contact, Law};
 
 /// One boundary particle in contact or beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]

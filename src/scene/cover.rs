@@ -12,8 +12,8 @@ use crate::particles::Particles;
 use crate::quadrature::Points;
 use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
 
-use super::discretize::Unmeasured;
 use super::member::{Member, SERIAL_BELOW};
+use super::unmeasured::Unmeasured;
 use super::{Problem, Scheme};
 
 /// Rounds after which supports are no longer raised: raising until all is well often does not end.

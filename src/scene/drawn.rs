@@ -7,8 +7,9 @@ use crate::error::Error;
 use crate::geometry::{Point, Region};
 use crate::mesh::Mesh;
 
-use super::discretize::per_axis;
-use super::{Partition, Resolution, Scheme, Source};
+use super::resolution::per_axis;
+use super::source::Source;
+use super::{Partition, Resolution, Scheme};
 
 /// A body that was drawn, for [`Scene::on`](super::Scene::on): a [`Region`] or a [`Mesh`].
 #[derive(Clone)]

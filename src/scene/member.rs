@@ -69,7 +69,7 @@ pub struct Member<const D: usize> {
     pub(crate) cells: Arc<dyn Cells<D>>,
     pub(crate) approximation: Box<dyn Evaluate<D>>,
     /// How its surface is integrated; none in plane stress, whose tractions turn with an unknown thickness.
-    pub(crate) facets: Option<super::recovery::Facets>,
+    pub(crate) facets: Option<super::facet_rule::Facets>,
     /// Largest half-widths of the supports; spacings of finite elements.
     pub(crate) dilations: Vec<f64>,
     /// Particles whose supports were raised to cover the body.

@@ -15,9 +15,9 @@ use crate::term::{Body, Term};
 
 use super::Place;
 use super::conditions::Placed;
-use super::contact::Contact;
+use super::frame::Frame;
 use super::member::Member;
-use super::rigid::Frame;
+use super::touching::Contact;
 
 /// A discretised scene: model, rows and analysis, and the fields of its states.
 ///

@@ -9,8 +9,9 @@ use crate::output::{PvdCollection, Table};
 use crate::solve::{EquilibriumPath, State};
 
 use super::conditions::Placed;
+use super::definition::resolve;
 use super::place::Spot;
-use super::{Place, Problem, resolve};
+use super::{Place, Problem};
 
 /// Sums of coefficients below this part of their sizes are none.
 const CANCELS: f64 = 1e-9;

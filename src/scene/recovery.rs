@@ -3,20 +3,17 @@
 mod patch;
 mod surface;
 
-use std::sync::OnceLock;
-
-use nalgebra::{DVector, Matrix3, Vector3};
-
+use super::Problem;
+use super::facet_rule::Facets;
+use super::member::SERIAL_BELOW;
 use crate::error::{ApproximationError, Error, GeometryError};
 use crate::geometry::{Part, Point};
 use crate::parallel::map_with;
 use crate::quadrature::Points;
 use crate::shape::{FiniteElements, ShapeFunctions};
 use crate::solve::State;
-
-use super::Problem;
-use super::discretize::FacetRule;
-use super::member::SERIAL_BELOW;
+use nalgebra::{DVector, Matrix3, Vector3};
+use std::sync::OnceLock;
 
 /// Weight of the equations of equilibrium, in the body and on its surface, beside one of all data of a patch: conditions
 /// and not data, but ones that a singular corner may break.
@@ -24,15 +21,6 @@ const EQUILIBRIUM: f64 = 1e4;
 
 /// Weight of the highest terms of a patch that too few data determine, beside one of all data.
 const RIDGE: f64 = 1e-8;
-
-/// How the surface of a problem is integrated.
-#[derive(Clone, Copy)]
-pub(crate) enum Facets {
-    /// Facets of the cells, as rows and loads over boundaries take them.
-    OfCells(FacetRule),
-    /// Faces of finite elements of an order, with so many Gauss points per direction.
-    OfElements { order: usize, gauss: usize },
-}
 
 /// Cauchy stresses of a state, recovered from those at the integration points.
 ///

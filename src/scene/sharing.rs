@@ -9,8 +9,9 @@ use crate::geometry::{Morton, Point};
 use crate::quadrature::Points;
 use crate::shape::ElementPoints;
 
-use super::scheme::{Functions, Rule, Scheme};
-use super::{BodyCells, Scene};
+use super::Scene;
+use super::source::BodyCells;
+use super::{Functions, Rule, Scheme};
 
 /// The ranks that share a scene, if any: zones of cells along a space-filling curve, facets of loads in turn.
 pub(super) struct Sharing(Option<Arc<dyn Ranks>>);

@@ -16,9 +16,9 @@ use crate::table::ShapeTable;
 use crate::term::{Body, PressureField};
 
 use super::Scene;
-use super::discretize::Unmeasured;
-use super::scheme::{Dilation, Functions, PressureScheme, Scheme, Solving};
 use super::sharing::Sharing;
+use super::unmeasured::Unmeasured;
+use super::{Dilation, Functions, PressureScheme, Scheme, Solving};
 
 /// Part of the memory at hand that factors may take.
 const ROOM: f64 = 0.6;
@@ -60,7 +60,7 @@ pub(super) fn refuse(scheme: &Scheme, counts: &[usize]) -> Result<(), SolveError
     let (Some(limit), 3, Functions::Particles) = (limit, counts.len(), scheme.functions) else { return Ok(()) };
     let reach = match scheme.dilation {
         Dilation::Local(r) | Dilation::Global(r) => r,
-        _ => super::discretize::default_dilation(scheme.order),
+        _ => super::functions::default_dilation(scheme.order),
     };
     // Each of several ranks takes its share.
     let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).map_or(1, |ranks| ranks.count()) as f64;

@@ -9,13 +9,6 @@ use std::path::Path;
 
 use crate::floors::{bare, files};
 
-/// Files that still import each other, to be parted, `::*` for all of a folder; the list may only become shorter.
-const KNOWN: [&[&str]; 1] = [&["scene", "scene::*"]];
-
-fn is_known(known: &[&str], file: &str) -> bool {
-    known.iter().any(|name| name.strip_suffix('*').map_or(*name == file, |folder| file.starts_with(folder)))
-}
-
 type Module = Vec<String>;
 
 /// The imports of a file and what it hands on by another path.
@@ -195,14 +188,7 @@ fn no_files_import_each_other() {
     }
     assert!(sources.len() > 100, "{} files found", sources.len());
     let found = circles(&sources);
-    for circle in &found {
-        let known = KNOWN.iter().any(|known| circle.iter().all(|file| is_known(known, file)));
-        assert!(known, "these files import each other: {circle:?}");
-    }
-    for known in KNOWN {
-        let left = found.iter().any(|circle| circle.iter().any(|file| is_known(known, file)));
-        assert!(left, "no circle any more, take it off the list: {known:?}");
-    }
+    assert!(found.is_empty(), "these files import each other: {found:?}");
 }
 
 #[test]
