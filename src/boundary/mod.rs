@@ -1,16 +1,24 @@
 //! Essential conditions: rows, and the strategies that enforce them.
 
+mod at_particles;
 mod claims;
 mod elimination;
 mod multipliers;
+mod over_boundary;
+mod row;
+mod row_values;
 mod rows;
 mod transformation;
 
 pub(crate) use claims::{Claim, says_again};
 pub use multipliers::LagrangeMultipliers;
 pub(crate) use multipliers::dependent_rows;
-pub use rows::{Constraints, Motion, Row};
-pub(crate) use rows::{Value, check_component, check_unknowns, moved, rounding, scaled};
+pub(crate) use over_boundary::rounding;
+pub use row::Row;
+pub(crate) use row::{check_component, check_unknowns};
+pub use row_values::Motion;
+pub(crate) use row_values::{Value, moved, scaled};
+pub use rows::Constraints;
 pub use transformation::MixedTransformation;
 
 use crate::assembly::{Pattern, System};

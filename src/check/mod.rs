@@ -27,6 +27,8 @@
 //! ```
 
 mod algebra;
+mod cover;
+mod free_motions;
 mod inf_sup;
 mod material;
 mod patch;
@@ -36,10 +38,12 @@ mod solver;
 mod stability;
 mod term;
 
+pub use cover::UncoveredRegion;
+pub use free_motions::FreeMotion;
 pub use inf_sup::{InfSup, inf_sup};
 pub use material::{invariant_energy, material};
 pub use patch::{PatchTest, patch_test, patch_test_of};
-pub use scene::{Diagnosis, FreeMotion, UncoveredRegion, scene};
+pub use scene::{Diagnosis, scene};
 pub use shape::{basis, kernel};
 pub use solver::solver;
 pub use stability::{Stability, spurious_modes};

@@ -13,6 +13,7 @@ mod jet;
 mod mortar;
 mod obstacle;
 mod pair;
+mod pair_term;
 mod profile;
 mod rigid;
 mod shapes;

@@ -7,46 +7,45 @@ use nalgebra::{DMatrix, DVector, Matrix3};
 use crate::cells::BoundaryCells;
 use crate::geometry::Point;
 use crate::tensor::cofactor;
-use crate::term::{Element, Term, View};
 
 use super::chain::{Chain, Chord, Laid};
 use super::faces::{Faces, LaidFaces};
 use super::facets::Triangle;
-use super::obstacle::{Stiffness, TOO_FAR};
+use super::obstacle::Stiffness;
 use super::vertices::{Combination, Means, Movers};
 use super::{Skin, facets, mortar};
 
 /// What faces what.
-enum Geometry {
+pub(super) enum Geometry {
     /// Chords in the plane.
     Plane(Chain),
     /// Facets in space; for each triangle its corners, and the first of the points that carry pressures.
     Space(Faces, Vec<[u32; 3]>, u32),
 }
 
-enum Opposite {
+pub(super) enum Opposite {
     Plane(Laid),
     Space(LaidFaces),
 }
 
 /// The faces at a state.
-struct State<const D: usize> {
-    displacement: Vec<f64>,
+pub(super) struct State<const D: usize> {
+    pub(super) displacement: Vec<f64>,
     /// Where the movers are.
-    places: Vec<Point<D>>,
-    opposite: Opposite,
-    reach: f64,
+    pub(super) places: Vec<Point<D>>,
+    pub(super) opposite: Opposite,
+    pub(super) reach: f64,
 }
 
 /// A part of the gap of a hat times its area, over points that move: the coordinates of one after the other.
-struct Piece {
-    movers: Vec<u32>,
+pub(super) struct Piece {
+    pub(super) movers: Vec<u32>,
     /// Whether a mover is of the face that carries pressures.
-    carries: fn(usize) -> bool,
-    value: f64,
-    area: f64,
-    slope: DVector<f64>,
-    curve: DMatrix<f64>,
+    pub(super) carries: fn(usize) -> bool,
+    pub(super) value: f64,
+    pub(super) area: f64,
+    pub(super) slope: DVector<f64>,
+    pub(super) curve: DMatrix<f64>,
 }
 
 /// Unilateral contact without friction between two boundary parts, or of a part with itself.
@@ -67,17 +66,17 @@ struct Piece {
 pub(crate) struct PairContact<const D: usize> {
     pub skins: Vec<Skin<D>>,
     pub stiffness: Stiffness,
-    geometry: Geometry,
+    pub(super) geometry: Geometry,
     /// Nodes of all clusters: those that any point of the boundary parts sees.
-    nodes: Vec<u32>,
+    pub(super) nodes: Vec<u32>,
     /// For each hat its vertex, then others.
-    movers: Movers<D>,
+    pub(super) movers: Movers<D>,
     /// Hats of all parts.
     pub hats: usize,
     /// Hats that may carry pressures, from the first on.
-    carrying: usize,
+    pub(super) carrying: usize,
     /// The faces at the state that was looked at last: all hats of an iteration see the same one.
-    last: Mutex<Option<Arc<State<D>>>>,
+    pub(super) last: Mutex<Option<Arc<State<D>>>>,
 }
 
 /// What a hat knows of what is opposite.
@@ -86,20 +85,6 @@ pub(crate) struct Meeting {
     pub gap: f64,
     /// $\int N_J\\,\mathrm d\Gamma$ over what has something opposite.
     pub area: f64,
-}
-
-/// What the faces are found to do at a state.
-pub(crate) struct Pressed<const D: usize> {
-    /// Mean gap of each hat, infinite where it carries no pressure.
-    pub gaps: Vec<f64>,
-    /// Forces on all hats.
-    pub forces: Vec<Point<D>>,
-    /// That on what carries pressures, which is the opposite of that on the others.
-    pub total: Point<D>,
-}
-
-fn padded<const D: usize, const N: usize>(x: &Point<D>) -> Point<N> {
-    Point::<N>::from_fn(|i, _| x.get(i).copied().unwrap_or(0.0))
 }
 
 impl<const D: usize> PairContact<D> {
@@ -151,7 +136,7 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// The faces at a state.
-    fn now(&self, displacement: &[f64]) -> Arc<State<D>> {
+    pub(super) fn now(&self, displacement: &[f64]) -> Arc<State<D>> {
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(state) = last.as_ref().filter(|state| state.displacement == displacement) {
             return state.clone();
@@ -183,7 +168,7 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// A combination of coefficients.
-    fn moved(&self, of: &Combination, step: &[f64]) -> Point<D> {
+    pub(super) fn moved(&self, of: &Combination, step: &[f64]) -> Point<D> {
         let mut u = Point::<D>::zeros();
         for &(place, value) in of {
             let first = self.nodes[place as usize] as usize * D;
@@ -199,7 +184,7 @@ impl<const D: usize> PairContact<D> {
         if hat < self.carrying { (0, hat) } else { (1, hat - self.carrying) }
     }
 
-    fn width(&self, hat: usize) -> f64 {
+    pub(super) fn width(&self, hat: usize) -> f64 {
         self.skins[0].hats[hat].width
     }
 
@@ -207,12 +192,12 @@ impl<const D: usize> PairContact<D> {
         pressure > self.stiffness.decisive / self.width(hat) * gap
     }
 
-    fn proximal(&self, hat: usize) -> f64 {
+    pub(super) fn proximal(&self, hat: usize) -> f64 {
         self.stiffness.proximal / self.width(hat)
     }
 
     /// Visits the pieces of the gap of a hat that carries pressures.
-    fn meet(&self, hat: usize, state: &State<D>, mut visit: impl FnMut(Piece)) -> Meeting {
+    pub(super) fn meet(&self, hat: usize, state: &State<D>, mut visit: impl FnMut(Piece)) -> Meeting {
         let (mut gap, mut area) = (0.0, 0.0);
         let mut take = |piece: Piece| {
             gap += piece.value;
@@ -267,7 +252,7 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// The change of a piece by a step.
-    fn change(&self, piece: &Piece, step: &[f64]) -> f64 {
+    pub(super) fn change(&self, piece: &Piece, step: &[f64]) -> f64 {
         let along = |(k, mover): (usize, &u32)| {
             let by = self.moved(&self.movers.combinations[*mover as usize], step);
             (0..D).map(|i| piece.slope[k * D + i] * by[i]).sum::<f64>()
@@ -313,6 +298,20 @@ impl<const D: usize> PairContact<D> {
     }
 }
 
+/// What the faces are found to do at a state.
+pub(crate) struct Pressed<const D: usize> {
+    /// Mean gap of each hat, infinite where it carries no pressure.
+    pub gaps: Vec<f64>,
+    /// Forces on all hats.
+    pub forces: Vec<Point<D>>,
+    /// That on what carries pressures, which is the opposite of that on the others.
+    pub total: Point<D>,
+}
+
+fn padded<const D: usize, const N: usize>(x: &Point<D>) -> Point<N> {
+    Point::<N>::from_fn(|i, _| x.get(i).copied().unwrap_or(0.0))
+}
+
 /// The chords of the faces.
 fn chords<const D: usize>(skins: &[Skin<D>], faces: &[&BoundaryCells<D>], particles: &[Point<2>]) -> Vec<Chord> {
     let (mut chords, mut first) = (Vec::new(), 0u32);
@@ -351,125 +350,4 @@ fn chords<const D: usize>(skins: &[Skin<D>], faces: &[&BoundaryCells<D>], partic
         first += skin.hats.len() as u32;
     }
     chords
-}
-
-impl<const D: usize> Term<D> for PairContact<D> {
-    fn clusters(&self) -> usize {
-        self.carrying
-    }
-
-    fn nodes(&self, _: usize) -> &[u32] {
-        &self.nodes
-    }
-
-    fn is_unilateral(&self) -> bool {
-        true
-    }
-
-    fn fills_compact(&self) -> bool {
-        true
-    }
-
-    fn rounding(&self) -> [f64; 2] {
-        let extent = self.skins.iter().map(|skin| skin.extent).fold(0.0, f64::max);
-        self.stiffness.rounding(self.skins[0].hats.iter(), extent)
-    }
-
-    fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
-        cluster..cluster + 1
-    }
-
-    fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
-        let pressure = view.condensed[cluster];
-        let state = self.now(view.displacement);
-        let mut pieces: Vec<Piece> = Vec::new();
-        let meeting = self.meet(cluster, &state, |piece| pieces.push(piece));
-        if !self.touches(cluster, pressure, meeting.gap) {
-            return;
-        }
-        let of = |mover: u32| &self.movers.combinations[mover as usize];
-        let all = pieces.iter().flat_map(|piece| &piece.movers);
-        let mut used: Vec<u16> = all.flat_map(|&mover| of(mover)).map(|entry| entry.0).collect();
-        used.sort_unstable();
-        used.dedup();
-        out.reset_compact::<D>(&used);
-        let size = used.len() * D;
-        let local = |place: u16| used.partition_point(|&u| u < place);
-        let mut slope = vec![0.0; size];
-        let mut half: Vec<f64> = Vec::new();
-        for piece in &pieces {
-            // (place in the element, factor) of each mover.
-            let points: Vec<Vec<(usize, f64)>> = piece
-                .movers
-                .iter()
-                .map(|&mover| of(mover).iter().map(|&(place, value)| (local(place), value)).collect())
-                .collect();
-            for (k, of) in points.iter().enumerate() {
-                for &(place, value) in of {
-                    for i in 0..D {
-                        slope[place * D + i] += value * piece.slope[k * D + i];
-                    }
-                }
-            }
-            if !(out.with_matrix && pressure > 0.0) {
-                continue;
-            }
-            // −π Tᵀ (∂²G) T, one side after the other.
-            let rows = piece.curve.nrows();
-            half.clear();
-            half.resize(rows * size, 0.0);
-            for (k, of) in points.iter().enumerate() {
-                for i in 0..D {
-                    let column = piece.curve.column(k * D + i);
-                    for &(place, value) in of {
-                        let target = &mut half[(place * D + i) * rows..][..rows];
-                        target.iter_mut().zip(column.iter()).for_each(|(t, c)| *t -= pressure * value * c);
-                    }
-                }
-            }
-            for (column, from) in out.matrix.chunks_exact_mut(size).zip(half.chunks_exact(rows)) {
-                for (k, of) in points.iter().enumerate() {
-                    for &(place, value) in of {
-                        for i in 0..D {
-                            column[place * D + i] += value * from[k * D + i];
-                        }
-                    }
-                }
-            }
-        }
-        let proximal = self.proximal(cluster);
-        let force = pressure - proximal * meeting.gap;
-        for (r, s) in out.residual.iter_mut().zip(&slope) {
-            *r -= force * s;
-        }
-        if out.with_matrix {
-            for (column, b) in out.matrix.chunks_exact_mut(size).zip(&slope) {
-                let factor = proximal / meeting.area * b;
-                for (entry, a) in column.iter_mut().zip(&slope) {
-                    *entry += factor * a;
-                }
-            }
-        }
-    }
-
-    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
-        let pressure = view.condensed[cluster];
-        let state = self.now(view.displacement);
-        let mut change = 0.0;
-        let meeting = self.meet(cluster, &state, |piece| change += self.change(&piece, step));
-        let (gap, change) = (meeting.gap, change / meeting.area);
-        if self.touches(cluster, pressure, gap) {
-            condensed_step[0] = -self.proximal(cluster) * (gap + change);
-            return 1.0;
-        }
-        condensed_step[0] = -pressure;
-        let width = self.width(cluster);
-        if gap.is_finite() {
-            let most = TOO_FAR * width;
-            return if gap + change < -most && change < 0.0 { ((gap + most) / -change).min(1.0) } else { 1.0 };
-        }
-        // What has nothing opposite goes no further than the search saw.
-        let way = self.moved(&self.movers.combinations[cluster], step).norm();
-        if way > state.reach { state.reach / way } else { 1.0 }
-    }
 }

@@ -1,16 +1,18 @@
 //! Conditions of a scene as rows.
 
-use super::facet_rule::FacetRule;
-use super::place::Spot;
-use super::{Condition, Direction, Place, Scene, Value};
+use std::ops::Range;
+use std::sync::Arc;
+
 use crate::boundary::{Claim, Constraints, check_component, moved, rounding, says_again, scaled};
 use crate::cells::Cells;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::{Part, Point};
 use crate::shape::Approximation;
 use crate::term::Amplitude;
-use std::ops::Range;
-use std::sync::Arc;
+
+use super::facet_rule::FacetRule;
+use super::place::Spot;
+use super::{Condition, Direction, Place, Scene, Value};
 
 /// What becomes of a condition that can't be added to the rows: the error itself, or leave to go on without it.
 pub(super) type Refused<'a> = &'a mut dyn FnMut(Error) -> Result<(), Error>;

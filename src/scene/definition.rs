@@ -84,8 +84,9 @@ impl<const D: usize> Scene<D> {
     }
 
     /// A free, unloaded body that was drawn: a [`Region`](crate::geometry::Region) of the plane, over which the scheme
-    /// scatters its particles — their spacing or about how many ([`Scheme::spacing`], [`Scheme::particles`]), where they are
-    /// finer ([`Scheme::graded`]), which draw ([`Scheme::seed`]) — or a [`Mesh`], at whose nodes they are.
+    /// scatters its particles, or a [`Mesh`](crate::mesh::Mesh), at whose nodes they are. Over a region a scheme says their
+    /// spacing or about how many ([`spacing`](super::Scheme::spacing), [`particles`](super::Scheme::particles)), where they
+    /// are finer ([`graded`](super::Scheme::graded)), and which draw ([`seed`](super::Scheme::seed)).
     ///
     /// ```
     /// use rkpm::prelude::*;

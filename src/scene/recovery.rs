@@ -3,17 +3,20 @@
 mod patch;
 mod surface;
 
-use super::Problem;
-use super::facet_rule::Facets;
-use super::member::SERIAL_BELOW;
+use std::sync::OnceLock;
+
+use nalgebra::{DVector, Matrix3, Vector3};
+
 use crate::error::{ApproximationError, Error, GeometryError};
 use crate::geometry::{Part, Point};
 use crate::parallel::map_with;
 use crate::quadrature::Points;
 use crate::shape::{FiniteElements, ShapeFunctions};
 use crate::solve::State;
-use nalgebra::{DVector, Matrix3, Vector3};
-use std::sync::OnceLock;
+
+use super::Problem;
+use super::facet_rule::Facets;
+use super::member::SERIAL_BELOW;
 
 /// Weight of the equations of equilibrium, in the body and on its surface, beside one of all data of a patch: conditions
 /// and not data, but ones that a singular corner may break.

@@ -25,7 +25,7 @@ impl<const D: usize> Scene<D> {
     /// ([`Load::force`](super::Load::force)) or a moment ([`Load::moment`](super::Load::moment)). A condition by the name
     /// prescribes the displacement of all its points, so that it does not turn unless the values say so; one at a point,
     /// `Place::at(x).of("plate")`, leaves it free to turn about that point. What no condition prescribes is free, and follows
-    /// from the loads. [`Problem::reaction`] and [`Problem::moment`] by the name are what the body exerts on the parts.
+    /// from the loads. [`Problem::reaction`](super::Problem::reaction) and [`Problem::moment`](super::Problem::moment) by the name are what the body exerts on the parts.
     ///
     /// ```
     /// use rkpm::prelude::*;

@@ -3,38 +3,35 @@
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::error::{Cause, Driven, Error, Stalled};
-use crate::linear::vector::root_mean_square;
 
 use super::analysis::Analysis;
 use super::critical::CriticalPoint;
-use super::driver::Driver;
-use super::functional::{Control, Deflection, Functional};
+use super::functional::Control;
 use super::motion_limit::MotionLimit;
-use super::newton::{Watch, Workspace};
+use super::newton::Workspace;
 use super::path::{Ending, EquilibriumPath, Observer, Step, StepControlState};
 use super::rejection::Rejection;
 use super::settings::{Newton, TangentUpdate};
 use super::state::State;
 use super::stepping::{
-    FAR, FIRST_GRADIENT, FOLD_ITERATIONS, FOLD_STEP, FOLD_STEP_IN_CONTACT, FOLDED, Following, LARGE_CHANGE, SLOW,
-    StepControl,
+    FOLD_ITERATIONS, FOLD_STEP, FOLD_STEP_IN_CONTACT, FOLDED, Following, LARGE_CHANGE, SLOW, StepControl,
 };
 
 /// One run: what it works with and what it has reached.
 pub(super) struct Continuation<'a, 'o, const D: usize> {
     pub(super) analysis: &'a Analysis,
     pub(super) workspace: Workspace<'a, D>,
-    observer: &'o mut dyn Observer,
-    scale: f64,
+    pub(super) observer: &'o mut dyn Observer,
+    pub(super) scale: f64,
     pub(super) path: EquilibriumPath,
     pub(super) previous: Option<State>,
     pub(super) state: State,
     /// Unstable modes of the current state, where they are known.
-    modes: Option<usize>,
+    pub(super) modes: Option<usize>,
     /// Iterations since the last converged state.
-    spent: usize,
+    pub(super) spent: usize,
     /// Rejected attempts since the last converged state.
-    rejected: usize,
+    pub(super) rejected: usize,
     /// Whether a functional with targets is controlled.
     pub(super) controlled: bool,
     /// Load factors inside (0, 1) at which amplitudes have kinks, rising.
@@ -95,104 +92,6 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         self.break_points.contains(&self.state.load)
     }
 
-    /// What is controlled and its first increment, where the load should not be.
-    pub(super) fn driver(&mut self) -> Option<(Driver, f64)> {
-        let stepping = self.analysis.stepping;
-        if stepping.control == StepControl::Load {
-            return None;
-        }
-        // No tangent displacement tells what touches.
-        if stepping.control == StepControl::Auto && self.workspace.model.terms().iter().any(|t| t.is_unilateral()) {
-            return None;
-        }
-        // Steps of the load are steps of time.
-        if self.workspace.model.is_timed() {
-            return None;
-        }
-        // Amplitudes with break points may let the load fall or rest, which control of a deflection could not follow.
-        if stepping.control == StepControl::Auto && !self.break_points.is_empty() {
-            return None;
-        }
-        // At the first state, wherever the path has come to by now: a resumed run controls the same deflection.
-        let start = &self.path.start;
-        let mut loads = vec![0.0; self.workspace.model.unknowns()];
-        self.workspace.model.load_slope(&start.displacement, &start.condensed, start.load, &mut loads);
-        let total: f64 = loads.iter().map(|f| f.abs()).sum();
-        if total == 0.0 && stepping.control == StepControl::Auto {
-            // Driven by prescribed displacements alone.
-            return None;
-        }
-        if stepping.control == StepControl::Auto {
-            // Where they are driven as well, the mean displacement along the load says nothing of the path.
-            let mut moved = Vec::new();
-            self.workspace.rows.load_slope(start.load, &mut moved);
-            if moved.iter().any(|slope| *slope != 0.0) {
-                return None;
-            }
-        }
-        let model = self.workspace.model;
-        let follows = model.terms().iter().any(|term| term.has_matrix() && term.matrix_follows_load());
-        let whole = stepping.control == StepControl::Auto && stepping.first >= 1.0;
-        if whole && !follows {
-            // The first step of the first attempt is the tangent displacement itself.
-            self.workspace.watch = Watch::On;
-            return if self.path.steps.is_empty() { None } else { self.driver_of_first_run() };
-        }
-        let before = self.workspace.iterations;
-        let probe = self.workspace.tangent_displacement(start);
-        if self.path.steps.is_empty() {
-            self.spent += self.workspace.iterations - before;
-            self.path.iterations = self.workspace.iterations;
-        } else {
-            // Counted by the first run.
-            self.workspace.iterations = before;
-        }
-        let rest = 1.0 - self.path.start.load;
-        // A probe that fails (a mechanism stiffened only by its loads) leaves the load in control.
-        let Ok(probe) = probe else { return None };
-        let gradient = self.workspace.model.largest_gradient(&probe) * rest;
-        if stepping.control == StepControl::ArcLength {
-            let part = stepping.first.min(FIRST_GRADIENT / gradient) * rest;
-            let first = part * root_mean_square(&probe);
-            return (first > 0.0 && first.is_finite()).then_some((Driver::Arc(probe), first));
-        }
-        if gradient <= FAR || !gradient.is_finite() {
-            return None;
-        }
-        self.deflection(&loads, &probe, rest, gradient)
-    }
-
-    /// The mean displacement along the loads, positive for positive ones, and its first increment: a part of the linear
-    /// answer `rest` times `answer`, whose largest gradient is given.
-    fn deflection(&self, loads: &[f64], answer: &[f64], rest: f64, gradient: f64) -> Option<(Driver, f64)> {
-        let total: f64 = loads.iter().map(|f| f.abs()).sum();
-        let deflection = Deflection { weights: loads.iter().map(|f| -f / total).collect() };
-        let first = deflection.value(answer) * rest * FIRST_GRADIENT / gradient;
-        (first > 0.0 && first.is_finite()).then_some((Driver::Deflection(deflection), first))
-    }
-
-    /// What the first attempt of the run that is resumed was told.
-    fn driver_of_first_run(&mut self) -> Option<(Driver, f64)> {
-        let before = self.workspace.iterations;
-        let mut attempt = self.path.start.clone();
-        let once = Newton { iterations: 1, ..self.newton() };
-        let told = self.workspace.newton(&once, &mut attempt, Control::Load(1.0), &mut (), self.scale, false);
-        // Counted by the first run.
-        self.workspace.iterations = before;
-        match (told, std::mem::take(&mut self.workspace.watch)) {
-            (Err(Rejection::Far), Watch::Far(answer)) => self.driver_after(&answer),
-            _ => None,
-        }
-    }
-
-    /// What is controlled where the first step of the first attempt was too large.
-    pub(super) fn driver_after(&self, answer: &[f64]) -> Option<(Driver, f64)> {
-        let (model, start) = (self.workspace.model, &self.path.start);
-        let mut loads = vec![0.0; model.unknowns()];
-        model.load_slope(&start.displacement, &start.condensed, start.load, &mut loads);
-        self.deflection(&loads, answer, 1.0, model.largest_gradient(answer))
-    }
-
     /// Tries one state, which has to lie on the path of the current one.
     pub(super) fn attempt(&mut self, attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
         let load_control = matches!(control, Control::Load(_));
@@ -237,7 +136,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     }
 
     /// Newton's method as it is set; where the path counts the inertia has to be that of the states themselves.
-    fn newton(&self) -> Newton {
+    pub(super) fn newton(&self) -> Newton {
         let path_counts = self.follows_path() || self.controlled;
         let tangent_update =
             if path_counts { TangentUpdate::EveryIteration } else { self.analysis.newton.tangent_update };

@@ -6,6 +6,7 @@ mod continuation;
 mod critical;
 mod critical_search;
 mod driver;
+mod driver_choice;
 mod functional;
 mod increment;
 mod line_search;

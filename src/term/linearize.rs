@@ -6,12 +6,12 @@ use crate::table::displacement_gradient;
 use crate::tensor::{add_hessian_in, cofactor};
 
 use super::apart::Tangent;
-use super::body::{Body, PressureField};
+use super::body::Body;
 use super::contraction::GROUP;
+use super::element::{Element, View};
 use super::lower::{LowerBlocks, WIDTH};
-use super::step_limit::{largest_step, largest_step_of_hoops};
-use super::volumetric_measure::{Jet, VolumetricMeasure};
-use super::{Element, Term, View};
+use super::pressure_field::PressureField;
+use super::zone_residuals::ZoneResiduals;
 
 impl<const D: usize, M: Material> Body<D, M> {
     /// Adds forces and, where asked for, the matrix of a cluster; see [`Term::linearize`].
@@ -23,17 +23,6 @@ impl<const D: usize, M: Material> Body<D, M> {
             2 => dispatch(Linearize::<D, 2, M> { body, cluster, view, out }),
             _ => dispatch(Linearize::<D, 3, M> { body, cluster, view, out }),
         }
-    }
-
-    /// Increments of the condensed unknowns of a cluster and the largest step; see [`Term::advance`].
-    pub(super) fn advance_cluster(
-        &self,
-        cluster: usize,
-        view: View<'_>,
-        step: &[f64],
-        condensed_step: &mut [f64],
-    ) -> f64 {
-        dispatch(Advance { body: self, cluster, view, step, condensed_step })
     }
 }
 
@@ -81,126 +70,6 @@ struct Pressure {
     rank_one: f64,
 }
 
-/// Residuals of the local equations of one zone and their Hessian; at most four functions.
-struct Zone {
-    /// What is projected.
-    measure: VolumetricMeasure,
-    /// The part of the volumetric energy that stays pointwise.
-    stabilisation: f64,
-    of_theta: [f64; 4],
-    of_pi: [f64; 4],
-    hessian: [[f64; 4]; 4],
-}
-
-impl Zone {
-    #[inline(always)]
-    fn new(theta: &[f64], pi: &[f64], stabilisation: f64, measure: VolumetricMeasure) -> Self {
-        let mut zone = Zone { measure, stabilisation, of_theta: [0.0; 4], of_pi: [0.0; 4], hessian: [[0.0; 4]; 4] };
-        for k in 0..theta.len() {
-            zone.of_theta[k] = -pi[k];
-            zone.of_pi[k] = -theta[k];
-        }
-        zone
-    }
-
-    /// Adds a point with determinant `j` and returns the measure of its volume.
-    #[inline(always)]
-    fn add<const D: usize, M: Material>(
-        &mut self,
-        body: &Body<D, M>,
-        volumetric: &dyn VolumetricEnergy,
-        point: usize,
-        weight: f64,
-        theta: &[f64],
-        j: f64,
-    ) -> Jet {
-        let (phi, stabilisation) = (body.phi(point), 1.0 - self.stabilisation);
-        let measure = self.measure.of(j);
-        let mut projected = 0.0;
-        for (p, t) in phi.iter().zip(theta) {
-            projected += p * t;
-        }
-        let u = self.measure.energy(volumetric, projected);
-        let n = theta.len();
-        for k in 0..n {
-            let factor = weight * phi[k];
-            self.of_theta[k] += factor * stabilisation * u.slope;
-            self.of_pi[k] += factor * measure.value;
-            for l in 0..n {
-                self.hessian[k][l] += factor * stabilisation * phi[l] * u.curvature;
-            }
-        }
-        measure
-    }
-}
-
-struct Advance<'a, const D: usize, M> {
-    body: &'a Body<D, M>,
-    cluster: usize,
-    view: View<'a>,
-    step: &'a [f64],
-    condensed_step: &'a mut [f64],
-}
-
-impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn run<A: Arithmetic>(self) -> f64 {
-        let Advance { body, cluster, view, step, condensed_step } = self;
-        let table = &body.table;
-        let n = body.functions;
-        let (theta, pi, measure) = body.zone(cluster, view.condensed);
-        let mut zone = Zone::new(theta, pi, body.stabilisation(cluster), measure);
-        let mut bound: f64 = 1.0;
-        // C δd, function by function.
-        let mut change_of_pi = [0.0; 4];
-        let first = table.clusters().points(cluster).start;
-        let volumetric = match body.field {
-            PressureField::Displacement => None,
-            _ => body.material.split().map(|(_, volumetric)| volumetric),
-        };
-        for point in table.clusters().points(cluster) {
-            let (nodes, gradients) = (table.nodes(point), table.gradients(point));
-            let h = displacement_gradient::<A, D>(nodes, gradients, table.hoop_components(), view.displacement);
-            let f = table.at_rest(point) + h;
-            let df = displacement_gradient::<A, D>(nodes, gradients, table.hoop_components(), step);
-            bound = bound.min(largest_step(&f, &df)).min(largest_step_of_hoops(&f, &df, table.hoop_components()));
-            let Some(volumetric) = volumetric else { continue };
-            let j = f.determinant();
-            let change = cofactor(&f).dot(&df);
-            if body.field == PressureField::Pointwise {
-                let theta = view.condensed[2 * point];
-                let u = volumetric.evaluate(theta);
-                let of_theta = j - theta + change;
-                let at = 2 * (point - first);
-                condensed_step[at] = of_theta;
-                condensed_step[at + 1] = u.slope - view.condensed[2 * point + 1] + u.curvature * of_theta;
-            } else {
-                let (phi, weight) = (body.phi(point), table.weights()[point]);
-                let measure = zone.add(body, volumetric, point, weight, theta, j);
-                for (change_of_pi, phi) in change_of_pi.iter_mut().zip(phi) {
-                    *change_of_pi += weight * measure.slope * change * phi;
-                }
-            }
-        }
-        for k in 0..n {
-            condensed_step[k] = zone.of_pi[k] + change_of_pi[k];
-            condensed_step[n + k] = zone.of_theta[k];
-            for l in 0..n {
-                condensed_step[n + k] += zone.hessian[k][l] * (zone.of_pi[l] + change_of_pi[l]);
-            }
-        }
-        if n > 0 {
-            // The exponent follows the pressure that is held, not that of the step: increments are linear in steps.
-            let held = view.condensed[body.condensed(cluster)][2 * n];
-            condensed_step[2 * n] =
-                body.pulled(cluster, pi[0] * body.unit(cluster), Some(view.displacement), held) - held;
-        }
-        bound
-    }
-}
-
 impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M> {
     type Output = ();
 
@@ -232,7 +101,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
             };
         let recall = body.recall(view);
         let (theta, pi, measure) = body.zone(cluster, view.condensed);
-        let mut zone = Zone::new(theta, pi, body.stabilisation(cluster), measure);
+        let mut zone = ZoneResiduals::new(theta, pi, body.stabilisation(cluster), measure);
         // Points in a row that see the same nodes wait for each other, as many as have their products in registers. In space
         // they wait elsewhere, for their products to be summed over all of them.
         let in_space = D == 3 && S == 3;

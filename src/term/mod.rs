@@ -1,112 +1,43 @@
 //! Terms of the potential: what is summed over clusters of points.
 
+mod advance;
 mod amplitude;
 mod apart;
 mod body;
+mod body_pressures;
+mod body_term;
+mod body_zones;
 mod contraction;
 mod diagnostics;
+mod element;
 mod integrand;
 mod linearize;
 mod load;
 mod lower;
 mod memory;
 mod point_contraction;
+mod pressure_field;
 mod product;
+mod shared;
+mod stabilisation;
 mod step_limit;
 mod together;
 mod volumetric_measure;
+mod zone_residuals;
 
 pub use amplitude::Amplitude;
 pub use apart::{Product, Zone};
-pub use body::{Body, PressureField, ProjectedMeasure};
+pub use body::Body;
 pub use diagnostics::StateDiagnostics;
+pub use element::{Element, ForceDensities, View};
 pub use integrand::{Integrand, PointDerivatives, PointState, Pointwise, Sparsity};
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
+pub use pressure_field::{PressureField, ProjectedMeasure};
 pub use step_limit::largest_step;
 
-pub(crate) use contraction::Windows;
 pub(crate) use lower::LowerBlocks;
-pub(crate) use together::Together;
-
-use nalgebra::Vector3;
 
 use crate::error::SolveError;
-use crate::geometry::Point;
-
-/// What a term sees of the state of an analysis.
-#[derive(Debug, Clone, Copy)]
-pub struct View<'a> {
-    /// Coefficients $d$, node by node, `D` components each \[length\].
-    pub displacement: &'a [f64],
-    /// Condensed unknowns of this term, all clusters; behind them its memory ([`Term::memory`]).
-    pub condensed: &'a [f64],
-    /// Load factor $\lambda$.
-    pub load: f64,
-}
-
-/// The contribution of one cluster: gradient and Hessian of the potential over the cluster's unknowns.
-///
-/// Unknown $aD + i$ is component $i$ of the cluster's $a$-th node. The matrix is stored by columns;
-/// symmetric terms need only fill blocks on and below the diagonal.
-#[derive(Debug, Clone, Default)]
-pub struct Element {
-    /// $\partial\Pi/\partial d$, internal minus external forces.
-    pub residual: Vec<f64>,
-    /// $\partial^2\Pi/\partial d\\,\partial\lambda$.
-    pub load_slope: Vec<f64>,
-    /// $\partial^2\Pi/\partial d\\,\partial d$, `size × size` by columns; empty where only forces are asked for.
-    pub matrix: Vec<f64>,
-    /// Whether the matrix is asked for.
-    pub with_matrix: bool,
-    /// A part of $\partial^2\Pi/\partial d\\,\partial d$ that is not symmetric and that factors leave out, `size × size` by columns: linear
-    /// solutions are refined until it is met. Empty where there is none.
-    pub coupling: Vec<f64>,
-    /// Buffer for the term's own use.
-    pub scratch: Vec<f64>,
-    /// Places of the nodes that buffers run over, where a term fills them for a few of its cluster's nodes alone.
-    pub(crate) compact: Vec<u16>,
-    /// The matrix of terms that fill its lower blocks instead.
-    pub(crate) lower: LowerBlocks,
-    pub(crate) windows: Windows,
-    pub(crate) together: Together,
-    /// Takes what condensed pressures would add to the matrix, where they are kept apart.
-    pub(crate) apart: Option<Zone>,
-    /// Whether tangents at points are all that is wanted of the matrix.
-    pub(crate) free: bool,
-}
-
-impl Element {
-    /// Zeroes the buffers for a cluster of `size` unknowns.
-    pub fn reset(&mut self, size: usize, with_matrix: bool) {
-        self.residual.clear();
-        self.residual.resize(size, 0.0);
-        self.load_slope.clear();
-        self.load_slope.resize(size, 0.0);
-        self.matrix.clear();
-        self.matrix.resize(if with_matrix { size * size } else { 0 }, 0.0);
-        self.coupling.clear();
-        self.compact.clear();
-        self.with_matrix = with_matrix;
-        self.lower.wanted = false;
-        self.apart = None;
-        self.free = false;
-    }
-
-    /// Zeroes the buffers for some nodes of a cluster, by rising place.
-    #[cfg(feature = "solve")]
-    pub(crate) fn reset_compact<const D: usize>(&mut self, places: &[u16]) {
-        self.reset(places.len() * D, self.with_matrix);
-        self.compact.extend_from_slice(places);
-    }
-
-    /// As [`reset`](Element::reset), with the matrix in lower blocks.
-    pub(crate) fn reset_lower<const D: usize>(&mut self, nodes: usize) {
-        self.reset(nodes * D, false);
-        self.lower.reset::<D>(nodes);
-        self.lower.wanted = true;
-        self.with_matrix = true;
-    }
-}
 
 /// A term of the potential $\Pi(d, \text{condensed}; \lambda)$, summed over clusters of nodes.
 ///
@@ -294,148 +225,5 @@ pub trait Term<const D: usize>: Send + Sync {
     /// equilibrium with.
     fn force_densities(&self, _view: View<'_>) -> Option<ForceDensities<D>> {
         None
-    }
-}
-
-/// Forces of a term on the body, point by point.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct ForceDensities<const D: usize> {
-    /// Reference positions \[length\].
-    pub positions: Vec<Point<D>>,
-    /// Outward unit normals of the reference body; empty inside it.
-    pub normals: Vec<Point<D>>,
-    /// Reference areas or volumes, measure of the kinematics included.
-    pub weights: Vec<f64>,
-    /// Forces per reference area or volume \[stress, stress/length\].
-    pub forces: Vec<Vector3<f64>>,
-}
-
-impl<const D: usize, T: Term<D> + ?Sized> Term<D> for std::sync::Arc<T> {
-    fn clusters(&self) -> usize {
-        (**self).clusters()
-    }
-
-    fn nodes(&self, cluster: usize) -> &[u32] {
-        (**self).nodes(cluster)
-    }
-
-    fn validate(&self) -> Result<(), SolveError> {
-        (**self).validate()
-    }
-
-    fn is_symmetric(&self) -> bool {
-        (**self).is_symmetric()
-    }
-
-    fn has_matrix(&self) -> bool {
-        (**self).has_matrix()
-    }
-
-    fn matrix_follows_load(&self) -> bool {
-        (**self).matrix_follows_load()
-    }
-
-    fn break_points(&self) -> Vec<f64> {
-        (**self).break_points()
-    }
-
-    fn is_unilateral(&self) -> bool {
-        (**self).is_unilateral()
-    }
-
-    fn farthest_load(&self, from: f64, to: f64) -> f64 {
-        (**self).farthest_load(from, to)
-    }
-
-    fn fills_lower_blocks(&self) -> bool {
-        (**self).fills_lower_blocks()
-    }
-
-    fn separates(&self) -> bool {
-        (**self).separates()
-    }
-
-    fn couplings(&self, cluster: usize, visit: &mut dyn FnMut(&[u16])) {
-        (**self).couplings(cluster, visit);
-    }
-
-    fn multiply(&self, zone: &Zone, x: &[f64], product: &mut Product) {
-        (**self).multiply(zone, x, product);
-    }
-
-    fn take_pressures(&self, cluster: usize, pressures: &[f64; 4], condensed_step: &mut [f64]) {
-        (**self).take_pressures(cluster, pressures, condensed_step);
-    }
-
-    fn fills_compact(&self) -> bool {
-        (**self).fills_compact()
-    }
-
-    fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
-        (**self).condensed(cluster)
-    }
-
-    fn start(&self, cluster: usize, condensed: &mut [f64]) {
-        (**self).start(cluster, condensed);
-    }
-
-    fn memory(&self) -> std::ops::Range<usize> {
-        (**self).memory()
-    }
-
-    fn start_memory(&self, memory: &mut [f64]) {
-        (**self).start_memory(memory);
-    }
-
-    fn remember(&self, view: View<'_>, next: &mut [f64]) {
-        (**self).remember(view, next);
-    }
-
-    fn is_timed(&self) -> bool {
-        (**self).is_timed()
-    }
-
-    fn time_error(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {
-        (**self).time_error(before, view, next)
-    }
-
-    fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
-        (**self).linearize(cluster, view, out);
-    }
-
-    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
-        (**self).advance(cluster, view, step, condensed_step)
-    }
-
-    fn advance_load(&self, cluster: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {
-        (**self).advance_load(cluster, view, load_step, condensed_step);
-    }
-
-    fn refuses(&self, view: View<'_>) -> Option<String> {
-        (**self).refuses(view)
-    }
-
-    fn rounding(&self) -> [f64; 2] {
-        (**self).rounding()
-    }
-
-    fn energy(&self, cluster: usize, view: View<'_>) -> f64 {
-        (**self).energy(cluster, view)
-    }
-
-    fn largest_gradient(&self, cluster: usize, displacement: &[f64]) -> f64 {
-        (**self).largest_gradient(cluster, displacement)
-    }
-
-    fn smallest_jacobian(&self, cluster: usize, view: View<'_>) -> Option<(f64, Vec<f64>)> {
-        (**self).smallest_jacobian(cluster, view)
-    }
-
-    fn diagnostics(&self, cluster: usize, view: View<'_>) -> StateDiagnostics {
-        (**self).diagnostics(cluster, view)
-    }
-
-    fn force_densities(&self, view: View<'_>) -> Option<ForceDensities<D>> {
-        (**self).force_densities(view)
     }
 }

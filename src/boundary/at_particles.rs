@@ -1,0 +1,99 @@
+//! Rows at particles.
+
+use crate::error::{ApproximationError, Error};
+use crate::geometry::Point;
+use crate::shape::{Approximation, ShapeFunctions};
+use crate::table::check_values;
+use crate::term::Amplitude;
+
+use super::claims::{Claim, own_component, says_again};
+use super::over_boundary::rounding;
+use super::row::{Row, check_component};
+use super::row_values::{Along, Motion, Value, along_axis, moved, scaled};
+use super::rows::Constraints;
+
+impl Constraints {
+    /// Conditions $u_i(X_J) = g(X_J)\\,a(\lambda)$ at particles: the rows $\Psi_I(X_J)$ of the paper's
+    /// transformation (4.29).
+    ///
+    /// A condition given twice with equal values is taken once.
+    ///
+    /// # Errors
+    /// Where two conditions conflict, a component does not exist, or a shape function is not defined.
+    pub fn at_particles<const D: usize, A: Approximation<D>>(
+        &mut self,
+        approximation: &A,
+        particles: &[usize],
+        component: usize,
+        target: &dyn Fn(&Point<D>) -> f64,
+        amplitude: &Amplitude,
+        label: &str,
+    ) -> Result<(), Error> {
+        check_component(component, D, label)?;
+        self.collocate(approximation, particles, &[], &along_axis(component), &scaled(target, amplitude), label)
+    }
+
+    /// Conditions $u_i(X_J) = g(X_J, \lambda)$ at particles: as [`at_particles`](Constraints::at_particles)
+    /// for values that do not grow in proportion, such as those of a rotation.
+    ///
+    /// # Errors
+    /// As [`at_particles`](Constraints::at_particles).
+    pub fn motion_at_particles<const D: usize, A: Approximation<D>>(
+        &mut self,
+        approximation: &A,
+        particles: &[usize],
+        component: usize,
+        motion: &Motion<D>,
+        label: &str,
+    ) -> Result<(), Error> {
+        check_component(component, D, label)?;
+        self.collocate(approximation, particles, &[], &along_axis(component), &moved(motion), label)
+    }
+
+    /// Conditions $e(X_J)\\cdot u(X_J) = g$ at particles, with the outward normals there where they are known.
+    pub(crate) fn collocate<const D: usize, A: Approximation<D>>(
+        &mut self,
+        approximation: &A,
+        particles: &[usize],
+        normals: &[Point<D>],
+        along: Along<'_, D>,
+        value: Value<'_, D>,
+        label: &str,
+    ) -> Result<(), Error> {
+        let rounding = rounding(approximation.nodes());
+        let mut scratch = A::Scratch::default();
+        let mut psi = ShapeFunctions::default();
+        for (place, &particle) in particles.iter().enumerate() {
+            let Some(&at) = approximation.nodes().get(particle) else {
+                return Err(no_particle(particle).into());
+            };
+            let normal = normals.get(place).copied().unwrap_or_else(Point::zeros);
+            let direction = along(&at, &normal)?;
+            let (target, amplitude) = value(vec![(at, 1.0)]);
+            let claims = self.at_particles.get(&particle).map_or(&[][..], Vec::as_slice);
+            let asked = Claim::new(direction, label, target, amplitude.clone(), self.rows.len());
+            if says_again(claims, &asked, &at, rounding)? {
+                continue;
+            }
+            let dependent = particle * D + own_component(claims, &direction, |row| self.rows[row].dependent % D);
+            approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
+            check_values(&psi, approximation.nodes().len(), &at)?;
+            let mut entries = Vec::with_capacity(psi.nodes.len());
+            for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
+                let parts = (0..D).filter(|&i| direction[i] != 0.0);
+                entries.extend(parts.map(|i| (node as usize * D + i, value * direction[i])));
+            }
+            self.push(Row { entries, dependent, target, amplitude, label: label.to_string() })?;
+            self.at_particles.entry(particle).or_default().push(asked);
+        }
+        Ok(())
+    }
+}
+
+fn no_particle(particle: usize) -> ApproximationError {
+    ApproximationError::Particle {
+        particle,
+        what: "there is no particle of this number",
+        remedy: "give indices below the number of particles",
+    }
+}

@@ -1,0 +1,177 @@
+//! Rows over boundaries: integrals with linear hats.
+
+use std::collections::HashMap;
+
+use crate::cells::BoundaryCells;
+use crate::error::Error;
+use crate::geometry::Point;
+use crate::kinematics::Kinematics;
+use crate::shape::{Approximation, ShapeFunctions};
+use crate::table::check_values;
+use crate::term::Amplitude;
+
+use super::claims::{Claim, own_component, says_again};
+use super::row::{Row, check_component};
+use super::row_values::{Along, Motion, Value, along_axis, moved, scaled};
+use super::rows::Constraints;
+
+impl Constraints {
+    /// Conditions $\int\Theta_J(u_i - g\\,a(\lambda))\\,\mathrm d\Gamma = 0$ over a boundary part with its linear
+    /// hats $\Theta_J$, (4.8), (4.16).
+    ///
+    /// Each corner and edge is owned by the part that claims it first; on the others its hat is merged
+    /// into its neighbour's, so that there are as many rows as boundary particles and the hats of each
+    /// part still sum to one. On the axis of a body of revolution the measure is that of the line.
+    ///
+    /// # Errors
+    /// Where two conditions conflict at a corner, a component does not exist, or a shape function is not defined.
+    #[allow(clippy::too_many_arguments)]
+    pub fn over_boundary<const D: usize, A: Approximation<D>>(
+        &mut self,
+        approximation: &A,
+        boundary: &BoundaryCells<D>,
+        kinematics: &(impl Kinematics<D> + ?Sized),
+        component: usize,
+        target: &dyn Fn(&Point<D>) -> f64,
+        amplitude: &Amplitude,
+        label: &str,
+    ) -> Result<(), Error> {
+        check_component(component, D, label)?;
+        self.integrate(approximation, boundary, kinematics, &along_axis(component), &scaled(target, amplitude), label)
+    }
+
+    /// Conditions $\int\Theta_J(u_i - g(X, \lambda))\\,\mathrm d\Gamma = 0$: as
+    /// [`over_boundary`](Constraints::over_boundary) for values that do not grow in proportion.
+    ///
+    /// # Errors
+    /// As [`over_boundary`](Constraints::over_boundary).
+    pub fn motion_over_boundary<const D: usize, A: Approximation<D>>(
+        &mut self,
+        approximation: &A,
+        boundary: &BoundaryCells<D>,
+        kinematics: &(impl Kinematics<D> + ?Sized),
+        component: usize,
+        motion: &Motion<D>,
+        label: &str,
+    ) -> Result<(), Error> {
+        check_component(component, D, label)?;
+        self.integrate(approximation, boundary, kinematics, &along_axis(component), &moved(motion), label)
+    }
+
+    /// Conditions $\int\Theta_J\,(e(X)\cdot u - g)\,\mathrm d\Gamma = 0$ along a direction that may vary.
+    pub(crate) fn integrate<const D: usize, A: Approximation<D>>(
+        &mut self,
+        approximation: &A,
+        boundary: &BoundaryCells<D>,
+        kinematics: &(impl Kinematics<D> + ?Sized),
+        along: Along<'_, D>,
+        value: Value<'_, D>,
+        label: &str,
+    ) -> Result<(), Error> {
+        boundary.validate(approximation.nodes().len())?;
+        // Where each hat goes: to its own particle, or to the nearest free one on a shared facet.
+        let mut facets_of: HashMap<u32, Vec<u32>> = HashMap::new();
+        let mut order: Vec<u32> = Vec::new();
+        for group in boundary.points.groups.windows(2) {
+            let mut members: Vec<u32> = Vec::new();
+            for hats in &boundary.hats[group[0]..group[1]] {
+                for &(particle, _) in hats {
+                    if !members.contains(&particle) {
+                        members.push(particle);
+                    }
+                }
+            }
+            for &particle in &members {
+                if !facets_of.contains_key(&particle) {
+                    order.push(particle);
+                }
+                facets_of.entry(particle).or_default().extend(&members);
+            }
+        }
+        let rounding = rounding(approximation.nodes());
+        let normals = boundary.normals_at_particles();
+        // What this condition asks of each particle, and which have said it already.
+        let mut asked: HashMap<u32, (Claim, bool)> = HashMap::with_capacity(order.len());
+        for &particle in &order {
+            let at = approximation.nodes()[particle as usize];
+            let normal = normals.get(&particle).copied().unwrap_or_else(Point::zeros);
+            let (target, amplitude) = value(vec![(at, 1.0)]);
+            let claim = Claim::new(along(&at, &normal)?, label, target, amplitude, 0);
+            let claims = self.claimed.get(&(particle as usize)).map_or(&[][..], Vec::as_slice);
+            // Both conditions hold at the corner, whoever owns it: merged without a look, the later one would be spread
+            // over its neighbours and the answer depend on the order.
+            let again = says_again(claims, &claim, &at, rounding)?;
+            asked.insert(particle, (claim, again));
+        }
+        let mut receiver: HashMap<u32, u32> = HashMap::new();
+        for &particle in &order {
+            if !asked[&particle].1 {
+                receiver.insert(particle, particle);
+                continue;
+            }
+            let at = approximation.nodes()[particle as usize];
+            let nearer = |a: &u32, b: &u32| {
+                let distance = |n: &u32| (approximation.nodes()[*n as usize] - at).norm_squared();
+                distance(a).total_cmp(&distance(b)).then(a.cmp(b))
+            };
+            let nearest = facets_of[&particle].iter().copied().filter(|other| !asked[other].1).min_by(nearer);
+            // In corners of triangles all particles around may be claimed: the hats of the part still sum to one.
+            let nearest = nearest.or_else(|| order.iter().copied().filter(|other| !asked[other].1).min_by(nearer));
+            // A hat that has nowhere to go says again what an earlier condition said.
+            if let Some(nearest) = nearest {
+                receiver.insert(particle, nearest);
+            }
+        }
+        type Sum<const D: usize> = (HashMap<usize, f64>, Vec<(Point<D>, f64)>);
+        let mut sums: HashMap<u32, Sum<D>> = HashMap::new();
+        let mut scratch = A::Scratch::default();
+        let mut psi = ShapeFunctions::default();
+        let has_hoops = !crate::kinematics::hoop_components(kinematics)?.is_empty();
+        for group in boundary.points.groups.windows(2) {
+            let mut at_group = boundary.points.positions[group[0]..group[1]].iter();
+            let on_axis = has_hoops && at_group.all(|x| kinematics.measure(x) == 0.0);
+            for point in group[0]..group[1] {
+                let at = boundary.points.positions[point];
+                approximation.evaluate_values(&at, &mut scratch, &mut psi)?;
+                check_values(&psi, approximation.nodes().len(), &at)?;
+                let measure = if on_axis { 1.0 } else { crate::kinematics::measure(kinematics, has_hoops, &at)? };
+                let normal = boundary.points.normals.get(point).copied().unwrap_or_else(Point::zeros);
+                let direction = along(&at, &normal)?;
+                for &(particle, hat) in &boundary.hats[point] {
+                    let Some(&particle) = receiver.get(&particle) else { continue };
+                    let weight = boundary.points.weights[point] * measure * hat;
+                    let (entries, points) = sums.entry(particle).or_default();
+                    for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
+                        for i in (0..D).filter(|&i| direction[i] != 0.0) {
+                            *entries.entry(node as usize * D + i).or_default() += weight * psi * direction[i];
+                        }
+                    }
+                    points.push((at, weight));
+                }
+            }
+        }
+        for particle in order {
+            let Some((entries, points)) = sums.remove(&particle) else { continue };
+            let (target, amplitude) = value(points);
+            let mut entries: Vec<(usize, f64)> = entries.into_iter().collect();
+            entries.sort_unstable_by_key(|e| e.0);
+            // The hats carry their measure: a multiplier is a traction [stress], whatever the spacing.
+            let Some((mut claim, _)) = asked.remove(&particle) else { continue };
+            let claims = self.claimed.get(&(particle as usize)).map_or(&[][..], Vec::as_slice);
+            let own = own_component(claims, &claim.direction::<D>(), |row| self.rows[row].dependent % D);
+            let dependent = particle as usize * D + own;
+            claim.row = self.rows.len();
+            self.push(Row { entries, dependent, target, amplitude, label: label.to_string() })?;
+            self.claimed.entry(particle as usize).or_default().push(claim);
+        }
+        Ok(())
+    }
+}
+
+/// Displacements closer than this part of the coordinates are equal: they may be differences of them.
+const ROUNDING: f64 = 1e-14;
+
+/// The rounding of displacements of some nodes.
+pub(crate) fn rounding<const D: usize>(nodes: &[Point<D>]) -> f64 {
+    ROUNDING * nodes.iter().fold(0.0, |largest: f64, x| largest.max(x.amax()))
+}

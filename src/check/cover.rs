@@ -1,0 +1,100 @@
+//! Where too few particles cover the body.
+
+use crate::cells::Cells;
+use crate::error::{Error, GeometryError};
+use crate::geometry::Point;
+use crate::paper::Cover;
+use crate::shape::{Approximation, ShapeFunctions};
+
+/// Gauss points per direction and cell at which the cover is sampled, beside the particles: the loads' and bodies'
+/// own points lie between them.
+const SAMPLES: usize = 4;
+
+/// Connected cells in which too few particles cover some points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UncoveredRegion {
+    /// The cells, by rising index.
+    pub cells: Vec<usize>,
+    /// Corners of the smallest box around the sampled points that are uncovered \[length\].
+    pub bounds: [Vec<f64>; 2],
+}
+
+/// The cover at particles and points in cells, and the regions where there is none.
+pub(super) fn cover<const D: usize, A: Approximation<D>>(
+    approximation: &A,
+    cells: &dyn Cells<D>,
+) -> Result<(Cover, Vec<UncoveredRegion>), Error> {
+    let points = cells.gauss(SAMPLES)?;
+    let mut cover = Cover { rcond: f64::INFINITY, at: Vec::new(), lost: 0 };
+    let mut scratch = A::Scratch::default();
+    let mut psi = ShapeFunctions::default();
+    let mut is_lost = |at: &Point<D>| {
+        let rcond = approximation.evaluate_values(at, &mut scratch, &mut psi).map_or(0.0, |()| psi.rcond);
+        if rcond < cover.rcond {
+            (cover.rcond, cover.at) = (rcond, at.as_slice().to_vec());
+        }
+        cover.lost += usize::from(rcond == 0.0);
+        rcond == 0.0
+    };
+    let at_particles: Vec<bool> = cells.positions().iter().map(&mut is_lost).collect();
+    let mut gaps = Vec::new();
+    if points.groups.len() != cells.cell_count() + 1 {
+        let (count, needed) = (points.groups.len().saturating_sub(1), "Cells::gauss_in gives one for each zone");
+        return Err(GeometryError::Count { what: "groups of points in single cells", count, needed }.into());
+    }
+    for (cell, group) in points.groups.windows(2).enumerate() {
+        let corners = cells.corners(cell);
+        if let Some(&count) = corners.iter().find(|&&corner| corner >= at_particles.len()) {
+            let needed = "Cells::corners names particles of Cells::positions, counted from 0";
+            return Err(GeometryError::Count { what: "corner of a cell", count, needed }.into());
+        }
+        let lost_corners = corners.iter().filter(|&&c| at_particles[c]).map(|&c| cells.positions()[c]);
+        let inside = points.positions[group[0]..group[1]].iter().copied().filter(&mut is_lost);
+        let lost: Vec<Point<D>> = lost_corners.chain(inside).collect();
+        if !lost.is_empty() {
+            gaps.push(Gap { cell, corners, lost });
+        }
+    }
+    Ok((cover, joined(&gaps, at_particles.len())))
+}
+
+/// A cell with uncovered points.
+struct Gap<const D: usize> {
+    cell: usize,
+    corners: Vec<usize>,
+    lost: Vec<Point<D>>,
+}
+
+/// Cells that share corners, joined to regions.
+fn joined<const D: usize>(gaps: &[Gap<D>], particles: usize) -> Vec<UncoveredRegion> {
+    let mut holders: Vec<Vec<usize>> = vec![Vec::new(); particles];
+    for (number, gap) in gaps.iter().enumerate() {
+        gap.corners.iter().for_each(|&corner| holders[corner].push(number));
+    }
+    let mut seen = vec![false; gaps.len()];
+    let mut regions = Vec::new();
+    for first in 0..gaps.len() {
+        if std::mem::replace(&mut seen[first], true) {
+            continue;
+        }
+        let (mut region, mut open) = (Vec::new(), vec![first]);
+        let (mut low, mut high) = (Point::<D>::repeat(f64::INFINITY), Point::<D>::repeat(f64::NEG_INFINITY));
+        while let Some(gap) = open.pop() {
+            let Gap { cell, corners, lost } = &gaps[gap];
+            region.push(*cell);
+            for x in lost {
+                (low, high) = (low.inf(x), high.sup(x));
+            }
+            for &corner in corners {
+                for &other in &holders[corner] {
+                    if !std::mem::replace(&mut seen[other], true) {
+                        open.push(other);
+                    }
+                }
+            }
+        }
+        region.sort_unstable();
+        regions.push(UncoveredRegion { cells: region, bounds: [low.as_slice().to_vec(), high.as_slice().to_vec()] });
+    }
+    regions
+}

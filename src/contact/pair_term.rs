@@ -1,0 +1,127 @@
+//! Contact of two parts as a term of the potential.
+
+use crate::term::{Element, Term, View};
+
+use super::obstacle::TOO_FAR;
+use super::pair::{PairContact, Piece};
+
+impl<const D: usize> Term<D> for PairContact<D> {
+    fn clusters(&self) -> usize {
+        self.carrying
+    }
+
+    fn nodes(&self, _: usize) -> &[u32] {
+        &self.nodes
+    }
+
+    fn is_unilateral(&self) -> bool {
+        true
+    }
+
+    fn fills_compact(&self) -> bool {
+        true
+    }
+
+    fn rounding(&self) -> [f64; 2] {
+        let extent = self.skins.iter().map(|skin| skin.extent).fold(0.0, f64::max);
+        self.stiffness.rounding(self.skins[0].hats.iter(), extent)
+    }
+
+    fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
+        cluster..cluster + 1
+    }
+
+    fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
+        let pressure = view.condensed[cluster];
+        let state = self.now(view.displacement);
+        let mut pieces: Vec<Piece> = Vec::new();
+        let meeting = self.meet(cluster, &state, |piece| pieces.push(piece));
+        if !self.touches(cluster, pressure, meeting.gap) {
+            return;
+        }
+        let of = |mover: u32| &self.movers.combinations[mover as usize];
+        let all = pieces.iter().flat_map(|piece| &piece.movers);
+        let mut used: Vec<u16> = all.flat_map(|&mover| of(mover)).map(|entry| entry.0).collect();
+        used.sort_unstable();
+        used.dedup();
+        out.reset_compact::<D>(&used);
+        let size = used.len() * D;
+        let local = |place: u16| used.partition_point(|&u| u < place);
+        let mut slope = vec![0.0; size];
+        let mut half: Vec<f64> = Vec::new();
+        for piece in &pieces {
+            // (place in the element, factor) of each mover.
+            let points: Vec<Vec<(usize, f64)>> = piece
+                .movers
+                .iter()
+                .map(|&mover| of(mover).iter().map(|&(place, value)| (local(place), value)).collect())
+                .collect();
+            for (k, of) in points.iter().enumerate() {
+                for &(place, value) in of {
+                    for i in 0..D {
+                        slope[place * D + i] += value * piece.slope[k * D + i];
+                    }
+                }
+            }
+            if !(out.with_matrix && pressure > 0.0) {
+                continue;
+            }
+            // −π Tᵀ (∂²G) T, one side after the other.
+            let rows = piece.curve.nrows();
+            half.clear();
+            half.resize(rows * size, 0.0);
+            for (k, of) in points.iter().enumerate() {
+                for i in 0..D {
+                    let column = piece.curve.column(k * D + i);
+                    for &(place, value) in of {
+                        let target = &mut half[(place * D + i) * rows..][..rows];
+                        target.iter_mut().zip(column.iter()).for_each(|(t, c)| *t -= pressure * value * c);
+                    }
+                }
+            }
+            for (column, from) in out.matrix.chunks_exact_mut(size).zip(half.chunks_exact(rows)) {
+                for (k, of) in points.iter().enumerate() {
+                    for &(place, value) in of {
+                        for i in 0..D {
+                            column[place * D + i] += value * from[k * D + i];
+                        }
+                    }
+                }
+            }
+        }
+        let proximal = self.proximal(cluster);
+        let force = pressure - proximal * meeting.gap;
+        for (r, s) in out.residual.iter_mut().zip(&slope) {
+            *r -= force * s;
+        }
+        if out.with_matrix {
+            for (column, b) in out.matrix.chunks_exact_mut(size).zip(&slope) {
+                let factor = proximal / meeting.area * b;
+                for (entry, a) in column.iter_mut().zip(&slope) {
+                    *entry += factor * a;
+                }
+            }
+        }
+    }
+
+    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
+        let pressure = view.condensed[cluster];
+        let state = self.now(view.displacement);
+        let mut change = 0.0;
+        let meeting = self.meet(cluster, &state, |piece| change += self.change(&piece, step));
+        let (gap, change) = (meeting.gap, change / meeting.area);
+        if self.touches(cluster, pressure, gap) {
+            condensed_step[0] = -self.proximal(cluster) * (gap + change);
+            return 1.0;
+        }
+        condensed_step[0] = -pressure;
+        let width = self.width(cluster);
+        if gap.is_finite() {
+            let most = TOO_FAR * width;
+            return if gap + change < -most && change < 0.0 { ((gap + most) / -change).min(1.0) } else { 1.0 };
+        }
+        // What has nothing opposite goes no further than the search saw.
+        let way = self.moved(&self.movers.combinations[cluster], step).norm();
+        if way > state.reach { state.reach / way } else { 1.0 }
+    }
+}

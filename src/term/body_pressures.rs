@@ -1,0 +1,123 @@
+//! The pressures of a body.
+
+use crate::geometry::Point;
+use crate::material::Material;
+#[cfg(feature = "solve")]
+use crate::tensor::cofactor;
+
+use super::Term;
+use super::body::Body;
+use super::element::View;
+use super::pressure_field::PressureField;
+
+impl<const D: usize, M: Material> Body<D, M> {
+    /// The hydrostatic pressures $p = U'$ (2.15) \[stress\] at the points of the table, positive in tension;
+    /// those of the zones where pressures are projected. `None` for a material that can't be split, and for a state of
+    /// another model.
+    pub fn pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
+        let (_, volumetric) = self.material.split()?;
+        let condensed = self.memory_range().end.max(self.unknowns());
+        if view.displacement.len() != self.table.node_count() * D || view.condensed.len() != condensed {
+            return None;
+        }
+        let pointwise = |point| volumetric.evaluate(self.deformation_gradient(point, view.displacement).determinant());
+        let mut pressures = Vec::with_capacity(self.table.len());
+        for cluster in 0..self.table.clusters().len() {
+            for point in self.table.clusters().points(cluster) {
+                pressures.push(match self.field {
+                    PressureField::Displacement => pointwise(point).slope,
+                    PressureField::Pointwise => view.condensed[2 * point + 1],
+                    PressureField::Constant | PressureField::Linear => {
+                        let (_, pi, measure) = self.zone(cluster, view.condensed);
+                        let projected: f64 = self.phi(point).iter().zip(pi).map(|(p, pi)| p * pi).sum();
+                        let j = self.deformation_gradient(point, view.displacement).determinant();
+                        projected * measure.of(j).slope + self.stabilisation(cluster) * volumetric.evaluate(j).slope
+                    }
+                });
+            }
+        }
+        Some(pressures)
+    }
+
+    /// How the pressures at the points of the table change with a small step of the displacement and of the condensed
+    /// unknowns.
+    #[cfg(feature = "solve")]
+    pub(crate) fn pressure_changes(&self, view: View<'_>, step: &[f64], condensed_step: &[f64]) -> Option<Vec<f64>> {
+        let (_, volumetric) = self.material.split()?;
+        let mut changes = Vec::with_capacity(self.table.len());
+        for cluster in 0..self.table.clusters().len() {
+            for point in self.table.clusters().points(cluster) {
+                let f = self.deformation_gradient(point, view.displacement);
+                changes.push(match self.field {
+                    PressureField::Displacement => {
+                        let change = cofactor(&f).dot(&self.table.displacement_gradient(point, step));
+                        volumetric.evaluate(f.determinant()).curvature * change
+                    }
+                    PressureField::Pointwise => condensed_step[2 * point + 1],
+                    PressureField::Constant | PressureField::Linear => {
+                        let (_, _, measure) = self.zone(cluster, view.condensed);
+                        let pi = &condensed_step[self.condensed(cluster)][self.functions..2 * self.functions];
+                        let projected: f64 = self.phi(point).iter().zip(pi).map(|(p, pi)| p * pi).sum();
+                        projected * measure.of(f.determinant()).slope
+                    }
+                });
+            }
+        }
+        Some(changes)
+    }
+
+    /// Condensed unknowns that belong to a field of hydrostatic pressures $p(X)$ \[stress\], term by term as
+    /// [`Term::condensed`] counts them: the projections of the part of $p$ that zones carry, as the
+    /// derivative by what they project ($J$ or its root), and of that at the $J$ with $U'(J) = p$.
+    ///
+    /// A first guess for a state whose pressures are known from another model; empty where pressures are no
+    /// unknowns.
+    pub fn condensed_of(&self, pressure: impl Fn(&Point<D>) -> f64) -> Vec<f64> {
+        let clusters = self.table.clusters();
+        let total = clusters.len().checked_sub(1).map_or(0, |last| self.condensed(last).end);
+        let mut condensed = vec![0.0; total];
+        let Some((_, volumetric)) = self.material.split() else { return condensed };
+        if total == 0 {
+            return condensed;
+        }
+        for cluster in 0..clusters.len() {
+            let range = self.condensed(cluster);
+            let mut measure = self.measure;
+            if self.functions > 0 {
+                let (mut sum, mut volume) = (0.0, 0.0);
+                for point in clusters.points(cluster) {
+                    let weight = self.table.weights()[point];
+                    (sum, volume) = (sum + weight * pressure(&self.table.positions()[point]), volume + weight);
+                }
+                let pulled = self.pulled(cluster, sum / volume, None, 0.0);
+                condensed[range.end - 1] = pulled;
+                measure = self.measure.towards_volume(pulled * self.unit(cluster));
+            }
+            for point in clusters.points(cluster) {
+                let p = pressure(&self.table.positions()[point]);
+                let mut j = 1.0;
+                // U' is nearly straight around J = 1; a guess needs no more digits.
+                for _ in 0..4 {
+                    let u = volumetric.evaluate(j);
+                    let next = j + (p - u.slope) / u.curvature;
+                    if !(next > 0.2 && next < 5.0) {
+                        break;
+                    }
+                    j = next;
+                }
+                if self.functions > 0 {
+                    let measure = measure.of(j);
+                    let (theta, pi) = condensed[range.clone()].split_at_mut(self.functions);
+                    let weight = self.table.weights()[point];
+                    for (k, phi) in self.phi(point).iter().enumerate() {
+                        theta[k] += weight * phi * measure.value;
+                        pi[k] += weight * phi * (1.0 - self.stabilisation(cluster)) * p / measure.slope;
+                    }
+                } else {
+                    condensed[2 * point..2 * point + 2].copy_from_slice(&[j, p]);
+                }
+            }
+        }
+        condensed
+    }
+}

@@ -1,0 +1,174 @@
+//! The body as a term of the potential.
+
+use crate::error::SolveError;
+use crate::material::Material;
+
+use super::Term;
+use super::amplitude::Amplitude;
+use super::apart::{Product, Zone};
+use super::body::Body;
+use super::diagnostics::StateDiagnostics;
+use super::element::{Element, View};
+use super::pressure_field::PressureField;
+use super::step_limit::jacobian;
+
+impl<const D: usize, M: Material> Term<D> for Body<D, M> {
+    fn clusters(&self) -> usize {
+        self.table.clusters().len()
+    }
+
+    fn nodes(&self, cluster: usize) -> &[u32] {
+        self.table.clusters().nodes(cluster)
+    }
+
+    fn validate(&self) -> Result<(), SolveError> {
+        let Some(value) = self.unsuited else { return Ok(()) };
+        let needed = "pressures of zones need weights that add up to more than nothing in each zone: give positive ones, \
+                      or take PressureField::Pointwise";
+        Err(SolveError::Setting { what: "square norm of a pressure function over a zone", value, needed })
+    }
+
+    fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
+        match self.field {
+            PressureField::Displacement => 0..0,
+            PressureField::Pointwise => {
+                let points = self.table.clusters().points(cluster);
+                2 * points.start..2 * points.end
+            }
+            // θ, π and the exponent.
+            _ => {
+                let each = 2 * self.functions + 1;
+                each * cluster..each * (cluster + 1)
+            }
+        }
+    }
+
+    fn start(&self, cluster: usize, condensed: &mut [f64]) {
+        match self.field {
+            PressureField::Displacement => {}
+            PressureField::Pointwise => {
+                for pair in condensed.chunks_exact_mut(2) {
+                    pair.copy_from_slice(&[1.0, 0.0]);
+                }
+            }
+            _ => {
+                condensed.fill(0.0);
+                for point in self.table.clusters().points(cluster) {
+                    let weight = self.table.weights()[point];
+                    for (theta, phi) in condensed.iter_mut().zip(self.phi(point)) {
+                        *theta += weight * phi;
+                    }
+                }
+            }
+        }
+    }
+
+    fn matrix_follows_load(&self) -> bool {
+        self.is_timed()
+    }
+
+    fn break_points(&self) -> Vec<f64> {
+        self.clock.as_ref().filter(|_| self.is_timed()).map_or_else(Vec::new, Amplitude::break_points)
+    }
+
+    fn memory(&self) -> std::ops::Range<usize> {
+        self.memory_range()
+    }
+
+    fn start_memory(&self, memory: &mut [f64]) {
+        self.start_of_memory(memory);
+    }
+
+    fn remember(&self, view: View<'_>, next: &mut [f64]) {
+        self.remember_all(view, next);
+    }
+
+    fn is_timed(&self) -> bool {
+        self.remembered > 0 && self.clock.is_some()
+    }
+
+    fn time_error(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {
+        self.error_of_time(before, view, next)
+    }
+
+    fn fills_lower_blocks(&self) -> bool {
+        true
+    }
+
+    fn separates(&self) -> bool {
+        D == 3 && self.table.gradient_components() == 3 && self.functions > 0
+    }
+
+    fn multiply(&self, zone: &Zone, x: &[f64], product: &mut Product) {
+        self.multiply_zone(zone, x, product);
+    }
+
+    fn take_pressures(&self, _cluster: usize, pressures: &[f64; 4], condensed_step: &mut [f64]) {
+        let n = self.functions;
+        condensed_step[n..2 * n].copy_from_slice(&pressures[..n]);
+    }
+
+    fn couplings(&self, cluster: usize, visit: &mut dyn FnMut(&[u16])) {
+        let clusters = self.table.clusters();
+        let mut last: &[u16] = &[];
+        for point in clusters.points(cluster) {
+            let nodes = clusters.local(point);
+            if nodes != last {
+                visit(nodes);
+                last = nodes;
+            }
+        }
+    }
+
+    fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
+        self.linearize_cluster(cluster, view, out);
+    }
+
+    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
+        self.advance_cluster(cluster, view, step, condensed_step)
+    }
+
+    fn energy(&self, cluster: usize, view: View<'_>) -> f64 {
+        self.zone_energy(cluster, view)
+    }
+
+    fn largest_gradient(&self, cluster: usize, displacement: &[f64]) -> f64 {
+        let points = self.table.clusters().points(cluster);
+        points.map(|p| self.table.displacement_gradient(p, displacement).norm()).fold(0.0, f64::max)
+    }
+
+    fn smallest_jacobian(&self, cluster: usize, view: View<'_>) -> Option<(f64, Vec<f64>)> {
+        self.table
+            .clusters()
+            .points(cluster)
+            .map(|point| {
+                (jacobian(&self.deformation_gradient(point, view.displacement), self.table.hoop_components()), point)
+            })
+            // A NaN counts as the smallest of all.
+            .min_by(|a, b| if a.0.is_nan() { std::cmp::Ordering::Less } else { a.0.total_cmp(&b.0) })
+            .map(|(j, point)| (j, self.table.positions()[point].as_slice().to_vec()))
+    }
+
+    fn diagnostics(&self, cluster: usize, view: View<'_>) -> StateDiagnostics {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut volume, mut mean, mut pointwise) = (0.0, 0.0, 0.0);
+        let volumetric = self.material.split().map(|(_, volumetric)| volumetric).filter(|_| self.functions == 0);
+        for point in self.table.clusters().points(cluster) {
+            let j = self.deformation_gradient(point, view.displacement).determinant();
+            (low, high) = (low.min(j), high.max(j));
+            if let Some(volumetric) = volumetric {
+                let weight = self.table.weights()[point];
+                volume += weight;
+                mean += weight * j;
+                pointwise += weight * volumetric.evaluate(j).energy;
+            }
+        }
+        // Against one mean per cluster: a cluster of a single point has nothing to lock.
+        let locked = volumetric.map(|v| pointwise - volume * v.evaluate(mean / volume).energy);
+        StateDiagnostics {
+            rcond: Some(self.table.smallest_rcond()).filter(|r| r.is_finite()),
+            jacobians: Some([low, high]).filter(|j| j[0].is_finite() && j[1].is_finite()),
+            locked_energy: locked.filter(|e| e.is_finite()),
+        }
+    }
+}

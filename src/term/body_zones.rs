@@ -1,0 +1,192 @@
+//! The zones of pressure of a body: their functions, measures, stabilisation and energy.
+
+use nalgebra::Matrix3;
+
+use crate::geometry::Point;
+use crate::material::Material;
+
+use super::Term;
+use super::body::Body;
+use super::element::View;
+use super::stabilisation::{POINTWISE_SHARE, WIDEST};
+use super::volumetric_measure::VolumetricMeasure;
+
+/// Tensions of a zone, by the sum of its initial shear modulus and von Mises' stress, between which its measure goes over
+/// from roots of $J$ to $J$. Roots are stable below 3 to 4; with 1 and 3 a cylinder of revolution, bonded and pulled by 30 %,
+/// had unstable modes on the way. A pulled sheet stays below 2/3.
+const TENSION_BLEND: [f64; 2] = [0.8, 1.6];
+
+/// Equal parts of that way: the measure goes it part by part, so that it rests while Newton's method comes to rest.
+const PARTS: f64 = 16.0;
+
+/// A zone keeps its part until that of the current pressure differs by more than this.
+const KEPT: f64 = 0.75;
+
+impl<const D: usize, M: Material> Body<D, M> {
+    /// Orthonormal constants or linear functions on each cluster, by Gram–Schmidt over its points.
+    pub(super) fn tabulate_zone_functions(&mut self, functions: usize) {
+        self.functions = functions;
+        self.phi = vec![0.0; functions * self.table.len()];
+        let clusters = self.table.clusters();
+        for cluster in 0..clusters.len() {
+            let points = clusters.points(cluster);
+            let weights = &self.table.weights()[points.clone()];
+            let positions = &self.table.positions()[points.clone()];
+            let total: f64 = weights.iter().sum();
+            let mut centre = Point::<D>::zeros();
+            for (x, w) in positions.iter().zip(weights) {
+                centre += x * (w / total);
+            }
+            let phi = &mut self.phi[points.start * functions..points.end * functions];
+            for k in 0..functions {
+                for (p, x) in positions.iter().enumerate() {
+                    phi[p * functions + k] = if k == 0 { 1.0 } else { x[k - 1] - centre[k - 1] };
+                }
+                let square_of = |phi: &[f64]| -> f64 {
+                    weights.iter().enumerate().map(|(p, w)| w * phi[p * functions + k].powi(2)).sum::<f64>()
+                };
+                let square = square_of(phi);
+                let before = square.sqrt();
+                // Twice is enough: the second sweep removes what rounding left of the first.
+                for _ in 0..2 {
+                    for l in 0..k {
+                        let product: f64 = weights
+                            .iter()
+                            .enumerate()
+                            .map(|(p, w)| w * phi[p * functions + k] * phi[p * functions + l])
+                            .sum();
+                        for p in 0..weights.len() {
+                            phi[p * functions + k] -= product * phi[p * functions + l];
+                        }
+                    }
+                }
+                let left = square_of(phi);
+                let norm = left.sqrt();
+                // Weights of both signs may leave a function no norm: such a zone has no projection.
+                let rounding = -1e-12
+                    * weights.iter().enumerate().map(|(p, w)| w.abs() * phi[p * functions + k].powi(2)).sum::<f64>();
+                for square in [square, left] {
+                    if !weights.is_empty() && !(square >= rounding && (k > 0 || square > 0.0)) {
+                        self.unsuited.get_or_insert(square);
+                    }
+                }
+                // A zone with fewer independent points than functions simply has fewer functions.
+                let scale = if norm > 1e-10 * before { 1.0 / norm } else { 0.0 };
+                for p in 0..weights.len() {
+                    phi[p * functions + k] *= scale;
+                }
+            }
+        }
+    }
+
+    /// Values of the orthonormal zone functions $\varphi_k$ of the point's cluster, $\int\varphi_k\varphi_l = \delta_{kl}$;
+    /// empty where pressures are not projected. A cluster of too few points has zeros in place of the last ones.
+    pub fn zone_functions(&self, point: usize) -> &[f64] {
+        self.phi(point)
+    }
+
+    /// The unknowns of a zone: coefficients of $\bar G$ and of its conjugate, and the measure it has by the last one.
+    #[inline(always)]
+    pub(super) fn zone<'a>(&self, cluster: usize, condensed: &'a [f64]) -> (&'a [f64], &'a [f64], VolumetricMeasure) {
+        let n = self.functions;
+        if n == 0 {
+            return (&[], &[], self.measure);
+        }
+        let all = &condensed[self.condensed(cluster)];
+        (&all[..n], &all[n..2 * n], self.measure.towards_volume(all[2 * n] * self.unit(cluster)))
+    }
+
+    /// The constant zone function: the last condensed unknown is counted in its inverse, so that it is of the size of the first,
+    /// whatever the unit of length.
+    #[inline(always)]
+    pub(super) fn unit(&self, cluster: usize) -> f64 {
+        self.table.clusters().points(cluster).next().map_or(0.0, |point| self.phi(point)[0])
+    }
+
+    /// The last condensed unknown of a zone that has `held` under a mean pressure: how far it is on the way from roots of $J$
+    /// to $J$. Without a displacement the stresses of shape are taken for none.
+    #[inline(always)]
+    pub(super) fn pulled(&self, cluster: usize, pressure: f64, displacement: Option<&[f64]>, held: f64) -> f64 {
+        let [from, to] = TENSION_BLEND;
+        let unit = self.unit(cluster);
+        // Without a shear modulus nothing is known; a zone without a volume has no pressure.
+        if !(self.shear > 0.0 && unit > 0.0 && (pressure > from * self.shear || held != 0.0)) {
+            return 0.0;
+        }
+        let scale = self.shear + displacement.map_or(0.0, |d| self.shape_stress(cluster, d)).max(0.0);
+        let x = ((pressure - from * scale) / ((to - from) * scale)).clamp(0.0, 1.0);
+        let (wanted, held_part) = (PARTS * x * x * (3.0 - 2.0 * x), PARTS * held * unit);
+        // What was predicted from two states, or gone by a part of a step, may lie between.
+        let whole = (held_part - held_part.round()).abs() < 1e-6;
+        if whole && (wanted - held_part).abs() <= KEPT { held } else { wanted.round() / (PARTS * unit) }
+    }
+
+    /// The mean of von Mises' stress, of the distortional energy per volume at rest, over a zone.
+    #[inline(never)]
+    fn shape_stress(&self, cluster: usize, displacement: &[f64]) -> f64 {
+        let Some((distortional, _)) = self.material.split() else { return 0.0 };
+        const ALL: [usize; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+        let (mut sum, mut volume) = (0.0, 0.0);
+        for point in self.table.clusters().points(cluster) {
+            let f = self.deformation_gradient(point, displacement);
+            let mut stress = [0.0; 9];
+            distortional.respond(&f, &ALL, &mut stress, &mut []);
+            let kirchhoff = Matrix3::from_row_slice(&stress) * f.transpose();
+            let deviator = kirchhoff - Matrix3::identity() * (kirchhoff.trace() / 3.0);
+            let weight = self.table.weights()[point];
+            (sum, volume) = (sum + weight * (1.5 * deviator.norm_squared()).sqrt(), volume + weight);
+        }
+        sum / volume
+    }
+
+    /// The part of the volumetric energy of a zone that stays pointwise.
+    #[inline(always)]
+    pub(super) fn stabilisation(&self, cluster: usize) -> f64 {
+        if self.fewest == 0 {
+            return self.stabilisation;
+        }
+        let points = self.table.clusters().points(cluster).len();
+        (self.stabilisation * (points as f64 / self.fewest as f64).min(WIDEST)).min(POINTWISE_SHARE)
+    }
+
+    #[inline(always)]
+    pub(super) fn phi(&self, point: usize) -> &[f64] {
+        &self.phi[point * self.functions..(point + 1) * self.functions]
+    }
+
+    /// The energy of a body without condensed unknowns at a state: projected where the field is.
+    pub(super) fn zone_energy(&self, cluster: usize, view: View<'_>) -> f64 {
+        let d = view.displacement;
+        let recall = self.recall(view);
+        let recall = recall.as_ref();
+        let Some((distortional, volumetric)) = self.material.split() else {
+            let energy = |p| self.shape_energy(recall, &self.material, p, &self.local_gradient(p, d));
+            return self.table.clusters().points(cluster).map(|p| self.table.weights()[p] * energy(p)).sum();
+        };
+        let n = self.functions;
+        let (_, _, measure) = self.zone(cluster, view.condensed);
+        let mut theta = [0.0; 4];
+        let mut energy = 0.0;
+        for point in self.table.clusters().points(cluster) {
+            let f = self.deformation_gradient(point, d);
+            let weight = self.table.weights()[point];
+            let j = f.determinant();
+            energy += weight * self.shape_energy(recall, distortional, point, &f);
+            let pointwise = if self.functions > 0 { self.stabilisation(cluster) } else { 1.0 };
+            energy += weight * pointwise * volumetric.evaluate(j).energy;
+            let value = measure.of(j).value;
+            for (t, phi) in theta.iter_mut().zip(self.phi(point)) {
+                *t += weight * phi * value;
+            }
+        }
+        if n > 0 {
+            for point in self.table.clusters().points(cluster) {
+                let projected: f64 = self.phi(point).iter().zip(&theta).map(|(p, t)| p * t).sum();
+                energy += self.table.weights()[point]
+                    * (1.0 - self.stabilisation(cluster))
+                    * measure.energy(volumetric, projected).energy;
+            }
+        }
+        energy
+    }
+}

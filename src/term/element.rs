@@ -1,0 +1,98 @@
+//! What terms see and give, cluster by cluster.
+
+use nalgebra::Vector3;
+
+use crate::geometry::Point;
+
+use super::apart::Zone;
+use super::contraction::Windows;
+use super::lower::LowerBlocks;
+use super::together::Together;
+
+/// What a term sees of the state of an analysis.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    /// Coefficients $d$, node by node, `D` components each \[length\].
+    pub displacement: &'a [f64],
+    /// Condensed unknowns of this term, all clusters; behind them its memory ([`Term::memory`](super::Term::memory)).
+    pub condensed: &'a [f64],
+    /// Load factor $\lambda$.
+    pub load: f64,
+}
+
+/// The contribution of one cluster: gradient and Hessian of the potential over the cluster's unknowns.
+///
+/// Unknown $aD + i$ is component $i$ of the cluster's $a$-th node. The matrix is stored by columns;
+/// symmetric terms need only fill blocks on and below the diagonal.
+#[derive(Debug, Clone, Default)]
+pub struct Element {
+    /// $\partial\Pi/\partial d$, internal minus external forces.
+    pub residual: Vec<f64>,
+    /// $\partial^2\Pi/\partial d\\,\partial\lambda$.
+    pub load_slope: Vec<f64>,
+    /// $\partial^2\Pi/\partial d\\,\partial d$, `size × size` by columns; empty where only forces are asked for.
+    pub matrix: Vec<f64>,
+    /// Whether the matrix is asked for.
+    pub with_matrix: bool,
+    /// A part of $\partial^2\Pi/\partial d\\,\partial d$ that is not symmetric and that factors leave out, `size × size` by columns: linear
+    /// solutions are refined until it is met. Empty where there is none.
+    pub coupling: Vec<f64>,
+    /// Buffer for the term's own use.
+    pub scratch: Vec<f64>,
+    /// Places of the nodes that buffers run over, where a term fills them for a few of its cluster's nodes alone.
+    pub(crate) compact: Vec<u16>,
+    /// The matrix of terms that fill its lower blocks instead.
+    pub(crate) lower: LowerBlocks,
+    pub(crate) windows: Windows,
+    pub(crate) together: Together,
+    /// Takes what condensed pressures would add to the matrix, where they are kept apart.
+    pub(crate) apart: Option<Zone>,
+    /// Whether tangents at points are all that is wanted of the matrix.
+    pub(crate) free: bool,
+}
+
+impl Element {
+    /// Zeroes the buffers for a cluster of `size` unknowns.
+    pub fn reset(&mut self, size: usize, with_matrix: bool) {
+        self.residual.clear();
+        self.residual.resize(size, 0.0);
+        self.load_slope.clear();
+        self.load_slope.resize(size, 0.0);
+        self.matrix.clear();
+        self.matrix.resize(if with_matrix { size * size } else { 0 }, 0.0);
+        self.coupling.clear();
+        self.compact.clear();
+        self.with_matrix = with_matrix;
+        self.lower.wanted = false;
+        self.apart = None;
+        self.free = false;
+    }
+
+    /// Zeroes the buffers for some nodes of a cluster, by rising place.
+    #[cfg(feature = "solve")]
+    pub(crate) fn reset_compact<const D: usize>(&mut self, places: &[u16]) {
+        self.reset(places.len() * D, self.with_matrix);
+        self.compact.extend_from_slice(places);
+    }
+
+    /// As [`reset`](Element::reset), with the matrix in lower blocks.
+    pub(crate) fn reset_lower<const D: usize>(&mut self, nodes: usize) {
+        self.reset(nodes * D, false);
+        self.lower.reset::<D>(nodes);
+        self.lower.wanted = true;
+        self.with_matrix = true;
+    }
+}
+
+/// Forces of a term on the body, point by point.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ForceDensities<const D: usize> {
+    /// Reference positions \[length\].
+    pub positions: Vec<Point<D>>,
+    /// Outward unit normals of the reference body; empty inside it.
+    pub normals: Vec<Point<D>>,
+    /// Reference areas or volumes, measure of the kinematics included.
+    pub weights: Vec<f64>,
+    /// Forces per reference area or volume \[stress, stress/length\].
+    pub forces: Vec<Vector3<f64>>,
+}

@@ -1,0 +1,60 @@
+//! The local equations of a zone of pressure.
+
+use crate::material::{Material, VolumetricEnergy};
+
+use super::body::Body;
+use super::volumetric_measure::{Jet, VolumetricMeasure};
+
+/// Residuals of the local equations of one zone and their Hessian; at most four functions.
+pub(super) struct ZoneResiduals {
+    /// What is projected.
+    pub(super) measure: VolumetricMeasure,
+    /// The part of the volumetric energy that stays pointwise.
+    pub(super) stabilisation: f64,
+    pub(super) of_theta: [f64; 4],
+    pub(super) of_pi: [f64; 4],
+    pub(super) hessian: [[f64; 4]; 4],
+}
+
+impl ZoneResiduals {
+    #[inline(always)]
+    pub(super) fn new(theta: &[f64], pi: &[f64], stabilisation: f64, measure: VolumetricMeasure) -> Self {
+        let mut zone =
+            ZoneResiduals { measure, stabilisation, of_theta: [0.0; 4], of_pi: [0.0; 4], hessian: [[0.0; 4]; 4] };
+        for k in 0..theta.len() {
+            zone.of_theta[k] = -pi[k];
+            zone.of_pi[k] = -theta[k];
+        }
+        zone
+    }
+
+    /// Adds a point with determinant `j` and returns the measure of its volume.
+    #[inline(always)]
+    pub(super) fn add<const D: usize, M: Material>(
+        &mut self,
+        body: &Body<D, M>,
+        volumetric: &dyn VolumetricEnergy,
+        point: usize,
+        weight: f64,
+        theta: &[f64],
+        j: f64,
+    ) -> Jet {
+        let (phi, stabilisation) = (body.phi(point), 1.0 - self.stabilisation);
+        let measure = self.measure.of(j);
+        let mut projected = 0.0;
+        for (p, t) in phi.iter().zip(theta) {
+            projected += p * t;
+        }
+        let u = self.measure.energy(volumetric, projected);
+        let n = theta.len();
+        for k in 0..n {
+            let factor = weight * phi[k];
+            self.of_theta[k] += factor * stabilisation * u.slope;
+            self.of_pi[k] += factor * measure.value;
+            for l in 0..n {
+                self.hessian[k][l] += factor * stabilisation * phi[l] * u.curvature;
+            }
+        }
+        measure
+    }
+}
