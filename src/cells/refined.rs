@@ -335,8 +335,7 @@ fn largest(vectors: impl Iterator<Item = Point<2>>) -> Point<2> {
 /// The mean directions to neighbours along both axes of the domain, as long as the farthest of them.
 ///
 /// Lattices have supports half-way to a turned box; but a parallelogram sees no farther than its neighbours, and what
-/// it would take from finer ones nearby costs accuracy: twelve membranes took 56 particles for 0.5 % with these, 77 with those of
-/// lattices (geometric means).
+/// it would take from finer ones nearby costs accuracy.
 fn half_axes(ways: &[Vec<Point<2>>; 2]) -> Matrix2<f64> {
     let column = |ways: &Vec<Point<2>>| {
         let up = |way: &Point<2>| way.normalize() * if way.dot(&ways[0]) < 0.0 { -1.0 } else { 1.0 };

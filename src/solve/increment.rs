@@ -10,9 +10,6 @@ use crate::term::Zone;
 use super::functional::Control;
 use super::state::State;
 
-/// Sweeps over the skew part per linear solve; each reduces the error by the ratio of skew to stiffness.
-const SKEW_SWEEPS: usize = 40;
-
 /// Linear solutions are refined until this relative residual: what is left of it is corrected by Newton's next
 /// iteration, which would leave as much by its own rounding.
 const REFINED: f64 = 1e-10;
@@ -20,11 +17,12 @@ const REFINED: f64 = 1e-10;
 /// left of it at once.
 const SWEPT: f64 = 1e-6;
 
-/// Sweeps that leave more than this part of the residual of the one before give way to minimal residuals.
+/// Sweeps over the skew part that leave more than this part of the residual of the one before give way to minimal residuals.
 const SLOW: f64 = 0.5;
-/// An unknown load factor is settled once it changes by no more than this part: convergence is quadratic, and the
-/// balloon's load was off by 4e-8 after a last change of 2e-5, by 1e-14 after one more iteration.
+/// An unknown load factor is settled once it changes by no more than this part: convergence is quadratic.
 const LOAD_SETTLED: f64 = 1e-6;
+/// What is left of prescribed values below this part of a step, or of the value, is rounding: they are met.
+pub(super) const MET: f64 = 1e-12;
 /// Load factors below this count as this one: a path may pass through zero.
 const LEAST_LOAD: f64 = 1e-3;
 
@@ -148,10 +146,9 @@ impl Linear<'_> {
         if factors.leaves() > 0.0 {
             return Ok(());
         }
-        let sweeps = if symmetric { 1 } else { SKEW_SWEEPS };
         let mut before = f64::INFINITY;
         let mut residual = 0.0;
-        for sweep in 0..=sweeps {
+        for sweep in 0.. {
             buffers.product.clear();
             buffers.product.resize(rhs.len(), 0.0);
             enforced.pattern().multiply_add(values, &buffers.solution, &mut buffers.product);
@@ -173,11 +170,9 @@ impl Linear<'_> {
             if !residual.is_finite() {
                 return Err(LinearError::Residual { residual });
             }
-            // One sweep removes the rounding of the factors; the skew part needs as many as it takes.
-            if residual <= (if symmetric { REFINED } else { SWEPT }) * size
-                || (symmetric && residual >= 0.9 * before)
-                || sweep == sweeps
-            {
+            // One sweep removes the rounding of the factors; the skew part needs as many as it takes, each of which leaves no
+            // more than half.
+            if residual <= (if symmetric { REFINED } else { SWEPT }) * size || (symmetric && sweep > 0) {
                 break;
             }
             if residual > SLOW * before {

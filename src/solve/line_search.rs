@@ -3,7 +3,7 @@
 use crate::assembly::Model;
 use crate::linear::vector::dot;
 
-use super::increment::Increment;
+use super::increment::{Increment, MET};
 use super::state::State;
 
 /// Whether Newton's steps are shortened.
@@ -28,8 +28,6 @@ const LEFT: f64 = 0.8;
 const EVALUATIONS: usize = 5;
 /// The shortest step relative to the bound of the step limiter; a shorter one is better cut by halving the load.
 const SHORTEST: f64 = 0.05;
-/// A violation above this part of the step belongs to a step that brings in prescribed displacements: it is taken whole.
-const MET: f64 = 1e-12;
 
 /// One Newton step with everything that changes along it.
 pub(super) struct Ahead<'a> {

@@ -5,22 +5,18 @@ use crate::boundary::Constraints;
 use crate::linear::vector::norm;
 
 use super::functional::Control;
-use super::increment::{Buffers, Increment, Linear, settled};
+use super::increment::{Buffers, Increment, Linear, MET, settled};
 use super::path::{Iteration, MatrixUse, Observer};
 use super::settings::Newton;
 use super::state::State;
 
-/// Iterations with a kept matrix that cost about as much as another matrix with its factors: from 3 (150 unknowns in the plane) to 6
-/// (1200), and more in space. Between 1 and 8 analyses took the same time.
+/// Iterations with a kept matrix that cost about as much as another matrix with its factors.
 const WORTH: f64 = 4.0;
 /// An iteration that reduces the last one to no less than this is not taken: the matrix is too old.
 const WORST: f64 = 0.5;
 /// The last increment, relative to the tolerance of Newton's method: its last iteration leaves an error far below the
-/// tolerance, and so shall these. The contraction of two steps does not tell when to stop earlier: a stretched cube was off
-/// by seven times its last increment.
+/// tolerance, and so shall these. The contraction of two steps does not tell when to stop earlier.
 const LAST: f64 = 1e-4;
-/// Violations of conditions above this part of a step need the full matrix.
-const MET: f64 = 1e-12;
 
 /// A factorised matrix of an earlier state, and what it takes to go on with it.
 pub(super) struct Kept<'a, const D: usize> {

@@ -22,16 +22,15 @@ use super::turns::{HELPED, Turns, shift_diagonal};
 const SMALL_FACTOR: f64 = 0.3;
 /// Small factors in a row before the attempt is given up.
 const SMALL_FACTORS: usize = 3;
-/// A predicted attempt whose increments grow beyond this multiple of the first one is too far away; those
-/// that converged on the way through the disk's inflation stayed below 1.5.
+/// A predicted attempt whose increments grow beyond this multiple of the first one is too far away.
 const GROWN: f64 = 2.0;
 /// Increments below this part of the displacement may grow all the same.
 const GROWN_LEAST: f64 = 1e-2;
 /// Condensed unknowns are settled once none changes by more than this part of the largest of its term. Convergence is
-/// quadratic, but a pressure may be small beside the volumes it is held with: 1e-6 left 3e-8 of a reaction.
+/// quadratic, but a pressure may be small beside the volumes it is held with.
 const CONDENSED_SETTLED: f64 = 1e-8;
-/// Increments below this part of the displacement are small enough to go on with the same matrix: with bulk moduli of
-/// 1e3 to 1e5 shear moduli it contracted after larger ones in one of three attempts.
+/// Increments below this part of the displacement are small enough to go on with the same matrix; after larger ones it
+/// seldom contracts where bulk moduli are large.
 const CLOSE: f64 = 1e-3;
 
 /// Everything a Newton solve works with; buffers are kept from one solve to the next.

@@ -6,15 +6,21 @@ use crate::linear::vector::{dot, root_mean_square};
 use super::continuation::Continuation;
 use super::driver::{Arc, Driver, along, predict};
 use super::functional::{Control, Functional};
+use super::increment::MET;
 use super::newton::Watch;
 use super::path::StepControlState;
 use super::rejection::Rejection;
 use super::state::State;
 use super::stepping::StepControl;
 
-/// Part of the step that the error of the last one would allow; least and largest change from one step to the next.
+/// Differences of load factors below this are rounding: a step takes them with it.
+const LOAD_ROUNDING: f64 = 1e-9;
+
+/// Part of the step of time that the error of the last one would allow.
 const TIME_SAFETY: f64 = 0.9;
+/// Least ratio of a step of time to the one before.
 const TIME_SHRINK: f64 = 0.1;
+/// Largest ratio of a step of time to the one before.
 const TIME_GROWTH: f64 = 3.0;
 
 impl<const D: usize> Continuation<'_, '_, D> {
@@ -67,13 +73,13 @@ impl<const D: usize> Continuation<'_, '_, D> {
         while self.state.load < 1.0 && self.steps_left() {
             let mut target = self.state.load + increment;
             // A rest smaller than a rounding of the load is part of this step.
-            if target > 1.0 - 1e-9 {
+            if target > 1.0 - LOAD_ROUNDING {
                 target = 1.0;
             }
             // A step ends at each break point of an amplitude: a peak inside it would be missed.
             let now = self.state.load;
             if let Some(&break_point) =
-                self.break_points.iter().find(|&&break_point| break_point > now + 1e-9 && target > break_point - 1e-9)
+                self.break_points.iter().find(|&&at| at > now + LOAD_ROUNDING && target > at - LOAD_ROUNDING)
             {
                 target = break_point;
             }
@@ -287,7 +293,7 @@ impl<const D: usize> Continuation<'_, '_, D> {
         while self.steps_left() {
             let now = functional.value(&self.state.displacement);
             let rest = target - now;
-            if rest.abs() <= 1e-12 * target.abs().max((target - start).abs()) {
+            if rest.abs() <= MET * target.abs().max((target - start).abs()) {
                 return true;
             }
             let next = if part >= 1.0 { target } else { now + rest * part };

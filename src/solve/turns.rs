@@ -6,10 +6,13 @@ pub(super) const HELPED: usize = 3;
 const SAME: f64 = 0.1;
 /// The first shift, in terms of the median of the diagonal.
 const SHIFT: f64 = 1e-3;
+/// What a shift grows by that does not do.
+const GROWTH: f64 = 10.0;
 /// The shift below which there is none.
 const LEAST: f64 = 1e-6;
-/// Increments in a row that are smaller than the one before, after which a shift is let down, and what is left of it.
+/// Increments in a row that are smaller than the one before, after which a shift is let down.
 const FALLING: usize = 3;
+/// What is left of a shift that is let down.
 const LET_DOWN: f64 = 1e-2;
 
 /// What helps where increments of one size follow each other.
@@ -40,7 +43,7 @@ impl Turns {
     pub fn stiffen(&mut self, unstable: bool) -> bool {
         self.since_unstable = if unstable { Some(0) } else { self.since_unstable.map(|count| count + 1) };
         if unstable && self.shift > 0.0 && self.shift < 1.0 {
-            self.shift *= 10.0;
+            self.shift *= GROWTH;
             return true;
         }
         false
@@ -53,7 +56,7 @@ impl Turns {
         self.lengths = if returns { [0.0; 2] } else { [length, self.lengths[0]] };
         if returns {
             if self.since_unstable.is_some_and(|count| count < 3) {
-                self.shift = (10.0 * self.shift).clamp(SHIFT, 1.0);
+                self.shift = (GROWTH * self.shift).clamp(SHIFT, 1.0);
             } else if self.shift == 0.0 {
                 self.halvings = (self.halvings + 1).min(3);
             }

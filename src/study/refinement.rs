@@ -16,9 +16,7 @@ use super::sides::THIN;
 
 /// Share of the summed squared indicators that the refined macro cells carry (Dörfler's bulk criterion).
 const BULK: f64 = 0.5;
-/// Cells along the shortest side of the first lattice; the others have in proportion, so that cells are nearly square. Twelve
-/// membranes took 56 particles for 0.5 % in place of 75 with as many along sides that differ by less than two (geometric
-/// means over the smallest models whose true error is below the tolerance).
+/// Cells along the shortest side of the first lattice; the others have in proportion, so that cells are nearly square.
 const FIRST: f64 = 4.0;
 /// Models are compared with the last one of at most this part of their unknowns: neighbours in the sequence differ
 /// too little to tell their error.
@@ -30,11 +28,9 @@ const ORDER: f64 = 1.75;
 /// ones, whose second order is the steepest.
 const STEEPEST: f64 = 2.5;
 /// Errors are taken to be no less than this part of the uneven gradients over the strains: cells that no model has cut make
-/// errors that differences of models don't show. On 72 drawn membranes and bonded blocks 1 of 288 promises was broken and 3
-/// bounds did not hold; answers for 0.5 % took 0.71 of the particles of evenly spaced ones.
+/// errors that differences of models don't show.
 const SHARE: f64 = 0.5;
-/// The same for bases of higher order, whose gradients are more uneven for their errors: there 2 promises were broken and 7 bounds
-/// did not hold, and answers took 0.57 of the particles.
+/// The same for bases of higher order, whose gradients are more uneven for their errors.
 const SHARE_OF_HIGHER_ORDERS: f64 = 0.3;
 
 impl Scene<2> {

@@ -6,14 +6,12 @@ use crate::cells::Layout;
 use crate::error::{Error, GeometryError};
 use crate::scene::{Functions, Scene, Scheme};
 
-/// Elements of order 2 stand by this power of the distance from the nearer face: corners leave even ones first order. Even ones take
-/// 1.6 times the nodes for half a per cent; with a power of 3/2 fine disks fold at the held rim.
+/// Elements of order 2 stand by this power of the distance from the nearer face: corners leave even ones first order, and higher
+/// powers leave cells at edges too flat to be bent hard.
 const GRADED: f64 = 1.25;
 /// Cells across the shortest side of the first model of a compact body.
 const FIRST_ACROSS: f64 = 2.0;
-/// Spacings across the first model of a planar shape, as if it were a square.
-const FIRST_SCATTERED: f64 = 6.0;
-/// Cells along the longest side of the first model of a thin body.
+/// Cells along the longest side of the first model of a thin body; spacings across that of a planar shape, as if it were a square.
 const FIRST_ALONG: f64 = 6.0;
 /// A body whose sides differ by more than this factor is thin.
 pub(super) const THIN: f64 = 8.0;
@@ -40,7 +38,7 @@ pub(super) struct Sides<const D: usize> {
 impl<const D: usize> Sides<D> {
     pub fn of(scene: &Scene<D>, scheme: &Scheme) -> Result<Self, Error> {
         if scene.is_scattered() {
-            let (first, thin) = (1.0 / FIRST_SCATTERED, 0.0);
+            let (first, thin) = (1.0 / FIRST_ALONG, 0.0);
             return Ok(Sides { lengths: [1.0; D], first, thin, fewest: 1.0, scattered: true, elements: false });
         }
         let needed = "a scene on a block, mapped block or planar region, whose particles can be chosen";
