@@ -252,8 +252,8 @@ fn draw_curves(out: &FilePath, all: Vec<Series>, start: Vec<Series>) -> Result<(
     let mut table = Table::new(["curve", "p_MPa", "w_cm"]);
     let mut chart = Chart::new("Inflation of a rubber disk").x("pressure [MPa]").y("deflection of the centre [cm]");
     for series in all {
-        for [p, w] in &series.paths[0] {
-            table.push([Cell::from(series.name.as_str()), Cell::from(*p), Cell::from(*w)])?;
+        for [p, w] in series.paths().iter().flatten() {
+            table.push([Cell::from(series.name()), Cell::from(*p), Cell::from(*w)])?;
         }
         chart = chart.with(series);
     }

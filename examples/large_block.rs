@@ -70,9 +70,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         .prescribe((2, Side::Max), 2, 0.0);
     let mut scheme = Scheme::default().particles(counts).solving(Solving::Krylov);
     if most > 0 {
-        scheme.newton = Newton { iterations: most, ..Newton::default() };
+        scheme = scheme.newton(Newton { iterations: most, ..Newton::default() });
         // One attempt, for the time that an iteration takes.
-        scheme.stepping = Stepping { smallest: 0.9, ..Stepping::equal(1) };
+        scheme = scheme.stepping(Stepping { smallest: 0.9, ..Stepping::equal(1) });
     }
     let start = Instant::now();
     let problem = block.discretize(&scheme)?;

@@ -276,7 +276,7 @@ impl Sweep {
 fn layout_sweep(summary: &mut Summary, exact: f64) -> Result<Sweep, Box<dyn Error>> {
     // The default's zones end at particles; the paper's are four equal ones.
     let local = |r: f64| Scheme::default().particles([PARTICLES]).dilation(r);
-    let own_zones = |r: f64| Scheme { dilation: Dilation::Global(r), ..local(r) };
+    let own_zones = |r: f64| local(r).dilation(Dilation::Global(r));
     let rule = Rule::Gauss { zones: Some(vec![4]), points: Some(5) };
     let equal_zones = |r: f64| own_zones(r).rule(rule.clone()).pressure_field(PressureField::Linear, 2);
     let mut table = Table::new([

@@ -66,7 +66,7 @@ fn disk() -> Result<Study, rkpm::Error> {
         // Other programs step the load; the default controls the deflection where that is shorter.
         .series("default, load in control", thin(Scheme::default().stepping(by_load)))
         .series("default, 3 to 5 layers", thick.map(|n| Scheme::default().particles(n)))
-        .series("paper, r = 1", thin(Scheme { dilation: Dilation::Local(1.0), ..Scheme::paper(1.0) })[..6].to_vec())
+        .series("paper, r = 1", thin(Scheme::paper(1.0).dilation(Dilation::Local(1.0)))[..6].to_vec())
         .series("Q1/P0", thin(Scheme::elements(1)))
         .series("Q2/P1", [[21, 3], [41, 3], [81, 3], [81, 5], [161, 5]].map(|n| Scheme::elements(2).particles(n)))
         .run()
@@ -222,11 +222,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         points.rows.extend(study.points().rows);
         study.table().write(out.join(format!("details_{}.csv", study.name)))?;
-        let mut chart = study.chart();
-        if study.name == "tube" && !others.is_empty() {
-            chart.title += "; 1D here, 2D in other programs";
-        }
-        charts.push(chart);
+        charts.push(if study.name == "tube" && !others.is_empty() {
+            let name = format!("{} (1D here, 2D in other programs)", study.name);
+            Study { name, ..study.clone() }.chart()
+        } else {
+            study.chart()
+        });
     }
     points.write(out.join("points.csv"))?;
     println!();

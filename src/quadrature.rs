@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::error::GeometryError;
+use crate::error::{GeometryError, Invalid};
 use crate::geometry::Point;
 
 /// Abscissae and weights of the `n`-point Gauss–Legendre rule on $[0, 1]$, exact to degree $2n-1$.
@@ -169,7 +169,7 @@ impl<const D: usize> Points<D> {
     /// length 1, or whose weights do not add up to more than nothing; single weights may be negative.
     ///
     /// # Errors
-    /// [`GeometryError::Count`] and [`GeometryError::Number`] in these cases.
+    /// [`GeometryError::Count`] and [`Invalid`] in these cases.
     pub fn validate(&self) -> Result<(), GeometryError> {
         let n = self.positions.len();
         let lengths_fit = self.weights.len() == n && (self.normals.is_empty() || self.normals.len() == n);
@@ -184,20 +184,20 @@ impl<const D: usize> Points<D> {
             });
         }
         if let Some(&value) = self.weights.iter().find(|w| !w.is_finite()) {
-            return Err(GeometryError::Number { what: "integration weight", value, needed: "give finite weights" });
+            return Err(Invalid::new("integration weight", value, "give finite weights").into());
         }
         if let Some(&value) = self.normals.iter().flat_map(|normal| normal.iter()).find(|n| !n.is_finite()) {
-            return Err(GeometryError::Number { what: "component of a normal", value, needed: "give finite normals" });
+            return Err(Invalid::new("component of a normal", value, "give finite normals").into());
         }
         // A little more than rounding: normals may come from tables of few digits.
         if let Some(normal) = self.normals.iter().find(|normal| (normal.norm_squared() - 1.0).abs() > 1e-6) {
             let needed = "normals point outward with length 1, areas belong into the weights";
-            return Err(GeometryError::Number { what: "length of a normal", value: normal.norm(), needed });
+            return Err(Invalid::new("length of a normal", normal.norm(), needed).into());
         }
         let total: f64 = self.weights.iter().sum();
         if !(total > 0.0) && n > 0 {
             let needed = "weights measure a body or its boundary: give ones that add up to more than nothing";
-            return Err(GeometryError::Number { what: "sum of the integration weights", value: total, needed });
+            return Err(Invalid::new("sum of the integration weights", total, needed).into());
         }
         Ok(())
     }

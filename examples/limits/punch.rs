@@ -7,8 +7,6 @@ use rkpm::nalgebra::Vector3;
 use rkpm::output::chart::{Colour, Legend, Series};
 use rkpm::output::{Chart, Summary, Table};
 use rkpm::prelude::*;
-use rkpm::scene::Functions;
-use rkpm::shape::FiniteElements;
 use rkpm::solve::{CriticalKind, State, StepControl};
 use rkpm::term::{PointDerivatives, PointState, Sparsity};
 
@@ -48,27 +46,12 @@ impl Integrand for Punch {
 /// The block under a scheme with n × n particles or nodes and a traction in µ at load factor 1. Cells end where
 /// the load ends, at an even number of them.
 fn block(scheme: &Scheme, n: usize, traction: f64) -> Result<Problem<2>, rkpm::Error> {
-    let square = Block::new([0.0; 2], [SIDE; 2]);
-    let scene = Scene::new(square, PlaneStrain, Rubber::neo_hookean(0.5 * MU, BULK)?)
+    let scene = Scene::new(Block::new([0.0; 2], [SIDE; 2]), PlaneStrain, Rubber::neo_hookean(0.5 * MU, BULK)?)
         .prescribe((0, Side::Min), 0, 0.0)
         .prescribe((1, Side::Min), 1, 0.0)
-        .prescribe((1, Side::Max), 0, 0.0);
-    let mut problem = scene.discretize(&scheme.clone().particles([n]))?;
-    let lattice = square.lattice([n, n])?;
-    let top: Part = (1, Side::Max).into();
-    let table = match scheme.functions {
-        Functions::Particles => {
-            let rk = ReproducingKernel::new(lattice.particles(1.0)?, CubicSpline, Polynomial::linear())?;
-            ShapeTable::new(&rk, &lattice.boundary(&top, 2, 2)?.points, &PlaneStrain)?
-        }
-        Functions::Elements => {
-            let order = usize::from(scheme.order);
-            let elements = FiniteElements::new(lattice, order)?;
-            ShapeTable::of_elements(&elements, &elements.boundary(&top, order + 1)?, &PlaneStrain)?
-        }
-    };
-    problem.add(Pointwise::new(table, Punch { traction: traction * MU }));
-    Ok(problem)
+        .prescribe((1, Side::Max), 0, 0.0)
+        .with(Load::integrand((1, Side::Max), Punch { traction: traction * MU }));
+    scene.discretize(&scheme.clone().particles([n]))
 }
 
 /// Settlement of the middle of the punch over the height.

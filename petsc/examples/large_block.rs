@@ -54,9 +54,9 @@ fn run(session: &Session) -> Result<(), Box<dyn std::error::Error>> {
         other => return Err(format!("--solver {other}: gamg, mumps, krylov or direct").into()),
     };
     if most > 0 {
-        scheme.newton = Newton { iterations: most, ..Newton::default() };
+        scheme = scheme.newton(Newton { iterations: most, ..Newton::default() });
         // One attempt, for the time that an iteration takes.
-        scheme.stepping = Stepping { smallest: 0.9, ..Stepping::equal(1) };
+        scheme = scheme.stepping(Stepping { smallest: 0.9, ..Stepping::equal(1) });
     }
     let start = Instant::now();
     let problem = block.discretize(&scheme)?;

@@ -65,7 +65,7 @@ fn started(session: &Session, way: &str, folder: &Path) -> Outcome<()> {
         .pressure((1, Side::Max), 0.01);
     let mut scheme = Scheme::default().particles([25, 5]).stepping(Stepping::equal(8)).solver(Mumps::new(session));
     if way == "stalls" {
-        scheme.newton = Newton { iterations: 1, ..Newton::default() };
+        scheme = scheme.newton(Newton { iterations: 1, ..Newton::default() });
     }
     let problem = scene.discretize(&scheme)?;
     let file = folder.join("run.jsonl");

@@ -110,7 +110,7 @@ fn uneven_cube(session: &Session) -> Outcome {
 
 /// Conditions by multipliers.
 fn held_cube(session: &Session) -> Outcome {
-    cube(session, &Scheme { enforcing: Enforcing::Multipliers, ..Scheme::default().particles([5]) })
+    cube(session, &Scheme::default().particles([5]).enforcing(Enforcing::Multipliers))
 }
 
 fn cube(session: &Session, scheme: &Scheme) -> Outcome {
@@ -201,7 +201,7 @@ fn refused(session: &Session) -> Outcome {
         return Ok(());
     }
     let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber(1e2)?).hold((0, Side::Min));
-    let scheme = Scheme { rule: Rule::Scni, ..Scheme::default().particles([5, 3]) }.solver(Mumps::new(session));
+    let scheme = Scheme::default().particles([5, 3]).rule(Rule::Scni).solver(Mumps::new(session));
     ensure(scene.discretize(&scheme).is_err(), "a rule over the cells of particles was not refused")
 }
 

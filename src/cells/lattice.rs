@@ -2,7 +2,7 @@
 
 use nalgebra::SMatrix;
 
-use crate::error::GeometryError;
+use crate::error::{GeometryError, Invalid};
 use crate::geometry::{Domain, Point, check_dimension};
 
 use super::Layout;
@@ -66,11 +66,7 @@ impl<const D: usize> Lattice<D> {
         if let Layout::Jittered { amount, .. } = layout
             && !(*amount >= 0.0 && *amount < 0.5)
         {
-            return Err(GeometryError::Number {
-                what: "jitter",
-                value: *amount,
-                needed: "give 0 up to, not including, 0.5",
-            });
+            return Err(Invalid::new("jitter", *amount, "give 0 up to, not including, 0.5").into());
         }
         let mut random = match layout {
             Layout::Jittered { seed, .. } => fastrand::Rng::with_seed(*seed),
@@ -88,11 +84,12 @@ impl<const D: usize> Lattice<D> {
                         let graded = grade(i, t);
                         let end_moved = (t == 0.0 || t == 1.0) && (graded - t).abs() > 1e-12;
                         if end_moved || !graded.is_finite() {
-                            return Err(GeometryError::Number {
-                                what: "graded coordinate",
-                                value: graded,
-                                needed: "a grading maps 0 to 0 and 1 to 1 and rises in between",
-                            });
+                            return Err(Invalid::new(
+                                "graded coordinate",
+                                graded,
+                                "a grading maps 0 to 0 and 1 to 1 and rises in between",
+                            )
+                            .into());
                         }
                         unit[i] = if t == 0.0 || t == 1.0 { t } else { graded };
                     }

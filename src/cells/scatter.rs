@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::error::GeometryError;
+use crate::error::{GeometryError, Invalid};
 use crate::geometry::{Curve, Point, Region};
 
 use super::mesh::{Mesh, Piece, cross};
@@ -53,10 +53,10 @@ impl Spacing<'_> {
             Ok(h)
         } else if h > 0.0 && h < self.floor {
             let needed = "let the spacing vary more slowly: between places a hundredth of the shape apart it falls to a hundredth";
-            Err(GeometryError::Number { what: "particle spacing", value: h, needed })
+            Err(Invalid::new("particle spacing", h, needed).into())
         } else {
             let needed = "give finite lengths above zero everywhere in the region";
-            Err(GeometryError::Number { what: "particle spacing", value: h, needed })
+            Err(Invalid::new("particle spacing", h, needed).into())
         }
     }
 
@@ -113,7 +113,7 @@ pub(crate) fn scatter(region: &Region, spacing: &Spacing<'_>, settings: &Scatter
     }
     if smallest > region.extent() {
         let needed = "give a spacing below the smaller extent of the shape";
-        return Err(GeometryError::Number { what: "particle spacing", value: smallest, needed });
+        return Err(Invalid::new("particle spacing", smallest, needed).into());
     }
     // A dip between the samples has no end: particles crowd into it.
     let spacing = &Spacing { floor: DIP * smallest, ..*spacing };

@@ -2,7 +2,7 @@
 
 use nalgebra::SMatrix;
 
-use crate::error::{Error, GeometryError, SolveError};
+use crate::error::{Error, GeometryError, Invalid};
 use crate::geometry::{Domain, Part, Point};
 use crate::kinematics::Kinematics;
 use crate::material::Material;
@@ -93,7 +93,7 @@ fn check_gradient<const D: usize>(gradient: &SMatrix<f64, D, D>, hoops: &[usize]
     let size = gradient.norm();
     if !(size > 0.0 && size.is_finite()) {
         let needed = "give a finite gradient other than zero";
-        return Err(SolveError::Setting { what: "size of the displacement gradient", value: size, needed }.into());
+        return Err(Invalid::new("size of the displacement gradient", size, needed).into());
     }
     let deformation = gradient + SMatrix::<f64, D, D>::identity();
     // The hoops stretch as the radius does.
@@ -101,7 +101,7 @@ fn check_gradient<const D: usize>(gradient: &SMatrix<f64, D, D>, hoops: &[usize]
     let value = hoops.iter().fold(plane, |jacobian, _| jacobian * deformation[(0, 0)]);
     if value <= 0.0 {
         let (what, needed) = ("det F of the patch test", "the body would be inverted: give a gradient with det F > 0");
-        return Err(SolveError::Setting { what, value, needed }.into());
+        return Err(Invalid::new(what, value, needed).into());
     }
     let diagonal = (0..D).all(|i| (0..D).all(|j| i == j || gradient[(i, j)] == 0.0));
     if !hoops.is_empty() && !diagonal {

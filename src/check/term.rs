@@ -1,6 +1,6 @@
 //! The contract of terms.
 
-use crate::error::{Error, SolveError};
+use crate::error::{Error, Invalid, SolveError};
 use crate::term::{Element, Term, View};
 
 use super::{Law, Report, signed};
@@ -46,9 +46,7 @@ const SOLVED: f64 = 1e-12;
 /// ```
 pub fn term<const D: usize>(term: &dyn Term<D>, displacement: &[f64], load: f64) -> Result<Report, Error> {
     if let Some(&value) = displacement.iter().chain([&load]).find(|v| !v.is_finite()) {
-        return Err(
-            SolveError::Setting { what: "state to check a term at", value, needed: "give finite values" }.into()
-        );
+        return Err(Invalid::new("state to check a term at", value, "give finite values").into());
     }
     let clusters = term.clusters();
     let highest = (0..clusters).flat_map(|c| term.nodes(c)).max().map_or(0, |&n| n as usize + 1);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::error::Error;
+use crate::error::{Error, Invalid};
 use crate::geometry::Point;
 use crate::mesh::Mesh;
 use crate::term::Amplitude;
@@ -109,16 +109,24 @@ impl<const D: usize> RigidSurface<D> {
         self.shape.validate()?;
         let contact = contact.to_string();
         if !(self.friction >= 0.0 && self.friction.is_finite()) {
-            return Err(ContactError::Friction { contact, value: self.friction }.into());
+            return Err(Invalid::new(
+                format!("{contact}: coefficient of friction"),
+                self.friction,
+                "give a finite number from 0 on",
+            )
+            .into());
         }
         let bad = |v: f64| !v.is_finite();
+        let unfit = |what: &str, value| {
+            Error::from(Invalid::new(format!("{contact}: {what} of the rigid surface"), value, "give finite numbers"))
+        };
         match &self.drive {
             Drive::Fixed => {}
             Drive::Moved { by, amplitude } => {
                 amplitude.validate()?;
                 let ends = [0.0, 0.5, 1.0].map(|load| amplitude.evaluate(load).0);
                 if let Some(value) = by.iter().copied().chain(ends).find(|&v| bad(v)) {
-                    return Err(ContactError::Motion { contact, what: "the motion", value }.into());
+                    return Err(unfit("motion", value));
                 }
             }
             Drive::Pushed { force, amplitude, .. } => {
@@ -128,7 +136,7 @@ impl<const D: usize> RigidSurface<D> {
                 }
                 let ends = [0.0, 0.5, 1.0].map(|load| amplitude.evaluate(load).0);
                 if let Some(value) = ends.into_iter().chain([*force]).find(|&v| bad(v)) {
-                    return Err(ContactError::Motion { contact, what: "the force", value }.into());
+                    return Err(unfit("force", value));
                 }
             }
         }

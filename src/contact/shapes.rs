@@ -2,7 +2,7 @@
 
 use nalgebra::SMatrix;
 
-use crate::error::GeometryError;
+use crate::error::{GeometryError, Invalid};
 use crate::geometry::Point;
 
 use super::{Nearest, Surface};
@@ -120,11 +120,12 @@ impl Surface<3> for Cone {
     fn validate(&self) -> Result<(), GeometryError> {
         direction("axis of a rigid cone", &self.along)?;
         if !(self.half_angle > 0.0 && self.half_angle < std::f64::consts::FRAC_PI_2) {
-            return Err(GeometryError::Number {
-                what: "half angle of a rigid cone",
-                value: self.half_angle,
-                needed: "give an angle between 0 and π/2; a plane is RigidSurface::plane",
-            });
+            return Err(Invalid::new(
+                "half angle of a rigid cone",
+                self.half_angle,
+                "give an angle between 0 and π/2; a plane is RigidSurface::plane",
+            )
+            .into());
         }
         finite(&self.tip)
     }
@@ -140,7 +141,7 @@ fn length(what: &'static str, value: f64) -> Result<(), GeometryError> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
     }
-    Err(GeometryError::Number { what, value, needed: "give a finite length above zero: there is no inside otherwise" })
+    Err(Invalid::new(what, value, "give a finite length above zero: there is no inside otherwise").into())
 }
 
 fn direction<const D: usize>(what: &'static str, vector: &Point<D>) -> Result<(), GeometryError> {
@@ -148,14 +149,12 @@ fn direction<const D: usize>(what: &'static str, vector: &Point<D>) -> Result<()
     if value > 0.0 && value.is_finite() {
         return Ok(());
     }
-    Err(GeometryError::Number { what, value, needed: "give a vector of finite length above zero" })
+    Err(Invalid::new(what, value, "give a vector of finite length above zero").into())
 }
 
 fn finite<const D: usize>(at: &Point<D>) -> Result<(), GeometryError> {
     match at.iter().find(|x| !x.is_finite()) {
         None => Ok(()),
-        Some(&value) => {
-            Err(GeometryError::Number { what: "coordinate of a rigid surface", value, needed: "give finite numbers" })
-        }
+        Some(&value) => Err(Invalid::new("coordinate of a rigid surface", value, "give finite numbers").into()),
     }
 }

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use super::Invalid;
+
 /// What is wrong with a contact.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -19,24 +21,9 @@ pub enum ContactError {
         /// Where, in the body at rest.
         at: Vec<f64>,
     },
-    /// A coefficient of friction is negative or not finite.
-    #[error("{contact}: coefficient of friction {value}: give a finite number from 0 on")]
-    Friction {
-        /// The contact.
-        contact: String,
-        /// The coefficient.
-        value: f64,
-    },
-    /// A motion or a force of a rigid surface is not finite.
-    #[error("{contact}: {what} of the rigid surface is {value}: give finite numbers")]
-    Motion {
-        /// The contact.
-        contact: String,
-        /// Motion or force.
-        what: &'static str,
-        /// The value.
-        value: f64,
-    },
+    /// A coefficient of friction, a motion or a force of a rigid surface is NaN, infinite or out of its range.
+    #[error(transparent)]
+    Invalid(#[from] Invalid),
     /// A rigid body that is moved by no force.
     #[error(
         "{contact}: the rigid surface is pushed by a force of zero, so that nothing says where it is: give a force, \

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use super::Invalid;
+
 /// What is wrong with a shape, a lattice or an integration rule.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -27,15 +29,8 @@ pub enum GeometryError {
         needed: &'static str,
     },
     /// A number is NaN, infinite or out of its range.
-    #[error("{what} = {value:e}: {needed}")]
-    Number {
-        /// The quantity.
-        what: &'static str,
-        /// The value given.
-        value: f64,
-        /// What would be accepted.
-        needed: &'static str,
-    },
+    #[error(transparent)]
+    Invalid(#[from] Invalid),
     /// A cell of the background partition is inverted.
     #[error(
         "cell {cell} has measure {measure:e}: the particles at its corners are out of order; reduce the jitter or the distortion of the map"

@@ -8,6 +8,7 @@ mod contact;
 #[cfg(feature = "fit")]
 mod fit;
 mod geometry;
+mod invalid;
 mod linear;
 mod material;
 mod mesh;
@@ -21,6 +22,7 @@ pub use contact::ContactError;
 #[cfg(feature = "fit")]
 pub use fit::FitError;
 pub use geometry::GeometryError;
+pub use invalid::Invalid;
 pub use linear::LinearError;
 pub use material::MaterialError;
 pub use mesh::MeshError;
@@ -34,9 +36,12 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Error {
+    /// A number that can't be, whatever it was given to.
+    #[error(transparent)]
+    Invalid(#[from] Invalid),
     /// Geometry, cells, rules.
     #[error(transparent)]
-    Geometry(#[from] GeometryError),
+    Geometry(GeometryError),
     /// Meshes and their files.
     #[error(transparent)]
     Mesh(#[from] MeshError),
@@ -45,19 +50,19 @@ pub enum Error {
     Approximation(#[from] ApproximationError),
     /// Materials.
     #[error(transparent)]
-    Material(#[from] MaterialError),
+    Material(MaterialError),
     /// Loads and conditions.
     #[error(transparent)]
     Boundary(#[from] BoundaryError),
     /// Contact.
     #[error(transparent)]
-    Contact(#[from] ContactError),
+    Contact(ContactError),
     /// Linear algebra.
     #[error(transparent)]
     Linear(#[from] LinearError),
     /// Newton and stepping.
     #[error(transparent)]
-    Solve(#[from] SolveError),
+    Solve(SolveError),
     /// Files and charts.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -66,3 +71,19 @@ pub enum Error {
     #[error(transparent)]
     Fit(#[from] FitError),
 }
+
+/// Bad numbers are the same to all floors.
+macro_rules! lifted {
+    ($($variant:ident($error:ident)),*) => {
+        $(impl From<$error> for Error {
+            fn from(error: $error) -> Self {
+                match error {
+                    $error::Invalid(invalid) => Error::Invalid(invalid),
+                    error => Error::$variant(error),
+                }
+            }
+        })*
+    };
+}
+
+lifted!(Geometry(GeometryError), Material(MaterialError), Contact(ContactError), Solve(SolveError));

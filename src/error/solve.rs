@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::Stalled;
+use super::{Invalid, Stalled};
 
 /// What went wrong in an analysis.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -55,16 +55,9 @@ pub enum SolveError {
         /// Particles along each axis of a cube that fits.
         fits: usize,
     },
-    /// A setting is out of its range.
-    #[error("{what} = {value:e}: {needed}")]
-    Setting {
-        /// The setting.
-        what: &'static str,
-        /// The value given.
-        value: f64,
-        /// What would be accepted.
-        needed: &'static str,
-    },
+    /// A setting or another number is NaN, infinite or out of its range.
+    #[error(transparent)]
+    Invalid(#[from] Invalid),
     /// The model has nothing to solve.
     #[error("the model has no {what}: {remedy}")]
     Empty {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::error::MaterialError;
+use crate::error::{Invalid, MaterialError};
 use crate::material::{
     ArrudaBoyce, Carroll, ExtendedTube, FoamTerm, Gent, GentGent, Hencky, Invariants, Material, Ogden, OgdenConvention,
     OgdenFoam, PrincipalStretches, RivlinPolynomial, TotalStretches,
@@ -207,7 +207,7 @@ impl Family for Law {
         let expected = self.coefficients().len();
         if values.len() != expected {
             let needed = "give one value for each coefficient of the law";
-            return Err(MaterialError::Constant { name: self.name(), value: values.len() as f64, needed });
+            return Err(Invalid::new(format!("constants of {}", self.name()), values.len() as f64, needed).into());
         }
         let v = values;
         Ok(match self {

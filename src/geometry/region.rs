@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::error::GeometryError;
+use crate::error::{GeometryError, Invalid};
 
 use super::Point;
 use super::outline::{Curve, Outline};
@@ -94,7 +94,7 @@ impl Region {
         // Each chord is compared with all others.
         if !(tolerance >= FINEST * self.extent() && tolerance.is_finite()) {
             let needed = "give a finite length, at least a millionth of the shape's smaller extent";
-            return Err(GeometryError::Number { what: "tolerance of arcs", value: tolerance, needed });
+            return Err(Invalid::new("tolerance of arcs", tolerance, needed).into());
         }
         self.tolerance = tolerance;
         self.chords.clear();

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::rivlin::positive;
 use super::{Principal, PrincipalEnergy};
-use crate::error::MaterialError;
+use crate::error::{Invalid, MaterialError};
 
 /// One term of an [`OgdenFoam`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,15 +44,13 @@ impl OgdenFoam {
     /// The energy with given terms.
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] for constants that are not finite, an exponent of zero, Poisson's ratios outside
+    /// [`Invalid`] for constants that are not finite, an exponent of zero, Poisson's ratios outside
     /// $(-1, \tfrac12)$, and initial moduli (hence also an empty list) that are not above zero.
     pub fn new(terms: impl IntoIterator<Item = FoamTerm>) -> Result<Self, MaterialError> {
         let foam = Self { terms: terms.into_iter().collect() };
         for (p, term) in foam.terms.iter().enumerate() {
-            let reject = |name: &str, value, needed| MaterialError::Constant {
-                name: format!("{name}_{}", p + 1),
-                value,
-                needed,
+            let reject = |name: &str, value, needed| {
+                MaterialError::from(Invalid::new(format!("material constant {name}_{}", p + 1), value, needed))
             };
             if !term.shear.is_finite() {
                 return Err(reject("mu", term.shear, "give a finite number"));
@@ -82,7 +80,7 @@ impl OgdenFoam {
         positive("mu", shear)?;
         if !(0.0..=1.0).contains(&fraction) {
             let needed = "give a fraction from 0 (foam) to 1";
-            return Err(MaterialError::Constant { name: "f".into(), value: fraction, needed });
+            return Err(Invalid::new("material constant f", fraction, needed).into());
         }
         let term = |part: f64, exponent| FoamTerm { shear: shear * part, exponent, poisson };
         Self::new([term(fraction, 2.0), term(1.0 - fraction, -2.0)].into_iter().filter(|t| t.shear != 0.0))

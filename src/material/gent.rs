@@ -2,7 +2,7 @@
 
 use super::rivlin::positive;
 use super::{Distortion, InvariantEnergy};
-use crate::error::MaterialError;
+use crate::error::{Invalid, MaterialError};
 
 /// The Gent energy $\bar W = -\frac{\mu J_m}{2}\ln\left(1 - \frac{\bar I_1-3}{J_m}\right)$, which
 /// stiffens without bound as $\bar I_1 - 3$ nears $J_m$ and is NaN from there on.
@@ -21,7 +21,7 @@ impl Gent {
     /// The energy with initial shear modulus `shear` $= \mu$ and limit `limit` $= J_m$.
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] unless both are finite and above zero.
+    /// [`Invalid`] unless both are finite and above zero.
     pub fn new(shear: f64, limit: f64) -> Result<Self, MaterialError> {
         positive("mu", shear)?;
         positive("J_m", limit)?;
@@ -65,12 +65,12 @@ impl GentGent {
     /// The energy with `shear` $= \mu$ \[stress\], `limit` $= J_m$ and `second` $= C_2$ \[stress\].
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] unless $\mu$ and $J_m$ are finite and above zero, $C_2$ is finite, and the initial shear
+    /// [`Invalid`] unless $\mu$ and $J_m$ are finite and above zero, $C_2$ is finite, and the initial shear
     /// modulus is above zero.
     pub fn new(shear: f64, limit: f64, second: f64) -> Result<Self, MaterialError> {
         let gent = Gent::new(shear, limit)?;
         if !second.is_finite() {
-            return Err(MaterialError::Constant { name: "C_2".into(), value: second, needed: "give a finite number" });
+            return Err(Invalid::new("material constant C_2", second, "give a finite number").into());
         }
         positive("initial shear modulus mu + 2 C_2/3", shear + 2.0 / 3.0 * second)?;
         Ok(Self { gent, second })

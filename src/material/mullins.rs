@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 
 use super::rivlin::positive;
 use super::{Material, Memory, Response, VolumetricEnergy};
-use crate::error::MaterialError;
+use crate::error::{Invalid, MaterialError};
 
 /// Mullins' effect by the pseudo-energy of Ogden and Roxburgh: below the largest distortional energy $\bar W_m$ that a point has had,
 /// its distortional stress is softer,
@@ -33,9 +33,11 @@ impl<M: Material> Mullins<M> {
     /// The material of an elastic law with $r$, $m$ \[stress\] and $\beta$.
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] unless $r > 1$, $m, \beta \ge 0$ with one of them above zero, all finite.
+    /// [`Invalid`] unless $r > 1$, $m, \beta \ge 0$ with one of them above zero, all finite.
     pub fn new(material: M, r: f64, m: f64, beta: f64) -> Result<Self, MaterialError> {
-        let reject = |name: &str, value, needed| MaterialError::Constant { name: name.into(), value, needed };
+        let reject = |name: &str, value, needed| {
+            MaterialError::from(Invalid::new(format!("material constant {name}"), value, needed))
+        };
         if !(r > 1.0 && r.is_finite()) {
             return Err(reject("r", r, "give a finite number above 1"));
         }

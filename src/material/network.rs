@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::rivlin::positive;
 use super::{Distortion, InvariantEnergy, Principal, PrincipalEnergy};
-use crate::error::MaterialError;
+use crate::error::{Invalid, MaterialError};
 
 /// The energy of Arruda and Boyce by the first five terms of its series, as other programs have it,
 /// $$\bar W = \mu\sum_{i=1}^5\frac{C_i}{\lambda_m^{2i-2}}\big(\bar I_1^i - 3^i\big),\qquad
@@ -32,7 +32,7 @@ impl ArrudaBoyce {
     /// The energy with `shear` $= \mu$ \[stress\] and locking stretch `locking` $= \lambda_m$.
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] unless both are finite and above zero.
+    /// [`Invalid`] unless both are finite and above zero.
     pub fn new(shear: f64, locking: f64) -> Result<Self, MaterialError> {
         positive("mu", shear)?;
         positive("lambda_m", locking)?;
@@ -113,19 +113,19 @@ impl ExtendedTube {
     /// The energy with $G_c$, $G_e$ \[stress\], $\beta$ and $\delta$.
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] unless $G_c, G_e \ge 0$, $\beta > 0$, $0 \le \delta < 1$, all are finite, and the
+    /// [`Invalid`] unless $G_c, G_e \ge 0$, $\beta > 0$, $0 \le \delta < 1$, all are finite, and the
     /// initial shear modulus is above zero.
     pub fn new(crosslinks: f64, entanglements: f64, beta: f64, delta: f64) -> Result<Self, MaterialError> {
         for (name, value) in [("G_c", crosslinks), ("G_e", entanglements)] {
             if !(value >= 0.0 && value.is_finite()) {
                 let needed = "give a finite number not below zero";
-                return Err(MaterialError::Constant { name: name.into(), value, needed });
+                return Err(Invalid::new(format!("material constant {name}"), value, needed).into());
             }
         }
         positive("beta", beta)?;
         if !(0.0..1.0).contains(&delta) {
             let needed = "give a number from 0 to below 1";
-            return Err(MaterialError::Constant { name: "delta".into(), value: delta, needed });
+            return Err(Invalid::new("material constant delta", delta, needed).into());
         }
         let shear = crosslinks * (1.0 - 2.0 * delta * delta) + entanglements;
         positive("initial shear modulus G_c (1 - 2 delta²) + G_e", shear)?;

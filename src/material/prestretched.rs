@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use super::{Material, Response, Volumetric, VolumetricEnergy};
-use crate::error::MaterialError;
+use crate::error::{Invalid, MaterialError};
 use crate::tensor::Tangent;
 
 /// A material that was stretched by $F_0$ before it was built in: the body at rest has the elastic deformation $F_0$, and
@@ -52,17 +52,17 @@ impl<M: Material> Prestretched<M> {
     /// The material stretched by `before` $= F_0$.
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] unless $F_0$ is finite with a determinant above zero, and for a material that remembers:
+    /// [`Invalid`] unless $F_0$ is finite with a determinant above zero, and for a material that remembers:
     /// stretch the elastic law and let the whole relax.
     pub fn new(material: M, before: Matrix3<f64>) -> Result<Self, MaterialError> {
         let volume = before.determinant();
         if !(volume > 0.0 && before.iter().all(|f| f.is_finite())) {
             let needed = "give a finite deformation gradient with a determinant above zero";
-            return Err(MaterialError::Constant { name: "det F_0".into(), value: volume, needed });
+            return Err(Invalid::new("det F_0", volume, needed).into());
         }
         if let Some(memory) = material.memory() {
             let needed = "stretch the elastic law, and make the stretched one remember: Viscoelastic::new(Prestretched::new(..)?, ..)";
-            return Err(MaterialError::Constant { name: "memory".into(), value: memory.len() as f64, needed });
+            return Err(Invalid::new("numbers that the prestretched law remembers", memory.len() as f64, needed).into());
         }
         let whole = Part { material: Arc::new(material), before, volume };
         let part = || Part { material: whole.material.clone(), ..whole };

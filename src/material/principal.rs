@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::rivlin::positive;
-use crate::error::MaterialError;
+use crate::error::{Invalid, MaterialError};
 
 /// A symmetric energy of three logarithmic stretches with its derivatives \[stress\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -128,15 +128,13 @@ impl Ogden {
     /// The energy with terms $(\mu_p, \alpha_p)$, $\mu_p$ in \[stress\].
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] for constants that aren't finite, $\alpha_p = 0$, and an initial
+    /// [`Invalid`] for constants that aren't finite, $\alpha_p = 0$, and an initial
     /// shear modulus (hence also an empty list) that isn't above zero.
     pub fn new(terms: impl IntoIterator<Item = (f64, f64)>) -> Result<Self, MaterialError> {
         let terms: Vec<_> = terms.into_iter().collect();
         for (p, &(mu, alpha)) in terms.iter().enumerate() {
-            let reject = |name: &str, value, needed| MaterialError::Constant {
-                name: format!("{name}_{}", p + 1),
-                value,
-                needed,
+            let reject = |name: &str, value, needed| {
+                MaterialError::from(Invalid::new(format!("material constant {name}_{}", p + 1), value, needed))
             };
             if !mu.is_finite() {
                 return Err(reject("mu", mu, "give a finite number"));
@@ -236,7 +234,7 @@ impl Hencky {
     /// The energy with shear modulus `shear` $= \mu$.
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] unless it is finite and above zero.
+    /// [`Invalid`] unless it is finite and above zero.
     pub fn new(shear: f64) -> Result<Self, MaterialError> {
         positive("mu", shear)?;
         Ok(Self { shear })

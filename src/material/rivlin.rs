@@ -1,7 +1,7 @@
 //! The polynomial distortional energy (2.9).
 
 use super::{Distortion, InvariantEnergy};
-use crate::error::MaterialError;
+use crate::error::{Invalid, MaterialError};
 
 /// The polynomial (2.9) in the reduced invariants,
 /// $\bar W = \sum_{m+n\ge1} A_{mn}(\bar I_1-3)^m(\bar I_2-3)^n$, constants in \[stress\].
@@ -31,12 +31,13 @@ impl RivlinPolynomial {
     /// No sign is asked of the constants: fits to tests have negative ones too.
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] for a constant that isn't finite, for $m = n = 0$ and for exponents
+    /// [`Invalid`] for a constant that isn't finite, for $m = n = 0$ and for exponents
     /// above [`Self::LARGEST_EXPONENT`]; [`MaterialError::Empty`] where no constant differs from zero.
     pub fn new(terms: impl IntoIterator<Item = ((u32, u32), f64)>) -> Result<Self, MaterialError> {
         let terms: Vec<_> = terms.into_iter().collect();
-        let reject =
-            |(m, n): (u32, u32), value, needed| MaterialError::Constant { name: format!("A_{m}{n}"), value, needed };
+        let reject = |(m, n): (u32, u32), value, needed| {
+            MaterialError::from(Invalid::new(format!("material constant A_{m}{n}"), value, needed))
+        };
         for &(exponents, value) in &terms {
             if !value.is_finite() {
                 return Err(reject(exponents, value, "give a finite number"));
@@ -67,7 +68,7 @@ impl RivlinPolynomial {
     /// The neo-Hookean energy $A_{10}(\bar I_1-3)$; shear modulus $2A_{10}$.
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] unless $A_{10}$ is finite and above zero.
+    /// [`Invalid`] unless $A_{10}$ is finite and above zero.
     pub fn neo_hookean(a10: f64) -> Result<Self, MaterialError> {
         positive("A_10", a10)?;
         Self::new([((1, 0), a10)])
@@ -76,7 +77,7 @@ impl RivlinPolynomial {
     /// The Mooney–Rivlin energy $A_{10}(\bar I_1-3) + A_{01}(\bar I_2-3)$; shear modulus $2(A_{10}+A_{01})$.
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] unless both are finite and their sum is above zero.
+    /// [`Invalid`] unless both are finite and their sum is above zero.
     pub fn mooney_rivlin(a10: f64, a01: f64) -> Result<Self, MaterialError> {
         // The terms first: they name the constant that isn't finite, which the sum could not.
         let polynomial = Self::new([((1, 0), a10), ((0, 1), a01)])?;
@@ -87,7 +88,7 @@ impl RivlinPolynomial {
     /// The Yeoh energy $\sum_{m=1}^3 A_{m0}(\bar I_1-3)^m$, the paper's with $(0.373, -0.031, 0.005)$ MPa.
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] unless all are finite and $A_{10}$ is above zero.
+    /// [`Invalid`] unless all are finite and $A_{10}$ is above zero.
     pub fn yeoh(a10: f64, a20: f64, a30: f64) -> Result<Self, MaterialError> {
         positive("A_10", a10)?;
         Self::new([((1, 0), a10), ((2, 0), a20), ((3, 0), a30)])
@@ -109,7 +110,7 @@ pub(super) fn positive(name: &str, value: f64) -> Result<(), MaterialError> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }
-    Err(MaterialError::Constant { name: name.to_owned(), value, needed: "give a finite number above zero" })
+    Err(Invalid::new(format!("material constant {name}"), value, "give a finite number above zero").into())
 }
 
 impl InvariantEnergy for RivlinPolynomial {

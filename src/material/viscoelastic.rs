@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, SVector};
 
 use super::{Material, Memory, Response, VolumetricEnergy};
-use crate::error::MaterialError;
+use crate::error::{Invalid, MaterialError};
 use crate::tensor::{cofactor, determinant_hessian};
 
 /// A Prony series of relaxation, $G(t) = G_0\Big(1 - \sum_ig_i\big(1 - e^{-t/\tau_i}\big)\Big) =
@@ -20,13 +20,13 @@ impl Prony {
     /// Pairs $(g_i, \tau_i)$ beside an elastic law that is the instantaneous one: $g_i > 0$ with a sum below 1.
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] for parts and times that are not finite and above zero, and parts that add up to 1 or more.
+    /// [`Invalid`] for parts and times that are not finite and above zero, and parts that add up to 1 or more.
     pub fn of_instantaneous(pairs: impl IntoIterator<Item = (f64, f64)>) -> Result<Self, MaterialError> {
         let branches = checked("g", pairs)?;
         let sum: f64 = branches.iter().map(|[g, _]| g).sum();
         if sum >= 1.0 {
             let needed = "parts that relax add up to less than 1";
-            return Err(MaterialError::Constant { name: "sum of g_i".into(), value: sum, needed });
+            return Err(Invalid::new("material constant sum of g_i", sum, needed).into());
         }
         Ok(Self { equilibrium: 1.0 - sum, branches })
     }
@@ -34,7 +34,7 @@ impl Prony {
     /// Pairs $(\gamma_i, \tau_i)$ beside an elastic law that is the relaxed one, $\gamma_i > 0$.
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] for parts and times that are not finite and above zero.
+    /// [`Invalid`] for parts and times that are not finite and above zero.
     pub fn of_relaxed(pairs: impl IntoIterator<Item = (f64, f64)>) -> Result<Self, MaterialError> {
         Ok(Self { equilibrium: 1.0, branches: checked("gamma", pairs)? })
     }

@@ -1,6 +1,6 @@
 //! Energies of the change of volume.
 
-use crate::error::MaterialError;
+use crate::error::{Invalid, MaterialError};
 
 /// A volumetric energy and its derivatives at one J \[stress\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,14 +106,10 @@ macro_rules! checked {
             /// The energy with bulk modulus `bulk` $= k$ \[stress\].
             ///
             /// # Errors
-            /// [`MaterialError::Constant`] unless it is finite and above zero.
+            /// [`Invalid`] unless it is finite and above zero.
             pub fn new(bulk: f64) -> Result<Self, MaterialError> {
                 if !(bulk > 0.0 && bulk.is_finite()) {
-                    return Err(MaterialError::Constant {
-                        name: "k".into(),
-                        value: bulk,
-                        needed: "a bulk modulus is a finite number above zero",
-                    });
+                    return Err(Invalid::new("material constant k", bulk, "a bulk modulus is a finite number above zero").into());
                 }
                 Ok(Self { bulk })
             }
@@ -127,7 +123,7 @@ impl QuadraticVolume {
     /// The energy $\frac1D(J-1)^2$ of programs that ask for a compliance: $k = 2/D$, `compliance` $= D$ \[1/stress\].
     ///
     /// # Errors
-    /// [`MaterialError::Constant`] unless $2/D$ is finite and above zero.
+    /// [`Invalid`] unless $2/D$ is finite and above zero.
     pub fn from_compliance(compliance: f64) -> Result<Self, MaterialError> {
         Self::new(2.0 / compliance)
     }

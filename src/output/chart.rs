@@ -22,15 +22,18 @@ mod draw;
 mod drawn;
 mod layout;
 mod ranges;
+mod series;
 mod text;
 mod ticks;
 mod write;
 
 use crate::error::OutputError;
 
+pub use series::{Colour, Marker, Series, Stroke};
+
 /// How an axis measures its values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Scale {
+pub(crate) enum Scale {
     /// Equal differences take equal room.
     #[default]
     Linear,
@@ -52,128 +55,18 @@ impl Scale {
 
 /// One axis.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Axis {
+pub(crate) struct Axis {
     /// What it measures, with the unit in brackets.
-    pub label: String,
+    pub(crate) label: String,
     /// Linear or logarithmic.
-    pub scale: Scale,
+    pub(crate) scale: Scale,
     /// Lower and upper end; from the data where none is given.
-    pub range: Option<(f64, f64)>,
-}
-
-/// How the points of a series are joined.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Stroke {
-    /// Not at all.
-    None,
-    /// By a solid line.
-    #[default]
-    Solid,
-    /// By a dashed line.
-    Dashed,
-}
-
-/// How the points of a series are marked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Marker {
-    /// Not at all.
-    #[default]
-    None,
-    /// By the next shape in turn, so that marked series differ without their colours.
-    Automatic,
-    /// ●
-    Circle,
-    /// ■
-    Square,
-    /// ▲
-    Triangle,
-    /// ◆
-    Diamond,
-    /// ✕
-    Cross,
-}
-
-/// The colour of a series: the palette of Okabe and Ito, which colour-blind readers can tell apart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Colour {
-    /// The next one of the palette.
-    #[default]
-    Automatic,
-    /// Black: for what the rest is compared with.
-    Black,
-    /// Grey: for what stands in the background, such as an undeformed shape.
-    Grey,
-    /// Blue.
-    Blue,
-    /// Vermilion.
-    Vermilion,
-    /// Bluish green.
-    Green,
-    /// Reddish purple.
-    Purple,
-    /// Orange.
-    Orange,
-    /// Sky blue.
-    Sky,
-    /// Any other: red, green, blue.
-    Rgb(u8, u8, u8),
-}
-
-/// One entry of the legend and the points that belong to it.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Series {
-    /// Its name in the legend; an empty one has no entry there.
-    pub name: String,
-    /// Polylines, or one list of points. A point that is not finite, or not positive on a
-    /// logarithmic axis, is skipped, and the line broken there.
-    pub paths: Vec<Vec<[f64; 2]>>,
-    /// How the points are joined.
-    pub stroke: Stroke,
-    /// How the points are marked.
-    pub marker: Marker,
-    /// The colour of both.
-    pub colour: Colour,
-}
-
-impl Series {
-    /// A solid line through the points.
-    pub fn line<P: Copy + Into<[f64; 2]>>(name: impl Into<String>, points: &[P]) -> Self {
-        Self { name: name.into(), paths: vec![points.iter().map(|&p| p.into()).collect()], ..Self::default() }
-    }
-
-    /// Several polylines under one name: the outlines and grid lines of a shape.
-    pub fn outlines<P: Copy + Into<[f64; 2]>>(name: impl Into<String>, paths: &[Vec<P>]) -> Self {
-        let points = |path: &Vec<P>| path.iter().map(|&p| p.into()).collect();
-        Self { name: name.into(), paths: paths.iter().map(points).collect(), ..Self::default() }
-    }
-
-    /// The points, marked and not joined.
-    pub fn markers<P: Copy + Into<[f64; 2]>>(name: impl Into<String>, points: &[P]) -> Self {
-        Self::line(name, points).stroke(Stroke::None).marker(Marker::Automatic)
-    }
-
-    /// The same series, joined otherwise.
-    #[must_use]
-    pub fn stroke(self, stroke: Stroke) -> Self {
-        Self { stroke, ..self }
-    }
-
-    /// The same series, marked otherwise.
-    #[must_use]
-    pub fn marker(self, marker: Marker) -> Self {
-        Self { marker, ..self }
-    }
-
-    /// The same series in another colour.
-    #[must_use]
-    pub fn colour(self, colour: Colour) -> Self {
-        Self { colour, ..self }
-    }
+    pub(crate) range: Option<(f64, f64)>,
 }
 
 /// The way a reference line runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Direction {
+pub(crate) enum Direction {
     /// At one value of y.
     Horizontal,
     /// At one value of x.
@@ -182,29 +75,29 @@ pub enum Direction {
 
 /// A dashed line across the plot at a value to compare with.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ReferenceLine {
+pub(crate) struct ReferenceLine {
     /// Its name in the legend; an empty one has no entry there.
-    pub name: String,
+    pub(crate) name: String,
     /// Where it runs, in the unit of the axis it crosses.
-    pub value: f64,
+    pub(crate) value: f64,
     /// The way it runs.
-    pub direction: Direction,
+    pub(crate) direction: Direction,
 }
 
 /// A grey band across the plot: a reference and its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Band {
+pub(crate) struct Band {
     /// Its name in the legend; an empty one has no entry there.
-    pub name: String,
+    pub(crate) name: String,
     /// Lower end, in the unit of y.
-    pub lower: f64,
+    pub(crate) lower: f64,
     /// Upper end, in the unit of y.
-    pub upper: f64,
+    pub(crate) upper: f64,
 }
 
 /// How the two axes relate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Aspect {
+pub(crate) enum Aspect {
     /// Each fills its side of the plot.
     #[default]
     Free,
@@ -228,24 +121,24 @@ pub enum Legend {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
     /// The title; an empty one takes no room.
-    pub title: String,
+    pub(crate) title: String,
     /// The axis to the right.
-    pub x: Axis,
+    pub(crate) x: Axis,
     /// The axis upwards.
-    pub y: Axis,
+    pub(crate) y: Axis,
     /// The series, drawn in this order.
-    pub series: Vec<Series>,
+    pub(crate) series: Vec<Series>,
     /// Lines to compare with.
-    pub references: Vec<ReferenceLine>,
+    pub(crate) references: Vec<ReferenceLine>,
     /// Grey bands behind everything else.
-    pub bands: Vec<Band>,
+    pub(crate) bands: Vec<Band>,
     /// How the axes relate.
-    pub aspect: Aspect,
+    pub(crate) aspect: Aspect,
     /// Where the legend stands.
-    pub legend: Legend,
+    pub(crate) legend: Legend,
     /// Width and height in pixels, at least 320 by 240. A title or labels of several lines and a
     /// legend beneath the plot add to the height; a shape drawn to scale may take less of it.
-    pub size: (u32, u32),
+    pub(crate) size: (u32, u32),
 }
 
 impl Default for Chart {

@@ -1,6 +1,6 @@
 //! Runs that are led by a displacement.
 
-use crate::error::{BoundaryError, Error, SolveError};
+use crate::error::{BoundaryError, Error, Invalid};
 use crate::geometry::Point;
 use crate::solve::{Deflection, EquilibriumPath, Functional, Observer, State};
 
@@ -78,7 +78,7 @@ impl<const D: usize> Problem<D> {
             let between = |pair: &[&State]| (pair[0].load - load) * (pair[1].load - load) <= 0.0;
             let Some(step) = all.windows(2).position(between) else {
                 let (what, needed) = ("load factor of a state", "give load factors that the path comes to");
-                return Err(SolveError::Setting { what, value: load, needed }.into());
+                return Err(Invalid::new(what, load, needed).into());
             };
             found.push(self.state_between(all[step], all[step + 1], load)?);
         }

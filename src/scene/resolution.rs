@@ -1,6 +1,6 @@
 //! How many particles a scheme puts along the axes of a domain.
 
-use crate::error::{Error, GeometryError};
+use crate::error::{Error, GeometryError, Invalid};
 use crate::geometry::{Domain, Point};
 
 use super::scheme::Scheme;
@@ -12,12 +12,7 @@ pub(super) fn counts<const D: usize>(domain: &dyn Domain<D>, scheme: &Scheme) ->
         Resolution::Counts(counts) => per_axis(counts, "particle counts"),
         Resolution::Spacing(spacing) => {
             if !(*spacing > 0.0 && spacing.is_finite()) {
-                return Err(GeometryError::Number {
-                    what: "particle spacing",
-                    value: *spacing,
-                    needed: "give a finite length above zero",
-                }
-                .into());
+                return Err(Invalid::new("particle spacing", *spacing, "give a finite length above zero").into());
             }
             let lengths = edge_lengths(domain);
             Ok(lengths.map(|longest| (longest / spacing - 1e-9).ceil().clamp(1.0, 1e12) as usize + 1))

@@ -14,51 +14,62 @@ use super::scheme_choices::{
 };
 
 /// How a scene is discretised and solved. [`Scheme::default`] is the one default; set the particles.
+///
+/// ```
+/// use rkpm::prelude::*;
+/// use rkpm::solve::{Newton, StepControl};
+/// let scheme = Scheme::default()
+///     .particles([17, 9])
+///     .dilation(Dilation::Global(1.2))
+///     .newton(Newton { iterations: 40, ..Newton::default() })
+///     .stepping(Stepping { control: StepControl::ArcLength, ..Stepping::default() });
+/// # let _ = scheme;
+/// ```
 #[derive(Clone)]
 pub struct Scheme {
     /// Which shape functions.
-    pub functions: Functions,
+    pub(crate) functions: Functions,
     /// How many particles.
-    pub resolution: Resolution,
+    pub(crate) resolution: Resolution,
     /// How they are spaced.
-    pub layout: Layout,
+    pub(crate) layout: Layout,
     /// How particles are scattered over planar regions.
-    pub scatter: Scatter,
+    pub(crate) scatter: Scatter,
     /// How their spacing varies, see [`graded`](Scheme::graded).
-    pub grading: Option<Grading>,
+    pub(crate) grading: Option<Grading>,
     /// The cells between them.
-    pub partition: Partition,
+    pub(crate) partition: Partition,
     /// Order of the basis.
-    pub order: u8,
+    pub(crate) order: u8,
     /// The kernel.
-    pub kernel: Arc<dyn Kernel>,
+    pub(crate) kernel: Arc<dyn Kernel>,
     /// Supports.
-    pub dilation: Dilation,
+    pub(crate) dilation: Dilation,
     /// Reciprocal condition number of the moment matrix below which a point is refused; `None` for the
     /// limit that keeps gradients to eight digits, see
     /// [`with_rcond_limit`](crate::shape::ReproducingKernel::with_rcond_limit).
-    pub rcond_limit: Option<f64>,
+    pub(crate) rcond_limit: Option<f64>,
     /// Domain integration.
-    pub rule: Rule,
+    pub(crate) rule: Rule,
     /// Volumetric energy.
-    pub pressure: PressureScheme,
+    pub(crate) pressure: PressureScheme,
     /// What of the volume is projected on zones of pressure.
-    pub measure: ProjectedMeasure,
+    pub(crate) measure: ProjectedMeasure,
     /// Essential conditions.
-    pub rows: RowKind,
+    pub(crate) rows: RowKind,
     /// Their enforcement.
-    pub enforcing: Enforcing,
+    pub(crate) enforcing: Enforcing,
     /// Linear systems.
-    pub solving: Solving,
+    pub(crate) solving: Solving,
     /// Bytes that a lattice in space may take; `None` for the memory at hand, where the system tells. Larger models are
     /// refused before they are built.
-    pub memory: Option<u64>,
+    pub(crate) memory: Option<u64>,
     /// A linear solver of one's own, see [`solver`](Scheme::solver).
-    pub solver: Option<Arc<dyn LinearSolver>>,
+    pub(crate) solver: Option<Arc<dyn LinearSolver>>,
     /// Newton's method.
-    pub newton: Newton,
+    pub(crate) newton: Newton,
     /// Load stepping.
-    pub stepping: Stepping,
+    pub(crate) stepping: Stepping,
 }
 
 impl fmt::Debug for Scheme {
@@ -136,6 +147,18 @@ impl Scheme {
         Scheme { functions: Functions::Elements, order, ..Scheme::default() }
     }
 
+    /// Sets which shape functions: with finite elements counts are those of the nodes.
+    pub fn functions(mut self, functions: Functions) -> Self {
+        self.functions = functions;
+        self
+    }
+
+    /// Sets how many particles, by a [`Resolution`].
+    pub fn resolution(mut self, resolution: Resolution) -> Self {
+        self.resolution = resolution;
+        self
+    }
+
     /// Sets the particles along each axis; one number stands for all axes.
     pub fn particles(mut self, counts: impl Into<Vec<usize>>) -> Self {
         self.resolution = Resolution::Counts(counts.into());
@@ -158,6 +181,12 @@ impl Scheme {
     /// Sets the seed of scattered particles.
     pub fn seed(mut self, seed: u64) -> Self {
         self.scatter.seed = seed;
+        self
+    }
+
+    /// Sets how particles are scattered over planar regions.
+    pub fn scatter(mut self, scatter: Scatter) -> Self {
+        self.scatter = scatter;
         self
     }
 
@@ -191,16 +220,18 @@ impl Scheme {
         self
     }
 
-    /// Sets the normalised dilation over the local spacing.
+    /// Sets how supports follow from the spacing: a [`Dilation`], or a number for the normalised dilation over the local
+    /// spacing.
     ///
     /// For $r$ above about 1.5 on irregular sets [`Dilation::Global`] is more accurate: wide supports of
     /// unequal size cost a digit.
-    pub fn dilation(mut self, r: f64) -> Self {
-        self.dilation = Dilation::Local(r);
+    pub fn dilation(mut self, dilation: impl Into<Dilation>) -> Self {
+        self.dilation = dilation.into();
         self
     }
 
-    /// Sets the reciprocal condition number of the moment matrix below which a point is refused.
+    /// Sets the reciprocal condition number of the moment matrix below which a point is refused, in place of the limit that
+    /// keeps gradients to eight digits, see [`with_rcond_limit`](crate::shape::ReproducingKernel::with_rcond_limit).
     pub fn rcond_limit(mut self, limit: f64) -> Self {
         self.rcond_limit = Some(limit);
         self
@@ -253,7 +284,8 @@ impl Scheme {
         self
     }
 
-    /// Sets the bytes that a lattice in space may take, in place of the memory at hand.
+    /// Sets the bytes that a lattice in space may take, in place of the memory at hand, where the system tells. Larger models
+    /// are refused before they are built.
     pub fn memory(mut self, bytes: u64) -> Self {
         self.memory = Some(bytes);
         self
@@ -264,6 +296,12 @@ impl Scheme {
     /// shared among them: each tabulates and sums its own zones.
     pub fn solver(mut self, solver: impl LinearSolver + 'static) -> Self {
         self.solver = Some(Arc::new(solver));
+        self
+    }
+
+    /// Sets Newton's method.
+    pub fn newton(mut self, newton: Newton) -> Self {
+        self.newton = newton;
         self
     }
 

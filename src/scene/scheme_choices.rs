@@ -47,6 +47,13 @@ pub enum Dilation {
     },
 }
 
+impl From<f64> for Dilation {
+    /// The normalised dilation over the local spacing.
+    fn from(r: f64) -> Self {
+        Dilation::Local(r)
+    }
+}
+
 /// How the domain is integrated.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Rule {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::Cells;
-use crate::error::{Error, SolveError};
+use crate::error::{Error, Invalid, SolveError};
 use crate::geometry::Point;
 use crate::linear::{Auxiliary, Krylov};
 use crate::material::Material;
@@ -99,7 +99,7 @@ pub(super) fn krylov<const D: usize, A: Approximation<D>>(
     }
     let asked = scheme.solving == Solving::Krylov || cycle.is_some();
     let refused = |reason: &'static str| match asked {
-        true => Err(SolveError::Setting { what: "solution by iteration", value: D as f64, needed: reason }.into()),
+        true => Err(Invalid::new("solution by iteration", D as f64, reason).into()),
         false => Ok(None),
     };
     let Some(lattice) = cells.lattice().filter(|_| D == 3) else {

@@ -2,7 +2,7 @@
 
 use crate::assembly::Model;
 use crate::boundary::{Constraints, Enforced, Enforcement, MixedTransformation, check_unknowns};
-use crate::error::{Error, LinearError, SolveError};
+use crate::error::{Error, Invalid, LinearError, SolveError};
 use crate::geometry::Morton;
 use crate::linear::{Direct, Factorizer, LinearSolver, after_their_rows, banded, minimum_degree, nested_dissection};
 
@@ -60,7 +60,7 @@ impl Analysis {
             ("Newton iterations", iterations as f64, iterations > 0, "give at least one iteration"),
         ] {
             if !ok {
-                return Err(SolveError::Setting { what, value, needed }.into());
+                return Err(Invalid::new(what, value, needed).into());
             }
         }
         if model.terms().is_empty() {
@@ -73,11 +73,11 @@ impl Analysis {
             check_state(model, rows, &step.state)?;
             let increment = step.control_state.increment;
             if !(increment > 0.0 && increment.is_finite()) {
-                return Err(SolveError::Setting {
-                    what: "increment at the last step of the path",
-                    value: increment,
-                    needed: "resume a path as a run left it",
-                }
+                return Err(Invalid::new(
+                    "increment at the last step of the path",
+                    increment,
+                    "resume a path as a run left it",
+                )
                 .into());
             }
         }
@@ -168,11 +168,11 @@ fn check_state<const D: usize>(model: &Model<D>, rows: &Constraints, state: &Sta
     state.check_lengths(model, rows)?;
     let numbers = state.displacement.iter().chain(state.condensed.iter().flatten()).chain(&state.multipliers);
     if let Some(&value) = numbers.chain([&state.load]).find(|v| !v.is_finite()) {
-        return Err(SolveError::Setting {
-            what: "a number of the first state, or of the last ones of a path",
+        return Err(Invalid::new(
+            "a number of the first state, or of the last ones of a path",
             value,
-            needed: "give finite numbers; zero displacement is a state at rest",
-        }
+            "give finite numbers; zero displacement is a state at rest",
+        )
         .into());
     }
     if let Some((jacobian, at)) = model.smallest_jacobian(&state.displacement, &state.condensed, state.load)

@@ -3,7 +3,7 @@
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::compiled::compiled;
-use crate::error::{Error, SolveError};
+use crate::error::{Error, Invalid, SolveError};
 
 use super::analysis::Analysis;
 use super::continuation::Continuation;
@@ -75,11 +75,11 @@ impl Analysis {
     ) -> Result<EquilibriumPath, Error> {
         self.validate(model, rows, &path)?;
         if path.steps.is_empty() && path.start.load > 1.0 {
-            return Err(SolveError::Setting {
-                what: "load factor of the first state",
-                value: path.start.load,
-                needed: "start from at most 1, where the run ends; Analysis::run_controlled goes on beyond",
-            }
+            return Err(Invalid::new(
+                "load factor of the first state",
+                path.start.load,
+                "start from at most 1, where the run ends; Analysis::run_controlled goes on beyond",
+            )
             .into());
         }
         let mut run = Continuation::new(self, model, rows, path, observer)?;
@@ -150,10 +150,10 @@ impl Analysis {
         if model.is_timed() {
             let needed = "laws that relax are followed by the load factor, which tells the time: use Analysis::run";
             let value = targets.len() as f64;
-            return Err(SolveError::Setting { what: "targets of a functional", value, needed }.into());
+            return Err(Invalid::new("targets of a functional", value, needed).into());
         }
         if let Some(&value) = targets.iter().find(|t| !t.is_finite()) {
-            return Err(SolveError::Setting { what: "control target", value, needed: "give finite values" }.into());
+            return Err(Invalid::new("control target", value, "give finite values").into());
         }
         let mut run = Continuation::new(self, model, rows, path, observer)?;
         run.check_recorded()?;

@@ -1,6 +1,6 @@
 //! The one load-stepping rule of the crate: its settings and its numbers.
 
-use crate::error::SolveError;
+use crate::error::{Invalid, SolveError};
 
 /// What is controlled while the load factor goes from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -125,7 +125,7 @@ impl Stepping {
     pub(super) fn validate(&self) -> Result<(), SolveError> {
         if !(self.time_tolerance > 0.0) {
             let needed = "a part of the stress above 0, for instance 1e-4; infinite takes steps as they come";
-            return Err(SolveError::Setting { what: "tolerance of steps of time", value: self.time_tolerance, needed });
+            return Err(Invalid::new("tolerance of steps of time", self.time_tolerance, needed).into());
         }
         for (what, value, ok) in [
             ("first load increment", self.first, self.first > 0.0 && self.first <= 1.0),
@@ -134,19 +134,21 @@ impl Stepping {
             ("growth of the load increment", self.growth, self.growth >= 1.0 && self.growth <= 1e3),
         ] {
             if !ok {
-                return Err(SolveError::Setting {
+                return Err(Invalid::new(
                     what,
                     value,
-                    needed: "increments are above 0 with smallest <= first <= largest and first <= 1, growth is from 1 to 1000",
-                });
+                    "increments are above 0 with smallest <= first <= largest and first <= 1, growth is from 1 to 1000",
+                )
+                .into());
             }
         }
         match self.bracketing {
-            Bracketing::Bisection(value) if !(value > 0.0 && value.is_finite()) => Err(SolveError::Setting {
-                what: "width of the bracket of a critical point",
+            Bracketing::Bisection(value) if !(value > 0.0 && value.is_finite()) => Err(Invalid::new(
+                "width of the bracket of a critical point",
                 value,
-                needed: "a part of the load above 0, for instance 1e-3",
-            }),
+                "a part of the load above 0, for instance 1e-3",
+            )
+            .into()),
             _ => Ok(()),
         }
     }
@@ -158,17 +160,16 @@ pub(super) const FAR: f64 = 1.0;
 /// $|\nabla u|$ of the tangent displacement at the first step of a deflection or an arc.
 pub(super) const FIRST_GRADIENT: f64 = 0.25;
 /// A step that changes $\nabla u$ by more than this part of $1 + |\nabla u|$ may have left its path: where it has
-/// gained unstable modes it is repeated with half the increment. With 0.1 a column with an imperfection of 1e-3 of
-/// its width was lost.
+/// gained unstable modes it is repeated with half the increment.
 pub(super) const LARGE_CHANGE: f64 = 1e-3;
-/// First steps of more iterations than this may have strayed. Homogeneous states up to a tenth and ten times the length
-/// take up to 8.
+/// First steps of more iterations than this may have strayed: large homogeneous ones take a few less.
 pub(super) const SLOW: usize = 10;
-/// Attempts of at least this many iterations over more than this part of the load may have folded the field between points,
-/// where they make the largest $J$ over the smallest this many times what it was. Found in 38 of 270 blocks bent by 34 to 69
-/// degrees in one step; states that are right and as uneven take fewer iterations, or a few smaller steps more.
+/// Attempts of at least this many iterations may have folded the field between points: states that are right and as uneven
+/// take fewer, or a few smaller steps more.
 pub(super) const FOLD_ITERATIONS: usize = 7;
+/// The part of the load over which such attempts go at least.
 pub(super) const FOLD_STEP: f64 = 0.13;
-/// The same where bodies touch: a pad that comes to lie on its plate folded within a tenth of its load.
+/// The same where bodies touch: what touches by turns may fold in steps that are small for all else.
 pub(super) const FOLD_STEP_IN_CONTACT: f64 = 0.01;
+/// How many times less even the volume ratios have become in a folded field: the largest over the smallest.
 pub(super) const FOLDED: f64 = 1.8;

@@ -1,6 +1,6 @@
 //! The dilation that fits a scene: an open question of the paper, answered by the potential.
 
-use crate::error::{Error, SolveError};
+use crate::error::{Error, Invalid, SolveError};
 use crate::quadrature::gauss_legendre;
 use crate::scene::{Dilation, Problem, Scene, Scheme};
 use crate::solve::State;
@@ -59,8 +59,7 @@ pub fn best_dilation<const D: usize>(
             let path = problem.run(&mut ())?.completed()?;
             let value = potential(&problem, path.last())?;
             let needed = "energies and loads that are finite in the state reached";
-            let setting = SolveError::Setting { what: "potential", value, needed };
-            if value.is_finite() { Ok(value) } else { Err(setting.into()) }
+            if value.is_finite() { Ok(value) } else { Err(Invalid::new("potential", value, needed).into()) }
         };
         trials.push(match solve() {
             Ok(potential) => Trial { r, potential: Some(potential), failure: None },

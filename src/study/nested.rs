@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::error::{Error, SolveError};
+use crate::error::{Error, Invalid, SolveError};
 use crate::scene::{Functions, Problem, Scene, Scheme};
 use crate::solve::{Dual, Ending, EquilibriumPath, State};
 
@@ -26,7 +26,7 @@ pub(super) enum Course<const D: usize, Next> {
 pub(super) fn check<const D: usize>(tolerance: &Tolerance<D>) -> Result<(), Error> {
     if !(tolerance.error > 0.0 && tolerance.error < 1.0) {
         let needed = "give a relative error between 0 and 1";
-        return Err(SolveError::Setting { what: "tolerance", value: tolerance.error, needed }.into());
+        return Err(Invalid::new("tolerance", tolerance.error, needed).into());
     }
     if tolerance.quantities.is_empty() {
         let remedy = "name at least one quantity; Tolerance::energy is one";
@@ -34,7 +34,7 @@ pub(super) fn check<const D: usize>(tolerance: &Tolerance<D>) -> Result<(), Erro
     }
     if let Some(wrong) = tolerance.quantities.iter().find(|q| !(q.size >= 0.0 && q.size.is_finite())) {
         let needed = "give a finite number of at least 0";
-        return Err(SolveError::Setting { what: "size of a quantity", value: wrong.size, needed }.into());
+        return Err(Invalid::new("size of a quantity", wrong.size, needed).into());
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::error::{BoundaryError, Error, SolveError};
+use crate::error::{BoundaryError, Error, Invalid, SolveError};
 use crate::geometry::Point;
 use crate::scene::{Place, Problem};
 use crate::solve::{Dual, State};
@@ -222,7 +222,7 @@ impl<const D: usize> Quantity<D> {
     pub(super) fn check(&self, value: f64) -> Result<(), SolveError> {
         let needed = "a quantity that is finite in the state reached";
         let what = "value of a quantity";
-        if value.is_finite() { Ok(()) } else { Err(SolveError::Setting { what, value, needed }) }
+        if value.is_finite() { Ok(()) } else { Err(Invalid::new(what, value, needed).into()) }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::error::{Error, SolveError};
+use crate::error::{Error, Invalid, SolveError};
 use crate::scene::{Scene, Scheme};
 
 use super::clock::{Meter, Timed};
@@ -137,7 +137,7 @@ impl<const D: usize> WorkPrecision<D> {
             } else {
                 let needed =
                     "relative errors need a finite reference other than zero, and a finite uncertainty of at least 0";
-                Err(SolveError::Setting { what: "reference of a quantity", value, needed }.into())
+                Err(Invalid::new("reference of a quantity", value, needed).into())
             };
         }
         let solved = || runs.iter().filter(|run| run.failure.is_none());

@@ -16,7 +16,7 @@ pub(crate) use gradient::displacement_gradient;
 use nalgebra::Matrix3;
 
 use crate::cells::Smoothing;
-use crate::error::{ApproximationError, Error, GeometryError, SolveError};
+use crate::error::{ApproximationError, Error, GeometryError, Invalid, SolveError};
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
 use crate::quadrature::Points;
@@ -135,7 +135,7 @@ impl<const D: usize> ShapeTable<D> {
         // Points on the axis have the measure zero.
         if total < 0.0 || total == 0.0 && hoops.is_empty() && !rows.weights.is_empty() {
             let needed = "weights times the measure of the kinematics add up to more than nothing: give positive ones";
-            return Err(GeometryError::Number { what: "sum of the weights of a table", value: total, needed }.into());
+            return Err(Invalid::new("sum of the weights of a table", total, needed).into());
         }
         let (positions, normals) = (points.positions.clone(), points.normals.clone());
         Ok(ShapeTable::of_rows(node_count, rows, clusters, hoops, positions, normals))

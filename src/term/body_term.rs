@@ -1,6 +1,6 @@
 //! The body as a term of the potential.
 
-use crate::error::SolveError;
+use crate::error::{Invalid, SolveError};
 use crate::material::Material;
 
 use super::Term;
@@ -25,7 +25,7 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
         let Some(value) = self.unsuited else { return Ok(()) };
         let needed = "pressures of zones need weights that add up to more than nothing in each zone: give positive ones, \
                       or take PressureField::Pointwise";
-        Err(SolveError::Setting { what: "square norm of a pressure function over a zone", value, needed })
+        Err(Invalid::new("square norm of a pressure function over a zone", value, needed).into())
     }
 
     fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {

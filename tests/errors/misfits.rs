@@ -333,7 +333,7 @@ fn patterns_and_lattices_asked_for_what_is_not_there() {
 fn limits_that_are_no_numbers() {
     let functions = functions().with_rcond_limit(f64::NAN);
     assert!(functions.rcond_limit() == 1e-8 && functions.shape_functions(&[0.7, 0.4].into()).is_ok());
-    let scheme = Scheme { rcond_limit: Some(f64::NAN), ..Scheme::default().particles([5, 4]) };
+    let scheme = Scheme::default().particles([5, 4]).rcond_limit(f64::NAN);
     let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold((0, Side::Min));
     let Err(error) = scene.discretize(&scheme) else { panic!("a limit that is no number") };
     assert!(error.to_string().contains("the limit of the reciprocal condition number is NaN"), "{error}");

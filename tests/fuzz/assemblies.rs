@@ -1,6 +1,7 @@
 //! Several bodies and rigid ones: bonded, apart, tied, held, loaded, in sound and in bad ways.
 
 use rkpm::prelude::*;
+use rkpm::scene::Functions;
 use rkpm::solve::Newton;
 
 use super::harness::Input;
@@ -53,8 +54,7 @@ fn assembly<const D: usize>(input: &mut Input, kinematics: impl Kinematics<D> + 
         let _ = input.saw("name, low, high, counts, elements", (name, low, high, &counts, elements.then_some(order)));
         scene = scene.body(name, Block::new(low, high), rubber.clone()).scheme_of(name, move |scheme| {
             let scheme = scheme.particles(counts.clone());
-            let newton = scheme.newton;
-            if elements { Scheme { newton, ..Scheme::elements(order).particles(counts.clone()) } } else { scheme }
+            if elements { scheme.functions(Functions::Elements).order(order) } else { scheme }
         });
     }
     if input.once_in(5) {
@@ -92,8 +92,8 @@ fn assembly<const D: usize>(input: &mut Input, kinematics: impl Kinematics<D> + 
         };
     }
     let mut scheme = Scheme::default().particles([3]);
-    scheme.newton = Newton { iterations: 8, ..Newton::default() };
-    scheme.stepping = Stepping { smallest: 0.4, steps: 2, ..Stepping::default() };
+    scheme = scheme.newton(Newton { iterations: 8, ..Newton::default() });
+    scheme = scheme.stepping(Stepping { smallest: 0.4, steps: 2, ..Stepping::default() });
     if input.once_in(8)
         && let Ok(diagnosis) = rkpm::check::scene(&scene, &scheme)
     {

@@ -68,49 +68,43 @@ pub fn grids(input: &mut Input) {
 #[cfg(feature = "chart")]
 pub fn charts(input: &mut Input) {
     use rkpm::output::chart::*;
-    let range = |input: &mut Input| {
-        if input.once_in(4) { Some((input.number(-1.0, 1.0), input.number(-1.0, 1.0))) } else { None }
-    };
-    let axis = |input: &mut Input| Axis {
-        label: name(input),
-        scale: input.pick(&[Scale::Linear, Scale::Linear, Scale::Logarithmic]),
-        range: range(input),
-    };
-    let (x, y) = (axis(input), axis(input));
+    let mut chart = Chart::new(name(input));
+    chart = if input.once_in(3) { chart.x_log(name(input)) } else { chart.x(name(input)) };
+    chart = if input.once_in(3) { chart.y_log(name(input)) } else { chart.y(name(input)) };
+    if input.once_in(4) {
+        chart = chart.x_range(input.number(-1.0, 1.0), input.number(-1.0, 1.0));
+    }
+    if input.once_in(4) {
+        chart = chart.y_range(input.number(-1.0, 1.0), input.number(-1.0, 1.0));
+    }
     let scale = if input.once_in(3) { input.bad() } else { 1.0 };
-    let series = (0..input.random.usize(0..4))
-        .map(|_| Series {
-            name: name(input),
-            paths: (0..input.random.usize(0..3))
-                .map(|_| {
-                    (0..input.random.usize(0..6))
-                        .map(|_| [scale * input.number(-1.0, 1.0), input.number(-1.0, 1.0)])
-                        .collect()
-                })
-                .collect(),
-            stroke: input.pick(&[Stroke::None, Stroke::Solid, Stroke::Dashed]),
-            marker: input.pick(&[Marker::None, Marker::Automatic, Marker::Cross]),
-            colour: Colour::Automatic,
-        })
-        .collect();
-    let chart = Chart {
-        title: name(input),
-        x,
-        y,
-        series,
-        references: (0..input.random.usize(0..2))
-            .map(|_| ReferenceLine {
-                name: name(input),
-                value: input.number(-1.0, 1.0),
-                direction: input.pick(&[Direction::Horizontal, Direction::Vertical]),
+    for _ in 0..input.random.usize(0..4) {
+        let paths: Vec<Vec<[f64; 2]>> = (0..input.random.usize(0..3))
+            .map(|_| {
+                let points = 0..input.random.usize(0..6);
+                points.map(|_| [scale * input.number(-1.0, 1.0), input.number(-1.0, 1.0)]).collect()
             })
-            .collect(),
-        bands: (0..input.random.usize(0..2))
-            .map(|_| Band { name: name(input), lower: input.number(-1.0, 0.0), upper: input.number(0.0, 1.0) })
-            .collect(),
-        aspect: input.pick(&[Aspect::Free, Aspect::Equal]),
-        legend: input.pick(&[Legend::Automatic, Legend::Beneath, Legend::None]),
-        size: if input.once_in(4) { (input.random.u32(..), input.pick(&[0, 1, 240, u32::MAX])) } else { (680, 440) },
-    };
+            .collect();
+        let series = Series::outlines(name(input), &paths)
+            .stroke(input.pick(&[Stroke::None, Stroke::Solid, Stroke::Dashed]))
+            .marker(input.pick(&[Marker::None, Marker::Automatic, Marker::Cross]));
+        chart = chart.with(series);
+    }
+    if input.once_in(4) {
+        chart = chart.horizontal(name(input), input.number(-1.0, 1.0));
+    }
+    if input.once_in(4) {
+        chart = chart.vertical(name(input), input.number(-1.0, 1.0));
+    }
+    if input.once_in(4) {
+        chart = chart.band(name(input), input.number(-1.0, 0.0), input.number(0.0, 1.0));
+    }
+    if input.once_in(2) {
+        chart = chart.equal_aspect();
+    }
+    chart = chart.legend(input.pick(&[Legend::Automatic, Legend::Beneath, Legend::None]));
+    if input.once_in(4) {
+        chart = chart.size(input.random.u32(..), input.pick(&[0, 1, 240, u32::MAX]));
+    }
     input.passed = input.saw("chart", &chart).to_svg().is_ok();
 }

@@ -90,18 +90,18 @@ pub fn shapes(input: &mut Input) {
     };
     let partition = if input.once_in(4) { Partition::Voronoi } else { Partition::Triangles };
     let mut scheme = Scheme::default().partition(partition).seed(input.random.u64(..));
-    scheme.resolution = match input.random.usize(0..3) {
+    scheme = scheme.resolution(match input.random.usize(0..3) {
         0 => Resolution::Spacing(input.number(0.25, 1.0)),
         _ => Resolution::Counts(vec![input.count(3, 7)]),
-    };
+    });
     if input.once_in(4) {
         let (slope, floor) = (input.number(0.0, 1.0), input.number(0.2, 0.5));
         let _ = input.saw("grading", (slope, floor));
         scheme = scheme.graded(move |x| floor + slope * x[0].abs());
     }
-    scheme.order = if input.once_in(8) { input.pick(&[0, 2, 3]) } else { 1 };
-    scheme.newton = Newton { iterations: 6, ..Newton::default() };
-    scheme.stepping = Stepping { smallest: 0.4, steps: 2, ..Stepping::default() };
+    scheme = scheme.order(if input.once_in(8) { input.pick(&[0, 2, 3]) } else { 1 });
+    scheme = scheme.newton(Newton { iterations: 6, ..Newton::default() });
+    scheme = scheme.stepping(Stepping { smallest: 0.4, steps: 2, ..Stepping::default() });
     let _ = input.saw("part, component, value, scheme", (part, component, value, &scheme));
     let Ok(problem) = scene.discretize(&scheme) else { return };
     let Ok(path) = problem.run(&mut ()) else { return };
@@ -143,7 +143,7 @@ pub fn sizing(input: &mut Input) {
     let asked = Tolerance::of(quantity, input.number(0.01, 0.2));
     let budget = Budget { unknowns: input.random.usize(0..300), levels: input.random.usize(0..5) };
     let _ = input.saw("block, value, tolerance, budget", (block.min, block.max, value, asked.error, budget.levels));
-    let scheme = Scheme { newton: Newton { iterations: 6, ..Newton::default() }, ..Scheme::default() };
+    let scheme = Scheme::default().newton(Newton { iterations: 6, ..Newton::default() });
     let answer = if input.once_in(2) {
         scene.solve_within_locally(&scheme, &asked, budget)
     } else {

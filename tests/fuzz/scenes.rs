@@ -1,6 +1,6 @@
 use rkpm::check;
 use rkpm::prelude::*;
-use rkpm::scene::{Dilation, Enforcing, Functions, PressureScheme, Resolution, RowKind, Rule};
+use rkpm::scene::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule};
 use rkpm::solve::Newton;
 
 use super::geometry::layout;
@@ -30,51 +30,59 @@ fn part<const D: usize>(input: &mut Input) -> Part {
 
 fn scheme<const D: usize>(input: &mut Input) -> Scheme {
     let most = [6, 4, 3][D - 1];
-    let mut scheme =
-        Scheme { layout: if input.once_in(4) { layout(input) } else { Layout::Regular }, ..Scheme::default() };
+    let mut scheme = Scheme::default().layout(if input.once_in(4) { layout(input) } else { Layout::Regular });
     // One thing in a few is spoilt, so that the others are looked at too.
     let counts: Vec<usize> = if input.once_in(6) {
         (0..input.length(D)).map(|_| input.count(2, most)).collect()
     } else {
         (0..D).map(|_| input.random.usize(2..=most)).collect()
     };
-    scheme.resolution = match input.random.usize(0..12) {
+    scheme = scheme.resolution(match input.random.usize(0..12) {
         0 => Resolution::Spacing(if input.once_in(2) { input.bad() } else { 0.5 }),
         _ => Resolution::Counts(counts),
-    };
-    scheme.order = if input.once_in(8) { input.pick(&[0, 2, 3, 255]) } else { 1 };
-    scheme.dilation = match input.random.usize(0..5) {
+    });
+    scheme = scheme.order(if input.once_in(8) { input.pick(&[0, 2, 3, 255]) } else { 1 });
+    scheme = scheme.dilation(match input.random.usize(0..5) {
         0 => Dilation::Local(input.number(0.51, 2.0)),
         1 => Dilation::Global(input.number(0.51, 2.0)),
         _ => Dilation::Auto,
-    };
+    });
     if input.once_in(20) {
-        scheme.rcond_limit = Some(input.bad());
+        scheme = scheme.rcond_limit(input.bad());
     }
     let points = input.count(1, 3);
     let zones = (0..input.length(D)).map(|_| input.count(1, 2)).collect();
-    scheme.rule = match input.random.usize(0..14) {
+    scheme = scheme.rule(match input.random.usize(0..14) {
         0 => Rule::Gauss { zones: None, points: Some(points) },
         1 => Rule::Gauss { zones: Some(zones), points: if input.once_in(2) { None } else { Some(points) } },
         2 => Rule::Smoothed { parts: points },
         3 => Rule::Scni,
         4 => Rule::Nodal,
         _ => Rule::Auto,
-    };
+    });
     let fields =
         [PressureField::Displacement, PressureField::Pointwise, PressureField::Constant, PressureField::Linear];
     if input.once_in(3) {
-        scheme.pressure = PressureScheme::Field { field: input.pick(&fields), size: input.count(1, 3) };
+        scheme = scheme.pressure_field(input.pick(&fields), input.count(1, 3));
     }
-    scheme.rows =
-        input.pick(&[RowKind::Auto, RowKind::Auto, RowKind::Auto, RowKind::AtParticles, RowKind::OverBoundary]);
-    scheme.enforcing =
-        input.pick(&[Enforcing::Auto, Enforcing::Auto, Enforcing::Multipliers, Enforcing::Transformation]);
+    scheme = scheme.rows(input.pick(&[
+        RowKind::Auto,
+        RowKind::Auto,
+        RowKind::Auto,
+        RowKind::AtParticles,
+        RowKind::OverBoundary,
+    ]));
+    scheme = scheme.enforcing(input.pick(&[
+        Enforcing::Auto,
+        Enforcing::Auto,
+        Enforcing::Multipliers,
+        Enforcing::Transformation,
+    ]));
     if input.once_in(5) {
-        scheme.functions = Functions::Elements;
+        scheme = scheme.functions(Functions::Elements);
     }
-    scheme.newton = Newton { iterations: 6, ..Newton::default() };
-    scheme.stepping = Stepping { smallest: 0.4, steps: 2, ..Stepping::default() };
+    scheme = scheme.newton(Newton { iterations: 6, ..Newton::default() });
+    scheme = scheme.stepping(Stepping { smallest: 0.4, steps: 2, ..Stepping::default() });
     scheme
 }
 

@@ -59,7 +59,7 @@ pub fn states(input: &mut Input) {
         bracketing: Bracketing::Bisection(if input.once_in(8) { input.bad() } else { 1e-3 }),
         ..Stepping::default()
     };
-    let scheme = Scheme { newton, ..Scheme::default().particles([3]).stepping(stepping) };
+    let scheme = Scheme::default().particles([3]).stepping(stepping).newton(newton);
     let mut problem = scene.discretize(&scheme).unwrap();
     if input.once_in(6) {
         problem.analysis_mut().newton =

@@ -4,6 +4,7 @@ mod allocations;
 mod circles;
 mod downstream;
 mod floors;
+mod lengths;
 mod output;
 mod threads;
 mod user_extensions;

@@ -134,9 +134,7 @@ fn local_refinement_pays_at_a_corner() {
     assert!(error(answer.values()) < 1e-3, "{:?}", answer.values());
 
     // Whatever a cluster of the body is: macro cells, single cells, points.
-    for scheme in
-        [Scheme::default().pressure_field(PressureField::Constant, 1), Scheme { order: 2, ..Scheme::paper(1.3) }]
-    {
+    for scheme in [Scheme::default().pressure_field(PressureField::Constant, 1), Scheme::paper(1.3).order(2)] {
         let coarse = Tolerance { error: 0.03, ..beyond.clone() };
         let scheme = scheme.rows(rkpm::scene::RowKind::OverBoundary);
         let answer = scene.solve_within_locally(&scheme, &coarse, Budget { levels: 4, ..Budget::default() }).unwrap();

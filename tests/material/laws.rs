@@ -154,7 +154,7 @@ fn states_outside_the_domain_are_not_finite_and_do_not_panic() {
 #[test]
 fn bad_constants_are_named() {
     let name = |error: MaterialError| match error {
-        MaterialError::Constant { name, .. } => name,
+        MaterialError::Invalid(invalid) => invalid.what.trim_start_matches("material constant ").to_string(),
         other => panic!("{other}"),
     };
     assert_eq!(name(Rubber::neo_hookean(f64::NAN, 1.0).unwrap_err()), "A_10");

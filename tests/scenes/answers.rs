@@ -83,7 +83,7 @@ fn global_supports_take_the_largest_spacing() {
     let graded = Layout::Graded(std::sync::Arc::new(|axis, t| if axis == 0 { t * t } else { t }));
     let scene = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 2.0).unwrap());
     let scheme = Scheme::default().particles([5, 3]).layout(graded);
-    let problem = scene.discretize(&Scheme { dilation: Dilation::Global(1.2), ..scheme }).unwrap();
+    let problem = scene.discretize(&scheme.dilation(Dilation::Global(1.2))).unwrap();
     // 1 − (3/4)² along the first axis, ½ along the second: all 15 particles are seen at (0.45, 0.5).
     let particles = problem.cells().particles_global(1.2).unwrap();
     let half = |p: usize| match &particles.supports()[p] {

@@ -240,7 +240,7 @@ fn uncovered_regions_are_bounded() {
 #[test]
 fn badly_conditioned_moments_are_found_before_they_are_refused() {
     // Narrow supports of a linear basis: the second layer of particles barely reaches the first.
-    let scheme = |r: f64| Scheme { rcond_limit: Some(1e-12), ..Scheme::default().particles([5, 5]).dilation(r) };
+    let scheme = |r: f64| Scheme::default().particles([5, 5]).dilation(r).rcond_limit(1e-12);
     let scene = square().hold(Side::Min);
     let narrow = diagnose(&scene, &scheme(0.504));
     let cover = narrow.cover.as_ref().unwrap();

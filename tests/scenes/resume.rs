@@ -312,7 +312,7 @@ fn paths_that_do_not_fit_are_refused() {
         );
     }
     let error = refusal(&|p: &mut EquilibriumPath| p.steps[2].control_state.increment = f64::NAN);
-    assert!(matches!(error, Error::Solve(SolveError::Setting { .. })), "{error}");
+    assert!(matches!(error, Error::Invalid(_)), "{error}");
     // Counts beyond all reason add up all the same.
     let mut path = whole.clone();
     path.steps.truncate(3);

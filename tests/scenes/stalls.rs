@@ -9,7 +9,7 @@ use rkpm::linear::{Factorizer, Factors, LinearSolver, MatrixClass};
 use rkpm::material::{Material, Prony, Response, Viscoelastic};
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
-use rkpm::solve::{Cause, Functional, Newton, StepControl};
+use rkpm::solve::{Cause, Following, Functional, Newton, StepControl};
 use std::sync::Arc;
 
 fn cause(path: &EquilibriumPath) -> Cause {
@@ -85,7 +85,7 @@ fn the_allowed_steps_and_iterations_are_used_up() {
     let few = Stepping { steps: 1, ..Stepping::equal(3) };
     assert_eq!(cause(&run(&pulled, Scheme::default().stepping(few))), Cause::Steps(1));
     let newton = Newton { iterations: 2, ..Newton::default() };
-    assert_eq!(cause(&run(&pulled, Scheme { newton, ..at_once() })), Cause::Iterations(2));
+    assert_eq!(cause(&run(&pulled, at_once().newton(newton))), Cause::Iterations(2));
 }
 
 #[test]
@@ -153,4 +153,73 @@ fn steps_of_time_are_not_taken_at_any_error() {
         panic!("another cause")
     };
     assert!(tolerance == 1e-9 && error > tolerance, "{error}");
+}
+
+/// Where no step is too small, halves of it end with the rounding of the load.
+#[test]
+fn steps_end_with_rounding() {
+    let brittle = block(Brittle(rubber())).hold(Side::Min).prescribe(Side::Max, 0, 0.6);
+    let halved = Stepping { smallest: 1e-30, ..Stepping::default() };
+    let path = run(&brittle, Scheme::default().stepping(halved));
+    let Cause::Rounding { now, next } = cause(&path) else { panic!("{:?}", path.ending) };
+    assert!(now == path.last().load && (next / now - 1.0).abs() <= 4.0 * f64::EPSILON, "{now} {next}");
+}
+
+/// A column whose dead load grows at once from less to more than what it buckles under.
+#[test]
+fn gained_modes_are_not_taken_unseen() {
+    let at_once = Amplitude::Function(Arc::new(|load: f64| if load < 0.5 { 0.1 * load } else { 1.0 }));
+    let column = Scene::new(Block::new([0.0, 0.0], [1.0, 8.0]), PlaneStrain, rubber())
+        .prescribe((1, Side::Min), 1, 0.0)
+        .prescribe((1, Side::Max), 0, 0.0)
+        .prescribe((1, Side::Min), 0, 0.0)
+        .with(Load::traction((1, Side::Max), [0.0, -0.3]).amplitude(at_once));
+    let along = Stepping { control: StepControl::Load, follow: Following::Path, ..Stepping::default() };
+    let problem = column.discretize(&Scheme::default().particles([3, 17]).stepping(along)).unwrap();
+    let path = problem.run(&mut ()).unwrap();
+    let Cause::Unstable { before, after } = cause(&path) else { panic!("{:?}", path.ending) };
+    assert!(before == 0 && after > 0 && path.last().load < 0.5, "{before} {after}");
+}
+
+/// The block [1, 2] × [0, 1] bent into a sector of 1.2 in one step, which folds it.
+#[test]
+fn folded_states_are_not_taken() {
+    let bent =
+        Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::mooney_rivlin(0.3, 0.2, 1e3).unwrap());
+    let angle: f64 = 1.2;
+    let d = 2.0 / angle;
+    let inner = 0.5 * (-d + (d * d + 4.0 / angle.powi(4)).sqrt());
+    let radius = move |x: f64| (inner + 2.0 * (x - 1.0) / angle).sqrt();
+    let bent = bent
+        .prescribe((1, Side::Min), 1, 0.0)
+        .prescribe((1, Side::Max), 0, Value::field(move |x: &Point<2>| radius(x[0]) * angle.cos() - x[0]))
+        .prescribe((1, Side::Max), 1, Value::field(move |x: &Point<2>| radius(x[0]) * angle.sin() - 1.0));
+    let path = bent.discretize(&at_once().particles([8])).unwrap().run(&mut ()).unwrap();
+    let Cause::Folded { before, after } = cause(&path) else { panic!("{:?}", path.ending) };
+    assert!(after > before, "{before} {after}");
+}
+
+/// A sphere that carries less pressure than it is given: predicted beyond its limit point, Newton's method runs away.
+#[test]
+fn growing_increments_end_an_attempt() {
+    let sphere = Scene::new(Block::new([1.0], [1.5]), RadialSphere, rubber()).pressure(Side::Min, 1.0);
+    let equal = Stepping { control: StepControl::Load, first: 0.1, smallest: 0.1, growth: 1.0, ..Stepping::default() };
+    let path = sphere.discretize(&Scheme::default().particles([9]).stepping(equal)).unwrap().run(&mut ()).unwrap();
+    let Cause::Diverging { increment } = cause(&path) else { panic!("{:?}", path.ending) };
+    assert!(increment > 0.1 && path.steps.len() > 2, "{increment} {}", path.steps.len());
+}
+
+/// A load that rises and falls again while another one rises across it: the path turns where the first is largest, by more than
+/// a right angle, and no arc that may not be halved leads around the corner.
+#[test]
+fn arcs_do_not_run_back() {
+    let table = |pairs: [(f64, f64); 3]| Amplitude::table(pairs.to_vec()).unwrap();
+    let along = Load::traction(Side::Max, [0.3, 0.0]).amplitude(table([(0.0, 0.0), (0.5, 1.0), (1.0, 0.5)]));
+    let across = Load::traction(Side::Max, [0.0, 0.3]).amplitude(table([(0.0, 0.0), (0.5, 0.0), (1.0, 1.0)]));
+    let pulled = block(rubber()).hold(Side::Min).with(along).with(across);
+    let arcs =
+        Stepping { control: StepControl::ArcLength, first: 0.2, smallest: 0.2, growth: 1.0, ..Stepping::default() };
+    let path = run(&pulled, Scheme::default().stepping(arcs));
+    assert_eq!(cause(&path), Cause::Turned);
+    assert!(path.last().load < 0.5 && path.steps.len() > 2, "{} {}", path.last().load, path.steps.len());
 }

@@ -255,8 +255,8 @@ fn a_line_search_replaces_load_steps_where_the_displacements_are_alone() {
             .hold((0, Side::Min))
             .traction((0, Side::Max), [0.0, -0.06]);
         let mut scheme = Scheme::default().particles([13, 4]).pressure_field(field, 2).enforcing(enforcing);
-        scheme.newton = Newton { search, iterations: 60, ..Newton::default() };
-        scheme.stepping.control = StepControl::Load;
+        scheme = scheme.newton(Newton { search, iterations: 60, ..Newton::default() });
+        scheme = scheme.stepping(Stepping { control: StepControl::Load, ..Stepping::default() });
         scene.discretize(&scheme).unwrap().run(&mut ()).unwrap().completed().unwrap()
     };
     let bent = |field, search| bent_by(field, search, Enforcing::Transformation);
