@@ -4,6 +4,7 @@
 //! [`Lattice`] has bricks between rows of particles; [`Triangulation`] and [`Voronoi`] serve scattered particles in
 //! planar regions, [`Unstructured`] has the cells of a mesh.
 
+mod boundary;
 mod brick;
 mod edges;
 mod lattice;
@@ -23,13 +24,14 @@ mod unstructured;
 mod voronoi;
 mod zones;
 
+pub use boundary::BoundaryCells;
 pub(crate) use brick::{determinant, ravel, unravel};
 pub use lattice::Lattice;
 pub use layout::Layout;
 pub use partition::Cells;
 pub use refined::Refined;
 pub use scatter::Scatter;
-pub use smoothing::{BoundaryCells, Smoothing};
+pub use smoothing::Smoothing;
 pub use triangulation::Triangulation;
 pub use unstructured::Unstructured;
 pub use voronoi::Voronoi;

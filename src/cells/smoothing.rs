@@ -5,7 +5,7 @@ use crate::geometry::{Part, Point, Side};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::brick::{Shape, area_vector, determinant, ravel, unravel};
-use super::{Lattice, Zones};
+use super::{BoundaryCells, Lattice, Zones};
 
 /// What rounding may leave of $\oint n\\,\mathrm dA$ over a sub-cell, as a part of its surface: coordinates far from
 /// the origin have few digits for a small cell, and a facet that lacks is far larger.
@@ -163,66 +163,6 @@ impl<const D: usize> Smoothing<D> {
         self.interior = interior;
         self.centres = centres.to_vec();
         self
-    }
-}
-
-/// Boundary facets with the linear hat functions $\Theta_J$ of the particles on them.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BoundaryCells<const D: usize> {
-    /// Points, weights and outward normals, grouped by facet between particles.
-    pub points: Points<D>,
-    /// At each point the particles with a nonzero hat, and its value.
-    pub hats: Vec<Vec<(u32, f64)>>,
-}
-
-impl<const D: usize> BoundaryCells<D> {
-    /// The mean outward normals at the particles, weighted by their hats; none for particles without a hat.
-    #[cfg(feature = "solve")]
-    pub(crate) fn normals_at_particles(&self) -> std::collections::HashMap<u32, Point<D>> {
-        let mut normals = std::collections::HashMap::new();
-        for ((hats, normal), weight) in self.hats.iter().zip(&self.points.normals).zip(&self.points.weights) {
-            for &(particle, hat) in hats {
-                *normals.entry(particle).or_insert_with(Point::<D>::zeros) += normal * (hat * weight);
-            }
-        }
-        normals.retain(|_, normal| normal.norm() > 0.0);
-        normals.values_mut().for_each(|normal| *normal /= normal.norm());
-        normals
-    }
-
-    /// The facets whose middle a predicate holds for.
-    #[cfg(feature = "solve")]
-    pub(crate) fn within(&self, holds: &dyn Fn(&Point<D>) -> bool) -> Self {
-        let mut kept = BoundaryCells { points: Points::empty(), hats: Vec::new() };
-        for group in self.points.groups.windows(2) {
-            let range = group[0]..group[1];
-            let middle = self.points.positions[range.clone()].iter().sum::<Point<D>>() / range.len().max(1) as f64;
-            if range.is_empty() || !holds(&middle) {
-                continue;
-            }
-            kept.points.positions.extend_from_slice(&self.points.positions[range.clone()]);
-            kept.points.weights.extend_from_slice(&self.points.weights[range.clone()]);
-            kept.points.normals.extend(self.points.normals.get(range.clone()).unwrap_or_default());
-            kept.hats.extend_from_slice(&self.hats[range]);
-            kept.points.close_group();
-        }
-        kept
-    }
-
-    /// Refuses arrays that do not fit together, and hats of particles beyond `particles`.
-    ///
-    /// # Errors
-    /// As [`Points::validate`], and [`GeometryError::Count`] for the hats.
-    pub fn validate(&self, particles: usize) -> Result<(), GeometryError> {
-        self.points.validate()?;
-        let wrong = |what, count, needed| Err(GeometryError::Count { what, count, needed });
-        if self.hats.len() != self.points.positions.len() {
-            return wrong("lists of hats", self.hats.len(), "give one for each boundary point");
-        }
-        match self.hats.iter().flatten().find(|hat| hat.0 as usize >= particles) {
-            Some(&(particle, _)) => wrong("particle of a hat", particle as usize, "name particles that exist"),
-            None => Ok(()),
-        }
     }
 }
 

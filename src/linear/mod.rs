@@ -7,15 +7,14 @@ mod gmres;
 mod krylov;
 mod multilevel;
 mod ordering;
-mod residuals;
 pub(crate) mod vector;
 
 pub use apart::{At, Linearised, ZoneProduct};
 pub use direct::{Direct, minimum_degree};
+pub(crate) use gmres::minimal_residuals;
 pub use krylov::{Auxiliary, Krylov};
 pub(crate) use ordering::after_their_rows;
 pub use ordering::{banded, nested_dissection};
-pub(crate) use residuals::{Directions, minimal_residuals};
 
 use std::sync::Arc;
 

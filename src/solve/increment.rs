@@ -4,7 +4,7 @@ use crate::assembly::System;
 use crate::boundary::Enforced;
 use crate::error::{Cause, LinearError};
 use crate::linear::vector::{dot, norm};
-use crate::linear::{Directions, Factors, minimal_residuals};
+use crate::linear::{Factors, minimal_residuals};
 use crate::term::Zone;
 
 use super::functional::Control;
@@ -202,7 +202,7 @@ impl Linear<'_> {
         }
         let Buffers { solution, correction, full, projected, skew, zero_violation, unused, .. } = buffers;
         factors.solve_in_place(correction)?;
-        let found = minimal_residuals(correction, SWEPT, |last| {
+        let found = minimal_residuals(correction, SWEPT, |last, product| {
             full.resize(system.residual.len(), 0.0);
             enforced.recover(last, zero_violation, full, unused);
             skew.clear();
@@ -211,12 +211,10 @@ impl Linear<'_> {
             enforced.project(skew, projected);
             system.over_ranks(projected);
             factors.solve_in_place(projected)?;
-            Ok(last.iter().zip(projected.iter()).map(|(v, n)| v + n).collect())
+            product.iter_mut().zip(last).zip(projected.iter()).for_each(|((p, v), n)| *p = v + n);
+            Ok(())
         })?;
-        let Directions { basis, lengths } = found;
-        for (direction, length) in basis.iter().zip(&lengths).rev() {
-            solution.iter_mut().zip(direction).for_each(|(x, v)| *x += length * v);
-        }
+        solution.iter_mut().zip(&found).for_each(|(x, v)| *x += v);
         Ok(())
     }
 }

@@ -9,8 +9,9 @@ use crate::cells::brick::{area_vector, multilinear};
 use crate::geometry::Point;
 use crate::quadrature::Points;
 
+use super::Unstructured;
+use super::bricks::{opposite, side_points};
 use super::faces::Piece;
-use super::{Unstructured, opposite, side_points};
 
 /// Rings of faces around one whose particles may carry its hats.
 const RINGS: usize = 3;

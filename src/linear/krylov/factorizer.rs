@@ -1,0 +1,192 @@
+//! What an iteration needs of a state: elements beside the particles, conditions, and the mass of the pressures.
+
+use std::cell::{Cell, RefCell};
+use std::sync::{Arc, Mutex};
+
+use nalgebra::Matrix4;
+
+use crate::assembly::{Assembler, Pattern, Ranks, System};
+use crate::error::LinearError;
+
+use super::super::multilevel::{BlockMatrix, Multilevel};
+use super::super::{At, Factorizer, Factors, Linearised};
+use super::interpolation::Interpolation;
+use super::product::{Pressures, Solved, parts, pieces};
+use super::{Auxiliary, total};
+
+/// Elements of an earlier state go on preconditioning while directions for a decade of the residual are at most so many times
+/// those that they took at first.
+const STALE: f64 = 1.3;
+/// Stiffness of held nodes in the preconditioner, in the largest of its diagonal.
+const HELD: f64 = 10.0;
+/// Schur's complement of the pressures is taken for $1/(c\\,\mu) + H^{-1}$ with this $c$: an unconfined change of volume meets
+/// $\lambda + 2\mu$, of which the pointwise part of the volumetric energy leaves $2.3\mu$.
+const COMPLEMENT: f64 = 2.0;
+
+pub(super) struct KrylovFactorizer {
+    pub(super) auxiliary: Auxiliary,
+    pub(super) pattern: Pattern,
+    pub(super) unknowns: usize,
+    /// Unknown and place of each entry of a condition.
+    pub(super) entries: Vec<Vec<(u32, usize)>>,
+    /// Pattern of $G G^T$.
+    pub(super) products: Pattern,
+    pub(super) projector: Option<Box<dyn Factorizer>>,
+    pub(super) product_values: Vec<f64>,
+    pub(super) values_at: Option<Interpolation>,
+    pub(super) ranks: Option<Arc<dyn Ranks>>,
+    pub(super) assembler: Assembler,
+    pub(super) cycle: Option<Box<dyn Factorizer>>,
+    pub(super) system: System,
+    pub(super) multilevel: Option<Multilevel>,
+    /// The largest diagonal entry of the elements.
+    pub(super) stiffness: f64,
+    pub(super) largest: Cell<f64>,
+    pub(super) last: Cell<f64>,
+    pub(super) pace: Cell<Pace>,
+    pub(super) counts: Arc<Mutex<Vec<usize>>>,
+}
+
+impl KrylovFactorizer {
+    /// The stiffness of the elements at a state.
+    fn stiffness(&mut self, at: At<'_>) -> Result<(), LinearError> {
+        let Auxiliary { model, term, places, cells, held, .. } = &self.auxiliary;
+        let own: Vec<f64> = match &self.values_at {
+            Some(values) => {
+                let mut moved = vec![0.0; at.displacement.len()];
+                values.residual(false, &moved.clone(), at.displacement, &mut moved);
+                moved.iter_mut().for_each(|u| *u = -*u);
+                moved
+            }
+            None => at.displacement.to_vec(),
+        };
+        let condensed = at.condensed.get(*term).map(|l| vec![l.clone()]).unwrap_or_default();
+        self.assembler.assemble(model, &own, &condensed, at.load, &mut self.system);
+        let mut wrong = [f64::from(u8::from(!self.system.values.iter().all(|v| v.is_finite())))];
+        total(&self.ranks, &mut wrong);
+        if wrong[0] > 0.0 {
+            // Elements may turn over where averages over particles do not: those at rest are stiff in the same places.
+            let rest = vec![0.0; own.len()];
+            self.assembler.assemble(model, &rest, &model.start(), 0.0, &mut self.system);
+        }
+        if self.cycle.is_some() {
+            let first = &self.assembler.pattern().columns;
+            let mut diagonal: Vec<f64> =
+                first[..own.len()].iter().map(|&first| self.system.values[first].abs()).collect();
+            total(&self.ranks, &mut diagonal);
+            self.stiffness = diagonal.iter().fold(0.0, |largest: f64, d| largest.max(*d));
+            let stiff = HELD * self.stiffness;
+            if self.ranks.as_ref().is_none_or(|ranks| ranks.rank() == 0) {
+                held.iter().for_each(|&unknown| self.system.values[first[unknown]] += stiff);
+            }
+            return Ok(());
+        }
+        let mut blocks = BlockMatrix::from_lower(self.assembler.pattern(), &self.system.values);
+        self.stiffness = blocks.largest_diagonal();
+        let stiff = HELD * self.stiffness;
+        held.iter().for_each(|&unknown| blocks.add_diagonal(unknown, stiff));
+        self.multilevel = Some(Multilevel::new(blocks, places, *cells)?);
+        Ok(())
+    }
+}
+
+impl Factorizer for KrylovFactorizer {
+    fn factorize<'a>(&'a mut self, _values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
+        Err(LinearError::Library { what: "a Krylov iteration needs the state beside the matrix".into() })
+    }
+
+    fn factorize_at<'a>(&'a mut self, at: Linearised<'a>, state: At<'_>) -> Result<Box<dyn Factors + 'a>, LinearError> {
+        let Pace { first, last } = self.pace.get();
+        if first.is_none_or(|first| !(last <= STALE * first)) {
+            self.stiffness(state)?;
+            self.pace.set(Pace::default());
+        }
+        // Conditions with a largest entry of one.
+        let mut rows = Vec::with_capacity(self.entries.len());
+        let mut stiffness: f64 = 0.0;
+        let mut coefficients: Vec<f64> = self.entries.iter().flatten().map(|&(_, place)| at.values[place]).collect();
+        total(&self.ranks, &mut coefficients);
+        let mut coefficients = coefficients.into_iter();
+        for entries in &self.entries {
+            let row: Vec<(u32, f64)> =
+                entries.iter().zip(coefficients.by_ref()).map(|(&(column, _), value)| (column, value)).collect();
+            stiffness = row.iter().fold(stiffness, |largest, (_, c)| largest.max(c.abs()));
+            rows.push(row);
+        }
+        if rows.is_empty() {
+            stiffness = self.stiffness;
+        }
+        if !(stiffness > 0.0 && stiffness.is_finite()) {
+            return Err(LinearError::Pivot {
+                pivot: 0,
+                hint: "the matrix has entries that are not finite, or none at all",
+            });
+        }
+        rows.iter_mut().flatten().for_each(|(_, c)| *c /= stiffness);
+        let mut dense = vec![0.0; self.unknowns];
+        self.product_values.clear();
+        for row in 0..rows.len() {
+            rows[row].iter().for_each(|&(column, c)| dense[column as usize] = c);
+            for &other in self.products.column(row) {
+                let sum = rows[other as usize].iter().map(|&(column, c)| c * dense[column as usize]).sum();
+                self.product_values.push(sum);
+            }
+            rows[row].iter().for_each(|&(column, _)| dense[column as usize] = 0.0);
+        }
+        let projector = match &mut self.projector {
+            Some(projector) => Some(projector.factorize(&self.product_values)?),
+            None => None,
+        };
+        let mut pressures = Vec::with_capacity(at.zones.len());
+        for zone in at.zones {
+            let singular = LinearError::Pivot { pivot: 0, hint: "the volumetric energy of a zone has no curvature" };
+            let compliance = zone.regular_hessian().try_inverse().ok_or(singular)?;
+            let soft = if zone.shear > 0.0 { 1.0 / (COMPLEMENT * zone.shear) } else { 0.0 };
+            let complement = compliance + Matrix4::identity() * soft;
+            let singular = LinearError::Pivot { pivot: 0, hint: "the pressures of a zone have no stiffness" };
+            // Unknowns of the size of the forces.
+            let scale = (self.stiffness / complement[(0, 0)].abs()).sqrt();
+            let inverse = complement.try_inverse().ok_or(singular)? / (scale * scale);
+            pressures.push(Pressures { scale, compliance: compliance * (scale * scale), inverse });
+        }
+        let ends = parts(&self.pattern, self.unknowns);
+        let cycle = match &mut self.cycle {
+            Some(cycle) => Some(cycle.factorize(&self.system.values)?),
+            None => None,
+        };
+        let nodes = Auxiliary::share(self.ranks.as_deref(), self.unknowns / 3);
+        let pieces = pieces(at.zones);
+        let cycles = self.multilevel.as_mut().map(Multilevel::cycles).transpose()?;
+        Ok(Box::new(Solved {
+            pattern: &self.pattern,
+            unknowns: self.unknowns,
+            values: at.values,
+            zones: at.zones,
+            product: at.product,
+            skew: at.skew,
+            pressures,
+            pieces,
+            rows,
+            stiffness,
+            projector,
+            values_at: self.values_at.as_ref(),
+            ends,
+            cycles: RefCell::new(cycles),
+            cycle,
+            ranks: &self.ranks,
+            own: 3 * nodes.start..3 * nodes.end,
+            left: Cell::new(1.0),
+            last: &self.last,
+            pace: &self.pace,
+            largest: &self.largest,
+            counts: &self.counts,
+        }))
+    }
+}
+
+/// Directions for a decade of the residual: of the first solution with the elements of a state, and of the last one.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Pace {
+    pub(super) first: Option<f64>,
+    pub(super) last: f64,
+}

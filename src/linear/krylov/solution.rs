@@ -1,0 +1,133 @@
+//! Solutions by generalised minimal residuals.
+
+use std::sync::PoisonError;
+
+use crate::error::LinearError;
+
+use super::super::gmres::gmres;
+use super::super::vector::dot;
+use super::super::{Factors, Inertia};
+use super::factorizer::Pace;
+use super::product::Solved;
+use super::total;
+
+/// Relative residuals of solutions: no more than Newton's method can make use of. It leaves about the square of what the last
+/// iteration has reduced the right-hand side by (Eisenstat and Walker, second choice).
+const TOLERANCE: [f64; 2] = [1e-5, 1e-2];
+/// Right-hand sides are not reduced below this part of the largest of an analysis.
+const ENOUGH: f64 = 1e-12;
+/// Right-hand sides below this part of the largest of an analysis may be rounding, which no direction removes.
+const ROUNDING: f64 = 1e-8;
+/// Directions before a restart, and at most.
+const DIRECTIONS: [usize; 2] = [80, 240];
+
+impl Factors for Solved<'_> {
+    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
+        self.solve_apart(rhs, &mut vec![[0.0; 4]; self.zones.len()])
+    }
+
+    fn solve_apart(&self, rhs: &mut [f64], pressures: &mut [[f64; 4]]) -> Result<(), LinearError> {
+        let n = self.unknowns;
+        let (force, gap) = rhs.split_at_mut(n);
+        // A displacement that meets the conditions.
+        let mut met = vec![0.0; n];
+        if let Some(projector) = &self.projector {
+            let mut mu: Vec<f64> = gap.iter().map(|g| g / self.stiffness).collect();
+            projector.solve_in_place(&mut mu)?;
+            self.react(&mu, 1.0, &mut met);
+        }
+        let own = self.own.clone();
+        let size = own.len() + 4 * self.zones.len();
+        let mut right = vec![0.0; size];
+        {
+            let (u, q) = right.split_at_mut(own.len());
+            let mut whole = vec![0.0; n];
+            if met.iter().any(|m| *m != 0.0) {
+                self.multiply(&met, &vec![0.0; q.len()], &mut whole, q);
+                total(self.ranks, &mut whole);
+            }
+            whole.iter_mut().zip(&*force).for_each(|(u, f)| *u = f - *u);
+            self.project(&mut whole);
+            u.copy_from_slice(&whole[own.clone()]);
+            let wanted = pressures.iter().zip(&self.pressures).flat_map(|(g, own)| g.map(|g| own.scale * g));
+            q.iter_mut().zip(wanted).for_each(|(q, wanted)| *q = wanted - *q);
+        }
+        let mut x = vec![0.0; size];
+        let norm = self.total(dot(&right, &right)).sqrt();
+        let largest = self.largest.get().max(norm);
+        self.largest.set(largest);
+        let rounding = norm <= ROUNDING * largest;
+        let [least, most] = TOLERANCE;
+        let reduced = norm / self.last.replace(norm);
+        let tolerance = reduced.powi(2).max(ENOUGH * largest / norm).clamp(least, most);
+        let done = gmres(
+            &right,
+            &mut x,
+            (tolerance, rounding),
+            DIRECTIONS,
+            |x, y| {
+                let ((mine, q), (y, z)) = (x.split_at(own.len()), y.split_at_mut(own.len()));
+                let u = self.gathered(mine);
+                let mut force = vec![0.0; n];
+                self.multiply(&u, q, &mut force, z);
+                total(self.ranks, &mut force);
+                self.project(&mut force);
+                y.copy_from_slice(&force[own.clone()]);
+                let zones = self.pressures.iter().zip(q.as_chunks::<4>().0).zip(z.as_chunks_mut::<4>().0);
+                for ((own, q), z) in zones {
+                    let soft = own.compliance * nalgebra::Vector4::from(*q);
+                    (0..4).for_each(|k| z[k] -= soft[k]);
+                }
+            },
+            |x, y| {
+                let ((u, q), (y, z)) = (x.split_at(own.len()), y.split_at_mut(own.len()));
+                let zones = self.pressures.iter().zip(q.as_chunks::<4>().0).zip(z.as_chunks_mut::<4>().0);
+                for ((own, q), z) in zones {
+                    let answer = own.inverse * nalgebra::Vector4::from(*q);
+                    (0..4).for_each(|k| z[k] = -answer[k]);
+                }
+                let mut force = vec![0.0; n];
+                force[own.clone()].copy_from_slice(u);
+                self.pressed(z, -1.0, &mut force);
+                total(self.ranks, &mut force);
+                self.project(&mut force);
+                self.smooth(&mut force);
+                self.project(&mut force);
+                y.copy_from_slice(&force[own.clone()]);
+            },
+            |mine| self.total(mine),
+        );
+        self.counts.lock().unwrap_or_else(PoisonError::into_inner).push(done.iterations);
+        let pace = done.iterations as f64 / -done.residual.min(0.9).log10();
+        if done.iterations > 0 {
+            self.pace.set(Pace { first: self.pace.get().first.or(Some(pace)), last: pace });
+        }
+        // What is not quite solved is left to Newton's next iteration.
+        let allowed = if rounding { 0.5 } else { most };
+        self.left.set(done.residual);
+        if !(done.residual <= allowed) {
+            return Err(LinearError::Residual { residual: done.residual });
+        }
+        let (mine, q) = x.split_at(own.len());
+        met.iter_mut().zip(&self.gathered(mine)).for_each(|(m, u)| *m += u);
+        let mut left = vec![0.0; n];
+        self.multiply(&met, q, &mut left, &mut vec![0.0; q.len()]);
+        total(self.ranks, &mut left);
+        for ((pressures, own), q) in pressures.iter_mut().zip(&self.pressures).zip(q.as_chunks::<4>().0) {
+            *pressures = q.map(|q| own.scale * q);
+        }
+        left.iter_mut().zip(&*force).for_each(|(l, f)| *l = f - *l);
+        let mu = self.multipliers(&left)?;
+        gap.iter_mut().zip(mu).for_each(|(gap, mu)| *gap = mu / self.stiffness);
+        force.copy_from_slice(&met);
+        Ok(())
+    }
+
+    fn inertia(&self) -> Option<Inertia> {
+        None
+    }
+
+    fn leaves(&self) -> f64 {
+        self.left.get().max(f64::MIN_POSITIVE)
+    }
+}

@@ -1,0 +1,82 @@
+//! Tables referred to another configuration: the current one, or that of a body that has expanded.
+
+use nalgebra::Matrix3;
+
+use crate::error::{Error, GeometryError, SolveError};
+use crate::geometry::Point;
+
+use super::ShapeTable;
+
+impl<const D: usize> ShapeTable<D> {
+    /// The table of a body that would like to be larger: where it is free it expands by the stretch $\vartheta(X)$ in all directions, by
+    /// heat or swelling. Its points then see the elastic part $F_e = F/\vartheta$ of the deformation alone, and measures are those
+    /// of the expanded body, $\vartheta^3\mathrm d\Omega$: energies and forces are the true ones.
+    ///
+    /// # Errors
+    /// Where the stretch is not finite or not above zero.
+    pub fn expanding(mut self, stretch: impl Fn(&Point<D>) -> f64) -> Result<Self, Error> {
+        let factors: Vec<f64> = self.positions.iter().map(stretch).collect();
+        if let Some(point) = factors.iter().position(|s| !(*s > 0.0 && s.is_finite())) {
+            let at = self.positions[point].as_slice().to_vec();
+            let what = "the stretch of free expansion is not finite or not above zero";
+            let remedy = "give the stretch itself: 1 + alpha times the change of temperature";
+            return Err(GeometryError::Kinematics { what, at, remedy }.into());
+        }
+        for (point, factor) in factors.iter().enumerate() {
+            let entries = self.clusters.entries(point);
+            self.gradients[entries.start * self.slots..entries.end * self.slots].iter_mut().for_each(|g| *g /= factor);
+            self.weights[point] *= factor.powi(3);
+        }
+        self.rest = factors.iter().map(|factor| 1.0 / factor).collect();
+        Ok(self)
+    }
+
+    /// The deformation gradient of no displacement: that of the elastic part where the body expands.
+    #[inline(always)]
+    pub(crate) fn at_rest(&self, point: usize) -> Matrix3<f64> {
+        match self.rest.get(point) {
+            None => Matrix3::identity(),
+            Some(&rest) => Matrix3::from_diagonal_element(rest),
+        }
+    }
+
+    /// The table referred to the current configuration: gradients
+    /// $\partial\Psi_I/\partial x_i = \partial\Psi_I/\partial X_j\\,F^{-1}_{ji}$ (4.48), hoops over the current
+    /// radius, weights $J\\,w$, positions $x$ where the table holds values.
+    ///
+    /// The kernel stays the material one (4.47): the same particles are seen however far they move.
+    ///
+    /// # Errors
+    /// Where $\det F \le 0$, and where `d` is too short for the nodes.
+    pub fn pushed_forward(&self, d: &[f64]) -> Result<Self, Error> {
+        let (given, needed) = (d.len(), self.node_count * D);
+        if given < needed {
+            return Err(SolveError::Length { what: "displacement to push a table forward by", given, needed }.into());
+        }
+        let mut current = self.clone();
+        for point in 0..self.len() {
+            let f = self.at_rest(point) + self.displacement_gradient(point, d);
+            let jacobian = f.determinant();
+            let inverse = match f.try_inverse() {
+                Some(inverse) if jacobian > 0.0 => inverse,
+                _ => return Err(GeometryError::InvertedCell { cell: point, measure: jacobian }.into()),
+            };
+            let n = self.nodes(point).len();
+            let start = self.clusters.entries(point).start * self.slots;
+            let old = self.gradients(point);
+            for a in 0..n {
+                for i in 0..D {
+                    current.gradients[start + i * n + a] = (0..D).map(|j| old[j * n + a] * inverse[(j, i)]).sum();
+                }
+                if let Some(&k) = self.hoops.first() {
+                    current.gradients[start + D * n + a] = old[D * n + a] * inverse[(k, k)];
+                }
+            }
+            current.weights[point] *= jacobian;
+            if !self.values.is_empty() {
+                current.positions[point] += self.displacement(point, d);
+            }
+        }
+        Ok(current)
+    }
+}
