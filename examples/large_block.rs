@@ -12,7 +12,12 @@ use std::time::Instant;
 use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::scene::Solving;
-use rkpm::solve::{Iteration, Newton};
+use rkpm::solve::Iteration;
+
+#[path = "support/block.rs"]
+mod block;
+
+use block::{flag, peak, scene, scheme};
 
 /// Prints what happens, and breaks off after some iterations.
 struct Progress {
@@ -38,42 +43,11 @@ impl Observer for Progress {
     }
 }
 
-/// The most memory that this process has held, in bytes; known on Linux alone.
-fn peak() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"));
-    let number = line.and_then(|line| line.split_whitespace().nth(1)).and_then(|n| n.parse::<f64>().ok());
-    1024.0 * number.unwrap_or(f64::NAN)
-}
-
-/// The number behind a flag.
-fn number(flag: &str, default: f64) -> f64 {
-    let arguments: Vec<String> = std::env::args().collect();
-    let place = arguments.iter().position(|a| a == flag);
-    place.and_then(|k| arguments.get(k + 1)).and_then(|n| n.parse().ok()).unwrap_or(default)
-}
-
 fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = std::env::args().collect();
-    let named = arguments.iter().position(|a| a == "--out").and_then(|k| arguments.get(k + 1));
-    let out = named.map_or_else(|| ["target", "rkpm", "large_block"].iter().collect(), PathBuf::from);
-    let (particles, ratio) = (number("--particles", 1e5), number("--ratio", 1e3));
-    let most = number("--iterations", 2.0) as usize;
-    // A block twice as wide as high: µ = 1.
-    let h = (4.0 / particles).cbrt();
-    let counts = [2.0, 2.0, 1.0].map(|length: f64| ((length / h).round() as usize).max(2) + 1);
-    let rubber = Rubber::neo_hookean(0.5, ratio)?;
-    let block = Scene::new(Block::new([0.0; 3], [2.0, 2.0, 1.0]), Solid, rubber)
-        .hold((2, Side::Min))
-        .prescribe((2, Side::Max), 0, 0.2)
-        .prescribe((2, Side::Max), 1, 0.0)
-        .prescribe((2, Side::Max), 2, 0.0);
-    let mut scheme = Scheme::default().particles(counts).solving(Solving::Krylov);
-    if most > 0 {
-        scheme = scheme.newton(Newton { iterations: most, ..Newton::default() });
-        // One attempt, for the time that an iteration takes.
-        scheme = scheme.stepping(Stepping { smallest: 0.9, ..Stepping::equal(1) });
-    }
+    let out = PathBuf::from(flag("--out", "target/rkpm/large_block"));
+    let (particles, ratio): (f64, f64) = (flag("--particles", "1e5").parse()?, flag("--ratio", "1e3").parse()?);
+    let most: usize = flag("--iterations", "2").parse()?;
+    let (block, scheme) = (scene(ratio)?, scheme(particles, most).solving(Solving::Krylov));
     let start = Instant::now();
     let problem = block.discretize(&scheme)?;
     let tables = start.elapsed().as_secs_f64();

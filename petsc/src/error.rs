@@ -28,13 +28,11 @@ pub enum PetscError {
         /// MUMPS' two codes.
         code: [i32; 2],
     },
-    /// A run was recorded on another number of ranks.
-    #[error("the run was recorded on {recorded} ranks and goes on on as many: {given} were started")]
-    Partition {
-        /// On how many it was recorded.
-        recorded: usize,
-        /// How many there are.
-        given: usize,
+    /// Journals are no whole set of one run.
+    #[error("the journals of the ranks do not fit together: {what}")]
+    Pieces {
+        /// Which, and why.
+        what: String,
     },
     /// More unknowns or entries than 32-bit indices hold.
     #[error("{size} {what} are more than PETSc's 32-bit indices hold: {remedy}")]

@@ -9,6 +9,7 @@ mod ffi;
 #[allow(unsafe_code)]
 mod gamg;
 mod journals;
+mod pieces;
 mod program;
 #[allow(unsafe_code)]
 mod session;

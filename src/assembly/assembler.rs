@@ -4,12 +4,14 @@ use std::sync::{Arc, Mutex};
 
 use crate::compiled::compiled;
 use crate::parallel::{for_each_mut, threads};
-use crate::term::{Element, Term, View};
+use crate::term::{Element, View};
 
-use super::model::{Model, SERIAL_BELOW, System};
-use super::pattern::{Pattern, UNCOUPLED};
+use super::layout::NodeColumns;
+use super::model::{Model, SERIAL_BELOW};
+use super::pattern::Pattern;
 use super::slabs::{Gathered, SlabSchedule};
 use super::sum::{Part, Places, Sum};
+use super::system::System;
 
 /// Nodes whose columns are locked together, as a power of two.
 const PART: u32 = 5;
@@ -38,11 +40,6 @@ pub struct Assembler {
     elements: Vec<Element>,
 }
 
-/// Clusters of a term with nodes of their own: where it fills buffers over a few of them, all clusters have the same.
-fn own_nodes<const D: usize>(term: &dyn Term<D>) -> usize {
-    if term.fills_compact() { term.clusters().min(1) } else { term.clusters() }
-}
-
 impl<const D: usize> Model<D> {
     /// The assembler of this model.
     pub fn assembler(&self) -> Assembler {
@@ -69,105 +66,16 @@ impl Assembler {
     }
 
     pub(super) fn with<const D: usize>(model: &Model<D>, apart: bool, free: bool) -> Self {
-        let nodes = model.positions.len();
         if !model.is_complete() {
             return Assembler::default();
         }
-        // Clusters that hold each node, so that a column is the union of its clusters' nodes.
-        let mut holders: Vec<Vec<(u32, u32)>> = vec![Vec::new(); nodes];
-        for (t, term) in model.terms.iter().enumerate().filter(|(_, term)| !(free && term.separates())) {
-            for cluster in 0..own_nodes(&**term) {
-                for &node in term.nodes(cluster) {
-                    holders[node as usize].push((t as u32, cluster as u32));
-                }
-            }
-        }
-        let mut node_columns = vec![0usize];
-        let mut node_rows: Vec<u32> = Vec::new();
-        let mut seen = vec![u32::MAX; nodes];
-        for column in 0..nodes {
-            let start = node_rows.len();
-            node_rows.push(column as u32);
-            seen[column] = column as u32;
-            let mut see = |row: u32| {
-                if row as usize > column && seen[row as usize] != column as u32 {
-                    seen[row as usize] = column as u32;
-                    node_rows.push(row);
-                }
-            };
-            for &(t, cluster) in &holders[column] {
-                let term = &model.terms[t as usize];
-                let nodes = term.nodes(cluster as usize);
-                if apart && term.separates() {
-                    let own = nodes.partition_point(|&node| (node as usize) < column) as u16;
-                    term.couplings(cluster as usize, &mut |list| {
-                        if list.binary_search(&own).is_ok() {
-                            list.iter().for_each(|&a| see(nodes[a as usize]));
-                        }
-                    });
-                } else {
-                    nodes.iter().for_each(|&row| see(row));
-                }
-            }
-            node_rows[start..].sort_unstable();
-            node_columns.push(node_rows.len());
-        }
-        let (mut columns, mut all) = (vec![0], Vec::with_capacity(node_rows.len() * D * D));
-        for column in 0..nodes {
-            let rows = &node_rows[node_columns[column]..node_columns[column + 1]];
-            for j in 0..D {
-                for i in j..D {
-                    all.push((column * D + i) as u32);
-                }
-                for &row in &rows[1..] {
-                    for i in 0..D {
-                        all.push(row * D as u32 + i as u32);
-                    }
-                }
-                columns.push(all.len());
-            }
-        }
-        let pattern = Pattern { columns, rows: Arc::new(all) };
-        let mut first_place = Vec::new();
-        let pairs = |nodes: usize| nodes * (nodes + 1) / 2;
-        let count = |term: &dyn Term<D>| match free && term.separates() {
-            true => 0,
-            false => (0..own_nodes(term)).map(|c| pairs(term.nodes(c).len())).sum::<usize>(),
-        };
-        let mut places = Vec::with_capacity(model.terms.iter().map(|term| count(&**term)).sum());
-        for term in &model.terms {
-            let mut firsts = Vec::with_capacity(term.clusters());
-            for cluster in 0..term.clusters() {
-                if cluster >= own_nodes(&**term) {
-                    firsts.push(firsts[0]);
-                    continue;
-                }
-                firsts.push(places.len());
-                let list = term.nodes(cluster);
-                if free && term.separates() {
-                    continue;
-                }
-                if apart && term.separates() {
-                    places_apart(&**term, cluster, list, &node_columns, &node_rows, &mut places);
-                    continue;
-                }
-                for (b, &column) in list.iter().enumerate() {
-                    let rows = &node_rows[node_columns[column as usize]..node_columns[column as usize + 1]];
-                    let mut k = 0;
-                    for &row in &list[b..] {
-                        while rows[k] < row {
-                            k += 1;
-                        }
-                        places.push(k as u32);
-                    }
-                }
-            }
-            first_place.push(firsts);
-        }
+        let columns = NodeColumns::new(model, apart, free);
+        let pattern = columns.pattern::<D>();
+        let (first_place, places) = columns.places(model, apart, free);
         Assembler {
             entries: pattern.entries(),
             pattern,
-            node_columns,
+            node_columns: columns.first,
             first_place,
             places,
             slabs: model.terms.iter().map(|term| SlabSchedule::new(model, &**term)).collect(),
@@ -355,40 +263,6 @@ impl Assembler {
                 .iter()
                 .map(|e| 8 * (e.matrix.capacity() + e.scratch.capacity()) + e.lower.bytes())
                 .sum::<usize>()
-    }
-}
-
-/// Appends the places of a cluster's pairs where only nodes that share a point are coupled.
-fn places_apart<const D: usize>(
-    term: &dyn Term<D>,
-    cluster: usize,
-    list: &[u32],
-    node_columns: &[usize],
-    node_rows: &[u32],
-    places: &mut Vec<u32>,
-) {
-    let n = list.len();
-    let mut coupled = vec![false; n * n];
-    term.couplings(cluster, &mut |nodes| {
-        for &b in nodes {
-            for &a in nodes {
-                coupled[b as usize * n + a as usize] = true;
-            }
-        }
-    });
-    for (b, &column) in list.iter().enumerate() {
-        let rows = &node_rows[node_columns[column as usize]..node_columns[column as usize + 1]];
-        let mut k = 0;
-        for (a, &row) in list.iter().enumerate().skip(b) {
-            if a > b && !coupled[b * n + a] {
-                places.push(UNCOUPLED);
-                continue;
-            }
-            while rows[k] < row {
-                k += 1;
-            }
-            places.push(k as u32);
-        }
     }
 }
 

@@ -2,17 +2,22 @@
 
 mod assembler;
 mod elsewhere;
+mod layout;
+mod measures;
 mod model;
 mod pattern;
 mod ranks;
 mod slabs;
 mod sum;
+mod system;
 
 pub use assembler::Assembler;
 #[cfg(feature = "solve")]
-pub(crate) use model::release;
-pub use model::{Model, System};
+pub use model::Model;
 pub use pattern::Pattern;
 #[cfg(feature = "solve")]
 pub(crate) use pattern::add_column;
 pub use ranks::Ranks;
+pub use system::System;
+#[cfg(feature = "solve")]
+pub(crate) use system::release;

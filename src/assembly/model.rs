@@ -1,10 +1,10 @@
-//! Models: terms over one set of nodes, and the system they make.
+//! Models: terms over one set of nodes, their forces and condensed unknowns.
 
 use std::sync::Arc;
 
 use crate::geometry::Point;
 use crate::parallel::{map_ranges, threads};
-use crate::term::{Element, Product, StateDiagnostics, Term, View, Zone};
+use crate::term::{Element, Product, Term, View, Zone};
 
 use super::Ranks;
 use super::elsewhere::Elsewhere;
@@ -22,77 +22,6 @@ pub struct Model<const D: usize> {
     unsorted: Option<[usize; 2]>,
     /// Those that share the clusters, where it is not one alone.
     pub(super) ranks: Option<Arc<dyn Ranks>>,
-}
-
-/// The assembled system at one state: $r$, $\partial r/\partial\lambda$ and $K$.
-#[derive(Debug, Clone, Default)]
-pub struct System {
-    /// $r = \partial\Pi/\partial d$: internal minus external forces.
-    pub residual: Vec<f64>,
-    /// $\sqrt{\sum r_e^2}$ over the forces of all clusters: what the residual is measured against (reactions included).
-    pub scale: f64,
-    /// $\partial r/\partial\lambda$.
-    pub load_slope: Vec<f64>,
-    /// Symmetric part of $K$, lower triangle in the model's pattern.
-    pub values: Vec<f64>,
-    /// Skew part $N$ of $K$ as (row, column, value) with row > column; $N_{cr} = -N_{rc}$.
-    pub skew: Vec<(u32, u32, f64)>,
-    /// What condensed pressures would add to $K$, where an assembler keeps them apart.
-    pub zones: Vec<Zone>,
-    /// Further entries (row, column, value) of $K$ that neither part holds.
-    pub coupling: Vec<(u32, u32, f64)>,
-    /// The ranks that share the matrix: values and skew part are what this one has summed of them. Residual, scale and load
-    /// slope are whole.
-    pub ranks: Option<Arc<dyn Ranks>>,
-}
-
-/// Entries of a matrix beyond which its memory is not kept while another form of it is in use: 2 MB.
-#[cfg(feature = "solve")]
-const KEPT: usize = 1 << 18;
-
-/// Gives back the memory of the values of a large matrix.
-#[cfg(feature = "solve")]
-pub(crate) fn release(values: &mut Vec<f64>) {
-    if values.capacity() > KEPT {
-        *values = Vec::new();
-    }
-}
-
-impl System {
-    /// Gives back the memory of a large matrix, once its reduced form is all that is needed.
-    #[cfg(feature = "solve")]
-    pub(crate) fn release(&mut self) {
-        release(&mut self.values);
-    }
-
-    /// Adds up over the ranks what each has found with its share of the matrix.
-    #[cfg(feature = "solve")]
-    pub(crate) fn over_ranks(&self, product: &mut [f64]) {
-        if let Some(ranks) = &self.ranks {
-            ranks.sum(product);
-        }
-    }
-
-    /// Whether the symmetric part is all of $K$, on every rank.
-    #[cfg(feature = "solve")]
-    pub(crate) fn is_symmetric(&self) -> bool {
-        let mine = self.skew.is_empty() && self.coupling.is_empty();
-        match &self.ranks {
-            Some(ranks) => ranks.least(f64::from(u8::from(mine))) > 0.0,
-            None => mine,
-        }
-    }
-
-    /// $y \mathrel{+}= N x$, the skew part and the coupling alone.
-    pub fn skew_multiply_add(&self, x: &[f64], y: &mut [f64]) {
-        for &(row, column, value) in &self.skew {
-            y[row as usize] += value * x[column as usize];
-            y[column as usize] -= value * x[row as usize];
-        }
-        for &(row, column, value) in &self.coupling {
-            y[row as usize] += value * x[column as usize];
-        }
-    }
 }
 
 impl<const D: usize> Model<D> {
@@ -204,94 +133,6 @@ impl<const D: usize> Model<D> {
     fn reads_condensed(&self, condensed: &[Vec<f64>]) -> bool {
         condensed.len() == self.terms.len()
             && self.needs.iter().zip(condensed).all(|([_, needed], l)| *needed <= l.len())
-    }
-
-    /// Energy stored in all terms \[stress·length³; per unit length in plane strain\]; NaN for vectors of another model.
-    pub fn energy(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64) -> f64 {
-        if !self.reads(displacement, condensed) {
-            return f64::NAN;
-        }
-        let mut energy = 0.0;
-        for (term, condensed) in self.terms.iter().zip(condensed) {
-            let view = View { displacement, condensed, load };
-            for cluster in 0..term.clusters() {
-                energy += term.energy(cluster, view);
-            }
-        }
-        if let Some(ranks) = &self.ranks {
-            let mut total = [energy];
-            ranks.sum(&mut total);
-            return total[0];
-        }
-        energy
-    }
-
-    /// The largest $|\nabla u|$ of a displacement at any point; NaN for one of another model.
-    pub fn largest_gradient(&self, displacement: &[f64]) -> f64 {
-        if !self.is_complete() || displacement.len() != self.unknowns() {
-            return f64::NAN;
-        }
-        let of_term = |term: &dyn Term<D>| {
-            (0..term.clusters()).map(|c| term.largest_gradient(c, displacement)).fold(0.0, f64::max)
-        };
-        let mine = self.terms.iter().map(|term| of_term(&**term)).fold(0.0, f64::max);
-        match &self.ranks {
-            Some(ranks) => -ranks.least(-mine),
-            None => mine,
-        }
-    }
-
-    /// The smallest $\det F$ at any point and where, `None` where no term has a deformation gradient; NaN nowhere for vectors
-    /// of another model.
-    pub fn smallest_jacobian(
-        &self,
-        displacement: &[f64],
-        condensed: &[Vec<f64>],
-        load: f64,
-    ) -> Option<(f64, Vec<f64>)> {
-        if !self.reads(displacement, condensed) {
-            return Some((f64::NAN, Vec::new()));
-        }
-        let mut smallest: Option<(f64, Vec<f64>)> = None;
-        for (term, condensed) in self.terms.iter().zip(condensed) {
-            let view = View { displacement, condensed, load };
-            for cluster in 0..term.clusters() {
-                if let Some(found) = term.smallest_jacobian(cluster, view)
-                    && smallest.as_ref().is_none_or(|s| found.0 < s.0 || found.0.is_nan())
-                {
-                    smallest = Some(found);
-                }
-            }
-        }
-        match &self.ranks {
-            Some(ranks) => smallest_of_all::<D>(&**ranks, smallest),
-            None => smallest,
-        }
-    }
-
-    /// How far a state can be trusted: the worst of all clusters; Jacobians are NaN for vectors of another model.
-    pub fn diagnostics(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64) -> StateDiagnostics {
-        if !self.reads(displacement, condensed) {
-            return StateDiagnostics { jacobians: Some([f64::NAN; 2]), ..StateDiagnostics::default() };
-        }
-        let mut diagnostics = StateDiagnostics::default();
-        for (term, condensed) in self.terms.iter().zip(condensed) {
-            let view = View { displacement, condensed, load };
-            for cluster in 0..term.clusters() {
-                diagnostics = diagnostics.join(term.diagnostics(cluster, view));
-            }
-        }
-        match &self.ranks {
-            Some(ranks) => diagnostics.over(|values| ranks.largest(values), |value| ranks.sum(value)),
-            None => diagnostics,
-        }
-    }
-
-    /// Why a state is none that a term can answer for.
-    #[cfg(feature = "solve")]
-    pub(crate) fn refuses(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64) -> Option<String> {
-        let mut terms = self.terms.iter().zip(condensed);
-        terms.find_map(|(term, condensed)| term.refuses(View { displacement, condensed, load }))
     }
 
     /// Adds what a change of the load factor does to the increments of the condensed unknowns.
@@ -493,21 +334,4 @@ impl<const D: usize> Model<D> {
             }
         }
     }
-}
-
-/// The smallest determinant of all ranks and where: that of the first rank that has found it.
-fn smallest_of_all<const D: usize>(ranks: &dyn Ranks, mine: Option<(f64, Vec<f64>)>) -> Option<(f64, Vec<f64>)> {
-    // A determinant that is none stands before all others.
-    let key = mine.as_ref().map_or(f64::INFINITY, |found| if found.0.is_nan() { f64::NEG_INFINITY } else { found.0 });
-    let least = ranks.least(key);
-    if least == f64::INFINITY {
-        return None;
-    }
-    let first = ranks.least(if key == least { ranks.rank() as f64 } else { f64::INFINITY });
-    let mut at = [0.0; D];
-    if let Some((_, place)) = mine.filter(|_| first == ranks.rank() as f64) {
-        at.iter_mut().zip(&place).for_each(|(at, x)| *at = *x);
-    }
-    ranks.sum(&mut at);
-    Some((if least == f64::NEG_INFINITY { f64::NAN } else { least }, at.to_vec()))
 }

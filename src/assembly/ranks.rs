@@ -20,6 +20,7 @@ use std::fmt;
 ///     fn largest(&self, _: &mut [f64]) {}
 /// }
 /// assert_eq!(Alone.least(2.0), 2.0);
+/// assert_eq!(Alone.gathered(&[1.0, 2.0]), [1.0, 2.0]);
 /// ```
 pub trait Ranks: fmt::Debug + Send + Sync {
     /// This rank, counted from 0.
@@ -39,5 +40,17 @@ pub trait Ranks: fmt::Debug + Send + Sync {
         let mut negative = [-value];
         self.largest(&mut negative);
         -negative[0]
+    }
+
+    /// The values of all ranks, those of the first one first, on all of them: for a table that one rank writes.
+    fn gathered(&self, mine: &[f64]) -> Vec<f64> {
+        let mut counts = vec![0.0; self.count()];
+        counts[self.rank()] = mine.len() as f64;
+        self.sum(&mut counts);
+        let before: f64 = counts[..self.rank()].iter().sum();
+        let mut all = vec![0.0; counts.iter().sum::<f64>() as usize];
+        all[before as usize..][..mine.len()].copy_from_slice(mine);
+        self.sum(&mut all);
+        all
     }
 }

@@ -5,6 +5,7 @@
 //! | [`Table`] | `.csv` | columns of numbers and words |
 //! | [`Summary`] | `.csv` | an example's results beside their references |
 //! | [`VtkGrid`] | `.vtu` | fields on particles and cells, for ParaView |
+//! | pieces of a [`VtkGrid`] | `.pvtu` and `.vtu` | the same from several ranks |
 //! | [`PvdCollection`] | `.pvd` | the `.vtu` files of a path in time or load |
 //! | [`Picture`] | `.svg` | bodies seen from outside, coloured by a field |
 //! | `Chart` | `.svg` | curves, work against precision, deformed shapes |
@@ -23,6 +24,7 @@ pub mod csv;
 #[cfg(feature = "serde")]
 pub mod journal;
 mod picture;
+mod pieces;
 pub mod vtk;
 
 #[cfg(feature = "chart")]

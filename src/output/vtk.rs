@@ -47,6 +47,21 @@ impl VtkCell {
         }
     }
 
+    /// The same cell between points of other numbers.
+    pub(super) fn renumbered(&self, number: impl Fn(usize) -> usize) -> Self {
+        let number = &number;
+        match self {
+            Self::Vertex(corner) => Self::Vertex(number(*corner)),
+            Self::Line(corners) => Self::Line(corners.map(number)),
+            Self::Triangle(corners) => Self::Triangle(corners.map(number)),
+            Self::Quad(corners) => Self::Quad(corners.map(number)),
+            Self::Tetrahedron(corners) => Self::Tetrahedron(corners.map(number)),
+            Self::Hexahedron(corners) => Self::Hexahedron(corners.map(number)),
+            Self::Wedge(corners) => Self::Wedge(corners.map(number)),
+            Self::Polygon(corners) => Self::Polygon(corners.iter().map(|&corner| number(corner)).collect()),
+        }
+    }
+
     /// VTK's number for the shape (vtkCellType.h).
     fn code(&self) -> u8 {
         match self {
@@ -92,6 +107,16 @@ impl VtkValues {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// VTK's name of the numbers, and how many of them an entry has.
+    pub(super) fn kind(&self) -> (&'static str, usize) {
+        match self {
+            Self::Integers(_) => ("Int64", 1),
+            Self::Scalars(_) => ("Float64", 1),
+            Self::Vectors(_) => ("Float64", 3),
+            Self::Tensors(_) => ("Float64", 9),
+        }
     }
 }
 
@@ -203,11 +228,12 @@ impl VtkGrid {
         for (element, fields) in [("PointData", &self.point_data), ("CellData", &self.cell_data)] {
             let _ = writeln!(xml, "<{element}>");
             for field in fields {
-                let (kind, components, bytes) = match &field.values {
-                    VtkValues::Integers(values) => ("Int64", 1, integers(values)),
-                    VtkValues::Scalars(values) => ("Float64", 1, floats(values)),
-                    VtkValues::Vectors(values) => ("Float64", 3, floats(values.as_flattened())),
-                    VtkValues::Tensors(values) => ("Float64", 9, floats(values.as_flattened())),
+                let (kind, components) = field.values.kind();
+                let bytes = match &field.values {
+                    VtkValues::Integers(values) => integers(values),
+                    VtkValues::Scalars(values) => floats(values),
+                    VtkValues::Vectors(values) => floats(values.as_flattened()),
+                    VtkValues::Tensors(values) => floats(values.as_flattened()),
                 };
                 array(&mut xml, &field.name, kind, components, &bytes);
             }
@@ -225,7 +251,7 @@ impl VtkGrid {
         write_text(path.as_ref(), &self.to_xml()?)
     }
 
-    fn check(&self) -> Result<(), OutputError> {
+    pub(super) fn check(&self) -> Result<(), OutputError> {
         let length = |what: String, given: usize, needed: usize| Err(OutputError::Length { what, given, needed });
         for (index, cell) in self.cells.iter().enumerate() {
             let corners = cell.corners();
@@ -355,7 +381,7 @@ fn base64(bytes: &[u8], out: &mut String) {
 }
 
 /// Text as an XML attribute holds it; control characters and others that XML forbids become spaces.
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for character in text.chars() {
         match character {

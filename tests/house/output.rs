@@ -181,6 +181,34 @@ fn a_grid_that_contradicts_itself_is_refused() {
 }
 
 #[test]
+fn an_index_names_its_pieces_and_their_fields() {
+    let directory = fresh("pieces");
+    let grid = grid();
+    for part in [1, 0, 2] {
+        grid.write_piece(directory.join("deep/run.pvtu"), part, 3).unwrap();
+    }
+    let read = |name: &str| std::fs::read_to_string(directory.join("deep").join(name)).unwrap();
+    let index = read("run.pvtu");
+    let (mut cells, mut points) = (0, 0);
+    for part in 0..3 {
+        let name = format!("run_{part}.vtu");
+        assert!(index.contains(&format!("<Piece Source=\"{name}\"/>")), "{index}");
+        let piece = read(&name);
+        cells += integers(&decode(&piece, "offsets")).len();
+        points += floats(&decode(&piece, "Points")).len() / 3;
+        // What the index says of a field is what the pieces say.
+        for array in index.split("<PDataArray ").skip(1).filter_map(|rest| rest.split_once("/>")) {
+            assert!(piece.contains(&format!("<DataArray {}", array.0)), "{part}: {}", array.0);
+        }
+    }
+    assert_eq!(cells, grid.cells.len());
+    // Those at borders stand in both pieces.
+    assert!(points >= grid.points.len());
+    assert_eq!(grid.piece(0, 1).unwrap(), grid);
+    std::fs::remove_dir_all(&directory).unwrap();
+}
+
+#[test]
 fn a_collection_names_its_files_beside_itself() {
     let directory = fresh("pvd");
     let mut path = PvdCollection::default();

@@ -8,6 +8,7 @@ mod diagnosis;
 mod fields;
 mod motions;
 mod places;
+mod ranks;
 mod references;
 mod resume;
 mod rigid;

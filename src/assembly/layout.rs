@@ -1,0 +1,165 @@
+//! The layout of a matrix: which nodes of a model are coupled, and where the blocks of its clusters go.
+
+use std::sync::Arc;
+
+use crate::term::Term;
+
+use super::Model;
+use super::pattern::{Pattern, UNCOUPLED};
+
+/// Node by node, the nodes at and below it that it is coupled with.
+pub(super) struct NodeColumns {
+    /// The first row of each column, and the end.
+    pub first: Vec<usize>,
+    rows: Vec<u32>,
+}
+
+impl NodeColumns {
+    /// Of a complete model; pressures of zones kept `apart`, the rest of the matrices of such terms left to their points where `free`.
+    pub fn new<const D: usize>(model: &Model<D>, apart: bool, free: bool) -> Self {
+        let nodes = model.positions.len();
+        // Clusters that hold each node, so that a column is the union of its clusters' nodes.
+        let mut holders: Vec<Vec<(u32, u32)>> = vec![Vec::new(); nodes];
+        for (t, term) in model.terms.iter().enumerate().filter(|(_, term)| !(free && term.separates())) {
+            for cluster in 0..own_nodes(&**term) {
+                for &node in term.nodes(cluster) {
+                    holders[node as usize].push((t as u32, cluster as u32));
+                }
+            }
+        }
+        let mut node_columns = vec![0usize];
+        let mut node_rows: Vec<u32> = Vec::new();
+        let mut seen = vec![u32::MAX; nodes];
+        for column in 0..nodes {
+            let start = node_rows.len();
+            node_rows.push(column as u32);
+            seen[column] = column as u32;
+            let mut see = |row: u32| {
+                if row as usize > column && seen[row as usize] != column as u32 {
+                    seen[row as usize] = column as u32;
+                    node_rows.push(row);
+                }
+            };
+            for &(t, cluster) in &holders[column] {
+                let term = &model.terms[t as usize];
+                let nodes = term.nodes(cluster as usize);
+                if apart && term.separates() {
+                    let own = nodes.partition_point(|&node| (node as usize) < column) as u16;
+                    term.couplings(cluster as usize, &mut |list| {
+                        if list.binary_search(&own).is_ok() {
+                            list.iter().for_each(|&a| see(nodes[a as usize]));
+                        }
+                    });
+                } else {
+                    nodes.iter().for_each(|&row| see(row));
+                }
+            }
+            node_rows[start..].sort_unstable();
+            node_columns.push(node_rows.len());
+        }
+        NodeColumns { first: node_columns, rows: node_rows }
+    }
+
+    fn column(&self, column: usize) -> &[u32] {
+        &self.rows[self.first[column]..self.first[column + 1]]
+    }
+
+    /// The pattern over all components.
+    pub fn pattern<const D: usize>(&self) -> Pattern {
+        let (mut columns, mut all) = (vec![0], Vec::with_capacity(self.rows.len() * D * D));
+        for column in 0..self.first.len() - 1 {
+            let rows = self.column(column);
+            for j in 0..D {
+                for i in j..D {
+                    all.push((column * D + i) as u32);
+                }
+                for &row in &rows[1..] {
+                    for i in 0..D {
+                        all.push(row * D as u32 + i as u32);
+                    }
+                }
+                columns.push(all.len());
+            }
+        }
+        Pattern { columns, rows: Arc::new(all) }
+    }
+
+    /// For each term and cluster its first place, and for each pair of a cluster's nodes the place of the block in its column.
+    pub fn places<const D: usize>(&self, model: &Model<D>, apart: bool, free: bool) -> (Vec<Vec<usize>>, Vec<u32>) {
+        let mut first_place = Vec::new();
+        let pairs = |nodes: usize| nodes * (nodes + 1) / 2;
+        let count = |term: &dyn Term<D>| match free && term.separates() {
+            true => 0,
+            false => (0..own_nodes(term)).map(|c| pairs(term.nodes(c).len())).sum::<usize>(),
+        };
+        let mut places = Vec::with_capacity(model.terms.iter().map(|term| count(&**term)).sum());
+        for term in &model.terms {
+            let mut firsts = Vec::with_capacity(term.clusters());
+            for cluster in 0..term.clusters() {
+                if cluster >= own_nodes(&**term) {
+                    firsts.push(firsts[0]);
+                    continue;
+                }
+                firsts.push(places.len());
+                let list = term.nodes(cluster);
+                if free && term.separates() {
+                    continue;
+                }
+                if apart && term.separates() {
+                    places_apart(&**term, cluster, list, self, &mut places);
+                    continue;
+                }
+                for (b, &column) in list.iter().enumerate() {
+                    let rows = self.column(column as usize);
+                    let mut k = 0;
+                    for &row in &list[b..] {
+                        while rows[k] < row {
+                            k += 1;
+                        }
+                        places.push(k as u32);
+                    }
+                }
+            }
+            first_place.push(firsts);
+        }
+        (first_place, places)
+    }
+}
+
+/// Clusters of a term with nodes of their own: where it fills buffers over a few of them, all clusters have the same.
+fn own_nodes<const D: usize>(term: &dyn Term<D>) -> usize {
+    if term.fills_compact() { term.clusters().min(1) } else { term.clusters() }
+}
+
+/// Appends the places of a cluster's pairs where only nodes that share a point are coupled.
+fn places_apart<const D: usize>(
+    term: &dyn Term<D>,
+    cluster: usize,
+    list: &[u32],
+    columns: &NodeColumns,
+    places: &mut Vec<u32>,
+) {
+    let n = list.len();
+    let mut coupled = vec![false; n * n];
+    term.couplings(cluster, &mut |nodes| {
+        for &b in nodes {
+            for &a in nodes {
+                coupled[b as usize * n + a as usize] = true;
+            }
+        }
+    });
+    for (b, &column) in list.iter().enumerate() {
+        let rows = columns.column(column as usize);
+        let mut k = 0;
+        for (a, &row) in list.iter().enumerate().skip(b) {
+            if a > b && !coupled[b * n + a] {
+                places.push(UNCOUPLED);
+                continue;
+            }
+            while rows[k] < row {
+                k += 1;
+            }
+            places.push(k as u32);
+        }
+    }
+}

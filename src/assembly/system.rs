@@ -1,0 +1,78 @@
+//! The system that a model makes at one state.
+
+use std::sync::Arc;
+
+use crate::term::Zone;
+
+use super::Ranks;
+
+/// The assembled system at one state: $r$, $\partial r/\partial\lambda$ and $K$.
+#[derive(Debug, Clone, Default)]
+pub struct System {
+    /// $r = \partial\Pi/\partial d$: internal minus external forces.
+    pub residual: Vec<f64>,
+    /// $\sqrt{\sum r_e^2}$ over the forces of all clusters: what the residual is measured against (reactions included).
+    pub scale: f64,
+    /// $\partial r/\partial\lambda$.
+    pub load_slope: Vec<f64>,
+    /// Symmetric part of $K$, lower triangle in the model's pattern.
+    pub values: Vec<f64>,
+    /// Skew part $N$ of $K$ as (row, column, value) with row > column; $N_{cr} = -N_{rc}$.
+    pub skew: Vec<(u32, u32, f64)>,
+    /// What condensed pressures would add to $K$, where an assembler keeps them apart.
+    pub zones: Vec<Zone>,
+    /// Further entries (row, column, value) of $K$ that neither part holds.
+    pub coupling: Vec<(u32, u32, f64)>,
+    /// The ranks that share the matrix: values and skew part are what this one has summed of them. Residual, scale and load
+    /// slope are whole.
+    pub ranks: Option<Arc<dyn Ranks>>,
+}
+
+/// Entries of a matrix beyond which its memory is not kept while another form of it is in use: 2 MB.
+#[cfg(feature = "solve")]
+const KEPT: usize = 1 << 18;
+
+/// Gives back the memory of the values of a large matrix.
+#[cfg(feature = "solve")]
+pub(crate) fn release(values: &mut Vec<f64>) {
+    if values.capacity() > KEPT {
+        *values = Vec::new();
+    }
+}
+
+impl System {
+    /// Gives back the memory of a large matrix, once its reduced form is all that is needed.
+    #[cfg(feature = "solve")]
+    pub(crate) fn release(&mut self) {
+        release(&mut self.values);
+    }
+
+    /// Adds up over the ranks what each has found with its share of the matrix.
+    #[cfg(feature = "solve")]
+    pub(crate) fn over_ranks(&self, product: &mut [f64]) {
+        if let Some(ranks) = &self.ranks {
+            ranks.sum(product);
+        }
+    }
+
+    /// Whether the symmetric part is all of $K$, on every rank.
+    #[cfg(feature = "solve")]
+    pub(crate) fn is_symmetric(&self) -> bool {
+        let mine = self.skew.is_empty() && self.coupling.is_empty();
+        match &self.ranks {
+            Some(ranks) => ranks.least(f64::from(u8::from(mine))) > 0.0,
+            None => mine,
+        }
+    }
+
+    /// $y \mathrel{+}= N x$, the skew part and the coupling alone.
+    pub fn skew_multiply_add(&self, x: &[f64], y: &mut [f64]) {
+        for &(row, column, value) in &self.skew {
+            y[row as usize] += value * x[column as usize];
+            y[column as usize] -= value * x[row as usize];
+        }
+        for &(row, column, value) in &self.coupling {
+            y[row as usize] += value * x[column as usize];
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! GOAL: a scene that several ranks share is the scene: displacement, energy, reactions, steps.
+//! GEOMETRY: Cook's membrane, a strip under pressure that follows, a bonded pair, a scattered plate.
+//! REFERENCE: the same scene in one process. The ranks are threads here; `petsc/tests/ranks.rs` has processes.
+
+use std::sync::{Arc, Barrier, Mutex};
+use std::thread;
+
+use rkpm::assembly::{Pattern, Ranks};
+use rkpm::cells::Zones;
+use rkpm::error::LinearError;
+use rkpm::geometry::Point;
+use rkpm::linear::{Direct, Factorizer, Factors, LinearSolver, MatrixClass};
+use rkpm::output::{VtkGrid, VtkValues};
+use rkpm::prelude::*;
+use rkpm::quadrature::Points;
+
+/// Differences of rounding in sums of other order.
+const TOLERANCE: f64 = 1e-10;
+
+/// What threads sum together.
+#[derive(Debug)]
+struct Meeting {
+    gate: Barrier,
+    values: Mutex<Vec<Vec<f64>>>,
+}
+
+#[derive(Debug, Clone)]
+struct Member {
+    rank: usize,
+    count: usize,
+    meeting: Arc<Meeting>,
+}
+
+impl Member {
+    fn meet(&self, values: &mut [f64], join: fn(f64, f64) -> f64) {
+        self.meeting.values.lock().unwrap()[self.rank] = values.to_vec();
+        self.meeting.gate.wait();
+        let all = self.meeting.values.lock().unwrap().clone();
+        for (k, value) in values.iter_mut().enumerate() {
+            *value = all.iter().map(|own| own[k]).reduce(join).unwrap();
+        }
+        self.meeting.gate.wait();
+    }
+}
+
+impl Ranks for Member {
+    fn rank(&self) -> usize {
+        self.rank
+    }
+
+    fn count(&self) -> usize {
+        self.count
+    }
+
+    fn sum(&self, values: &mut [f64]) {
+        self.meet(values, |a, b| a + b);
+    }
+
+    fn largest(&self, values: &mut [f64]) {
+        self.meet(values, f64::max);
+    }
+}
+
+/// Factors of the matrix that all have summed, on each of them.
+struct Gathered(Member);
+
+struct GatheredFactorizer {
+    member: Member,
+    pattern: Pattern,
+    whole: Pattern,
+    inner: Box<dyn Factorizer>,
+    values: Vec<f64>,
+}
+
+impl LinearSolver for Gathered {
+    fn analyze(
+        &self,
+        pattern: &Pattern,
+        class: MatrixClass,
+        _: Option<&[usize]>,
+    ) -> Result<Box<dyn Factorizer>, LinearError> {
+        let size = pattern.size() as u32;
+        let whole = Pattern::from_columns((0..size).map(|column| (column..size).collect()).collect());
+        let inner = Direct.analyze(&whole, class, None)?;
+        let (member, pattern) = (self.0.clone(), pattern.clone());
+        Ok(Box::new(GatheredFactorizer { member, pattern, whole, inner, values: Vec::new() }))
+    }
+
+    fn ranks(&self) -> Option<Arc<dyn Ranks>> {
+        Some(Arc::new(self.0.clone()))
+    }
+}
+
+impl Factorizer for GatheredFactorizer {
+    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
+        self.values = vec![0.0; self.whole.entries()];
+        for column in 0..self.pattern.size() {
+            for (k, &row) in self.pattern.column(column).iter().enumerate() {
+                let place = self.whole.find(row as usize, column).unwrap();
+                self.values[place] += values[self.pattern.columns[column] + k];
+            }
+        }
+        self.member.sum(&mut self.values);
+        self.inner.factorize(&self.values)
+    }
+}
+
+fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
+    let alone = scene.discretize(scheme).unwrap();
+    let path = alone.run(&mut ()).unwrap().completed().unwrap();
+    let expected = path.last();
+    let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let distance = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()));
+    let force = alone.reaction(expected, place.clone()).unwrap();
+    let stresses = alone.at_particles(&alone.stresses(expected));
+    for count in [2, 3] {
+        let meeting = Arc::new(Meeting { gate: Barrier::new(count), values: Mutex::new(vec![Vec::new(); count]) });
+        let points: usize = thread::scope(|scope| {
+            let run = |rank| {
+                let (meeting, place) = (meeting.clone(), place.clone());
+                let (path, force, alone, stresses) = (&path, &force, &alone, &stresses);
+                scope.spawn(move || {
+                    let solver = Gathered(Member { rank, count, meeting });
+                    let shared = scene.discretize(&scheme.clone().solver(solver)).unwrap();
+                    let found = shared.run(&mut ()).unwrap().completed().unwrap();
+                    let (state, expected) = (found.last(), path.last());
+                    let other = shared.reaction(state, place).unwrap();
+                    let means = shared.at_particles(&shared.stresses(state));
+                    let energy = shared.energy(state) / alone.energy(expected);
+                    assert_eq!((found.iterations, found.steps.len()), (path.iterations, path.steps.len()));
+                    let displacement = distance(&state.displacement, &expected.displacement);
+                    assert!(displacement <= TOLERANCE * largest(&expected.displacement), "{displacement:e}");
+                    assert!((energy - 1.0).abs() <= TOLERANCE, "{energy}");
+                    assert!(distance(other.as_slice(), force.as_slice()) <= TOLERANCE * largest(force.as_slice()));
+                    let most = stresses.iter().map(|stress| stress.norm()).fold(0.0, f64::max);
+                    let off = means.iter().zip(stresses).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+                    assert!(off <= 1e2 * TOLERANCE * most, "{off:e}");
+                    pieces_hold_the_grid(&shared.vtk_grid(state).unwrap(), count);
+                    let ranks = shared.model().ranks().unwrap();
+                    let weights = ranks.gathered(&shared.weights().collect::<Vec<_>>());
+                    assert_eq!(weights.len(), alone.points().count());
+                    let volume: f64 = alone.weights().sum();
+                    assert!((weights.iter().sum::<f64>() / volume - 1.0).abs() < 1e-12);
+                    shared.points().count()
+                })
+            };
+            let threads: Vec<_> = (0..count).map(run).collect();
+            threads.into_iter().map(|thread| thread.join().unwrap()).sum()
+        });
+        assert_eq!(points, alone.points().count());
+    }
+}
+
+/// Whether each cell stands in one piece, with the same points and the same values on them and on itself.
+fn pieces_hold_the_grid(grid: &VtkGrid, parts: usize) {
+    let mut cell = 0;
+    let mut seen = vec![false; grid.points.len()];
+    for part in 0..parts {
+        let piece = grid.piece(part, parts).unwrap();
+        piece.to_xml().unwrap();
+        for (own, corners) in piece.cells.iter().map(|cell| cell.corners()).enumerate() {
+            assert_eq!(corners.len(), grid.cells[cell].corners().len());
+            for (&a, &b) in corners.iter().zip(grid.cells[cell].corners()) {
+                assert_eq!(piece.points[a], grid.points[b]);
+                seen[b] = true;
+                for (mine, all) in piece.point_data.iter().zip(&grid.point_data) {
+                    assert_eq!((&mine.name, entry(&mine.values, a)), (&all.name, entry(&all.values, b)));
+                }
+            }
+            for (mine, all) in piece.cell_data.iter().zip(&grid.cell_data) {
+                assert_eq!((&mine.name, entry(&mine.values, own)), (&all.name, entry(&all.values, cell)));
+            }
+            cell += 1;
+        }
+    }
+    assert_eq!(cell, grid.cells.len());
+    assert!(seen.iter().all(|&seen| seen));
+}
+
+fn entry(values: &VtkValues, place: usize) -> Vec<f64> {
+    match values {
+        VtkValues::Integers(values) => vec![values[place] as f64],
+        VtkValues::Scalars(values) => vec![values[place]],
+        VtkValues::Vectors(values) => values[place].to_vec(),
+        VtkValues::Tensors(values) => values[place].to_vec(),
+        _ => panic!("a kind of values without a test"),
+    }
+}
+
+#[test]
+fn shares_of_zones_hold_each_once_and_are_even() {
+    // Zones of one to three cells.
+    let mut offsets = vec![0];
+    (0..40).for_each(|zone| offsets.push(offsets[zone] + 1 + zone % 3));
+    let count = offsets[40];
+    let all = Zones::new((0..count as u32).rev().collect(), offsets);
+    all.validate(count).unwrap();
+    for parts in [1, 2, 3, 7] {
+        let mut named = vec![0; count];
+        for part in 0..parts {
+            let share = all.share(part, parts, |cell| u64::from(cell * 7919 % 101));
+            share.validate(count).unwrap();
+            assert!(share.cells.len().abs_diff(count / parts) <= 4, "{parts} parts");
+            share.cells.iter().for_each(|&cell| named[cell as usize] += 1);
+        }
+        assert!(named.iter().all(|&times| times == 1), "{parts} parts");
+    }
+    // More shares than zones: some are empty.
+    let shares = (0..100).map(|part| all.share(part, 100, u64::from).cells.len());
+    assert_eq!(shares.sum::<usize>(), count);
+}
+
+#[test]
+fn shares_of_points_hold_each_group_once() {
+    let mut all = Points::<1>::empty();
+    for point in 0..10 {
+        all.positions.push(Point::<1>::new(f64::from(point)));
+        all.weights.push(1.0 + f64::from(point));
+        if point % 3 != 1 {
+            all.close_group();
+        }
+    }
+    for parts in [1, 2, 3, 4, 9, 20] {
+        let mut together = Points::empty();
+        (0..parts).for_each(|part| together.append(all.share(part, parts)));
+        assert_eq!((&together.weights, &together.groups), (&all.weights, &all.groups), "{parts} parts");
+    }
+}
+
+fn rubber(ratio: f64) -> Rubber {
+    Rubber::neo_hookean(0.5, ratio).unwrap()
+}
+
+#[test]
+fn a_lattice_is_shared() {
+    let shape = Quadrilateral { corners: [[0.0, 0.0], [48.0, 44.0], [48.0, 60.0], [0.0, 44.0]] };
+    let scene = Scene::new(shape, PlaneStrain, rubber(1e4)).hold((0, Side::Min)).traction((0, Side::Max), [0.0, 0.07]);
+    agrees(&scene, &Scheme::default().particles([7, 7]), (0, Side::Min).into());
+    agrees(&scene, &Scheme::elements(2).particles([7, 7]), (0, Side::Min).into());
+}
+
+#[test]
+fn a_pressure_that_follows_is_shared() {
+    let scene = Scene::new(Block::new([0.0, 0.0], [6.0, 1.0]), PlaneStrain, rubber(1e3))
+        .hold((0, Side::Min))
+        .pressure((1, Side::Max), 0.01);
+    agrees(&scene, &Scheme::default().particles([13, 3]), (0, Side::Min).into());
+}
+
+#[test]
+fn bonded_bodies_and_scattered_particles_are_shared() {
+    let plate = Outline::at([0.0, 0.0])
+        .line("bottom", [2.0, 0.0])
+        .line("right", [2.0, 1.0])
+        .line("top", [0.0, 1.0])
+        .close("left");
+    let scene = Scene::assembly(PlaneStrain)
+        .body_on("soft", Region::new(plate).unwrap(), rubber(1e2))
+        .body("stiff", Block::new([0.0, 1.0], [2.0, 1.5]), Rubber::neo_hookean(5.0, 1e3).unwrap())
+        .hold(Place::on("bottom").of("soft"))
+        .with(Condition::on(Place::on((1, Side::Max)).of("stiff")).displacement([0.2, -0.05]));
+    let scheme = Scheme::default().spacing(0.25).seed(3);
+    agrees(&scene, &scheme, Place::on("bottom").of("soft"));
+}
