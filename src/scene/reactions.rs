@@ -163,7 +163,9 @@ impl<const D: usize> Problem<D> {
     }
 
     /// Writes a path for ParaView and for tables: `mount.pvd` with a `.vtu` file for each state beside it, the one at rest
-    /// first, and [`history`](Problem::history) as `mount.csv`. Time is that of the scene's clock, else the load factor.
+    /// first, and [`history`](Problem::history) as `mount.csv`. Time is that of the scene's clock, else the load factor. Where ranks
+    /// share the scene each of them writes its piece of a state, and a `.pvtu` file names the pieces; the first rank writes the
+    /// other files.
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -185,13 +187,28 @@ impl<const D: usize> Problem<D> {
         let stem = file.file_stem().map_or_else(|| "path".to_string(), |stem| stem.to_string_lossy().into_owned());
         let mut films = PvdCollection::default();
         for (step, state) in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).enumerate() {
-            let own = file.with_file_name(format!("{stem}_{step:04}.vtu"));
-            self.vtk_grid(state)?.write(&own)?;
+            let grid = self.vtk_grid(state)?;
+            let own = match self.model.ranks() {
+                Some(ranks) => {
+                    let own = file.with_file_name(format!("{stem}_{step:04}.pvtu"));
+                    grid.write_piece(&own, ranks.rank(), ranks.count())?;
+                    own
+                }
+                None => {
+                    let own = file.with_file_name(format!("{stem}_{step:04}.vtu"));
+                    grid.write(&own)?;
+                    own
+                }
+            };
             let time = if self.body().has_clock() { self.time(state) } else { state.load };
             films.push(time, own);
         }
-        films.write(file.with_extension("pvd"))?;
-        self.history(path)?.write(file.with_extension("csv"))?;
+        // All ranks sum forces.
+        let history = self.history(path)?;
+        if self.model.ranks().is_none_or(|ranks| ranks.rank() == 0) {
+            films.write(file.with_extension("pvd"))?;
+            history.write(file.with_extension("csv"))?;
+        }
         Ok(())
     }
 

@@ -2,6 +2,7 @@
 //! GEOMETRY: Cook's membrane, a strip under pressure that follows, a bonded pair, a scattered plate.
 //! REFERENCE: the same scene in one process. The ranks are threads here; `petsc/tests/ranks.rs` has processes.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Barrier, Mutex};
 use std::thread;
 
@@ -114,11 +115,14 @@ fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
     let force = alone.reaction(expected, place.clone()).unwrap();
     let stresses = alone.at_particles(&alone.stresses(expected));
     for count in [2, 3] {
+        static FOLDERS: AtomicUsize = AtomicUsize::new(0);
+        let number = FOLDERS.fetch_add(1, Ordering::Relaxed);
+        let folder = std::env::temp_dir().join(format!("rkpm-scene-on-ranks-{}-{number}", std::process::id()));
         let meeting = Arc::new(Meeting { gate: Barrier::new(count), values: Mutex::new(vec![Vec::new(); count]) });
         let points: usize = thread::scope(|scope| {
             let run = |rank| {
                 let (meeting, place) = (meeting.clone(), place.clone());
-                let (path, force, alone, stresses) = (&path, &force, &alone, &stresses);
+                let (path, force, alone, stresses, folder) = (&path, &force, &alone, &stresses, &folder);
                 scope.spawn(move || {
                     let solver = Gathered(Member { rank, count, meeting });
                     let shared = scene.discretize(&scheme.clone().solver(solver)).unwrap();
@@ -136,6 +140,7 @@ fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
                     let off = means.iter().zip(stresses).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
                     assert!(off <= 1e2 * TOLERANCE * most, "{off:e}");
                     pieces_hold_the_grid(&shared.vtk_grid(state).unwrap(), count);
+                    shared.write(&found, folder.join("run.pvd")).unwrap();
                     let ranks = shared.model().ranks().unwrap();
                     let weights = ranks.gathered(&shared.weights().collect::<Vec<_>>());
                     assert_eq!(weights.len(), alone.points().count());
@@ -148,6 +153,16 @@ fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
             threads.into_iter().map(|thread| thread.join().unwrap()).sum()
         });
         assert_eq!(points, alone.points().count());
+        let read = |name: String| std::fs::read_to_string(folder.join(name)).unwrap();
+        for state in 0..=path.steps.len() {
+            assert!(read("run.pvd".into()).contains(&format!("run_{state:04}.pvtu")));
+            for rank in 0..count {
+                let piece = format!("run_{state:04}_{rank}.vtu");
+                assert!(read(format!("run_{state:04}.pvtu")).contains(&piece) && read(piece).ends_with("</VTKFile>\n"));
+            }
+        }
+        assert_eq!(read("run.csv".into()).lines().count(), alone.history(&path).unwrap().rows.len() + 1);
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 }
 
