@@ -1,6 +1,6 @@
 //! Assembly: clusters summed into one fixed pattern.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
 use crate::compiled::compiled;
 use crate::parallel::{for_each_mut, threads};
@@ -93,7 +93,7 @@ impl Assembler {
     /// Gives back the rows of the pattern, which the sums don't need, once the conditions have been bound to them.
     #[cfg(feature = "solve")]
     pub(crate) fn forget_rows(&mut self) {
-        self.pattern.rows = Arc::default();
+        self.pattern.rows = Default::default();
     }
 
     /// Whether a model is the one that this assembler was made of, as far as numbers of nodes, terms and clusters tell.

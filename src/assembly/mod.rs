@@ -12,7 +12,6 @@ mod sum;
 mod system;
 
 pub use assembler::Assembler;
-#[cfg(feature = "solve")]
 pub use model::Model;
 pub use pattern::Pattern;
 #[cfg(feature = "solve")]
