@@ -1,15 +1,16 @@
 //! Three dimensions: which supports, what they are worth, and what an iteration takes: `cargo bench -p rkpm-benches --bench space`.
 //!
-//! One part: `-- supports`, `cube`, `iteration`. Prints a table of `name,value` rows.
+//! One part: `-- supports`, `rules`, `gradings`, `cube`, `iteration`. Prints a table of `name,value` rows.
 
 mod support;
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 use std::time::Instant;
 
 use rkpm::geometry::Mapped;
 use rkpm::prelude::*;
-use rkpm::scene::Solving;
+use rkpm::scene::{Rule, Solving};
 use rkpm::solve::State;
 
 /// A bonded cube of 10 mm, its top moved aside by 3 mm.
@@ -96,20 +97,25 @@ fn moment(problem: &Problem<3>, state: &State) -> f64 {
     problem.moment(state, (2, Side::Max), [0.0; 3]).map_or(f64::NAN, |m| m[2])
 }
 
-/// Errors of two dilations on scenes whose finer solutions by quadratic elements are near.
-fn supports() {
+/// Scene, particles, nodes of quadratic elements whose solution is near, and what is compared.
+type Case = (&'static str, Scene<3>, [usize; 3], [usize; 3], Vec<(&'static str, Measured)>);
+
+fn cases() -> Vec<Case> {
     let across: Measured = |p, s| force(p, s, 0);
     let along: Measured = |p, s| force(p, s, 2);
-    type Case = (&'static str, Scene<3>, [usize; 3], [usize; 3], Vec<(&'static str, Measured)>);
-    let cases: Vec<Case> = vec![
+    vec![
         ("cube", sheared(400_889.8), [9, 9, 9], [17, 17, 17], vec![("E", energy), ("Fx", across), ("Fz", along)]),
         ("twist", twisted(), [5, 5, 17], [9, 9, 33], vec![("E", energy), ("M", moment), ("Fz", along)]),
         ("torsion", cylinder(), [9, 9, 5], [13, 13, 9], vec![("E", energy), ("M", moment), ("Fz", along)]),
         ("pressed", patch(), [7, 7, 7], [13, 13, 13], vec![("E", energy), ("Fz", along)]),
         ("bent", bent(), [4, 4, 13], [9, 9, 33], vec![("E", energy)]),
         ("sphere", sphere(), [7, 7, 5], [13, 13, 9], vec![("E", energy)]),
-    ];
-    for (name, scene, counts, fine, measured) in cases {
+    ]
+}
+
+/// Errors of schemes on scenes whose finer solutions by quadratic elements are near.
+fn compare(schemes: &[(&str, Scheme)]) {
+    for (name, scene, counts, fine, measured) in cases() {
         let solve = |scheme: Scheme| {
             let start = Instant::now();
             let problem = scene.discretize(&scheme).ok()?;
@@ -121,19 +127,76 @@ fn supports() {
             println!("{name},no reference");
             continue;
         };
-        for r in [0.75, 1.0, 1.15] {
-            let Some((found, iterations, seconds)) = solve(Scheme::default().dilation(r).particles(counts)) else {
-                println!("{name}_{r},stalled");
+        for (label, scheme) in schemes {
+            let Some((found, iterations, seconds)) = solve(scheme.clone().particles(counts)) else {
+                println!("{name}_{label},stalled");
                 continue;
             };
             for (k, (what, _)) in measured.iter().enumerate() {
-                println!("{name}_{what}_r{r},{:.4}", found[k] / reference[k] - 1.0);
+                println!("{name}_{what}_{label},{:.4}", found[k] / reference[k] - 1.0);
             }
-            println!("{name}_r{r}_iterations,{iterations}");
-            println!("{name}_r{r}_seconds,{seconds:.3}");
+            println!("{name}_{label}_iterations,{iterations}");
+            println!("{name}_{label}_seconds,{seconds:.3}");
         }
         for (k, (what, _)) in measured.iter().enumerate() {
             println!("{name}_{what}_reference,{:.6}", reference[k]);
+        }
+    }
+}
+
+fn supports() {
+    compare(&[("r0.75", 0.75), ("r1", 1.0), ("r1.15", 1.15)].map(|(name, r)| (name, Scheme::default().dilation(r))));
+}
+
+fn rules() {
+    compare(&[
+        ("parts2", Scheme::default()),
+        ("parts3", Scheme::default().rule(Rule::Smoothed { parts: 3 })),
+        ("gauss2", Scheme::default().rule(Rule::Gauss { zones: None, points: Some(2) })),
+    ]);
+}
+
+/// Particles that stand closer by a power of their distance from the nearest face; of a quarter, from that of the whole block.
+fn graded(power: f64, quarter: bool) -> Layout {
+    let half = move |t: f64| 0.5 * (2.0 * t).powf(power);
+    let whole = move |t: f64| if t < 0.5 { half(t) } else { 1.0 - half(1.0 - t) };
+    Layout::Graded(Arc::new(move |_, t| if quarter { 2.0 * whole(0.5 + 0.5 * t) - 1.0 } else { whole(t) }))
+}
+
+/// Energy and forces on the upper face, iterations and most directions.
+fn forces(scene: &Scene<3>, scheme: &Scheme) -> Option<([f64; 3], usize, usize)> {
+    let problem = scene.discretize(scheme).ok()?;
+    let path = problem.run(&mut ()).ok()?.completed().ok()?;
+    let state = path.last();
+    let found = [energy(&problem, state), force(&problem, state, 0), force(&problem, state, 2)];
+    let directions = problem.analysis().solver.directions().into_iter().max().unwrap_or(0);
+    Some((found, path.iterations, directions))
+}
+
+/// Gradings towards the edges of bonded faces: the sheared cube against its reference, the pressed block against graded
+/// quadratic elements.
+fn gradings() {
+    let Some((fine, ..)) = forces(&patch(), &Scheme::elements(2).layout(graded(2.0, true)).particles([13])) else {
+        println!("pressed,no reference");
+        return;
+    };
+    let cases: [(_, _, &[usize], _); 2] =
+        [("cube", sheared(400_889.8), &[0, 1, 2], [2672.3, 1793.8, 343.0]), ("pressed", patch(), &[0, 2], fine)];
+    for (name, scene, compared, reference) in cases {
+        for power in [1.0, 1.5, 2.0] {
+            for n in [9, 13, 17] {
+                let start = Instant::now();
+                let scheme = Scheme::default().layout(graded(power, name == "pressed")).particles([n]);
+                let Some((found, iterations, directions)) = forces(&scene, &scheme) else {
+                    println!("{name}_{power}_{n},stalled");
+                    continue;
+                };
+                let errors: Vec<f64> = compared.iter().map(|&k| 100.0 * (found[k] / reference[k] - 1.0)).collect();
+                let seconds = start.elapsed().as_secs_f64();
+                println!(
+                    "{name}_{power}_{n},{errors:.2?} %,{seconds:.2} s,{iterations} iterations,{directions} directions at most"
+                );
+            }
         }
     }
 }
@@ -198,8 +261,15 @@ fn iteration() {
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let asked = |name: &str| arguments.iter().any(|a| a == name);
-    let all = !["supports", "cube", "iteration"].iter().any(|part| asked(part));
-    for (name, run) in [("supports", supports as fn()), ("cube", cube), ("iteration", iteration)] {
+    let parts = [
+        ("supports", supports as fn()),
+        ("rules", rules),
+        ("gradings", gradings),
+        ("cube", cube),
+        ("iteration", iteration),
+    ];
+    let all = !parts.iter().any(|(part, _)| asked(part));
+    for (name, run) in parts {
         if all || asked(name) {
             support::on_threads(1, run);
         }
