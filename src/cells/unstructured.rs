@@ -14,8 +14,7 @@ use crate::quadrature::{Points, check_point_count, gauss_legendre};
 use super::brick::{area_vector, multilinear};
 use super::zones::{Graph, stars};
 use super::{BoundaryCells, Cells, Smoothing, Zones};
-
-use bricks::{interior, side_points};
+use bricks::{interior, opposite, side_points};
 use faces::{Faces, Piece};
 use locator::Locator;
 
@@ -48,6 +47,38 @@ pub struct Unstructured<const D: usize> {
     on_boundary: Vec<bool>,
     spacings: Vec<f64>,
     locator: Locator<D>,
+}
+
+impl<const D: usize> Unstructured<D> {
+    /// The brick at a corner of a cell: its corners along three edges, axis 0 running fastest.
+    fn brick(&self, cell: usize, corner: usize) -> [Point<D>; 8] {
+        let (shape, corners) = self.mesh.cell(cell);
+        let x = |k: usize| self.mesh.points()[corners[k] as usize];
+        let around = shape.neighbours()[corner];
+        let mut brick = [Point::zeros(); 8];
+        for (place, out) in brick.iter_mut().enumerate().take(1 << D) {
+            *out = match place.count_ones() as usize {
+                0 => x(corner),
+                1 => (x(corner) + x(around[place.trailing_zeros() as usize])) * 0.5,
+                n if n == D => (0..corners.len()).map(x).sum::<Point<D>>() / corners.len() as f64,
+                _ => {
+                    // The face between two of the edges of a cell in space.
+                    let lacks = (0..D).find(|k| (place >> k) & 1 == 0).unwrap_or(0);
+                    let face = shape.faces()[opposite(shape, corner, lacks)];
+                    face.iter().map(|&k| x(k)).sum::<Point<D>>() / face.len() as f64
+                }
+            };
+        }
+        brick
+    }
+
+    /// Number of the facet of a brick at the lower end of an axis, which lies on a face of its cell, and whether it was
+    /// stored outward of this cell.
+    fn outer_facet(&self, cell: usize, corner: usize, axis: usize) -> (usize, bool) {
+        let (shape, corners) = self.mesh.cell(cell);
+        let face = self.faces.of(cell, opposite(shape, corner, axis));
+        (self.faces.facet(face, corners[corner]), self.faces.beside(face)[0] as usize == cell)
+    }
 }
 
 impl<const D: usize> Unstructured<D> {

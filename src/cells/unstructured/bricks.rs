@@ -4,39 +4,6 @@ use crate::geometry::Point;
 use crate::mesh::CellShape;
 
 use super::super::brick::{determinant, multilinear, unravel};
-use super::Unstructured;
-
-impl<const D: usize> Unstructured<D> {
-    /// The brick at a corner of a cell: its corners along three edges, axis 0 running fastest.
-    pub(super) fn brick(&self, cell: usize, corner: usize) -> [Point<D>; 8] {
-        let (shape, corners) = self.mesh.cell(cell);
-        let x = |k: usize| self.mesh.points()[corners[k] as usize];
-        let around = shape.neighbours()[corner];
-        let mut brick = [Point::zeros(); 8];
-        for (place, out) in brick.iter_mut().enumerate().take(1 << D) {
-            *out = match place.count_ones() as usize {
-                0 => x(corner),
-                1 => (x(corner) + x(around[place.trailing_zeros() as usize])) * 0.5,
-                n if n == D => (0..corners.len()).map(x).sum::<Point<D>>() / corners.len() as f64,
-                _ => {
-                    // The face between two of the edges of a cell in space.
-                    let lacks = (0..D).find(|k| (place >> k) & 1 == 0).unwrap_or(0);
-                    let face = shape.faces()[opposite(shape, corner, lacks)];
-                    face.iter().map(|&k| x(k)).sum::<Point<D>>() / face.len() as f64
-                }
-            };
-        }
-        brick
-    }
-
-    /// Number of the facet of a brick at the lower end of an axis, which lies on a face of its cell, and whether it was
-    /// stored outward of this cell.
-    pub(super) fn outer_facet(&self, cell: usize, corner: usize, axis: usize) -> (usize, bool) {
-        let (shape, corners) = self.mesh.cell(cell);
-        let face = self.faces.of(cell, opposite(shape, corner, axis));
-        (self.faces.facet(face, corners[corner]), self.faces.beside(face)[0] as usize == cell)
-    }
-}
 
 /// The face of a shape at one of its corners that does not hold the edge `axis` of the corner.
 pub(super) fn opposite(shape: CellShape, corner: usize, axis: usize) -> usize {

@@ -10,15 +10,18 @@ use crate::error::LinearError;
 
 use super::super::multilevel::{BlockMatrix, Multilevel};
 use super::super::{At, Factorizer, Factors, Linearised};
+use super::auxiliary::{Auxiliary, total};
 use super::interpolation::Interpolation;
+use super::pace::Pace;
 use super::product::{Pressures, Solved, parts, pieces};
-use super::{Auxiliary, total};
 
 /// Elements of an earlier state go on preconditioning while directions for a decade of the residual are at most so many times
 /// those that they took at first.
 const STALE: f64 = 1.3;
+
 /// Stiffness of held nodes in the preconditioner, in the largest of its diagonal.
 const HELD: f64 = 10.0;
+
 /// Schur's complement of the pressures is taken for $1/(c\\,\mu) + H^{-1}$ with this $c$: an unconfined change of volume meets
 /// $\lambda + 2\mu$, of which the pointwise part of the volumetric energy leaves $2.3\mu$.
 const COMPLEMENT: f64 = 2.0;
@@ -182,11 +185,4 @@ impl Factorizer for KrylovFactorizer {
             counts: &self.counts,
         }))
     }
-}
-
-/// Directions for a decade of the residual: of the first solution with the elements of a state, and of the last one.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Pace {
-    pub(super) first: Option<f64>,
-    pub(super) last: f64,
 }

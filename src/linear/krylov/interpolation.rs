@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::assembly::Ranks;
 
 use super::super::vector::dot;
-use super::Auxiliary;
+use super::auxiliary::Auxiliary;
 
 /// Solutions with the values of shape functions at particles, by a polynomial of fixed degree.
 pub(super) struct Interpolation {

@@ -13,9 +13,9 @@ use crate::term::{Product, Zone};
 
 use super::super::multilevel::Cycles;
 use super::super::{Factors, ZoneProduct};
-use super::factorizer::Pace;
+use super::auxiliary::total;
 use super::interpolation::Interpolation;
-use super::total;
+use super::pace::Pace;
 
 /// Parts of a product that threads share: the same for any number of them, for the sake of the bits.
 const PARTS: usize = 16;

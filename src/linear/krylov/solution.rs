@@ -7,9 +7,9 @@ use crate::error::LinearError;
 use super::super::gmres::gmres;
 use super::super::vector::dot;
 use super::super::{Factors, Inertia};
-use super::factorizer::Pace;
+use super::auxiliary::total;
+use super::pace::Pace;
 use super::product::Solved;
-use super::total;
 
 /// Relative residuals of solutions: no more than Newton's method can make use of. It leaves about the square of what the last
 /// iteration has reduced the right-hand side by (Eisenstat and Walker, second choice).
