@@ -166,9 +166,11 @@ impl Layout {
         if enter > leave {
             return None;
         }
+        // Lines from far away meet the frame with a rounding of their own size.
+        let framed = |x: [f64; 2]| std::array::from_fn(|i| x[i].clamp(lower[i] - 0.05, upper[i] + 0.05));
         let at = |t: f64| [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
         let start = if enter == 0.0 { a } else { at(enter) };
-        Some([start, if leave == 1.0 { b } else { at(leave) }])
+        Some([framed(start), framed(if leave == 1.0 { b } else { at(leave) })])
     }
 
     pub(super) fn contains(&self, at: [f64; 2]) -> bool {
