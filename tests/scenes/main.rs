@@ -6,6 +6,7 @@ mod conditions;
 mod control;
 mod diagnosis;
 mod fields;
+mod manufactured;
 mod motions;
 mod places;
 mod ranks;
