@@ -50,7 +50,7 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
     let quadratic = sequence(Scheme::default().order(2))?;
     for percent in [0.5, 0.3, 0.2] {
         let asked = Tolerance { error: 1e-2 * percent, quantities: case.asked.clone() };
-        let evenly = case.scene.solve_within(&asked, Budget::default())?;
+        let evenly = case.scene.solve_within_by(&Scheme::default(), &asked, Budget::default())?;
         let locally = case.scene.solve_within_locally(&Scheme::default(), &asked, Budget::default())?;
         println!(
             "answers for {percent} %: evenly {}, locally {}",
@@ -186,7 +186,7 @@ pub fn drawn(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
                 println!("missed: {name}, {}", told(&locally, &exact));
             }
             if tolerance == DRAWN[2] {
-                let evenly = scene.solve_within(&within, Budget::default())?;
+                let evenly = scene.solve_within_by(&Scheme::default(), &within, Budget::default())?;
                 println!("{name}: locally {}, evenly {}", told(&locally, &exact), told(&evenly, &exact));
                 // Where the budget ended the search more particles would have been needed.
                 particles.push(locally.problem.model().unknowns() as f64 / evenly.problem.model().unknowns() as f64);

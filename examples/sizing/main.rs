@@ -4,7 +4,8 @@
 //! for 2, 1 and 0.5 % on regular and on eight irregular clouds each (seeds 101 to 108; the rule was made with
 //! 1 to 8, which `--develop` runs), compares with the references, and writes `summary.csv`, `runs.csv` and
 //! `sizing.svg`. Then scenes are drawn at random, twelve of each of five families, and asked for 2 to 0.1 %: `promises.csv` and
-//! the rows `kept` to `seconds_over_direct`. `--drawn N` does that part alone, with N scenes of each family.
+//! the rows `kept` to `seconds_over_direct`. `--drawn N` does that part alone, with N scenes of each family, `--local` that of local
+//! refinement.
 
 mod local;
 mod promises;
@@ -241,6 +242,7 @@ fn reduction(exact: f64, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
 fn main() -> Result<(), Box<dyn Error>> {
     let mut develop = false;
     let mut drawn_alone = None;
+    let mut local_alone = false;
     let mut out: PathBuf = ["target", "rkpm", "sizing"].iter().collect();
     let mut arguments = std::env::args_os().skip(1);
     while let Some(flag) = arguments.next() {
@@ -250,8 +252,9 @@ fn main() -> Result<(), Box<dyn Error>> {
                 let each = arguments.next().and_then(|text| text.to_str()?.parse::<u64>().ok());
                 drawn_alone = Some(each.ok_or("--drawn needs a number")?);
             }
+            Some("--local") => local_alone = true,
             Some("--out") => out = arguments.next().ok_or("--out needs a directory")?.into(),
-            _ => return Err("usage: sizing [--out DIR] [--develop] [--drawn N]".into()),
+            _ => return Err("usage: sizing [--out DIR] [--develop] [--drawn N] [--local]".into()),
         }
     }
     if let Some(each) = drawn_alone {
@@ -262,8 +265,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         print!("{summary}");
         return Ok(());
     }
-    let first_seed = if develop { 1 } else { 101 };
     let (tube, cook, disk) = (tube()?, cook()?, disk()?);
+    if local_alone {
+        let mut summary = Summary::new();
+        local::compare(&cook, &mut summary)?;
+        local::drawn(&mut summary)?;
+        print!("{summary}");
+        return Ok(());
+    }
+    let first_seed = if develop { 1 } else { 101 };
     let mut all = Vec::new();
     promises(&tube, first_seed, &mut all)?;
     promises(&cook, first_seed, &mut all)?;

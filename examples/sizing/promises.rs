@@ -208,6 +208,7 @@ pub fn promises(each: u64, out: &FilePath, summary: &mut Summary) -> Result<(), 
                 continue;
             };
             scenes += 1;
+            let before = (asked[0], reached, kept, held);
             let smallest = Smallest::of(&drawn, &exact);
             for (k, quantity) in drawn.asked.iter().enumerate() {
                 for tolerance in TOLERANCES {
@@ -271,9 +272,17 @@ pub fn promises(each: u64, out: &FilePath, summary: &mut Summary) -> Result<(), 
                     ]);
                 }
             }
+            println!(
+                "{family} {seed}: {} promises, {} reached, {} kept, {} bounds held",
+                asked[0] - before.0,
+                reached - before.1,
+                kept - before.2,
+                held - before.3
+            );
+            // A run of an hour leaves what it has.
+            table.write(out.join("promises.csv"))?;
         }
     }
-    table.write(out.join("promises.csv"))?;
     let share = |some: usize, of: usize| some as f64 / of as f64;
     let mean = |values: &[f64]| (values.iter().map(|v| v.ln()).sum::<f64>() / values.len() as f64).exp();
     summary.note("scenes", scenes as f64)?;

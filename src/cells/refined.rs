@@ -135,6 +135,24 @@ impl Refined {
         self.macros.iter().map(|m| m.2 < DEEPEST)
     }
 
+    /// Whether each macro cell and all that come of it may be cut once more.
+    #[cfg(feature = "solve")]
+    pub(crate) fn refinable_twice(&self) -> impl Iterator<Item = bool> {
+        self.macros.iter().map(|m| m.2 + 1 < DEEPEST)
+    }
+
+    /// For each macro cell of this lattice with all of its macro cells cut, the one of this lattice that it is part of.
+    #[cfg(feature = "solve")]
+    pub(crate) fn parents(&self, cut: &Self) -> Vec<usize> {
+        let places: BTreeMap<Macro, usize> = self.macros.iter().copied().zip(0..).collect();
+        let parent = |&(y, x, level): &Macro| {
+            let level = level.saturating_sub(1);
+            let width = (2 * UNIT) >> level;
+            places.get(&(y / width * width, x / width * width, level)).copied().unwrap_or_default()
+        };
+        cut.macros.iter().map(parent).collect()
+    }
+
     /// Halvings of the finest macro cell.
     pub fn deepest(&self) -> u32 {
         self.macros.iter().map(|m| m.2).max().unwrap_or(0)

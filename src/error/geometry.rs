@@ -33,7 +33,7 @@ pub enum GeometryError {
     Invalid(#[from] Invalid),
     /// A cell of the background partition is inverted.
     #[error(
-        "cell {cell} has measure {measure:e}: the particles at its corners are out of order; reduce the jitter or the distortion of the map"
+        "cell {cell} has measure {measure:e}: the particles at its corners are out of order; reduce the jitter or the distortion of the map, or give the particles other cells (in the plane cells::Voronoi)"
     )]
     InvertedCell {
         /// Index of the cell.

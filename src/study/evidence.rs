@@ -1,9 +1,10 @@
 //! What two models of a scene say of their errors: differences that are weighted by dual solutions, zone by zone.
 
-use nalgebra::{DMatrix, DVector, Matrix3};
+use nalgebra::{DMatrix, DVector, Matrix3, SVector};
 
 use crate::error::Error;
 use crate::geometry::Point;
+use crate::linear::vector::{dot, norm};
 use crate::material::Material;
 use crate::scene::{Nearest, Problem};
 use crate::shape::ShapeFunctions;
@@ -12,12 +13,20 @@ use crate::term::View;
 
 use super::answer::{Answer, Level, Tolerance};
 
-/// All components of a stress.
-const ALL: [usize; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
-/// Sweeps that make coefficients of values at particles: each leaves a few hundredths of what is missing.
-const SWEEPS: usize = 6;
+/// Sweeps at most that make coefficients of values at particles.
+const SWEEPS: usize = 50;
+/// Part of the values that may be missing then: far below what models are apart.
+const MISSING: f64 = 1e-7;
 /// Step of a dual solution, in parts of the displacement, by which its pressures are found.
 const SMALL: f64 = 1e-3;
+
+/// How far two models are apart.
+pub(super) struct Apart {
+    /// In the quantity in which they are furthest apart, relative to its value.
+    pub most: f64,
+    /// What each zone of the finer model adds, all quantities together.
+    pub zones: Vec<f64>,
+}
 
 /// How far two models are apart in what is asked for, relative to the values of the finer one: for each quantity the larger one
 /// of the difference of the values and of
@@ -31,8 +40,11 @@ pub(super) fn apart<const D: usize>(
     coarse: &Answer<D>,
     fine: &Answer<D>,
     tolerance: &Tolerance<D>,
-) -> Result<f64, Error> {
-    let (Some(before), Some(now)) = (coarse.levels.last(), fine.levels.last()) else { return Ok(f64::INFINITY) };
+) -> Result<Apart, Error> {
+    let mut zones = vec![0.0; fine.problem.body().table().clusters().len()];
+    let (Some(before), Some(now)) = (coarse.levels.last(), fine.levels.last()) else {
+        return Ok(Apart { most: f64::INFINITY, zones });
+    };
     let relative = |k: usize, value: f64| {
         let size = tolerance.quantities.get(k).map_or(0.0, |quantity| quantity.size);
         if value == 0.0 { 0.0 } else { value.abs() / now.values[k].abs().max(size) }
@@ -42,28 +54,32 @@ pub(super) fn apart<const D: usize>(
     let energy = now.values.len() - 1;
     // Bodies at rest are solved by any model; what is left is rounding.
     if before.values[energy] == 0.0 && now.values[energy] == 0.0 {
-        return Ok((0..tolerance.quantities.len()).map(difference).fold(0.0, f64::max));
+        let most = (0..tolerance.quantities.len()).map(difference).fold(0.0, f64::max);
+        return Ok(Apart { most, zones });
     }
     let changes = Changes::new(coarse, fine)?;
     let mut of_energy = None;
-    let mut worst: f64 = 0.0;
+    let mut most: f64 = 0.0;
     for (k, quantity) in tolerance.quantities.iter().enumerate() {
         let half = if quantity.is_energy() { 0.5 } else { 0.0 };
-        let eta = match changes.sum(k, half)? {
-            Some(sum) => relative(k, sum),
+        let (sums, of, part) = match changes.sums(k, half)? {
+            Some(sums) => (sums, k, 1.0),
             // Of a quantity without a derivative as much is believed as it changed beside the energy at first.
             None => {
-                let energies = match of_energy {
+                let energies = match of_energy.take() {
                     Some(known) => known,
-                    None => changes.sum(energy, 0.5)?.map_or(0.0, |sum| relative(energy, sum)).max(difference(energy)),
+                    None => changes.sums(energy, 0.5)?.unwrap_or_default(),
                 };
-                of_energy = Some(energies);
-                energies * sensitivity(coarse, now, k, &relative)
+                of_energy = Some(energies.clone());
+                (energies, energy, sensitivity(coarse, now, k, &relative))
             }
         };
-        worst = worst.max(difference(k)).max(eta);
+        let known = if of == k { 0.0 } else { part * difference(energy) };
+        let eta = part * relative(of, sums.iter().sum());
+        most = most.max(difference(k)).max(eta).max(known);
+        zones.iter_mut().zip(&sums).for_each(|(zone, sum)| *zone += part * relative(of, *sum));
     }
-    Ok(if worst.is_nan() { f64::INFINITY } else { worst })
+    Ok(Apart { most: if most.is_nan() { f64::INFINITY } else { most }, zones })
 }
 
 /// How much a quantity changed with the energy between the first two models, 1 at most.
@@ -82,7 +98,7 @@ fn sensitivity<const D: usize>(
 
 /// What changes at a point.
 struct Change {
-    /// The stress of shape $\mathbf P$.
+    /// The stress of shape $\mathbf P$, linearised at the finer state.
     stress: Matrix3<f64>,
     /// $\operatorname{cof}\mathbf F$, which does not change.
     cofactor: Matrix3<f64>,
@@ -111,19 +127,18 @@ impl<'a, const D: usize> Changes<'a, D> {
             _ => vec![0.0; table.len()],
         };
         let body = problem.body();
-        let stress = |f: &Matrix3<f64>| match body.material().split() {
-            Some((distortional, _)) => {
-                let mut stress = [0.0; 9];
-                distortional.respond(f, &ALL, &mut stress, &mut []);
-                Matrix3::from_row_slice(&stress)
-            }
-            None => body.material().response(f).stress,
+        // By the tangent at the finer state: the coarser one, laid over the finer points, may be inverted beside corners, where a
+        // stress of it says nothing.
+        let tangent = |f: &Matrix3<f64>| match body.material().split() {
+            Some((distortional, _)) => distortional.response(f).tangent,
+            None => body.material().response(f).tangent,
         };
         let at = |(point, p): (usize, f64)| {
             let [new, old] = [&state.displacement, &before].map(|d| body.deformation_gradient(point, d));
-            let change = stress(&new) - stress(&old);
-            // What is inverted where the coarser model is laid over the finer one says nothing of the old stress.
-            let change = if change.norm().is_finite() { change } else { stress(&new) };
+            let strain = new - old;
+            let strain = SVector::<f64, 9>::from_fn(|row, _| strain[(row / 3, row % 3)]);
+            let change = tangent(&new) * strain;
+            let change = Matrix3::from_fn(|i, j| change[3 * i + j]);
             let volumetric = body.material().split().map(|(_, volumetric)| volumetric.evaluate(new.determinant()));
             let give = volumetric.map_or(0.0, |volumetric| volumetric.curvature.recip());
             Change { stress: change, cofactor: cofactor(&new), pressure: p, give }
@@ -133,8 +148,8 @@ impl<'a, const D: usize> Changes<'a, D> {
         Ok(Changes { coarse, fine, carry, points, displacement })
     }
 
-    /// The sum of a quantity, with `half` of the second derivative of the energy; none where no dual solution is known.
-    fn sum(&self, k: usize, half: f64) -> Result<Option<f64>, Error> {
+    /// The parts of the zones in a quantity, with `half` of the second derivative of the energy; none where no dual solution is known.
+    fn sums(&self, k: usize, half: f64) -> Result<Option<Vec<f64>>, Error> {
         let (Some(Some(new)), Some(Some(old))) = (self.fine.duals.get(k), self.coarse.duals.get(k)) else {
             return Ok(None);
         };
@@ -155,7 +170,7 @@ impl<'a, const D: usize> Changes<'a, D> {
             table.weights()[point] * (of_dual + dual_pressure * (volume - give * pressure))
         };
         let zone = |cluster: usize| clusters.points(cluster).map(part).sum::<f64>().abs();
-        Ok(Some((0..clusters.len()).map(zone).sum()))
+        Ok(Some((0..clusters.len()).map(zone).collect()))
     }
 }
 
@@ -226,9 +241,16 @@ impl<'a, const D: usize> Carry<'a, D> {
         };
         let wanted = values(&self.given, field);
         let mut carried = wanted.clone();
+        let size = norm(&wanted);
         for _ in 0..SWEEPS {
             let missing = difference(&wanted, &values(&self.own, &carried));
-            carried.iter_mut().zip(missing).for_each(|(carried, missing)| *carried += missing);
+            if !(norm(&missing) > MISSING * size) {
+                break;
+            }
+            // Steps that leave least: where spacings jump, full ones lead away.
+            let answer = values(&self.own, &missing);
+            let step = dot(&missing, &answer) / dot(&answer, &answer);
+            carried.iter_mut().zip(missing).for_each(|(carried, missing)| *carried += step * missing);
         }
         carried
     }

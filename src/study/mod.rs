@@ -32,6 +32,7 @@ mod refinement;
 mod runs;
 mod sides;
 mod sizing;
+mod strategy;
 mod work_precision;
 
 pub use answer::{Answer, Budget, Level, Tolerance, Verdict};

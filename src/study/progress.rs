@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use crate::solve::{Iteration, MatrixUse, Observer, Step};
 
 use super::answer::Level;
+use super::strategy::{RUNAWAY, RUNAWAY_LAST};
 
 /// Watches the search for a model: every iteration and step of each analysis, and each model that is solved.
 ///
@@ -37,10 +38,6 @@ pub trait Progress: Observer {
 
 impl Progress for () {}
 
-/// No model takes more than so many times the work of all before it,
-pub(super) const RUNAWAY: f64 = 4.0;
-/// unless it is expected to be the last.
-pub(super) const RUNAWAY_LAST: f64 = 16.0;
 /// Work that is never too much: thirty matrices of 500 unknowns.
 const FREE: f64 = 3e5;
 /// Matrices that any model may take: in space a finer one has several times the unknowns, whatever is planned.

@@ -1,57 +1,33 @@
-//! Local refinement where a corner asks for it.
+//! Local refinement where the error is.
 
 use std::sync::Arc;
 
-use nalgebra::Matrix3;
-
 use crate::cells::{Cells, Refined};
 use crate::error::{Error, GeometryError};
-use crate::geometry::Point;
-use crate::scene::{Problem, Scene, Scheme};
+use crate::scene::{Scene, Scheme};
 
-use super::answer::{Answer, Budget, Level, Tolerance};
-use super::nested::{Against, Course, check, follow, join, judge, solve};
+use super::answer::{Answer, Budget, Tolerance};
+use super::nested::check;
 use super::progress::{Limits, Progress};
 use super::sides::THIN;
+use super::sizing::search;
+use super::strategy::{Found, Model, Next, Strategy};
 
-/// Share of the summed squared indicators that the refined macro cells carry (Dörfler's bulk criterion).
+/// Part of all zones' contributions that the refined macro cells carry (Dörfler's bulk criterion).
 const BULK: f64 = 0.5;
 /// Cells along the shortest side of the first lattice; the others have in proportion, so that cells are nearly square.
 const FIRST: f64 = 4.0;
-/// Models are compared with the last one of at most this part of their unknowns: neighbours in the sequence differ
-/// too little to tell their error.
-const COARSER: f64 = 0.5;
-/// Assumed order of convergence in $N^{-1/2}$: between the first that bare corners allow and the second of linear functions
-/// that refined ones come near.
-const ORDER: f64 = 1.75;
-/// An estimate falls at most with this power of $N^{-1/2}$: models refined in the right places gain more than evenly spaced
-/// ones, whose second order is the steepest.
-const STEEPEST: f64 = 2.5;
-/// Errors are taken to be no less than this part of the uneven gradients over the strains: cells that no model has cut make
-/// errors that differences of models don't show.
-const SHARE: f64 = 0.5;
-/// The same for bases of higher order, whose gradients are more uneven for their errors.
-const SHARE_OF_HIGHER_ORDERS: f64 = 0.3;
+/// Linear functions on macro cells that are refined in the right places fall with the spacings' mean to this power, whatever the corners.
+const STEEPEST: f64 = 2.0;
 
 impl Scene<2> {
-    /// Solves the scene within a tolerance on macro cells that are refined one by one where the gradient asks for
-    /// it, by request: never chosen by itself, since thin bodies need other cells.
+    /// Solves the scene within a tolerance on macro cells that are refined one by one where the error is, by request: never chosen by
+    /// itself, since thin bodies need other cells.
     ///
-    /// The marker is the distance of the gradients from their own average over neighbouring sub-cells,
-    /// $\eta_z^2 = \int_z |\nabla u - \overline{\nabla u}|^2\\,\mathrm d\Omega$; the macro cells $z$ with the largest
-    /// ones that sum to half of all are cut into four, neighbours so that they differ by one halving at most, none to
-    /// less than 1/16 of the coarsest. The estimate is that of [`solve_within_by`](Scene::solve_within_by) against the
-    /// last model $l$ of at most half the unknowns $N$, with an order between those of bare corners and of smooth
-    /// solutions, and at least what the indicators say by themselves,
-    /// $$e_k = \max\Big(\frac{\delta_k}{f^{7/4} - 1},\ e_l\\,\max(f^{-5/2}, s_k),\ \sigma\\,\zeta_k\Big),\qquad
-    /// f = \sqrt{N_k/N_l},\qquad
-    /// \zeta_k = \frac{\sum_z\eta_{z,k}^2}{\int \mathbf F:\mathbf F - 3 - 2\ln J\\,\mathrm d\Omega}.$$
-    /// $\zeta$ is the energy of the uneven gradients over that of the body, both those of one neo-Hookean rubber, so
-    /// that any material will do; differences can't see what cells make that no model has cut. $\sigma$ is 0.5, for
-    /// orders above 1 it is 0.3. In
-    /// $s_k = \sum_{z\ \mathrm{stuck}}\eta_{z,k}^2 / \sum_z \eta_{z,l}^2$ stands the part of the indicators in macro
-    /// cells that can't be cut any more: a corner that has reached the smallest spacing keeps its error, and the estimate
-    /// says so.
+    /// Bounds and their order are those of [`solve_within_watched`](Scene::solve_within_watched): each model has every macro cell of
+    /// a coarser one cut into four, and is compared with that. The parts of $\eta$ of the four zones in place of a macro
+    /// cell are its indicator. The macro cells of the coarser model with the largest ones that sum to half of all are cut, neighbours so
+    /// that they differ by one halving at most; cells are no smaller than 1/16 of the coarsest ones of the answer's model.
     /// Tolerances below a few tenths of a per cent take more models than the default [`Budget`] allows.
     ///
     /// ```
@@ -90,7 +66,6 @@ impl Scene<2> {
         watch: &mut dyn Progress,
     ) -> Result<Answer<2>, Error> {
         check(tolerance)?;
-        let mut limits = Limits::new(watch);
         let needed = "a scene on a block or mapped block, no side of which is more than eight times another";
         let unsuited = GeometryError::Unsuited { what: "local refinement", needed };
         let (Some(lengths), Some(domain)) = (self.side_lengths(), self.domain()) else { return Err(unsuited.into()) };
@@ -99,112 +74,66 @@ impl Scene<2> {
             return Err(unsuited.into());
         }
         let even = |length: f64| 2 * (0.5 * FIRST * length / shortest).round() as usize;
-        let mut cells = Refined::new(domain, lengths.map(even))?;
-        let mut answer: Option<Answer<2>> = None;
-        let mut totals: Vec<f64> = Vec::new();
-        let share = if scheme.order > 1 { SHARE_OF_HIGHER_ORDERS } else { SHARE };
-        loop {
-            let scene = self.with_cells(Arc::new(cells.clone()));
-            let counts = [cells.positions().len()];
-            limits.begin(false);
-            let solved = solve(&scene, scheme.clone(), &counts, tolerance, answer.as_ref(), &mut limits);
-            let (mut next, before) = match follow(solved, answer, &counts, &limits)? {
-                Course::Onward(next, before) => (next, before),
-                Course::Ended(best) => return Ok(best),
-            };
-            let gradients = next.problem.deformation_gradients(next.path.last());
-            let mut indicators = indicators(&next.problem, &gradients, &cells);
-            let total = indicators.iter().sum::<f64>();
-            totals.push(total);
-            let least = share * total / strain(&next.problem, &gradients);
-            // What can't be refined must not fill the bulk.
-            let mut stuck = 0.0;
-            for (indicator, _) in indicators.iter_mut().zip(cells.refinable()).filter(|(_, refinable)| !refinable) {
-                stuck += std::mem::take(indicator);
+        let cells = Refined::new(domain, lengths.map(even))?;
+        let mut local = Local { scene: self, scheme, cells, parents: Vec::new() };
+        search(&mut local, tolerance, budget, &mut Limits::new(watch))
+    }
+}
+
+/// Macro cells that are cut where the error is.
+struct Local<'a> {
+    scene: &'a Scene<2>,
+    scheme: &'a Scheme,
+    /// Of the coarser model.
+    cells: Refined,
+    /// For each macro cell of the finer model, the one of the coarser model that it is part of.
+    parents: Vec<usize>,
+}
+
+impl Local<'_> {
+    fn model(&self, cells: Refined) -> Model<2> {
+        let (counts, spacing) = (vec![cells.positions().len()], 1.0 / (cells.cell_count() as f64).sqrt());
+        Model { scene: self.scene.with_cells(Arc::new(cells)), scheme: self.scheme.clone(), counts, spacing }
+    }
+
+    /// What each macro cell of the coarser model contributes; nothing where it can't be cut any more.
+    fn indicators(&self, zones: &[f64]) -> Vec<f64> {
+        let mut indicators = vec![0.0; self.cells.macro_count()];
+        // Zones are macro cells, or parts of them in their order.
+        for (zone, part) in zones.iter().enumerate() {
+            indicators[self.parents[zone * self.parents.len() / zones.len()]] += part;
+        }
+        // What can't be cut must not fill the bulk.
+        let cut = self.cells.refinable_twice();
+        indicators.iter_mut().zip(cut).filter(|(_, cut)| !cut).for_each(|(indicator, _)| *indicator = 0.0);
+        indicators
+    }
+}
+
+impl Strategy<2> for Local<'_> {
+    fn coarsest(&self) -> Model<2> {
+        self.model(self.cells.clone())
+    }
+
+    fn next(&mut self, found: &Found<'_>) -> Result<Next<2>, String> {
+        let refused = |error: GeometryError| format!("the cells can't be refined: {error}");
+        if !found.first {
+            let marked = marked(&self.indicators(found.zones));
+            if marked.is_empty() {
+                return Err("the smallest spacing is reached: 1/16 of the coarsest".to_string());
             }
-            let against = compared(&before, next.levels[0].unknowns, &totals, stuck, least);
-            join(&mut next, before, tolerance, against);
-            let course = judge(next, tolerance, budget, &mut limits, |_| {
-                let finer = cells.refined(&marked(&indicators));
-                let finer = finer.map_err(|error| format!("the cells can't be refined: {error}"))?;
-                if finer.positions().len() == cells.positions().len() {
-                    return Err("the smallest spacing is reached: 1/16 of the coarsest".to_string());
-                }
-                Ok((2 * finer.positions().len(), finer))
-            });
-            match course {
-                Course::Onward(next, finer) => {
-                    answer = Some(next);
-                    cells = finer;
-                }
-                Course::Ended(found) => return Ok(found),
-            }
+            self.cells = self.cells.refined(&marked).map_err(refused)?;
         }
+        let all: Vec<usize> = (0..self.cells.macro_count()).collect();
+        let fine = self.cells.refined(&all).map_err(refused)?;
+        self.parents = self.cells.parents(&fine);
+        let coarse = (!found.first).then(|| self.model(self.cells.clone()));
+        Ok(Next { coarse, fine: self.model(fine), last: false })
     }
-}
 
-/// The last model that is coarse enough to compare with, else the first. Of its estimate as much is left at least as
-/// its indicators have in macro cells that can't be refined.
-fn compared(before: &[Level], unknowns: usize, totals: &[f64], stuck: f64, least: f64) -> Option<Against> {
-    let most = COARSER * unknowns as f64;
-    let place = before.iter().rposition(|other| other.unknowns as f64 <= most).unwrap_or(0);
-    let factor = (unknowns as f64 / before.get(place)?.unknowns as f64).sqrt();
-    let left = factor.powf(-STEEPEST).max(stuck / totals[place]).min(1.0);
-    Some(Against { place, ratio: factor.powf(ORDER), left, least })
-}
-
-/// $\eta_z^2$ of each macro cell.
-fn indicators(problem: &Problem<2>, gradients: &[Matrix3<f64>], cells: &Refined) -> Vec<f64> {
-    let weights = problem.body().table().weights();
-    let macros = cells.macro_count();
-    // Clusters of the body are macro cells of four cells, or single ones; each cell has the points nearest to its middle.
-    let middles: Vec<Point<2>> = (0..cells.cell_count())
-        .map(|cell| cells.corners(cell).iter().map(|&corner| cells.positions()[corner]).sum::<Point<2>>() * 0.25)
-        .collect();
-    let table = problem.body().table();
-    let mut macro_of = vec![0; gradients.len()];
-    let clusters = table.clusters().len();
-    for cluster in 0..clusters {
-        macro_of[table.clusters().points(cluster)].fill(cluster * macros / clusters);
+    fn steepest(&self) -> f64 {
+        STEEPEST
     }
-    let cell_of = |point: usize| {
-        let away = |cell: &usize| (middles[*cell] - table.positions()[point]).norm_squared();
-        let own = 4 * macro_of[point]..4 * macro_of[point] + 4;
-        own.min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or_default()
-    };
-    // The recovered gradient at a particle: the mean over all sub-cells of the cells around it.
-    let mut sums = vec![(0.0, Matrix3::<f64>::zeros()); cells.positions().len()];
-    for (point, (f, w)) in gradients.iter().zip(weights).enumerate() {
-        for corner in cells.corners(cell_of(point)) {
-            sums[corner].0 += w;
-            sums[corner].1 += f * *w;
-        }
-    }
-    let mut eta = vec![0.0; macros];
-    for (point, (f, w)) in gradients.iter().zip(weights).enumerate() {
-        let at = &table.positions()[point];
-        let corners = cells.corners(cell_of(point));
-        // Nearer corners count more.
-        let (mut total, mut mean) = (0.0, Matrix3::<f64>::zeros());
-        for corner in corners {
-            let near = 1.0 / ((cells.positions()[corner] - at).norm_squared()).max(f64::MIN_POSITIVE);
-            total += near;
-            mean += sums[corner].1 * (near / sums[corner].0.max(f64::MIN_POSITIVE));
-        }
-        eta[macro_of[point]] += w * (f - mean / total).norm_squared();
-    }
-    eta
-}
-
-/// $\int \mathbf F:\mathbf F - 3 - 2\ln J\\,\mathrm d\Omega$: what indicators are compared with, nothing for a rigid motion.
-fn strain(problem: &Problem<2>, gradients: &[Matrix3<f64>]) -> f64 {
-    // In terms of H = F − 1, so that nothing cancels where strains are small.
-    let density = |f: &Matrix3<f64>| {
-        let h = f - Matrix3::identity();
-        let minors = (h.trace().powi(2) - (h * h).trace()) / 2.0;
-        h.norm_squared() + 2.0 * (h.trace() - (h.trace() + minors + h.determinant()).ln_1p())
-    };
-    gradients.iter().zip(problem.body().table().weights()).map(|(f, w)| w * density(f)).sum()
 }
 
 /// The largest indicators that sum to the bulk of all.
@@ -215,7 +144,8 @@ fn marked(indicators: &[f64]) -> Vec<usize> {
     let mut sum = 0.0;
     let mut marked = Vec::new();
     for zone in order {
-        if sum >= BULK * total && !marked.is_empty() {
+        // What contributes nothing is never cut.
+        if sum >= BULK * total || !(indicators[zone] > 0.0) {
             break;
         }
         sum += indicators[zone];

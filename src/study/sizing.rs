@@ -5,19 +5,13 @@ use crate::scene::{Scene, Scheme};
 use crate::solve::NO_FREE;
 
 use super::answer::{Answer, Budget, Tolerance, Verdict};
-use super::evidence::apart;
+use super::evidence::{Apart, apart};
 use super::nested::{BROKEN_OFF, check, failed, name_of, solve, unsettled};
-use super::progress::{Limits, Progress, RUNAWAY, RUNAWAY_LAST};
-use super::sides::Sides;
+use super::progress::{Limits, Progress};
+use super::strategy::{Even, Found, Model, Next, ORDERS, Strategy};
 
 /// Order of convergence between the first two models, where none is measured: corners of rubber parts allow no more.
 const ORDER: f64 = 1.0;
-/// Measured orders are believed between these.
-const ORDERS: [f64; 2] = [0.5, 1.25];
-/// Bounds of the ratio of spacings from model to model.
-const FACTORS: [f64; 2] = [1.25, 2.5];
-/// The next model aims at this part of the tolerance.
-const AIM: f64 = 0.8;
 /// First models without a free unknown that are tried again with twice the cells.
 const ATTEMPTS: usize = 4;
 
@@ -111,8 +105,9 @@ impl<const D: usize> Scene<D> {
         let (mut tried, mut left) = (Vec::new(), Vec::new());
         for scheme in schemes {
             let name = name_of(scheme);
-            let found = match Search::start(self, scheme, tolerance, &mut limits) {
-                Ok(search) => search.run(self, tolerance, budget, &mut limits),
+            let found = Even::new(self, scheme).and_then(|mut even| search(&mut even, tolerance, budget, &mut limits));
+            let found = match found {
+                Ok(found) => found,
                 Err(error) => {
                     left.push(format!("{name} failed: {error}"));
                     refused.get_or_insert(error);
@@ -142,53 +137,57 @@ impl<const D: usize> Scene<D> {
     }
 }
 
-/// The models of one scheme.
+/// Searches for a model by one strategy; an error where the coarsest can't be solved.
+pub(super) fn search<const D: usize>(
+    strategy: &mut dyn Strategy<D>,
+    tolerance: &Tolerance<D>,
+    budget: Budget,
+    limits: &mut Limits<'_>,
+) -> Result<Answer<D>, Error> {
+    Ok(Search::start(strategy, tolerance, limits)?.run(tolerance, budget, limits))
+}
+
+/// The models of one strategy.
 struct Search<'a, const D: usize> {
-    scheme: &'a Scheme,
-    sides: Sides<D>,
-    fineness: f64,
+    strategy: &'a mut dyn Strategy<D>,
     answer: Answer<D>,
-    /// Spacing of the last model and how far it was from the one it was compared with.
-    compared: Option<(f64, f64)>,
+    /// Spacing of the last model.
+    spacing: f64,
+    /// How far it was from the one it was compared with.
+    compared: Option<f64>,
     order: f64,
     measured: bool,
+    zones: Vec<f64>,
 }
 
 impl<'a, const D: usize> Search<'a, D> {
     /// The coarsest model.
     fn start(
-        scene: &Scene<D>,
-        scheme: &'a Scheme,
+        strategy: &'a mut dyn Strategy<D>,
         tolerance: &Tolerance<D>,
         limits: &mut Limits<'_>,
     ) -> Result<Self, Error> {
-        let mut sides = Sides::of(scene, scheme)?;
-        let mut fineness = 1.0;
         let mut attempts = 0;
         loop {
-            let counts = sides.counts(fineness);
-            limits.begin(true);
             attempts += 1;
-            match solve(scene, sides.scheme(scheme, &counts), &counts, tolerance, None, limits) {
+            limits.begin(true);
+            let coarsest = strategy.coarsest();
+            let spacing = coarsest.spacing;
+            match solve(coarsest, tolerance, None, limits) {
                 // Bonded on both sides, one cell through a thin body leaves nothing free.
-                Err(Error::Solve(SolveError::Empty { what: NO_FREE, .. })) if attempts < ATTEMPTS => {
-                    sides.fewest *= 2.0;
-                    // Drawn shapes have no sides to count along.
-                    if sides.counts(fineness) == counts {
-                        fineness *= 2.0;
-                    }
-                }
+                Err(Error::Solve(SolveError::Empty { what: NO_FREE, .. }))
+                    if attempts < ATTEMPTS && strategy.thicken() => {}
                 solved => {
                     let answer = solved?;
-                    let (compared, order) = (None, ORDER);
-                    return Ok(Search { scheme, sides, fineness, answer, compared, order, measured: false });
+                    let (compared, order, zones) = (None, ORDER, Vec::new());
+                    return Ok(Search { strategy, answer, spacing, compared, order, measured: false, zones });
                 }
             }
         }
     }
 
     /// Goes on until the tolerance is reached or there is a reason to end.
-    fn run(mut self, scene: &Scene<D>, tolerance: &Tolerance<D>, budget: Budget, limits: &mut Limits<'_>) -> Answer<D> {
+    fn run(mut self, tolerance: &Tolerance<D>, budget: Budget, limits: &mut Limits<'_>) -> Answer<D> {
         let mut flow = limits.watch.level(&self.answer.levels[0]);
         let verdict = loop {
             if self.answer.bound < tolerance.error {
@@ -200,25 +199,13 @@ impl<'a, const D: usize> Search<'a, D> {
             if let Some(why) = self.hopeless(tolerance.error, budget) {
                 break Verdict::NotReached(why + &unsettled(&self.answer, tolerance));
             }
-            if let Err(verdict) = self.advance(scene, tolerance, budget, limits) {
+            if let Err(verdict) = self.advance(tolerance, budget, limits) {
                 break verdict;
             }
             flow = self.answer.levels.last().map_or(flow, |level| limits.watch.level(level));
         };
         self.answer.verdict = verdict;
         self.answer
-    }
-
-    /// The ratio of spacings to the next model, and whether that is expected to be the last.
-    fn factor(&self, tolerance: f64) -> (f64, bool) {
-        // The ratio that multiplies the work.
-        let by = |times: f64| times.powf(1.0 / (1.5 * D as f64)).min(FACTORS[1]);
-        // The first model is halved.
-        if self.answer.levels.len() < 2 && !self.sides.scattered {
-            return (2.0, true);
-        }
-        let wanted = (self.answer.bound / (AIM * tolerance)).powf(1.0 / self.order);
-        if wanted <= by(RUNAWAY_LAST) { (wanted.max(FACTORS[0]), true) } else { (by(RUNAWAY), false) }
     }
 
     /// Why the tolerance is out of reach: a search ends before it gets dear, and not behind.
@@ -233,61 +220,50 @@ impl<'a, const D: usize> Search<'a, D> {
             return Some(format!("{} models say nothing of their error", self.answer.levels.len()));
         }
         // With the best order that is believed.
-        let finer = (self.answer.bound / tolerance).powf(D as f64 / ORDERS[1]);
+        let finer = (self.answer.bound / tolerance).powf(D as f64 / self.strategy.steepest());
         let needed = self.answer.problem.model().unknowns() as f64 * finer;
         let most = budget.unknowns as f64;
         (needed > most).then(|| format!("it would take about {needed:.0e} unknowns, the budget allows {most}"))
     }
 
     /// Solves the next model, and the one with half its cells, and compares them.
-    fn advance(
-        &mut self,
-        scene: &Scene<D>,
-        tolerance: &Tolerance<D>,
-        budget: Budget,
-        limits: &mut Limits<'_>,
-    ) -> Result<(), Verdict> {
-        let before = self.answer.levels.last().map(|level| level.counts.clone()).unwrap_or_default();
-        let (factor, last) = self.factor(tolerance.error);
-        // The fineness of models is that of those with half their cells, after the first.
-        let half = if self.answer.levels.len() < 2 { self.fineness } else { self.fineness * factor };
-        let mut half = if self.sides.scattered { self.fineness * factor } else { half };
-        let counts = |half: f64| self.sides.halved(half);
-        // Models that round to the same counts are skipped.
-        while counts(half) == before {
-            half *= 1.05;
-        }
-        let finer = counts(half);
-        let unknowns = finer.iter().fold(D, |n, &c| n.saturating_mul(c));
+    fn advance(&mut self, tolerance: &Tolerance<D>, budget: Budget, limits: &mut Limits<'_>) -> Result<(), Verdict> {
+        let counts = self.answer.levels.last().map(|level| level.counts.clone()).unwrap_or_default();
+        let found = Found {
+            first: self.answer.levels.len() < 2,
+            bound: self.answer.bound,
+            tolerance: tolerance.error,
+            order: self.order,
+            counts: &counts,
+            zones: &self.zones,
+        };
+        let none = |why: String| Verdict::NotReached(why + &unsettled(&self.answer, tolerance));
+        let Next { coarse, fine, last } = self.strategy.next(&found).map_err(none)?;
+        let unknowns = fine.counts.iter().fold(D, |n, &c| n.saturating_mul(c));
         if unknowns > budget.unknowns {
-            let why = format!("the next model has {unknowns} unknowns, the budget allows {}", budget.unknowns);
-            return Err(Verdict::NotReached(why + &unsettled(&self.answer, tolerance)));
+            return Err(none(format!("the next model has {unknowns} unknowns, the budget allows {}", budget.unknowns)));
         }
-        let coarse = if self.sides.scattered { before.clone() } else { self.sides.counts(half) };
-        let mut companion = None;
-        if coarse != before {
-            limits.begin(true);
-            let scheme = self.sides.scheme(self.scheme, &coarse);
-            let solved = solve(scene, scheme, &coarse, tolerance, Some(&self.answer), limits);
-            companion = Some(solved.map_err(|error| failed(&coarse, &error, limits))?);
-        }
-        limits.begin(last);
-        let scheme = self.sides.scheme(self.scheme, &finer);
-        let solved = solve(scene, scheme, &finer, tolerance, Some(&self.answer), limits);
-        let mut next = solved.map_err(|error| failed(&finer, &error, limits))?;
-        let other = companion.as_ref().unwrap_or(&self.answer);
-        let apart = apart(other, &next, tolerance).map_err(|error| failed(&finer, &error, limits))?;
-        let spacing = self.sides.spacing(&finer);
-        if let Some((coarser, then)) = self.compared {
-            let order = (then / apart).ln() / (coarser / spacing).ln();
+        let (spacing, before) = (fine.spacing, self.spacing);
+        let mut solved = |model: Model<D>, last: bool| {
+            limits.begin(last);
+            let counts = model.counts.clone();
+            solve(model, tolerance, Some(&self.answer), limits).map_err(|error| failed(&counts, &error, limits))
+        };
+        let coarser = coarse.as_ref().map_or(before, |coarse| coarse.spacing);
+        let companion = coarse.map(|coarse| solved(coarse, true)).transpose()?;
+        let particles = fine.counts.clone();
+        let mut next = solved(fine, last)?;
+        let Apart { most, zones } = apart(companion.as_ref().unwrap_or(&self.answer), &next, tolerance)
+            .map_err(|error| failed(&particles, &error, limits))?;
+        if let Some(then) = self.compared {
+            let order = (then / most).ln() / (before / spacing).ln();
             if order.is_finite() {
                 self.order = order.clamp(ORDERS[0], ORDERS[1]);
                 self.measured = true;
             }
         }
-        self.compared = Some((spacing, apart));
-        let ratio: f64 = self.sides.spacing(&coarse) / spacing;
-        next.bound = apart / (ratio.powf(self.order) - 1.0);
+        (self.compared, self.spacing, self.zones) = (Some(most), spacing, zones);
+        next.bound = most / ((coarser / spacing).powf(self.order) - 1.0);
         let level = &mut next.levels[0];
         level.estimate = Some(next.bound);
         for companion in companion.iter().flat_map(|companion| &companion.levels) {
@@ -296,7 +272,6 @@ impl<'a, const D: usize> Search<'a, D> {
         }
         next.levels.splice(0..0, std::mem::take(&mut self.answer.levels));
         self.answer = next;
-        self.fineness = half;
         Ok(())
     }
 }
