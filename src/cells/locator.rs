@@ -11,7 +11,7 @@ pub(super) const FINEST: usize = 4;
 
 /// Boxes around blocks of a lattice's cells, coarser and coarser ones, made when they are first asked for.
 #[derive(Clone, Default)]
-pub(super) struct Locator<const D: usize>(OnceLock<Vec<Level<D>>>);
+pub(crate) struct Locator<const D: usize>(OnceLock<Vec<Level<D>>>);
 
 /// What is found with it follows from the lattice.
 impl<const D: usize> PartialEq for Locator<D> {
@@ -50,7 +50,7 @@ impl<const D: usize> Level<D> {
 
 impl<const D: usize> Locator<D> {
     /// Whether `holds(cell)` for any of the cells whose box, `of(cell)`, holds the point.
-    pub(super) fn any(
+    pub(crate) fn any(
         &self,
         counts: &[usize; D],
         at: &Point<D>,

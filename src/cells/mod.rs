@@ -28,6 +28,7 @@ pub use boundary::BoundaryCells;
 pub(crate) use brick::{determinant, ravel, unravel};
 pub use lattice::Lattice;
 pub use layout::Layout;
+pub(crate) use locator::Locator;
 pub use partition::Cells;
 pub use refined::Refined;
 pub use scatter::Scatter;

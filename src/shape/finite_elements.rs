@@ -1,11 +1,16 @@
 //! Lagrange finite elements on lattices: the second implementer of [`Approximation`], to compare with.
 
-use crate::cells::{Lattice, Zones, determinant, ravel, unravel};
+use std::cell::RefCell;
+
+use crate::cells::{Lattice, Locator, Zones, determinant, ravel, unravel};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Part, Point, Side};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::{Approximation, ShapeFunctions};
+
+/// How far the box around an element reaches beyond its nodes, in parts of their extent.
+const MARGIN: f64 = 0.25;
 
 /// Lagrange elements on a lattice of nodes: order 1 (2-node lines, 4-node quadrilaterals, 8-node
 /// bricks) or order 2 (3, 9, 27 nodes), isoparametric.
@@ -17,6 +22,7 @@ pub struct FiniteElements<const D: usize> {
     lattice: Lattice<D>,
     order: usize,
     elements: [usize; D],
+    locator: Locator<D>,
 }
 
 /// Points that know their element.
@@ -73,7 +79,7 @@ impl<const D: usize> FiniteElements<D> {
             });
         }
         let elements = cells.map(|c| c / order);
-        Ok(FiniteElements { lattice, order, elements })
+        Ok(FiniteElements { lattice, order, elements, locator: Locator::default() })
     }
 
     /// The lattice of nodes.
@@ -177,6 +183,18 @@ impl<const D: usize> FiniteElements<D> {
         })
     }
 
+    /// A box around an element, wider than that of its nodes: curved sides bulge.
+    fn around(&self, element: usize) -> [Point<D>; 2] {
+        let mut low = Point::<D>::repeat(f64::INFINITY);
+        let mut high = Point::<D>::repeat(f64::NEG_INFINITY);
+        for node in self.element_nodes(element) {
+            low = low.inf(&self.lattice.positions()[node]);
+            high = high.sup(&self.lattice.positions()[node]);
+        }
+        let margin = (high - low) * MARGIN;
+        [low - margin, high + margin]
+    }
+
     /// Position and derivative columns of the isoparametric map.
     fn map(&self, element: usize, local: &Point<D>) -> (Point<D>, [Point<D>; D]) {
         let mut position = Point::zeros();
@@ -269,17 +287,23 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
         }
         // Slack in local coordinates, so that points on the boundary are inside whatever the rounding.
         const SLACK: f64 = 1e-9;
-        for element in 0..self.element_count() {
-            let mut low = Point::<D>::repeat(f64::INFINITY);
-            let mut high = Point::<D>::repeat(f64::NEG_INFINITY);
-            for node in self.element_nodes(element) {
-                low = low.zip_map(&self.lattice.positions()[node], f64::min);
-                high = high.zip_map(&self.lattice.positions()[node], f64::max);
-            }
-            let margin = (high - low) * 0.25;
-            if (0..D).any(|i| at[i] < low[i] - margin[i] || at[i] > high[i] + margin[i]) {
-                continue;
-            }
+        let candidates = RefCell::new(Vec::new());
+        self.locator.any(
+            &self.elements,
+            at,
+            |element| self.around(element),
+            |element| {
+                let [low, high] = self.around(element);
+                if (0..D).all(|i| at[i] >= low[i] && at[i] <= high[i]) {
+                    candidates.borrow_mut().push(element);
+                }
+                false
+            },
+        );
+        let mut candidates = candidates.into_inner();
+        candidates.sort_unstable();
+        for element in candidates {
+            let [low, high] = self.around(element);
             let mut local = Point::<D>::repeat(0.5);
             let mut miss = f64::INFINITY;
             for _ in 0..30 {
@@ -292,7 +316,7 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
                 }
             }
             // The map of a distorted element may lead Newton astray: only a point that maps back counts.
-            let found = miss <= 1e-9 * (high - low).norm();
+            let found = miss <= 1e-9 / (1.0 + 2.0 * MARGIN) * (high - low).norm();
             if found && local.iter().all(|t| *t >= -SLACK && *t <= 1.0 + SLACK) {
                 self.fill(element, &local, out);
                 return Ok(());

@@ -212,7 +212,8 @@ fn patch_tests_refuse_what_is_no_patch_test() {
     let test = |gradient: Matrix2<f64>| patch_test(square(), Axisymmetric, moderate(), &gradient, &Scheme::default());
     assert!(matches!(test(plane()), Err(Error::Geometry(GeometryError::Kinematics { .. }))));
     for gradient in [Matrix2::zeros(), -2.0 * Matrix2::new(0.0, 0.0, 0.0, 1.0), Matrix2::repeat(f64::NAN)] {
-        assert!(matches!(test(gradient), Err(Error::Solve(_))), "{:?}", test(gradient).map(|_| ()));
+        let refused = matches!(test(gradient), Err(Error::Invalid(_) | Error::Solve(_)));
+        assert!(refused, "{:?}", test(gradient).map(|_| ()));
     }
     let beyond = test(-2.0 * Matrix2::new(1.0, 0.0, 0.0, 0.0));
     assert!(matches!(beyond, Err(Error::Boundary(BoundaryError::BeyondAxis { .. }))));
