@@ -4,7 +4,6 @@ mod allocations;
 mod circles;
 mod downstream;
 mod floors;
-mod lengths;
 mod output;
 mod threads;
 mod user_extensions;

@@ -1,0 +1,290 @@
+//! Loads: forces, pressures, springs, and integrands of one's own.
+
+use std::fmt;
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use crate::geometry::Point;
+use crate::term::{Amplitude, DeadLoad, FollowerPressure, Integrand, PointDerivatives, PointState, Sparsity};
+
+use crate::scene::{Place, Value};
+
+/// A load: where, what, and how it follows the load factor.
+///
+/// ```
+/// use rkpm::prelude::*;
+/// // A column under its own weight on an elastic bedding, pushed aside by 2 N on the middle of its right face.
+/// let scene = Scene::new(Block::new([0.0, 0.0], [1.0, 3.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+///     .with(Load::bedding((1, Side::Min), 5.0))
+///     .with(Load::body_force([0.0, -0.01]))
+///     .with(Load::force(Place::on(Side::Max).within(|x: &Point<2>| (x[1] - 1.5).abs() < 0.5), [-0.02, 0.0]));
+/// let problem = scene.discretize(&Scheme::default().particles([5, 13]))?;
+/// let path = problem.run(&mut ())?.completed()?;
+/// assert!(problem.displacement(path.last(), &[0.5, 0.0].into())?[1] < 0.0);
+/// # Ok::<(), rkpm::Error>(())
+/// ```
+#[derive(Clone)]
+pub struct Load<const D: usize> {
+    pub(crate) place: Place<D>,
+    pub(crate) kind: LoadKind<D>,
+    pub(crate) amplitude: Amplitude,
+    pub(crate) name: Option<String>,
+}
+
+/// What kind of load.
+#[derive(Clone)]
+pub(crate) enum LoadKind<const D: usize> {
+    /// A force per reference area on parts, per reference volume in the body, at a point the force itself.
+    Dead(Value<D, [f64; D]>),
+    /// The same, shared out evenly over the place.
+    Total([f64; D]),
+    Pressure(Value<D>),
+    /// On a rigid body.
+    Moment([f64; 3]),
+    Integrand(Arc<dyn Integrand>),
+}
+
+impl<const D: usize> Load<D> {
+    fn new(place: impl Into<Place<D>>, kind: LoadKind<D>) -> Self {
+        Load { place: place.into(), kind, amplitude: Amplitude::Ramp, name: None }
+    }
+
+    /// A dead traction \[stress\] per reference area of a boundary part.
+    pub fn traction(place: impl Into<Place<D>>, traction: impl Into<Value<D, [f64; D]>>) -> Self {
+        Load::new(place, LoadKind::Dead(traction.into()))
+    }
+
+    /// A pressure \[stress\] that follows a boundary part, positive inwards.
+    pub fn pressure(place: impl Into<Place<D>>, pressure: impl Into<Value<D>>) -> Self {
+        Load::new(place, LoadKind::Pressure(pressure.into()))
+    }
+
+    /// A dead force \[force\] at a point, or a total one shared out evenly over the reference area of a part or the volume of the
+    /// body; per unit thickness in plane strain, of the whole revolution in bodies of revolution.
+    pub fn force(place: impl Into<Place<D>>, force: [f64; D]) -> Self {
+        Load::new(place, LoadKind::Total(force))
+    }
+
+    /// A moment \[force × length\] on a rigid body ([`Scene::rigid`](crate::scene::Scene::rigid)), in the plane its third component:
+    /// the work on a small further rotation $\delta\omega$ is $M\cdot\delta\omega$ wherever the body has turned to.
+    pub fn moment(body: &str, moment: [f64; 3]) -> Self {
+        Load::new(body, LoadKind::Moment(moment))
+    }
+
+    /// A dead force per reference volume \[stress/length\].
+    pub fn body_force(force: impl Into<Value<D, [f64; D]>>) -> Self {
+        Load::new(Place::body(), LoadKind::Dead(force.into()))
+    }
+
+    /// Springs in all directions, $\tfrac12\int k\\,|u|^2$: `stiffness` is per reference area on a part \[stress/length\], per
+    /// reference volume in the body, at a point the spring's own \[force/length\].
+    pub fn bedding(place: impl Into<Place<D>>, stiffness: f64) -> Self {
+        Load::new(place, LoadKind::Integrand(Arc::new(crate::term::ElasticFoundation { stiffness })))
+    }
+
+    /// Springs along the reference normal of a part alone, $\tfrac12\int k\\,(u\cdot N)^2$ \[stress/length\]: what slides
+    /// along a soft support.
+    pub fn normal_bedding(place: impl Into<Place<D>>, stiffness: f64) -> Self {
+        Load::new(place, LoadKind::Integrand(Arc::new(NormalBedding { stiffness })))
+    }
+
+    /// An integrand of one's own over the points of a part, the body, or at a point; its amplitude is its own affair.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// use rkpm::term::{Sparsity, PointDerivatives, PointState};
+    /// /// A wall below X₂ = 0 that pushes back.
+    /// struct Wall(f64);
+    /// impl Integrand for Wall {
+    ///     fn sparsity(&self) -> Sparsity {
+    ///         Sparsity { force: true, force_by_displacement: true, ..Sparsity::default() }
+    ///     }
+    ///     fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
+    ///         let depth = -(at.position[1] + at.displacement[1]);
+    ///         if depth > 0.0 {
+    ///             flux.energy = 0.5 * self.0 * depth * depth;
+    ///             flux.force[1] = -self.0 * depth;
+    ///             flux.force_by_displacement[(1, 1)] = self.0;
+    ///         }
+    ///     }
+    /// }
+    /// let block = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .prescribe(Side::Min, 0, 0.0)
+    ///     .with(Load::integrand((1, Side::Min), Wall(50.0)))
+    ///     .prescribe((1, Side::Max), 1, -0.1);
+    /// let path = block.discretize(&Scheme::default().particles([5, 5]))?.run(&mut ())?.completed()?;
+    /// # let _ = path;
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn integrand(place: impl Into<Place<D>>, integrand: impl Integrand + 'static) -> Self {
+        Load::new(place, LoadKind::Integrand(Arc::new(integrand)))
+    }
+
+    /// Sets how the load follows the load factor; a ramp unless set. Motions get it in place of the load factor.
+    pub fn amplitude(mut self, amplitude: Amplitude) -> Self {
+        self.amplitude = amplitude;
+        self
+    }
+
+    /// Gives the load a name, which messages use.
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = Some(name.into());
+        self
+    }
+
+    /// What messages call it.
+    pub(crate) fn label(&self) -> String {
+        use super::place::Spot;
+        let kind = match (&self.kind, &self.place.spot) {
+            (LoadKind::Dead(_), Spot::Body) => return "body force".into(),
+            (LoadKind::Total(_) | LoadKind::Dead(_), Spot::Point(at)) => {
+                return format!("point load at {:?}", at.as_slice());
+            }
+            (LoadKind::Dead(_), _) => "traction",
+            (LoadKind::Total(_), _) => "force",
+            (LoadKind::Pressure(_), _) => "pressure",
+            (LoadKind::Moment(_), _) => "moment",
+            (LoadKind::Integrand(_), _) => "integrand",
+        };
+        match &self.name {
+            Some(name) => format!("{name} ({kind} on {})", self.place),
+            None => format!("{kind} on {}", self.place),
+        }
+    }
+}
+
+impl<const D: usize> fmt::Debug for Load<D> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Load({}, {:?})", self.label(), self.amplitude)
+    }
+}
+
+/// Half the interval of the central difference for motions, as that of amplitudes.
+const DIFFERENCE: f64 = 1e-5;
+
+/// A load whose value varies.
+pub(crate) struct Varying<V> {
+    pub value: V,
+    pub amplitude: Amplitude,
+}
+
+fn point<const D: usize>(at: &PointState) -> Point<D> {
+    Point::from_fn(|i, _| at.position[i])
+}
+
+/// The value and its slope over the load factor.
+fn with_slope<const D: usize, T: Copy + 'static>(
+    value: &Value<D, T>,
+    amplitude: &Amplitude,
+    at: &PointState,
+    number: impl Fn(&T) -> Vector3<f64>,
+) -> [Vector3<f64>; 2] {
+    let x = point::<D>(at);
+    let (factor, slope) = amplitude.evaluate(at.load);
+    if let Value::Motion(motion) = value {
+        let [low, high] = [-DIFFERENCE, DIFFERENCE].map(|step| number(&motion(&x, factor + step)));
+        return [number(&motion(&x, factor)), (high - low) * (slope / (2.0 * DIFFERENCE))];
+    }
+    let value = number(&value.at(&x, factor));
+    [value * factor, value * slope]
+}
+
+impl<const D: usize> Integrand for Varying<Value<D, [f64; D]>> {
+    fn sparsity(&self) -> Sparsity {
+        Sparsity { force: true, ..Sparsity::default() }
+    }
+
+    fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
+        let [force, slope] = with_slope(&self.value, &self.amplitude, at, pad);
+        (flux.force, flux.force_by_load) = (-force, -slope);
+    }
+
+    fn break_points(&self) -> Vec<f64> {
+        self.amplitude.break_points()
+    }
+}
+
+impl<const D: usize> Integrand for Varying<Value<D>> {
+    fn sparsity(&self) -> Sparsity {
+        FollowerPressure { pressure: 1.0, amplitude: Amplitude::Constant }.sparsity()
+    }
+
+    fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
+        let [pressure, slope] =
+            with_slope(&self.value, &self.amplitude, at, |&p| Vector3::new(p, 0.0, 0.0)).map(|v| v[0]);
+        let follower = |pressure| FollowerPressure { pressure, amplitude: Amplitude::Constant };
+        follower(slope).evaluate(at, flux);
+        let by_load = flux.force;
+        follower(pressure).evaluate(at, flux);
+        flux.force_by_load = by_load;
+    }
+
+    fn is_symmetric(&self) -> bool {
+        false
+    }
+
+    fn break_points(&self) -> Vec<f64> {
+        self.amplitude.break_points()
+    }
+
+    fn needs_normals(&self) -> bool {
+        true
+    }
+}
+
+/// Springs along the normal.
+struct NormalBedding {
+    stiffness: f64,
+}
+
+impl Integrand for NormalBedding {
+    fn sparsity(&self) -> Sparsity {
+        Sparsity { force: true, force_by_displacement: true, ..Sparsity::default() }
+    }
+
+    fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
+        let along = at.displacement.dot(&at.normal);
+        flux.energy = 0.5 * self.stiffness * along * along;
+        flux.force = at.normal * (self.stiffness * along);
+        flux.force_by_displacement = at.normal * at.normal.transpose() * self.stiffness;
+    }
+
+    fn needs_normals(&self) -> bool {
+        true
+    }
+}
+
+/// An integrand shared between scenes and models.
+pub(crate) struct Shared(pub Arc<dyn Integrand>);
+
+impl Integrand for Shared {
+    fn sparsity(&self) -> Sparsity {
+        self.0.sparsity()
+    }
+
+    fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
+        self.0.evaluate(at, flux);
+    }
+
+    fn is_symmetric(&self) -> bool {
+        self.0.is_symmetric()
+    }
+
+    fn break_points(&self) -> Vec<f64> {
+        self.0.break_points()
+    }
+
+    fn needs_normals(&self) -> bool {
+        self.0.needs_normals()
+    }
+}
+
+/// A dead load that is the same everywhere.
+pub(crate) fn dead<const D: usize>(force: &[f64; D], amplitude: &Amplitude) -> DeadLoad {
+    DeadLoad { force: pad(force), amplitude: amplitude.clone() }
+}
+
+fn pad<const D: usize>(v: &[f64; D]) -> Vector3<f64> {
+    Vector3::from_fn(|i, _| if i < D { v[i] } else { 0.0 })
+}

@@ -1,0 +1,52 @@
+//! How many particles a scheme puts along the axes of a domain.
+
+use crate::error::{Error, GeometryError, Invalid};
+use crate::geometry::{Domain, Point};
+
+use super::scheme::Scheme;
+use super::scheme_choices::Resolution;
+
+/// Particles along each axis.
+pub(crate) fn counts<const D: usize>(domain: &dyn Domain<D>, scheme: &Scheme) -> Result<[usize; D], Error> {
+    match &scheme.resolution {
+        Resolution::Counts(counts) => per_axis(counts, "particle counts"),
+        Resolution::Spacing(spacing) => {
+            if !(*spacing > 0.0 && spacing.is_finite()) {
+                return Err(Invalid::new("particle spacing", *spacing, "give a finite length above zero").into());
+            }
+            let lengths = edge_lengths(domain);
+            Ok(lengths.map(|longest| (longest / spacing - 1e-9).ceil().clamp(1.0, 1e12) as usize + 1))
+        }
+    }
+}
+
+/// The longest of the edges of a domain's unit cube along each axis, each measured in 16 pieces \[length\].
+pub(crate) fn edge_lengths<const D: usize>(domain: &dyn Domain<D>) -> [f64; D] {
+    std::array::from_fn(|axis| {
+        let mut longest: f64 = 0.0;
+        for edge in 0..1usize << D {
+            let corner = Point::<D>::from_fn(|i, _| if i == axis { 0.0 } else { ((edge >> i) & 1) as f64 });
+            let mut length = 0.0;
+            let mut before = domain.position(&corner);
+            for piece in 1..=16 {
+                let mut at = corner;
+                at[axis] = piece as f64 / 16.0;
+                let next = domain.position(&at);
+                length += (next - before).norm();
+                before = next;
+            }
+            longest = longest.max(length);
+        }
+        longest
+    })
+}
+
+/// One number for each axis; a single one stands for all.
+pub(crate) fn per_axis<const D: usize>(given: &[usize], what: &'static str) -> Result<[usize; D], Error> {
+    if given.len() == 1 || given.len() == D {
+        Ok(std::array::from_fn(|i| if given.len() == 1 { given[0] } else { given[i] }))
+    } else {
+        Err(GeometryError::Count { what, count: given.len(), needed: "give one number for each axis, or one for all" }
+            .into())
+    }
+}

@@ -1,0 +1,314 @@
+//! Scenes: what is to be solved.
+
+use std::sync::Arc;
+
+use crate::cells::Cells;
+use crate::geometry::{Domain, Part};
+use crate::kinematics::Kinematics;
+use crate::material::Material;
+use crate::term::Amplitude;
+
+use super::condition::Condition;
+use super::drawn::Drawn;
+use super::load::Load;
+use super::place::{Place, Spot};
+use super::resolution::edge_lengths;
+use super::source::{BodyOf, Source};
+use super::touching::{Meeting, Touching};
+use super::value::Value;
+
+/// The name of the first body of a scene that was made with one.
+const FIRST: &str = "body";
+
+/// What is added to a scene by [`Scene::with`].
+#[derive(Debug, Clone)]
+pub enum Action<const D: usize> {
+    /// A prescribed displacement.
+    Condition(Condition<D>),
+    /// A load.
+    Load(Load<D>),
+}
+
+impl<const D: usize> From<Condition<D>> for Action<D> {
+    fn from(condition: Condition<D>) -> Self {
+        Action::Condition(condition)
+    }
+}
+
+impl<const D: usize> From<Load<D>> for Action<D> {
+    fn from(load: Load<D>) -> Self {
+        Action::Load(load)
+    }
+}
+
+/// What is to be solved: domain, kinematics, material, conditions and loads by boundary part; or several bodies.
+///
+/// Loads and prescribed values follow the load factor $\lambda \in [0, 1]$ as a ramp unless they have an amplitude of their
+/// own. Parts go by the names that the cells give them, and by those that [`name`](Scene::name) adds.
+#[derive(Clone)]
+pub struct Scene<const D: usize> {
+    pub(crate) bodies: Vec<BodyOf<D>>,
+    /// Pairs of bodies that are not bonded where they touch.
+    pub(crate) apart: Vec<[String; 2]>,
+    pub(crate) kinematics: Arc<dyn Kinematics<D>>,
+    /// Time by the load factor.
+    pub(crate) clock: Option<Amplitude>,
+    /// Stretch of free expansion.
+    pub(crate) expansion: Option<Value<D>>,
+    pub(crate) conditions: Vec<Condition<D>>,
+    pub(crate) loads: Vec<Load<D>>,
+    pub(crate) contacts: Vec<Touching<D>>,
+    pub(crate) meetings: Vec<Meeting<D>>,
+    pub(crate) names: Vec<(String, Place<D>)>,
+    /// Rigid bodies and the parts tied to them.
+    pub(crate) rigids: Vec<(String, Place<D>)>,
+}
+
+impl<const D: usize> Scene<D> {
+    /// A free, unloaded body.
+    pub fn new(
+        domain: impl Domain<D> + 'static,
+        kinematics: impl Kinematics<D> + 'static,
+        material: impl Material + 'static,
+    ) -> Self {
+        Scene::of(Source::Domain(Arc::new(domain)), kinematics, material)
+    }
+
+    /// A free, unloaded body over given particles and cells; the scheme's resolution and layout are left out.
+    pub fn over(
+        cells: Arc<dyn Cells<D>>,
+        kinematics: impl Kinematics<D> + 'static,
+        material: impl Material + 'static,
+    ) -> Self {
+        Scene::of(Source::Cells(cells), kinematics, material)
+    }
+
+    /// A free, unloaded body that was drawn: a [`Region`](crate::geometry::Region) of the plane, over which the scheme
+    /// scatters its particles, or a [`Mesh`](crate::mesh::Mesh), at whose nodes they are. Over a region a scheme says their
+    /// spacing or about how many ([`spacing`](crate::scene::Scheme::spacing), [`particles`](crate::scene::Scheme::particles)), where they
+    /// are finer ([`graded`](crate::scene::Scheme::graded)), and which draw ([`seed`](crate::scene::Scheme::seed)).
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// let plate = Outline::at([0.0, 0.0])
+    ///     .line("bottom", [4.0, 0.0]).line("right", [4.0, 1.0]).line("top", [0.0, 1.0]).close("left");
+    /// let scene = Scene::on(Region::new(plate)?, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .hold("left")
+    ///     .traction("right", [0.0, 0.01]);
+    /// let problem = scene.discretize(&Scheme::default().spacing(0.25).seed(7))?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// assert!(problem.displacement(path.last(), &[4.0, 0.5].into())?[1] > 0.1);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    /// A part from a file: names are those of its physical groups.
+    /// ```no_run
+    /// use rkpm::prelude::*;
+    /// let mount = Mesh::read("mount.msh")?; // mm
+    /// let scene = Scene::on(&mount.body("rubber")?, Solid, Rubber::yeoh(0.55, -0.05, 0.01, 1e3)?) // MPa
+    ///     .hold("base")
+    ///     .with(Condition::on("insert").displacement([0.0, 0.0, -4.0]));
+    /// let problem = scene.discretize(&Scheme::default())?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// println!("{:.0} N", problem.reaction(path.last(), "insert")?[2]);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn on(
+        shape: impl Into<Drawn<D>>,
+        kinematics: impl Kinematics<D> + 'static,
+        material: impl Material + 'static,
+    ) -> Self {
+        Scene::of(shape.into().source, kinematics, material)
+    }
+
+    fn of(source: Source<D>, kinematics: impl Kinematics<D> + 'static, material: impl Material + 'static) -> Self {
+        let first = BodyOf { name: FIRST.into(), source, material: Arc::new(material), scheme: None };
+        Scene {
+            bodies: vec![first],
+            apart: Vec::new(),
+            kinematics: Arc::new(kinematics),
+            clock: None,
+            expansion: None,
+            conditions: Vec::new(),
+            loads: Vec::new(),
+            contacts: Vec::new(),
+            meetings: Vec::new(),
+            names: Vec::new(),
+            rigids: Vec::new(),
+        }
+    }
+
+    /// The body of a scene of one.
+    fn only(&self) -> Option<&BodyOf<D>> {
+        self.bodies.first().filter(|_| self.bodies.len() == 1)
+    }
+
+    /// The lengths of the domain's sides \[length\]; none where the cells were given.
+    pub(crate) fn side_lengths(&self) -> Option<[f64; D]> {
+        match &self.only()?.source {
+            Source::Domain(domain) => Some(edge_lengths(&**domain)),
+            _ => None,
+        }
+    }
+
+    /// The domain; none where the cells were given.
+    pub(crate) fn domain(&self) -> Option<Arc<dyn Domain<D>>> {
+        match &self.only()?.source {
+            Source::Domain(domain) => Some(domain.clone()),
+            _ => None,
+        }
+    }
+
+    /// Whether the scheme scatters the particles.
+    pub(crate) fn is_scattered(&self) -> bool {
+        matches!(self.only().map(|body| &body.source), Some(Source::Scattered(_)))
+    }
+
+    /// The same scene over given particles and cells of the same body, the first of several; a scheme's resolution and
+    /// layout are left out.
+    pub fn with_cells(&self, cells: Arc<dyn Cells<D>>) -> Self {
+        let mut scene = self.clone();
+        if let Some(first) = scene.bodies.first_mut() {
+            first.source = Source::Cells(cells);
+        }
+        scene
+    }
+
+    /// The body alone: domain, kinematics and material.
+    pub(crate) fn without_conditions(&self) -> Self {
+        let scene = self.clone();
+        Scene {
+            conditions: Vec::new(),
+            loads: Vec::new(),
+            contacts: Vec::new(),
+            meetings: Vec::new(),
+            rigids: Vec::new(),
+            ..scene
+        }
+    }
+
+    /// Adds a [`Condition`] or a [`Load`].
+    ///
+    /// Where conditions meet all hold: [`discretize`](Scene::discretize) refuses those that differ.
+    pub fn with(mut self, action: impl Into<Action<D>>) -> Self {
+        match action.into() {
+            Action::Condition(condition) => self.conditions.push(condition),
+            Action::Load(load) => self.loads.push(load),
+        }
+        self
+    }
+
+    /// Gives a place a name, which conditions, loads and results then go by; one that the cells know already is hidden.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// let block = Scene::new(Block::new([0.0, 0.0], [3.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .name("bottom", (1, Side::Min))
+    ///     .name("top", (1, Side::Max))
+    ///     .hold("bottom")
+    ///     .prescribe("top", 0, 0.2)
+    ///     .prescribe("top", 1, 0.0);
+    /// let problem = block.discretize(&Scheme::default().particles([7, 3]))?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// assert!((problem.reaction(path.last(), "top")? + problem.reaction(path.last(), "bottom")?).norm() < 1e-9);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn name(mut self, name: impl Into<String>, place: impl Into<Place<D>>) -> Self {
+        let place = self.resolve(&place.into());
+        self.names.push((name.into(), place));
+        self
+    }
+
+    /// A place with its name, if the scene gave it one, looked up.
+    pub(crate) fn resolve(&self, place: &Place<D>) -> Place<D> {
+        resolve(&self.names, place)
+    }
+
+    /// Prescribes displacement component `component` on a part: a number \[length\], or a [`Value`] that varies or moves.
+    pub fn prescribe(self, place: impl Into<Place<D>>, component: usize, value: impl Into<Value<D>>) -> Self {
+        self.with(Condition::on(place).component(component, value))
+    }
+
+    /// Holds all displacement components on a part.
+    pub fn hold(self, place: impl Into<Place<D>>) -> Self {
+        self.with(Condition::on(place).displacement([0.0; D]))
+    }
+
+    /// A pressure \[stress\] that follows a boundary part, positive inwards.
+    pub fn pressure(self, place: impl Into<Place<D>>, pressure: impl Into<Value<D>>) -> Self {
+        self.with(Load::pressure(place, pressure))
+    }
+
+    /// A dead traction \[stress\] per reference area on a boundary part.
+    pub fn traction(self, place: impl Into<Place<D>>, traction: impl Into<Value<D, [f64; D]>>) -> Self {
+        self.with(Load::traction(place, traction))
+    }
+
+    /// The same with a body that would expand freely by a stretch $\vartheta(X)$ in all directions: thermal strain $\vartheta = 1 + \alpha\\,\Delta T$
+    /// without temperatures, swelling, shrinkage. It acts in full from the first step on; held bodies are stressed by it.
+    /// Deformation gradients of the body are the elastic ones, $F/\vartheta$.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// // A block that grows by 2 % between smooth walls along one axis, and rises along the other.
+    /// let block = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .prescribe((0, Side::Min), 0, 0.0)
+    ///     .prescribe((0, Side::Max), 0, 0.0)
+    ///     .prescribe((1, Side::Min), 1, 0.0)
+    ///     .with_expansion(1.02);
+    /// let problem = block.discretize(&Scheme::default().particles([5, 3]))?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// let rise = problem.displacement(path.last(), &[1.0, 1.0].into())?[1];
+    /// assert!((rise - 0.0612).abs() < 1e-3); // the volume grows by 1.02³ - 1
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn with_expansion(mut self, stretch: impl Into<Value<D>>) -> Self {
+        self.expansion = Some(stretch.into());
+        self
+    }
+
+    /// The same taking time: the load factor runs from 0 to 1 in `duration` \[time\], as even as a clock. Laws that relax
+    /// ([`Viscoelastic`](crate::material::Viscoelastic)) do so by it; amplitudes say how loads follow. Steps are chosen by
+    /// [`Stepping::time_tolerance`](crate::solve::Stepping::time_tolerance).
+    ///
+    /// ```
+    /// use rkpm::material::{Prony, Viscoelastic};
+    /// use rkpm::prelude::*;
+    /// // A block sheared by a fifth within 1 s and held for 9 s: amplitudes are tables over the load factor, 0.1 of it a second.
+    /// let hold = Amplitude::table(vec![(0.0, 0.0), (0.1, 1.0), (1.0, 1.0)])?;
+    /// let rubber = Viscoelastic::new(Rubber::neo_hookean(0.5, 1e3)?, Prony::of_instantaneous([(0.4, 2.0)])?);
+    /// let pad = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber)
+    ///     .hold((1, Side::Min))
+    ///     .with(Condition::on((1, Side::Max)).displacement([0.2, 0.0]).amplitude(hold))
+    ///     .over_time(10.0);
+    /// let path = pad.discretize(&Scheme::default().particles([5, 3]))?.run(&mut ())?.completed()?;
+    /// assert!(path.steps.len() > 5);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn over_time(self, duration: f64) -> Self {
+        self.with_clock(Amplitude::Table(vec![(0.0, 0.0), (1.0, duration)]))
+    }
+
+    /// The same with time as any function of the load factor that does not fall: a table (0, 0), (0.1, 0), (0.5, 1), (1, 1000) loads suddenly
+    /// by a tenth, then takes a second for the next part and a thousand for the rest. Steps stop at its pairs.
+    pub fn with_clock(mut self, clock: Amplitude) -> Self {
+        self.clock = Some(clock);
+        self
+    }
+}
+
+/// A place with its name, if it has one among these, looked up.
+pub(crate) fn resolve<const D: usize>(names: &[(String, Place<D>)], place: &Place<D>) -> Place<D> {
+    let Spot::Part(Part::Named(asked)) = &place.spot else { return place.clone() };
+    let Some((_, named)) = names.iter().rev().find(|(name, _)| name == asked) else { return place.clone() };
+    let mut named = named.clone();
+    if place.of.is_some() {
+        named.of = place.of.clone();
+    }
+    match &place.within {
+        None => named,
+        Some(within) => {
+            let within = within.clone();
+            named.within(move |x| within(x))
+        }
+    }
+}

@@ -1,0 +1,325 @@
+//! Conditions of a scene as rows.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::boundary::{Claim, Constraints, check_component, moved, rounding, says_again, scaled};
+use crate::cells::Cells;
+use crate::error::{BoundaryError, Error};
+use crate::geometry::{Part, Point};
+use crate::shape::Approximation;
+use crate::term::Amplitude;
+
+use super::facet_rule::FacetRule;
+use crate::scene::definition::place::Spot;
+use crate::scene::{Condition, Direction, Place, Scene, Value};
+
+/// What becomes of a condition that can't be added to the rows: the error itself, or leave to go on without it.
+pub(crate) type Refused<'a> = &'a mut dyn FnMut(Error) -> Result<(), Error>;
+
+/// A condition of a problem: how it is asked for, and its rows.
+pub(crate) struct Placed<const D: usize> {
+    pub name: Option<String>,
+    pub place: Place<D>,
+    pub rows: Range<usize>,
+    /// The nodes that its forces act on.
+    pub nodes: Range<usize>,
+}
+
+/// One direction of a condition at a place whose name was looked up.
+struct Single<'a, const D: usize> {
+    place: &'a Place<D>,
+    direction: &'a Direction<D>,
+    value: &'a Value<D>,
+    amplitude: &'a Amplitude,
+    label: String,
+}
+
+/// The directions of a condition, one by one.
+fn singles<'a, const D: usize>(
+    condition: &'a Condition<D>,
+    place: &'a Place<D>,
+) -> impl Iterator<Item = Single<'a, D>> {
+    condition.prescribed.iter().map(move |(direction, value)| {
+        let (amplitude, label) = (&condition.amplitude, condition.label(direction));
+        Single { place, direction, value, amplitude, label }
+    })
+}
+
+/// Rows over boundaries with the given facet rule, or at particles without one; and which are those of each condition.
+pub(crate) fn rows<const D: usize, A: Approximation<D>>(
+    scene: &Scene<D>,
+    mine: &[(usize, Place<D>)],
+    cells: &dyn Cells<D>,
+    approximation: &A,
+    facets: Option<FacetRule>,
+    refused: Refused<'_>,
+) -> Result<(Constraints, Vec<Placed<D>>), Error> {
+    let mut rows = Constraints::new();
+    let mut placed = Vec::with_capacity(mine.len());
+    for (number, place) in mine {
+        let condition = &scene.conditions[*number];
+        let first = rows.len();
+        for single in singles(condition, place) {
+            let before = rows.mark();
+            // Rows over a face know nothing of single particles: what they say twice is looked up in the scene.
+            let added = match facets.map_or(Ok(false), |_| lies_on_part(scene, mine, &single, cells)) {
+                Ok(true) => Ok(()),
+                Ok(false) => add(&mut rows, scene, &single, cells, approximation, facets),
+                Err(error) => Err(error),
+            };
+            if let Err(error) = added {
+                refused(error)?;
+                // Without the rows that were added before it was refused.
+                rows.take_back(before);
+            }
+        }
+        placed.push(Placed {
+            name: condition.name.clone(),
+            place: place.clone(),
+            rows: first..rows.len(),
+            nodes: 0..cells.positions().len(),
+        });
+    }
+    Ok((rows, placed))
+}
+
+/// Adds the rows of a displacement that vanishes on a part, for a body that is tied there to another one.
+pub(crate) fn tie<const D: usize, A: Approximation<D>>(
+    rows: &mut Constraints,
+    scene: &Scene<D>,
+    (name, place): (&str, &Place<D>),
+    cells: &dyn Cells<D>,
+    approximation: &A,
+    facets: Option<FacetRule>,
+) -> Result<(), Error> {
+    let condition = Condition::on(place.clone()).displacement([0.0; D]).named(name);
+    for single in singles(&condition, place) {
+        add(rows, scene, &single, cells, approximation, facets)?;
+    }
+    Ok(())
+}
+
+/// Whether a condition at a particle says again what those on parts that hold the particle say: taken as well, the
+/// particle would be prescribed twice.
+///
+/// # Errors
+/// Where it says something else.
+fn lies_on_part<const D: usize>(
+    scene: &Scene<D>,
+    mine: &[(usize, Place<D>)],
+    single: &Single<'_, D>,
+    cells: &dyn Cells<D>,
+) -> Result<bool, Error> {
+    let Spot::Point(at) = &single.place.spot else { return Ok(false) };
+    let particle = particle_at(cells, at, &single.label)?;
+    let at = &cells.positions()[particle];
+    let mut claims = Vec::new();
+    for (number, place) in mine {
+        let condition = &scene.conditions[*number];
+        let Spot::Part(part) = &place.spot else { continue };
+        // Parts that don't exist are refused with their own condition.
+        if !place.holds(at) || !cells.boundary_nodes(part).is_ok_and(|nodes| nodes.contains(&particle)) {
+            continue;
+        }
+        for other in singles(condition, place) {
+            let normal = normal_at(cells, part, particle, other.direction)?;
+            claims.push(claim_of(&other, at, &normal)?);
+        }
+    }
+    let asked = claim_of(single, at, &Point::zeros())?;
+    Ok(says_again(&claims, &asked, at, rounding(cells.positions()))?)
+}
+
+/// The outward normal of a part at one of its particles, where a direction asks for it.
+fn normal_at<const D: usize>(
+    cells: &dyn Cells<D>,
+    part: &Part,
+    particle: usize,
+    direction: &Direction<D>,
+) -> Result<Point<D>, Error> {
+    if !matches!(direction, Direction::Normal) {
+        return Ok(Point::zeros());
+    }
+    let normals = cells.boundary(part, 1, 2)?.normals_at_particles();
+    Ok(normals.get(&(particle as u32)).copied().unwrap_or_else(Point::zeros))
+}
+
+/// What a condition prescribes at a point.
+fn claim_of<const D: usize>(single: &Single<'_, D>, at: &Point<D>, normal: &Point<D>) -> Result<Claim, BoundaryError> {
+    let (target, amplitude) = value_at(single, at);
+    Ok(Claim::new(single.direction.unit(&single.label, at, normal)?, &single.label, target, amplitude, 0))
+}
+
+/// What a condition prescribes at a point: a value and its amplitude.
+fn value_at<const D: usize>(single: &Single<'_, D>, at: &Point<D>) -> (f64, Amplitude) {
+    match single.value {
+        Value::Motion(motion) => {
+            let (motion, amplitude, at) = (motion.clone(), single.amplitude.clone(), *at);
+            (1.0, Amplitude::Function(Arc::new(move |load| motion(&at, amplitude.evaluate(load).0))))
+        }
+        value => (value.at(at, 1.0), single.amplitude.clone()),
+    }
+}
+
+/// Refuses values that take a point of a body of revolution to its axis or beyond, where its hoops would be inverted.
+fn stays_off_axis<const D: usize>(
+    scene: &Scene<D>,
+    single: &Single<'_, D>,
+    cells: &dyn Cells<D>,
+    nodes: &[usize],
+) -> Result<(), BoundaryError> {
+    if !matches!(single.direction, Direction::Component(0)) || scene.kinematics.hoop_components().is_empty() {
+        return Ok(());
+    }
+    for &node in nodes {
+        let at = &cells.positions()[node];
+        let (target, amplitude) = value_at(single, at);
+        for load in [1.0, 0.75, 0.5, 0.25].into_iter().chain(single.amplitude.break_points()) {
+            let radius = at[0] + target * amplitude.evaluate(load).0;
+            // Points on the axis stay there: moved off it, they would be circles that were points.
+            if radius < 0.0 || (radius == 0.0) != (at[0] == 0.0) {
+                return Err(BoundaryError::BeyondAxis {
+                    what: single.label.clone(),
+                    at: at.as_slice().to_vec(),
+                    radius,
+                    load,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Adds the rows of one direction of a condition.
+fn add<const D: usize, A: Approximation<D>>(
+    rows: &mut Constraints,
+    scene: &Scene<D>,
+    single: &Single<'_, D>,
+    cells: &dyn Cells<D>,
+    approximation: &A,
+    facets: Option<FacetRule>,
+) -> Result<(), Error> {
+    let (amplitude, label, place) = (single.amplitude, single.label.as_str(), single.place);
+    if let Direction::Component(component) = *single.direction {
+        check_component(component, D, label)?;
+    }
+    if let Value::Motion(_) = single.value {
+        rows.add_knots(amplitude.break_points());
+    }
+    let along = |x: &Point<D>, normal: &Point<D>| single.direction.unit(label, x, normal);
+    let moves = match single.value {
+        Value::Motion(motion) => {
+            let (motion, amplitude) = (motion.clone(), amplitude.clone());
+            Some(Arc::new(move |x: &Point<D>, load: f64| motion(x, amplitude.evaluate(load).0)) as _)
+        }
+        _ => None,
+    };
+    let target = |x: &Point<D>| single.value.at(x, 1.0);
+    let in_proportion = scaled(&target, amplitude);
+    let moving = moves.as_ref().map(|motion| moved(motion));
+    let value: crate::boundary::Value<'_, D> = match &moving {
+        Some(moving) => moving,
+        None => &in_proportion,
+    };
+    let nodes = match (&place.spot, facets) {
+        (Spot::Part(part), Some(facets)) => {
+            let nodes: Vec<usize> = cells.boundary_nodes(part)?;
+            let held: Vec<usize> = nodes.into_iter().filter(|&node| place.holds(&cells.positions()[node])).collect();
+            stays_off_axis(scene, single, cells, &held)?;
+            let before = rows.len();
+            // One by one, so that each piece claims its corners in turn.
+            let (mut whole, mut pieces) = (0, 0);
+            for cells in cells.boundary_pieces(part, facets.parts, facets.gauss)? {
+                let cells = if place.within.is_some() { cells.within(&|x| place.holds(x)) } else { cells };
+                whole += cells.hats.len();
+                pieces += 1;
+                rows.integrate(approximation, &cells, &*scene.kinematics, &along, value, label)?;
+            }
+            if place.within.is_some() && whole == 0 && pieces > 0 && rows.len() == before {
+                return Err(empty(cells, part, label)?.into());
+            }
+            return Ok(());
+        }
+        (Spot::Part(part), None) => {
+            let mut nodes = cells.boundary_nodes(part)?;
+            nodes.retain(|&node| place.holds(&cells.positions()[node]));
+            if nodes.is_empty() && place.within.is_some() {
+                return Err(empty(cells, part, label)?.into());
+            }
+            nodes
+        }
+        (Spot::Point(at), _) => vec![particle_at(cells, at, label)?],
+        (Spot::Body, _) => {
+            let mut nodes: Vec<usize> = (0..cells.positions().len()).collect();
+            nodes.retain(|&node| place.holds(&cells.positions()[node]));
+            nodes
+        }
+    };
+    stays_off_axis(scene, single, cells, &nodes)?;
+    let normals = match (single.direction, &place.spot) {
+        (Direction::Normal, Spot::Part(part)) => {
+            let of = cells.boundary(part, 1, 2)?.normals_at_particles();
+            nodes.iter().map(|&node| of.get(&(node as u32)).copied().unwrap_or_else(Point::zeros)).collect()
+        }
+        _ => Vec::new(),
+    };
+    rows.collocate(approximation, &nodes, &normals, &along, value, label)
+}
+
+/// The error of a part of a part that holds nothing.
+fn empty<const D: usize>(cells: &dyn Cells<D>, part: &Part, label: &str) -> Result<BoundaryError, Error> {
+    let nearest = cells.boundary_nodes(part)?.first().map(|&node| cells.positions()[node].as_slice().to_vec());
+    Ok(BoundaryError::Empty { what: label.to_string(), nearest: nearest.unwrap_or_default() })
+}
+
+/// The particle that lies at a point, to a thousandth of its spacing along each axis.
+pub(crate) fn particle_at<const D: usize>(cells: &dyn Cells<D>, at: &Point<D>, label: &str) -> Result<usize, Error> {
+    let distance = |node: usize| (cells.positions()[node] - at).norm();
+    let nearest = (0..cells.positions().len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
+    let (offset, spacings) = (cells.positions()[nearest] - at, cells.spacings(nearest));
+    if (0..D).all(|i| offset[i].abs() <= 1e-3 * spacings[i]) {
+        Ok(nearest)
+    } else {
+        let nearest = cells.positions()[nearest].as_slice().to_vec();
+        Err(BoundaryError::Empty { what: label.to_string(), nearest }.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prelude::*;
+
+    /// Rows at particles and over boundaries, some owned twice, taken back one condition after the other.
+    #[test]
+    fn what_was_added_is_taken_back() {
+        let block = Block::new([0.0, 0.0], [2.0, 1.0]);
+        let kinks = Amplitude::table(vec![(0.0, 0.0), (0.5, 2.0), (1.0, 1.0)]).unwrap();
+        let moved = Value::motion(|x: &Point<2>, load| 0.1 * x[1] * load);
+        let scene = Scene::new(block, PlaneStrain, Rubber::neo_hookean(0.5, 10.0).unwrap())
+            .prescribe(Place::at([0.0, 0.0]), 0, 0.0)
+            .hold((0, Side::Min))
+            .with(Condition::on((0, Side::Max)).component(0, moved).amplitude(kinks))
+            .prescribe(Place::at([2.0, 0.0]), 1, 0.1)
+            .with(Condition::on((1, Side::Max)).along(Direction::Along([0.6, 0.8]), 0.0));
+        let cells = block.lattice([5, 4]).unwrap();
+        let functions =
+            ReproducingKernel::new(cells.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+        for facets in [None, Some(FacetRule { parts: 2, gauss: 2 })] {
+            let mut rows = Constraints::new();
+            let all = scene.conditions.iter().flat_map(|condition| singles(condition, &condition.place));
+            for single in all {
+                let (before, mark) = (rows.clone(), rows.mark());
+                let refused = add(&mut rows, &scene, &single, &cells, &functions, facets).is_err();
+                let added = rows.clone();
+                assert!(refused || added != before);
+                rows.take_back(mark);
+                assert_eq!(rows, before);
+                if !refused {
+                    add(&mut rows, &scene, &single, &cells, &functions, facets).unwrap();
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! Supports that cover the body, and the certificate of a discretisation's shape functions.
+
+use std::sync::Arc;
+
+use crate::basis::Polynomial;
+use crate::cells::Cells;
+use crate::error::{ApproximationError, Error};
+use crate::geometry::{Part, Point};
+use crate::kernel::Kernel;
+use crate::parallel::map_with;
+use crate::particles::Particles;
+use crate::quadrature::Points;
+use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
+
+use super::member::{Member, SERIAL_BELOW};
+use super::unmeasured::Unmeasured;
+use crate::scene::{Problem, Scheme};
+
+/// Rounds after which supports are no longer raised: raising until all is well often does not end.
+const ROUNDS: usize = 8;
+/// What a round multiplies supports by; eight rounds treble them.
+const RAISE: f64 = 1.15;
+/// Reciprocal condition below which supports are raised: gradients have eight digits above (`docs/measurements/numbers.md`), and
+/// points between those that are looked at are a little worse.
+const SOUND: f64 = 1e-6;
+/// Above this everywhere, a body is taken as covered without a closer look: the default stays above 1e-3.
+const EASY: f64 = 1e-4;
+/// Points per direction and cell of the closer look.
+const DENSE: usize = 4;
+
+/// How well a discretisation's shape functions are conditioned, at particles, in the middle of cells and on the boundary.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Certificate {
+    /// Smallest reciprocal condition number of the moment matrix: gradients have eight digits above 1e-6.
+    pub smallest_rcond: f64,
+    /// Smallest number of particles that cover a point.
+    pub cover: usize,
+    /// $\max a_I\\,|\nabla\Psi_I|$ with the dilation $a_I$: of order one where functions do not oscillate.
+    pub largest_slope: f64,
+    /// Particles whose supports were raised to cover the body.
+    pub raised: usize,
+}
+
+/// The functions of a scheme on particles.
+pub(crate) type KernelFunctions<const D: usize> = ReproducingKernel<D, Arc<dyn Kernel>, Polynomial<D>>;
+
+/// Shape functions of the particles, without a look at whether they cover the body.
+pub(crate) fn functions<const D: usize>(
+    scheme: &Scheme,
+    particles: Particles<D>,
+) -> Result<KernelFunctions<D>, ApproximationError> {
+    if let Some(value) = scheme.rcond_limit.filter(|limit| limit.is_nan()) {
+        return Err(ApproximationError::Function {
+            what: "the limit of the reciprocal condition number",
+            value,
+            at: "every point".to_string(),
+            remedy: "give a small number, such as 1e-8",
+        });
+    }
+    let functions = ReproducingKernel::new(particles, scheme.kernel.clone(), Polynomial::new(scheme.order))?;
+    Ok(match scheme.rcond_limit {
+        Some(limit) => functions.with_rcond_limit(limit),
+        None => functions,
+    })
+}
+
+/// Particles, middles of cells and points on the boundary: the places where scattered supports fail first.
+fn places<const D: usize>(cells: &dyn Cells<D>, order: u8) -> Result<Vec<Point<D>>, Error> {
+    let mut places = cells.positions().to_vec();
+    places.extend(cells.gauss(1)?.positions);
+    // Those of the default rule, where weak rows and sub-cells ask for them.
+    let per_direction = 2 + usize::from(order > 1);
+    places.extend(cells.boundary(&Part::Whole, per_direction, per_direction)?.points.positions);
+    Ok(places)
+}
+
+/// Places that are not covered, or where the reciprocal condition is below a limit.
+fn failing<const D: usize>(functions: &KernelFunctions<D>, places: &[Point<D>], limit: f64) -> Vec<Point<D>> {
+    let fails = map_with(
+        places.len(),
+        SERIAL_BELOW,
+        <(<KernelFunctions<D> as Approximation<D>>::Scratch, ShapeFunctions<D>)>::default,
+        |(scratch, psi), place| functions.evaluate_values(&places[place], scratch, psi).is_err() || psi.rcond < limit,
+    );
+    places.iter().zip(&fails).filter(|(_, fails)| **fails).map(|(x, _)| *x).collect()
+}
+
+/// Shape functions whose supports are raised around points that they don't cover, at most [`ROUNDS`] times; what is
+/// uncovered after that is refused where it is tabulated. Also the number of particles raised.
+pub(crate) fn covering<const D: usize>(
+    scheme: &Scheme,
+    particles: Particles<D>,
+    cells: &dyn Cells<D>,
+) -> Result<(KernelFunctions<D>, usize), Error> {
+    let mut functions = functions(scheme, particles)?;
+    let mut places = places(cells, scheme.order)?;
+    // Where nothing is near the limit at these, nothing is beyond it in between.
+    if failing(&functions, &places, EASY).is_empty() {
+        return Ok((functions, 0));
+    }
+    places.extend(cells.gauss(DENSE)?.positions);
+    let mut raised = vec![false; functions.particles().positions().len()];
+    for _ in 0..ROUNDS {
+        let failed = failing(&functions, &places, SOUND);
+        if failed.is_empty() {
+            break;
+        }
+        let old = functions.particles();
+        let mut supports = old.supports().to_vec();
+        for (particle, support) in supports.iter_mut().enumerate() {
+            let reach = support.half_widths() * 2.0;
+            let near = |x: &Point<D>| {
+                let offset = x - old.positions()[particle];
+                (0..D).all(|i| offset[i].abs() < reach[i])
+            };
+            if failed.iter().any(near) {
+                *support = support.scaled(RAISE);
+                raised[particle] = true;
+            }
+        }
+        functions = self::functions(scheme, Particles::new(old.positions().to_vec(), supports)?)?;
+    }
+    Ok((functions, raised.iter().filter(|r| **r).count()))
+}
+
+impl<const D: usize> Problem<D> {
+    /// The certificate of the shape functions: conditioning, cover, slopes.
+    ///
+    /// # Errors
+    /// Where a point is not covered.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// let disk = Region::new(Outline::circle("rim", [0.0, 0.0], 1.0))?;
+    /// let scene = Scene::on(disk, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?);
+    /// let certificate = scene.discretize(&Scheme::default().spacing(0.2))?.certificate()?;
+    /// assert!(certificate.smallest_rcond > 1e-3 && certificate.cover >= 4 && certificate.largest_slope < 6.0);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn certificate(&self) -> Result<Certificate, Error> {
+        let mut whole = Certificate { smallest_rcond: f64::INFINITY, cover: usize::MAX, largest_slope: 0.0, raised: 0 };
+        for member in &self.members {
+            let own = member.certificate()?;
+            whole.smallest_rcond = whole.smallest_rcond.min(own.smallest_rcond);
+            whole.cover = whole.cover.min(own.cover);
+            whole.largest_slope = whole.largest_slope.max(own.largest_slope);
+            whole.raised += own.raised;
+        }
+        Ok(whole)
+    }
+}
+
+impl<const D: usize> Member<D> {
+    fn certificate(&self) -> Result<Certificate, Error> {
+        let positions = places(&*self.cells, 1)?;
+        let count = positions.len();
+        let points =
+            Points { positions, weights: vec![1.0; count], normals: Vec::new(), groups: (0..=count).collect() };
+        let table = self.approximation.tabulate(&points, &Unmeasured)?;
+        let (mut cover, mut largest_slope) = (usize::MAX, 0.0f64);
+        for point in 0..table.len() {
+            let (nodes, gradients) = (table.nodes(point), table.gradients(point));
+            cover = cover.min(nodes.len());
+            for (a, &node) in nodes.iter().enumerate() {
+                let slope = (0..D).map(|i| gradients[i * nodes.len() + a].powi(2)).sum::<f64>().sqrt();
+                let dilation = self.dilations.get(node as usize).copied().unwrap_or(f64::NAN);
+                largest_slope = largest_slope.max(dilation * slope);
+            }
+        }
+        Ok(Certificate { smallest_rcond: table.smallest_rcond(), cover, largest_slope, raised: self.raised })
+    }
+}

@@ -1,0 +1,231 @@
+//! From scene and scheme to a problem.
+
+use std::ops::Range;
+
+use nalgebra::Matrix3;
+
+use crate::assembly::Model;
+use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
+use crate::compiled::compiled;
+use crate::error::{Error, GeometryError};
+use crate::geometry::Point;
+use crate::linear::Direct;
+use crate::material::initial_shear_modulus;
+use crate::solve::Analysis;
+use crate::table::ShapeTable;
+use crate::term::{FollowerPressure, Pointwise};
+
+use super::body_cells::all_cells;
+use super::bond::bond_all;
+use super::conditions::{Placed, Refused, particle_at};
+use super::contact::{carriage_count, carriages, touching};
+use super::elements::elements;
+use super::member::Member;
+use super::one_body::{Made, Of};
+use super::particles::particles;
+use super::problem::Problem;
+use super::rigid;
+use super::sharing::Sharing;
+use crate::scene::definition::load::{Load, LoadKind, Shared, Varying, dead};
+use crate::scene::definition::place::{Place, Spot};
+use crate::scene::definition::scene::Scene;
+use crate::scene::definition::scheme::Scheme;
+use crate::scene::definition::scheme_choices::{Enforcing, Functions};
+use crate::scene::definition::source::BodyCells;
+use crate::scene::definition::value::Value;
+
+/// Rows up to which the mixed transformation is the default: beyond, its dense faces cost more than multipliers.
+const TRANSFORMATION_ROWS: usize = 600;
+
+impl<const D: usize> Scene<D> {
+    /// Turns the scene into a problem under a scheme.
+    ///
+    /// # Errors
+    /// Any bad input of scene or scheme: geometry, particles, supports, selections, rows, loads.
+    pub fn discretize(&self, scheme: &Scheme) -> Result<Problem<D>, Error> {
+        compiled!(D: (scene: &Scene<D> = self; scheme: &Scheme = scheme) -> Result<Problem<D>, Error> {
+            scene.validate()?;
+            discretize(scene, scheme, &mut Err)
+        })
+    }
+
+    /// As [`discretize`](Scene::discretize) without the conditions that can't be taken, and why not.
+    pub(crate) fn discretize_leniently(&self, scheme: &Scheme) -> Result<(Problem<D>, Vec<Error>), Error> {
+        compiled!(D: (scene: &Scene<D> = self; scheme: &Scheme = scheme) -> Result<(Problem<D>, Vec<Error>), Error> {
+            scene.validate()?;
+            let mut refused = Vec::new();
+            let problem = discretize(scene, scheme, &mut |error| {
+                refused.push(error);
+                Ok(())
+            })?;
+            Ok((problem, refused))
+        })
+    }
+}
+
+pub(crate) fn discretize<const D: usize>(
+    scene: &Scene<D>,
+    scheme: &Scheme,
+    refused: Refused<'_>,
+) -> Result<Problem<D>, Error> {
+    let all = all_cells(scene, scheme)?;
+    let sharing = Sharing::of(scene, scheme, &all)?;
+    let bodies = scene.bodies.len();
+    let mut conditions: Vec<Vec<(usize, Place<D>)>> = vec![Vec::new(); bodies];
+    for (number, condition) in scene.conditions.iter().enumerate() {
+        let place = scene.resolve(&condition.place);
+        if scene.rigid_at(&place).is_some() {
+            continue;
+        }
+        let what = || condition.name.clone().unwrap_or_else(|| format!("condition on {}", condition.place));
+        let Spot::Point(at) = &place.spot else {
+            let of = scene.bodies_at(&place, what, &all, |_| true)?;
+            of.into_iter().for_each(|body| conditions[body].push((number, place.clone())));
+            continue;
+        };
+        let has_particle = |body: usize| particle_at(&*all[body].1, at, "").is_ok();
+        for body in scene.bodies_at(&place, what, &all, has_particle)? {
+            conditions[body].push((number, place.clone()));
+        }
+    }
+    let mut loads: Vec<Vec<(usize, Place<D>)>> = vec![Vec::new(); bodies];
+    for (number, load) in scene.loads.iter().enumerate() {
+        let place = scene.resolve(&load.place);
+        if scene.rigid_at(&place).is_some() {
+            continue;
+        }
+        let contains = |body: usize| matches!(&place.spot, Spot::Point(at) if all[body].1.contains(at));
+        for body in scene.bodies_at(&place, || load.label(), &all, contains)? {
+            loads[body].push((number, place.clone()));
+        }
+    }
+    let mut ties: Vec<Vec<(usize, Place<D>)>> = vec![Vec::new(); bodies];
+    for (name, place) in &scene.rigids {
+        let place = scene.resolve(place);
+        let number = scene.rigid_names().iter().position(|other| other == name).unwrap_or(0);
+        for body in scene.bodies_at(&place, || format!("rigid body {name}"), &all, |_| true)? {
+            ties[body].push((number, place.clone()));
+        }
+    }
+    let particles_of_all: usize = all.iter().map(|(_, cells)| cells.positions().len()).sum();
+    let total = particles_of_all + carriage_count(scene) + scene.rigid_names().len() * (D + 1);
+    let mut first = 0;
+    let mut made = Vec::with_capacity(bodies);
+    for (number, body) in scene.bodies.iter().enumerate() {
+        let (scheme, cells) = (&all[number].0, all[number].1.clone());
+        let (conditions, loads, ties) = (&conditions[number], &loads[number], &ties[number]);
+        let of = Of { scene, body, scheme, cells, conditions, loads, ties, first, total, sharing: &sharing };
+        first += of.cells.positions().len();
+        made.push(match scheme.functions {
+            Functions::Particles => particles(&of, refused)?,
+            Functions::Elements => elements(&of, refused)?,
+        });
+    }
+    finish(scene, scheme, &all, made, &sharing)
+}
+
+/// Adds a load over a table of its place, `measure` being that of the place on all bodies.
+fn add_load<const D: usize>(model: &mut Model<D>, load: &Load<D>, table: ShapeTable<D>, measure: f64) {
+    let amplitude = load.amplitude.clone();
+    match &load.kind {
+        LoadKind::Dead(Value::Constant(force)) => model.add(Pointwise::new(table, dead(force, &amplitude))),
+        LoadKind::Dead(value) => model.add(Pointwise::new(table, Varying { value: value.clone(), amplitude })),
+        LoadKind::Total(force) => model.add(Pointwise::new(table, dead(&force.map(|f| f / measure), &amplitude))),
+        LoadKind::Pressure(Value::Constant(pressure)) => {
+            model.add(Pointwise::new(table, FollowerPressure { pressure: *pressure, amplitude }))
+        }
+        LoadKind::Pressure(value) => model.add(Pointwise::new(table, Varying { value: value.clone(), amplitude })),
+        LoadKind::Integrand(integrand) => model.add(Pointwise::new(table, Shared(integrand.clone()))),
+        // Refused with its table.
+        LoadKind::Moment(_) => model,
+    };
+}
+
+/// Puts the bodies together, bonds them where they share faces, and binds the strategies.
+fn finish<const D: usize>(
+    scene: &Scene<D>,
+    scheme: &Scheme,
+    all: &BodyCells<D>,
+    made: Vec<Made<D>>,
+    sharing: &Sharing,
+) -> Result<Problem<D>, Error> {
+    let mut positions: Vec<Point<D>> = made.iter().flat_map(|m| m.member.cells.positions().iter().copied()).collect();
+    let particle_positions = positions.clone();
+    positions.extend(carriages(scene, &positions));
+    let (mut rows, mut placed, mut ties) = (Constraints::new(), Vec::new(), Vec::new());
+    let mut krylov = None;
+    let (mut members, mut rules, mut tables) = (Vec::new(), Vec::new(), Vec::new());
+    for Made { member, facets, rows: own, placed: mine, loads, ties: tied, krylov: own_krylov } in made {
+        let (row, node) = (rows.len(), member.nodes.start);
+        krylov = own_krylov;
+        let shifted = |range: Range<usize>, by: usize| range.start + by..range.end + by;
+        if members.is_empty() {
+            rows = own;
+        } else {
+            rows.append(own, node, D);
+        }
+        placed.extend(mine.into_iter().map(|placed| Placed {
+            rows: shifted(placed.rows.clone(), row),
+            nodes: shifted(placed.nodes.clone(), node),
+            ..placed
+        }));
+        ties.extend(tied.into_iter().map(|(number, range)| (number, shifted(range, row))));
+        members.push(member);
+        rules.push(facets);
+        tables.extend(loads);
+    }
+    let bonded = bond_all(scene, &members, &rules, &mut rows, &mut placed)?;
+    let frames = rigid::frames(scene, &ties, &mut rows, &mut placed, &mut positions)?;
+    let mut model = Model::new(positions);
+    if let Some(ranks) = sharing.ranks() {
+        model.share(ranks);
+    }
+    members.iter().for_each(|member: &Member<D>| {
+        model.add(member.body.clone());
+    });
+    // In the order of the scene.
+    tables.sort_by_key(|(number, _)| *number);
+    let mut measures = vec![0.0; scene.loads.len()];
+    tables.iter().for_each(|(number, table)| measures[*number] += table.weights().iter().sum::<f64>());
+    sharing.total(&mut measures);
+    for (number, table) in tables {
+        add_load(&mut model, &scene.loads[number], table, measures[number]);
+    }
+    let modulus = |member: &Member<D>| member.body.material().response(&Matrix3::identity()).tangent[(0, 0)];
+    let shear = |member: &Member<D>| initial_shear_modulus(&**member.body.material());
+    for frame in &frames {
+        let stiffest = members.iter().map(modulus).fold(0.0, f64::max);
+        model.add_whole(frame.stay(stiffest, members.iter().map(shear).fold(0.0, f64::max)));
+    }
+    for load in &scene.loads {
+        if let Some((number, point)) = scene.rigid_at(&scene.resolve(&load.place)) {
+            frames[number].load(&mut model, load, point)?;
+        }
+    }
+    let contacts = touching(scene, all, (&members, &rules), &rows, &particle_positions, &mut model)?;
+    rigid::held(scene, &frames, &rows, model.positions())?;
+    let elements = members.len() == 1 && scheme.functions == Functions::Elements;
+    let transform = match scheme.enforcing {
+        Enforcing::Auto => !bonded && frames.is_empty() && (rows.len() <= TRANSFORMATION_ROWS || elements),
+        Enforcing::Transformation => true,
+        Enforcing::Multipliers => false,
+    };
+    let mut analysis = if transform {
+        Analysis::new(MixedTransformation::default(), Direct)
+    } else {
+        Analysis::new(LagrangeMultipliers, Direct)
+    };
+    if let Some(solver) = &scheme.solver {
+        if krylov.is_none() && solver.cycle(&[]).is_some() {
+            let needed = "one body of particles on a lattice in space, or a direct solver";
+            return Err(GeometryError::Unsuited { what: "a solver of preconditioners", needed }.into());
+        }
+        analysis.solver = Box::new(solver.clone());
+    }
+    if let Some(krylov) = krylov {
+        analysis = Analysis::new(LagrangeMultipliers, krylov);
+    }
+    analysis.newton = scheme.newton;
+    analysis.stepping = scheme.stepping;
+    Ok(Problem { model, rows, analysis, members, contacts, frames, placed, names: scene.names.clone() })
+}

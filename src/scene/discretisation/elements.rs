@@ -1,0 +1,72 @@
+//! A body by finite elements on the same lattice.
+
+use crate::cells::Zones;
+use crate::error::{BoundaryError, Error, GeometryError};
+use crate::shape::FiniteElements;
+use crate::table::ShapeTable;
+use crate::term::{Body, PressureField};
+
+use super::conditions::{Refused, rows};
+use super::facet_rule::{FacetRule, Facets};
+use super::one_body::{FINER, Made, Of, Tables, clocked, expanding, load_tables, material};
+use super::rule::lattice_of;
+use crate::scene::definition::scheme_choices::{PressureScheme, RowKind, Rule};
+
+/// Finite elements on the same lattice.
+pub(crate) fn elements<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> Result<Made<D>, Error> {
+    let Of { scene, scheme, cells, .. } = of;
+    if scheme.rows == RowKind::OverBoundary {
+        return Err(BoundaryError::Unsuitable {
+            enforcement: "rows over boundaries",
+            reason: "finite elements interpolate: prescribe values at nodes".into(),
+        }
+        .into());
+    }
+    let order = usize::from(scheme.order);
+    let elements = FiniteElements::new(lattice_of(&**cells, "finite elements")?.clone(), order)?;
+    let kinematics = &*scene.kinematics;
+    let points = match &scheme.rule {
+        Rule::Auto => order + 1,
+        Rule::Gauss { zones: None, points } => points.unwrap_or(order + 1),
+        _ => {
+            return Err(GeometryError::Count {
+                what: "integration zones of finite elements",
+                count: 0,
+                needed: "elements are integrated by Gauss points in each element",
+            }
+            .into());
+        }
+    };
+    let field = match scheme.pressure {
+        PressureScheme::Auto if order == 1 => PressureField::Constant,
+        PressureScheme::Auto => PressureField::Linear,
+        PressureScheme::Field { field, .. } => field,
+    };
+    let sharing = of.sharing;
+    let own = sharing.run(Zones::single(elements.element_count()));
+    let table = ShapeTable::of_elements(&elements, &elements.gauss_in(points, &own)?, kinematics)?;
+    // Q1/P0 and Q2/P1 as the literature has them: all of the volumetric energy projected.
+    let law = material(scene, &of.body.material)?;
+    let body = clocked(scene, Body::zonal(of.among_all(expanding(scene, table)?), law, field, 0.0))?;
+    let tables = Tables {
+        boundary: &|part, place| {
+            let points = elements.boundary(part, points * if place.within.is_some() { FINER } else { 1 })?;
+            let points = sharing.element_points(points.retained(|x| place.holds(x)));
+            ShapeTable::of_elements(&elements, &points, kinematics)
+        },
+        body: &|place| {
+            ShapeTable::of_elements(
+                &elements,
+                &elements.gauss_in(points, &own)?.retained(|x| place.holds(x)),
+                kinematics,
+            )
+        },
+    };
+    let loads = load_tables(of, &elements, &tables)?;
+    let (mut rows, placed) = rows(scene, of.conditions, &**cells, &elements, None, refused)?;
+    let ties = of.tied(&mut rows, &elements, None)?;
+    let dilations = (0..cells.positions().len()).map(|node| cells.local_spacing(node)).collect();
+    let facets = FacetRule { parts: 1, gauss: points };
+    let member = of.member(body, Box::new(elements), Facets::OfElements { order, gauss: points }, dilations, 0);
+    Ok(Made { member, facets, rows, placed, loads, ties, krylov: None })
+}

@@ -1,0 +1,130 @@
+//! The frame of a rigid body: an affine one of $D + 1$ nodes, and the rows that tie parts to it.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use nalgebra::SMatrix;
+
+use crate::boundary::{Constraints, Row};
+use crate::error::{BoundaryError, Error};
+use crate::geometry::Point;
+use crate::mesh::Mesh;
+use crate::term::Amplitude;
+
+use crate::scene::definition::condition::Condition;
+use crate::scene::definition::value::Value;
+
+/// A rigid body of a problem: an affine frame of $D + 1$ nodes that keeps its shape.
+#[derive(Debug, Clone)]
+pub(crate) struct Frame<const D: usize> {
+    pub name: String,
+    /// Its first node.
+    pub first: usize,
+    pub centre: Point<D>,
+    pub size: f64,
+    /// The volumes of a mesh that it stands for, to be drawn.
+    pub shapes: Vec<Arc<Mesh<D>>>,
+}
+
+impl<const D: usize> Frame<D> {
+    /// The frame of rows that tie a face to it, around their middle; rows count the nodes among all.
+    pub(crate) fn around(name: &str, first: usize, rows: &[&Row], positions: &[Point<D>]) -> Result<Self, Error> {
+        let (mut total, mut moment) = (0.0, Point::<D>::zeros());
+        for row in rows.iter().filter(|row| row.dependent % D == 0) {
+            for &(k, c) in row.entries.iter().filter(|entry| entry.0 % D == 0) {
+                total += c;
+                moment += positions[k / D] * c;
+            }
+        }
+        if !(total != 0.0) {
+            let what = format!("rigid body {name}, all of whose parts other conditions prescribe,");
+            return Err(BoundaryError::Incomplete { what }.into());
+        }
+        let centre = moment / total;
+        let nodes = rows.iter().flat_map(|row| row.entries.iter().map(|entry| entry.0 / D));
+        let size = nodes.map(|node| (positions[node] - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
+        Ok(Frame { name: name.to_string(), first, centre, size, shapes: Vec::new() })
+    }
+
+    pub(crate) fn positions(&self) -> impl Iterator<Item = Point<D>> + '_ {
+        let corner = |k: usize| Point::<D>::from_fn(|i, _| if i + 1 == k { self.size } else { 0.0 });
+        (0..=D).map(move |k| self.centre + corner(k))
+    }
+
+    pub(crate) fn nodes(&self) -> Range<usize> {
+        self.first..self.first + D + 1
+    }
+
+    /// The values of the frame's functions at a point.
+    pub(crate) fn values(&self, at: &Point<D>) -> [f64; 4] {
+        let local = (at - self.centre) / self.size;
+        std::array::from_fn(|k| match k {
+            0 => 1.0 - local.sum(),
+            k if k <= D => local[k - 1],
+            _ => 0.0,
+        })
+    }
+
+    /// What rows that weigh displacements of a body have to take off, so that they weigh the difference from the frame's.
+    /// Functions of bodies reproduce linear fields: their coefficients and positions tell the sums of the frame's.
+    pub(crate) fn counterpart(&self, row: &Row, positions: &[Point<D>]) -> Vec<(usize, f64)> {
+        let mut sums = [[0.0; 3]; 4];
+        for &(k, c) in &row.entries {
+            let values = self.values(&positions[k / D]);
+            sums.iter_mut().zip(values).for_each(|(sum, value)| sum[k % D] -= c * value);
+        }
+        let all = (0..=D).flat_map(|k| (0..D).map(move |i| (k, i)));
+        let entries = all.map(|(k, i)| ((self.first + k) * D + i, sums[k][i]));
+        entries.filter(|entry| entry.1 != 0.0).collect()
+    }
+
+    /// $F - 1$ of the frame.
+    pub(crate) fn gradient(&self, displacement: &[f64]) -> SMatrix<f64, D, D> {
+        let d = |k: usize, i: usize| displacement[(self.first + k) * D + i];
+        SMatrix::from_fn(|i, j| (d(j + 1, i) - d(0, i)) / self.size)
+    }
+
+    pub(crate) fn displacement(&self, at: &Point<D>, displacement: &[f64]) -> Point<D> {
+        let values = self.values(at);
+        Point::from_fn(|i, _| (0..=D).map(|k| values[k] * displacement[(self.first + k) * D + i]).sum())
+    }
+
+    /// Adds the rows of a condition on the body: at a point of it, or at all its nodes.
+    pub(crate) fn prescribe(
+        &self,
+        rows: &mut Constraints,
+        condition: &Condition<D>,
+        point: Option<Point<D>>,
+    ) -> Result<(), Error> {
+        let at: Vec<Point<D>> = point.map_or_else(|| self.positions().collect(), |at| vec![at]);
+        for (direction, value) in &condition.prescribed {
+            let label = condition.label(direction);
+            if let Value::Motion(_) = value {
+                rows.add_knots(condition.amplitude.break_points());
+            }
+            for x in &at {
+                let unit = direction.unit(&label, x, &Point::zeros())?;
+                let (target, amplitude) = match value {
+                    Value::Motion(motion) => {
+                        let (motion, amplitude, x) = (motion.clone(), condition.amplitude.clone(), *x);
+                        let value = move |load: f64| motion(&x, amplitude.evaluate(load).0);
+                        (1.0, Amplitude::Function(Arc::new(value)))
+                    }
+                    value => (value.at(x, 1.0), condition.amplitude.clone()),
+                };
+                let values = self.values(x);
+                let all = (0..=D).flat_map(|k| (0..D).map(move |i| (k, i)));
+                let entries = all.map(|(k, i)| ((self.first + k) * D + i, values[k] * unit[i]));
+                let entries: Vec<(usize, f64)> = entries.filter(|entry| entry.1.abs() > 1e-14).collect();
+                let largest = entries.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+                let dependent = largest.map_or(self.first * D, |entry| entry.0);
+                rows.push(Row { entries, dependent, target, amplitude, label: label.clone() })?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(crate) fn numbers(&self) -> Vec<u32> {
+        self.nodes().map(|node| node as u32).collect()
+    }
+}

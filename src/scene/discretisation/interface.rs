@@ -1,0 +1,245 @@
+//! The faces that two bodies share: their facets, and functions of one side carried to the other.
+
+use std::collections::HashMap;
+
+use nalgebra::DMatrix;
+
+use crate::cells::BoundaryCells;
+use crate::error::Error;
+use crate::geometry::Point;
+use crate::kinematics::Kinematics;
+use crate::shape::ShapeFunctions;
+
+use super::member::Member;
+
+/// Facets of two bodies lie on each other where the distance across is below this part of their size: chords of one arc, cut
+/// into facets of different lengths, are a sixteenth of a quarter turn apart at most.
+const ACROSS: f64 = 0.05;
+
+/// One side of an interface: its facets there.
+pub(crate) struct Shore<'a, const D: usize> {
+    pub(crate) member: &'a Member<D>,
+    pub(crate) cells: BoundaryCells<D>,
+    /// Weights with the measure of the kinematics.
+    pub(crate) weights: Vec<f64>,
+    pub(crate) values: Vec<ShapeFunctions<D>>,
+    /// The particles with a hat, in the order of the facets.
+    pub(crate) particles: Vec<u32>,
+}
+
+/// Middle, mean normal and size of each facet.
+struct Facets<const D: usize> {
+    middles: Vec<Point<D>>,
+    normals: Vec<Point<D>>,
+    sizes: Vec<f64>,
+}
+
+impl<const D: usize> Facets<D> {
+    fn of(cells: &BoundaryCells<D>) -> Self {
+        let mut facets = Facets { middles: Vec::new(), normals: Vec::new(), sizes: Vec::new() };
+        for group in cells.points.groups.windows(2) {
+            let range = group[0]..group[1];
+            let area: f64 = cells.points.weights[range.clone()].iter().sum();
+            let weighted = |values: &[Point<D>]| {
+                let parts = range.clone().map(|k| values[k] * cells.points.weights[k]);
+                parts.sum::<Point<D>>() / area
+            };
+            facets.middles.push(weighted(&cells.points.positions));
+            facets.normals.push(weighted(&cells.points.normals));
+            facets.sizes.push(if D == 1 { 1.0 } else { area.powf(1.0 / (D as f64 - 1.0)) });
+        }
+        facets
+    }
+
+    /// The facet on which a point lies, that is nearest to it by its own size.
+    fn under(&self, among: &[usize], x: &Point<D>, normal: &Point<D>, cells: &BoundaryCells<D>) -> Option<usize> {
+        let nearest = self.nearest(among, x)?;
+        let (offset, size) = (x - self.middles[nearest], self.sizes[nearest]);
+        let own = self.normals[nearest];
+        let across = offset.dot(&own);
+        let along = (offset - own * across).norm();
+        let inside = match D {
+            1 => offset.norm() <= ACROSS * cells_scale(cells),
+            2 => along <= 0.5 * size * (1.0 + 1e-6),
+            // Half a diagonal of facets that are not too long; neighbours are nearer to points beyond it.
+            _ => along <= 0.75 * size,
+        };
+        let opposite = D == 1 || own.dot(normal) < -0.5;
+        (inside && opposite && across.abs() <= ACROSS * size).then_some(nearest)
+    }
+
+    fn nearest(&self, among: &[usize], x: &Point<D>) -> Option<usize> {
+        let distance = |k: usize| (x - self.middles[k]).norm() / self.sizes[k];
+        among.iter().copied().min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
+    }
+}
+
+/// A length to measure distances of points in one dimension by.
+fn cells_scale<const D: usize>(cells: &BoundaryCells<D>) -> f64 {
+    let ends = cells.points.positions.iter().map(|x| x.amax());
+    1e-6 * ends.fold(f64::MIN_POSITIVE, f64::max)
+}
+
+/// The facets of two bodies that lie on each other, by their numbers.
+pub(crate) fn shared<const D: usize>(cells: [&BoundaryCells<D>; 2]) -> [Vec<usize>; 2] {
+    let facets = cells.map(Facets::of);
+    // What lies in the box of the other body, with the margin of a facet.
+    let near: [Vec<usize>; 2] = std::array::from_fn(|side| {
+        let (own, other) = (&facets[side], &facets[1 - side]);
+        let margin = other.sizes.iter().chain(&own.sizes).fold(0.0, |a: f64, b| a.max(*b));
+        let low = other.middles.iter().fold(Point::<D>::repeat(f64::INFINITY), |low, x| low.inf(x));
+        let high = other.middles.iter().fold(Point::<D>::repeat(f64::NEG_INFINITY), |high, x| high.sup(x));
+        let inside = |x: &Point<D>| (0..D).all(|i| x[i] >= low[i] - margin && x[i] <= high[i] + margin);
+        (0..own.middles.len()).filter(|&k| inside(&own.middles[k])).collect()
+    });
+    std::array::from_fn(|side| {
+        let (own, other) = (&facets[side], &facets[1 - side]);
+        let on =
+            |k: &usize| other.under(&near[1 - side], &own.middles[*k], &own.normals[*k], cells[1 - side]).is_some();
+        near[side].iter().copied().filter(on).collect()
+    })
+}
+
+impl<'a, const D: usize> Shore<'a, D> {
+    pub(crate) fn new(
+        member: &'a Member<D>,
+        boundary: &BoundaryCells<D>,
+        chosen: &[usize],
+        kinematics: &dyn Kinematics<D>,
+    ) -> Result<Self, Error> {
+        let mut cells = BoundaryCells { points: crate::quadrature::Points::empty(), hats: Vec::new() };
+        for &facet in chosen {
+            let range = boundary.points.groups[facet]..boundary.points.groups[facet + 1];
+            cells.points.positions.extend_from_slice(&boundary.points.positions[range.clone()]);
+            cells.points.weights.extend_from_slice(&boundary.points.weights[range.clone()]);
+            cells.points.normals.extend_from_slice(&boundary.points.normals[range.clone()]);
+            cells.hats.extend_from_slice(&boundary.hats[range]);
+            cells.points.close_group();
+        }
+        let has_hoops = !kinematics.hoop_components().is_empty();
+        let mut weights = Vec::with_capacity(cells.hats.len());
+        for (x, weight) in cells.points.positions.iter().zip(&cells.points.weights) {
+            weights.push(weight * crate::kinematics::measure(kinematics, has_hoops, x)?);
+        }
+        let values = member.values_at(&cells.points.positions)?;
+        let mut particles: Vec<u32> = Vec::new();
+        let mut seen = std::collections::HashSet::new();
+        particles.extend(cells.hats.iter().flatten().map(|hat| hat.0).filter(|&particle| seen.insert(particle)));
+        Ok(Shore { member, cells, weights, values, particles })
+    }
+
+    /// Measure and first moments of the facets about a point, lengths over `size`.
+    pub(crate) fn moments(&self, centre: &Point<D>, size: f64) -> Vec<f64> {
+        let mut sums = vec![0.0; D + 1];
+        for (x, weight) in self.cells.points.positions.iter().zip(&self.weights) {
+            sums.iter_mut().zip(linear(x, centre, size)).for_each(|(sum, q)| *sum += weight * q);
+        }
+        sums
+    }
+}
+
+/// $(1, (X - X_0)/L)$.
+pub(crate) fn linear<const D: usize>(x: &Point<D>, centre: &Point<D>, size: f64) -> impl Iterator<Item = f64> {
+    let offset = (x - centre) / size;
+    std::iter::once(1.0).chain((0..D).map(move |i| offset[i]))
+}
+
+/// Values of the multipliers' functions: for each point (multiplier, value).
+pub(crate) type MultiplierValues = Vec<Vec<(usize, f64)>>;
+
+/// The hats of one side at points of the other one: extrapolated from the points of the facet that a point lies on, and
+/// corrected so that they have the measure and the first moments that they have on their own side.
+///
+/// Sums of the hats stay one, whatever the rules: a constant multiplier pushes both sides as their own rules do, and the patch
+/// test passes across interfaces that do not match.
+pub(crate) fn carried<const D: usize>(
+    mortar: &Shore<'_, D>,
+    number: &HashMap<u32, usize>,
+    other: &Shore<'_, D>,
+) -> MultiplierValues {
+    let facets = Facets::of(&mortar.cells);
+    let all: Vec<usize> = (0..facets.middles.len()).collect();
+    let fits: Vec<Fit<D>> = all.iter().map(|&k| Fit::new(mortar, &facets, k)).collect();
+    let mut carried: MultiplierValues = Vec::with_capacity(other.weights.len());
+    for x in &other.cells.points.positions {
+        let mut values: Vec<(usize, f64)> = Vec::new();
+        if let Some(facet) = facets.nearest(&all, x) {
+            let range = mortar.cells.points.groups[facet]..mortar.cells.points.groups[facet + 1];
+            for (point, part) in range.zip(fits[facet].parts(x)) {
+                for &(particle, hat) in &mortar.cells.hats[point] {
+                    let multiplier = number[&particle];
+                    match values.iter_mut().find(|entry| entry.0 == multiplier) {
+                        Some(entry) => entry.1 += part * hat,
+                        None => values.push((multiplier, part * hat)),
+                    }
+                }
+            }
+        }
+        carried.push(values);
+    }
+    carried
+}
+
+/// How values at the points of a facet are extrapolated to points on or near it.
+struct Fit<const D: usize> {
+    middle: Point<D>,
+    tangents: Vec<Point<D>>,
+    /// Parts of the points for each function of the fit.
+    inverse: DMatrix<f64>,
+}
+
+impl<const D: usize> Fit<D> {
+    fn new(shore: &Shore<'_, D>, facets: &Facets<D>, facet: usize) -> Self {
+        let range = shore.cells.points.groups[facet]..shore.cells.points.groups[facet + 1];
+        let (middle, normal, size) = (facets.middles[facet], facets.normals[facet], facets.sizes[facet]);
+        let mut tangents: Vec<Point<D>> = Vec::new();
+        // The first along the points, which stand along the sides of bricks.
+        let along =
+            range.clone().skip(1).map(|k| shore.cells.points.positions[k] - shore.cells.points.positions[range.start]);
+        let axes = (0..D).map(|axis| Point::<D>::from_fn(|i, _| f64::from(u8::from(i == axis))));
+        for candidate in along.chain(axes) {
+            if tangents.len() + 1 >= D {
+                break;
+            }
+            let mut rest: Point<D> = candidate / size;
+            rest -= normal * (rest.dot(&normal) / normal.norm_squared());
+            for tangent in &tangents {
+                rest -= tangent * rest.dot(tangent);
+            }
+            if rest.norm() > 0.1 {
+                tangents.push(rest / (rest.norm() * size));
+                let last = tangents.len() - 1;
+                // Unit vectors while others are made; scaled to the facet in the end.
+                tangents[last] *= size;
+            }
+        }
+        tangents.iter_mut().for_each(|tangent| *tangent /= size);
+        let mut fit = Fit { middle, tangents, inverse: DMatrix::zeros(0, 0) };
+        let rows: Vec<Vec<f64>> =
+            range.clone().map(|k| fit.functions(&shore.cells.points.positions[k], range.len())).collect();
+        let functions = rows.first().map_or(0, Vec::len);
+        let matrix = DMatrix::from_fn(rows.len(), functions, |i, j| rows[i][j]);
+        fit.inverse = matrix.pseudo_inverse(1e-10).unwrap_or_else(|_| DMatrix::zeros(functions, rows.len()));
+        fit
+    }
+
+    /// 1, and as many of s, t, st as the points of a facet determine.
+    fn functions(&self, x: &Point<D>, points: usize) -> Vec<f64> {
+        let local: Vec<f64> = self.tangents.iter().map(|tangent| (x - self.middle).dot(tangent)).collect();
+        match (local.as_slice(), points) {
+            (_, 1) | ([], _) => vec![1.0],
+            (&[s], _) => vec![1.0, s],
+            (&[s, t, ..], 4..) => vec![1.0, s, t, s * t],
+            (&[s, t, ..], 3) => vec![1.0, s, t],
+            _ => vec![1.0],
+        }
+    }
+
+    /// The parts of the facet's points in the value at a point.
+    fn parts(&self, x: &Point<D>) -> Vec<f64> {
+        let functions = self.functions(x, self.inverse.ncols());
+        (0..self.inverse.ncols())
+            .map(|k| functions.iter().enumerate().map(|(f, v)| v * self.inverse[(f, k)]).sum())
+            .collect()
+    }
+}

@@ -1,0 +1,214 @@
+//! The discretised bodies of a problem.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use nalgebra::Matrix3;
+
+use crate::assembly::Ranks;
+use crate::cells::Cells;
+use crate::error::{ApproximationError, Error, SolveError};
+use crate::geometry::Point;
+use crate::kinematics::Kinematics;
+use crate::material::Material;
+use crate::parallel::map_with;
+use crate::quadrature::Points;
+use crate::shape::{Approximation, ShapeFunctions};
+use crate::solve::State;
+use crate::table::ShapeTable;
+use crate::term::{Body, View};
+
+/// Fewer points are evaluated by one thread.
+pub(crate) const SERIAL_BELOW: usize = 64;
+
+/// Shape functions of any approximation, with the type erased; nodes are counted within the body.
+pub(crate) trait Evaluate<const D: usize>: Send + Sync {
+    fn shape_functions_at(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError>;
+
+    /// Values at many points.
+    fn values_at(&self, points: &[Point<D>]) -> Vec<Result<ShapeFunctions<D>, ApproximationError>>;
+
+    /// Values at a node; interpolating functions know them without looking.
+    fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<D>, ApproximationError>;
+
+    /// A table at points inside cells; on edges between finite elements gradients are ambiguous.
+    fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error>;
+}
+
+impl<const D: usize, A: Approximation<D> + Send> Evaluate<D> for A {
+    fn shape_functions_at(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError> {
+        self.shape_functions(at)
+    }
+
+    fn values_at(&self, points: &[Point<D>]) -> Vec<Result<ShapeFunctions<D>, ApproximationError>> {
+        map_with(points.len(), SERIAL_BELOW, A::Scratch::default, |scratch, point| {
+            let mut psi = ShapeFunctions::default();
+            self.evaluate_values(&points[point], scratch, &mut psi)?;
+            Ok(psi)
+        })
+    }
+
+    fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<D>, ApproximationError> {
+        let mut out = ShapeFunctions::default();
+        self.evaluate_at_node(node, &mut A::Scratch::default(), &mut out)?;
+        Ok(out)
+    }
+
+    fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error> {
+        ShapeTable::new(self, points, kinematics)
+    }
+}
+
+/// A body of a problem: its particles, the cells between them, and its term of the potential.
+///
+/// Its particles are the nodes [`nodes`](Member::nodes) of the problem; what it answers of a state is about itself alone.
+pub struct Member<const D: usize> {
+    pub(crate) name: String,
+    pub(crate) nodes: Range<usize>,
+    pub(crate) body: Arc<Body<D, Arc<dyn Material>>>,
+    pub(crate) cells: Arc<dyn Cells<D>>,
+    pub(crate) approximation: Box<dyn Evaluate<D>>,
+    /// How its surface is integrated; none in plane stress, whose tractions turn with an unknown thickness.
+    pub(crate) facets: Option<super::facet_rule::Facets>,
+    /// Largest half-widths of the supports; spacings of finite elements.
+    pub(crate) dilations: Vec<f64>,
+    /// Particles whose supports were raised to cover the body.
+    pub(crate) raised: usize,
+}
+
+impl<const D: usize> Member<D> {
+    /// The name of the body; `body` where the scene has but one.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its nodes among those of the problem.
+    pub fn nodes(&self) -> Range<usize> {
+        self.nodes.clone()
+    }
+
+    /// Its term of the potential.
+    pub fn body(&self) -> &Arc<Body<D, Arc<dyn Material>>> {
+        &self.body
+    }
+
+    /// Its particles and the cells between them.
+    pub fn cells(&self) -> &Arc<dyn Cells<D>> {
+        &self.cells
+    }
+
+    /// Values of its functions at points, nodes counted within the body.
+    pub(crate) fn values_at(&self, points: &[Point<D>]) -> Result<Vec<ShapeFunctions<D>>, Error> {
+        Ok(self.approximation.values_at(points).into_iter().collect::<Result<_, _>>()?)
+    }
+
+    /// $\sum_I \Psi_I d_I$ for functions whose nodes are counted within the body.
+    pub(crate) fn weighted(&self, psi: &ShapeFunctions<D>, state: &State) -> Point<D> {
+        let mut u = Point::zeros();
+        for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
+            for i in 0..D {
+                u[i] += value * state.displacement[(self.nodes.start + node as usize) * D + i];
+            }
+        }
+        u
+    }
+
+    /// The displacement \[length\] at a point of the body.
+    ///
+    /// # Errors
+    /// Where the point lies outside the body by more than a tenth of a cell, and for a state of another problem.
+    pub fn displacement(&self, state: &State, at: &Point<D>) -> Result<Point<D>, Error> {
+        if !self.cells.contains(at) {
+            return Err(ApproximationError::Outside { at: at.as_slice().to_vec() }.into());
+        }
+        self.reads(state)?;
+        Ok(self.weighted(&self.approximation.shape_functions_at(at)?, state))
+    }
+
+    /// Displacements at many points, by their values alone.
+    pub(crate) fn displacements_at(&self, points: &[Point<D>], state: &State) -> Result<Vec<Point<D>>, Error> {
+        Ok(self.values_at(points)?.iter().map(|psi| self.weighted(psi, state)).collect())
+    }
+
+    /// Displacements at its particles \[length\].
+    ///
+    /// # Errors
+    /// Where a particle is not covered, and for a state of another problem.
+    pub fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
+        self.reads(state)?;
+        let particles = 0..self.nodes.len();
+        particles.map(|p| Ok(self.weighted(&self.approximation.values_at_node(p)?, state))).collect()
+    }
+
+    fn reads(&self, state: &State) -> Result<(), SolveError> {
+        let (given, needed) = (state.displacement.len(), self.nodes.end * D);
+        let what = "displacement";
+        if given < needed { Err(SolveError::Length { what, given, needed }) } else { Ok(()) }
+    }
+
+    /// Deformation gradients at the points of the body's table; none for a state of another problem.
+    pub fn deformation_gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
+        if self.reads(state).is_err() {
+            return Vec::new();
+        }
+        let points = 0..self.body.table().len();
+        points.map(|point| self.body.deformation_gradient(point, &state.displacement)).collect()
+    }
+
+    /// Hydrostatic pressures \[stress\] at the points of the body's table; `number` is that of its term.
+    pub(crate) fn pressures(&self, number: usize, state: &State) -> Option<Vec<f64>> {
+        let condensed = state.condensed.get(number)?;
+        self.body.pressures(View { displacement: &state.displacement, condensed, load: state.load })
+    }
+
+    /// Cauchy stresses at the points of the body's table.
+    pub(crate) fn stresses(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
+        let gradients = self.deformation_gradients(state);
+        let Some(condensed) = state.condensed.get(number) else { return Vec::new() };
+        let view = View { displacement: &state.displacement, condensed, load: state.load };
+        let pressures = self.pressures(number, state);
+        let cauchy = |(point, f): (usize, &Matrix3<f64>)| {
+            let stress = self.body.stress(point, f, view) * f.transpose() / f.determinant();
+            match &pressures {
+                Some(p) => stress + Matrix3::identity() * (p[point] - stress.trace() / 3.0),
+                None => stress,
+            }
+        };
+        gradients.iter().enumerate().map(cauchy).collect()
+    }
+
+    /// Values at the points of the body's table averaged at its particles; see
+    /// [`Problem::at_particles`](crate::scene::Problem::at_particles).
+    pub(crate) fn at_particles(&self, values: &[Matrix3<f64>], ranks: Option<&dyn Ranks>) -> Vec<Matrix3<f64>> {
+        let table = self.body.table();
+        let particles = self.cells.positions();
+        let spacings: Vec<Point<D>> = (0..particles.len()).map(|node| self.cells.spacings(node)).collect();
+        let mut sums = vec![(0.0, Matrix3::zeros()); particles.len()];
+        for (point, value) in values.iter().enumerate() {
+            for &node in table.nodes(point) {
+                let node = node as usize - self.nodes.start;
+                let offset = particles[node] - table.positions()[point];
+                let hat = |i: usize| (1.0 - offset[i].abs() / spacings[node][i]).max(0.0);
+                let near: f64 = (0..D).map(hat).product();
+                if near > 0.0 {
+                    let weight = near * table.weights()[point];
+                    let (total, sum) = &mut sums[node];
+                    *total += weight;
+                    *sum += value * weight;
+                }
+            }
+        }
+        if let Some(ranks) = ranks {
+            let mut all: Vec<f64> = Vec::with_capacity(10 * sums.len());
+            sums.iter().for_each(|(total, sum)| {
+                all.push(*total);
+                all.extend(sum.iter());
+            });
+            ranks.sum(&mut all);
+            for ((total, sum), all) in sums.iter_mut().zip(all.chunks_exact(10)) {
+                (*total, *sum) = (all[0], Matrix3::from_column_slice(&all[1..]));
+            }
+        }
+        sums.into_iter().map(|(total, sum)| if total > 0.0 { sum / total } else { sum }).collect()
+    }
+}

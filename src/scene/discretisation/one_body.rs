@@ -1,0 +1,182 @@
+//! One body of a scene on its way to a problem: what is about it, its law and clock, and the tables of its loads.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::boundary::Constraints;
+use crate::cells::Cells;
+use crate::error::{BoundaryError, Error, GeometryError};
+use crate::geometry::Part;
+use crate::linear::Krylov;
+use crate::material::{FreeThickness, Material};
+use crate::quadrature::Points;
+use crate::shape::Approximation;
+use crate::table::ShapeTable;
+use crate::term::{Amplitude, Body};
+
+use super::conditions::{Placed, tie};
+use super::facet_rule::{FacetRule, Facets};
+use super::member::{Evaluate, Member};
+use super::sharing::Sharing;
+use super::unmeasured::Unmeasured;
+use crate::scene::definition::load::LoadKind;
+use crate::scene::definition::place::{Place, Spot};
+use crate::scene::definition::scene::Scene;
+use crate::scene::definition::scheme::Scheme;
+use crate::scene::definition::source::BodyOf;
+
+/// How many times finer facets are integrated where a load acts on a part of a part.
+pub(crate) const FINER: usize = 4;
+
+/// A body that is discretised: what of the scene is about it, and its nodes among all.
+pub(crate) struct Of<'a, const D: usize> {
+    pub(crate) scene: &'a Scene<D>,
+    pub(crate) body: &'a BodyOf<D>,
+    pub(crate) scheme: &'a Scheme,
+    pub(crate) cells: Arc<dyn Cells<D>>,
+    pub(crate) conditions: &'a [(usize, Place<D>)],
+    pub(crate) loads: &'a [(usize, Place<D>)],
+    /// Rigid bodies, by their numbers, and the parts tied to them.
+    pub(crate) ties: &'a [(usize, Place<D>)],
+    pub(crate) first: usize,
+    pub(crate) total: usize,
+    pub(crate) sharing: &'a Sharing,
+}
+
+/// A body that was discretised; rows and conditions count nodes within the body.
+pub(crate) struct Made<const D: usize> {
+    pub(crate) member: Member<D>,
+    pub(crate) facets: FacetRule,
+    pub(crate) rows: Constraints,
+    pub(crate) placed: Vec<Placed<D>>,
+    /// Loads with the tables of their places.
+    pub(crate) loads: Vec<(usize, ShapeTable<D>)>,
+    /// The rows that tie parts to rigid bodies, by the numbers of these.
+    pub(crate) ties: Vec<(usize, Range<usize>)>,
+    /// An iterative solver, where one is chosen.
+    pub(crate) krylov: Option<Krylov>,
+}
+
+/// Where tables of loads come from: boundary parts and the body.
+pub(crate) struct Tables<'a, const D: usize> {
+    pub(crate) boundary: &'a dyn Fn(&Part, &Place<D>) -> Result<ShapeTable<D>, Error>,
+    pub(crate) body: &'a dyn Fn(&Place<D>) -> Result<ShapeTable<D>, Error>,
+}
+
+impl<const D: usize> Of<'_, D> {
+    /// A table of the body with the numbers that its nodes have among all.
+    pub(crate) fn among_all(&self, table: ShapeTable<D>) -> ShapeTable<D> {
+        if self.first == 0 && table.node_count() == self.total { table } else { table.shifted(self.first, self.total) }
+    }
+
+    /// Adds the rows that tie parts of the body to rigid ones.
+    pub(crate) fn tied<A: Approximation<D>>(
+        &self,
+        rows: &mut Constraints,
+        approximation: &A,
+        rule: Option<FacetRule>,
+    ) -> Result<Vec<(usize, Range<usize>)>, Error> {
+        let names = self.scene.rigid_names();
+        let mut ties = Vec::with_capacity(self.ties.len());
+        for (number, place) in self.ties {
+            let first = rows.len();
+            tie(rows, self.scene, (names[*number], place), &*self.cells, approximation, rule)?;
+            ties.push((*number, first..rows.len()));
+        }
+        Ok(ties)
+    }
+
+    pub(crate) fn member(
+        &self,
+        body: Body<D, Arc<dyn Material>>,
+        approximation: Box<dyn Evaluate<D>>,
+        facets: Facets,
+        dilations: Vec<f64>,
+        raised: usize,
+    ) -> Member<D> {
+        let nodes = self.first..self.first + self.cells.positions().len();
+        let (name, cells, body) = (self.body.name.clone(), self.cells.clone(), Arc::new(body));
+        let facets = (!self.scene.kinematics.is_plane_stress()).then_some(facets);
+        Member { name, nodes, body, cells, approximation, facets, dilations, raised }
+    }
+}
+
+/// The material as the kinematics moves it.
+pub(crate) fn material<const D: usize>(scene: &Scene<D>, own: &Arc<dyn Material>) -> Result<Arc<dyn Material>, Error> {
+    if !scene.kinematics.is_plane_stress() {
+        return Ok(own.clone());
+    }
+    if own.memory().is_some() {
+        let what = "a law that remembers in a sheet in plane stress";
+        return Err(GeometryError::Unsuited { what, needed: "a solid model, or an elastic law" }.into());
+    }
+    Ok(Arc::new(FreeThickness(own.clone())))
+}
+
+/// The table of the body, with the scene's free expansion.
+pub(crate) fn expanding<const D: usize>(scene: &Scene<D>, table: ShapeTable<D>) -> Result<ShapeTable<D>, Error> {
+    match &scene.expansion {
+        None => Ok(table),
+        Some(stretch) => table.expanding(|x| stretch.at(x, 1.0)),
+    }
+}
+
+/// A body with the clock of the scene.
+pub(crate) fn clocked<const D: usize>(
+    scene: &Scene<D>,
+    body: Body<D, Arc<dyn Material>>,
+) -> Result<Body<D, Arc<dyn Material>>, Error> {
+    let Some(clock) = &scene.clock else { return Ok(body) };
+    clock.validate()?;
+    const LOOKS: usize = 64;
+    let times = (0..=LOOKS).map(|k| clock.evaluate(k as f64 / LOOKS as f64).0);
+    let times: Vec<f64> = match clock {
+        Amplitude::Table(pairs) => pairs.iter().map(|p| p.1).collect(),
+        _ => times.collect(),
+    };
+    if !times.iter().all(|t| t.is_finite()) || times.windows(2).any(|w| w[1] < w[0]) {
+        return Err(BoundaryError::Amplitude { what: "the time of a clock is not finite, or falls" }.into());
+    }
+    Ok(body.with_clock(clock.clone()))
+}
+
+/// The tables of the loads on a body.
+pub(crate) fn load_tables<const D: usize, A: Approximation<D>>(
+    of: &Of<'_, D>,
+    approximation: &A,
+    tables: &Tables<'_, D>,
+) -> Result<Vec<(usize, ShapeTable<D>)>, Error> {
+    let mut made = Vec::with_capacity(of.loads.len());
+    for (number, place) in of.loads {
+        let load = &of.scene.loads[*number];
+        if of.scene.kinematics.is_plane_stress() && matches!(load.kind, LoadKind::Pressure(_)) {
+            let what = "a following pressure on the edge of a sheet in plane stress";
+            let needed = "a traction: the area of the edge changes with the thickness, which is no unknown";
+            return Err(GeometryError::Unsuited { what, needed }.into());
+        }
+        if let LoadKind::Moment(_) = load.kind {
+            let needed = "a rigid body: tie the part to one by Scene::rigid";
+            return Err(GeometryError::Unsuited { what: "a moment on a part that may deform", needed }.into());
+        }
+        let table = match &place.spot {
+            Spot::Part(part) => (tables.boundary)(part, place)?,
+            // A point load is a force already: it takes no measure.
+            Spot::Point(at) => {
+                if !of.cells.contains(at) {
+                    let what = load.label();
+                    return Err(BoundaryError::Outside { what, at: at.as_slice().to_vec() }.into());
+                }
+                ShapeTable::new(approximation, &of.sharing.points(Points::single(*at)), &Unmeasured)?
+            }
+            Spot::Body => (tables.body)(place)?,
+        };
+        let mut points = [table.weights().len() as f64];
+        of.sharing.total(&mut points);
+        if points[0] == 0.0 {
+            let nearest = of.cells.positions().first().map(|x| x.as_slice().to_vec()).unwrap_or_default();
+            return Err(BoundaryError::Empty { what: load.label(), nearest }.into());
+        }
+        made.push((*number, of.among_all(table)));
+    }
+    Ok(made)
+}

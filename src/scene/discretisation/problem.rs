@@ -1,0 +1,217 @@
+//! Problems: a scene under a scheme, ready to run and to ask.
+
+use std::sync::Arc;
+
+use nalgebra::Matrix3;
+
+use crate::assembly::Model;
+use crate::boundary::Constraints;
+use crate::cells::{Cells, Lattice};
+use crate::error::{ApproximationError, BoundaryError, Error, SolveError};
+use crate::geometry::Point;
+use crate::material::Material;
+use crate::solve::{Analysis, EquilibriumPath, Observer, State};
+use crate::term::{Body, Term};
+
+use super::conditions::Placed;
+use super::frame::Frame;
+use super::member::Member;
+use crate::scene::Place;
+use crate::scene::definition::touching::Contact;
+
+/// A discretised scene: model, rows and analysis, and the fields of its states.
+///
+/// Fields are those of all bodies, one after the other in the order of the scene; [`member`](Problem::member) gives a body
+/// alone.
+pub struct Problem<const D: usize> {
+    pub(crate) model: Model<D>,
+    pub(crate) rows: Constraints,
+    pub(crate) analysis: Analysis,
+    pub(crate) members: Vec<Member<D>>,
+    /// What touches what.
+    pub(crate) contacts: Vec<Contact<D>>,
+    /// The frames of the rigid bodies.
+    pub(crate) frames: Vec<Frame<D>>,
+    /// The conditions and their rows.
+    pub(crate) placed: Vec<Placed<D>>,
+    pub(crate) names: Vec<(String, Place<D>)>,
+}
+
+impl<const D: usize> Problem<D> {
+    /// The terms of the potential.
+    pub fn model(&self) -> &Model<D> {
+        &self.model
+    }
+
+    /// Adds a term of one's own, over tables made by [`tabulate`](Problem::tabulate). Where ranks share the scene, all of them
+    /// add it and the first sums it.
+    pub fn add(&mut self, term: impl Term<D> + 'static) -> &mut Self {
+        self.model.add_whole(term);
+        self
+    }
+
+    /// The essential conditions.
+    pub fn rows(&self) -> &Constraints {
+        &self.rows
+    }
+
+    /// The essential conditions, to add rows of one's own.
+    pub fn rows_mut(&mut self) -> &mut Constraints {
+        &mut self.rows
+    }
+
+    /// Strategies and stepping.
+    pub fn analysis(&self) -> &Analysis {
+        &self.analysis
+    }
+
+    /// Strategies and stepping, to exchange one.
+    pub fn analysis_mut(&mut self) -> &mut Analysis {
+        &mut self.analysis
+    }
+
+    /// The bodies.
+    pub fn members(&self) -> &[Member<D>] {
+        &self.members
+    }
+
+    /// The body of a name.
+    ///
+    /// # Errors
+    /// Where none has it, with the names that there are.
+    pub fn member(&self, name: &str) -> Result<&Member<D>, Error> {
+        let known = || self.members.iter().map(Member::name).collect::<Vec<_>>().join("; ");
+        let unknown = || BoundaryError::UnknownBody { asked: name.to_string(), known: known() };
+        Ok(self.members.iter().find(|member| member.name == name).ok_or_else(unknown)?)
+    }
+
+    /// The first body.
+    pub(crate) fn first(&self) -> &Member<D> {
+        // A scene without a body is refused.
+        &self.members[0]
+    }
+
+    /// The term of the first body, also the first one of the model.
+    pub fn body(&self) -> &Arc<Body<D, Arc<dyn Material>>> {
+        &self.first().body
+    }
+
+    /// The particles of the first body and the cells between them.
+    pub fn cells(&self) -> &Arc<dyn Cells<D>> {
+        &self.first().cells
+    }
+
+    /// The body that a point lies in, the first one on an interface.
+    pub(crate) fn member_at(&self, at: &Point<D>) -> Result<&Member<D>, ApproximationError> {
+        let outside = || ApproximationError::Outside { at: at.as_slice().to_vec() };
+        self.members.iter().find(|member| member.cells.contains(at)).ok_or_else(outside)
+    }
+
+    /// The lattice of particles, where the only body is on one.
+    pub fn lattice(&self) -> Option<&Lattice<D>> {
+        self.cells().lattice().filter(|_| self.members.len() == 1)
+    }
+
+    /// Runs the analysis from rest to load factor 1.
+    ///
+    /// # Errors
+    /// As [`Analysis::run`]; a stalled analysis returns its path.
+    pub fn run(&self, observer: &mut dyn Observer) -> Result<EquilibriumPath, Error> {
+        self.analysis.run(&self.model, &self.rows, observer)
+    }
+
+    /// The state at rest, from which [`run`](Problem::run) starts.
+    pub fn at_rest(&self) -> State {
+        State::at_rest(&self.model, &self.rows)
+    }
+
+    /// Goes on from the last step of a path, with the same bits as if it had never been broken off.
+    ///
+    /// # Errors
+    /// As [`Analysis::resume`].
+    pub fn resume(&self, path: EquilibriumPath, observer: &mut dyn Observer) -> Result<EquilibriumPath, Error> {
+        self.analysis.resume(&self.model, &self.rows, path, observer)
+    }
+
+    /// The displacement $u(X) = \sum_I\Psi_I(X)\\,d_I$ \[length\] at a point of the body.
+    ///
+    /// # Errors
+    /// Where the point lies outside the body by more than a tenth of a cell, though supports reach there.
+    pub fn displacement(&self, state: &State, at: &Point<D>) -> Result<Point<D>, Error> {
+        self.check_length(state)?;
+        let member = self.member_at(at)?;
+        Ok(member.weighted(&member.approximation.shape_functions_at(at)?, state))
+    }
+
+    /// Displacements at all particles \[length\].
+    ///
+    /// # Errors
+    /// Where a particle is not covered.
+    pub fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
+        self.check_length(state)?;
+        let each: Result<Vec<_>, Error> =
+            self.members.iter().map(|member| member.particle_displacements(state)).collect();
+        Ok(each?.concat())
+    }
+
+    /// The displacement at a particle.
+    pub(crate) fn node_displacement(&self, node: usize, state: &State) -> Result<Point<D>, Error> {
+        let holds = |member: &&Member<D>| member.nodes.contains(&node);
+        let member = self.members.iter().find(holds).unwrap_or(self.first());
+        Ok(member.weighted(&member.approximation.values_at_node(node - member.nodes.start)?, state))
+    }
+
+    /// The cells of all bodies that are drawn, by their particles among all.
+    pub(crate) fn drawn_cells(&self) -> Vec<Vec<usize>> {
+        let of = |member: &Member<D>| {
+            let first = member.nodes.start;
+            let cells = member.cells.drawn().into_iter();
+            cells.map(move |corners| corners.into_iter().map(|corner| first + corner).collect())
+        };
+        self.members.iter().flat_map(of).collect()
+    }
+
+    /// A displacement vector as long as this problem has it.
+    pub(crate) fn check_length(&self, state: &State) -> Result<(), SolveError> {
+        let (given, needed) = (state.displacement.len(), self.model.unknowns());
+        if given == needed { Ok(()) } else { Err(SolveError::Length { what: "displacement", given, needed }) }
+    }
+
+    /// Energy stored in a state, of the whole revolution for bodies of revolution; NaN for a state of another problem.
+    pub fn energy(&self, state: &State) -> f64 {
+        if state.check_lengths(&self.model, &self.rows).is_err() {
+            return f64::NAN;
+        }
+        self.model.energy(&state.displacement, &state.condensed, state.load)
+    }
+
+    /// Time at a state, by the clock of the scene \[time\]; 0 without one.
+    pub fn time(&self, state: &State) -> f64 {
+        self.body().time(state.load)
+    }
+
+    /// Positions of the points of the bodies' tables \[length\], at which fields are given.
+    pub fn points(&self) -> impl Iterator<Item = &Point<D>> {
+        self.members.iter().flat_map(|member| member.body.table().positions())
+    }
+
+    /// Weights of the points of the bodies' tables: parts of the reference volume.
+    pub fn weights(&self) -> impl Iterator<Item = f64> {
+        self.members.iter().flat_map(|member| member.body.table().weights().iter().copied())
+    }
+
+    /// Deformation gradients at the [`points`](Problem::points) of the bodies' tables; none for a state of another problem.
+    pub fn deformation_gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
+        if self.check_length(state).is_err() {
+            return Vec::new();
+        }
+        self.members.iter().flat_map(|member| member.deformation_gradients(state)).collect()
+    }
+
+    /// Hydrostatic pressures \[stress\] at the [`points`](Problem::points) of the bodies' tables, see [`Body::pressures`].
+    pub fn pressures(&self, state: &State) -> Option<Vec<f64>> {
+        let each: Option<Vec<_>> =
+            self.members.iter().enumerate().map(|(number, member)| member.pressures(number, state)).collect();
+        Some(each?.concat())
+    }
+}

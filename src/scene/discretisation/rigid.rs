@@ -1,0 +1,130 @@
+//! Rigid bodies: faces tied to six degrees of freedom, three in the plane, held, moved or loaded.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::boundary::{Constraints, Row};
+use crate::error::{BoundaryError, Error, GeometryError};
+use crate::geometry::{Part, Point};
+use crate::mesh::Mesh;
+
+use super::conditions::Placed;
+use super::contact::holds;
+use super::frame::Frame;
+use crate::scene::definition::load::{Load, LoadKind};
+use crate::scene::definition::place::{Place, Spot};
+use crate::scene::definition::scene::Scene;
+use crate::scene::definition::source::Source;
+
+impl<const D: usize> Scene<D> {
+    /// The volumes of a mesh that are rigid bodies: groups of cells that no faces have the name of.
+    pub(crate) fn rigid_volumes<'a>(&'a self, mesh: &Mesh<D>) -> Vec<&'a str> {
+        let named = self.rigids.iter().filter_map(|(_, place)| match &place.spot {
+            Spot::Part(Part::Named(name)) if place.within.is_none() => Some(name.as_str()),
+            _ => None,
+        });
+        let mut volumes: Vec<&str> = named.filter(|name| mesh.is_volume(name)).collect();
+        volumes.sort_unstable();
+        volumes.dedup();
+        volumes
+    }
+
+    /// The volumes of meshes that a rigid body stands for.
+    fn rigid_shapes(&self, name: &str) -> Result<Vec<Arc<Mesh<D>>>, Error> {
+        let own =
+            Scene { rigids: self.rigids.iter().filter(|rigid| rigid.0 == name).cloned().collect(), ..self.clone() };
+        let mut shapes = Vec::new();
+        for body in &self.bodies {
+            let Source::Mesh(mesh) = &body.source else { continue };
+            for volume in own.rigid_volumes(mesh) {
+                shapes.push(Arc::new(mesh.body(volume)?));
+            }
+        }
+        Ok(shapes)
+    }
+
+    /// The names of the rigid bodies, each once.
+    pub(crate) fn rigid_names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::new();
+        for (name, _) in &self.rigids {
+            if !names.contains(&name.as_str()) {
+                names.push(name);
+            }
+        }
+        names
+    }
+
+    /// The rigid body that a place is, by its number; and the point of it, where it is one.
+    pub(crate) fn rigid_at(&self, place: &Place<D>) -> Option<(usize, Option<Point<D>>)> {
+        let find = |asked: &str| self.rigid_names().iter().position(|name| *name == asked);
+        match (&place.spot, &place.of) {
+            (Spot::Part(Part::Named(name)), None) => Some((find(name)?, None)),
+            (Spot::Point(at), Some(name)) => Some((find(name)?, Some(*at))),
+            _ => None,
+        }
+    }
+}
+
+/// Puts the frames of rigid bodies behind the rows that tie parts to them.
+pub(crate) fn frames<const D: usize>(
+    scene: &Scene<D>,
+    ties: &[(usize, Range<usize>)],
+    rows: &mut Constraints,
+    placed: &mut Vec<Placed<D>>,
+    positions: &mut Vec<Point<D>>,
+) -> Result<Vec<Frame<D>>, Error> {
+    let names = scene.rigid_names();
+    if names.is_empty() {
+        return Ok(Vec::new());
+    }
+    if D < 2 || !scene.kinematics.hoop_components().is_empty() {
+        let (what, needed) = ("a rigid body where the kinematics has no rotations", "plane strain or a body in space");
+        return Err(GeometryError::Unsuited { what, needed }.into());
+    }
+    let particles = positions.len();
+    let mut frames = Vec::with_capacity(names.len());
+    for (number, name) in names.into_iter().enumerate() {
+        let numbers = || ties.iter().filter(|tie| tie.0 == number).flat_map(|tie| tie.1.clone());
+        let own: Vec<&Row> = numbers().filter_map(|k| rows.rows().get(k)).collect();
+        let mut frame = Frame::around(name, positions.len(), &own, positions)?;
+        frame.shapes = scene.rigid_shapes(name)?;
+        for k in numbers() {
+            let entries = frame.counterpart(&rows.rows()[k], positions);
+            rows.extend_row(k, entries);
+        }
+        for (_, range) in ties.iter().filter(|tie| tie.0 == number) {
+            let (name, place, nodes) = (Some(name.to_string()), Place::body(), 0..particles);
+            placed.push(Placed { name, place, rows: range.clone(), nodes });
+        }
+        positions.extend(frame.positions());
+        frames.push(frame);
+    }
+    for condition in &scene.conditions {
+        let place = scene.resolve(&condition.place);
+        let Some((number, point)) = scene.rigid_at(&place) else { continue };
+        let first = rows.len();
+        frames[number].prescribe(rows, condition, point)?;
+        let (name, nodes) = (condition.name.clone(), frames[number].nodes());
+        placed.push(Placed { name, place, rows: first..rows.len(), nodes });
+    }
+    Ok(frames)
+}
+
+/// Refuses rigid bodies that neither conditions nor springs nor contacts may hold.
+pub(crate) fn held<const D: usize>(
+    scene: &Scene<D>,
+    frames: &[Frame<D>],
+    rows: &Constraints,
+    positions: &[Point<D>],
+) -> Result<(), Error> {
+    let springs = |load: &Load<D>| matches!(load.kind, LoadKind::Integrand(_) | LoadKind::Pressure(_));
+    let Some(frame) = frames.first() else { return Ok(()) };
+    if !scene.contacts.is_empty()
+        || !scene.meetings.is_empty()
+        || scene.loads.iter().any(springs)
+        || holds(rows, positions, false)
+    {
+        return Ok(());
+    }
+    Err(BoundaryError::Free { name: frame.name.clone() }.into())
+}

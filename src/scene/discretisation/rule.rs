@@ -1,0 +1,115 @@
+//! The integration rule of a scheme: the table of a body, its pressures, and the facets that agree with it.
+
+use crate::cells::{Cells, Lattice, Layout};
+use crate::error::{Error, GeometryError};
+use crate::shape::Approximation;
+use crate::table::ShapeTable;
+use crate::term::PressureField;
+
+use super::facet_rule::FacetRule;
+use super::one_body::Of;
+use crate::scene::definition::resolution::per_axis;
+use crate::scene::definition::scheme_choices::{PressureScheme, Rule};
+use crate::scene::definition::source::Source;
+
+/// Gauss points per cell in 1D where the basis is quadratic or higher.
+const FINE: usize = 7;
+
+/// The table of the body, the facet rule that agrees with it, and the pressure field on its clusters.
+pub(crate) fn body_table<const D: usize, A: Approximation<D>>(
+    of: &Of<'_, D>,
+    approximation: &A,
+) -> Result<(ShapeTable<D>, FacetRule, PressureField), Error> {
+    let sharing = of.sharing;
+    let (scene, scheme, cells) = (of.scene, of.scheme, &*of.cells);
+    // The quadratic basis asks for one sub-cell or point more per direction.
+    let more = usize::from(scheme.order > 1);
+    let (field, size) = match scheme.pressure {
+        // One point for each particle: a pressure there is one constraint for two unknowns already.
+        PressureScheme::Auto if matches!(scheme.rule, Rule::Scni | Rule::Nodal) => (PressureField::Pointwise, 1),
+        PressureScheme::Auto if !cells.is_thin() => (PressureField::Linear, 2),
+        PressureScheme::Auto => (PressureField::Constant, 1),
+        PressureScheme::Field { field, size } => (field, size),
+    };
+    let kinematics = &*scene.kinematics;
+    match &scheme.rule {
+        Rule::Auto if D == 1 => {
+            // Gauss points over whole zones, which end at particles; over single cells and more of them for functions whose
+            // third and fourth order the error of the rule would hide.
+            let points = match cells.lattice() {
+                Some(lattice) if scheme.order < 2 => sharing.points(lattice.coarsened(size).gauss(5)?),
+                _ => {
+                    cells.gauss_in(if scheme.order < 2 { 5 } else { FINE }, &sharing.zones(cells, cells.zones(size)))?
+                }
+            };
+            let table = ShapeTable::new(approximation, &points, kinematics)?;
+            Ok((table, FacetRule { parts: 1, gauss: 1 }, field))
+        }
+        // Averages would leave a basis that can do more at their second order.
+        Rule::Auto if scheme.order > 1 && (D == 2 || cells.lattice().is_some()) => {
+            let gauss = 2 + more;
+            let smoothing = sharing.smoothing(cells, [1, gauss], cells.zones(size))?;
+            let table = ShapeTable::consistent(approximation, &smoothing, kinematics)?;
+            Ok((table, FacetRule { parts: 1, gauss }, field))
+        }
+        Rule::Auto | Rule::Smoothed { .. } => {
+            let parts = if let Rule::Smoothed { parts } = scheme.rule { parts } else { 2 + more };
+            let gauss = 2 + more;
+            let smoothing = sharing.smoothing(cells, [parts, gauss], cells.zones(size))?;
+            let table = ShapeTable::smoothed(approximation, &smoothing, kinematics)?;
+            Ok((table, FacetRule { parts, gauss }, field))
+        }
+        Rule::Scni => {
+            let gauss = 2 + more;
+            let table = ShapeTable::smoothed(approximation, &cells.nodal_cells(gauss)?, kinematics)?;
+            Ok((table, FacetRule { parts: 2, gauss }, field))
+        }
+        Rule::Nodal => {
+            let gauss = 2 + more;
+            let points = cells.nodal_cells(gauss)?.nodal(cells.positions());
+            let table = ShapeTable::new(approximation, &points, kinematics)?;
+            Ok((table, FacetRule { parts: 2, gauss }, field))
+        }
+        Rule::Gauss { zones, points } => {
+            let (gauss, points) = match (zones, &of.body.source) {
+                (None, _) => {
+                    // Two particles per direction and cell, and two more.
+                    let points = points.unwrap_or(4);
+                    (cells.gauss_in(points, &sharing.zones(cells, cells.zones(size)))?, points)
+                }
+                // Equal zones of the domain, whatever the particles.
+                (Some(zones), Source::Domain(domain)) => {
+                    let counts: [usize; D] = per_axis(zones, "integration zones")?;
+                    if counts.contains(&0) {
+                        return Err(GeometryError::Count {
+                            what: "integration zones",
+                            count: 0,
+                            needed: "at least 1 is needed",
+                        }
+                        .into());
+                    }
+                    let along = lattice_of(cells, "integration zones")?.cell_counts();
+                    let default = (0..D).map(|i| along[i].div_ceil(counts[i]) + 3).max().unwrap_or(5);
+                    let points = points.unwrap_or(default);
+                    let lattice = Lattice::new(&**domain, counts.map(|z| z.saturating_add(1)), &Layout::Regular)?;
+                    (sharing.points(lattice.gauss(points)?), points)
+                }
+                (Some(_), _) => return Err(no_lattice("equal integration zones").into()),
+            };
+            let table = ShapeTable::new(approximation, &gauss, kinematics)?;
+            Ok((table, FacetRule { parts: 1, gauss: points }, field))
+        }
+    }
+}
+
+/// The lattice of the cells, for what needs one.
+pub(crate) fn lattice_of<'a, const D: usize>(
+    cells: &'a dyn Cells<D>,
+    what: &'static str,
+) -> Result<&'a Lattice<D>, GeometryError> {
+    cells.lattice().ok_or_else(|| no_lattice(what))
+}
+
+fn no_lattice(what: &'static str) -> GeometryError {
+    GeometryError::Unsuited { what, needed: "a lattice: make the scene with Scene::new on a block or mapped block" }
+}

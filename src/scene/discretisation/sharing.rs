@@ -1,0 +1,109 @@
+//! What each of several ranks holds of a scene.
+
+use std::sync::Arc;
+
+use crate::assembly::Ranks;
+use crate::cells::{Cells, Smoothing, Zones};
+use crate::error::GeometryError;
+use crate::geometry::{Morton, Point};
+use crate::quadrature::Points;
+use crate::shape::ElementPoints;
+
+use crate::scene::Scene;
+use crate::scene::definition::source::BodyCells;
+use crate::scene::{Functions, Rule, Scheme};
+
+/// The ranks that share a scene, if any: zones of cells along a space-filling curve, facets of loads in turn.
+pub(crate) struct Sharing(Option<Arc<dyn Ranks>>);
+
+impl Sharing {
+    /// The ranks of a scheme's solver.
+    ///
+    /// # Errors
+    /// For rules whose points are not those of zones of cells, and for contact.
+    pub fn of<const D: usize>(scene: &Scene<D>, scheme: &Scheme, all: &BodyCells<D>) -> Result<Self, GeometryError> {
+        let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).filter(|ranks| ranks.count() > 1);
+        let by_zones = |own: &Scheme| match own.rule {
+            Rule::Auto => true,
+            Rule::Smoothed { .. } | Rule::Gauss { .. } => true,
+            Rule::Scni | Rule::Nodal => own.functions == Functions::Elements,
+        };
+        let refused = |needed| Err(GeometryError::Unsuited { what: "a scene on several ranks", needed });
+        if ranks.is_some() && !all.iter().all(|(own, _)| by_zones(own)) {
+            return refused("a rule over cells: the default, sub-cells or Gauss points");
+        }
+        if ranks.is_some() && !scene.contacts.is_empty() {
+            return refused("no contacts: solve it on one rank");
+        }
+        Ok(Sharing(ranks))
+    }
+
+    /// The ranks.
+    pub fn ranks(&self) -> Option<Arc<dyn Ranks>> {
+        self.0.clone()
+    }
+
+    /// The least of the points of the smallest zones of a body, of those that have any: 0 where none has.
+    pub fn fewest(&self, mine: usize) -> Option<usize> {
+        let ranks = self.0.as_ref()?;
+        // A rank without zones asks for nothing.
+        let fewest = ranks.least(if mine > 0 { mine as f64 } else { f64::INFINITY });
+        Some(if fewest.is_finite() { fewest as usize } else { 0 })
+    }
+
+    /// Replaces values by their sums over the ranks.
+    pub fn total(&self, values: &mut [f64]) {
+        if let Some(ranks) = &self.0 {
+            ranks.sum(values);
+        }
+    }
+
+    /// This rank's zones.
+    pub fn zones<const D: usize>(&self, cells: &dyn Cells<D>, zones: Zones) -> Zones {
+        let Some(ranks) = &self.0 else { return zones };
+        let curve = Morton::through(cells.positions());
+        zones.share(ranks.rank(), ranks.count(), |cell| {
+            let corners = cells.corners(cell as usize);
+            let sum: Point<D> = corners.iter().map(|&corner| cells.positions()[corner]).sum();
+            curve.place(&(sum / corners.len().max(1) as f64))
+        })
+    }
+
+    /// The smoothing over this rank's zones.
+    ///
+    /// # Errors
+    /// As [`Cells::smoothing`].
+    pub fn smoothing<const D: usize>(
+        &self,
+        cells: &dyn Cells<D>,
+        [parts, gauss]: [usize; 2],
+        zones: Zones,
+    ) -> Result<Smoothing<D>, GeometryError> {
+        let smoothing = cells.smoothing(parts, gauss, &self.zones(cells, zones))?;
+        Ok(if self.0.is_some() { smoothing.pruned() } else { smoothing })
+    }
+
+    /// This rank's zones of numbered cells that follow each other in space.
+    pub fn run(&self, zones: Zones) -> Zones {
+        match &self.0 {
+            Some(ranks) => zones.share(ranks.rank(), ranks.count(), u64::from),
+            None => zones,
+        }
+    }
+
+    /// This rank's points of faces of elements.
+    pub fn element_points<const D: usize>(&self, points: ElementPoints<D>) -> ElementPoints<D> {
+        match &self.0 {
+            Some(ranks) => points.share(ranks.rank(), ranks.count()),
+            None => points,
+        }
+    }
+
+    /// This rank's points of a boundary, of other zones than those of cells, or of a single force.
+    pub fn points<const D: usize>(&self, points: Points<D>) -> Points<D> {
+        match &self.0 {
+            Some(ranks) => points.share(ranks.rank(), ranks.count()),
+            None => points,
+        }
+    }
+}

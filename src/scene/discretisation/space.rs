@@ -1,0 +1,175 @@
+//! Large bodies in space: which solver they take, and what it needs beside the particles.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use crate::assembly::Model;
+use crate::boundary::Constraints;
+use crate::cells::Cells;
+use crate::error::{Error, Invalid, SolveError};
+use crate::geometry::Point;
+use crate::linear::{Auxiliary, Krylov};
+use crate::material::Material;
+use crate::quadrature::Points;
+use crate::shape::{Approximation, FiniteElements};
+use crate::table::ShapeTable;
+use crate::term::{Body, PressureField};
+
+use super::sharing::Sharing;
+use super::unmeasured::Unmeasured;
+use crate::scene::Scene;
+use crate::scene::{Dilation, Functions, PressureScheme, Scheme, Solving};
+
+/// Part of the memory at hand that factors may take.
+const ROOM: f64 = 0.6;
+
+/// Half the width of a band that takes as many operations as nested dissection does, in layers of particles: counted for
+/// cubes with 9, 13 and 17 a side, where the factors of 2187, 6591 and 14 739 unknowns take 0.9, 11.5 and 73 times 1e9.
+const REACH: f64 = 2.6;
+
+/// Operations of factors, for each unknown, that take as long as an iteration of Newton's method by directions, which
+/// streams tables from memory where factors multiply blocks: with 9 particles a side (0.4e6) factors take 1.4 times as long
+/// and tell whether states are stable, with 13 (1.7e6) 3.1 times.
+const WORTH: f64 = 1e6;
+
+/// Whether a lattice of particles is solved by iteration.
+pub(crate) fn iterates(scheme: &Scheme, counts: &[usize]) -> bool {
+    if counts.len() != 3 || scheme.functions != Functions::Particles {
+        return false;
+    }
+    match scheme.solving {
+        Solving::Direct => false,
+        Solving::Krylov => true,
+        Solving::Auto => {
+            let mut counts: Vec<f64> = counts.iter().map(|&c| c as f64).collect();
+            counts.sort_by(f64::total_cmp);
+            let unknowns = 3.0 * counts.iter().product::<f64>();
+            let band = (3.0 * counts[0] * counts[1] * REACH).min(unknowns);
+            let room = super::memory::at_hand().map_or(f64::INFINITY, |room| ROOM * room as f64);
+            band * band > WORTH || 8.0 * unknowns * band > room
+        }
+    }
+}
+
+/// Refuses lattices in space that would not fit into memory, before they are built.
+///
+/// # Errors
+/// [`SolveError::Memory`] with the bytes that the model would take and the size that fits.
+pub(crate) fn refuse(scheme: &Scheme, counts: &[usize]) -> Result<(), SolveError> {
+    let limit = scheme.memory.or_else(super::memory::at_hand);
+    let (Some(limit), 3, Functions::Particles) = (limit, counts.len(), scheme.functions) else { return Ok(()) };
+    let reach = match scheme.dilation {
+        Dilation::Local(r) | Dilation::Global(r) => r,
+        _ => super::functions::default_dilation(scheme.order),
+    };
+    // Each of several ranks takes its share.
+    let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).map_or(1, |ranks| ranks.count()) as f64;
+    let cycle = scheme.solver.as_ref().is_some_and(|solver| solver.cycle(&[]).is_some());
+    let takes = |counts: &[usize]| super::memory::needed(counts, reach, cycle || iterates(scheme, counts)) / ranks;
+    let (needed, limit) = (takes(counts), limit as f64);
+    if !(needed > limit) {
+        return Ok(());
+    }
+    let mut fits = 2;
+    while fits < 10_000 && takes(&[fits + 1; 3]) <= limit {
+        fits += 1;
+    }
+    Err(SolveError::Memory { particles: counts.iter().map(|&c| c as f64).product(), needed, limit, fits })
+}
+
+/// The solution by iteration of a body, with elements beside its particles; none where it is not to be had.
+///
+/// # Errors
+/// Where an iteration is asked for by name and the scheme does not suit it.
+pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
+    scene: &Scene<D>,
+    scheme: &Scheme,
+    cells: &dyn Cells<D>,
+    approximation: &A,
+    body: &Body<D, Arc<dyn Material>>,
+    rows: &Constraints,
+    sharing: &Sharing,
+) -> Result<Option<Krylov>, Error> {
+    let node = |x: &Point<D>| Point::<3>::from_fn(|i, _| if i < D { x[i] } else { 0.0 });
+    let nodes: Vec<Point<3>> = cells.positions().iter().map(node).collect();
+    let cycle = scheme.solver.as_ref().and_then(|solver| solver.cycle(&nodes));
+    if scheme.solver.is_some() && cycle.is_none() {
+        // It takes the condensed system.
+        return Ok(None);
+    }
+    let asked = scheme.solving == Solving::Krylov || cycle.is_some();
+    let refused = |reason: &'static str| match asked {
+        true => Err(Invalid::new("solution by iteration", D as f64, reason).into()),
+        false => Ok(None),
+    };
+    let Some(lattice) = cells.lattice().filter(|_| D == 3) else {
+        return refused("iterate on lattices in space; elsewhere factors are cheap: take Solving::Auto");
+    };
+    if cycle.is_none() && !iterates(scheme, &lattice.counts()) {
+        return Ok(None);
+    }
+    let size = match scheme.pressure {
+        PressureScheme::Auto if cells.is_thin() => 1,
+        PressureScheme::Auto => 2,
+        PressureScheme::Field { size, .. } => size,
+    };
+    let zones = sharing.zones(cells, cells.zones(size));
+    let projected = matches!(body.field(), PressureField::Constant | PressureField::Linear);
+    if !projected || body.table().clusters().len() + 1 != zones.offsets.len() {
+        return refused(
+            "iterate with pressures that are projected on zones of cells: take the default rule and volume",
+        );
+    }
+    let elements = FiniteElements::new(lattice.clone(), 1)?;
+    let table = ShapeTable::of_elements(&elements, &elements.gauss_in(2, &zones)?, &*scene.kinematics)?;
+    let mut model = Model::new(cells.positions().to_vec());
+    let mut elastic = Body::projecting(table, body.material().clone(), body.field(), body.projected_measure());
+    if let Some(fewest) = sharing.fewest(elastic.fewest()) {
+        elastic = elastic.with_fewest(fewest);
+    }
+    if let Some(ranks) = sharing.ranks() {
+        model.share(ranks);
+    }
+    model.add(elastic);
+    let model: Box<dyn Any> = Box::new(model);
+    let Ok(model) = model.downcast::<Model<3>>() else { return Ok(None) };
+    let mut at = Points::empty();
+    let own = Auxiliary::share(sharing.ranks().as_deref(), cells.positions().len());
+    for position in &cells.positions()[own] {
+        at.positions.push(*position);
+        at.weights.push(1.0);
+        at.close_group();
+    }
+    let table = ShapeTable::new(approximation, &at, &Unmeasured)?;
+    let mut values = (vec![0], Vec::new(), Vec::new());
+    for point in 0..table.len() {
+        values.1.extend_from_slice(table.nodes(point));
+        values.2.extend_from_slice(table.values(point));
+        values.0.push(values.1.len());
+    }
+    let (counts, along) = (lattice.counts(), lattice.cell_counts());
+    let mut places = vec![[0.0; 3]; cells.positions().len()];
+    for node in 0..counts.iter().product() {
+        let mut index = [0; D];
+        let mut rest = node;
+        for i in 0..D {
+            (index[i], rest) = (rest % counts[i], rest / counts[i]);
+        }
+        for i in 0..3 {
+            places[lattice.node(index)][i] = index[i] as f64 / along[i] as f64;
+        }
+    }
+    // Rows that move one component of particles in a neighbourhood; ties and motions of whole bodies hold none.
+    let held = rows.rows().iter().filter(|row| {
+        let sum: f64 = row.entries.iter().map(|e| e.1).sum();
+        sum.abs() > 0.5 * row.measure() && row.entries.iter().all(|e| e.0 % D == row.dependent % D)
+    });
+    let held = held.map(|row| row.dependent).collect();
+    let auxiliary =
+        Auxiliary { model: Arc::from(model), term: 0, values, places, cells: std::array::from_fn(|i| along[i]), held };
+    let krylov = Krylov::new(auxiliary);
+    Ok(Some(match cycle {
+        Some(cycle) => krylov.with_cycle(cycle),
+        None => krylov,
+    }))
+}

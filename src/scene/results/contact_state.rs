@@ -1,0 +1,285 @@
+//! What a state tells of a contact.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::contact::{ContactError, PairContact};
+use crate::error::{Error, OutputError};
+use crate::geometry::Point;
+use crate::output::Table;
+use crate::solve::{EquilibriumPath, State};
+use crate::tensor::cofactor;
+use crate::term::View;
+
+use crate::scene::Problem;
+use crate::scene::definition::touching::{Contact, Law};
+
+/// One boundary particle in contact or beside it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactPoint<const D: usize> {
+    /// Its place in the body at rest \[length\].
+    pub reference: Point<D>,
+    /// Where it is now \[length\].
+    pub position: Point<D>,
+    /// Pressure per current area \[stress\], zero or above: on the body, against the normal of the body.
+    pub pressure: f64,
+    /// Mean gap over its hat \[length\]; zero in contact.
+    pub gap: f64,
+    /// Traction per current area on the body \[stress\], friction included.
+    pub traction: Point<D>,
+    /// Force on the body that it carries \[force\].
+    pub force: Point<D>,
+    /// Whether it touches.
+    pub touches: bool,
+    /// Whether it touches and slides; what touches without friction does.
+    pub slides: bool,
+}
+
+/// What a state tells of a contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactState<const D: usize> {
+    /// Force of the surface on the body \[force\]; of the whole revolution along the axis of bodies of revolution, where the radial component is
+    /// the sum over all directions.
+    pub force: Point<D>,
+    /// Moment about the origin of that force \[force·length\]; in the plane about axis 2.
+    pub moment: Vector3<f64>,
+    /// What touches in the current state: the width in the plane and along the meridian \[length\], the area in space \[length²\].
+    pub extent: f64,
+    /// How far the surface has gone \[length\].
+    pub travel: Point<D>,
+    /// The boundary particles, along the boundary.
+    pub points: Vec<ContactPoint<D>>,
+}
+
+impl<const D: usize> ContactState<D> {
+    /// The largest pressure \[stress\].
+    pub fn peak_pressure(&self) -> f64 {
+        self.points.iter().map(|point| point.pressure).fold(0.0, f64::max)
+    }
+
+    /// Pressures, gaps and tractions along the boundary as a table, a row for each boundary particle.
+    ///
+    /// # Errors
+    /// None where the table takes its rows.
+    pub fn table(&self) -> Result<Table, OutputError> {
+        const AXES: [&str; 3] = ["0", "1", "2"];
+        let mut names: Vec<String> = Vec::new();
+        for what in ["X", "x"] {
+            names.extend(AXES[..D].iter().map(|axis| format!("{what}{axis}")));
+        }
+        names.extend(["pressure".to_string(), "gap".to_string()]);
+        names.extend(AXES[..D].iter().map(|axis| format!("traction{axis}")));
+        let mut table = Table::new(names);
+        for point in &self.points {
+            let mut row: Vec<f64> = Vec::with_capacity(3 * D + 2);
+            row.extend(point.reference.iter());
+            row.extend(point.position.iter());
+            row.extend([point.pressure, point.gap]);
+            row.extend(point.traction.iter());
+            table.push(row)?;
+        }
+        Ok(table)
+    }
+}
+
+impl<const D: usize> Problem<D> {
+    /// What a state tells of the contact with the surface of a name: force, moment, width or area, and pressures along the
+    /// boundary.
+    ///
+    /// # Errors
+    /// Where no surface has the name, with those that there are; for a state of another problem.
+    pub fn contact(&self, state: &State, name: &str) -> Result<ContactState<D>, Error> {
+        state.check_lengths(&self.model, &self.rows)?;
+        let contact = self.contact_named(name)?;
+        let condensed = &state.condensed[contact.term];
+        let law = match &contact.law {
+            Law::Rigid(law) => law,
+            Law::Pair(law, swapped) => return self.pair_contact(law, *swapped, state, condensed),
+        };
+        let view = View { displacement: &state.displacement, condensed, load: state.load };
+        let mut found = ContactState {
+            force: Point::zeros(),
+            moment: Vector3::zeros(),
+            extent: 0.0,
+            travel: law.placed(&state.displacement, state.load).offset,
+            points: Vec::with_capacity(law.skin.hats.len()),
+        };
+        let mut sizes = Vec::with_capacity(law.skin.hats.len());
+        for (k, hat) in law.skin.hats.iter().enumerate() {
+            let (nominal, friction) = law.pressure(k, condensed);
+            let (mut area, mut width) = (0.0, 0.0);
+            let particle = hat.particle as usize;
+            let reference = self.model.positions()[particle];
+            let moved = self.node_displacement(particle, state)?;
+            let (mut force, mut moment) = (Point::<D>::zeros(), Vector3::zeros());
+            let touch = law.touch(k, &view, |p, weight, nearest| {
+                let (point, _) = hat.points[p];
+                let x = law.skin.table.positions()[point as usize] + law.skin.displacement(point, &state.displacement);
+                let f = Matrix3::identity() + law.skin.table.displacement_gradient(point as usize, &state.displacement);
+                let normal = pad(&law.skin.table.normals()[point as usize]);
+                let stretch = (cofactor(&f) * normal).norm();
+                area += weight * stretch;
+                // Along the meridian, without the hoop's stretch.
+                let hoop = if law.skin.table.hoop_components().is_empty() { 1.0 } else { f[(2, 2)] };
+                width += weight * stretch / hoop;
+                let push = (nearest.normal * nominal + friction) * weight;
+                force += push;
+                moment += pad(&x).cross(&pad(&push));
+            });
+            let touches = law.touches(k, nominal, touch.gap);
+            if !touches {
+                (force, moment) = (Point::zeros(), Vector3::zeros());
+            }
+            found.force += force;
+            found.moment += moment;
+            // The size of the hat now.
+            sizes.push(if D == 3 { width } else { width / hat.area * hat.width });
+            found.points.push(ContactPoint {
+                reference,
+                position: reference + moved,
+                pressure: if touches { nominal * hat.area / area } else { 0.0 },
+                gap: touch.gap,
+                traction: force / area,
+                force,
+                touches,
+                slides: touches && friction.norm() >= (1.0 - 1e-6) * law.surface.friction * nominal,
+            });
+        }
+        found.extent = if D == 3 { touching(&found.points, &sizes) } else { width(&found.points) };
+        Ok(found)
+    }
+
+    /// The work that friction has taken along a path on the surface of a name \[force·length\]: over its steps, the mean traction times
+    /// the slip of each boundary particle.
+    ///
+    /// # Errors
+    /// As [`contact`](Problem::contact).
+    pub fn friction_work(&self, path: &EquilibriumPath, name: &str) -> Result<f64, Error> {
+        let contact = self.contact_named(name)?;
+        let Law::Rigid(law) = &contact.law else { return Ok(0.0) };
+        let mut work = 0.0;
+        let mut before: Option<Vec<(Point<D>, Point<D>)>> = None;
+        for state in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)) {
+            state.check_lengths(&self.model, &self.rows)?;
+            let condensed = &state.condensed[contact.term];
+            let view = View { displacement: &state.displacement, condensed, load: state.load };
+            let now: Vec<_> = (0..law.skin.hats.len())
+                .map(|hat| {
+                    let touch = law.touch(hat, &view, |_, _, _| {});
+                    (law.pressure(hat, condensed).1 * law.skin.hats[hat].area, touch.beside)
+                })
+                .collect();
+            if let Some(before) = before {
+                let steps = now.iter().zip(&before);
+                work -= steps.map(|((f, u), (f0, u0))| 0.5 * (f + f0).dot(&(u - u0))).sum::<f64>();
+            }
+            before = Some(now);
+        }
+        Ok(work)
+    }
+
+    /// The same of two parts of the boundary: the force is that on the part named first; boundary particles of the part that carries the
+    /// pressures, then those of the other.
+    fn pair_contact(
+        &self,
+        law: &PairContact<D>,
+        swapped: bool,
+        state: &State,
+        condensed: &[f64],
+    ) -> Result<ContactState<D>, Error> {
+        let mut found = ContactState {
+            force: Point::zeros(),
+            moment: Vector3::zeros(),
+            extent: 0.0,
+            travel: Point::zeros(),
+            points: Vec::with_capacity(law.hats),
+        };
+        let pressed = law.pressed(&state.displacement, condensed);
+        let mut sizes = Vec::new();
+        for (all, &force) in pressed.forces.iter().enumerate() {
+            let (side, hat) = law.hat(all);
+            let skin = &law.skins[side];
+            let hat = &skin.hats[hat];
+            let mut area = 0.0;
+            let mut normal = Vector3::zeros();
+            for &(point, weight) in &hat.points {
+                let point = point as usize;
+                let f = Matrix3::identity() + skin.table.displacement_gradient(point, &state.displacement);
+                let outward = cofactor(&f) * pad(&skin.table.normals()[point]);
+                area += weight * outward.norm();
+                normal += outward * weight;
+            }
+            let particle = hat.particle as usize;
+            let reference = self.model.positions()[particle];
+            let position = reference + self.node_displacement(particle, state)?;
+            sizes.push(area);
+            let pressure = (-pad(&force).dot(&normal.normalize()) / area).max(0.0);
+            let touches = pressure > 0.0;
+            if (side == 0) != swapped || law.skins.len() == 1 {
+                found.moment += pad(&position).cross(&pad(&force));
+            }
+            let traction = force / area;
+            found.points.push(ContactPoint {
+                reference,
+                position,
+                pressure,
+                gap: pressed.gaps[all],
+                traction,
+                force,
+                touches,
+                slides: touches,
+            });
+        }
+        found.force = pressed.total * if swapped { -1.0 } else { 1.0 };
+        let carrying = law.skins[0].hats.len();
+        found.extent =
+            if D == 3 { touching(&found.points, &sizes[..carrying]) } else { width(&found.points[..carrying]) };
+        Ok(found)
+    }
+
+    fn contact_named(&self, name: &str) -> Result<&Contact<D>, ContactError> {
+        self.contacts.iter().find(|contact| contact.name == name).ok_or_else(|| {
+            let known: Vec<&str> = self.contacts.iter().map(|contact| contact.name.as_str()).collect();
+            let known = if known.is_empty() { "none".to_string() } else { known.join("; ") };
+            ContactError::Unknown { asked: name.to_string(), known }
+        })
+    }
+}
+
+/// The sum of what touches.
+fn touching<const D: usize>(points: &[ContactPoint<D>], sizes: &[f64]) -> f64 {
+    points.iter().zip(sizes).filter(|(point, _)| point.touches).map(|(_, size)| size).sum()
+}
+
+/// The width of what touches along a chain of hats: between the last hat that touches and the next one the square of the pressure,
+/// which falls in proportion to the distance from a smooth edge, is drawn on to zero.
+fn width<const D: usize>(points: &[ContactPoint<D>]) -> f64 {
+    let n = points.len();
+    let between = |a: usize, b: usize| (points[a].position - points[b].position).norm();
+    let mut width = 0.0;
+    for k in 0..n {
+        if !points[k].touches {
+            continue;
+        }
+        for (beside, inner) in [(k.checked_sub(1), k + 1), (Some(k + 1), k.wrapping_sub(1))] {
+            match beside.filter(|&b| b < n) {
+                // The end of the boundary part.
+                None => {}
+                Some(b) if points[b].touches => width += 0.5 * between(k, b),
+                Some(b) => {
+                    let squares = |i: usize| points[i].pressure.powi(2);
+                    let to_edge = if inner < n && points[inner].touches && squares(inner) > squares(k) {
+                        (between(k, inner) * squares(k) / (squares(inner) - squares(k))).min(between(k, b))
+                    } else {
+                        0.5 * between(k, b)
+                    };
+                    width += to_edge;
+                }
+            }
+        }
+    }
+    width
+}
+
+fn pad<const D: usize>(p: &Point<D>) -> Vector3<f64> {
+    Vector3::from_fn(|i, _| if i < D { p[i] } else { 0.0 })
+}

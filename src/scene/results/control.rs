@@ -1,0 +1,122 @@
+//! Runs that are led by a displacement.
+
+use crate::error::{BoundaryError, Error, Invalid};
+use crate::geometry::Point;
+use crate::solve::{Deflection, EquilibriumPath, Functional, Observer, State};
+
+use crate::scene::Problem;
+
+impl<const D: usize> Problem<D> {
+    /// A displacement component at a point of the body as a functional \[length\]: what a displacement-controlled run prescribes,
+    /// $q = \sum_I \Psi_I(X)\\,d_{Ii}$.
+    ///
+    /// # Errors
+    /// Where the point lies outside the body, or the component does not exist.
+    pub fn deflection(&self, at: &Point<D>, component: usize) -> Result<Deflection, Error> {
+        if component >= D {
+            let what = format!("deflection at {:?}", at.as_slice());
+            return Err(BoundaryError::Component { what, component, dimension: D }.into());
+        }
+        self.member_at(at)?;
+        let psi = self.shape_functions(at)?;
+        let mut weights = vec![0.0; self.model.unknowns()];
+        for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
+            weights[node as usize * D + component] = value;
+        }
+        Ok(Deflection { weights })
+    }
+
+    /// Runs the problem so that a functional takes each target in turn, the load factor being what it takes, from the
+    /// state at rest: through limit points and past load factor 1.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// # let disk = Scene::new(Block::new([0.0, 0.0], [18.923, 0.635]), Axisymmetric, Rubber::mooney_rivlin(0.5516, 0.1379, 689.5)?)
+    /// #     .prescribe((0, Side::Min), 0, 0.0).hold((0, Side::Max)).pressure((1, Side::Min), 0.1);
+    /// let problem = disk.discretize(&Scheme::default().particles([11, 2]))?;
+    /// let centre = problem.deflection(&[0.0, 0.0].into(), 1)?;
+    /// let path = problem.run_controlled(&centre, &[1.0, 3.0, 5.0], &mut ())?.completed()?; // cm
+    /// assert!((problem.displacement(path.last(), &[0.0, 0.0].into())?[1] - 5.0).abs() < 1e-9);
+    /// println!("{} MPa", 0.1 * path.last().load);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Analysis::run_controlled`](crate::solve::Analysis::run_controlled).
+    pub fn run_controlled(
+        &self,
+        functional: &dyn Functional,
+        targets: &[f64],
+        observer: &mut dyn Observer,
+    ) -> Result<EquilibriumPath, Error> {
+        self.analysis.run_controlled(&self.model, &self.rows, self.at_rest(), functional, targets, observer)
+    }
+
+    /// The states of a path at given load factors, those where it first comes to each: interpolated between its steps and
+    /// iterated to equilibrium. The run itself takes the steps that it would have taken.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// let block = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .hold(Side::Min)
+    ///     .prescribe(Side::Max, 0, 1.0);
+    /// let problem = block.discretize(&Scheme::default().particles([9, 5]))?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// for state in problem.states_at(&path, &[0.25, 0.5, 0.75])? {
+    ///     println!("{}: {:.4} N/mm", state.load, problem.reaction(&state, Side::Max)?[0]);
+    /// }
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// For load factors that the path does not come to, and where Newton's method finds no state between two steps, which says
+    /// so as [`EquilibriumPath::completed`] does.
+    pub fn states_at(&self, path: &EquilibriumPath, loads: &[f64]) -> Result<Vec<State>, Error> {
+        let all: Vec<&State> = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).collect();
+        let mut found = Vec::with_capacity(loads.len());
+        for &load in loads {
+            let between = |pair: &[&State]| (pair[0].load - load) * (pair[1].load - load) <= 0.0;
+            let Some(step) = all.windows(2).position(between) else {
+                let (what, needed) = ("load factor of a state", "give load factors that the path comes to");
+                return Err(Invalid::new(what, load, needed).into());
+            };
+            found.push(self.state_between(all[step], all[step + 1], load)?);
+        }
+        Ok(found)
+    }
+
+    /// The state at a load factor between two states of a path.
+    fn state_between(&self, before: &State, behind: &State, load: f64) -> Result<State, Error> {
+        let (mut low, mut aim) = (before.clone(), load);
+        // Where the straight line between two steps is too far from the path, nearer states come first.
+        for attempt in 0..=HALVINGS {
+            let path = self.analysis.correct(&self.model, &self.rows, interpolated(&low, behind, aim), &mut ())?;
+            if path.steps.is_empty() && attempt < HALVINGS {
+                aim = 0.5 * (low.load + aim);
+                continue;
+            }
+            low = path.completed()?.last().clone();
+            if aim == load {
+                return Ok(low);
+            }
+            aim = load;
+        }
+        Ok(low)
+    }
+}
+
+/// Nearer states that are looked for before a state between two steps is given up.
+const HALVINGS: usize = 12;
+
+/// The state on the straight line between two at a load factor.
+fn interpolated(before: &State, behind: &State, load: f64) -> State {
+    let length = behind.load - before.load;
+    let part = if length == 0.0 { 1.0 } else { (load - before.load) / length };
+    let mix = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + part * (b - a)).collect() };
+    State {
+        displacement: mix(&before.displacement, &behind.displacement),
+        condensed: before.condensed.iter().zip(&behind.condensed).map(|(a, b)| mix(a, b)).collect(),
+        multipliers: mix(&before.multipliers, &behind.multipliers),
+        load,
+    }
+}

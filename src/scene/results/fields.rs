@@ -1,0 +1,211 @@
+//! Fields of a state: stresses, means at particles, and a grid for ParaView.
+
+use nalgebra::Matrix3;
+
+use crate::compiled::compiled;
+use crate::error::{ApproximationError, Error};
+use crate::geometry::Point;
+use crate::kinematics::Kinematics;
+use crate::mesh::{CellShape, spanned};
+use crate::output::{VtkCell, VtkField, VtkGrid};
+use crate::quadrature::Points;
+use crate::shape::ShapeFunctions;
+use crate::solve::State;
+use crate::table::ShapeTable;
+
+use crate::scene::Problem;
+
+impl<const D: usize> Problem<D> {
+    /// Cauchy stresses $\sigma$ \[stress\] at the [`points`](Problem::points) of the bodies' tables; none for a state of another problem.
+    ///
+    /// $$\sigma = \operatorname{dev}\big(J^{-1}\\,\mathbf P\\,\mathbf F^{\mathsf T}\big) + p\\,\mathbf 1$$
+    /// with the [`pressures`](Problem::pressures) $p$ of the scheme: those that balance the loads. The volumetric law at a
+    /// point's own $J$, as `material.response` has it, is as rough as locking makes it. Materials that can't be split give
+    /// their stress as it is.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .prescribe((0, Side::Min), 0, 0.0)
+    ///     .prescribe((1, Side::Min), 1, 0.0)
+    ///     .traction((0, Side::Max), [0.3, 0.0]); // MPa
+    /// let problem = scene.discretize(&Scheme::default().particles([9, 5]))?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// for stress in problem.stresses(path.last()) {
+    ///     assert!(stress[(1, 1)].abs() < 1e-9); // free sides
+    ///     assert!(stress[(0, 0)] > 0.3); // the section gets thinner
+    /// }
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn stresses(&self, state: &State) -> Vec<Matrix3<f64>> {
+        compiled!(D: (problem: &Problem<D> = self; state: &State = state) -> Vec<Matrix3<f64>> {
+            problem.cauchy_stresses(state)
+        })
+    }
+
+    fn cauchy_stresses(&self, state: &State) -> Vec<Matrix3<f64>> {
+        if self.check_length(state).is_err() {
+            return Vec::new();
+        }
+        self.members.iter().enumerate().flat_map(|(number, member)| member.stresses(number, state)).collect()
+    }
+
+    /// Values at the [`points`](Problem::points) $P$ of the bodies' tables, one for each, averaged at the particles, one for each,
+    /// $$\bar v_I = \frac{\sum_P w_P\\,h_I(X_P)\\,v_P}{\sum_P w_P\\,h_I(X_P)},\qquad
+    /// h_I(X) = \prod_i\max\Big(0, 1 - \frac{|X_i - X_{Ii}|}{d_{Ii}}\Big),$$
+    /// $w_P$ the measures of the points, $d_{Ii}$ the distance of a particle to its neighbours along axis $i$
+    /// ([`Cells::spacings`](crate::cells::Cells::spacings)), in the values' unit. Zeros for values of another table. Where ranks
+    /// share the scene each of them gives the values at its own points, and all get the same means.
+    pub fn at_particles(&self, values: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
+        let mut means = Vec::with_capacity(self.model.positions().len());
+        let mut first = 0;
+        for member in &self.members {
+            let end = first + member.body.table().len();
+            means.extend(match values.get(first..end) {
+                Some(own) if values.len() == self.points().count() => member.at_particles(own, self.model.ranks()),
+                _ => vec![Matrix3::zeros(); member.nodes.len()],
+            });
+            first = end;
+        }
+        means
+    }
+
+    /// Particles and the cells between them in their current positions as a grid for ParaView, with the displacement, the
+    /// Cauchy stress averaged at the particles, its mean \[stress, positive in tension\] and von Mises' equivalent
+    /// $\sqrt{\tfrac32\\,\mathbf s:\mathbf s}$. Volumes of a mesh that are rigid bodies stand beside them, without stresses. Cells have the number of their body, counted from 0, and the least ratio of a
+    /// corner's current to its reference volume, which is negative where a cell has folded.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// # let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    /// #     .hold((0, Side::Min)).prescribe((0, Side::Max), 0, 0.4);
+    /// let problem = scene.discretize(&Scheme::default().particles([9, 5]))?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// # let directory = std::env::temp_dir().join("rkpm-fields");
+    /// problem.vtk_grid(path.last())?.write(directory.join("pulled.vtu"))?;
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// For a state of another problem.
+    pub fn vtk_grid(&self, state: &State) -> Result<VtkGrid, Error> {
+        compiled!(D: (problem: &Problem<D> = self; state: &State = state) -> Result<VtkGrid, Error> {
+            problem.grid(state)
+        })
+    }
+
+    fn grid(&self, state: &State) -> Result<VtkGrid, Error> {
+        let mut displacements = self.particle_displacements(state)?;
+        let mut positions = self.model.positions()[..displacements.len()].to_vec();
+        let (mut cells, mut of_body, mut of_cell) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, member) in self.members.iter().enumerate() {
+            let first = member.nodes.start;
+            cells.extend(member.cells.drawn().iter().map(|corners| {
+                let corners: Vec<usize> = corners.iter().map(|corner| first + corner).collect();
+                vtk_cell(&corners, &positions)
+            }));
+            of_body.resize(member.nodes.end, number as f64);
+            of_cell.resize(cells.len(), number as i64);
+        }
+        for (number, shape) in self.rigid_shapes(state).into_iter().enumerate() {
+            let first = positions.len();
+            positions.extend_from_slice(shape.mesh.points());
+            displacements.extend(shape.displacements);
+            cells.extend(shape.cells.iter().map(|corners| {
+                let corners: Vec<usize> = corners.iter().map(|corner| first + corner).collect();
+                vtk_cell(&corners, &positions)
+            }));
+            of_body.resize(positions.len(), (self.members.len() + number) as f64);
+            of_cell.resize(cells.len(), (self.members.len() + number) as i64);
+        }
+        let current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
+        let ratios: Option<Vec<f64>> = cells.iter().map(|cell| volume_ratio(cell, &positions, &current)).collect();
+        let mut stresses = match self.recovers() {
+            true => self.stress_field(state)?.at_particles()?,
+            false => self.at_particles(&self.stresses(state)),
+        };
+        stresses.resize(positions.len(), Matrix3::zeros());
+        let mean = |stress: &Matrix3<f64>| stress.trace() / 3.0;
+        let mises = |stress: &Matrix3<f64>| (1.5f64).sqrt() * (stress - Matrix3::identity() * mean(stress)).norm();
+        let mut grid = VtkGrid::new(&current, cells);
+        grid.point_data.extend([
+            VtkField::vectors("displacement", &displacements),
+            VtkField::tensors("Cauchy stress", &stresses),
+            VtkField::scalars("mean stress", stresses.iter().map(mean)),
+            VtkField::scalars("von Mises stress", stresses.iter().map(mises)),
+        ]);
+        if of_body.last() != Some(&0.0) {
+            grid.point_data.push(VtkField::scalars("body", of_body));
+        }
+        grid.cell_data.push(VtkField::integers("body", of_cell));
+        grid.cell_data.extend(ratios.map(|ratios| VtkField::scalars("volume ratio", ratios)));
+        Ok(grid)
+    }
+
+    /// The problem's shape functions $\Psi_I(X)$ and their gradients \[1/length\] at a point of the body, node by node
+    /// (3.22): for quantities and couplings of one's own.
+    ///
+    /// # Errors
+    /// Where the point is not covered.
+    pub fn shape_functions(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError> {
+        let member = self.member_at(at).unwrap_or(self.first());
+        let mut psi = member.approximation.shape_functions_at(at)?;
+        psi.nodes.iter_mut().for_each(|node| *node += member.nodes.start as u32);
+        Ok(psi)
+    }
+
+    /// The problem's shape functions tabulated at points inside the body: what a [`Term`](crate::term::Term) or
+    /// [`Integrand`](crate::term::Integrand) of one's own is made of, added by [`add`](Problem::add); of several bodies the
+    /// functions are those of the one that the first point lies in.
+    ///
+    /// # Errors
+    /// Where a point is not covered.
+    pub fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error> {
+        let inside = points.positions.first().and_then(|at| self.member_at(at).ok());
+        let member = inside.unwrap_or(self.first());
+        let table = member.approximation.tabulate(points, kinematics)?;
+        Ok(table.shifted(member.nodes.start, self.model.positions().len()))
+    }
+}
+
+/// The least ratio of the volumes that the edges at a corner of a cell span; none for shapes without such corners.
+fn volume_ratio<const D: usize>(cell: &VtkCell, positions: &[Point<D>], current: &[Point<D>]) -> Option<f64> {
+    let shape = match (D, cell) {
+        (1, VtkCell::Line(_)) => CellShape::Line,
+        (2, VtkCell::Triangle(_)) => CellShape::Triangle,
+        (2, VtkCell::Quad(_)) => CellShape::Quadrangle,
+        (3, VtkCell::Tetrahedron(_)) => CellShape::Tetrahedron,
+        (3, VtkCell::Wedge(_)) => CellShape::Prism,
+        (3, VtkCell::Hexahedron(_)) => CellShape::Hexahedron,
+        _ => return None,
+    };
+    let corners = cell.corners();
+    let volume = |x: &[Point<D>], corner: usize| {
+        let ways = shape.neighbours()[corner].iter().map(|&other| x[corners[other]] - x[corners[corner]]);
+        spanned(&ways.collect::<Vec<_>>())
+    };
+    let ratio = |corner: usize| volume(current, corner) / volume(positions, corner);
+    Some((0..corners.len()).map(ratio).fold(f64::INFINITY, f64::min))
+}
+
+/// A cell in VTK's order: around, where lattices count along their axes.
+pub(crate) fn vtk_cell<const D: usize>(corners: &[usize], positions: &[Point<D>]) -> VtkCell {
+    match (D, corners) {
+        (_, &[a]) => VtkCell::Vertex(a),
+        (_, &[a, b]) => VtkCell::Line([a, b]),
+        (2, &[a, b, c]) => VtkCell::Triangle([a, b, c]),
+        (2, &[a, b, c, d]) => {
+            // Twice the area from the diagonals: the order that crosses itself has less.
+            let area = |from: [usize; 2], to: [usize; 2]| {
+                let [p, q] = [positions[from[1]] - positions[from[0]], positions[to[1]] - positions[to[0]]];
+                (p[0] * q[D - 1] - p[D - 1] * q[0]).abs()
+            };
+            let around = area([a, c], [b, d]) >= area([a, d], [b, c]);
+            VtkCell::Quad(if around { [a, b, c, d] } else { [a, b, d, c] })
+        }
+        (3, &[a, b, c, d]) => VtkCell::Tetrahedron([a, b, c, d]),
+        (3, &[a, b, c, d, e, f, g, h]) => VtkCell::Hexahedron([a, b, d, c, e, f, h, g]),
+        (3, &[a, b, c, d, e, f]) => VtkCell::Wedge([a, c, b, d, f, e]),
+        _ => VtkCell::Polygon(corners.to_vec()),
+    }
+}

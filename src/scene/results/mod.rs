@@ -1,0 +1,10 @@
+//! What is asked of the states of a problem.
+
+pub(super) mod contact_state;
+pub(super) mod control;
+pub(super) mod fields;
+pub(super) mod picture;
+pub(super) mod reactions;
+pub(super) mod recovery;
+pub(super) mod rigid_motion;
+pub(super) mod transfer;

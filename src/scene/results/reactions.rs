@@ -1,0 +1,287 @@
+//! Forces and moments by place.
+
+use std::ops::Range;
+
+use crate::boundary::Row;
+use crate::error::{BoundaryError, Error, GeometryError, SolveError};
+use crate::geometry::{Part, Point};
+use crate::output::{PvdCollection, Table};
+use crate::solve::{EquilibriumPath, State};
+
+use crate::scene::definition::place::Spot;
+use crate::scene::definition::scene::resolve;
+use crate::scene::discretisation::conditions::Placed;
+use crate::scene::{Place, Problem};
+
+/// Sums of coefficients below this part of their sizes are none.
+const CANCELS: f64 = 1e-9;
+
+/// A row, its multiplier, and the nodes whose forces are asked for.
+type Reacting<'a> = (&'a Row, f64, Range<usize>);
+
+impl<const D: usize> Problem<D> {
+    /// The force \[force\] on the body by the conditions at a place, or by the condition of a name:
+    /// $-\sum_J \mu_J \sum_k c_{Jk}$ over their rows, component by component. The whole boundary takes in all parts.
+    ///
+    /// Rows over boundaries, the default, give each face its own force. With rows at particles and finite elements a
+    /// particle where two conditions meet belongs to the one that came first, with its whole force: only the sum over all faces
+    /// is exact then, and the share of a corner, of the order of the spacing, may be missing from one of them.
+    ///
+    /// # Errors
+    /// Where no condition acts there, with the names and places of those that there are; for a state of another problem.
+    pub fn reaction(&self, state: &State, place: impl Into<Place<D>>) -> Result<Point<D>, Error> {
+        let mut force = Point::zeros();
+        for (row, mu, nodes) in self.rows_at(state, &place.into())? {
+            for &(k, c) in row.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {
+                force[k % D] -= mu * c;
+            }
+        }
+        Ok(force)
+    }
+
+    /// The moment \[force × length\] about a point, in current positions, of the forces by the conditions at a place or by the
+    /// condition of a name: three components in space, the third alone in the plane, per unit thickness.
+    ///
+    /// # Errors
+    /// As [`reaction`](Problem::reaction), and where symmetry leaves no moment (bodies of revolution, bars).
+    pub fn moment(&self, state: &State, place: impl Into<Place<D>>, about: [f64; D]) -> Result<[f64; 3], Error> {
+        if !self.turns() {
+            let what = "a moment where the kinematics leaves none";
+            let needed = "a body in space or in plane strain";
+            return Err(GeometryError::Unsuited { what, needed }.into());
+        }
+        let mut moment = [0.0; 3];
+        for (row, mu, nodes) in self.rows_at(state, &place.into())? {
+            for &(k, c) in row.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {
+                // The coefficients X + d reproduce the current position exactly.
+                let (node, component, force) = (k / D, k % D, -mu * c);
+                let arm = |m: usize| self.model.positions()[node][m] + state.displacement[node * D + m] - about[m];
+                // r × f for a force along one axis.
+                let (next, last) = ((component + 1) % 3, (component + 2) % 3);
+                if last < D {
+                    moment[next] += arm(last) * force;
+                }
+                if next < D {
+                    moment[last] -= arm(next) * force;
+                }
+            }
+        }
+        Ok(moment)
+    }
+
+    /// Whether forces have moments.
+    fn turns(&self) -> bool {
+        D == 3 || D == 2 && self.members.iter().all(|member| member.body.table().hoop_components().is_empty())
+    }
+
+    /// Load factor, energy, and at all places with conditions the reaction, its moment about the origin and the mean
+    /// displacement in the directions that are prescribed, step by step: a [`Table`], which writes itself as CSV. Rigid bodies
+    /// have the displacement of their middle and their rotation vector \[rad\] instead.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// let pad = Scene::new(Block::new([0.0, 0.0], [4.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .name("bottom", (1, Side::Min))
+    ///     .hold("bottom")
+    ///     .with(Condition::on((1, Side::Max)).displacement([0.2, 0.0]).named("push"));
+    /// let problem = pad.discretize(&Scheme::default().particles([9, 3]))?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// let history = problem.history(&path)?;
+    /// assert_eq!(history.header[3], "bottom: force_0");
+    /// assert_eq!(history.rows.len(), 1 + path.steps.len());
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// For a path of another problem.
+    pub fn history(&self, path: &EquilibriumPath) -> Result<Table, Error> {
+        let mut places: Vec<(String, Place<D>)> = Vec::new();
+        for placed in self.placed.iter().filter(|placed| !placed.rows.is_empty()) {
+            let title = self.title(placed);
+            let named = placed.name.as_ref().map(|name| Place::on(Part::Named(name.clone())));
+            if places.iter().all(|(other, _)| *other != title) {
+                places.push((title, named.unwrap_or_else(|| placed.place.clone())));
+            }
+        }
+        let axes = match (self.turns(), D) {
+            (false, _) => 0..0,
+            (true, 3) => 0..3,
+            (true, _) => 2..3,
+        };
+        let frame_of = |title: &str| self.frames.iter().find(|frame| frame.name == title);
+        let mut header: Vec<String> = ["step", "load", "energy"].map(String::from).to_vec();
+        let mut moves = Vec::with_capacity(places.len());
+        for (title, place) in &places {
+            header.extend((0..D).map(|i| format!("{title}: force_{i}")));
+            header.extend(axes.clone().map(|i| format!("{title}: moment_{i}")));
+            let moved: Vec<usize> = match frame_of(title) {
+                Some(_) => (0..D).collect(),
+                None => (0..D).filter(|&i| self.mean_displacement(&path.start, place, i).is_some()).collect(),
+            };
+            header.extend(moved.iter().map(|i| format!("{title}: displacement_{i}")));
+            if frame_of(title).is_some() {
+                header.extend(axes.clone().map(|i| format!("{title}: rotation_{i}")));
+            }
+            moves.push(moved);
+        }
+        let mut table = Table::new(header);
+        for (step, state) in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).enumerate() {
+            let mut row = vec![step as f64, state.load, self.energy(state)];
+            for ((title, place), moved) in places.iter().zip(&moves) {
+                row.extend(self.reaction(state, place.clone())?.iter());
+                if !axes.is_empty() {
+                    let moment = self.moment(state, place.clone(), [0.0; D])?;
+                    row.extend(axes.clone().map(|i| moment[i]));
+                }
+                match frame_of(title) {
+                    Some(_) => {
+                        let motion = self.rigid_motion(state, title)?;
+                        row.extend(motion.displacement.iter());
+                        let turn = motion.rotation_vector();
+                        row.extend(axes.clone().map(|i| turn[i]));
+                    }
+                    None => row.extend(moved.iter().filter_map(|&i| self.mean_displacement(state, place, i))),
+                }
+            }
+            table.push(row)?;
+        }
+        Ok(table)
+    }
+
+    /// The mean of a displacement component over the rows at a place; none where no row asks for it, or where its parts cancel.
+    fn mean_displacement(&self, state: &State, place: &Place<D>, component: usize) -> Option<f64> {
+        let (mut total, mut sizes, mut sum) = (0.0, 0.0, 0.0);
+        for (row, _, nodes) in self.rows_at(state, place).ok()? {
+            for &(k, c) in row.entries.iter().filter(|e| e.0 % D == component && nodes.contains(&(e.0 / D))) {
+                total += c;
+                sizes += c.abs();
+                sum += c * state.displacement[k];
+            }
+        }
+        // Normals of a closed surface cancel.
+        (total.abs() > CANCELS * sizes).then(|| sum / total)
+    }
+
+    /// Writes a path for ParaView and for tables: `mount.pvd` with a `.vtu` file for each state beside it, the one at rest
+    /// first, and [`history`](Problem::history) as `mount.csv`. Time is that of the scene's clock, else the load factor. Where ranks
+    /// share the scene each of them writes its piece of a state, and a `.pvtu` file names the pieces; the first rank writes the
+    /// other files.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// let pad = Scene::new(Block::new([0.0, 0.0], [4.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .hold((1, Side::Min))
+    ///     .with(Condition::on((1, Side::Max)).displacement([0.2, 0.0]).named("push"));
+    /// let problem = pad.discretize(&Scheme::default().particles([9, 3]))?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// let directory = std::env::temp_dir().join("rkpm-written");
+    /// problem.write(&path, directory.join("pad.pvd"))?;
+    /// assert!(directory.join("pad_0001.vtu").exists() && directory.join("pad.csv").exists());
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// For a path of another problem, and where the file system refuses.
+    pub fn write(&self, path: &EquilibriumPath, file: impl AsRef<std::path::Path>) -> Result<(), Error> {
+        let file = file.as_ref();
+        let stem = file.file_stem().map_or_else(|| "path".to_string(), |stem| stem.to_string_lossy().into_owned());
+        let mut films = PvdCollection::default();
+        for (step, state) in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).enumerate() {
+            let grid = self.vtk_grid(state)?;
+            let own = match self.model.ranks() {
+                Some(ranks) => {
+                    let own = file.with_file_name(format!("{stem}_{step:04}.pvtu"));
+                    grid.write_piece(&own, ranks.rank(), ranks.count())?;
+                    own
+                }
+                None => {
+                    let own = file.with_file_name(format!("{stem}_{step:04}.vtu"));
+                    grid.write(&own)?;
+                    own
+                }
+            };
+            let time = if self.body().has_clock() { self.time(state) } else { state.load };
+            films.push(time, own);
+        }
+        // All ranks sum forces.
+        let history = self.history(path)?;
+        if self.model.ranks().is_none_or(|ranks| ranks.rank() == 0) {
+            films.write(file.with_extension("pvd"))?;
+            history.write(file.with_extension("csv"))?;
+        }
+        Ok(())
+    }
+
+    /// What a condition is called: its own name, that of its place, or the place.
+    fn title(&self, placed: &Placed<D>) -> String {
+        let same = |place: &Place<D>| place.takes_in(&placed.place) && placed.place.takes_in(place);
+        match &placed.name {
+            Some(name) => name.clone(),
+            None => {
+                let named = self.names.iter().find(|(_, place)| same(place));
+                named.map_or_else(|| placed.place.to_string(), |(name, _)| name.clone())
+            }
+        }
+    }
+
+    /// The conditions of a name, or else those at a place.
+    fn placed_at(&self, asked: &Place<D>) -> Vec<&Placed<D>> {
+        if let Spot::Part(Part::Named(name)) = &asked.spot {
+            let named: Vec<_> = self.placed.iter().filter(|placed| placed.name.as_ref() == Some(name)).collect();
+            if !named.is_empty() {
+                return named;
+            }
+        }
+        let asked = resolve(&self.names, asked);
+        self.placed.iter().filter(|placed| asked.takes_in(&placed.place)).collect()
+    }
+
+    /// The rows of a name or at a place with their multipliers in a state of this problem.
+    fn rows_at<'a>(&'a self, state: &'a State, asked: &Place<D>) -> Result<Vec<Reacting<'a>>, Error> {
+        self.check_length(state)?;
+        let rows = self.rows.rows();
+        let (given, needed) = (state.multipliers.len(), rows.len());
+        if given != needed {
+            return Err(SolveError::Length { what: "multipliers", given, needed }.into());
+        }
+        let placed = self.placed_at(asked);
+        if placed.is_empty() {
+            return Err(self.unknown_condition(asked.to_string()).into());
+        }
+        let numbers = placed.into_iter().flat_map(|placed| placed.rows.clone().map(|k| (k, placed.nodes.clone())));
+        Ok(numbers.filter_map(|(k, nodes)| Some((rows.get(k)?, state.multipliers[k], nodes))).collect())
+    }
+
+    /// The rows of the conditions of a name or at a place, each with the sum of its entries in a component over the nodes of the
+    /// condition: what a unit displacement of the place prescribes.
+    pub(crate) fn unit_motion(&self, place: &Place<D>, component: usize) -> Vec<(usize, f64)> {
+        let placed = self.placed_at(place).into_iter();
+        let numbers = placed.flat_map(|placed| placed.rows.clone().map(|k| (k, placed.nodes.clone())));
+        let sum = |(k, nodes): (usize, std::ops::Range<usize>)| {
+            let entries = self.rows.rows().get(k)?.entries.iter();
+            let own = entries.filter(|(at, _)| at % D == component && nodes.contains(&(at / D)));
+            Some((k, own.map(|(_, c)| c).sum()))
+        };
+        numbers.filter_map(sum).collect()
+    }
+
+    /// Whether a condition of a name or at a place acts in a component.
+    pub(crate) fn acts_in(&self, place: &Place<D>, component: usize) -> bool {
+        let mut numbers = self.placed_at(place).into_iter().flat_map(|placed| placed.rows.clone());
+        let acts = |row: &Row| row.entries.iter().any(|&(k, _)| k % D == component);
+        numbers.any(|k| self.rows.rows().get(k).is_some_and(acts))
+    }
+
+    /// The error for a place without conditions, with those that have some.
+    pub(crate) fn unknown_condition(&self, asked: String) -> BoundaryError {
+        let mut known: Vec<String> = Vec::new();
+        for placed in &self.placed {
+            let title = self.title(placed);
+            if !known.contains(&title) {
+                known.push(title);
+            }
+        }
+        let known = if known.is_empty() { "none".to_string() } else { known.join("; ") };
+        BoundaryError::UnknownCondition { asked, known }
+    }
+}

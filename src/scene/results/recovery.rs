@@ -1,0 +1,330 @@
+//! Stresses recovered at any point of the body, in equilibrium with the loads on its surface.
+
+mod patch;
+mod surface;
+
+use std::sync::OnceLock;
+
+use nalgebra::{DVector, Matrix3, Vector3};
+
+use crate::error::{ApproximationError, Error, GeometryError};
+use crate::geometry::{Part, Point};
+use crate::parallel::map_with;
+use crate::quadrature::Points;
+use crate::shape::{FiniteElements, ShapeFunctions};
+use crate::solve::State;
+
+use crate::scene::Problem;
+use crate::scene::discretisation::facet_rule::Facets;
+use crate::scene::discretisation::member::SERIAL_BELOW;
+
+/// Weight of the equations of equilibrium, in the body and on its surface, beside one of all data of a patch: conditions
+/// and not data, but ones that a singular corner may break.
+const EQUILIBRIUM: f64 = 1e4;
+
+/// Weight of the highest terms of a patch that too few data determine, beside one of all data.
+const RIDGE: f64 = 1e-8;
+
+/// Cauchy stresses of a state, recovered from those at the integration points.
+///
+/// Around each particle, over the zones that see it, $\sigma$ is a tensor $\sigma_I(x)$ of quadratic polynomials of the current
+/// position $x$: the least squares fit of
+/// - the deviators at the integration points,
+/// - the moments $\int\varphi_k\\,p$ of the zones' pressures (their values at points, where pressures are not projected),
+/// - equilibrium, $\operatorname{div}\sigma + b/J = 0$ with hoops, and
+/// - the tractions that are known on the surface, $\sigma\operatorname{cof}(F)N = T$ component by component: those of the loads,
+///   none on free parts, nothing where a displacement is prescribed.
+///
+/// The last two weigh much more than the data. Between particles $\sigma(X) = \sum_I\Psi_I(X)\\,\sigma_I(x)$. Patches
+/// beside a term that does not tell its [`force_densities`](crate::term::Term::force_densities) go without equilibrium.
+/// Recovery from patches: O. C. Zienkiewicz and J. Z. Zhu, *Int. J. Numer. Meth. Engng* 33 (1992) 1331–1364; with
+/// equilibrium: N.-E. Wiberg and F. Abdulwahab, *ibid.* 36 (1993) 2703–2724.
+pub struct StressField<'a, const D: usize> {
+    recovery: Recovery<'a, D>,
+    fits: Vec<OnceLock<Option<Fit<D>>>>,
+    /// What the polynomials miss of the tractions, facet by facet.
+    misses: Vec<OnceLock<Matrix3<f64>>>,
+}
+
+impl<'a, const D: usize> StressField<'a, D> {
+    fn new(problem: &'a Problem<D>, state: &'a State) -> Result<Self, Error> {
+        let recovery = Recovery::new(problem, state)?;
+        let fits = recovery.clusters.iter().map(|_| OnceLock::new()).collect();
+        let misses = recovery.facets.iter().map(|_| OnceLock::new()).collect();
+        Ok(StressField { recovery, fits, misses })
+    }
+
+    /// The Cauchy stress $\sigma$ \[stress\] at a point $X$ of the body.
+    ///
+    /// # Errors
+    /// Where the point lies outside the body by more than a tenth of a cell.
+    pub fn at(&self, at: &Point<D>) -> Result<Matrix3<f64>, Error> {
+        if !self.recovery.problem.cells().contains(at) {
+            return Err(ApproximationError::Outside { at: at.as_slice().to_vec() }.into());
+        }
+        Ok(self.evaluate(at, &self.recovery.problem.first().approximation.shape_functions_at(at)?))
+    }
+
+    /// The Cauchy stresses \[stress\] at all particles.
+    ///
+    /// # Errors
+    /// Where a particle is not covered.
+    pub fn at_particles(&self) -> Result<Vec<Matrix3<f64>>, Error> {
+        let Recovery { problem, .. } = &self.recovery;
+        let positions = problem.cells().positions();
+        let at = |(): &mut (), node: usize| -> Result<Matrix3<f64>, Error> {
+            Ok(self.evaluate(&positions[node], &problem.first().approximation.values_at_node(node)?))
+        };
+        map_with(positions.len(), SERIAL_BELOW, || (), at).into_iter().collect()
+    }
+
+    fn fit(&self, node: u32) -> Option<&Fit<D>> {
+        self.fits[node as usize].get_or_init(|| self.recovery.fit(node as usize)).as_ref()
+    }
+
+    /// The polynomials between particles, and near the surface what they miss there.
+    fn evaluate(&self, at: &Point<D>, psi: &ShapeFunctions<D>) -> Matrix3<f64> {
+        let mut stress = self.blend(at, psi);
+        let problem = self.recovery.problem;
+        let mut facets: Vec<u32> =
+            psi.nodes.iter().flat_map(|&node| &self.recovery.facets_of[node as usize]).copied().collect();
+        facets.sort_unstable();
+        facets.dedup();
+        let (mut sum, mut total) = (Matrix3::zeros(), 1.0);
+        for facet in facets {
+            let Facet { reference, owner, .. } = &self.recovery.facets[facet as usize];
+            let reach = problem.cells().spacings(*owner as usize).min();
+            let near = (reach / (at - reference).norm().max(1e-9 * reach) - 1.0).max(0.0);
+            let weight = near.powi(4);
+            if weight > 0.0 {
+                sum += self.miss(facet) * weight;
+                total += weight;
+            }
+        }
+        stress += sum / total;
+        stress
+    }
+
+    /// The smallest stress that brings the polynomials to the known tractions at a facet point.
+    fn miss(&self, facet: u32) -> Matrix3<f64> {
+        let miss = || {
+            let Facet { reference, functions, area, traction, known, .. } = &self.recovery.facets[facet as usize];
+            let missed = traction - self.blend(reference, functions) * area;
+            // Δ = Σ λ_k (e_k ⊗ n + n ⊗ e_k) / 2 over the known components.
+            let mut gram = Matrix3::identity();
+            for i in (0..3).filter(|&i| known[i]) {
+                for j in (0..3).filter(|&j| known[j]) {
+                    gram[(i, j)] = 0.5 * (f64::from(u8::from(i == j)) + area[i] * area[j]);
+                }
+            }
+            let known = Vector3::from_fn(|i, _| if known[i] { missed[i] } else { 0.0 });
+            let factors = gram.try_inverse().map_or_else(Vector3::zeros, |inverse| inverse * known);
+            (factors * area.transpose() + area * factors.transpose()) * 0.5
+        };
+        *self.misses[facet as usize].get_or_init(miss)
+    }
+
+    /// $\sum_I\Psi_I\,\sigma_I(x)$ over the particles that have a patch.
+    fn blend(&self, at: &Point<D>, psi: &ShapeFunctions<D>) -> Matrix3<f64> {
+        let x = self.recovery.moved(at, psi);
+        let (mut stress, mut total) = (Matrix3::zeros(), 0.0);
+        for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
+            let Some(fit) = self.fit(node) else { continue };
+            let terms = terms(&fit.centre, &fit.scale, &x).values;
+            total += value;
+            for (c, &(i, j)) in self.recovery.components.iter().enumerate() {
+                let part = fit.coefficients.rows(c * terms.len(), terms.len());
+                let sum: f64 = part.iter().zip(&terms).map(|(a, t)| a * t).sum();
+                stress[(i, j)] += value * sum;
+                if i != j {
+                    stress[(j, i)] += value * sum;
+                }
+            }
+        }
+        if total.abs() > 1e-9 { stress / total } else { stress }
+    }
+}
+
+impl<const D: usize> Problem<D> {
+    /// The Cauchy stress $\sigma$ \[stress\] at any point $X$ of the body, see [`StressField`]; for many points make the
+    /// [`stress_field`](Problem::stress_field) once.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?; // MPa
+    /// let tube = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, rubber).pressure(Side::Min, 0.46); // cm, MPa
+    /// let problem = tube.discretize(&Scheme::default().particles([9]))?;
+    /// let path = problem.run(&mut ())?.completed()?;
+    /// let bore = problem.stress(path.last(), &[6.0].into())?;
+    /// assert!((bore[(0, 0)] + 0.46).abs() < 0.005);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Where the point lies outside the body by more than a tenth of a cell; for a state of another problem.
+    pub fn stress(&self, state: &State, at: &Point<D>) -> Result<Matrix3<f64>, Error> {
+        StressField::new(self, state)?.at(at)
+    }
+
+    /// The Cauchy stresses of a state at all points of the body; polynomials are fitted where they are asked for.
+    ///
+    /// # Errors
+    /// For a state of another problem, for scenes of several bodies, and in plane stress.
+    pub fn stress_field<'a>(&'a self, state: &'a State) -> Result<StressField<'a, D>, Error> {
+        StressField::new(self, state)
+    }
+
+    /// Whether stresses can be recovered: where thicknesses, neighbours and clusters are not unknown.
+    pub(crate) fn recovers(&self) -> bool {
+        self.members().len() == 1 && self.first().facets.is_some() && self.model().ranks().is_none()
+    }
+
+    /// Points on the whole surface, and for each the particles whose rows over it would hold it.
+    fn surface(&self) -> Result<(Points<D>, Option<Hats>), Error> {
+        Ok(match self.first().facets {
+            None => (Points::empty(), None),
+            Some(Facets::OfCells(rule)) => {
+                let cells = self.cells().boundary(&Part::Whole, rule.parts, rule.gauss)?;
+                (cells.points, Some(cells.hats))
+            }
+            Some(Facets::OfElements { order, gauss }) => match self.cells().lattice() {
+                Some(lattice) => {
+                    let elements = FiniteElements::new(lattice.clone(), order)?;
+                    (elements.boundary(&Part::Whole, gauss)?.points, None)
+                }
+                None => (Points::empty(), None),
+            },
+        })
+    }
+}
+
+/// Current positions of points.
+type Moved<'a, const D: usize> = &'a dyn Fn(&[Point<D>]) -> Result<Vec<Point<D>>, Error>;
+
+/// The particles whose rows over a boundary hold each of its points, with the values of their hats.
+type Hats = Vec<Vec<(u32, f64)>>;
+
+/// A facet point whose traction is known: $\sigma a = T$ in the components that are.
+struct Facet<const D: usize> {
+    reference: Point<D>,
+    /// The particle nearest to it.
+    owner: u32,
+    functions: ShapeFunctions<D>,
+    current: Point<D>,
+    weight: f64,
+    /// $\operatorname{cof}(F)N$ of length 1.
+    area: Vector3<f64>,
+    traction: Vector3<f64>,
+    known: [bool; 3],
+}
+
+/// Quadratic polynomials around a particle.
+struct Fit<const D: usize> {
+    centre: Point<D>,
+    scale: Point<D>,
+    /// Component by component, as many as the basis has terms.
+    coefficients: DVector<f64>,
+}
+
+/// What recovery reads of a state.
+struct Recovery<'a, const D: usize> {
+    problem: &'a Problem<D>,
+    displacement: &'a [f64],
+    /// Components that may be other than zero, hoops included.
+    components: Vec<(usize, usize)>,
+    stresses: Vec<Matrix3<f64>>,
+    current: Vec<Point<D>>,
+    jacobians: Vec<f64>,
+    /// Body force $b/J$ per current volume at the integration points, where there is one.
+    body_force: Option<Vec<Vector3<f64>>>,
+    /// Clusters that see each particle.
+    clusters: Vec<Vec<u32>>,
+    facets: Vec<Facet<D>>,
+    facets_of: Vec<Vec<u32>>,
+    /// Particles beside terms that keep their forces to themselves.
+    obscure: Vec<bool>,
+}
+
+/// Values and first derivatives of the basis at a point.
+struct Terms<const D: usize> {
+    values: Vec<f64>,
+    slopes: Vec<Point<D>>,
+}
+
+/// Number of terms of the quadratic basis.
+fn length<const D: usize>() -> usize {
+    (D + 1) * (D + 2) / 2
+}
+
+/// The basis $1, \xi_i, \xi_i\xi_j$ of $\xi_i = (x_i - c_i)/s_i$ and its derivatives by $x$.
+fn terms<const D: usize>(centre: &Point<D>, scale: &Point<D>, at: &Point<D>) -> Terms<D> {
+    let xi = (at - centre).component_div(scale);
+    let (mut values, mut slopes) = (vec![1.0], vec![Point::zeros()]);
+    for i in 0..D {
+        values.push(xi[i]);
+        let mut slope = Point::zeros();
+        slope[i] = 1.0 / scale[i];
+        slopes.push(slope);
+    }
+    for i in 0..D {
+        for j in i..D {
+            values.push(xi[i] * xi[j]);
+            let mut slope = Point::zeros();
+            slope[i] += xi[j] / scale[i];
+            slope[j] += xi[i] / scale[j];
+            slopes.push(slope);
+        }
+    }
+    Terms { values, slopes }
+}
+
+impl<'a, const D: usize> Recovery<'a, D> {
+    fn new(problem: &'a Problem<D>, state: &'a State) -> Result<Self, Error> {
+        state.check_lengths(problem.model(), problem.rows())?;
+        if !problem.recovers() {
+            let what = "recovery of stresses";
+            return Err(GeometryError::Unsuited { what, needed: "one body, no plane stress, one rank" }.into());
+        }
+        let (table, nodes) = (problem.body().table(), problem.cells().positions().len());
+        let displacement = &state.displacement;
+        let moved = |points: &[Point<D>]| -> Result<Vec<Point<D>>, Error> {
+            let moves = problem.first().displacements_at(points, state)?;
+            points.iter().zip(moves).map(|(x, u)| Ok(x + u)).collect()
+        };
+        let gradients = problem.deformation_gradients(state);
+        let mut clusters = vec![Vec::new(); nodes];
+        for cluster in 0..table.clusters().len() {
+            for &node in table.clusters().nodes(cluster) {
+                clusters[node as usize].push(cluster as u32);
+            }
+        }
+        let mut components: Vec<_> = (0..D).flat_map(|i| (i..D).map(move |j| (i, j))).collect();
+        components.extend((D..3).map(|k| (k, k)));
+        let mut recovery = Recovery {
+            problem,
+            displacement,
+            components,
+            stresses: problem.stresses(state),
+            current: moved(table.positions())?,
+            jacobians: gradients.iter().map(Matrix3::determinant).collect(),
+            body_force: None,
+            clusters,
+            facets: Vec::new(),
+            facets_of: vec![Vec::new(); nodes],
+            obscure: vec![false; nodes],
+        };
+        recovery.look_at_surface(state, &moved)?;
+        Ok(recovery)
+    }
+
+    /// The current position of a point.
+    fn moved(&self, at: &Point<D>, psi: &ShapeFunctions<D>) -> Point<D> {
+        let mut x = *at;
+        for (&node, value) in psi.nodes.iter().zip(&psi.values) {
+            for i in 0..D {
+                x[i] += value * self.displacement[node as usize * D + i];
+            }
+        }
+        x
+    }
+}

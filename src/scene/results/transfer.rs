@@ -1,0 +1,91 @@
+//! States carried from one discretisation of a scene to another.
+
+use crate::compiled::compiled;
+use crate::error::{ApproximationError, Error};
+use crate::geometry::Point;
+use crate::neighbours::BinGrid;
+use crate::particles::{Particles, Support};
+use crate::solve::State;
+
+use crate::term::Term;
+
+use crate::scene::Problem;
+
+impl<const D: usize> Problem<D> {
+    /// The state of another discretisation of the same scene as a first guess for this one, to be
+    /// [`correct`](crate::solve::Analysis::correct)ed: displacements evaluated at the particles, pressures
+    /// and what points remember taken from the nearest integration point.
+    ///
+    /// # Errors
+    /// Where a particle of this problem lies outside the other body.
+    pub fn transfer(&self, from: &Problem<D>, state: &State) -> Result<State, Error> {
+        compiled!(D: (problem: &Problem<D> = self, from: &Problem<D> = from; state: &State = state) -> Result<State, Error> {
+            problem.guess(from, state)
+        })
+    }
+
+    fn guess(&self, from: &Problem<D>, state: &State) -> Result<State, Error> {
+        let mut guess = State::at_rest(&self.model, &self.rows);
+        guess.load = state.load;
+        from.check_length(state)?;
+        for (number, member) in self.members.iter().enumerate() {
+            let positions = member.cells.positions();
+            // Bodies of scenes that differ are matched by the place alone.
+            let other = from.members.iter().find(|other| other.name == member.name).unwrap_or(from.first());
+            if let Some(x) = positions.iter().find(|x| !other.cells.contains(x)) {
+                return Err(ApproximationError::Outside { at: x.as_slice().to_vec() }.into());
+            }
+            for (node, u) in member.nodes.clone().zip(other.displacements_at(positions, state)?) {
+                guess.displacement[node * D..(node + 1) * D].copy_from_slice(u.as_slice());
+            }
+            let place = from.members.iter().position(|m| m.name == other.name).unwrap_or(0);
+            if let Some(pressures) = other.pressures(place, state) {
+                let nearest = Nearest::new(other.body.table().positions())?;
+                let condensed = member.body.condensed_of(|x| pressures[nearest.to(x)]);
+                if let Some(own) = guess.condensed.get_mut(number).filter(|own| own.len() >= condensed.len()) {
+                    own[..condensed.len()].copy_from_slice(&condensed);
+                }
+            }
+            let range = Term::memory(&*member.body);
+            if let (false, Some(given)) = (range.is_empty(), state.condensed.get(place)) {
+                let nearest = Nearest::new(other.body.table().positions())?;
+                let memory = member.body.memory_from(&other.body, given, |x| nearest.to(x));
+                if let (Some(memory), Some(condensed)) = (memory, guess.condensed.get_mut(number)) {
+                    condensed[range].copy_from_slice(&memory);
+                }
+            }
+        }
+        self.transfer_frames(from, state, &mut guess);
+        Ok(guess)
+    }
+}
+
+/// Finds the nearest of many points.
+pub(crate) struct Nearest<const D: usize> {
+    points: Particles<D>,
+    bins: BinGrid<D>,
+}
+
+impl<const D: usize> Nearest<D> {
+    pub(crate) fn new(points: &[Point<D>]) -> Result<Self, Error> {
+        let (mut low, mut high) = (Point::<D>::repeat(f64::INFINITY), Point::<D>::repeat(f64::NEG_INFINITY));
+        for x in points {
+            low = low.zip_map(x, f64::min);
+            high = high.zip_map(x, f64::max);
+        }
+        // A few points wide: what lies in a gap of that size is searched for among all.
+        let each = 4.0 / (points.len() as f64).powf(1.0 / D as f64);
+        let half = (high - low).map(|extent| extent * each + f64::MIN_POSITIVE);
+        let supports = vec![Support::Box(half); points.len()];
+        let points = Particles::new(points.to_vec(), supports)?;
+        let bins = BinGrid::new(&points);
+        Ok(Nearest { points, bins })
+    }
+
+    pub(crate) fn to(&self, x: &Point<D>) -> usize {
+        let distance = |&k: &u32| (self.points.positions()[k as usize] - x).norm_squared();
+        let nearer = |a: &u32, b: &u32| distance(a).total_cmp(&distance(b)).then(a.cmp(b));
+        let near = self.bins.candidates(x).iter().copied().min_by(nearer);
+        near.or_else(|| (0..self.points.positions().len() as u32).min_by(nearer)).unwrap_or(0) as usize
+    }
+}
