@@ -18,7 +18,7 @@ fn assemble<const D: usize>(
     group.sample_size(10);
     for scheme in schemes {
         let problem = scene.discretize(&scheme).expect("a sound scene");
-        let (model, state) = (problem.model(), State::at_rest(problem.model(), problem.rows()));
+        let (model, state) = (problem.model(), State::at_rest(problem.model(), problem.equations()));
         let d = support::moved(model);
         group.throughput(Throughput::Elements(problem.body().table().len() as u64));
         group.bench_function(BenchmarkId::from_parameter(model.unknowns()), |b| {

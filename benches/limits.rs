@@ -100,7 +100,7 @@ fn kernel<const D: usize>(name: &str, kinematics: impl Kinematics<D>, counts: [u
 fn assembly<const D: usize>(name: &str, scene: &Scene<D>, scheme: &Scheme) {
     let problem = scene.discretize(scheme).expect("a scene");
     let (model, table) = (problem.model(), problem.body().table());
-    let state = State::at_rest(model, problem.rows());
+    let state = State::at_rest(model, problem.equations());
     let d = support::moved(model);
     let mut assembler = model.assembler();
     let mut system = System::default();
@@ -116,7 +116,7 @@ fn assembly<const D: usize>(name: &str, scene: &Scene<D>, scheme: &Scheme) {
 fn iteration() {
     let problem = support::membrane().discretize(&support::scheme(224)).expect("a scene");
     let model = problem.model();
-    let state = State::at_rest(model, problem.rows());
+    let state = State::at_rest(model, problem.equations());
     let (_, values, mut factorizer) = support::reduced(&problem);
     let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
     let mut assembler = model.assembler();
@@ -146,7 +146,7 @@ fn threads() {
     let particles = lattice.particles(1.0).expect("a dilation");
     let rk = ReproducingKernel::new(particles, CubicSpline, Polynomial::linear()).expect("particles");
     let problem = scene.discretize(&support::scheme(22)).expect("a scene");
-    let (model, state) = (problem.model(), State::at_rest(problem.model(), problem.rows()));
+    let (model, state) = (problem.model(), State::at_rest(problem.model(), problem.equations()));
     let d = support::moved(model);
     let measure = |threads: usize| {
         support::on_threads(threads, || {
@@ -190,7 +190,7 @@ fn slopes<const D: usize>(name: &str, scene: &Scene<D>, counts: &[usize]) {
                 .collect(),
         );
         let model = problem.model();
-        let state = State::at_rest(model, problem.rows());
+        let state = State::at_rest(model, problem.equations());
         let d = support::moved(model);
         let (enforced, values, mut factorizer) = support::reduced(&problem);
         let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
@@ -264,41 +264,41 @@ fn memory<const D: usize>(name: &str, scene: &Scene<D>, n: usize) {
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
-    let asked = |name: &str| arguments.iter().any(|a| a == name);
-    if asked("memory_2d") {
+    let requested = |name: &str| arguments.iter().any(|a| a == name);
+    if requested("memory_2d") {
         return support::on_threads(1, || memory("2d", &support::membrane(), 200));
     }
-    if asked("memory_3d") {
+    if requested("memory_3d") {
         return support::on_threads(1, || memory("3d", &support::cube(), 19));
     }
     // `cargo bench -p rkpm-benches --bench limits -- kernel` measures one part alone.
     let parts = ["kernel", "assembly", "iteration", "threads", "slopes", "memory"];
-    let all = !parts.iter().any(|part| asked(part));
+    let all = !parts.iter().any(|part| requested(part));
     support::on_threads(1, || {
-        if all || asked("kernel") {
+        if all || requested("kernel") {
             kernel("2d", PlaneStrain, [6, 6], 3.0);
             kernel("3d", Solid, [3, 3, 3], 1.5);
         }
-        if all || asked("assembly") {
+        if all || requested("assembly") {
             assembly("2d_default", &support::membrane(), &support::scheme(33));
             assembly("2d_r1.5", &support::membrane(), &support::scheme(33).dilation(1.5));
             assembly("3d_default", &support::cube(), &support::scheme(9));
             assembly("3d_r0.75", &support::cube(), &support::scheme(13).dilation(0.75));
         }
-        if all || asked("iteration") {
+        if all || requested("iteration") {
             iteration();
         }
     });
-    if all || asked("threads") {
+    if all || requested("threads") {
         threads();
     }
-    if all || asked("slopes") {
+    if all || requested("slopes") {
         support::on_threads(1, || {
             slopes("2d", &support::membrane(), &[17, 33, 65, 129]);
             slopes("3d", &support::cube(), &[5, 9, 13]);
         });
     }
-    if all || asked("memory") {
+    if all || requested("memory") {
         // A fresh process each: the peak is that of its whole life. Models large enough that what is given back goes
         // back to the system: of smaller ones the allocator keeps up to 64 MB.
         for part in ["memory_2d", "memory_3d"] {

@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use rkpm::geometry::Mapped;
 use rkpm::prelude::*;
-use rkpm::scene::{Rule, Solving};
+use rkpm::scene::{Rule, SolverChoice};
 use rkpm::solve::State;
 
 /// A bonded cube of 10 mm, its top moved aside by 3 mm.
@@ -169,8 +169,8 @@ fn forces(scene: &Scene<3>, scheme: &Scheme) -> Option<([f64; 3], usize, usize)>
     let path = problem.run(&mut ()).ok()?.completed().ok()?;
     let state = path.last();
     let found = [energy(&problem, state), force(&problem, state, 0), force(&problem, state, 2)];
-    let directions = problem.analysis().solver.directions().into_iter().max().unwrap_or(0);
-    Some((found, path.iterations, directions))
+    let krylov_iterations = problem.analysis().solver.krylov_iterations().into_iter().max().unwrap_or(0);
+    Some((found, path.iterations, krylov_iterations))
 }
 
 /// Gradings towards the edges of bonded faces: the sheared cube against its reference, the pressed block against graded
@@ -187,14 +187,14 @@ fn gradings() {
             for n in [9, 13, 17] {
                 let start = Instant::now();
                 let scheme = Scheme::default().layout(graded(power, name == "pressed")).particles([n]);
-                let Some((found, iterations, directions)) = forces(&scene, &scheme) else {
+                let Some((found, iterations, krylov_iterations)) = forces(&scene, &scheme) else {
                     println!("{name}_{power}_{n},stalled");
                     continue;
                 };
                 let errors: Vec<f64> = compared.iter().map(|&k| 100.0 * (found[k] / reference[k] - 1.0)).collect();
                 let seconds = start.elapsed().as_secs_f64();
                 println!(
-                    "{name}_{power}_{n},{errors:.2?} %,{seconds:.2} s,{iterations} iterations,{directions} directions at most"
+                    "{name}_{power}_{n},{errors:.2?} %,{seconds:.2} s,{iterations} iterations,{krylov_iterations} directions at most"
                 );
             }
         }
@@ -208,10 +208,10 @@ fn cube() {
         ("default", 5, Scheme::default()),
         ("default", 9, Scheme::default()),
         ("default", 13, Scheme::default()),
-        ("r0.75_factors", 13, Scheme::default().dilation(0.75).solving(Solving::Direct)),
-        ("factors", 13, Scheme::default().solving(Solving::Direct)),
-        ("iteration", 9, Scheme::default().solving(Solving::Krylov)),
-        ("iteration", 13, Scheme::default().solving(Solving::Krylov)),
+        ("r0.75_factors", 13, Scheme::default().dilation(0.75).solver_choice(SolverChoice::Direct)),
+        ("factors", 13, Scheme::default().solver_choice(SolverChoice::Direct)),
+        ("iteration", 9, Scheme::default().solver_choice(SolverChoice::Krylov)),
+        ("iteration", 13, Scheme::default().solver_choice(SolverChoice::Krylov)),
         ("order2", 5, Scheme::default().order(2)),
         ("order2", 9, Scheme::default().order(2)),
         ("q2p1", 9, Scheme::elements(2)),
@@ -232,7 +232,7 @@ fn cube() {
             "cube_{name}_{n},{:.2} %,{seconds:.3} s,tables {tables:.3} s,{} iterations,{found:.2?},directions {:?}",
             100.0 * worst,
             path.iterations,
-            problem.analysis().solver.directions()
+            problem.analysis().solver.krylov_iterations()
         );
     }
 }
@@ -241,7 +241,7 @@ fn cube() {
 fn iteration() {
     for (n, ratio) in [(9, 1e2), (9, 1e3), (9, 1e5), (13, 1e3), (17, 1e3), (22, 1e2), (22, 1e3), (22, 1e5)] {
         let start = Instant::now();
-        let scheme = Scheme::default().solving(Solving::Krylov).particles([n]);
+        let scheme = Scheme::default().solver_choice(SolverChoice::Krylov).particles([n]);
         let problem = match sheared(2.0 * 40.097 * ratio).discretize(&scheme) {
             Ok(problem) => problem,
             Err(error) => {
@@ -252,7 +252,7 @@ fn iteration() {
         let ended = problem.run(&mut ()).map(|path| path.completed().map(|p| p.iterations).map_err(|e| e.to_string()));
         println!(
             "iteration_{n}_{ratio:e},{:?},{ended:?},{:.2} s",
-            problem.analysis().solver.directions(),
+            problem.analysis().solver.krylov_iterations(),
             start.elapsed().as_secs_f64()
         );
     }
@@ -260,7 +260,7 @@ fn iteration() {
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
-    let asked = |name: &str| arguments.iter().any(|a| a == name);
+    let requested = |name: &str| arguments.iter().any(|a| a == name);
     let parts = [
         ("supports", supports as fn()),
         ("rules", rules),
@@ -268,9 +268,9 @@ fn main() {
         ("cube", cube),
         ("iteration", iteration),
     ];
-    let all = !parts.iter().any(|(part, _)| asked(part));
+    let all = !parts.iter().any(|(part, _)| requested(part));
     for (name, run) in parts {
-        if all || asked(name) {
+        if all || requested(name) {
             support::on_threads(1, run);
         }
     }

@@ -37,7 +37,7 @@ fn stop() -> Result<Scene<2>, rkpm::Error> {
         .contact_itself("outside", "groove"))
 }
 
-/// How deep any particle of the outside lies behind the line between two others that it faces: hats meet on the mean.
+/// How deep any particle of the outside lies behind the line between two others that it faces: trace functions meet on the mean.
 fn depth(points: &[ContactPoint<2>]) -> f64 {
     let across = |along: Point<2>| Point::<2>::new(along[1], -along[0]).normalize();
     // Particles along the outline from below, outward to the right.

@@ -144,12 +144,12 @@ pub fn summary(assemblies: &[Assembled]) -> Result<Summary, Box<dyn Error>> {
         let (mut open, mut least) = (0, f64::INFINITY);
         for (name, side) in [("inner sleeve", Side::Min), ("outer sleeve", Side::Max)] {
             let sleeve = problem.contact(path.last(), name)?;
-            // Closed hats obey the rows that prescribed faces obey, so both sleeves must carry what the prescribed ones do.
+            // Closed trace functions obey the rows that prescribed faces obey, so both sleeves must carry what the prescribed ones do.
             let force = held.reaction(held_path.last(), (0, side))?[0];
             // MPa cm² are a tenth of a kN.
             let row = format!("{}_kN_{particles}_contact", name.replace(' ', "_"));
             summary.record(row, 0.1 * sleeve.force[0], 0.1 * force)?;
-            open += sleeve.points.iter().filter(|point| !point.touches).count();
+            open += sleeve.points.iter().filter(|point| !point.is_active).count();
             least = sleeve.points.iter().map(|point| point.pressure).fold(least, f64::min);
         }
         summary.note(format!("open_{particles}_contact"), open as f64)?;

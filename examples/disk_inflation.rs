@@ -69,13 +69,13 @@ impl Inflation {
         let start = State {
             displacement: vec![0.0; rest.model().unknowns()],
             condensed: rest.model().start(),
-            multipliers: vec![0.0; rest.rows().len()],
+            multipliers: vec![0.0; rest.equations().len()],
             load: 0.0,
         };
         let mut inflation = Inflation { problem: rest, states: vec![start], iterations: 0 };
         for &pressure in pressures {
             let problem = disk(pressure, Held::Rim)?.discretize(scheme)?;
-            let (model, rows, analysis) = (problem.model(), problem.rows(), problem.analysis());
+            let (model, rows, analysis) = (problem.model(), problem.equations(), problem.analysis());
             let mut start = inflation.last().clone();
             start.load *= PRESSURE / pressure;
             let path = analysis.run_from(model, rows, start, &mut ())?.completed()?;
@@ -175,9 +175,9 @@ impl Inflations {
         let finest = |pressure: f64| reference.at("w_bottom_ref", pressure);
         let mut summary = Summary::new();
         // The default scheme, and the same with wider supports.
-        let asked =
+        let requested =
             [(0.0207, "22", [11, 2]), (0.1035, "22", [11, 2]), (0.1035, "41x2", [41, 2]), (0.1449, "41x2", [41, 2])];
-        for (p, set, counts) in asked {
+        for (p, set, counts) in requested {
             summary.record(format!("w_{p}_{set}"), deflection(p, &default(counts))?, finest(p))?;
             let wide = default(counts).dilation(1.5);
             summary.record(format!("w_{p}_{set}_r1.5"), deflection(p, &wide)?, finest(p))?;

@@ -130,7 +130,7 @@ fn cost<const D: usize>(name: &'static str, scene: &Scene<D>, scheme: &Scheme) -
     })
 }
 
-/// Builds a scene, and runs it where asked; the iterations.
+/// Builds a scene, and runs it where requested; the iterations.
 fn count<const D: usize>(scene: &Scene<D>, scheme: &Scheme, run: bool) -> Result<usize, rkpm::Error> {
     let problem = scene.discretize(scheme)?;
     Ok(if run { problem.run(&mut ())?.completed()?.iterations } else { 0 })

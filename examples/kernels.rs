@@ -71,7 +71,7 @@ fn stretched_kernels(out: &FilePath) -> Result<(), Box<dyn Error>> {
             let stretch = 1.0 + t;
             let base = -(row as f64);
             let moved = rk.nodes().iter().map(|x| x * stretch).collect::<Vec<_>>();
-            // A spatial kernel stands at the moved particles and is asked at points of the moved bar.
+            // A spatial kernel stands at the moved particles and is requested at points of the moved bar.
             let spatial = rk.spatial(moved.clone())?;
             let kernel = |x: f64| {
                 let weights = if material {

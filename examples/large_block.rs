@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use rkpm::output::Summary;
 use rkpm::prelude::*;
-use rkpm::scene::Solving;
+use rkpm::scene::SolverChoice;
 use rkpm::solve::Iteration;
 
 #[path = "support/block.rs"]
@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(flag("--out", "target/rkpm/large_block"));
     let (particles, ratio): (f64, f64) = (flag("--particles", "1e5").parse()?, flag("--ratio", "1e3").parse()?);
     let most: usize = flag("--iterations", "2").parse()?;
-    let (block, scheme) = (scene(ratio)?, scheme(particles, most).solving(Solving::Krylov));
+    let (block, scheme) = (scene(ratio)?, scheme(particles, most).solver_choice(SolverChoice::Krylov));
     let start = Instant::now();
     let problem = block.discretize(&scheme)?;
     let tables = start.elapsed().as_secs_f64();
@@ -56,14 +56,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{:.2} GB so far", 1e-9 * peak());
     let mut progress = Progress { start: Instant::now(), last: 0.0, taken: Vec::new() };
     let path = problem.run(&mut progress)?;
-    let directions = problem.analysis().solver.directions();
-    println!("{:?}; directions {directions:?}", path.ending);
+    let krylov_iterations = problem.analysis().solver.krylov_iterations();
+    println!("{:?}; directions {krylov_iterations:?}", path.ending);
     let mut summary = Summary::new();
     summary.note("particles", count)?;
     summary.note("tables_seconds", tables)?;
     summary.note("first_iteration_seconds", progress.taken.first().copied().unwrap_or(f64::NAN))?;
     summary.note("last_iteration_seconds", progress.taken.last().copied().unwrap_or(f64::NAN))?;
-    summary.note("most_directions", directions.iter().copied().max().unwrap_or(0) as f64)?;
+    summary.note("most_directions", krylov_iterations.iter().copied().max().unwrap_or(0) as f64)?;
     summary.note("peak_bytes", peak())?;
     summary.note("peak_bytes_per_particle", peak() / count)?;
     if most == 0 {

@@ -25,12 +25,12 @@ use rkpm::term::{Element, PointDerivatives, PointState, Sparsity, View};
 const SHEAR: f64 = 1.0;
 const BULK: f64 = 5.0 / 3.0;
 
-type Functions = ReproducingKernel<2, CubicSpline, Polynomial<2>>;
+type ApproximationChoice = ReproducingKernel<2, CubicSpline, Polynomial<2>>;
 
 /// Particles in a region, their functions and their nodal points.
 struct Body2 {
     cells: Voronoi,
-    functions: Functions,
+    functions: ApproximationChoice,
     points: Points<2>,
 }
 

@@ -77,7 +77,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let plate = problem.contact(path.last(), "plate")?;
     let balance = problem.reaction(path.last(), "equator")?[1] + plate.force[1];
     summary.note("balance", (balance / plate.force[1]).abs())?;
-    // Deepest penetration of a hat as a part of the radius.
+    // Deepest penetration of a trace function as a part of the radius.
     let deepest = plate.points.iter().map(|point| -point.gap).fold(0.0, f64::max);
     summary.note("penetration", deepest / RADIUS)?;
 
@@ -140,7 +140,7 @@ fn pictures(out: &FilePath, problem: &Problem<2>, path: &rkpm::solve::Equilibriu
         curve.push([closure, -2.0 * plate.force[1]]);
         table.push([closure, -2.0 * plate.force[1], 2.0 * plate.extent, plate.peak_pressure()])?;
         let line: Vec<[f64; 2]> =
-            plate.points.iter().filter(|p| p.touches).map(|p| [p.position[0], p.pressure]).collect();
+            plate.points.iter().filter(|p| p.is_active).map(|p| [p.position[0], p.pressure]).collect();
         pressures = pressures.marked_line(format!("closure {closure:.2} m"), &line);
     }
     table.write(out.join("forces.csv"))?;

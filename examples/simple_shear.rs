@@ -12,7 +12,7 @@ use std::path::Path as FilePath;
 use rkpm::output::chart::{Colour, Legend, Series};
 use rkpm::output::{Cell, Chart, Summary, Table};
 use rkpm::prelude::*;
-use rkpm::scene::Enforcing;
+use rkpm::scene::ConstraintMethod;
 use rkpm::solve::State;
 
 /// Engineering shear strain at the full load.
@@ -58,8 +58,8 @@ fn layouts() -> [(&'static str, Layout); 2] {
 const DILATIONS: [f64; 3] = [0.50001, 1.0, 2.0];
 
 /// The paper's scheme under one treatment of its boundary conditions.
-fn paper(r: f64, enforcing: Enforcing, layout: Layout) -> Scheme {
-    Scheme::paper(r).integration_zones([4, 1]).rcond_limit(1e-15).enforcing(enforcing).layout(layout)
+fn paper(r: f64, constraint_method: ConstraintMethod, layout: Layout) -> Scheme {
+    Scheme::paper(r).integration_zones([4, 1]).rcond_limit(1e-15).constraint_method(constraint_method).layout(layout)
 }
 
 /// Strains and exact stresses of the steps.
@@ -86,10 +86,10 @@ pub fn summary() -> Result<Summary, Box<dyn Error>> {
     let last = exact[STEPS - 1];
     for r in DILATIONS {
         for (kind, layout) in layouts() {
-            for (way, enforcing) in
-                [("multipliers", Enforcing::Multipliers), ("transformation", Enforcing::Transformation)]
+            for (way, constraint_method) in
+                [("multipliers", ConstraintMethod::Multipliers), ("transformation", ConstraintMethod::Transformation)]
             {
-                let sheared = shear(paper(r, enforcing, layout.clone()), &exact)?;
+                let sheared = shear(paper(r, constraint_method, layout.clone()), &exact)?;
                 summary.record(format!("paper_sigma12_2_{kind}_r{r}_{way}"), sheared.stresses[STEPS - 1], last)?;
             }
         }
@@ -156,7 +156,7 @@ fn paper_curves(out: &FilePath, strains: &[f64], exact: &[f64]) -> Result<(), Bo
             .y("shear stress σ₁₂, worst point [MPa]")
             .line("exact", &line(exact));
         for r in DILATIONS {
-            let sheared = shear(paper(r, Enforcing::Transformation, layout.clone()), exact)?;
+            let sheared = shear(paper(r, ConstraintMethod::Transformation, layout.clone()), exact)?;
             for (&strain, &stress) in strains.iter().zip(&sheared.stresses) {
                 table.push([Cell::from(kind), Cell::from(r), Cell::from(strain), Cell::from(stress)])?;
             }

@@ -231,7 +231,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     points.write(out.join("points.csv"))?;
     println!();
-    for (problem, error, asked) in TARGETS {
+    for (problem, error, requested) in TARGETS {
         let study = studies.iter().find(|study| study.name == problem).expect("the problem is one of the four");
         let label = format!("{problem}_{error:e}");
         let Some(ours) = study.seconds_at(DEFAULT, error) else { continue };
@@ -242,7 +242,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             programs.iter().filter_map(|p| Some((study.seconds_at(p, error)?, *p))).min_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((theirs, name)) = fastest {
             println!(
-                "{problem} at {error:e}: {:.2} ms; {name} {:.2} ms: ratio {:.1} (asked {asked})",
+                "{problem} at {error:e}: {:.2} ms; {name} {:.2} ms: ratio {:.1} (requested {requested})",
                 1e3 * ours,
                 1e3 * theirs,
                 theirs / ours

@@ -130,7 +130,7 @@ impl<const D: usize> Mesh<D> {
             .map_err(|error| MeshError::Dimension { what: error.to_string(), remedy: "read Mesh<2> or Mesh<3>" })?;
         let highest = (0..=3).rev().find(|&dimension| elements[dimension].len() > 0).unwrap_or(0);
         if highest != D {
-            let what = format!("the mesh has cells of dimension {highest}, dimension {D} was asked for");
+            let what = format!("the mesh has cells of dimension {highest}, dimension {D} was requested");
             let remedy = if highest > D {
                 "read it as Mesh<3>, with Kinematics in space"
             } else {
@@ -158,7 +158,7 @@ impl<const D: usize> Mesh<D> {
         }
         if D == 2 && all.iter().zip(&number).any(|(x, n)| *n != UNUSED && (x[2] - level).abs() > 1e-9 * extent) {
             let what =
-                "the cells are triangles or quadrangles on a surface in space, a body in the plane was asked for";
+                "the cells are triangles or quadrangles on a surface in space, a body in the plane was requested";
             let remedy = "draw the body in the plane Z = 0; shells are not modelled";
             return Err(MeshError::Dimension { what: what.to_string(), remedy });
         }

@@ -220,7 +220,7 @@ mod tests {
         let most = longest(&particles, &grid, &at);
         // About 20 particles cover each point.
         assert!(most < 130, "{most}");
-        // Particles close together can't be kept apart, and are not tried to be without end.
+        // Particles close together can't be kept uncondensed, and are not tried to be without end.
         let close = (0..500).map(|_| point() * 1e-3).collect();
         let particles = Particles::new(close, vec![Support::Ball(2.0); 500]).unwrap();
         assert_eq!(longest(&particles, &BinGrid::new(&particles), &at), 500);

@@ -52,13 +52,13 @@ pub fn moved<const D: usize>(model: &Model<D>) -> Vec<f64> {
 /// The conditions of a problem, bound to the pattern of its model.
 pub fn bound<const D: usize>(problem: &Problem<D>) -> Box<dyn Enforced> {
     let assembler = problem.model().assembler();
-    problem.analysis().enforcement.bind(assembler.pattern(), problem.rows()).expect("independent conditions")
+    problem.analysis().enforcement.bind(assembler.pattern(), problem.equations()).expect("independent conditions")
 }
 
 /// The factoriser of a problem's analysis, and its reduced matrix at rest.
 pub fn reduced<const D: usize>(problem: &Problem<D>) -> (Box<dyn Enforced>, Vec<f64>, Box<dyn Factorizer>) {
     let model = problem.model();
-    let state = State::at_rest(model, problem.rows());
+    let state = State::at_rest(model, problem.equations());
     let mut enforced = bound(problem);
     let factorizer = problem.analysis().factorizer(model, &mut *enforced).expect("a sound pattern");
     let mut system = System::default();

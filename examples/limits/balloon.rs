@@ -111,7 +111,7 @@ pub fn run(out: &FilePath, summary: &mut Summary, stops: &mut Stops) -> Result<(
             let wall = inner_wall(&problem);
             let rest = problem.analysis().run_controlled(
                 problem.model(),
-                problem.rows(),
+                problem.equations(),
                 start.clone(),
                 &wall,
                 &[(LAST - 1.0) * SHELL[0]],

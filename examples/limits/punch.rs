@@ -70,7 +70,7 @@ fn settlements(scheme: &Scheme, n: usize) -> Result<Vec<[f64; 2]>, rkpm::Error> 
             None => problem.at_rest(),
             Some((state, before)) => State { load: before / load, ..state },
         };
-        let path = problem.analysis().run_from(problem.model(), problem.rows(), start, &mut ())?;
+        let path = problem.analysis().run_from(problem.model(), problem.equations(), start, &mut ())?;
         if path.ending != Ending::Completed {
             break;
         }

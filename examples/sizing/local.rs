@@ -13,7 +13,7 @@ use rkpm::study::{Answer, Budget, Quantity, Tolerance};
 use crate::{COOK, Case, Uniform, worst};
 
 /// Size and quality of an answer in words.
-fn told(answer: &Answer<2>, exact: &[f64]) -> String {
+fn given(answer: &Answer<2>, exact: &[f64]) -> String {
     format!(
         "{} with {} particles, bound {:.2} %, true {:.2} %, {:.0} ms",
         if answer.reached() { "reached" } else { "not reached" },
@@ -33,7 +33,8 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
         let errors = sizes.iter().map(|&counts| {
             let problem = case.scene.discretize(&Scheme::default().particles(counts))?;
             let path = problem.run(&mut ())?.completed()?;
-            let values = case.asked.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
+            let values =
+                case.requested.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
             Ok((counts[0] * counts[1], error(&values)))
         });
         errors.collect()
@@ -41,21 +42,21 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
     let alike = series(&[5, 6, 7, 8, 9, 11, 13, 15, 17, 19, 21, 25, 29, 33, 41, 49, 57].map(|n| [n, n]))?;
     let square = series(&[2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 24, 30, 36].map(|k| [3 * k / 2 + 1, k + 1]))?;
     // A tolerance beyond reach shows the whole sequence.
-    let asked = Tolerance { error: 1e-6, quantities: case.asked.clone() };
+    let requested = Tolerance { error: 1e-6, quantities: case.requested.clone() };
     let sequence = |scheme: Scheme| -> Result<Vec<(usize, f64)>, Box<dyn Error>> {
-        let answer = case.scene.solve_within_locally(&scheme, &asked, Budget::default())?;
+        let answer = case.scene.solve_within_locally(&scheme, &requested, Budget::default())?;
         Ok(answer.levels.iter().map(|l| (l.unknowns / 2, error(&l.values[..case.exact.len()]))).collect())
     };
     let fine = sequence(Scheme::default())?;
     let quadratic = sequence(Scheme::default().order(2))?;
     for percent in [0.5, 0.3, 0.2] {
-        let asked = Tolerance { error: 1e-2 * percent, quantities: case.asked.clone() };
-        let evenly = case.scene.solve_within_by(&Scheme::default(), &asked, Budget::default())?;
-        let locally = case.scene.solve_within_locally(&Scheme::default(), &asked, Budget::default())?;
+        let requested = Tolerance { error: 1e-2 * percent, quantities: case.requested.clone() };
+        let evenly = case.scene.solve_within_by(&Scheme::default(), &requested, Budget::default())?;
+        let locally = case.scene.solve_within_locally(&Scheme::default(), &requested, Budget::default())?;
         println!(
             "answers for {percent} %: evenly {}, locally {}",
-            told(&evenly, &case.exact),
-            told(&locally, &case.exact)
+            given(&evenly, &case.exact),
+            given(&locally, &case.exact)
         );
         if evenly.reached() && locally.reached() {
             let ratio = locally.problem.model().unknowns() as f64 / evenly.problem.model().unknowns() as f64;
@@ -153,7 +154,7 @@ fn best_of_all(case: &Case<2>, most: usize) -> Result<Ways, Box<dyn Error>> {
         let problem = case.scene.with_cells(Arc::new(cells)).discretize(&Scheme::default())?;
         // A model that does not carry the whole load reaches nothing.
         let Ok(path) = problem.run(&mut ())?.completed() else { continue };
-        let values = case.asked.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
+        let values = case.requested.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
         let error = worst(&values, &case.exact);
         best = best.min(error);
         best_refined = if refined { best_refined.min(error) } else { best_refined };
@@ -169,10 +170,10 @@ const DRAWN: [f64; 4] = [0.02, 0.01, 0.005, 0.003];
 pub fn drawn(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
     let (mut runs, mut accepted, mut kept, mut held) = (0, 0, 0, 0);
     let (mut particles, mut seconds) = (Vec::new(), Vec::new());
-    for (name, domain, scene, asked) in scenes()? {
-        let exact = reference(&scene, domain, &asked)?;
+    for (name, domain, scene, requested) in scenes()? {
+        let exact = reference(&scene, domain, &requested)?;
         for tolerance in DRAWN {
-            let within = Tolerance { error: tolerance, quantities: asked.clone() };
+            let within = Tolerance { error: tolerance, quantities: requested.clone() };
             let locally = scene.solve_within_locally(&Scheme::default(), &within, Budget::default())?;
             runs += 1;
             if !locally.reached() {
@@ -183,11 +184,11 @@ pub fn drawn(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
             kept += i32::from(error < tolerance);
             held += i32::from(error <= locally.bound);
             if error >= tolerance {
-                println!("missed: {name}, {}", told(&locally, &exact));
+                println!("missed: {name}, {}", given(&locally, &exact));
             }
             if tolerance == DRAWN[2] {
                 let evenly = scene.solve_within_by(&Scheme::default(), &within, Budget::default())?;
-                println!("{name}: locally {}, evenly {}", told(&locally, &exact), told(&evenly, &exact));
+                println!("{name}: locally {}, evenly {}", given(&locally, &exact), given(&evenly, &exact));
                 // Where the budget ended the search more particles would have been needed.
                 particles.push(locally.problem.model().unknowns() as f64 / evenly.problem.model().unknowns() as f64);
                 seconds.push(locally.seconds() / evenly.seconds());
@@ -204,7 +205,7 @@ pub fn drawn(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A name, the body, the scene on it and what is asked of it.
+/// A name, the body, the scene on it and what is requested of it.
 type Drawn = (String, Arc<dyn Domain<2>>, Scene<2>, Vec<Quantity<2>>);
 
 /// The drawn scenes.
@@ -217,8 +218,13 @@ fn scenes() -> Result<Vec<Drawn>, rkpm::Error> {
         let scene = Scene::new(shape, PlaneStrain, Rubber::neo_hookean(40.097, 4e5)?)
             .hold((0, Side::Min))
             .traction((0, Side::Max), [0.0, 6.25 * load]);
-        let asked = vec![Quantity::displacement(shape.corners[2], 1), Quantity::energy()];
-        all.push((format!("membrane {width:.0} mm wide, {height:.0} mm at its end"), Arc::new(shape), scene, asked));
+        let requested = vec![Quantity::displacement(shape.corners[2], 1), Quantity::energy()];
+        all.push((
+            format!("membrane {width:.0} mm wide, {height:.0} mm at its end"),
+            Arc::new(shape),
+            scene,
+            requested,
+        ));
     }
     // Pulled, sheared, or both. Pressed ones have no limit: where they are bonded their free surface folds onto the plate.
     for slide in [0.0, 0.5, 1.0].into_iter().cycle().take(12) {
@@ -229,25 +235,34 @@ fn scenes() -> Result<Vec<Drawn>, rkpm::Error> {
             .prescribe((1, Side::Max), 0, along)
             .prescribe((1, Side::Max), 1, across);
         let axis = usize::from(along == 0.0);
-        let asked = vec![Quantity::reaction((1, Side::Max), axis), Quantity::energy()];
-        all.push((format!("block {width:.1} wide, moved by {along:.2}, {across:.2}"), Arc::new(block), scene, asked));
+        let requested = vec![Quantity::reaction((1, Side::Max), axis), Quantity::energy()];
+        all.push((
+            format!("block {width:.1} wide, moved by {along:.2}, {across:.2}"),
+            Arc::new(block),
+            scene,
+            requested,
+        ));
     }
     Ok(all)
 }
 
-/// Values of what is asked by 48 × 48 cells, cut four times towards each corner.
-fn reference(scene: &Scene<2>, domain: Arc<dyn Domain<2>>, asked: &[Quantity<2>]) -> Result<Vec<f64>, Box<dyn Error>> {
+/// Values of what is requested by 48 × 48 cells, cut four times towards each corner.
+fn reference(
+    scene: &Scene<2>,
+    domain: Arc<dyn Domain<2>>,
+    requested: &[Quantity<2>],
+) -> Result<Vec<f64>, Box<dyn Error>> {
     let ends = [0.0, 1.0].into_iter().flat_map(|x| [0.0, 1.0].map(|y| domain.position(&Point::<2>::new(x, y))));
     let ends: Vec<Point<2>> = ends.collect();
     let mut cells = Refined::new(domain.clone(), [48, 48])?;
     for _ in 0..4 {
         let zones = cells.zones(2);
         let at_end = |cell: &u32| cells.corners(*cell as usize).iter().any(|&c| ends.contains(&cells.positions()[c]));
-        let touches = |zone: &usize| zones.cells[zones.offsets[*zone]..zones.offsets[zone + 1]].iter().any(at_end);
-        let zones: Vec<usize> = (0..cells.macro_count()).filter(touches).collect();
+        let is_active = |zone: &usize| zones.cells[zones.offsets[*zone]..zones.offsets[zone + 1]].iter().any(at_end);
+        let zones: Vec<usize> = (0..cells.macro_count()).filter(is_active).collect();
         cells = cells.refined(&zones)?;
     }
     let problem = scene.with_cells(Arc::new(cells)).discretize(&Scheme::default())?;
     let path = problem.run(&mut ())?.completed()?;
-    asked.iter().map(|q| Ok(q.evaluate(&problem, path.last())?)).collect()
+    requested.iter().map(|q| Ok(q.evaluate(&problem, path.last())?)).collect()
 }

@@ -3,7 +3,7 @@
 //! `cargo run --release --example sizing [-- --out DIR] [--develop]` sizes the tube, Cook's membrane and the disk
 //! for 2, 1 and 0.5 % on regular and on eight irregular clouds each (seeds 101 to 108; the rule was made with
 //! 1 to 8, which `--develop` runs), compares with the references, and writes `summary.csv`, `runs.csv` and
-//! `sizing.svg`. Then scenes are drawn at random, twelve of each of five families, and asked for 2 to 0.1 %: `promises.csv` and
+//! `sizing.svg`. Then scenes are drawn at random, twelve of each of five families, and requested 2 to 0.1 %: `promises.csv` and
 //! the rows `kept` to `seconds_over_direct`. `--drawn N` does that part alone, with N scenes of each family, `--local` that of local
 //! refinement.
 
@@ -39,11 +39,11 @@ struct Promise {
     seconds: f64,
 }
 
-/// A scene, what is asked of it, and the references.
+/// A scene, what is requested of it, and the references.
 struct Case<const D: usize> {
     name: &'static str,
     scene: Scene<D>,
-    asked: Vec<Quantity<D>>,
+    requested: Vec<Quantity<D>>,
     exact: Vec<f64>,
     /// The irregular cloud of a seed.
     cloud: fn(u64) -> Layout,
@@ -56,8 +56,8 @@ fn tube() -> Result<Case<1>, rkpm::Error> {
     let column = |name: &str| &reference.iter().find(|(n, _)| n == name).expect("the column is in the file").1;
     let row = column("p_MPa").iter().position(|p| (p - 0.46).abs() < 1e-12).expect("0.46 MPa is in the file");
     let exact = vec![column("ui_k1e5")[row], column("U_k1e5")[row] * 2.0 * std::f64::consts::PI];
-    let asked = vec![Quantity::displacement([6.0], 0), Quantity::energy()];
-    Ok(Case { name: "tube", scene, asked, exact, cloud: jittered })
+    let requested = vec![Quantity::displacement([6.0], 0), Quantity::energy()];
+    Ok(Case { name: "tube", scene, requested, exact, cloud: jittered })
 }
 
 fn cook() -> Result<Case<2>, rkpm::Error> {
@@ -66,8 +66,8 @@ fn cook() -> Result<Case<2>, rkpm::Error> {
         .traction((0, Side::Max), [0.0, 6.25]);
     let reference = include_str!("../../tests/reference/cook_membrane.csv");
     let exact = ["uy_48_60", "U_stored"].map(|name| support::csv_value(reference, name)).to_vec();
-    let asked = vec![Quantity::displacement([48.0, 60.0], 1), Quantity::energy()];
-    Ok(Case { name: "cook", scene, asked, exact, cloud: jittered })
+    let requested = vec![Quantity::displacement([48.0, 60.0], 1), Quantity::energy()];
+    Ok(Case { name: "cook", scene, requested, exact, cloud: jittered })
 }
 
 fn disk() -> Result<Case<2>, rkpm::Error> {
@@ -79,9 +79,9 @@ fn disk() -> Result<Case<2>, rkpm::Error> {
     .prescribe((0, Side::Min), 0, 0.0)
     .hold((0, Side::Max))
     .pressure((1, Side::Min), 0.1035);
-    let asked = vec![Quantity::displacement([0.0, 0.0], 1)];
+    let requested = vec![Quantity::displacement([0.0, 0.0], 1)];
     // tests/reference/disk_follower_edge.csv
-    Ok(Case { name: "disk", scene, asked, exact: vec![17.949637], cloud: uneven })
+    Ok(Case { name: "disk", scene, requested, exact: vec![17.949637], cloud: uneven })
 }
 
 /// Inner particles moved by up to a quarter of the spacing.
@@ -118,8 +118,8 @@ fn promises<const D: usize>(case: &Case<D>, first_seed: u64, out: &mut Vec<Promi
         let layout = seed.map_or(Layout::Regular, case.cloud);
         let scheme = Scheme::default().layout(layout);
         for tolerance in TOLERANCES {
-            let asked = Tolerance { error: tolerance, quantities: case.asked.clone() };
-            let answer = case.scene.solve_within_by(&scheme, &asked, Budget::default())?;
+            let requested = Tolerance { error: tolerance, quantities: case.requested.clone() };
+            let answer = case.scene.solve_within_by(&scheme, &requested, Budget::default())?;
             if let Verdict::NotReached(why) = &answer.verdict {
                 println!("not reached: {} {seed:?} {tolerance}: {why}", case.name);
             }
@@ -169,8 +169,8 @@ const TURNS: usize = 100;
 fn overhead<const D: usize>(case: &Case<D>) -> Result<f64, rkpm::Error> {
     let mut worst: f64 = 0.0;
     for tolerance in TOLERANCES {
-        let asked = Tolerance { error: tolerance, quantities: case.asked.clone() };
-        let size = || case.scene.solve_within(&asked, Budget::default());
+        let requested = Tolerance { error: tolerance, quantities: case.requested.clone() };
+        let size = || case.scene.solve_within(&requested, Budget::default());
         let last: Answer<D> = size()?;
         let counts = last.levels.last().map(|level| level.counts.clone()).unwrap_or_default();
         let direct =
@@ -342,7 +342,7 @@ fn chart(all: &[Promise], out: &std::path::Path) -> Result<(), Box<dyn Error>> {
     for tolerance in TOLERANCES {
         honest = honest.vertical(if tolerance == 0.02 { "tolerances" } else { "" }, tolerance);
     }
-    let mut cost = Chart::new("What a tolerance costs").x_log("tolerance asked").y_log("seconds of all models");
+    let mut cost = Chart::new("What a tolerance costs").x_log("tolerance requested").y_log("seconds of all models");
     for name in names {
         let own = || all.iter().filter(|p| p.problem == name);
         honest = honest.markers(name, &own().map(|p| [p.bound, p.error]).collect::<Vec<_>>());

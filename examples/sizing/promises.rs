@@ -23,12 +23,12 @@ const GRADINGS: [f64; 3] = [2.0, 1.5, 1.0];
 /// Cells along the shortest side of the models that answers are compared with.
 const SERIES: [usize; 12] = [2, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48];
 
-/// A drawn scene, its sides and what is asked of it.
+/// A drawn scene, its sides and what is requested of it.
 struct Drawn {
     family: &'static str,
     scene: Scene<2>,
     sides: [f64; 2],
-    asked: Vec<Quantity<2>>,
+    requested: Vec<Quantity<2>>,
 }
 
 /// A scene of a family by its seed. Lengths in mm, stresses in MPa.
@@ -37,7 +37,7 @@ fn draw(family: &'static str, seed: u64) -> Result<Drawn, rkpm::Error> {
     let mut between = |low: f64, high: f64| low + (high - low) * random.next();
     let mu = between(0.5, 2.0);
     let rubber = Rubber::mooney_rivlin(0.4 * mu, 0.1 * mu, mu * 10f64.powf(between(2.5, 4.0)))?;
-    let (sides, asked, scene);
+    let (sides, requested, scene);
     match family {
         "membrane" => {
             let (length, left, right) = (between(30.0, 60.0), between(25.0, 50.0), between(12.0, 30.0));
@@ -48,7 +48,7 @@ fn draw(family: &'static str, seed: u64) -> Result<Drawn, rkpm::Error> {
             scene = Scene::new(Quadrilateral { corners }, PlaneStrain, rubber)
                 .hold((0, Side::Min))
                 .traction((0, Side::Max), [0.0, force]);
-            asked = vec![Quantity::displacement(corners[2], 1), Quantity::energy()];
+            requested = vec![Quantity::displacement(corners[2], 1), Quantity::energy()];
         }
         "block" | "pad" => {
             let height = 10.0;
@@ -60,7 +60,7 @@ fn draw(family: &'static str, seed: u64) -> Result<Drawn, rkpm::Error> {
                 .hold((1, Side::Min))
                 .prescribe((1, Side::Max), 0, shear)
                 .prescribe((1, Side::Max), 1, press);
-            asked = vec![Quantity::reaction((1, Side::Max), 0), Quantity::energy()];
+            requested = vec![Quantity::reaction((1, Side::Max), 0), Quantity::energy()];
         }
         "disk" => {
             let thickness = 1.0;
@@ -72,7 +72,7 @@ fn draw(family: &'static str, seed: u64) -> Result<Drawn, rkpm::Error> {
                 .prescribe((0, Side::Min), 0, 0.0)
                 .hold((0, Side::Max))
                 .pressure((1, Side::Min), pressure);
-            asked = vec![Quantity::displacement([0.0, 0.0], 1), Quantity::energy()];
+            requested = vec![Quantity::displacement([0.0, 0.0], 1), Quantity::energy()];
         }
         _ => {
             let thickness = 1.0;
@@ -83,17 +83,17 @@ fn draw(family: &'static str, seed: u64) -> Result<Drawn, rkpm::Error> {
                 .hold((0, Side::Min))
                 .hold((0, Side::Max))
                 .pressure((1, Side::Min), pressure);
-            asked = vec![Quantity::displacement([0.5 * length, 0.0], 1), Quantity::energy()];
+            requested = vec![Quantity::displacement([0.5 * length, 0.0], 1), Quantity::energy()];
         }
     }
-    Ok(Drawn { family, scene, sides, asked })
+    Ok(Drawn { family, scene, sides, requested })
 }
 
 /// Values of a scene under a scheme.
 fn values(drawn: &Drawn, scheme: &Scheme) -> Result<Vec<f64>, rkpm::Error> {
     let problem = drawn.scene.discretize(scheme)?;
     let path = problem.run(&mut ())?.completed()?;
-    drawn.asked.iter().map(|q| q.evaluate(&problem, path.last())).collect()
+    drawn.requested.iter().map(|q| q.evaluate(&problem, path.last())).collect()
 }
 
 /// Even numbers of cells in proportion to the sides, plus one.
@@ -197,7 +197,8 @@ pub fn promises(each: u64, out: &FilePath, summary: &mut Summary) -> Result<(), 
         "direct_seconds",
         "why",
     ]);
-    let (mut asked, mut accepted_at, mut reached, mut kept, mut held) = ([0usize; 2], 0usize, 0usize, 0usize, 0usize);
+    let (mut requested, mut accepted_at, mut reached, mut kept, mut held) =
+        ([0usize; 2], 0usize, 0usize, 0usize, 0usize);
     let (mut ratios, mut sizes, mut times) = (Vec::new(), Vec::new(), Vec::new());
     let (mut longest, mut scenes) = (0.0f64, 0);
     for family in ["membrane", "block", "pad", "disk", "strip"] {
@@ -208,9 +209,9 @@ pub fn promises(each: u64, out: &FilePath, summary: &mut Summary) -> Result<(), 
                 continue;
             };
             scenes += 1;
-            let before = (asked[0], reached, kept, held);
+            let before = (requested[0], reached, kept, held);
             let smallest = Smallest::of(&drawn, &exact);
-            for (k, quantity) in drawn.asked.iter().enumerate() {
+            for (k, quantity) in drawn.requested.iter().enumerate() {
                 for tolerance in TOLERANCES {
                     // The reference must be ten times as good.
                     if own > 0.1 * tolerance {
@@ -244,9 +245,9 @@ pub fn promises(each: u64, out: &FilePath, summary: &mut Summary) -> Result<(), 
                             times.push(seconds / direct);
                         }
                     }
-                    asked[0] += 1;
+                    requested[0] += 1;
                     if tolerance >= 0.002 {
-                        asked[1] += 1;
+                        requested[1] += 1;
                         accepted_at += usize::from(answer.reached());
                     }
                     let why = match &answer.verdict {
@@ -274,7 +275,7 @@ pub fn promises(each: u64, out: &FilePath, summary: &mut Summary) -> Result<(), 
             }
             println!(
                 "{family} {seed}: {} promises, {} reached, {} kept, {} bounds held",
-                asked[0] - before.0,
+                requested[0] - before.0,
                 reached - before.1,
                 kept - before.2,
                 held - before.3
@@ -286,8 +287,8 @@ pub fn promises(each: u64, out: &FilePath, summary: &mut Summary) -> Result<(), 
     let share = |some: usize, of: usize| some as f64 / of as f64;
     let mean = |values: &[f64]| (values.iter().map(|v| v.ln()).sum::<f64>() / values.len() as f64).exp();
     summary.note("scenes", scenes as f64)?;
-    summary.note("asked", asked[0] as f64)?;
-    summary.note("accepted", share(accepted_at, asked[1]))?;
+    summary.note("requested", requested[0] as f64)?;
+    summary.note("accepted", share(accepted_at, requested[1]))?;
     summary.note("kept", share(kept, reached))?;
     summary.note("bound_held", share(held, reached))?;
     summary.note("bound_over_error_median", median(ratios))?;
@@ -305,9 +306,9 @@ pub fn disks(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
             .prescribe((0, Side::Min), 0, 0.0)
             .hold((0, Side::Max))
             .pressure((1, Side::Min), pressure);
-        let asked = Tolerance::of(Quantity::displacement([0.0, 0.0], 1), 0.01);
+        let requested = Tolerance::of(Quantity::displacement([0.0, 0.0], 1), 0.01);
         let start = Instant::now();
-        let answer = disk.solve_within(&asked, Budget::default())?;
+        let answer = disk.solve_within(&requested, Budget::default())?;
         summary.note(format!("disk_{pressure}_seconds"), start.elapsed().as_secs_f64())?;
         summary.note(format!("disk_{pressure}_reached"), f64::from(u8::from(answer.reached())))?;
         println!(
@@ -345,15 +346,15 @@ pub fn accidents(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
         ("pad", bonded(40.0)?, shear(), [40.0, 10.0]),
     ];
     for (name, scene, quantity, sides) in cases {
-        let drawn = Drawn { family: name, scene, sides, asked: vec![quantity.clone()] };
+        let drawn = Drawn { family: name, scene, sides, requested: vec![quantity.clone()] };
         let (exact, own) = reference(&drawn)?;
         let mut worst: f64 = 0.0;
         for scheme in [None, Some(Scheme::default())] {
             for tolerance in [0.01, 0.002, 0.001, 0.0005] {
-                let asked = Tolerance::of(quantity.clone(), tolerance);
+                let requested = Tolerance::of(quantity.clone(), tolerance);
                 let answer = match &scheme {
-                    None => drawn.scene.solve_within(&asked, Budget::default())?,
-                    Some(scheme) => drawn.scene.solve_within_by(scheme, &asked, Budget::default())?,
+                    None => drawn.scene.solve_within(&requested, Budget::default())?,
+                    Some(scheme) => drawn.scene.solve_within_by(scheme, &requested, Budget::default())?,
                 };
                 let error = (answer.values()[0] / exact[0] - 1.0).abs();
                 println!(

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use rkpm::assembly::Ranks;
-use rkpm::scene::Solving;
+use rkpm::scene::SolverChoice;
 use rkpm_petsc::{Gamg, Mumps, Session, on_all_ranks};
 
 #[path = "../../examples/support/block.rs"]
@@ -30,11 +30,11 @@ fn run(session: &Session) -> Result<(), Box<dyn std::error::Error>> {
     scheme = match solver.as_str() {
         "gamg" => scheme.solver(Gamg::new(session)),
         "mumps" => scheme.solver(Mumps::new(session)),
-        "krylov" => scheme.solving(Solving::Krylov),
-        "direct" => scheme.solving(Solving::Direct),
+        "krylov" => scheme.solver_choice(SolverChoice::Krylov),
+        "direct" => scheme.solver_choice(SolverChoice::Direct),
         other => return Err(format!("--solver {other}: gamg, mumps, krylov or direct").into()),
     };
-    let mut watch = Watch::start();
+    let mut watch = StepSizeProbe::start();
     let problem = block.discretize(&scheme)?;
     let tables = watch.lap();
     let after_tables = peak();
@@ -74,7 +74,7 @@ fn run(session: &Session) -> Result<(), Box<dyn std::error::Error>> {
             "  GB: {:.3} after tables, peak of a rank {:.3}, of all {:.3}; entries of a rank {:.3e}, of all {:.3e}; points {}",
             largest[0], largest[1], sums[0], largest[2], sums[1], sums[2]
         );
-        println!("  directions {:?}", problem.analysis().solver.directions());
+        println!("  directions {:?}", problem.analysis().solver.krylov_iterations());
         if let Some(step) = path.steps.last() {
             println!("  energy {:.12e}", step.energy);
         }
@@ -83,16 +83,16 @@ fn run(session: &Session) -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Seconds of phases, by the clock on the wall and by the processor, which counts waiting for other ranks as well.
-struct Watch(Instant, f64);
+struct StepSizeProbe(Instant, f64);
 
-impl Watch {
+impl StepSizeProbe {
     fn start() -> Self {
-        Watch(Instant::now(), processor())
+        StepSizeProbe(Instant::now(), processor())
     }
 
     /// Since the last lap.
     fn lap(&mut self) -> [f64; 2] {
-        let next = Watch::start();
+        let next = StepSizeProbe::start();
         let seconds = [(next.0 - self.0).as_secs_f64(), next.1 - self.1];
         *self = next;
         seconds

@@ -59,7 +59,7 @@ impl LinearSolver for Gamg {
         Some(Arc::new(self.session.clone()))
     }
 
-    fn cycle(&self, nodes: &[Point<3>]) -> Option<Arc<dyn LinearSolver>> {
+    fn preconditioner(&self, nodes: &[Point<3>]) -> Option<Arc<dyn LinearSolver>> {
         Some(Arc::new(Cycle { session: self.session.clone(), nodes: nodes.to_vec() }))
     }
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use rkpm::assembly::Ranks;
 use rkpm::error::OutputError;
 use rkpm::output::{Flush, Journal};
-use rkpm::scene::{Holding, Problem};
+use rkpm::scene::{LocalOwnership, Problem};
 use rkpm::solve::{EquilibriumPath, Observer};
 
 use crate::error::PetscError;
@@ -40,7 +40,7 @@ impl Journals {
     ) -> Result<Journal, OutputError> {
         let file = Self::file(session, path);
         let journal = Journal::create(&file, &problem.at_rest())?;
-        write_zones(&file, &problem.holding())?;
+        write_zones(&file, &problem.ownership())?;
         Ok(journal)
     }
 
@@ -58,7 +58,7 @@ impl Journals {
     ) -> Outcome<(Journal, EquilibriumPath)> {
         let path = path.as_ref();
         let file = Self::file(session, path);
-        let own = problem.holding();
+        let own = problem.ownership();
         let recorded = chosen(session, path)?;
         if recorded == session.count() {
             if zones(&file)? != own {
@@ -76,7 +76,7 @@ impl Journals {
                 .map(|rank| {
                     let file = name(path, rank, recorded);
                     let name = file.display().to_string();
-                    Ok(Piece { name, holding: zones(&file)?, path: Journal::read(&file)? })
+                    Ok(Piece { name, ownership: zones(&file)?, path: Journal::read(&file)? })
                 })
                 .collect();
             let so_far = composed(&pieces?, &own)?;
@@ -105,14 +105,14 @@ fn replace(file: &Path, so_far: &EquilibriumPath) -> Outcome<()> {
 }
 
 /// Which zones a journal is about, beside it.
-fn write_zones(file: &Path, holding: &Holding) -> Result<(), OutputError> {
+fn write_zones(file: &Path, ownership: &LocalOwnership) -> Result<(), OutputError> {
     let path = with_ending(file, ".zones");
     let refused = |source| OutputError::Io { path: path.display().to_string(), source };
-    let text = serde_json::to_string(holding).map_err(|error| refused(error.into()))?;
+    let text = serde_json::to_string(ownership).map_err(|error| refused(error.into()))?;
     fs::write(&path, text).map_err(refused)
 }
 
-fn zones(file: &Path) -> Result<Holding, PetscError> {
+fn zones(file: &Path) -> Result<LocalOwnership, PetscError> {
     let path = with_ending(file, ".zones");
     let text = fs::read_to_string(&path).map_err(|error| error.to_string());
     let read = text.and_then(|text| serde_json::from_str(&text).map_err(|error| error.to_string()));

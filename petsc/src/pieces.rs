@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use rkpm::scene::{Holding, TermHolding};
+use rkpm::scene::{LocalOwnership, TermOwnership};
 use rkpm::solve::{EquilibriumPath, State, Step};
 
 use crate::error::PetscError;
@@ -11,7 +11,7 @@ use crate::error::PetscError;
 pub(crate) struct Piece {
     /// The name of its journal.
     pub name: String,
-    pub holding: Holding,
+    pub ownership: LocalOwnership,
     pub path: EquilibriumPath,
 }
 
@@ -27,7 +27,7 @@ fn refused<T>(what: String) -> Result<T, PetscError> {
 ///
 /// # Errors
 /// [`PetscError::Pieces`] where the pieces are not of one run, hold a zone twice, or lack one.
-pub(crate) fn composed(pieces: &[Piece], own: &Holding) -> Result<EquilibriumPath, PetscError> {
+pub(crate) fn composed(pieces: &[Piece], own: &LocalOwnership) -> Result<EquilibriumPath, PetscError> {
     let Some(first) = pieces.first() else { return refused("there are none".into()) };
     let steps = pieces.iter().map(|piece| piece.path.steps.len()).min().unwrap_or(0);
     let whole = states(first, steps);
@@ -81,7 +81,7 @@ fn same_bits(a: &[f64], b: &[f64]) -> bool {
 
 /// Refuses a piece whose states are not as long as it says.
 fn check_lengths(piece: &Piece, states: &[&State]) -> Result<(), PetscError> {
-    let needed: Vec<usize> = piece.holding.terms.iter().map(TermHolding::total).collect();
+    let needed: Vec<usize> = piece.ownership.terms.iter().map(TermOwnership::total).collect();
     match states.iter().all(|state| state.condensed.iter().map(Vec::len).eq(needed.iter().copied())) {
         true => Ok(()),
         false => refused(format!("{} has other unknowns than its list of zones says", piece.name)),
@@ -89,48 +89,50 @@ fn check_lengths(piece: &Piece, states: &[&State]) -> Result<(), PetscError> {
 }
 
 /// For each term of a rank, where its numbers stand.
-fn sources(pieces: &[Piece], own: &Holding) -> Result<Vec<Vec<Source>>, PetscError> {
-    if let Some(piece) = pieces.iter().find(|piece| piece.holding.terms.len() != own.terms.len()) {
+fn sources(pieces: &[Piece], own: &LocalOwnership) -> Result<Vec<Vec<Source>>, PetscError> {
+    if let Some(piece) = pieces.iter().find(|piece| piece.ownership.terms.len() != own.terms.len()) {
         return refused(format!("{} is of another scene: it has other bodies or terms", piece.name));
     }
     (0..own.terms.len()).map(|term| sources_of(pieces, term, &own.terms[term])).collect()
 }
 
-fn sources_of(pieces: &[Piece], term: usize, own: &TermHolding) -> Result<Vec<Source>, PetscError> {
+fn sources_of(pieces: &[Piece], term: usize, own: &TermOwnership) -> Result<Vec<Source>, PetscError> {
     // Each cluster of all pieces: where its unknowns and its memory stand.
     let mut found: HashMap<u64, (Source, Source)> = HashMap::new();
     for (number, piece) in pieces.iter().enumerate() {
-        let holding = &piece.holding.terms[term];
-        let (mut unknown, mut remembered) = (0, holding.unknowns.iter().sum::<usize>() + holding.common);
-        for (&key, (&unknowns, &memory)) in holding.keys.iter().zip(holding.unknowns.iter().zip(&holding.memory)) {
-            let places = ((number, unknown, unknowns), (number, remembered, memory));
+        let ownership = &piece.ownership.terms[term];
+        let (mut unknown, mut has_history) = (0, ownership.unknowns.iter().sum::<usize>() + ownership.common);
+        for (&key, (&unknowns, &memory)) in
+            ownership.keys.iter().zip(ownership.unknowns.iter().zip(&ownership.internal_variables))
+        {
+            let places = ((number, unknown, unknowns), (number, has_history, memory));
             if found.insert(key, places).is_some() {
                 return refused(format!("{} holds a zone of body {term} that another piece holds too", piece.name));
             }
-            (unknown, remembered) = (unknown + unknowns, remembered + memory);
+            (unknown, has_history) = (unknown + unknowns, has_history + memory);
         }
     }
     let (mut unknowns, mut memory) = (Vec::new(), Vec::new());
-    for (key, lengths) in own.keys.iter().zip(own.unknowns.iter().zip(&own.memory)) {
-        let Some(&(unknown, remembered)) = found.get(key) else {
+    for (key, lengths) in own.keys.iter().zip(own.unknowns.iter().zip(&own.internal_variables)) {
+        let Some(&(unknown, has_history)) = found.get(key) else {
             return refused(format!(
                 "a zone of body {term} is in none of them: another scene or scheme, or a piece is missing"
             ));
         };
-        if (unknown.2, remembered.2) != (*lengths.0, *lengths.1) {
+        if (unknown.2, has_history.2) != (*lengths.0, *lengths.1) {
             return refused(format!(
                 "a zone of body {term} has {} unknowns and {} numbers of memory where the material here has {} and {}",
-                unknown.2, remembered.2, lengths.0, lengths.1
+                unknown.2, has_history.2, lengths.0, lengths.1
             ));
         }
         unknowns.push(unknown);
-        memory.push(remembered);
+        memory.push(has_history);
     }
     // Each rank has written the time of its memory.
-    let timed = pieces.iter().position(|piece| piece.holding.terms[term].common == own.common);
+    let timed = pieces.iter().position(|piece| piece.ownership.terms[term].common == own.common);
     match timed {
         Some(piece) if own.common > 0 => {
-            unknowns.push((piece, pieces[piece].holding.terms[term].unknowns.iter().sum(), own.common));
+            unknowns.push((piece, pieces[piece].ownership.terms[term].unknowns.iter().sum(), own.common));
         }
         None => return refused(format!("the material of body {term} remembers otherwise here")),
         _ => {}

@@ -151,16 +151,16 @@ fn drive_in(all: &Path) -> Outcome<()> {
     for way in ["killed", "fails", "panics", "memory", "stalls"] {
         let folder = folder(way)?;
         let failed = launch(way, &folder, RANKS)?;
-        let told = String::from_utf8_lossy(&failed.stderr).into_owned();
+        let given = String::from_utf8_lossy(&failed.stderr).into_owned();
         ensure(!failed.status.success(), format!("{way}: the ranks ended well"))?;
-        let own = told.lines().filter(|line| line.starts_with("rank ")).count();
+        let own = given.lines().filter(|line| line.starts_with("rank ")).count();
         let expected = usize::from(matches!(way, "fails" | "panics" | "stalls"));
-        ensure(own == expected, format!("{way}: {own} messages\n{told}"))?;
+        ensure(own == expected, format!("{way}: {own} messages\n{given}"))?;
         let journals = (0..RANKS).map(|rank| Journal::read(folder.join(format!("run.{rank}_of_{RANKS}.jsonl"))));
         let steps: Vec<usize> = journals.map(|path| path.map(|path| path.steps.len())).collect::<Result<_, _>>()?;
         println!(
             "{way}: steps recorded {steps:?}; {}",
-            told.lines().find(|line| line.starts_with("rank ")).unwrap_or("")
+            given.lines().find(|line| line.starts_with("rank ")).unwrap_or("")
         );
         if matches!(way, "fails" | "stalls") {
             continue;
@@ -168,10 +168,10 @@ fn drive_in(all: &Path) -> Outcome<()> {
         ensure(steps.iter().all(|&steps| steps >= 2), format!("{way}: steps recorded {steps:?}"))?;
         // Another scene, and then what belongs there.
         let other = launch("other", &folder, RANKS)?;
-        let told = String::from_utf8_lossy(&other.stderr).into_owned();
+        let given = String::from_utf8_lossy(&other.stderr).into_owned();
         ensure(
-            !other.status.success() && told.contains("none of this problem"),
-            format!("{way}: another scene went on\n{told}"),
+            !other.status.success() && given.contains("none of this problem"),
+            format!("{way}: another scene went on\n{given}"),
         )?;
         let resumed = launch("resumed", &folder, RANKS)?;
         ensure(resumed.status.success(), format!("{way}: {}", String::from_utf8_lossy(&resumed.stderr)))?;
@@ -229,16 +229,16 @@ fn others(all: &Path, whole: &Path) -> Outcome<()> {
         let name = format!("run.1_of_2.jsonl{ending}");
         std::fs::copy(strange.join(&name), folder.join(&name))?;
     }
-    refuses(&folder, 1, "of different runs")?;
+    check_state(&folder, 1, "of different runs")?;
     std::fs::remove_file(folder.join("run.1_of_2.jsonl"))?;
-    refuses(&folder, 1, "is missing")?;
-    refuses(&folder, 2, "is missing")?;
+    check_state(&folder, 1, "is missing")?;
+    check_state(&folder, 2, "is missing")?;
     println!("6 runs resumed on another number of ranks; mixed and incomplete journals refused");
     Ok(())
 }
 
-fn refuses(folder: &Path, ranks: usize, why: &str) -> Outcome<()> {
+fn check_state(folder: &Path, ranks: usize, why: &str) -> Outcome<()> {
     let refused = launch("resumed", folder, ranks)?;
-    let told = String::from_utf8_lossy(&refused.stderr).into_owned();
-    ensure(!refused.status.success() && told.contains(why), format!("{why}: not refused\n{told}"))
+    let given = String::from_utf8_lossy(&refused.stderr).into_owned();
+    ensure(!refused.status.success() && given.contains(why), format!("{why}: not refused\n{given}"))
 }

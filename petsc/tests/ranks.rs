@@ -4,7 +4,7 @@
 
 use rkpm::assembly::Ranks;
 use rkpm::prelude::*;
-use rkpm::scene::Enforcing;
+use rkpm::scene::ConstraintMethod;
 use rkpm_petsc::{Gamg, Mumps, Session};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
@@ -110,7 +110,7 @@ fn uneven_cube(session: &Session) -> Outcome {
 
 /// Conditions by multipliers.
 fn held_cube(session: &Session) -> Outcome {
-    cube(session, &Scheme::default().particles([5]).enforcing(Enforcing::Multipliers))
+    cube(session, &Scheme::default().particles([5]).constraint_method(ConstraintMethod::Multipliers))
 }
 
 fn cube(session: &Session, scheme: &Scheme) -> Outcome {
@@ -222,10 +222,15 @@ fn iterated(session: &Session) -> Outcome {
     let energy = (alone.energy(a) / shared.energy(b) - 1.0).abs();
     let [force, other] = [alone.reaction(a, (2, Side::Max))?[0], shared.reaction(b, (2, Side::Max))?[0]];
     let reaction = (force / other - 1.0).abs();
-    let directions = shared.analysis().solver.directions();
+    let krylov_iterations = shared.analysis().solver.krylov_iterations();
     if session.rank() == 0 {
-        println!("  displacement {error:.1e}, energy {energy:.1e}, reaction {reaction:.1e}, directions {directions:?}");
+        println!(
+            "  displacement {error:.1e}, energy {energy:.1e}, reaction {reaction:.1e}, directions {krylov_iterations:?}"
+        );
     }
     ensure(error <= 1e-6 && energy <= 1e-6 && reaction <= 1e-6, "the iteration found another state")?;
-    ensure(!directions.is_empty() && directions.iter().all(|&d| d <= 45), format!("directions {directions:?}"))
+    ensure(
+        !krylov_iterations.is_empty() && krylov_iterations.iter().all(|&d| d <= 45),
+        format!("directions {krylov_iterations:?}"),
+    )
 }

@@ -32,8 +32,8 @@ pub struct Assembler {
     pub(super) places: Vec<u32>,
     /// The order of the sums, for each term.
     pub(super) slabs: Vec<SlabSchedule>,
-    /// Whether pressures of zones are kept apart.
-    pub(super) apart: bool,
+    /// Whether pressures of zones are kept uncondensed.
+    pub(super) uncondensed: bool,
     /// Whether the rest of the matrices of such terms stays in tangents at points.
     free: bool,
     /// One for each thread.
@@ -65,13 +65,13 @@ impl Assembler {
         Self::with(model, false, false)
     }
 
-    pub(super) fn with<const D: usize>(model: &Model<D>, apart: bool, free: bool) -> Self {
+    pub(super) fn with<const D: usize>(model: &Model<D>, uncondensed: bool, free: bool) -> Self {
         if !model.is_complete() {
             return Assembler::default();
         }
-        let columns = NodeColumns::new(model, apart, free);
+        let columns = NodeColumns::new(model, uncondensed, free);
         let pattern = columns.pattern::<D>();
-        let (first_place, places) = columns.places(model, apart, free);
+        let (first_place, places) = columns.places(model, uncondensed, free);
         Assembler {
             entries: pattern.entries(),
             pattern,
@@ -79,7 +79,7 @@ impl Assembler {
             first_place,
             places,
             slabs: model.terms.iter().map(|term| SlabSchedule::new(model, &**term)).collect(),
-            apart,
+            uncondensed,
             free,
             elements: Vec::new(),
         }
@@ -184,7 +184,7 @@ impl Assembler {
             first_block: &self.first_place,
             blocks: &self.places,
             slabs: &self.slabs,
-            apart: self.apart,
+            uncondensed: self.uncondensed,
             free: self.free,
         };
         let over = |parts, part| Sum { places, model, at, term: 0, with_matrix, parts, part };

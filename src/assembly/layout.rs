@@ -15,8 +15,8 @@ pub(super) struct NodeColumns {
 }
 
 impl NodeColumns {
-    /// Of a complete model; pressures of zones kept `apart`, the rest of the matrices of such terms left to their points where `free`.
-    pub fn new<const D: usize>(model: &Model<D>, apart: bool, free: bool) -> Self {
+    /// Of a complete model; pressures of zones kept `uncondensed`, the rest of the matrices of such terms left to their points where `free`.
+    pub fn new<const D: usize>(model: &Model<D>, uncondensed: bool, free: bool) -> Self {
         let nodes = model.positions.len();
         // Clusters that hold each node, so that a column is the union of its clusters' nodes.
         let mut holders: Vec<Vec<(u32, u32)>> = vec![Vec::new(); nodes];
@@ -43,7 +43,7 @@ impl NodeColumns {
             for &(t, cluster) in &holders[column] {
                 let term = &model.terms[t as usize];
                 let nodes = term.nodes(cluster as usize);
-                if apart && term.separates() {
+                if uncondensed && term.separates() {
                     let own = nodes.partition_point(|&node| (node as usize) < column) as u16;
                     term.couplings(cluster as usize, &mut |list| {
                         if list.binary_search(&own).is_ok() {
@@ -85,7 +85,12 @@ impl NodeColumns {
     }
 
     /// For each term and cluster its first place, and for each pair of a cluster's nodes the place of the block in its column.
-    pub fn places<const D: usize>(&self, model: &Model<D>, apart: bool, free: bool) -> (Vec<Vec<usize>>, Vec<u32>) {
+    pub fn places<const D: usize>(
+        &self,
+        model: &Model<D>,
+        uncondensed: bool,
+        free: bool,
+    ) -> (Vec<Vec<usize>>, Vec<u32>) {
         let mut first_place = Vec::new();
         let pairs = |nodes: usize| nodes * (nodes + 1) / 2;
         let count = |term: &dyn Term<D>| match free && term.separates() {
@@ -105,7 +110,7 @@ impl NodeColumns {
                 if free && term.separates() {
                     continue;
                 }
-                if apart && term.separates() {
+                if uncondensed && term.separates() {
                     places_apart(&**term, cluster, list, self, &mut places);
                     continue;
                 }

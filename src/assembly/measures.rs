@@ -88,9 +88,9 @@ impl<const D: usize> Model<D> {
 
     /// Why a state is none that a term can answer for.
     #[cfg(feature = "solve")]
-    pub(crate) fn refuses(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64) -> Option<String> {
+    pub(crate) fn check_state(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64) -> Option<String> {
         let mut terms = self.terms.iter().zip(condensed);
-        terms.find_map(|(term, condensed)| term.refuses(View { displacement, condensed, load }))
+        terms.find_map(|(term, condensed)| term.check_state(View { displacement, condensed, load }))
     }
 }
 

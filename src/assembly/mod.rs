@@ -1,12 +1,12 @@
 //! The model and its sparse system: terms over clusters, summed into one fixed pattern.
 
 mod assembler;
-mod elsewhere;
 mod layout;
 mod measures;
 mod model;
 mod pattern;
 mod ranks;
+mod remote;
 mod slabs;
 mod sum;
 mod system;

@@ -7,7 +7,7 @@ use crate::parallel::{map_ranges, threads};
 use crate::term::{Element, Product, Term, View, Zone};
 
 use super::Ranks;
-use super::elsewhere::Elsewhere;
+use super::remote::RemoteTerm;
 
 /// Unknowns below which everything stays on one thread.
 pub(super) const SERIAL_BELOW: usize = 400;
@@ -66,7 +66,7 @@ impl<const D: usize> Model<D> {
         let nodes = clusters.clone().flat_map(|c| term.nodes(c)).map(|&node| node as usize + 1);
         self.needs.push([
             nodes.max().unwrap_or(0),
-            clusters.map(|c| term.condensed(c).end).max().unwrap_or(0).max(term.memory().end),
+            clusters.map(|c| term.condensed(c).end).max().unwrap_or(0).max(term.internal_variables().end),
         ]);
         self.terms.push(Box::new(term));
         self
@@ -74,7 +74,7 @@ impl<const D: usize> Model<D> {
 
     /// Adds a term that this process knows as a whole: where ranks share the clusters, the first of them alone sums it.
     pub fn add_whole(&mut self, term: impl Term<D> + 'static) -> &mut Self {
-        if self.ranks().is_some_and(|ranks| ranks.rank() > 0) { self.add(Elsewhere(term)) } else { self.add(term) }
+        if self.ranks().is_some_and(|ranks| ranks.rank() > 0) { self.add(RemoteTerm(term)) } else { self.add(term) }
     }
 
     /// The terms.
@@ -92,7 +92,7 @@ impl<const D: usize> Model<D> {
         &self.positions
     }
 
-    /// Load factors inside $(0, 1)$ at which the forces of a term have kinks.
+    /// Load factors inside $(0, 1)$ at which the forces of a term have break points.
     pub fn break_points(&self) -> Vec<f64> {
         self.terms.iter().flat_map(|term| term.break_points()).collect()
     }
@@ -112,8 +112,8 @@ impl<const D: usize> Model<D> {
                 for cluster in 0..term.clusters() {
                     term.start(cluster, &mut condensed[term.condensed(cluster)]);
                 }
-                if !term.memory().is_empty() {
-                    term.start_memory(&mut condensed[term.memory()]);
+                if !term.internal_variables().is_empty() {
+                    term.start_internal_variables(&mut condensed[term.internal_variables()]);
                 }
                 condensed
             })
@@ -218,23 +218,23 @@ impl<const D: usize> Model<D> {
 
     /// Condensed unknowns at a converged state with the memory of the step that led there; as they are where no term
     /// remembers, and for vectors of another model.
-    pub fn remember(&self, displacement: &[f64], condensed: &mut [Vec<f64>], load: f64) {
+    pub fn update_history(&self, displacement: &[f64], condensed: &mut [Vec<f64>], load: f64) {
         if !self.reads(displacement, condensed) {
             return;
         }
         for (term, condensed) in self.terms.iter().zip(condensed) {
-            let range = term.memory();
+            let range = term.internal_variables();
             if range.is_empty() {
                 continue;
             }
             let mut next = condensed[range.clone()].to_vec();
-            term.remember(View { displacement, condensed, load }, &mut next);
+            term.update_history(View { displacement, condensed, load }, &mut next);
             condensed[range].copy_from_slice(&next);
         }
     }
 
     /// The error that a step of time has left in the stress, relative to the stress (root of the mean squares over the body): from
-    /// the condensed unknowns `before` of a step earlier, where the loads had no kink since, to those at its end, whose memory
+    /// the condensed unknowns `before` of a step earlier, where the loads had no break point since, to those at its end, whose memory
     /// is still that of its beginning; see [`Term::time_error`]. NaN for vectors of another model.
     pub fn time_error(
         &self,
@@ -248,13 +248,13 @@ impl<const D: usize> Model<D> {
         }
         let mut sums = [0.0; 2];
         for (k, (term, condensed)) in self.terms.iter().zip(condensed).enumerate() {
-            let range = term.memory();
+            let range = term.internal_variables();
             if !term.is_timed() || range.is_empty() {
                 continue;
             }
             let view = View { displacement, condensed, load };
             let mut next = condensed[range.clone()].to_vec();
-            term.remember(view, &mut next);
+            term.update_history(view, &mut next);
             let squares = term.time_error(before.map(|before| &before[k][range.clone()]), view, &next);
             for (sum, square) in sums.iter_mut().zip(squares) {
                 *sum += square;

@@ -104,7 +104,7 @@ pub(super) struct Gathered {
     pub scale: f64,
     /// Skew parts of their matrices.
     pub skew: Vec<(u32, u32, f64)>,
-    /// Pressures that are kept apart.
+    /// Pressures that are kept uncondensed.
     pub zones: Vec<Zone>,
     /// Entries that neither the symmetric part nor the skew one holds.
     pub coupling: Vec<(u32, u32, f64)>,

@@ -36,8 +36,8 @@ pub(super) struct Places<'a> {
     /// For each pair (a ≥ b) of a cluster's nodes, by columns b, the place of the block in its node column.
     pub(super) blocks: &'a [u32],
     pub(super) slabs: &'a [SlabSchedule],
-    /// Whether pressures of zones are kept apart.
-    pub(super) apart: bool,
+    /// Whether pressures of zones are kept uncondensed.
+    pub(super) uncondensed: bool,
     /// Whether nothing of terms with such zones is summed.
     pub(super) free: bool,
 }
@@ -98,18 +98,20 @@ impl<const D: usize> Sum<'_, D> {
             }
             if has_matrix && lower && !free {
                 element.reset_lower::<D>(nodes.len());
-                element.apart =
-                    self.places.apart.then(|| Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
+                element.uncondensed = self
+                    .places
+                    .uncondensed
+                    .then(|| Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
             } else if has_matrix && free {
                 element.reset(nodes.len() * D, false);
                 element.with_matrix = true;
                 element.free = true;
-                element.apart = Some(Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
+                element.uncondensed = Some(Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
             } else {
                 element.reset(nodes.len() * D, has_matrix);
             }
             term.linearize(cluster, self.at, element);
-            if let Some(mut zone) = element.apart.take().filter(|zone| !zone.slopes.is_empty()) {
+            if let Some(mut zone) = element.uncondensed.take().filter(|zone| !zone.slopes.is_empty()) {
                 zone.nodes.extend_from_slice(nodes);
                 gathered.zones.push(zone);
             }

@@ -1,4 +1,4 @@
-//! Rows at particles.
+//! Constraint equations at particles.
 
 use crate::error::{ApproximationError, Error};
 use crate::geometry::Point;
@@ -6,14 +6,14 @@ use crate::shape::{Approximation, ShapeFunctions};
 use crate::table::check_values;
 use crate::term::Amplitude;
 
-use super::claims::{Claim, own_component, says_again};
+use super::constraints::Constraints;
+use super::equation::{ConstraintEquation, check_component};
 use super::over_boundary::rounding;
-use super::row::{Row, check_component};
+use super::prescribed_directions::{PrescribedDirection, is_redundant, own_component};
 use super::row_values::{Along, Motion, Value, along_axis, moved, scaled};
-use super::rows::Constraints;
 
 impl Constraints {
-    /// Conditions $u_i(X_J) = g(X_J)\\,a(\lambda)$ at particles: the rows $\Psi_I(X_J)$ of the paper's
+    /// Conditions $u_i(X_J) = g(X_J)\\,a(\lambda)$ at particles: the constraint equations $\Psi_I(X_J)$ of the paper's
     /// transformation (4.29).
     ///
     /// A condition given twice with equal values is taken once.
@@ -70,12 +70,13 @@ impl Constraints {
             let normal = normals.get(place).copied().unwrap_or_else(Point::zeros);
             let direction = along(&at, &normal)?;
             let (target, amplitude) = value(vec![(at, 1.0)]);
-            let claims = self.at_particles.get(&particle).map_or(&[][..], Vec::as_slice);
-            let asked = Claim::new(direction, label, target, amplitude.clone(), self.rows.len());
-            if says_again(claims, &asked, &at, rounding)? {
+            let prescriptions = self.at_particles.get(&particle).map_or(&[][..], Vec::as_slice);
+            let requested = PrescribedDirection::new(direction, label, target, amplitude.clone(), self.equations.len());
+            if is_redundant(prescriptions, &requested, &at, rounding)? {
                 continue;
             }
-            let dependent = particle * D + own_component(claims, &direction, |row| self.rows[row].dependent % D);
+            let dependent = particle * D
+                + own_component(prescriptions, &direction, |equation| self.equations[equation].dependent % D);
             approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
             check_values(&psi, approximation.nodes().len(), &at)?;
             let mut entries = Vec::with_capacity(psi.nodes.len());
@@ -83,8 +84,8 @@ impl Constraints {
                 let parts = (0..D).filter(|&i| direction[i] != 0.0);
                 entries.extend(parts.map(|i| (node as usize * D + i, value * direction[i])));
             }
-            self.push(Row { entries, dependent, target, amplitude, label: label.to_string() })?;
-            self.at_particles.entry(particle).or_default().push(asked);
+            self.push(ConstraintEquation { entries, dependent, target, amplitude, label: label.to_string() })?;
+            self.at_particles.entry(particle).or_default().push(requested);
         }
         Ok(())
     }

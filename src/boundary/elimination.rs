@@ -1,4 +1,4 @@
-//! Rows that share unknowns: which they are, and their elimination.
+//! Constraint equations that share unknowns: which they are, and their elimination.
 
 use std::collections::BTreeMap;
 
@@ -6,20 +6,20 @@ use crate::error::BoundaryError;
 
 use super::Constraints;
 
-/// What is left of a row below this part of its size counts as nothing.
+/// What is left of a constraint equation below this part of its size counts as nothing.
 const DEPENDENT: f64 = 1e-10;
 
-/// Rows that share unknowns, eliminated together.
+/// Constraint equations that share unknowns, eliminated together.
 pub(super) struct Group {
-    /// Rows of the problem.
-    pub rows: Vec<usize>,
-    /// Eliminated unknowns, one per row.
+    /// Constraint equations of the problem.
+    pub equations: Vec<usize>,
+    /// Eliminated unknowns, one per constraint equation.
     pub pivots: Vec<usize>,
     /// Unknowns they are expressed by, as reduced indices.
     pub free: Vec<u32>,
-    /// W, `pivots × free` by rows.
+    /// W, `pivots × free` by constraint equations.
     pub w: Vec<f64>,
-    /// V, `pivots × rows` by rows.
+    /// V, `pivots × equations` by constraint equations.
     pub v: Vec<f64>,
     /// Reduced unknowns that couple with the pivots (a superset of `free`).
     pub coupled: Vec<u32>,
@@ -45,10 +45,10 @@ impl Group {
     }
 }
 
-/// Groups rows that share unknowns and brings each group to reduced echelon form; free unknowns by full index.
-pub(super) fn eliminate(rows: &Constraints, limit: usize) -> Result<Vec<(Group, Vec<usize>)>, BoundaryError> {
-    // Union of rows through the unknowns they share.
-    let mut leader: Vec<usize> = (0..rows.len()).collect();
+/// Groups constraint equations that share unknowns and brings each group to reduced echelon form; free unknowns by full index.
+pub(super) fn eliminate(equations: &Constraints, limit: usize) -> Result<Vec<(Group, Vec<usize>)>, BoundaryError> {
+    // Union of constraint equations through the unknowns they share.
+    let mut leader: Vec<usize> = (0..equations.len()).collect();
     fn find(leader: &mut [usize], mut i: usize) -> usize {
         while leader[i] != i {
             leader[i] = leader[leader[i]];
@@ -57,8 +57,8 @@ pub(super) fn eliminate(rows: &Constraints, limit: usize) -> Result<Vec<(Group, 
         i
     }
     let mut first_row: BTreeMap<usize, usize> = BTreeMap::new();
-    for (r, row) in rows.rows().iter().enumerate() {
-        for &(unknown, coefficient) in &row.entries {
+    for (r, equation) in equations.equations().iter().enumerate() {
+        for &(unknown, coefficient) in &equation.entries {
             if coefficient != 0.0 {
                 let other = *first_row.entry(unknown).or_insert(r);
                 let (a, b) = (find(&mut leader, r), find(&mut leader, other));
@@ -67,7 +67,7 @@ pub(super) fn eliminate(rows: &Constraints, limit: usize) -> Result<Vec<(Group, 
         }
     }
     let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for r in 0..rows.len() {
+    for r in 0..equations.len() {
         members.entry(find(&mut leader, r)).or_default().push(r);
     }
     let mut groups = Vec::with_capacity(members.len());
@@ -77,22 +77,24 @@ pub(super) fn eliminate(rows: &Constraints, limit: usize) -> Result<Vec<(Group, 
             return Err(BoundaryError::Unsuitable {
                 enforcement: "mixed transformation",
                 reason: format!(
-                    "{m} rows share unknowns and would be eliminated together, the limit is {limit}; take Lagrange multipliers"
+                    "{m} constraint equations share unknowns and would be eliminated together, the limit is {limit}; take Lagrange multipliers"
                 ),
             });
         }
-        let mut unknowns: Vec<usize> =
-            rows_of.iter().flat_map(|&r| rows.rows()[r].entries.iter().filter(|e| e.1 != 0.0).map(|e| e.0)).collect();
+        let mut unknowns: Vec<usize> = rows_of
+            .iter()
+            .flat_map(|&r| equations.equations()[r].entries.iter().filter(|e| e.1 != 0.0).map(|e| e.0))
+            .collect();
         unknowns.sort_unstable();
         unknowns.dedup();
         let n = unknowns.len();
-        // [G | I], rows scaled to a largest entry of one.
+        // [G | I], constraint equations scaled to a largest entry of one.
         let width = n + m;
         let mut a = vec![0.0; m * width];
         for (i, &r) in rows_of.iter().enumerate() {
-            let row = &rows.rows()[r];
-            let largest = row.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
-            for &(unknown, coefficient) in &row.entries {
+            let equation = &equations.equations()[r];
+            let largest = equation.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
+            for &(unknown, coefficient) in &equation.entries {
                 if coefficient != 0.0 {
                     a[i * width + unknowns.partition_point(|&u| u < unknown)] += coefficient / largest;
                 }
@@ -111,8 +113,12 @@ pub(super) fn eliminate(rows: &Constraints, limit: usize) -> Result<Vec<(Group, 
             }
             let (size, i, j) = best;
             if !(size > DEPENDENT) {
-                let row = (0..m).find(|&i| pivot_column[i] == usize::MAX).map_or(0, |i| rows_of[i]);
-                return Err(BoundaryError::Dependent { row, what: rows.rows()[row].label.clone(), pivot: size });
+                let equation = (0..m).find(|&i| pivot_column[i] == usize::MAX).map_or(0, |i| rows_of[i]);
+                return Err(BoundaryError::Dependent {
+                    equation,
+                    what: equations.equations()[equation].label.clone(),
+                    pivot: size,
+                });
             }
             pivot_column[i] = j;
             let scale = 1.0 / a[i * width + j];
@@ -136,7 +142,7 @@ pub(super) fn eliminate(rows: &Constraints, limit: usize) -> Result<Vec<(Group, 
             v.extend_from_slice(&a[i * width + n..(i + 1) * width]);
         }
         let group = Group {
-            rows: rows_of,
+            equations: rows_of,
             pivots: pivot_column.iter().map(|&j| unknowns[j]).collect(),
             free: Vec::new(),
             w,

@@ -1,51 +1,51 @@
-//! Essential conditions: rows, and the strategies that enforce them.
+//! Essential conditions: constraint equations, and the strategies that enforce them.
 
 mod at_particles;
-mod claims;
+mod constraints;
 mod elimination;
+mod equation;
 mod multipliers;
 mod over_boundary;
-mod row;
+mod prescribed_directions;
 mod row_values;
-mod rows;
 mod transformation;
 
-pub(crate) use claims::{Claim, says_again};
+pub use constraints::Constraints;
+pub use equation::ConstraintEquation;
+pub(crate) use equation::{check_component, check_unknowns};
 pub use multipliers::LagrangeMultipliers;
 pub(crate) use multipliers::dependent_rows;
 pub(crate) use over_boundary::rounding;
-pub use row::Row;
-pub(crate) use row::{check_component, check_unknowns};
+pub(crate) use prescribed_directions::{PrescribedDirection, is_redundant};
 pub use row_values::Motion;
 pub(crate) use row_values::{Value, moved, scaled};
-pub use rows::Constraints;
 pub use transformation::MixedTransformation;
 
 use crate::assembly::{Pattern, System};
 use crate::error::BoundaryError;
 use crate::linear::MatrixClass;
 
-/// Refuses patterns that are none, and rows beyond them.
-pub(crate) fn pattern_fits(pattern: &Pattern, rows: &Constraints) -> Result<(), BoundaryError> {
+/// Refuses patterns that are none, and constraint equations beyond them.
+pub(crate) fn pattern_fits(pattern: &Pattern, equations: &Constraints) -> Result<(), BoundaryError> {
     if let Err(error) = pattern.validate() {
         return Err(BoundaryError::Unsuitable { enforcement: "pattern", reason: error.to_string() });
     }
-    check_unknowns(rows.rows(), pattern.size())
+    check_unknowns(equations.equations(), pattern.size())
 }
 
-/// A way to enforce rows $\sum_k c_k d_k = g(\lambda)$.
+/// A way to enforce constraint equations $\sum_k c_k d_k = g(\lambda)$.
 ///
 /// Exact strategies span the same space, so that their solutions agree. Implemented as shown by
 /// [`Enforced`].
 pub trait Enforcement: Send + Sync {
-    /// Binds rows to the pattern of a model.
+    /// Binds constraint equations to the pattern of a model.
     ///
     /// # Errors
-    /// Where rows depend on each other, or the strategy can't serve them.
-    fn bind(&self, pattern: &Pattern, rows: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError>;
+    /// Where constraint equations depend on each other, or the strategy can't serve them.
+    fn bind(&self, pattern: &Pattern, equations: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError>;
 }
 
-/// Rows bound to a pattern: reduces the full system and recovers the full increment.
+/// Constraint equations bound to a pattern: reduces the full system and recovers the full increment.
 ///
 /// With unknowns $\hat d$ and $\delta d = T\hat d + \delta d_g$ (mixed transformation) or
 /// $(\delta d, \mu) = \hat d$ (multipliers):
@@ -56,21 +56,21 @@ pub trait Enforcement: Send + Sync {
 /// use rkpm::error::BoundaryError;
 /// use rkpm::linear::MatrixClass;
 /// use rkpm::prelude::{Block, PlaneStrain, Rubber, Scene, Scheme, Side};
-/// /// Penalty: ½ p (c·d − g)² for every row.
+/// /// Penalty: ½ p (c·d − g)² for every constraint equation.
 /// struct Penalty(f64);
-/// struct Bound { full: Pattern, pattern: Pattern, rows: Vec<Vec<(usize, f64)>>, penalty: f64 }
+/// struct Bound { full: Pattern, pattern: Pattern, equations: Vec<Vec<(usize, f64)>>, penalty: f64 }
 /// impl Enforcement for Penalty {
-///     fn bind(&self, full: &Pattern, rows: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
-///         let rows: Vec<_> = rows.rows().iter().map(|row| row.entries.clone()).collect();
-///         // A row couples all of its unknowns: the lower triangle needs an entry for each two of them.
+///     fn bind(&self, full: &Pattern, equations: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
+///         let equations: Vec<_> = equations.equations().iter().map(|equation| equation.entries.clone()).collect();
+///         // A constraint equation couples all of its unknowns: the lower triangle needs an entry for each two of them.
 ///         let mut columns: Vec<Vec<u32>> = (0..full.size()).map(|c| full.column(c).to_vec()).collect();
-///         for row in &rows {
-///             for &(a, _) in row {
-///                 columns[a].extend(row.iter().map(|e| e.0 as u32).filter(|&b| b as usize > a));
+///         for equation in &equations {
+///             for &(a, _) in equation {
+///                 columns[a].extend(equation.iter().map(|e| e.0 as u32).filter(|&b| b as usize > a));
 ///             }
 ///         }
 ///         let (full, pattern) = (full.clone(), Pattern::from_columns(columns));
-///         Ok(Box::new(Bound { full, pattern, rows, penalty: self.0 }))
+///         Ok(Box::new(Bound { full, pattern, equations, penalty: self.0 }))
 ///     }
 /// }
 /// impl Enforced for Bound {
@@ -80,38 +80,38 @@ pub trait Enforcement: Send + Sync {
 ///     fn reduce(&mut self, full: &System, values: &mut Vec<f64>) {
 ///         values.clear();
 ///         values.resize(self.pattern.entries(), 0.0);
-///         let mut add = |row, column, value| {
-///             if let Some(place) = self.pattern.find(row, column) { values[place] += value; }
+///         let mut add = |equation, column, value| {
+///             if let Some(place) = self.pattern.find(equation, column) { values[place] += value; }
 ///         };
 ///         for c in 0..self.full.size() {
 ///             let first = self.full.columns[c];
-///             for (k, &row) in self.full.column(c).iter().enumerate() { add(row as usize, c, full.values[first + k]); }
+///             for (k, &equation) in self.full.column(c).iter().enumerate() { add(equation as usize, c, full.values[first + k]); }
 ///         }
-///         for row in &self.rows {
-///             for &(a, x) in row {
-///                 for &(b, y) in row.iter().filter(|e| e.0 >= a) { add(b, a, self.penalty * x * y); }
+///         for equation in &self.equations {
+///             for &(a, x) in equation {
+///                 for &(b, y) in equation.iter().filter(|e| e.0 >= a) { add(b, a, self.penalty * x * y); }
 ///             }
 ///         }
 ///     }
 ///     fn restrict(&self, force: &[f64], violation: &[f64], _: &System, rhs: &mut Vec<f64>) {
 ///         rhs.clear();
 ///         rhs.extend_from_slice(force);
-///         for (row, g) in self.rows.iter().zip(violation) {
-///             for &(k, c) in row { rhs[k] += self.penalty * c * g; }
+///         for (equation, g) in self.equations.iter().zip(violation) {
+///             for &(k, c) in equation { rhs[k] += self.penalty * c * g; }
 ///         }
 ///     }
 ///     fn project(&self, full: &[f64], out: &mut Vec<f64>) { out.clear(); out.extend_from_slice(full); }
 ///     fn imbalance(&self, residual: &[f64], multipliers: &[f64], out: &mut Vec<f64>) {
 ///         self.project(residual, out);
-///         for (row, mu) in self.rows.iter().zip(multipliers) {
-///             for &(k, c) in row { out[k] += mu * c; }
+///         for (equation, mu) in self.equations.iter().zip(multipliers) {
+///             for &(k, c) in equation { out[k] += mu * c; }
 ///         }
 ///     }
 ///     fn recover(&self, solved: &[f64], violation: &[f64], step: &mut [f64], multipliers: &mut [f64]) {
 ///         step.copy_from_slice(solved);
 ///         // The reactions, µ = p (c·d − g) behind the step: `react` has nothing left to do.
-///         for ((row, g), mu) in self.rows.iter().zip(violation).zip(multipliers) {
-///             *mu = self.penalty * (row.iter().map(|&(k, c)| c * step[k]).sum::<f64>() - g);
+///         for ((equation, g), mu) in self.equations.iter().zip(violation).zip(multipliers) {
+///             *mu = self.penalty * (equation.iter().map(|&(k, c)| c * step[k]).sum::<f64>() - g);
 ///         }
 ///     }
 /// }
@@ -142,7 +142,7 @@ pub trait Enforced: Send {
     /// Writes the reduced right-hand side for the full one `force` ($-r$) and `violation` ($g - Gd$).
     fn restrict(&self, force: &[f64], violation: &[f64], full: &System, rhs: &mut Vec<f64>);
 
-    /// $T^T v$ for a full vector, zero in the rows of multipliers.
+    /// $T^T v$ for a full vector, zero in the constraint equations of multipliers.
     fn project(&self, full: &[f64], out: &mut Vec<f64>);
 
     /// What is left of a residual once the conditions have taken their reactions, unknown by reduced unknown: zero at

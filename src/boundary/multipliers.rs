@@ -4,29 +4,29 @@ use crate::assembly::{Pattern, System};
 use crate::error::BoundaryError;
 use crate::linear::{Direct, LinearSolver, MatrixClass};
 
-use super::{Constraints, Enforced, Enforcement, Row, pattern_fits};
+use super::{ConstraintEquation, Constraints, Enforced, Enforcement, pattern_fits};
 
 /// Lagrange multipliers: the saddle point system (4.11),
 /// $$\begin{bmatrix}K + G^T R\\,G & G^T\\ G & 0\end{bmatrix}
 ///   \begin{bmatrix}\delta d\\ \mu\end{bmatrix} = \begin{bmatrix}-r + G^T R\\,\gamma\\ \gamma\end{bmatrix},
 ///   \qquad \gamma = g - G d,$$
-/// eliminated with each multiplier right after the last unknown of its row. The augmentation $G^T R\\,G$ does not
-/// change the solution; it makes the block of the unknowns regular where the rows alone hold the body.
+/// eliminated with each multiplier right after the last unknown of its constraint equation. The augmentation $G^T R\\,G$ does not
+/// change the solution; it makes the block of the unknowns regular where the constraint equations alone hold the body.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LagrangeMultipliers;
 
 struct Bound {
     full: usize,
     pattern: Pattern,
-    /// Rows scaled to a largest entry of one, and the scale.
-    rows: Vec<(Vec<(usize, f64)>, f64)>,
+    /// Constraint equations scaled to a largest entry of one, and the scale.
+    equations: Vec<(Vec<(usize, f64)>, f64)>,
     /// Place of each entry of the full pattern.
     destination: Vec<u32>,
-    /// (place, row, coefficient product) of the augmentation.
+    /// (place, constraint equation, coefficient product) of the augmentation.
     augmentation: Vec<(u32, f64)>,
-    /// (place, coefficient) of the rows themselves.
+    /// (place, coefficient) of the constraint equations themselves.
     entries: Vec<(u32, f64)>,
-    /// Stiffness that the rows were last scaled with.
+    /// Stiffness that the constraint equations were last scaled with.
     stiffness: f64,
     /// Place of each full unknown in the saddle point system, then of each multiplier.
     place_of: Vec<u32>,
@@ -35,19 +35,19 @@ struct Bound {
 }
 
 impl Enforcement for LagrangeMultipliers {
-    fn bind(&self, pattern: &Pattern, rows: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
+    fn bind(&self, pattern: &Pattern, equations: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
         let full = pattern.size();
-        pattern_fits(pattern, rows)?;
+        pattern_fits(pattern, equations)?;
         let mut columns: Vec<Vec<u32>> = (0..full).map(|c| pattern.column(c).to_vec()).collect();
-        columns.resize(full + rows.len(), Vec::new());
-        let mut scaled = Vec::with_capacity(rows.len());
-        for (r, row) in rows.rows().iter().enumerate() {
-            let largest = row.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
+        columns.resize(full + equations.len(), Vec::new());
+        let mut scaled = Vec::with_capacity(equations.len());
+        for (r, equation) in equations.equations().iter().enumerate() {
+            let largest = equation.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
             if !(largest > 0.0) {
-                return Err(BoundaryError::Dependent { row: r, what: row.label.clone(), pivot: 0.0 });
+                return Err(BoundaryError::Dependent { equation: r, what: equation.label.clone(), pivot: 0.0 });
             }
             let entries: Vec<(usize, f64)> =
-                row.entries.iter().filter(|e| e.1 != 0.0).map(|&(k, c)| (k, c / largest)).collect();
+                equation.entries.iter().filter(|e| e.1 != 0.0).map(|&(k, c)| (k, c / largest)).collect();
             for &(a, _) in &entries {
                 columns[a].push((full + r) as u32);
                 for &(b, _) in &entries {
@@ -58,17 +58,17 @@ impl Enforcement for LagrangeMultipliers {
             }
             scaled.push((entries, 1.0 / largest));
         }
-        if let Some(dependent) = first_dependent(rows.rows(), &scaled) {
+        if let Some(dependent) = first_dependent(equations.equations(), &scaled) {
             return Err(dependent);
         }
         let saddle = Pattern::from_columns(columns);
-        let place = |row: usize, column: usize| saddle.find(row, column).unwrap_or(0) as u32;
+        let place = |equation: usize, column: usize| saddle.find(equation, column).unwrap_or(0) as u32;
         let mut destination = Vec::with_capacity(pattern.entries());
         for column in 0..full {
             // Both lists rise.
             let mut at = saddle.columns[column];
-            for &row in pattern.column(column) {
-                while saddle.rows[at] < row {
+            for &equation in pattern.column(column) {
+                while saddle.rows[at] < equation {
                     at += 1;
                 }
                 destination.push(at as u32);
@@ -76,19 +76,19 @@ impl Enforcement for LagrangeMultipliers {
         }
         let mut augmentation = Vec::new();
         let mut entries = Vec::new();
-        for (r, (row, _)) in scaled.iter().enumerate() {
-            for &(a, ca) in row {
+        for (r, (equation, _)) in scaled.iter().enumerate() {
+            for &(a, ca) in equation {
                 entries.push((place(full + r, a), ca));
-                for &(b, cb) in row.iter().filter(|&&(b, _)| b >= a) {
+                for &(b, cb) in equation.iter().filter(|&&(b, _)| b >= a) {
                     augmentation.push((place(b, a), ca * cb));
                 }
             }
         }
-        let numbers: Vec<u32> = (0..(full + rows.len()) as u32).collect();
+        let numbers: Vec<u32> = (0..(full + equations.len()) as u32).collect();
         Ok(Box::new(Bound {
             full,
             pattern: saddle,
-            rows: scaled,
+            equations: scaled,
             destination,
             augmentation,
             entries,
@@ -99,31 +99,31 @@ impl Enforcement for LagrangeMultipliers {
     }
 }
 
-/// Rows beyond which a factor of $G G^T$ is asked whether they are independent: elimination row by row, which names the
+/// Constraint equations beyond which a factor of $G G^T$ is requested whether they are independent: elimination constraint equation by constraint equation, which names the
 /// culprit, takes the third power of their number.
 const MANY: usize = 1000;
 
-/// The first row that depends on earlier ones.
-fn first_dependent(rows: &[Row], scaled: &[(Vec<(usize, f64)>, f64)]) -> Option<BoundaryError> {
-    if rows.len() > MANY && independent(scaled) {
+/// The first constraint equation that depends on earlier ones.
+fn first_dependent(equations: &[ConstraintEquation], scaled: &[(Vec<(usize, f64)>, f64)]) -> Option<BoundaryError> {
+    if equations.len() > MANY && independent(scaled) {
         return None;
     }
-    dependent_rows(rows).into_iter().next()
+    dependent_rows(equations).into_iter().next()
 }
 
 /// Whether $G G^T$ has factors that solve.
 fn independent(scaled: &[(Vec<(usize, f64)>, f64)]) -> bool {
     use std::collections::HashMap;
     let mut users: HashMap<usize, Vec<(u32, f64)>> = HashMap::new();
-    for (r, (row, _)) in scaled.iter().enumerate() {
-        row.iter().for_each(|&(k, c)| users.entry(k).or_default().push((r as u32, c)));
+    for (r, (equation, _)) in scaled.iter().enumerate() {
+        equation.iter().for_each(|&(k, c)| users.entry(k).or_default().push((r as u32, c)));
     }
     let (mut columns, mut values) = (vec![0], Vec::new());
     let mut all = Vec::new();
     let mut sums: Vec<(u32, f64)> = Vec::new();
-    for (r, (row, _)) in scaled.iter().enumerate() {
+    for (r, (equation, _)) in scaled.iter().enumerate() {
         sums.clear();
-        for (k, c) in row {
+        for (k, c) in equation {
             sums.extend(users[k].iter().filter(|user| user.0 as usize >= r).map(|&(other, d)| (other, c * d)));
         }
         sums.sort_unstable_by_key(|sum| sum.0);
@@ -149,20 +149,20 @@ fn independent(scaled: &[(Vec<(usize, f64)>, f64)]) -> bool {
         return false;
     }
     let mut x: Vec<f64> = (0..scaled.len()).map(|k| (1.3 * k as f64).sin()).collect();
-    // Products of independent rows are mass matrices with a condition of some thousand.
+    // Products of independent constraint equations are mass matrices with a condition of some thousand.
     factors.solve_in_place(&mut x).is_ok() && x.iter().all(|x| x.abs() < 1e10)
 }
 
-/// The rows that depend on earlier ones, by elimination among rows that share unknowns.
-pub(crate) fn dependent_rows(rows: &[Row]) -> Vec<BoundaryError> {
+/// The constraint equations that depend on earlier ones, by elimination among constraint equations that share unknowns.
+pub(crate) fn dependent_rows(equations: &[ConstraintEquation]) -> Vec<BoundaryError> {
     use std::collections::BTreeMap;
     let mut dependent = Vec::new();
-    // Sparse Gaussian elimination: each reduced row is remembered by its pivot unknown.
+    // Sparse Gaussian elimination: each reduced constraint equation is remembered by its pivot unknown.
     let mut reduced: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
-    for (r, row) in rows.iter().enumerate() {
-        let scale = largest(row);
+    for (r, equation) in equations.iter().enumerate() {
+        let scale = largest(equation);
         let mut left: BTreeMap<usize, f64> = BTreeMap::new();
-        for &(k, c) in &row.entries {
+        for &(k, c) in &equation.entries {
             *left.entry(k).or_insert(0.0) += c / scale;
         }
         // Eliminate by rising pivot order of creation until no pivot unknown is left.
@@ -177,22 +177,22 @@ pub(crate) fn dependent_rows(rows: &[Row]) -> Vec<BoundaryError> {
         let pivot = left.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map(|(k, v)| (*k, *v));
         match pivot {
             Some((pivot, size)) if size.abs() > 1e-10 => {
-                let mut row: BTreeMap<usize, f64> = left.into_iter().map(|(k, v)| (k, v / size)).collect();
-                row.insert(pivot, 1.0);
-                // Keep earlier rows free of the new pivot, so that one pass over a row suffices.
+                let mut equation: BTreeMap<usize, f64> = left.into_iter().map(|(k, v)| (k, v / size)).collect();
+                equation.insert(pivot, 1.0);
+                // Keep earlier constraint equations free of the new pivot, so that one pass over a constraint equation suffices.
                 for other in reduced.values_mut() {
                     if let Some(factor) = other.get(&pivot).copied().filter(|f| *f != 0.0) {
-                        for (k, value) in &row {
+                        for (k, value) in &equation {
                             *other.entry(*k).or_insert(0.0) -= factor * value;
                         }
                         other.remove(&pivot);
                     }
                 }
-                reduced.insert(pivot, row);
+                reduced.insert(pivot, equation);
             }
             other => dependent.push(BoundaryError::Dependent {
-                row: r,
-                what: row.label.clone(),
+                equation: r,
+                what: equation.label.clone(),
                 pivot: other.map_or(0.0, |(_, v)| v.abs()),
             }),
         }
@@ -200,9 +200,9 @@ pub(crate) fn dependent_rows(rows: &[Row]) -> Vec<BoundaryError> {
     dependent
 }
 
-/// The largest entry of a row, or 1 for one that has none.
-fn largest(row: &Row) -> f64 {
-    let largest = row.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
+/// The largest entry of a constraint equation, or 1 for one that has none.
+fn largest(equation: &ConstraintEquation) -> f64 {
+    let largest = equation.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
     if largest > 0.0 { largest } else { 1.0 }
 }
 
@@ -212,11 +212,11 @@ impl Enforced for Bound {
     }
 
     fn class(&self) -> MatrixClass {
-        MatrixClass::Saddle { constraints: self.rows.len() }
+        MatrixClass::Saddle { constraints: self.equations.len() }
     }
 
     fn unknowns(&self) -> usize {
-        self.full + self.rows.len()
+        self.full + self.equations.len()
     }
 
     fn reduce(&mut self, full: &System, values: &mut Vec<f64>) {
@@ -231,7 +231,7 @@ impl Enforced for Bound {
             stiffness = -ranks.least(-stiffness);
         }
         self.stiffness = if stiffness > 0.0 { stiffness } else { 1.0 };
-        // What the rows give stands in the sum over the ranks once.
+        // What the constraint equations give stands in the sum over the ranks once.
         if full.ranks.as_ref().is_some_and(|ranks| ranks.rank() > 0) {
             return;
         }
@@ -245,9 +245,11 @@ impl Enforced for Bound {
 
     fn restrict(&self, force: &[f64], violation: &[f64], _full: &System, rhs: &mut Vec<f64>) {
         self.project(force, rhs);
-        for (((row, scale), g), &multiplier) in self.rows.iter().zip(violation).zip(&self.place_of[self.full..]) {
+        for (((equation, scale), g), &multiplier) in
+            self.equations.iter().zip(violation).zip(&self.place_of[self.full..])
+        {
             let scaled = self.stiffness * scale * g;
-            for &(k, c) in row {
+            for &(k, c) in equation {
                 rhs[self.place_of[k] as usize] += c * scaled;
             }
             rhs[multiplier as usize] = scaled;
@@ -261,8 +263,8 @@ impl Enforced for Bound {
 
     fn imbalance(&self, residual: &[f64], multipliers: &[f64], out: &mut Vec<f64>) {
         self.project(residual, out);
-        for ((row, scale), mu) in self.rows.iter().zip(multipliers) {
-            for &(k, c) in row {
+        for ((equation, scale), mu) in self.equations.iter().zip(multipliers) {
+            for &(k, c) in equation {
                 out[self.place_of[k] as usize] += c / scale * mu;
             }
         }
@@ -273,7 +275,7 @@ impl Enforced for Bound {
         for (step, &place) in step.iter_mut().zip(unknowns) {
             *step = solved[place as usize];
         }
-        for ((mu, &place), (_, scale)) in multipliers.iter_mut().zip(places).zip(&self.rows) {
+        for ((mu, &place), (_, scale)) in multipliers.iter_mut().zip(places).zip(&self.equations) {
             *mu = solved[place as usize] * self.stiffness * scale;
         }
     }

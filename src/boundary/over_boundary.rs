@@ -1,4 +1,4 @@
-//! Rows over boundaries: integrals with linear hats.
+//! Constraint equations over boundaries: integrals with linear trace functions.
 
 use std::collections::HashMap;
 
@@ -10,17 +10,17 @@ use crate::shape::{Approximation, ShapeFunctions};
 use crate::table::check_values;
 use crate::term::Amplitude;
 
-use super::claims::{Claim, own_component, says_again};
-use super::row::{Row, check_component};
+use super::constraints::Constraints;
+use super::equation::{ConstraintEquation, check_component};
+use super::prescribed_directions::{PrescribedDirection, is_redundant, own_component};
 use super::row_values::{Along, Motion, Value, along_axis, moved, scaled};
-use super::rows::Constraints;
 
 impl Constraints {
     /// Conditions $\int\Theta_J(u_i - g\\,a(\lambda))\\,\mathrm d\Gamma = 0$ over a boundary part with its linear
-    /// hats $\Theta_J$, (4.8), (4.16).
+    /// trace functions $\Theta_J$, (4.8), (4.16).
     ///
-    /// Each corner and edge is owned by the part that claims it first; on the others its hat is merged
-    /// into its neighbour's, so that there are as many rows as boundary particles and the hats of each
+    /// Each corner and edge is owned by the part that prescribed directions it first; on the others its trace function is merged
+    /// into its neighbour's, so that there are as many constraint equations as boundary particles and the trace functions of each
     /// part still sum to one. On the axis of a body of revolution the measure is that of the line.
     ///
     /// # Errors
@@ -69,13 +69,13 @@ impl Constraints {
         label: &str,
     ) -> Result<(), Error> {
         boundary.validate(approximation.nodes().len())?;
-        // Where each hat goes: to its own particle, or to the nearest free one on a shared facet.
+        // Where each trace function goes: to its own particle, or to the nearest free one on a shared facet.
         let mut facets_of: HashMap<u32, Vec<u32>> = HashMap::new();
         let mut order: Vec<u32> = Vec::new();
         for group in boundary.points.groups.windows(2) {
             let mut members: Vec<u32> = Vec::new();
-            for hats in &boundary.hats[group[0]..group[1]] {
-                for &(particle, _) in hats {
+            for traces in &boundary.traces[group[0]..group[1]] {
+                for &(particle, _) in traces {
                     if !members.contains(&particle) {
                         members.push(particle);
                     }
@@ -91,21 +91,21 @@ impl Constraints {
         let rounding = rounding(approximation.nodes());
         let normals = boundary.normals_at_particles();
         // What this condition asks of each particle, and which have said it already.
-        let mut asked: HashMap<u32, (Claim, bool)> = HashMap::with_capacity(order.len());
+        let mut requested: HashMap<u32, (PrescribedDirection, bool)> = HashMap::with_capacity(order.len());
         for &particle in &order {
             let at = approximation.nodes()[particle as usize];
             let normal = normals.get(&particle).copied().unwrap_or_else(Point::zeros);
             let (target, amplitude) = value(vec![(at, 1.0)]);
-            let claim = Claim::new(along(&at, &normal)?, label, target, amplitude, 0);
-            let claims = self.claimed.get(&(particle as usize)).map_or(&[][..], Vec::as_slice);
+            let prescription = PrescribedDirection::new(along(&at, &normal)?, label, target, amplitude, 0);
+            let prescriptions = self.prescribed.get(&(particle as usize)).map_or(&[][..], Vec::as_slice);
             // Both conditions hold at the corner, whoever owns it: merged without a look, the later one would be spread
             // over its neighbours and the answer depend on the order.
-            let again = says_again(claims, &claim, &at, rounding)?;
-            asked.insert(particle, (claim, again));
+            let again = is_redundant(prescriptions, &prescription, &at, rounding)?;
+            requested.insert(particle, (prescription, again));
         }
         let mut receiver: HashMap<u32, u32> = HashMap::new();
         for &particle in &order {
-            if !asked[&particle].1 {
+            if !requested[&particle].1 {
                 receiver.insert(particle, particle);
                 continue;
             }
@@ -114,10 +114,10 @@ impl Constraints {
                 let distance = |n: &u32| (approximation.nodes()[*n as usize] - at).norm_squared();
                 distance(a).total_cmp(&distance(b)).then(a.cmp(b))
             };
-            let nearest = facets_of[&particle].iter().copied().filter(|other| !asked[other].1).min_by(nearer);
-            // In corners of triangles all particles around may be claimed: the hats of the part still sum to one.
-            let nearest = nearest.or_else(|| order.iter().copied().filter(|other| !asked[other].1).min_by(nearer));
-            // A hat that has nowhere to go says again what an earlier condition said.
+            let nearest = facets_of[&particle].iter().copied().filter(|other| !requested[other].1).min_by(nearer);
+            // In corners of triangles all particles around may be prescribed: the trace functions of the part still sum to one.
+            let nearest = nearest.or_else(|| order.iter().copied().filter(|other| !requested[other].1).min_by(nearer));
+            // A trace function that has nowhere to go says again what an earlier condition said.
             if let Some(nearest) = nearest {
                 receiver.insert(particle, nearest);
             }
@@ -137,9 +137,9 @@ impl Constraints {
                 let measure = if on_axis { 1.0 } else { crate::kinematics::measure(kinematics, has_hoops, &at)? };
                 let normal = boundary.points.normals.get(point).copied().unwrap_or_else(Point::zeros);
                 let direction = along(&at, &normal)?;
-                for &(particle, hat) in &boundary.hats[point] {
+                for &(particle, trace) in &boundary.traces[point] {
                     let Some(&particle) = receiver.get(&particle) else { continue };
-                    let weight = boundary.points.weights[point] * measure * hat;
+                    let weight = boundary.points.weights[point] * measure * trace;
                     let (entries, points) = sums.entry(particle).or_default();
                     for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
                         for i in (0..D).filter(|&i| direction[i] != 0.0) {
@@ -155,14 +155,16 @@ impl Constraints {
             let (target, amplitude) = value(points);
             let mut entries: Vec<(usize, f64)> = entries.into_iter().collect();
             entries.sort_unstable_by_key(|e| e.0);
-            // The hats carry their measure: a multiplier is a traction [stress], whatever the spacing.
-            let Some((mut claim, _)) = asked.remove(&particle) else { continue };
-            let claims = self.claimed.get(&(particle as usize)).map_or(&[][..], Vec::as_slice);
-            let own = own_component(claims, &claim.direction::<D>(), |row| self.rows[row].dependent % D);
+            // The trace functions carry their measure: a multiplier is a traction [stress], whatever the spacing.
+            let Some((mut prescription, _)) = requested.remove(&particle) else { continue };
+            let prescriptions = self.prescribed.get(&(particle as usize)).map_or(&[][..], Vec::as_slice);
+            let own = own_component(prescriptions, &prescription.direction::<D>(), |equation| {
+                self.equations[equation].dependent % D
+            });
             let dependent = particle as usize * D + own;
-            claim.row = self.rows.len();
-            self.push(Row { entries, dependent, target, amplitude, label: label.to_string() })?;
-            self.claimed.entry(particle as usize).or_default().push(claim);
+            prescription.equation = self.equations.len();
+            self.push(ConstraintEquation { entries, dependent, target, amplitude, label: label.to_string() })?;
+            self.prescribed.entry(particle as usize).or_default().push(prescription);
         }
         Ok(())
     }

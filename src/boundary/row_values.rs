@@ -1,4 +1,4 @@
-//! What rows prescribe, and along which direction.
+//! What constraint equations prescribe, and along which direction.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::term::Amplitude;
 /// A displacement component as a function of $X$ and the load factor.
 pub type Motion<const D: usize> = Arc<dyn Fn(&Point<D>, f64) -> f64 + Send + Sync>;
 
-/// The value of a row that weighs the given points: $g$ and $a(\lambda)$.
+/// The value of a constraint equation that weighs the given points: $g$ and $a(\lambda)$.
 pub(crate) type Value<'a, const D: usize> = &'a dyn Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude);
 
 /// $g\\,a(\lambda)$ with $g = \sum w\\,g(X)$.

@@ -7,21 +7,21 @@ use crate::linear::MatrixClass;
 use super::elimination::{Group, eliminate};
 use super::{Constraints, Enforced, Enforcement, pattern_fits};
 
-/// The mixed transformation: as many unknowns as there are rows are expressed by the others,
-/// $d_p = W d_f + V g$, so that the rows hold exactly and the reduced matrix stays definite.
+/// The mixed transformation: as many unknowns as there are constraint equations are expressed by the others,
+/// $d_p = W d_f + V g$, so that the constraint equations hold exactly and the reduced matrix stays definite.
 ///
-/// With rows at particles this is the transformation (4.32), (4.42) of the constrained particles alone.
-/// Rows that share unknowns are eliminated together (Gauss–Jordan with complete pivoting), which
-/// couples a whole constrained face; above [`limit`](MixedTransformation::limit) rows in one such group
+/// With constraint equations at particles this is the transformation (4.32), (4.42) of the constrained particles alone.
+/// Constraint equations that share unknowns are eliminated together (Gauss–Jordan with complete pivoting), which
+/// couples a whole constrained face; above [`limit`](MixedTransformation::limit) constraint equations in one such group
 /// take [`LagrangeMultipliers`](super::LagrangeMultipliers).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MixedTransformation {
-    /// Most rows that may be eliminated together; the cost grows with its third power.
+    /// Most constraint equations that may be eliminated together; the cost grows with its third power.
     pub limit: usize,
 }
 
 impl Default for MixedTransformation {
-    /// 2000 rows: about 100 MB and a few seconds.
+    /// 2000 constraint equations: about 100 MB and a few seconds.
     fn default() -> Self {
         MixedTransformation { limit: 2000 }
     }
@@ -44,10 +44,10 @@ struct Bound {
 }
 
 impl Enforcement for MixedTransformation {
-    fn bind(&self, pattern: &Pattern, rows: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
-        pattern_fits(pattern, rows)?;
+    fn bind(&self, pattern: &Pattern, equations: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
+        pattern_fits(pattern, equations)?;
         let size = pattern.size();
-        let mut groups = eliminate(rows, self.limit)?;
+        let mut groups = eliminate(equations, self.limit)?;
         let mut reduced_of = vec![0u32; size];
         // The number of each pivot among all.
         let mut pivot_of = vec![u32::MAX; size];
@@ -82,18 +82,18 @@ impl Enforcement for MixedTransformation {
             if reduced_of[column] != u32::MAX {
                 columns[reduced_of[column] as usize].reserve(pattern.column(column).len());
             }
-            for &row in pattern.column(column) {
-                let (r, c) = (reduced_of[row as usize], reduced_of[column]);
+            for &equation in pattern.column(column) {
+                let (r, c) = (reduced_of[equation as usize], reduced_of[column]);
                 match (r == u32::MAX, c == u32::MAX) {
                     (false, false) => columns[c as usize].push(r),
                     (true, false) => {
-                        coupled[group_of(row as usize)].push(c);
+                        coupled[group_of(equation as usize)].push(c);
                     }
                     (false, true) => {
                         coupled[group_of(column)].push(r);
                     }
                     (true, true) => {
-                        let (a, b) = (group_of(row as usize), group_of(column));
+                        let (a, b) = (group_of(equation as usize), group_of(column));
                         if a != b {
                             partners.push((a.min(b), a.max(b)));
                         }
@@ -135,8 +135,8 @@ impl Enforcement for MixedTransformation {
         for column in 0..size {
             let mut place = None;
             for entry in pattern.columns[column]..pattern.columns[column + 1] {
-                let row = pattern.rows[entry] as usize;
-                let (r, c) = (reduced_of[row], reduced_of[column]);
+                let equation = pattern.rows[entry] as usize;
+                let (r, c) = (reduced_of[equation], reduced_of[column]);
                 if r != u32::MAX && c != u32::MAX {
                     // Both columns are sorted: walk along instead of searching.
                     let mut k = place.unwrap_or(reduced.columns[c as usize]);
@@ -146,9 +146,9 @@ impl Enforcement for MixedTransformation {
                     destination[entry] = k as u32;
                     place = Some(k);
                 } else if r == u32::MAX && c == u32::MAX {
-                    touches_pivot.push([entry as u32, pivot_of[row], pivot_of[column]]);
+                    touches_pivot.push([entry as u32, pivot_of[equation], pivot_of[column]]);
                 } else {
-                    let (pivot, free) = if r == u32::MAX { (row, c) } else { (column, r) };
+                    let (pivot, free) = if r == u32::MAX { (equation, c) } else { (column, r) };
                     let at = groups[group_of(pivot)].coupled.partition_point(|&n| n < free);
                     touches_free.push([entry as u32, pivot_of[pivot], at as u32]);
                 }
@@ -162,9 +162,9 @@ impl Enforcement for MixedTransformation {
 impl Bound {
     /// $V\\,\text{violation}$ at the pivots of a group.
     fn prescribed(group: &Group, violation: &[f64]) -> Vec<f64> {
-        let m = group.rows.len();
+        let m = group.equations.len();
         (0..m)
-            .map(|p| group.rows.iter().zip(&group.v[p * m..(p + 1) * m]).map(|(&r, v)| v * violation[r]).sum())
+            .map(|p| group.equations.iter().zip(&group.v[p * m..(p + 1) * m]).map(|(&r, v)| v * violation[r]).sum())
             .collect()
     }
 }
@@ -301,9 +301,9 @@ impl Enforced for Bound {
     fn react(&self, residual: &[f64], multipliers: &mut [f64]) {
         // V G = [I, −W], hence Gᵀ Vᵀ y = [y; −Wᵀ y] balances a residual in equilibrium for y = −r_p.
         for group in &self.groups {
-            let m = group.rows.len();
-            for (i, &row) in group.rows.iter().enumerate() {
-                multipliers[row] = -group
+            let m = group.equations.len();
+            for (i, &equation) in group.equations.iter().enumerate() {
+                multipliers[equation] = -group
                     .pivots
                     .iter()
                     .enumerate()
@@ -320,8 +320,8 @@ impl Enforced for Bound {
         for group in &self.groups {
             let n = group.free.len();
             for (p, (&pivot, jump)) in group.pivots.iter().zip(Self::prescribed(group, violation)).enumerate() {
-                let row = &group.w[p * n..(p + 1) * n];
-                step[pivot] = jump + group.free.iter().zip(row).map(|(&f, w)| w * solved[f as usize]).sum::<f64>();
+                let equation = &group.w[p * n..(p + 1) * n];
+                step[pivot] = jump + group.free.iter().zip(equation).map(|(&f, w)| w * solved[f as usize]).sum::<f64>();
             }
         }
     }

@@ -1,27 +1,27 @@
-//! Facets on the boundary, and the hats of the particles on them.
+//! Facets on the boundary, and the trace functions of the particles on them.
 
 use crate::error::GeometryError;
 #[cfg(feature = "solve")]
 use crate::geometry::Point;
 use crate::quadrature::Points;
 
-/// Boundary facets with the linear hat functions $\Theta_J$ of the particles on them.
+/// Boundary facets with the linear trace function functions $\Theta_J$ of the particles on them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoundaryCells<const D: usize> {
     /// Points, weights and outward normals, grouped by facet between particles.
     pub points: Points<D>,
-    /// At each point the particles with a nonzero hat, and its value.
-    pub hats: Vec<Vec<(u32, f64)>>,
+    /// At each point the particles with a nonzero trace function, and its value.
+    pub traces: Vec<Vec<(u32, f64)>>,
 }
 
 impl<const D: usize> BoundaryCells<D> {
-    /// The mean outward normals at the particles, weighted by their hats; none for particles without a hat.
+    /// The mean outward normals at the particles, weighted by their trace functions; none for particles without a trace function.
     #[cfg(feature = "solve")]
     pub(crate) fn normals_at_particles(&self) -> std::collections::HashMap<u32, Point<D>> {
         let mut normals = std::collections::HashMap::new();
-        for ((hats, normal), weight) in self.hats.iter().zip(&self.points.normals).zip(&self.points.weights) {
-            for &(particle, hat) in hats {
-                *normals.entry(particle).or_insert_with(Point::<D>::zeros) += normal * (hat * weight);
+        for ((traces, normal), weight) in self.traces.iter().zip(&self.points.normals).zip(&self.points.weights) {
+            for &(particle, trace) in traces {
+                *normals.entry(particle).or_insert_with(Point::<D>::zeros) += normal * (trace * weight);
             }
         }
         normals.retain(|_, normal| normal.norm() > 0.0);
@@ -32,7 +32,7 @@ impl<const D: usize> BoundaryCells<D> {
     /// The facets whose middle a predicate holds for.
     #[cfg(feature = "solve")]
     pub(crate) fn within(&self, holds: &dyn Fn(&Point<D>) -> bool) -> Self {
-        let mut kept = BoundaryCells { points: Points::empty(), hats: Vec::new() };
+        let mut kept = BoundaryCells { points: Points::empty(), traces: Vec::new() };
         for group in self.points.groups.windows(2) {
             let range = group[0]..group[1];
             let middle = self.points.positions[range.clone()].iter().sum::<Point<D>>() / range.len().max(1) as f64;
@@ -42,24 +42,26 @@ impl<const D: usize> BoundaryCells<D> {
             kept.points.positions.extend_from_slice(&self.points.positions[range.clone()]);
             kept.points.weights.extend_from_slice(&self.points.weights[range.clone()]);
             kept.points.normals.extend(self.points.normals.get(range.clone()).unwrap_or_default());
-            kept.hats.extend_from_slice(&self.hats[range]);
+            kept.traces.extend_from_slice(&self.traces[range]);
             kept.points.close_group();
         }
         kept
     }
 
-    /// Refuses arrays that do not fit together, and hats of particles beyond `particles`.
+    /// Refuses arrays that do not fit together, and trace functions of particles beyond `particles`.
     ///
     /// # Errors
-    /// As [`Points::validate`], and [`GeometryError::Count`] for the hats.
+    /// As [`Points::validate`], and [`GeometryError::Count`] for the trace functions.
     pub fn validate(&self, particles: usize) -> Result<(), GeometryError> {
         self.points.validate()?;
         let wrong = |what, count, needed| Err(GeometryError::Count { what, count, needed });
-        if self.hats.len() != self.points.positions.len() {
-            return wrong("lists of hats", self.hats.len(), "give one for each boundary point");
+        if self.traces.len() != self.points.positions.len() {
+            return wrong("lists of trace functions", self.traces.len(), "give one for each boundary point");
         }
-        match self.hats.iter().flatten().find(|hat| hat.0 as usize >= particles) {
-            Some(&(particle, _)) => wrong("particle of a hat", particle as usize, "name particles that exist"),
+        match self.traces.iter().flatten().find(|trace| trace.0 as usize >= particles) {
+            Some(&(particle, _)) => {
+                wrong("particle of a trace function", particle as usize, "name particles that exist")
+            }
             None => Ok(()),
         }
     }

@@ -1,4 +1,4 @@
-//! Boundary facets of scattered particles and the hats of weak rows on them.
+//! Boundary facets of scattered particles and the trace functions of weak constraint equations on them.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -12,9 +12,9 @@ use super::smoothing::on_facets;
 
 /// Facets of one piece, each chord cut into `parts` with `gauss` points on each part.
 ///
-/// Rows reproduce the tractions of homogeneous stress exactly where the hats can combine to the normal of each
-/// chord. On a line hats that sum to one do. On an arc the normals jump from chord to chord: there the weights of the
-/// particles around a chord are the hats with the smallest change for which $\sum_J f_J = 1$ and
+/// Rows reproduce the tractions of homogeneous stress exactly where the trace functions can combine to the normal of each
+/// chord. On a line trace functions that sum to one do. On an arc the normals jump from chord to chord: there the weights of the
+/// particles around a chord are the trace functions with the smallest change for which $\sum_J f_J = 1$ and
 /// $\sum_J f_J\\,n_J = n$, with $n_J$ the mean normal at particle $J$. The ends of an open arc carry none: they belong
 /// to the pieces beside it.
 pub(crate) fn facets(
@@ -23,20 +23,20 @@ pub(crate) fn facets(
     parts: usize,
     gauss: usize,
 ) -> Result<BoundaryCells<2>, GeometryError> {
-    with_hats(mesh, piece, parts, gauss, piece.curved)
+    with_traces(mesh, piece, parts, gauss, piece.curved)
 }
 
-/// The same with plain hats of the ends of each chord, on arcs as well.
+/// The same with plain trace functions of the ends of each chord, on arcs as well.
 pub(crate) fn plain_facets(
     mesh: &Mesh,
     piece: &Piece,
     parts: usize,
     gauss: usize,
 ) -> Result<BoundaryCells<2>, GeometryError> {
-    with_hats(mesh, piece, parts, gauss, false)
+    with_traces(mesh, piece, parts, gauss, false)
 }
 
-fn with_hats(
+fn with_traces(
     mesh: &Mesh,
     piece: &Piece,
     parts: usize,
@@ -48,7 +48,7 @@ fn with_hats(
         return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
     }
     let (abscissae, weights) = gauss_legendre(on_facets(gauss, mesh.is_curved()))?;
-    let mut cells = BoundaryCells { points: Points::empty(), hats: Vec::new() };
+    let mut cells = BoundaryCells { points: Points::empty(), traces: Vec::new() };
     let at = |k: usize| mesh.positions[piece.particles[k] as usize];
     let normals = Normals::of(mesh, piece);
     for chord in 0..piece.particles.len() - 1 {
@@ -64,8 +64,8 @@ fn with_hats(
                 cells.points.positions.push(position);
                 cells.points.weights.push(length * w / parts as f64);
                 cells.points.normals.push(normal);
-                cells.hats.push(if window.len() >= 3 {
-                    normals.hats(piece, &window, chord, t, &normal)
+                cells.traces.push(if window.len() >= 3 {
+                    normals.traces(piece, &window, chord, t, &normal)
                 } else {
                     vec![(piece.particles[chord], 1.0 - t), (piece.particles[chord + 1], t)]
                 });
@@ -131,8 +131,8 @@ impl Normals {
         (first..first + count).collect()
     }
 
-    /// Hats moved as little as possible to sum to one and to the normal.
-    fn hats(&self, piece: &Piece, window: &[usize], chord: usize, t: f64, normal: &Point<2>) -> Vec<(u32, f64)> {
+    /// Trace functions moved as little as possible to sum to one and to the normal.
+    fn traces(&self, piece: &Piece, window: &[usize], chord: usize, t: f64, normal: &Point<2>) -> Vec<(u32, f64)> {
         let n = self.normals.len() - 1;
         let place = |k: usize| if self.closed { k % n } else { k };
         let mut weights: Vec<f64> = window

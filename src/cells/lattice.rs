@@ -120,7 +120,7 @@ impl<const D: usize> Lattice<D> {
         };
         lattice.bend(domain, &units);
         if lattice.is_curved() && lattice.validate().is_err() {
-            // Parabolas that miss a kink of the domain by so much: chords it is.
+            // Parabolas that miss a break point of the domain by so much: chords it is.
             lattice.middles.clear();
         }
         Ok(lattice)
@@ -155,8 +155,9 @@ impl<const D: usize> Lattice<D> {
     fn measured_lines(&self) -> Vec<SMatrix<f64, D, D>> {
         let lines = |node: usize| {
             let columns: [Point<D>; D] = std::array::from_fn(|axis| {
-                let ways = self.neighbours(node).filter(|(along, ..)| *along == axis);
-                let sum: Point<D> = ways.map(|(_, up, way)| way.normalize() * if up { 1.0 } else { -1.0 }).sum();
+                let directions = self.neighbours(node).filter(|(along, ..)| *along == axis);
+                let sum: Point<D> =
+                    directions.map(|(_, up, direction)| direction.normalize() * if up { 1.0 } else { -1.0 }).sum();
                 sum.normalize()
             });
             SMatrix::from_columns(&columns)
@@ -246,7 +247,7 @@ impl<const D: usize> Lattice<D> {
     fn validate(&self) -> Result<(), GeometryError> {
         for cell in 0..self.cell_count() {
             // The Jacobian at the corners decides for intervals and quadrilaterals, and nearly so for bricks; curved
-            // cells are asked at their middles too.
+            // cells are requested at their middles too.
             let shape = self.shape(cell);
             let each: usize = if self.is_curved() { 3 } else { 2 };
             for place in 0..each.pow(D as u32) {

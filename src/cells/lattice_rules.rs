@@ -157,7 +157,7 @@ mod tests {
     use crate::cells::locator::FINEST;
     use crate::geometry::{Block, Mapped};
 
-    /// The cells that hold a point, each of the lattice asked.
+    /// The cells that hold a point, each of the lattice requested.
     fn holders<const D: usize>(lattice: &Lattice<D>, at: &Point<D>) -> usize {
         (0..lattice.cell_count()).filter(|&cell| lattice.holds(cell, at)).count()
     }

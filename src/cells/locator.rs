@@ -9,7 +9,7 @@ use super::brick::{ravel, unravel};
 /// Cells per direction in a block of the finest level, which are looked at one by one.
 pub(super) const FINEST: usize = 4;
 
-/// Boxes around blocks of a lattice's cells, coarser and coarser ones, made when they are first asked for.
+/// Boxes around blocks of a lattice's cells, coarser and coarser ones, made when they are first requested.
 #[derive(Clone, Default)]
 pub(crate) struct Locator<const D: usize>(OnceLock<Vec<Level<D>>>);
 

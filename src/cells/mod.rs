@@ -1,5 +1,5 @@
 //! Background cells: one partition hands out everything that must agree — Gauss points, smoothed
-//! sub-cells, pressure zones, boundary facets and the edge points of weak rows.
+//! sub-cells, pressure zones, boundary facets and the edge points of weak constraint equations.
 //!
 //! [`Lattice`] has bricks between rows of particles; [`Triangulation`] and [`Voronoi`] serve scattered particles in
 //! planar regions, [`Unstructured`] has the cells of a mesh.

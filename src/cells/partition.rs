@@ -134,8 +134,8 @@ pub trait Cells<const D: usize>: Send + Sync {
     /// Where the part does not exist or the numbers are impossible.
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError>;
 
-    /// The facets of a boundary part in pieces: faces, lines, arcs. Weak rows are made piece by piece, so that the
-    /// hats of each sum to one. By default a part is one piece.
+    /// The facets of a boundary part in pieces: faces, lines, arcs. Weak constraint equations are made piece by piece, so that the
+    /// trace functions of each sum to one. By default a part is one piece.
     ///
     /// # Errors
     /// As [`boundary`](Cells::boundary).
@@ -143,7 +143,7 @@ pub trait Cells<const D: usize>: Send + Sync {
         Ok(vec![self.boundary(part, parts, gauss)?])
     }
 
-    /// The facets of a boundary part with plain linear hats, which are positive and sum to one up to the ends of arcs: what
+    /// The facets of a boundary part with plain linear trace functions, which are positive and sum to one up to the ends of arcs: what
     /// contact pressures live on. By default those of [`boundary`](Cells::boundary).
     ///
     /// # Errors

@@ -216,7 +216,7 @@ impl Refined {
             })
             .collect();
         // What leads from each particle to its neighbours along either axis of the domain.
-        let mut ways = vec![[const { Vec::new() }; 2]; self.positions.len()];
+        let mut directions = vec![[const { Vec::new() }; 2]; self.positions.len()];
         for (number, cell) in self.cells.iter().enumerate() {
             let x = cell.corners.map(|c| self.positions[c as usize]);
             let measure = determinant(&[x[1] - x[0], x[3] - x[0]]).min(determinant(&[x[3] - x[2], x[1] - x[2]]));
@@ -225,19 +225,19 @@ impl Refined {
             }
             for k in 0..4 {
                 for (axis, other) in [(k % 2, (k + 1) % 4), (1 - k % 2, (k + 3) % 4)] {
-                    ways[cell.corners[k] as usize][axis].push(x[other] - x[k]);
+                    directions[cell.corners[k] as usize][axis].push(x[other] - x[k]);
                 }
                 if let Some(middle) = cell.hanging[k] {
                     let at = self.positions[middle as usize];
                     let across = (x[(k + 2) % 4] + x[(k + 3) % 4]) * 0.5;
                     for (axis, to) in [(k % 2, x[k]), (k % 2, x[(k + 1) % 4]), (1 - k % 2, across)] {
-                        ways[middle as usize][axis].push(to - at);
+                        directions[middle as usize][axis].push(to - at);
                     }
                 }
             }
         }
-        self.spacing = ways.iter().map(|ways| largest(ways.iter().flatten().copied())).collect();
-        self.axes = ways.iter().map(half_axes).collect();
+        self.spacing = directions.iter().map(|directions| largest(directions.iter().flatten().copied())).collect();
+        self.axes = directions.iter().map(half_axes).collect();
         let middles = self.sides_between(|a, b| self.domain.position(&((unit(&a) + unit(&b)) * 0.5)));
         self.bend(middles);
         Ok(self)
@@ -354,11 +354,12 @@ fn largest(vectors: impl Iterator<Item = Point<2>>) -> Point<2> {
 ///
 /// Lattices have supports half-way to a turned box; but a parallelogram sees no farther than its neighbours, and what
 /// it would take from finer ones nearby costs accuracy.
-fn half_axes(ways: &[Vec<Point<2>>; 2]) -> Matrix2<f64> {
-    let column = |ways: &Vec<Point<2>>| {
-        let up = |way: &Point<2>| way.normalize() * if way.dot(&ways[0]) < 0.0 { -1.0 } else { 1.0 };
-        let longest = ways.iter().map(|way| way.norm()).fold(0.0, f64::max);
-        ways.iter().map(up).sum::<Point<2>>().normalize() * longest
+fn half_axes(directions: &[Vec<Point<2>>; 2]) -> Matrix2<f64> {
+    let column = |directions: &Vec<Point<2>>| {
+        let up =
+            |direction: &Point<2>| direction.normalize() * if direction.dot(&directions[0]) < 0.0 { -1.0 } else { 1.0 };
+        let longest = directions.iter().map(|direction| direction.norm()).fold(0.0, f64::max);
+        directions.iter().map(up).sum::<Point<2>>().normalize() * longest
     };
-    Matrix2::from_columns(&[column(&ways[0]), column(&ways[1])])
+    Matrix2::from_columns(&[column(&directions[0]), column(&directions[1])])
 }

@@ -38,7 +38,7 @@ const DIP: f64 = 0.01;
 /// Samples per axis of the integral of the density.
 const SAMPLES: usize = 160;
 
-/// A spacing function that is checked where it is asked.
+/// A spacing function that is checked where it is requested.
 pub(crate) struct Spacing<'a> {
     pub function: &'a dyn Fn(&Point<2>) -> f64,
     pub factor: f64,
@@ -144,7 +144,7 @@ fn boundary(region: &Region, spacing: &Spacing<'_>) -> Result<(Vec<Point<2>>, Ve
             let here = positions.len() as u32;
             positions.push(curve.at(0.0));
             let curved = matches!(curve, Curve::Arc { .. });
-            // Weak rows need a particle inside each line and three inside each arc.
+            // Weak constraint equations need a particle inside each line and three inside each arc.
             let least = if curved { curve.chords(region.tolerance).max(4) } else { 2 };
             positions.extend(divide(curve, spacing, least)?);
             let mut particles: Vec<u32> = (here..positions.len() as u32).collect();

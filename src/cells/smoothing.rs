@@ -278,7 +278,7 @@ impl<const D: usize> Lattice<D> {
         let (abscissae, weights) = gauss_legendre(gauss)?;
         let per_facet = (0..D - 1).fold(1usize, |total, _| total.saturating_mul(parts).saturating_mul(gauss));
         check_point_count(self.positions().len().saturating_mul(2 * D), per_facet)?;
-        let mut cells = BoundaryCells { points: Points::empty(), hats: Vec::new() };
+        let mut cells = BoundaryCells { points: Points::empty(), traces: Vec::new() };
         for (axis, side) in self.faces(part)? {
             let end = f64::from(side == Side::Max);
             let mut shape = self.cell_counts();
@@ -306,7 +306,7 @@ impl<const D: usize> Lattice<D> {
                         cells.points.positions.push(position);
                         cells.points.weights.push(size);
                         cells.points.normals.push(area / size);
-                        let hats = (0..1usize << D)
+                        let traces = (0..1usize << D)
                             .filter(|corner| ((corner >> axis) & 1) as f64 == end)
                             .map(|corner| {
                                 let value =
@@ -314,7 +314,7 @@ impl<const D: usize> Lattice<D> {
                                 (nodes[corner] as u32, value)
                             })
                             .collect();
-                        cells.hats.push(hats);
+                        cells.traces.push(traces);
                     }
                 }
                 cells.points.close_group();

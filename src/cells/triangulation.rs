@@ -261,11 +261,11 @@ impl Cells<2> for Triangulation {
     }
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
-        let mut all = BoundaryCells { points: Points::empty(), hats: Vec::new() };
+        let mut all = BoundaryCells { points: Points::empty(), traces: Vec::new() };
         for piece in self.pieces(part)? {
             let cells = facets(&self.mesh, &self.mesh.pieces[piece], parts, gauss)?;
             all.points.append(cells.points);
-            all.hats.extend(cells.hats);
+            all.traces.extend(cells.traces);
         }
         Ok(all)
     }
@@ -276,11 +276,11 @@ impl Cells<2> for Triangulation {
     }
 
     fn contact_boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<2>, GeometryError> {
-        let mut all = BoundaryCells { points: Points::empty(), hats: Vec::new() };
+        let mut all = BoundaryCells { points: Points::empty(), traces: Vec::new() };
         for piece in self.pieces(part)? {
             let cells = plain_facets(&self.mesh, &self.mesh.pieces[piece], parts, gauss)?;
             all.points.append(cells.points);
-            all.hats.extend(cells.hats);
+            all.traces.extend(cells.traces);
         }
         Ok(all)
     }

@@ -2,8 +2,8 @@
 
 mod bricks;
 mod faces;
-mod hats;
 mod locator;
+mod traces;
 
 use crate::error::{ApproximationError, Error, GeometryError, MeshError};
 use crate::geometry::{Part, Point};
@@ -333,10 +333,10 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
     }
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
-        let mut all = BoundaryCells { points: Points::empty(), hats: Vec::new() };
+        let mut all = BoundaryCells { points: Points::empty(), traces: Vec::new() };
         for piece in self.boundary_pieces(part, parts, gauss)? {
             all.points.append(piece.points);
-            all.hats.extend(piece.hats);
+            all.traces.extend(piece.traces);
         }
         Ok(all)
     }

@@ -40,7 +40,7 @@ impl fmt::Display for FreeMotion {
 
 /// Combinations of translations and infinitesimal rotations that cost no energy at rest and that no row sees.
 pub(super) fn free_motions<const D: usize>(problem: &Problem<D>) -> Vec<FreeMotion> {
-    let (model, rows) = (problem.model(), problem.rows());
+    let (model, equations) = (problem.model(), problem.equations());
     let positions = model.positions();
     let centre = positions.iter().sum::<Point<D>>() / positions.len() as f64;
     let size = positions.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
@@ -74,7 +74,7 @@ pub(super) fn free_motions<const D: usize>(problem: &Problem<D>) -> Vec<FreeMoti
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let mut resistance =
         DMatrix::<f64>::from_fn(m, m, |a, b| dot(&motions[a], &energies[b]) / (stiffness * positions.len() as f64));
-    for row in rows.rows() {
+    for row in equations.equations() {
         let scale: f64 = row.entries.iter().map(|e| e.1.abs()).sum();
         let seen: Vec<f64> =
             motions.iter().map(|r| row.entries.iter().map(|&(k, c)| c * r[k]).sum::<f64>() / scale).collect();

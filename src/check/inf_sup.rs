@@ -68,9 +68,10 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<InfSup,
     let mut schur = DMatrix::<f64>::zeros(pressures.count, pressures.count);
     let mut displacements = 0;
     for component in 0..D {
-        let rows: Vec<_> = problem.rows().rows().iter().filter(|row| row.dependent % D == component).collect();
-        let mut conditions = DMatrix::zeros(nodes, rows.len());
-        for (column, row) in rows.iter().enumerate() {
+        let equations: Vec<_> =
+            problem.equations().equations().iter().filter(|row| row.dependent % D == component).collect();
+        let mut conditions = DMatrix::zeros(nodes, equations.len());
+        for (column, row) in equations.iter().enumerate() {
             for &(unknown, coefficient) in &row.entries {
                 conditions[(unknown / D, column)] += coefficient;
             }

@@ -7,7 +7,7 @@ use crate::compiled::compiled;
 use crate::error::{ApproximationError, BoundaryError, Error};
 use crate::material::Material;
 use crate::paper::Cover;
-use crate::scene::{Functions, Scene, Scheme, kernel_functions};
+use crate::scene::{ApproximationChoice, Scene, Scheme, kernel_functions};
 use crate::term::{Body, PressureField};
 
 use super::cover::{UncoveredRegion, cover};
@@ -142,9 +142,9 @@ pub fn scene<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagno
 
 fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnosis, Error> {
     let mut diagnosis = Diagnosis { most_pressures: 1.0 / D as f64, ..Diagnosis::default() };
-    if scheme.functions == Functions::Particles {
+    if scheme.approximation == ApproximationChoice::Particles {
         for (scheme, cells) in scene.cells(scheme)? {
-            if scheme.functions != Functions::Particles {
+            if scheme.approximation != ApproximationChoice::Particles {
                 continue;
             }
             let (cover, uncovered) = cover(&kernel_functions(&scheme, &*cells)?, &*cells)?;
@@ -174,11 +174,11 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
         }
         Err(error) => return Err(error),
     };
-    diagnosis.dependent = dependent_rows(problem.rows().rows());
+    diagnosis.dependent = dependent_rows(problem.equations().equations());
     diagnosis.free = free_motions(&problem);
-    diagnosis.pressures = problem.members().iter().map(|member| pressures::<D>(member.body())).sum();
-    let rows = problem.rows().len() - diagnosis.dependent.len();
-    diagnosis.displacements = problem.model().unknowns().saturating_sub(rows);
+    diagnosis.pressures = problem.discrete_bodies().iter().map(|member| pressures::<D>(member.body())).sum();
+    let equations = problem.equations().len() - diagnosis.dependent.len();
+    diagnosis.displacements = problem.model().unknowns().saturating_sub(equations);
     Ok(diagnosis)
 }
 

@@ -38,7 +38,7 @@ pub fn solver(solver: &dyn LinearSolver) -> Report {
     let mut again = Law::new("a second factorisation starts afresh", RESIDUAL);
     let mut signs = Law::new("the inertia is right (pivots of wrong sign)", 0.0);
     let mut refused = Law::new("singular systems are refused", 0.0);
-    let mut told = false;
+    let mut given = false;
     for case in regular() {
         let place = || case.name.to_string();
         match solve(solver, &case) {
@@ -46,7 +46,7 @@ pub fn solver(solver: &dyn LinearSolver) -> Report {
                 solved.see(first, place);
                 again.see(second, place);
                 if wrong.is_finite() {
-                    told = true;
+                    given = true;
                     signs.see(wrong, place);
                 }
             }
@@ -58,7 +58,7 @@ pub fn solver(solver: &dyn LinearSolver) -> Report {
         refused.see(f64::from(u8::from(accepted)), || case.name.to_string());
     }
     let report = Report::default().with([solved, again, refused]);
-    if told { report.with([signs]) } else { report.unchecked("inertia: the solver does not tell it") }
+    if given { report.with([signs]) } else { report.unchecked("inertia: the solver does not tell it") }
 }
 
 /// Relative residuals of two factorisations, the second of the doubled matrix, and the number of pivots of
@@ -80,7 +80,7 @@ fn solve(solver: &dyn LinearSolver, case: &Case) -> Result<[f64; 3], LinearError
     let doubled: Vec<f64> = case.values.iter().map(|v| 2.0 * v).collect();
     let (second, _) = residual(&doubled)?;
     let wrong = match (inertia, case.inertia) {
-        (Some(told), Some(right)) => told.negative.abs_diff(right.negative) + told.positive.abs_diff(right.positive),
+        (Some(given), Some(right)) => given.negative.abs_diff(right.negative) + given.positive.abs_diff(right.positive),
         _ => return Ok([first, second, f64::NAN]),
     };
     Ok([first, second, wrong as f64])

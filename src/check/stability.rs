@@ -14,7 +14,7 @@ use crate::term::{Body, PressureField};
 use super::algebra::{Complement, add_tangent_at_rest, check_size, relative_spectrum};
 
 /// Gauss points per direction and cell of the reference: rational functions are integrated to about 1e-3 by
-/// four points, to far below the digits asked for by eight.
+/// four points, to far below the digits requested by eight.
 const REFERENCE_POINTS: usize = 8;
 /// Points of the reference that are tabulated at a time, to bound the memory.
 const POINTS_AT_ONCE: usize = 8192;

@@ -95,7 +95,8 @@ struct Probe<'a, const D: usize> {
 
 impl<'a, const D: usize> Probe<'a, D> {
     fn new(term: &'a dyn Term<D>, displacement: &'a [f64], load: f64) -> Self {
-        let condensed = (0..term.clusters()).map(|c| term.condensed(c).end).max().unwrap_or(0).max(term.memory().end);
+        let condensed =
+            (0..term.clusters()).map(|c| term.condensed(c).end).max().unwrap_or(0).max(term.internal_variables().end);
         let size = displacement.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let step = STEP * if size > 0.0 { size } else { 1.0 };
         Probe { term, displacement, load, condensed, nothing: vec![0.0; displacement.len()], step }
@@ -118,8 +119,8 @@ impl<'a, const D: usize> Probe<'a, D> {
     /// The condensed unknowns that belong to a displacement; `None` where they are not found.
     fn solved(&self, displacement: &[f64], load: f64) -> Option<Vec<f64>> {
         let mut condensed = vec![0.0; self.condensed];
-        if !self.term.memory().is_empty() {
-            self.term.start_memory(&mut condensed[self.term.memory()]);
+        if !self.term.internal_variables().is_empty() {
+            self.term.start_internal_variables(&mut condensed[self.term.internal_variables()]);
         }
         let mut change = Vec::new();
         for cluster in 0..self.term.clusters() {

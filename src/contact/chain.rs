@@ -13,13 +13,13 @@ const SAME: f64 = 1e-12;
 /// A chord between two particles of a boundary part.
 #[derive(Debug, Clone)]
 pub(super) struct Chord {
-    /// The hats at its ends, counted through all parts.
-    pub hats: [u32; 2],
+    /// The trace functions at its ends, counted through all parts.
+    pub traces: [u32; 2],
     /// Which part it belongs to.
     pub part: u8,
     /// Outward to the right of the way (1) or to the left (-1).
     pub sign: f64,
-    /// Reference measure at the ends, of which the hats take their part.
+    /// Reference measure at the ends, of which the trace functions take their part.
     pub measure: [f64; 2],
     /// Its middle at rest.
     pub middle: Point<2>,
@@ -34,13 +34,13 @@ pub(super) struct Chain {
     beside: Vec<Vec<u32>>,
     /// Whether chords touch those of the other part alone.
     two: bool,
-    /// The first chord and those after it of each hat: at most two.
-    pub of_hat: Vec<Vec<(u32, usize)>>,
+    /// The first chord and those after it of each trace function: at most two.
+    pub of_trace: Vec<Vec<(u32, usize)>>,
 }
 
 /// A chain at a state.
 pub(super) struct Laid {
-    /// Of each hat.
+    /// Of each trace function.
     pub ends: Vec<Point<2>>,
     /// For each chord what faces it.
     pub facing: Vec<Vec<Overlap>>,
@@ -49,28 +49,28 @@ pub(super) struct Laid {
 }
 
 impl Chain {
-    /// `particles` are those of the hats.
+    /// `particles` are those of the trace functions.
     pub fn new(chords: Vec<Chord>, particles: &[u32], two: bool) -> Self {
-        let mut of_hat = vec![Vec::new(); particles.len()];
+        let mut of_trace = vec![Vec::new(); particles.len()];
         for (k, chord) in chords.iter().enumerate() {
-            for (end, hat) in chord.hats.iter().enumerate() {
-                of_hat[*hat as usize].push((k as u32, end));
+            for (end, trace) in chord.traces.iter().enumerate() {
+                of_trace[*trace as usize].push((k as u32, end));
             }
         }
-        // Chords meet at particles: a corner has a hat for each of its faces.
+        // Chords meet at particles: a corner has a trace function for each of its faces.
         let mut at: std::collections::HashMap<u32, Vec<u32>> = std::collections::HashMap::new();
         for (k, chord) in chords.iter().enumerate() {
-            for hat in chord.hats {
-                at.entry(particles[hat as usize]).or_default().push(k as u32);
+            for trace in chord.traces {
+                at.entry(particles[trace as usize]).or_default().push(k as u32);
             }
         }
         let beside = (0..chords.len())
             .map(|k| {
                 let mut ring = vec![k as u32];
                 for _ in 0..RINGS {
-                    let hats = ring.iter().flat_map(|&c| chords[c as usize].hats);
+                    let traces = ring.iter().flat_map(|&c| chords[c as usize].traces);
                     let mut wider: Vec<u32> =
-                        hats.flat_map(|hat| at[&particles[hat as usize]].iter().copied()).collect();
+                        traces.flat_map(|trace| at[&particles[trace as usize]].iter().copied()).collect();
                     wider.sort_unstable();
                     wider.dedup();
                     ring = wider;
@@ -78,20 +78,20 @@ impl Chain {
                 ring
             })
             .collect();
-        Chain { chords, beside, two, of_hat }
+        Chain { chords, beside, two, of_trace }
     }
 
     /// Two chords at a state.
     pub fn facing(&self, laid: &Laid, chord: usize, other: usize) -> Facing {
         let (mine, its) = (&self.chords[chord], &self.chords[other]);
-        let hats = [mine.hats[0], mine.hats[1], its.hats[0], its.hats[1]].map(|hat| hat as usize);
-        Facing { ends: hats.map(|hat| laid.ends[hat]), sign: mine.sign, measure: mine.measure }
+        let traces = [mine.traces[0], mine.traces[1], its.traces[0], its.traces[1]].map(|trace| trace as usize);
+        Facing { ends: traces.map(|trace| laid.ends[trace]), sign: mine.sign, measure: mine.measure }
     }
 
     /// Finds what faces each chord that carries pressures.
     pub fn laid(&self, ends: Vec<Point<2>>) -> Laid {
         let boxes = self.chords.iter().map(|chord| {
-            let [a, b] = chord.hats.map(|hat| ends[hat as usize]);
+            let [a, b] = chord.traces.map(|trace| ends[trace as usize]);
             [a.zip_map(&b, f64::min), a.zip_map(&b, f64::max)]
         });
         let bins = Bins::new(&boxes.collect::<Vec<_>>());
@@ -106,7 +106,7 @@ impl Chain {
         if self.two && mine.part != 0 {
             return Vec::new();
         }
-        let [a, b] = mine.hats.map(|hat| ends[hat as usize]);
+        let [a, b] = mine.traces.map(|trace| ends[trace as usize]);
         let along = b - a;
         let square = along.norm_squared();
         let length = square.sqrt();
@@ -124,15 +124,15 @@ impl Chain {
                 if self.two && its.part == mine.part || found.iter().any(|f| f.0 == other) {
                     continue;
                 }
-                let points = its.hats.map(|hat| ends[hat as usize]);
+                let points = its.traces.map(|trace| ends[trace as usize]);
                 let places = points.map(|y| (y - a).dot(&along) / square);
                 let (from, to) = (places[0].min(places[1]).max(0.0), places[0].max(places[1]).min(1.0));
                 if !(to - from > SAME) {
                     continue;
                 }
-                let way = points[1] - points[0];
-                let size = way.norm();
-                let its_normal = Point::<2>::new(way[1], -way[0]) * (its.sign / size);
+                let direction = points[1] - points[0];
+                let size = direction.norm();
+                let its_normal = Point::<2>::new(direction[1], -direction[0]) * (its.sign / size);
                 if normal.dot(&its_normal) > FACING || self.beside[chord].binary_search(&other).is_ok() {
                     continue;
                 }
@@ -183,8 +183,8 @@ impl Chain {
 
     /// Whether the body lies between two chords at rest.
     fn through(&self, mine: &Chord, its: &Chord) -> bool {
-        let way = its.middle - mine.middle;
-        way.dot(&mine.outward) < -THROUGH * way.norm()
+        let direction = its.middle - mine.middle;
+        direction.dot(&mine.outward) < -THROUGH * direction.norm()
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::cells::BoundaryCells;
 use crate::geometry::Point;
 
-use super::Skin;
+use super::ContactSurface;
 use super::facets::{Gap, Sorted, Triangle, gap};
 use super::facing::{RINGS, THROUGH};
 
@@ -38,22 +38,26 @@ fn solid<const D: usize>(x: &Point<D>) -> Point<3> {
 }
 
 impl Faces {
-    /// Facets of three or four corners; others, and those without all their hats, touch nothing.
-    pub fn new<const D: usize>(skins: &[Skin<D>], cells: &[&BoundaryCells<D>], ends: &[Point<D>]) -> Self {
-        let two = skins.len() > 1;
+    /// Facets of three or four corners; others, and those without all their trace functions, touch nothing.
+    pub fn new<const D: usize>(
+        contact_surfaces: &[ContactSurface<D>],
+        cells: &[&BoundaryCells<D>],
+        ends: &[Point<D>],
+    ) -> Self {
+        let two = contact_surfaces.len() > 1;
         let mut faces = Faces { triangles: Vec::new(), facets: Vec::new(), facet_of: Vec::new(), two };
-        let mut hats_of: Vec<Vec<u32>> = Vec::new();
+        let mut traces_of: Vec<Vec<u32>> = Vec::new();
         let mut first = 0u32;
-        for (part, (skin, cells)) in skins.iter().zip(cells).enumerate() {
+        for (part, (contact_surface, cells)) in contact_surfaces.iter().zip(cells).enumerate() {
             let mut over: Vec<Vec<u32>> = vec![Vec::new(); cells.points.positions.len()];
-            for (k, hat) in skin.hats.iter().enumerate() {
-                hat.points.iter().for_each(|&(point, _)| over[point as usize].push(k as u32 + first));
+            for (k, trace) in contact_surface.traces.iter().enumerate() {
+                trace.points.iter().for_each(|&(point, _)| over[point as usize].push(k as u32 + first));
             }
             for group in cells.points.groups.windows(2) {
                 let range = group[0]..group[1];
-                let mut hats: Vec<u32> = range.clone().flat_map(|point| over[point].iter().copied()).collect();
-                hats.sort_unstable();
-                hats.dedup();
+                let mut traces: Vec<u32> = range.clone().flat_map(|point| over[point].iter().copied()).collect();
+                traces.sort_unstable();
+                traces.dedup();
                 let number = faces.facets.len() as u32;
                 if part == 0 {
                     faces.facet_of.resize(range.end.max(faces.facet_of.len()), number);
@@ -62,20 +66,20 @@ impl Faces {
                 let outward = range.clone().map(|point| solid(&cells.points.normals[point])).sum::<Point<3>>();
                 let outward = outward / outward.norm().max(f64::MIN_POSITIVE);
                 let middle =
-                    hats.iter().map(|&h| solid(&ends[h as usize])).sum::<Point<3>>() / hats.len().max(1) as f64;
+                    traces.iter().map(|&h| solid(&ends[h as usize])).sum::<Point<3>>() / traces.len().max(1) as f64;
                 faces.facets.push(Facet { part: part as u8, middle, outward, beside: Vec::new() });
-                hats_of.push(hats.clone());
-                if !(3..=4).contains(&hats.len()) {
+                traces_of.push(traces.clone());
+                if !(3..=4).contains(&traces.len()) {
                     continue;
                 }
                 // Counter-clockwise about the outward normal.
-                let axis = outward.cross(&(solid(&ends[hats[0] as usize]) - middle)).normalize();
+                let axis = outward.cross(&(solid(&ends[traces[0] as usize]) - middle)).normalize();
                 let other = axis.cross(&outward);
                 let angle = |h: u32| {
                     let away = solid(&ends[h as usize]) - middle;
                     away.dot(&axis).atan2(away.dot(&other))
                 };
-                hats.sort_by(|a, b| angle(*a).total_cmp(&angle(*b)));
+                traces.sort_by(|a, b| angle(*a).total_cmp(&angle(*b)));
                 let mut push = |corners: [Vec<u32>; 3]| {
                     let at = |k: usize| {
                         corners[k].iter().map(|&h| solid(&ends[h as usize])).sum::<Point<3>>() / corners[k].len() as f64
@@ -84,33 +88,33 @@ impl Faces {
                     let sign = if turned >= 0.0 { 1.0 } else { -1.0 };
                     faces.triangles.push(Triangle { corners, sign, facet: number });
                 };
-                if let [a, b, c] = hats[..] {
+                if let [a, b, c] = traces[..] {
                     push([vec![a], vec![b], vec![c]]);
                 } else {
-                    for k in 0..hats.len() {
-                        push([vec![hats[k]], vec![hats[(k + 1) % hats.len()]], hats.clone()]);
+                    for k in 0..traces.len() {
+                        push([vec![traces[k]], vec![traces[(k + 1) % traces.len()]], traces.clone()]);
                     }
                 }
             }
-            first += skin.hats.len() as u32;
+            first += contact_surface.traces.len() as u32;
         }
         if !two {
-            faces.find_neighbours(skins, &hats_of);
+            faces.find_neighbours(contact_surfaces, &traces_of);
         }
         faces
     }
 
-    fn find_neighbours<const D: usize>(&mut self, skins: &[Skin<D>], hats_of: &[Vec<u32>]) {
-        let particle = |hat: u32| skins[0].hats[hat as usize].particle;
+    fn find_neighbours<const D: usize>(&mut self, contact_surfaces: &[ContactSurface<D>], traces_of: &[Vec<u32>]) {
+        let particle = |trace: u32| contact_surfaces[0].traces[trace as usize].particle;
         let mut at: std::collections::HashMap<u32, Vec<u32>> = std::collections::HashMap::new();
-        for (facet, hats) in hats_of.iter().enumerate() {
-            hats.iter().for_each(|&hat| at.entry(particle(hat)).or_default().push(facet as u32));
+        for (facet, traces) in traces_of.iter().enumerate() {
+            traces.iter().for_each(|&trace| at.entry(particle(trace)).or_default().push(facet as u32));
         }
         for facet in 0..self.facets.len() {
             let mut ring = vec![facet as u32];
             for _ in 0..RINGS {
-                let hats = ring.iter().flat_map(|&f| &hats_of[f as usize]);
-                ring = hats.flat_map(|&hat| at[&particle(hat)].iter().copied()).collect();
+                let traces = ring.iter().flat_map(|&f| &traces_of[f as usize]);
+                ring = traces.flat_map(|&trace| at[&particle(trace)].iter().copied()).collect();
                 ring.sort_unstable();
                 ring.dedup();
             }
@@ -141,8 +145,8 @@ impl Faces {
     /// Whether the body lies between two facets at rest.
     fn through(&self, mine: u32, its: u32) -> bool {
         let (mine, its) = (&self.facets[mine as usize], &self.facets[its as usize]);
-        let way = its.middle - mine.middle;
-        way.dot(&mine.outward) < -THROUGH * way.norm()
+        let direction = its.middle - mine.middle;
+        direction.dot(&mine.outward) < -THROUGH * direction.norm()
     }
 
     /// The gap of a point over a triangle.

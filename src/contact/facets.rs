@@ -17,7 +17,7 @@ const REACH: usize = 8;
 
 /// A triangle of a boundary part: a half of a facet of three corners, a quarter of one of four.
 pub(super) struct Triangle {
-    /// For each corner the hats whose mean it is.
+    /// For each corner the trace functions whose mean it is.
     pub corners: [Vec<u32>; 3],
     /// 1 where the corners run counter-clockwise seen from outside, -1 otherwise.
     pub sign: f64,

@@ -1,68 +1,75 @@
-//! Coulomb's friction at a hat of a rigid contact.
+//! Coulomb's friction at a trace function of a rigid contact.
 
 use crate::geometry::Point;
 use crate::term::{Element, Term, View};
 
 use super::RigidContact;
-use super::grip::Grip;
-use super::obstacle::Touch;
+use super::obstacle::LocalContact;
+use super::stick_slip::StickSlip;
 
 impl<const D: usize> RigidContact<D> {
-    /// What a touching hat does along the surface.
-    pub(super) fn grip(&self, hat: usize, condensed: &[f64], touch: &Touch<D>) -> Grip<D> {
-        let (pressure, traction) = self.pressure(hat, condensed);
-        let first = self.memory().start + hat * D;
+    /// What a touching trace function does along the surface.
+    pub(super) fn stick_slip(&self, trace: usize, condensed: &[f64], local_contact: &LocalContact<D>) -> StickSlip<D> {
+        let (pressure, traction) = self.pressure(trace, condensed);
+        let first = self.internal_variables().start + trace * D;
         let was = Point::<D>::from_fn(|i, _| condensed[first + i]);
-        let along = |v: Point<D>| v - touch.normal * touch.normal.dot(&v);
-        let (slip, decisive) = (along(touch.beside - was), self.decisive(hat));
-        let asked = along(traction) - slip * decisive;
-        let size = asked.norm();
-        if size <= self.surface.friction * (pressure - decisive * touch.gap) {
-            Grip::Sticks(slip)
+        let along = |v: Point<D>| v - local_contact.normal * local_contact.normal.dot(&v);
+        let (slip, decisive) = (along(local_contact.beside - was), self.decisive(trace));
+        let requested = along(traction) - slip * decisive;
+        let size = requested.norm();
+        if size <= self.surface.friction * (pressure - decisive * local_contact.gap) {
+            StickSlip::Stick(slip)
         } else {
-            Grip::Slides(asked / size, decisive / size)
+            StickSlip::Slip(requested / size, decisive / size)
         }
     }
 
-    /// Adds force and stiffness of friction at a hat whose normal force is `pressure` $-\ \varepsilon\bar g$.
-    pub(super) fn rub(&self, cluster: usize, view: &View<'_>, touch: &Touch<D>, slope: &[f64], out: &mut Element) {
-        let hat = &self.skin.hats[cluster];
-        let (n, size) = (hat.nodes.len(), hat.nodes.len() * D);
+    /// Adds force and stiffness of friction at a trace function whose normal force is `pressure` $-\ \varepsilon\bar g$.
+    pub(super) fn add_friction(
+        &self,
+        cluster: usize,
+        view: &View<'_>,
+        local_contact: &LocalContact<D>,
+        slope: &[f64],
+        out: &mut Element,
+    ) {
+        let trace = &self.contact_surface.traces[cluster];
+        let (n, size) = (trace.nodes.len(), trace.nodes.len() * D);
         let (pressure, traction) = self.pressure(cluster, view.condensed);
         let (proximal, friction) = (self.proximal(cluster), self.surface.friction);
-        let force = pressure - proximal * touch.gap;
+        let force = pressure - proximal * local_contact.gap;
         // Mean displacement: ∫ΘΨ_a along each component, and the travel of the surface.
         let mut values = vec![0.0; n];
-        for (k, &(point, weight)) in hat.points.iter().enumerate() {
-            for (&l, value) in hat.local(k).iter().zip(self.skin.table.values(point as usize)) {
+        for (k, &(point, weight)) in trace.points.iter().enumerate() {
+            for (&l, value) in trace.local(k).iter().zip(self.contact_surface.table.values(point as usize)) {
                 values[l as usize] += weight * value;
             }
         }
-        // (place, how the unknown there moves the hat beside the surface).
+        // (place, how the unknown there moves the trace function beside the surface).
         let mut moves: Vec<(usize, Point<D>)> = Vec::with_capacity(size);
         let unit = |i: usize| Point::<D>::from_fn(|j, _| f64::from(u8::from(i == j)));
-        let travel = self.carriage.zip(self.surface.free_direction());
+        let travel = self.rigid_dof.zip(self.surface.free_direction());
         for (a, value) in values.iter().enumerate() {
             if *value != 0.0 {
                 moves.extend((0..D).map(|i| (a * D + i, unit(i) * *value)));
             }
         }
-        moves.extend(travel.map(|(_, along)| (size - D, along * -hat.area)));
-        let along = |v: &Point<D>| v - touch.normal * touch.normal.dot(v);
+        moves.extend(travel.map(|(_, along)| (size - D, along * -trace.area)));
+        let along = |v: &Point<D>| v - local_contact.normal * local_contact.normal.dot(v);
         let placed = self.placed(view.displacement, view.load);
-        match self.grip(cluster, view.condensed, touch) {
-            Grip::Sticks(slip) => {
+        match self.stick_slip(cluster, view.condensed, local_contact) {
+            StickSlip::Stick(slip) => {
                 let held = along(&traction) - slip * proximal;
                 let by_load = along(&placed.slope) * proximal;
                 for (place, by) in &moves {
                     out.residual[*place] -= by.dot(&held);
                     out.load_slope[*place] -= by.dot(&by_load);
                 }
-                self.add_along(&moves, &touch.normal, None, proximal / hat.area, size, out);
+                self.add_along(&moves, &local_contact.normal, None, proximal / trace.area, size, out);
             }
-            Grip::Slides(direction, turn) => {
+            StickSlip::Slip(direction, turn) => {
                 let held = direction * (friction * force);
-                let by_load = direction * (friction * proximal * touch.by_load);
+                let by_load = direction * (friction * proximal * local_contact.by_load);
                 for (place, by) in &moves {
                     out.residual[*place] -= by.dot(&held);
                     out.load_slope[*place] += by.dot(&by_load);
@@ -70,11 +77,11 @@ impl<const D: usize> RigidContact<D> {
                 if !out.with_matrix {
                     return;
                 }
-                let turning = (friction * force * turn).clamp(0.0, proximal) / hat.area;
-                self.add_along(&moves, &touch.normal, Some(direction), turning, size, out);
+                let turning = (friction * force * turn).clamp(0.0, proximal) / trace.area;
+                self.add_along(&moves, &local_contact.normal, Some(direction), turning, size, out);
                 out.coupling.resize(size * size, 0.0);
                 for (column, by_gap) in out.coupling.chunks_exact_mut(size).zip(slope) {
-                    let factor = friction * proximal / hat.area * by_gap;
+                    let factor = friction * proximal / trace.area * by_gap;
                     if factor != 0.0 {
                         for (place, by) in &moves {
                             column[*place] += factor * by.dot(&direction);

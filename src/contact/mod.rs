@@ -2,13 +2,12 @@
 //!
 //! Nothing is tuned: pressures are iterates of Newton's method, and where they come to rest gaps are closed to rounding.
 
-mod carriage;
 mod chain;
+mod contact_surface;
 mod faces;
 mod facets;
 mod facing;
 mod friction;
-mod grip;
 mod jet;
 mod mortar;
 mod obstacle;
@@ -16,8 +15,9 @@ mod pair;
 mod pair_term;
 mod profile;
 mod rigid;
+mod rigid_dof;
 mod shapes;
-mod skin;
+mod stick_slip;
 mod surface;
 mod triangulated;
 mod vertices;
@@ -30,7 +30,7 @@ pub use shapes::{Ball, Cone, Cylinder, Plane};
 pub use surface::{Nearest, Surface};
 pub use triangulated::Triangulated;
 
-pub(crate) use carriage::{Carriage, Leash};
+pub(crate) use contact_surface::ContactSurface;
 pub(crate) use obstacle::{RigidContact, Stiffness};
 pub(crate) use pair::PairContact;
-pub(crate) use skin::Skin;
+pub(crate) use rigid_dof::{ArtificialSpring, RigidBodyDof};

@@ -8,7 +8,7 @@ use super::jet::Jet;
 
 /// Coordinates of the ends of two chords.
 pub(super) const LOCAL: usize = 8;
-/// Points of Gauss's rule over an overlap, as parts of it; their weights are a half. Exact for the product of two hats and
+/// Points of Gauss's rule over an overlap, as parts of it; their weights are a half. Exact for the product of two trace functions and
 /// the measure of revolution.
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
@@ -34,11 +34,11 @@ pub(super) struct Facing {
     pub ends: [Point<2>; 4],
     /// Outward to the right of the way from a to b (1) or to the left (-1).
     pub sign: f64,
-    /// Reference measure at a and b, of which the hats take their part.
+    /// Reference measure at a and b, of which the trace functions take their part.
     pub measure: [f64; 2],
 }
 
-/// $G_a = \int N_a\\,g\\,\mathrm d\Gamma$ over an overlap for the hat of one end of the first chord.
+/// $G_a = \int N_a\\,g\\,\mathrm d\Gamma$ over an overlap for the trace function of one end of the first chord.
 #[derive(Debug, Clone)]
 pub(super) struct MeanGap {
     pub value: f64,
@@ -68,7 +68,7 @@ impl Facing {
         Frame { normal: [along[1] * by_length, along[0] * by_length * -1.0], opposite }
     }
 
-    /// The mean gap under the hat of end `end`, 0 or 1, over an overlap.
+    /// The mean gap under the trace function of end `end`, 0 or 1, over an overlap.
     pub fn mean_gap(&self, overlap: &Overlap, end: usize) -> MeanGap {
         let Frame { normal, opposite } = self.frame();
         let place = |end: End| match end {
@@ -89,9 +89,9 @@ impl Facing {
         for at in GAUSS {
             let xi = from + width * at;
             let eta = (xi - opposite[0]) * across;
-            let hats = [one - xi, xi];
-            let measure = hats[0] * self.measure[0] + hats[1] * self.measure[1];
-            let weight = width * measure * hats[end] * 0.5;
+            let traces = [one - xi, xi];
+            let measure = traces[0] * self.measure[0] + traces[1] * self.measure[1];
+            let weight = width * measure * traces[end] * 0.5;
             area += weight.value;
             gap = gap + weight * (gaps[0] * (one - eta) + gaps[1] * eta);
         }

@@ -13,7 +13,7 @@ use super::faces::{Faces, LaidFaces};
 use super::facets::Triangle;
 use super::obstacle::Stiffness;
 use super::vertices::{Combination, Means, Movers};
-use super::{Skin, facets, mortar};
+use super::{ContactSurface, facets, mortar};
 
 /// What faces what.
 pub(super) enum Geometry {
@@ -37,7 +37,7 @@ pub(super) struct State<const D: usize> {
     pub(super) reach: f64,
 }
 
-/// A part of the gap of a hat times its area, over points that move: the coordinates of one after the other.
+/// A part of the gap of a trace function times its area, over points that move: the coordinates of one after the other.
 pub(super) struct Piece {
     pub(super) movers: Vec<u32>,
     /// Whether a mover is of the face that carries pressures.
@@ -57,30 +57,30 @@ pub(super) struct Piece {
 /// So it lies at the particle where the displacement is linear, and as $t$ is symmetric, forces $\pi A_K$ on the vertices are those
 /// $\pi\int\Theta_K$ of a uniform pressure, by the integration that the body is smoothed with: the patch test is passed.
 ///
-/// In the plane a mortar method: a hat $J$ of a chord that carries pressures has the gap
+/// In the plane a mortar method: a trace function $J$ of a chord that carries pressures has the gap
 /// $$G_J = \int N_J\\,n\cdot\Big(\sum_K N_K(\eta(\xi))\\,\hat y_K - \sum_L N_L(\xi)\\,\hat x_L\Big)\mathrm d\Gamma,$$
 /// where $\xi$ runs along the chord, $\eta$ along the one that is opposite along its normal $n$, and the integral is cut where chords
 /// begin and end: exact whether particles match or not. In space the integral is the sum over the facet points of the face that
 /// carries pressures, each with its distance from a triangle: exact where particles match.
 /// The law between pressure and $\bar g_J = G_J/\int N_J\\,\mathrm d\Gamma$ is that of rigid surfaces, with all derivatives of the gap.
 pub(crate) struct PairContact<const D: usize> {
-    pub skins: Vec<Skin<D>>,
+    pub contact_surfaces: Vec<ContactSurface<D>>,
     pub stiffness: Stiffness,
     pub(super) geometry: Geometry,
     /// Nodes of all clusters: those that any point of the boundary parts sees.
     pub(super) nodes: Vec<u32>,
-    /// For each hat its vertex, then others.
+    /// For each trace function its vertex, then others.
     pub(super) movers: Movers<D>,
-    /// Hats of all parts.
-    pub hats: usize,
-    /// Hats that may carry pressures, from the first on.
+    /// Trace functions of all parts.
+    pub traces: usize,
+    /// Trace functions that may carry pressures, from the first on.
     pub(super) carrying: usize,
-    /// The faces at the state that was looked at last: all hats of an iteration see the same one.
+    /// The faces at the state that was looked at last: all trace functions of an iteration see the same one.
     pub(super) last: Mutex<Option<Arc<State<D>>>>,
 }
 
-/// What a hat knows of what is opposite.
-pub(crate) struct Meeting {
+/// What a trace function knows of what is opposite.
+pub(crate) struct ContactPair {
     /// $\bar g_J$ \[length\], infinite where nothing is opposite.
     pub gap: f64,
     /// $\int N_J\\,\mathrm d\Gamma$ over what has something opposite.
@@ -89,35 +89,48 @@ pub(crate) struct Meeting {
 
 impl<const D: usize> PairContact<D> {
     /// Faces of one or two parts.
-    pub fn new(skins: Vec<Skin<D>>, faces: &[&BoundaryCells<D>], positions: &[Point<D>], stiffness: Stiffness) -> Self {
-        let two = skins.len() > 1;
-        let particles: Vec<u32> = skins.iter().flat_map(|skin| skin.hats.iter().map(|hat| hat.particle)).collect();
-        let mut nodes: Vec<u32> =
-            skins.iter().flat_map(|skin| &skin.hats).flat_map(|hat| &hat.nodes).copied().collect();
+    pub fn new(
+        contact_surfaces: Vec<ContactSurface<D>>,
+        faces: &[&BoundaryCells<D>],
+        positions: &[Point<D>],
+        stiffness: Stiffness,
+    ) -> Self {
+        let two = contact_surfaces.len() > 1;
+        let particles: Vec<u32> = contact_surfaces
+            .iter()
+            .flat_map(|contact_surface| contact_surface.traces.iter().map(|trace| trace.particle))
+            .collect();
+        let mut nodes: Vec<u32> = contact_surfaces
+            .iter()
+            .flat_map(|contact_surface| &contact_surface.traces)
+            .flat_map(|trace| &trace.nodes)
+            .copied()
+            .collect();
         nodes.sort_unstable();
         nodes.dedup();
         let place = |node: u32| nodes.partition_point(|&n| n < node) as u16;
         let mut movers = Movers { combinations: Vec::new(), rest: Vec::new(), owners: Vec::new() };
-        for skin in &skins {
-            let means = Means::of(skin);
-            for hat in 0..skin.hats.len() {
+        for contact_surface in &contact_surfaces {
+            let means = Means::of(contact_surface);
+            for trace in 0..contact_surface.traces.len() {
                 let owner = vec![(movers.rest.len() as u32, 1.0)];
-                let (combination, rest) = means.vertex(skin, positions, hat, place);
+                let (combination, rest) = means.vertex(contact_surface, positions, trace, place);
                 movers.push(combination, rest, owner);
             }
         }
-        let hats = movers.rest.len();
+        let traces = movers.rest.len();
         let geometry = if D == 3 {
-            let found = Faces::new(&skins, faces, &movers.rest[..hats]);
+            let found = Faces::new(&contact_surfaces, faces, &movers.rest[..traces]);
             let corners = |triangle: &Triangle, movers: &mut Movers<D>| -> [u32; 3] {
                 std::array::from_fn(|k| movers.push_mean(&triangle.corners[k]))
             };
             let corners = found.triangles.iter().map(|triangle| corners(triangle, &mut movers)).collect();
             let first = movers.rest.len() as u32;
-            let table = &skins[0].table;
+            let table = &contact_surfaces[0].table;
             let mut owners: Vec<Vec<(u32, f64)>> = vec![Vec::new(); table.len()];
-            for (k, hat) in skins[0].hats.iter().enumerate() {
-                hat.points
+            for (k, trace) in contact_surfaces[0].traces.iter().enumerate() {
+                trace
+                    .points
                     .iter()
                     .for_each(|&(p, w)| owners[p as usize].push((k as u32, w / table.weights()[p as usize])));
             }
@@ -128,11 +141,11 @@ impl<const D: usize> PairContact<D> {
             }
             Geometry::Space(found, corners, first)
         } else {
-            let rest: Vec<Point<2>> = movers.rest[..hats].iter().map(padded).collect();
-            Geometry::Plane(Chain::new(chords(&skins, faces, &rest), &particles, two))
+            let rest: Vec<Point<2>> = movers.rest[..traces].iter().map(padded).collect();
+            Geometry::Plane(Chain::new(chords(&contact_surfaces, faces, &rest), &particles, two))
         };
-        let carrying = skins[0].hats.len();
-        PairContact { skins, stiffness, geometry, nodes, movers, hats, carrying, last: Mutex::new(None) }
+        let carrying = contact_surfaces[0].traces.len();
+        PairContact { contact_surfaces, stiffness, geometry, nodes, movers, traces, carrying, last: Mutex::new(None) }
     }
 
     /// The faces at a state.
@@ -145,13 +158,13 @@ impl<const D: usize> PairContact<D> {
         let places: Vec<Point<D>> = all.map(|(x, of)| x + self.moved(of, displacement)).collect();
         let (opposite, reach) = match &self.geometry {
             Geometry::Plane(chain) => {
-                let laid = chain.laid(places[..self.hats].iter().map(padded).collect());
+                let laid = chain.laid(places[..self.traces].iter().map(padded).collect());
                 let reach = laid.reach;
                 (Opposite::Plane(laid), reach)
             }
             Geometry::Space(faces, corners, first) => {
                 let corners = corners.iter().map(|of| std::array::from_fn(|k| padded(&places[of[k] as usize])));
-                let table = &self.skins[0].table;
+                let table = &self.contact_surfaces[0].table;
                 let points = (0..table.len()).map(|point| {
                     let f = Matrix3::identity() + table.displacement_gradient(point, displacement);
                     let normal = cofactor(&f) * padded::<D, 3>(&table.normals()[point]);
@@ -179,25 +192,25 @@ impl<const D: usize> PairContact<D> {
         u
     }
 
-    /// Part and hat in it.
-    pub fn hat(&self, hat: usize) -> (usize, usize) {
-        if hat < self.carrying { (0, hat) } else { (1, hat - self.carrying) }
+    /// Part and trace function in it.
+    pub fn trace(&self, trace: usize) -> (usize, usize) {
+        if trace < self.carrying { (0, trace) } else { (1, trace - self.carrying) }
     }
 
-    pub(super) fn width(&self, hat: usize) -> f64 {
-        self.skins[0].hats[hat].width
+    pub(super) fn width(&self, trace: usize) -> f64 {
+        self.contact_surfaces[0].traces[trace].width
     }
 
-    pub fn touches(&self, hat: usize, pressure: f64, gap: f64) -> bool {
-        pressure > self.stiffness.decisive / self.width(hat) * gap
+    pub fn is_active(&self, trace: usize, pressure: f64, gap: f64) -> bool {
+        pressure > self.stiffness.decisive / self.width(trace) * gap
     }
 
-    pub(super) fn proximal(&self, hat: usize) -> f64 {
-        self.stiffness.proximal / self.width(hat)
+    pub(super) fn proximal(&self, trace: usize) -> f64 {
+        self.stiffness.proximal / self.width(trace)
     }
 
-    /// Visits the pieces of the gap of a hat that carries pressures.
-    pub(super) fn meet(&self, hat: usize, state: &State<D>, mut visit: impl FnMut(Piece)) -> Meeting {
+    /// Visits the pieces of the gap of a trace function that carries pressures.
+    pub(super) fn overlap(&self, trace: usize, state: &State<D>, mut visit: impl FnMut(Piece)) -> ContactPair {
         let (mut gap, mut area) = (0.0, 0.0);
         let mut take = |piece: Piece| {
             gap += piece.value;
@@ -206,11 +219,11 @@ impl<const D: usize> PairContact<D> {
         };
         match (&self.geometry, &state.opposite) {
             (Geometry::Plane(chain), Opposite::Plane(laid)) => {
-                for &(chord, end) in &chain.of_hat[hat] {
+                for &(chord, end) in &chain.of_trace[trace] {
                     for overlap in &laid.facing[chord as usize] {
                         let found = chain.facing(laid, chord as usize, overlap.other as usize).mean_gap(overlap, end);
-                        let [a, b] = chain.chords[chord as usize].hats;
-                        let [c, d] = chain.chords[overlap.other as usize].hats;
+                        let [a, b] = chain.chords[chord as usize].traces;
+                        let [c, d] = chain.chords[overlap.other as usize].traces;
                         take(Piece {
                             movers: vec![a, b, c, d],
                             carries: |k| k < 2,
@@ -223,7 +236,7 @@ impl<const D: usize> PairContact<D> {
                 }
             }
             (Geometry::Space(faces, corners, first), Opposite::Space(laid)) => {
-                for &(point, weight) in &self.skins[0].hats[hat].points {
+                for &(point, weight) in &self.contact_surfaces[0].traces[trace].points {
                     let Some(triangle) = laid.opposite[point as usize] else { continue };
                     let of = corners[triangle as usize];
                     let at = |k: usize| -> Point<3> { padded(&state.places[of[k] as usize]) };
@@ -247,8 +260,8 @@ impl<const D: usize> PairContact<D> {
             _ => {}
         }
         // What has less than rounding opposite has nothing.
-        let least = f64::EPSILON * self.skins[0].hats[hat].area;
-        Meeting { gap: if area > least { gap / area } else { f64::INFINITY }, area }
+        let least = f64::EPSILON * self.contact_surfaces[0].traces[trace].area;
+        ContactPair { gap: if area > least { gap / area } else { f64::INFINITY }, area }
     }
 
     /// The change of a piece by a step.
@@ -264,20 +277,20 @@ impl<const D: usize> PairContact<D> {
     pub fn pressed(&self, displacement: &[f64], condensed: &[f64]) -> Pressed<D> {
         let state = self.now(displacement);
         let mut found = Pressed {
-            gaps: vec![f64::INFINITY; self.hats],
-            forces: vec![Point::<D>::zeros(); self.hats],
+            gaps: vec![f64::INFINITY; self.traces],
+            forces: vec![Point::<D>::zeros(); self.traces],
             total: Point::zeros(),
         };
-        for hat in 0..self.carrying {
+        for trace in 0..self.carrying {
             let mut pieces = Vec::new();
-            let meeting = self.meet(hat, &state, |piece| pieces.push(piece));
-            found.gaps[hat] = meeting.gap;
-            if !self.touches(hat, condensed[hat], meeting.gap) {
+            let overlap = self.overlap(trace, &state, |piece| pieces.push(piece));
+            found.gaps[trace] = overlap.gap;
+            if !self.is_active(trace, condensed[trace], overlap.gap) {
                 continue;
             }
             for piece in pieces {
                 for (k, &mover) in piece.movers.iter().enumerate() {
-                    let force = Point::<D>::from_fn(|i, _| condensed[hat] * piece.slope[k * D + i]);
+                    let force = Point::<D>::from_fn(|i, _| condensed[trace] * piece.slope[k * D + i]);
                     for &(owner, part) in &self.movers.owners[mover as usize] {
                         found.forces[owner as usize] += force * part;
                     }
@@ -293,16 +306,16 @@ impl<const D: usize> PairContact<D> {
     /// How deep the faces are in each other at rest, and where.
     pub fn deepest_at_rest(&self, unknowns: usize) -> Option<(f64, Point<D>)> {
         let state = self.now(&vec![0.0; unknowns]);
-        let deep = |hat: usize| (-self.meet(hat, &state, |_| {}).gap, self.movers.rest[hat]);
+        let deep = |trace: usize| (-self.overlap(trace, &state, |_| {}).gap, self.movers.rest[trace]);
         (0..self.carrying).map(deep).max_by(|a, b| a.0.total_cmp(&b.0))
     }
 }
 
 /// What the faces are found to do at a state.
 pub(crate) struct Pressed<const D: usize> {
-    /// Mean gap of each hat, infinite where it carries no pressure.
+    /// Mean gap of each trace function, infinite where it carries no pressure.
     pub gaps: Vec<f64>,
-    /// Forces on all hats.
+    /// Forces on all trace functions.
     pub forces: Vec<Point<D>>,
     /// That on what carries pressures, which is the opposite of that on the others.
     pub total: Point<D>,
@@ -313,32 +326,36 @@ fn padded<const D: usize, const N: usize>(x: &Point<D>) -> Point<N> {
 }
 
 /// The chords of the faces.
-fn chords<const D: usize>(skins: &[Skin<D>], faces: &[&BoundaryCells<D>], particles: &[Point<2>]) -> Vec<Chord> {
+fn chords<const D: usize>(
+    contact_surfaces: &[ContactSurface<D>],
+    faces: &[&BoundaryCells<D>],
+    particles: &[Point<2>],
+) -> Vec<Chord> {
     let (mut chords, mut first) = (Vec::new(), 0u32);
-    for (part, (skin, cells)) in skins.iter().zip(faces).enumerate() {
-        // The hats over each point, and their weights there.
+    for (part, (contact_surface, cells)) in contact_surfaces.iter().zip(faces).enumerate() {
+        // The trace functions over each point, and their weights there.
         let mut over: Vec<Vec<(u32, f64)>> = vec![Vec::new(); cells.points.positions.len()];
-        for (k, hat) in skin.hats.iter().enumerate() {
-            for &(point, weight) in &hat.points {
+        for (k, trace) in contact_surface.traces.iter().enumerate() {
+            for &(point, weight) in &trace.points {
                 over[point as usize].push((k as u32, weight));
             }
         }
         for group in cells.points.groups.windows(2) {
             let range = group[0]..group[1];
             let mut shares: Vec<(u32, f64)> = Vec::new();
-            for &(hat, weight) in range.clone().flat_map(|point| &over[point]) {
-                match shares.iter_mut().find(|share| share.0 == hat) {
+            for &(trace, weight) in range.clone().flat_map(|point| &over[point]) {
+                match shares.iter_mut().find(|share| share.0 == trace) {
                     Some(share) => share.1 += weight,
-                    None => shares.push((hat, weight)),
+                    None => shares.push((trace, weight)),
                 }
             }
             let &[(a, i), (b, j)] = shares.as_slice() else { continue };
-            let [from, to] = [a, b].map(|hat| particles[(hat + first) as usize]);
+            let [from, to] = [a, b].map(|trace| particles[(trace + first) as usize]);
             let (along, outward) = (to - from, padded::<D, 2>(&cells.points.normals[group[0]]));
             let right = Point::<2>::new(along[1], -along[0]).normalize();
             let sign = if right.dot(&outward) >= 0.0 { 1.0 } else { -1.0 };
             chords.push(Chord {
-                hats: [a + first, b + first],
+                traces: [a + first, b + first],
                 part: part as u8,
                 sign,
                 // ∫ N_a (m_a N_a + m_b N_b) = i, ∫ N_b (…) = j.
@@ -347,7 +364,7 @@ fn chords<const D: usize>(skins: &[Skin<D>], faces: &[&BoundaryCells<D>], partic
                 outward: right * sign,
             });
         }
-        first += skin.hats.len() as u32;
+        first += contact_surface.traces.len() as u32;
     }
     chords
 }

@@ -23,8 +23,8 @@ impl<const D: usize> Term<D> for PairContact<D> {
     }
 
     fn rounding(&self) -> [f64; 2] {
-        let extent = self.skins.iter().map(|skin| skin.extent).fold(0.0, f64::max);
-        self.stiffness.rounding(self.skins[0].hats.iter(), extent)
+        let extent = self.contact_surfaces.iter().map(|contact_surface| contact_surface.extent).fold(0.0, f64::max);
+        self.stiffness.rounding(self.contact_surfaces[0].traces.iter(), extent)
     }
 
     fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
@@ -35,8 +35,8 @@ impl<const D: usize> Term<D> for PairContact<D> {
         let pressure = view.condensed[cluster];
         let state = self.now(view.displacement);
         let mut pieces: Vec<Piece> = Vec::new();
-        let meeting = self.meet(cluster, &state, |piece| pieces.push(piece));
-        if !self.touches(cluster, pressure, meeting.gap) {
+        let overlap = self.overlap(cluster, &state, |piece| pieces.push(piece));
+        if !self.is_active(cluster, pressure, overlap.gap) {
             return;
         }
         let of = |mover: u32| &self.movers.combinations[mover as usize];
@@ -90,13 +90,13 @@ impl<const D: usize> Term<D> for PairContact<D> {
             }
         }
         let proximal = self.proximal(cluster);
-        let force = pressure - proximal * meeting.gap;
+        let force = pressure - proximal * overlap.gap;
         for (r, s) in out.residual.iter_mut().zip(&slope) {
             *r -= force * s;
         }
         if out.with_matrix {
             for (column, b) in out.matrix.chunks_exact_mut(size).zip(&slope) {
-                let factor = proximal / meeting.area * b;
+                let factor = proximal / overlap.area * b;
                 for (entry, a) in column.iter_mut().zip(&slope) {
                     *entry += factor * a;
                 }
@@ -108,9 +108,9 @@ impl<const D: usize> Term<D> for PairContact<D> {
         let pressure = view.condensed[cluster];
         let state = self.now(view.displacement);
         let mut change = 0.0;
-        let meeting = self.meet(cluster, &state, |piece| change += self.change(&piece, step));
-        let (gap, change) = (meeting.gap, change / meeting.area);
-        if self.touches(cluster, pressure, gap) {
+        let overlap = self.overlap(cluster, &state, |piece| change += self.change(&piece, step));
+        let (gap, change) = (overlap.gap, change / overlap.area);
+        if self.is_active(cluster, pressure, gap) {
             condensed_step[0] = -self.proximal(cluster) * (gap + change);
             return 1.0;
         }
@@ -121,7 +121,7 @@ impl<const D: usize> Term<D> for PairContact<D> {
             return if gap + change < -most && change < 0.0 { ((gap + most) / -change).min(1.0) } else { 1.0 };
         }
         // What has nothing opposite goes no further than the search saw.
-        let way = self.moved(&self.movers.combinations[cluster], step).norm();
-        if way > state.reach { state.reach / way } else { 1.0 }
+        let direction = self.moved(&self.movers.combinations[cluster], step).norm();
+        if direction > state.reach { state.reach / direction } else { 1.0 }
     }
 }

@@ -62,7 +62,7 @@ impl<const D: usize> RigidSurface<D> {
         RigidSurface::named_shape(Plane { through: through.into(), normal: normal.into() }, "plane")
     }
 
-    /// The name by which results are asked for.
+    /// The name by which results are requested.
     pub fn named(mut self, name: &str) -> Self {
         self.name = name.into();
         self
@@ -163,7 +163,7 @@ impl<const D: usize> RigidSurface<D> {
         }
     }
 
-    /// Load factors at which its motion has kinks.
+    /// Load factors at which its motion has break points.
     pub(crate) fn break_points(&self) -> Vec<f64> {
         match &self.drive {
             Drive::Fixed => Vec::new(),

@@ -2,12 +2,12 @@
 
 use crate::geometry::Point;
 
-use super::Skin;
+use super::ContactSurface;
 
 /// What a point is of the displacements of some nodes: their places among those of the contact, and factors.
 pub(super) type Combination = Vec<(u16, f64)>;
 
-/// Points that move with the body, each a combination of displacements, and whose force goes to which hats.
+/// Points that move with the body, each a combination of displacements, and whose force goes to which trace functions.
 pub(super) struct Movers<const D: usize> {
     pub combinations: Vec<Combination>,
     pub rest: Vec<Point<D>>,
@@ -30,7 +30,7 @@ impl<const D: usize> Movers<D> {
         let all = of.iter().flat_map(|&k| &self.combinations[k as usize]);
         let combination = merged(all.map(|&(node, value)| (node, part * value)).collect());
         let rest = of.iter().map(|&k| self.rest[k as usize]).sum::<Point<D>>() * part;
-        let owners = of.iter().flat_map(|&k| &self.owners[k as usize]).map(|&(hat, value)| (hat, part * value));
+        let owners = of.iter().flat_map(|&k| &self.owners[k as usize]).map(|&(trace, value)| (trace, part * value));
         let owners = owners.collect();
         self.push(combination, rest, owners);
         self.combinations.len() as u32 - 1
@@ -39,25 +39,25 @@ impl<const D: usize> Movers<D> {
 
 /// What the vertices of a face are made of.
 pub(super) struct Means<const D: usize> {
-    /// Reference positions of the means under the hats.
+    /// Reference positions of the means under the trace functions.
     at: Vec<Point<D>>,
-    /// For each hat those that it shares points with, and $\int\Theta_K\Theta_L\\,\mathrm d\Gamma$.
+    /// For each trace function those that it shares points with, and $\int\Theta_K\Theta_L\\,\mathrm d\Gamma$.
     shared: Vec<Vec<(u32, f64)>>,
 }
 
 impl<const D: usize> Means<D> {
-    pub fn of(skin: &Skin<D>) -> Self {
-        let mut over: Vec<Vec<(u32, f64)>> = vec![Vec::new(); skin.table.len()];
-        let mut at = Vec::with_capacity(skin.hats.len());
-        for (k, hat) in skin.hats.iter().enumerate() {
-            let mean = |&(point, weight): &(u32, f64)| skin.table.positions()[point as usize] * weight;
-            at.push(hat.points.iter().map(mean).sum::<Point<D>>() / hat.area);
-            hat.points.iter().for_each(|&(point, weight)| over[point as usize].push((k as u32, weight)));
+    pub fn of(contact_surface: &ContactSurface<D>) -> Self {
+        let mut over: Vec<Vec<(u32, f64)>> = vec![Vec::new(); contact_surface.table.len()];
+        let mut at = Vec::with_capacity(contact_surface.traces.len());
+        for (k, trace) in contact_surface.traces.iter().enumerate() {
+            let mean = |&(point, weight): &(u32, f64)| contact_surface.table.positions()[point as usize] * weight;
+            at.push(trace.points.iter().map(mean).sum::<Point<D>>() / trace.area);
+            trace.points.iter().for_each(|&(point, weight)| over[point as usize].push((k as u32, weight)));
         }
-        let mut shared: Vec<Vec<(u32, f64)>> = vec![Vec::new(); skin.hats.len()];
-        for (hats, weight) in over.iter().zip(skin.table.weights()) {
-            for &(k, mine) in hats {
-                for &(l, its) in hats.iter().filter(|(l, _)| *l != k) {
+        let mut shared: Vec<Vec<(u32, f64)>> = vec![Vec::new(); contact_surface.traces.len()];
+        for (traces, weight) in over.iter().zip(contact_surface.table.weights()) {
+            for &(k, mine) in traces {
+                for &(l, its) in traces.iter().filter(|(l, _)| *l != k) {
                     let list = &mut shared[k as usize];
                     match list.iter_mut().find(|entry| entry.0 == l) {
                         Some(entry) => entry.1 += mine * its / weight,
@@ -69,30 +69,30 @@ impl<const D: usize> Means<D> {
         Means { at, shared }
     }
 
-    /// The vertex of a hat as a combination of displacements, and where it is at rest.
+    /// The vertex of a trace function as a combination of displacements, and where it is at rest.
     pub fn vertex(
         &self,
-        skin: &Skin<D>,
+        contact_surface: &ContactSurface<D>,
         positions: &[Point<D>],
-        hat: usize,
+        trace: usize,
         place: impl Fn(u32) -> u16,
     ) -> (Combination, Point<D>) {
-        let particle = |k: usize| positions[skin.hats[k].particle as usize];
-        let mut parts = vec![(hat, 1.0)];
-        for &(other, both) in &self.shared[hat] {
+        let particle = |k: usize| positions[contact_surface.traces[k].particle as usize];
+        let mut parts = vec![(trace, 1.0)];
+        for &(other, both) in &self.shared[trace] {
             let other = other as usize;
-            let stretched = (particle(hat) - particle(other)).norm() / (self.at[hat] - self.at[other]).norm();
-            let part = both * stretched / skin.hats[hat].area;
+            let stretched = (particle(trace) - particle(other)).norm() / (self.at[trace] - self.at[other]).norm();
+            let part = both * stretched / contact_surface.traces[trace].area;
             parts[0].1 += part;
             parts.push((other, -part));
         }
         let (mut combination, mut rest) = (Combination::new(), Point::<D>::zeros());
         for (k, part) in parts {
-            let of = &skin.hats[k];
+            let of = &contact_surface.traces[k];
             rest += self.at[k] * part;
             for (p, &(point, weight)) in of.points.iter().enumerate() {
                 let factor = part * weight / of.area;
-                let seen = of.local(p).iter().zip(skin.table.values(point as usize));
+                let seen = of.local(p).iter().zip(contact_surface.table.values(point as usize));
                 combination.extend(seen.map(|(&l, value)| (place(of.nodes[l as usize]), factor * value)));
             }
         }

@@ -7,7 +7,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum BoundaryError {
     /// A component is beyond the dimension.
-    #[error("{what}: component {component} asked for, the displacement has {dimension}")]
+    #[error("{what}: component {component} requested, the displacement has {dimension}")]
     Component {
         /// The condition or load.
         what: String,
@@ -34,11 +34,11 @@ pub enum BoundaryError {
     },
     /// A row is a combination of others.
     #[error(
-        "row {row} ({what}) depends on the rows before it (pivot {pivot:e}): each prescribed component may be given once; remove the repeated condition"
+        "row {equation} ({what}) depends on the rows before it (pivot {pivot:e}): each prescribed component may be given once; remove the repeated condition"
     )]
     Dependent {
         /// The row.
-        row: usize,
+        equation: usize,
         /// The condition it comes from.
         what: String,
         /// Relative size of what is left of the row.
@@ -59,10 +59,10 @@ pub enum BoundaryError {
         load: f64,
     },
     /// A place names no body of the scene.
-    #[error("no body {asked}; there are: {known}")]
+    #[error("no body {requested}; there are: {known}")]
     UnknownBody {
-        /// The name asked for.
-        asked: String,
+        /// The name requested.
+        requested: String,
         /// The names that there are.
         known: String,
     },
@@ -122,11 +122,11 @@ pub enum BoundaryError {
         /// The nearest particle.
         nearest: Vec<f64>,
     },
-    /// No row comes from the condition asked for.
-    #[error("no condition acts on {asked}; conditions act on: {known}")]
+    /// No row comes from the condition requested.
+    #[error("no condition acts on {requested}; conditions act on: {known}")]
     UnknownCondition {
-        /// The name or place asked for.
-        asked: String,
+        /// The name or place requested.
+        requested: String,
         /// The names and places of the conditions that there are.
         known: String,
     },
@@ -138,7 +138,7 @@ pub enum BoundaryError {
         /// Where.
         at: Vec<f64>,
     },
-    /// An enforcement can't serve the rows asked of it.
+    /// An enforcement can't serve the rows requested of it.
     #[error("{enforcement}: {reason}")]
     Unsuitable {
         /// The enforcement.

@@ -45,11 +45,11 @@ pub enum ContactError {
         /// The load factor.
         load: f64,
     },
-    /// No contact has the name asked for.
-    #[error("no contact {asked}: there are {known}")]
+    /// No contact has the name requested.
+    #[error("no contact {requested}: there are {known}")]
     Unknown {
         /// The name.
-        asked: String,
+        requested: String,
         /// The names that there are.
         known: String,
     },

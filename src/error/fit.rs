@@ -27,7 +27,7 @@ pub enum FitError {
     },
     /// A row can't be read.
     #[error("row {row} of the data: {what}")]
-    Row {
+    ConstraintEquation {
         /// The row, counted from 1 without header and comments.
         row: usize,
         /// What is wrong.

@@ -54,7 +54,7 @@ pub enum GeometryError {
     /// A boundary part does not exist.
     #[error("no boundary part {part}: this domain has {known}")]
     UnknownPart {
-        /// The part asked for.
+        /// The part requested.
         part: String,
         /// The parts that exist.
         known: String,
@@ -69,10 +69,10 @@ pub enum GeometryError {
         /// What to do.
         remedy: &'static str,
     },
-    /// The cells can't serve what is asked of them.
+    /// The cells can't serve what is requested of them.
     #[error("{what}: these cells can't serve it, it needs {needed}")]
     Unsuited {
-        /// What was asked.
+        /// What was requested.
         what: &'static str,
         /// What it needs.
         needed: &'static str,

@@ -88,7 +88,7 @@ pub enum MeshError {
         /// One of its corners.
         at: Vec<f64>,
     },
-    /// Cells of another dimension than the one asked for.
+    /// Cells of another dimension than the one requested.
     #[error("{what}: {remedy}")]
     Dimension {
         /// What was found.

@@ -46,7 +46,7 @@ pub enum SolveError {
         *limit * 1e-9
     )]
     Memory {
-        /// Particles asked for.
+        /// Particles requested.
         particles: f64,
         /// Bytes that the model would take at its peak.
         needed: f64,

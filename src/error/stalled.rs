@@ -64,18 +64,18 @@ pub enum Cause {
         /// The same after it.
         after: f64,
     },
-    /// The smallest step of time leaves more of an error than was asked for.
+    /// The smallest step of time leaves more of an error than was requested.
     TimeError {
         /// The error of the stress, relative to it.
         error: f64,
-        /// The one asked for.
+        /// The one requested.
         tolerance: f64,
     },
     /// A term can't answer for the next state, and says why: a body that leaves a rigid profile at its open end.
     Refused(String),
     /// The arc runs back along the path.
     Turned,
-    /// The load falls beyond a limit point, and the stepping was not asked to follow it.
+    /// The load falls beyond a limit point, and the stepping was not requested to follow it.
     LimitPoint,
     /// The allowed number of steps is used up.
     Steps(usize),
@@ -182,7 +182,7 @@ impl fmt::Display for Cause {
             ),
             Cause::TimeError { error, tolerance } => write!(
                 f,
-                "the smallest step of time leaves an error of {error:.1e} of the stress, {tolerance:.1e} was asked for: lower \
+                "the smallest step of time leaves an error of {error:.1e} of the stress, {tolerance:.1e} was requested: lower \
                  Stepping::smallest or raise Stepping::time_tolerance"
             ),
             Cause::Refused(why) => write!(f, "{why}"),

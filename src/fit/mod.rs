@@ -233,7 +233,7 @@ impl Fit {
         Ok(mean.exp())
     }
 
-    /// The coefficients with the bounds that were asked for, in units of the modulus.
+    /// The coefficients with the bounds that were requested, in units of the modulus.
     fn coefficients(&self, modulus: f64) -> Result<Vec<Coefficient>, FitError> {
         let mut coefficients = self.family.coefficients();
         let unusable = |what: String| FitError::Coefficient { law: self.family.name(), what };

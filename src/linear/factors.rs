@@ -78,7 +78,7 @@ impl Memory {
     pub fn reserve(&mut self, request: StackReq) -> Result<&mut MemStack, LinearError> {
         let bytes = request.unaligned_bytes_required();
         if self.bytes < bytes {
-            // The old buffer is given back before the new one is asked for.
+            // The old buffer is given back before the new one is requested.
             *self = Memory::default();
             self.buffer = MemBuffer::try_new(request).map_err(|_| out_of_memory())?;
             self.bytes = bytes;

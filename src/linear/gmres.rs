@@ -34,14 +34,14 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
 }
 
-/// Solves $A P^{-1} y = b$, $x = P^{-1} y$, from zero: flexible GMRES, restarted after `directions`. `apply` and
+/// Solves $A P^{-1} y = b$, $x = P^{-1} y$, from zero: flexible GMRES, restarted after `krylov_iterations`. `apply` and
 /// `precondition` write their answers into the second vector, `total` adds up products of pieces of vectors where ranks hold
 /// such. Where it `may_stall` it ends as soon as directions hardly help.
 pub(crate) fn gmres(
     b: &[f64],
     x: &mut [f64],
     (tolerance, may_stall): (f64, bool),
-    [directions, most]: [usize; 2],
+    [krylov_iterations, most]: [usize; 2],
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&[f64], &mut [f64]),
     total: impl Fn(f64) -> f64,
@@ -66,7 +66,7 @@ pub(crate) fn gmres(
         let mut basis = vec![residual.iter().map(|r| r / start).collect::<Vec<f64>>()];
         let mut answers: Vec<Vec<f64>> = Vec::new();
         let (mut columns, mut rotations, mut left) = (Vec::<Vec<f64>>::new(), Vec::<[f64; 2]>::new(), vec![start]);
-        while answers.len() < directions && done.iterations < most {
+        while answers.len() < krylov_iterations && done.iterations < most {
             let last = &basis[basis.len() - 1];
             let mut answer = vec![0.0; n];
             precondition(last, &mut answer);
@@ -199,10 +199,10 @@ mod tests {
                 y[k] = (3.0 + k as f64) * x[k] - before - 0.5 * after;
             }
         };
-        for directions in [40, 4] {
+        for krylov_iterations in [40, 4] {
             let mut x = vec![0.0; n];
             let jacobi = |r: &[f64], z: &mut [f64]| (0..n).for_each(|k| z[k] = r[k] / (3.0 + k as f64));
-            let done = gmres(&b, &mut x, (1e-11, false), [directions, 200], apply, jacobi, |dot| dot);
+            let done = gmres(&b, &mut x, (1e-11, false), [krylov_iterations, 200], apply, jacobi, |dot| dot);
             assert!(done.residual <= 1e-11 && done.iterations < 100, "{done:?}");
             let mut y = vec![0.0; n];
             apply(&x, &mut y);

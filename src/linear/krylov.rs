@@ -1,9 +1,9 @@
 //! Large bodies in space: pressures apart, Krylov iteration, linear elements on the particles as a preconditioner.
 
 mod auxiliary;
+mod convergence;
 mod factorizer;
 mod interpolation;
-mod pace;
 mod product;
 mod solution;
 
@@ -18,9 +18,9 @@ use super::{Direct, Factorizer, LinearSolver, MatrixClass};
 
 pub use auxiliary::Auxiliary;
 
+use convergence::ConvergenceHistory;
 use factorizer::KrylovFactorizer;
 use interpolation::Interpolation;
-use pace::Pace;
 
 /// Generalised minimal residuals for nearly incompressible bodies in space.
 ///
@@ -36,20 +36,20 @@ use pace::Pace;
 pub struct Krylov {
     auxiliary: Auxiliary,
     /// What one cycle is solved by in place of this crate's own.
-    cycle: Option<Arc<dyn LinearSolver>>,
+    preconditioner: Option<Arc<dyn LinearSolver>>,
     counts: Arc<Mutex<Vec<usize>>>,
 }
 
 impl Krylov {
     /// With the elements that belong to the particles.
     pub fn new(auxiliary: Auxiliary) -> Self {
-        Krylov { auxiliary, cycle: None, counts: Arc::default() }
+        Krylov { auxiliary, preconditioner: None, counts: Arc::default() }
     }
 
     /// With a solver of one's own in place of a multilevel cycle: of the stiffness of the elements, about. Where ranks share the
     /// model, one that works on all of them.
-    pub fn with_cycle(mut self, cycle: Arc<dyn LinearSolver>) -> Self {
-        self.cycle = Some(cycle);
+    pub fn with_cycle(mut self, preconditioner: Arc<dyn LinearSolver>) -> Self {
+        self.preconditioner = Some(preconditioner);
         self
     }
 }
@@ -96,15 +96,15 @@ impl LinearSolver for Krylov {
         }
         let products = Pattern::from_columns(columns);
         let assembler = self.auxiliary.model.assembler_apart();
-        let cycle = match &self.cycle {
-            Some(cycle) => {
+        let preconditioner = match &self.preconditioner {
+            Some(preconditioner) => {
                 // Along a curve, so that each rank holds a region.
                 let positions = self.auxiliary.model.positions();
                 let curve = Morton::through(positions);
                 let mut nodes: Vec<usize> = (0..positions.len()).collect();
                 nodes.sort_by_cached_key(|&node| (curve.place(&positions[node]), node));
                 let order: Vec<usize> = nodes.iter().flat_map(|&node| 3 * node..3 * node + 3).collect();
-                Some(cycle.analyze(assembler.pattern(), MatrixClass::Definite, Some(&order))?)
+                Some(preconditioner.analyze(assembler.pattern(), MatrixClass::Definite, Some(&order))?)
             }
             None => None,
         };
@@ -120,13 +120,13 @@ impl LinearSolver for Krylov {
             values_at: Interpolation::new(&self.auxiliary.values, unknowns / 3, ranks.clone()),
             ranks,
             assembler,
-            cycle,
+            preconditioner,
             system: System::default(),
             multilevel: None,
             stiffness: 1.0,
             largest: Cell::new(0.0),
             last: Cell::new(f64::MIN_POSITIVE),
-            pace: Cell::<Pace>::default(),
+            convergence: Cell::<ConvergenceHistory>::default(),
             auxiliary: self.auxiliary.clone(),
             counts: self.counts.clone(),
         }))
@@ -140,7 +140,7 @@ impl LinearSolver for Krylov {
         self.auxiliary.model.shared_ranks()
     }
 
-    fn directions(&self) -> Vec<usize> {
+    fn krylov_iterations(&self) -> Vec<usize> {
         self.counts.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }

@@ -1,20 +1,20 @@
 //! Sparse direct solvers behind traits of our own; faer is named in two private files.
 
-mod apart;
 mod direct;
 mod factors;
 mod gmres;
 mod krylov;
 mod multilevel;
 mod ordering;
+mod uncondensed;
 pub(crate) mod vector;
 
-pub use apart::{At, Linearised, ZoneProduct};
 pub use direct::{Direct, minimum_degree};
 pub(crate) use gmres::minimal_residuals;
 pub use krylov::{Auxiliary, Krylov};
 pub(crate) use ordering::after_their_rows;
 pub use ordering::{banded, nested_dissection};
+pub use uncondensed::{At, Linearised, ZoneProduct};
 
 use std::sync::Arc;
 
@@ -93,7 +93,7 @@ pub trait LinearSolver: Send + Sync {
         order: Option<&[usize]>,
     ) -> Result<Box<dyn Factorizer>, LinearError>;
 
-    /// Whether pressures of zones are to be kept apart from the matrix, and the rest of what their terms would add at the
+    /// Whether pressures of zones are to be kept uncondensed from the matrix, and the rest of what their terms would add at the
     /// points; [`Factorizer::factorize_at`] is then given both. The unknowns keep the order of the particles, multipliers
     /// behind them.
     fn keeps_pressures(&self) -> bool {
@@ -101,7 +101,7 @@ pub trait LinearSolver: Send + Sync {
     }
 
     /// Directions that each solution so far has taken; none for direct solvers.
-    fn directions(&self) -> Vec<usize> {
+    fn krylov_iterations(&self) -> Vec<usize> {
         Vec::new()
     }
 
@@ -113,7 +113,7 @@ pub trait LinearSolver: Send + Sync {
 
     /// A solver of one cycle over nodes at these positions in space, for solvers that solve about: scenes take it into the
     /// preconditioner of a [`Krylov`] iteration. None for those that solve by themselves.
-    fn cycle(&self, _nodes: &[Point<3>]) -> Option<Arc<dyn LinearSolver>> {
+    fn preconditioner(&self, _nodes: &[Point<3>]) -> Option<Arc<dyn LinearSolver>> {
         None
     }
 }
@@ -132,16 +132,16 @@ impl<T: LinearSolver + ?Sized> LinearSolver for Arc<T> {
         (**self).keeps_pressures()
     }
 
-    fn directions(&self) -> Vec<usize> {
-        (**self).directions()
+    fn krylov_iterations(&self) -> Vec<usize> {
+        (**self).krylov_iterations()
     }
 
     fn ranks(&self) -> Option<Arc<dyn Ranks>> {
         (**self).ranks()
     }
 
-    fn cycle(&self, nodes: &[Point<3>]) -> Option<Arc<dyn LinearSolver>> {
-        (**self).cycle(nodes)
+    fn preconditioner(&self, nodes: &[Point<3>]) -> Option<Arc<dyn LinearSolver>> {
+        (**self).preconditioner(nodes)
     }
 }
 
@@ -191,7 +191,7 @@ pub trait Factors {
     /// Signs of the pivots, where the method knows them.
     fn inertia(&self) -> Option<Inertia>;
 
-    /// Solves with the rows of pressures that are kept apart: `pressures` holds the right-hand sides $g$ of
+    /// Solves with the rows of pressures that are kept uncondensed: `pressures` holds the right-hand sides $g$ of
     /// $C\\,\delta d - H^{-1} q = g$, zone by zone, and takes $q$. Solvers that keep none apart leave them as they are.
     ///
     /// # Errors
@@ -202,7 +202,7 @@ pub trait Factors {
 
     /// The part of the residual that the last solution has left; 0 for factors. What an iteration leaves is found by Newton's
     /// next iteration, and is not refined: the reduced matrix is not all that it solves with.
-    fn leaves(&self) -> f64 {
+    fn relative_residual(&self) -> f64 {
         0.0
     }
 }

@@ -41,8 +41,8 @@ mod existence;
 mod foam;
 mod gent;
 mod homogeneous;
+mod internal_variables;
 mod invariants;
-mod memory;
 mod mullins;
 mod named;
 mod network;
@@ -68,13 +68,13 @@ pub use existence::{Condition, ExistenceReport, ExistenceVerdict, existence};
 pub use foam::{FoamTerm, OgdenFoam};
 pub use gent::{Gent, GentGent};
 pub use homogeneous::{HomogeneousState, Mode};
+pub use internal_variables::InternalVariables;
 pub use invariants::{Distortion, InvariantEnergy, Invariants};
-pub use memory::Memory;
 pub use mullins::Mullins;
 pub use named::{InvariantRubber, StretchRubber};
 pub use network::{ArrudaBoyce, ExtendedTube};
 pub use prestretched::Prestretched;
-pub use principal::{Hencky, Ogden, OgdenConvention, OgdenDoubt, Principal, PrincipalEnergy};
+pub use principal::{Hencky, Ogden, OgdenConvention, OgdenWarning, Principal, PrincipalEnergy};
 pub use rivlin::RivlinPolynomial;
 pub use rubber::Rubber;
 pub use stability::{Criterion, SEARCHED, StableRange, stable_ranges, stable_ranges_incompressible};
@@ -156,7 +156,7 @@ pub trait Material: Send + Sync {
     fn response(&self, f: &Matrix3<f64>) -> Response;
 
     /// Writes the stress and the tangent in a few components $c = 3i + J$ alone: $P_{c_a}$ to `stress[a]`,
-    /// $A_{c_a c_b}$ to `tangent[a * components.len() + b]`; where `tangent` is empty the stress alone is asked for.
+    /// $A_{c_a c_b}$ to `tangent[a * components.len() + b]`; where `tangent` is empty the stress alone is requested.
     ///
     /// Plane and radial bodies ask for two to five of the nine. Nothing needs to be written for it; a material
     /// that does is quicker there.
@@ -175,9 +175,9 @@ pub trait Material: Send + Sync {
         }
     }
 
-    /// The part of the law that remembers where it has been, where there is one: relaxation ([`Viscoelastic`]), softening
+    /// The part of the laws with internal variables where it has been, where there is one: relaxation ([`Viscoelastic`]), softening
     /// ([`Mullins`]).
-    fn memory(&self) -> Option<&dyn Memory> {
+    fn internal_variables(&self) -> Option<&dyn InternalVariables> {
         None
     }
 
@@ -209,8 +209,8 @@ macro_rules! forward {
             fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
                 (**self).respond(f, components, stress, tangent);
             }
-            fn memory(&self) -> Option<&dyn Memory> {
-                (**self).memory()
+            fn internal_variables(&self) -> Option<&dyn InternalVariables> {
+                (**self).internal_variables()
             }
             fn deformation(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
                 (**self).deformation(f)

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Matrix3;
 
 use super::rivlin::positive;
-use super::{Material, Memory, Response, VolumetricEnergy};
+use super::{InternalVariables, Material, Response, VolumetricEnergy};
 use crate::error::{Invalid, MaterialError};
 
 /// Mullins' effect by the pseudo-energy of Ogden and Roxburgh: below the largest distortional energy $\bar W_m$ that a point has had,
@@ -78,19 +78,19 @@ impl<M: Material> Material for Mullins<M> {
         self.material.split()
     }
 
-    fn memory(&self) -> Option<&dyn Memory> {
+    fn internal_variables(&self) -> Option<&dyn InternalVariables> {
         Some(self)
     }
 }
 
-impl<M: Material> Memory for Mullins<M> {
+impl<M: Material> InternalVariables for Mullins<M> {
     fn len(&self) -> usize {
         1
     }
 
-    fn energy(&self, f: &Matrix3<f64>, memory: &[f64], _: f64) -> f64 {
+    fn energy(&self, f: &Matrix3<f64>, internal_variables: &[f64], _: f64) -> f64 {
         let energy = self.part().energy(f);
-        match self.softened(energy, memory[0]) {
+        match self.softened(energy, internal_variables[0]) {
             // ∫η dW from the largest energy down.
             Some([z, scale]) => energy + scale / self.r * (z * libm::erf(z) + (-z * z).exp_m1() / PI.sqrt()),
             None => energy,
@@ -100,7 +100,7 @@ impl<M: Material> Memory for Mullins<M> {
     fn respond(
         &self,
         f: &Matrix3<f64>,
-        memory: &[f64],
+        internal_variables: &[f64],
         _: f64,
         components: &[usize],
         stress: &mut [f64],
@@ -108,7 +108,7 @@ impl<M: Material> Memory for Mullins<M> {
     ) {
         let part = self.part();
         part.respond(f, components, stress, tangent);
-        let Some([z, scale]) = self.softened(part.energy(f), memory[0]) else { return };
+        let Some([z, scale]) = self.softened(part.energy(f), internal_variables[0]) else { return };
         let factor = 1.0 - libm::erf(z) / self.r;
         let slope = 2.0 / PI.sqrt() * (-z * z).exp() / (self.r * scale);
         let n = components.len();
@@ -123,7 +123,7 @@ impl<M: Material> Memory for Mullins<M> {
         stress[..n].iter_mut().for_each(|p| *p *= factor);
     }
 
-    fn remember(&self, f: &Matrix3<f64>, memory: &[f64], _: f64, next: &mut [f64]) {
-        next[0] = memory[0].max(self.part().energy(f));
+    fn update_history(&self, f: &Matrix3<f64>, internal_variables: &[f64], _: f64, next: &mut [f64]) {
+        next[0] = internal_variables[0].max(self.part().energy(f));
     }
 }

@@ -60,9 +60,14 @@ impl<M: Material> Prestretched<M> {
             let needed = "give a finite deformation gradient with a determinant above zero";
             return Err(Invalid::new("det F_0", volume, needed).into());
         }
-        if let Some(memory) = material.memory() {
+        if let Some(internal_variables) = material.internal_variables() {
             let needed = "stretch the elastic law, and make the stretched one remember: Viscoelastic::new(Prestretched::new(..)?, ..)";
-            return Err(Invalid::new("numbers that the prestretched law remembers", memory.len() as f64, needed).into());
+            return Err(Invalid::new(
+                "numbers that the prestretched law remembers",
+                internal_variables.len() as f64,
+                needed,
+            )
+            .into());
         }
         let whole = Part { material: Arc::new(material), before, volume };
         let part = || Part { material: whole.material.clone(), ..whole };

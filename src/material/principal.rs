@@ -86,10 +86,10 @@ pub enum OgdenConvention {
     Squared,
 }
 
-/// A doubt about the constants of an [`Ogden`] energy; see [`Ogden::doubts`].
+/// A warning about the constants of an [`Ogden`] energy; see [`Ogden::warnings`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub enum OgdenDoubt {
+pub enum OgdenWarning {
     /// A term with $\mu_p\alpha_p < 0$ softens: alone it is unstable, and where it outgrows the others so is the sum.
     Sign {
         /// The term, counted from 1.
@@ -108,7 +108,7 @@ pub enum OgdenDoubt {
     },
 }
 
-impl std::fmt::Display for OgdenDoubt {
+impl std::fmt::Display for OgdenWarning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Sign { term, mu, alpha } => {
@@ -179,16 +179,16 @@ impl Ogden {
     /// lose stability outside of them. [`stable_ranges`](super::stable_ranges) tells where.
     ///
     /// ```
-    /// use rkpm::material::{Ogden, OgdenDoubt};
+    /// use rkpm::material::{Ogden, OgdenWarning};
     /// let fitted = Ogden::new([(0.6, 1.3), (-0.02, 3.0)])?;
-    /// assert_eq!(fitted.doubts(), [OgdenDoubt::Sign { term: 2, mu: -0.02, alpha: 3.0 }]);
+    /// assert_eq!(fitted.warnings(), [OgdenWarning::Sign { term: 2, mu: -0.02, alpha: 3.0 }]);
     /// # Ok::<(), rkpm::error::MaterialError>(())
     /// ```
-    pub fn doubts(&self) -> Vec<OgdenDoubt> {
-        let mut doubts = Vec::new();
+    pub fn warnings(&self) -> Vec<OgdenWarning> {
+        let mut warnings = Vec::new();
         for (p, &(mu, alpha)) in self.terms.iter().enumerate() {
             if mu * alpha < 0.0 {
-                doubts.push(OgdenDoubt::Sign { term: p + 1, mu, alpha });
+                warnings.push(OgdenWarning::Sign { term: p + 1, mu, alpha });
             }
         }
         let (sum, size) = self
@@ -196,9 +196,9 @@ impl Ogden {
             .iter()
             .fold((0.0, 0.0), |(sum, size), (mu, alpha)| (sum + 0.5 * mu * alpha, size + (0.5 * mu * alpha).abs()));
         if sum < CANCELLED * size {
-            doubts.push(OgdenDoubt::Cancelling { modulus: sum, largest: size });
+            warnings.push(OgdenWarning::Cancelling { modulus: sum, largest: size });
         }
-        doubts
+        warnings
     }
 
     /// The terms $(\mu_p, \alpha_p)$.

@@ -67,7 +67,7 @@ impl<M: Material> Material for FreeThickness<M> {
             tangent.fill(f64::NAN);
             return;
         };
-        // The components asked for, and the thickness behind them.
+        // The components requested, and the thickness behind them.
         let mut all = [THICKNESS; 10];
         all[..n].copy_from_slice(components);
         let m = n + 1;

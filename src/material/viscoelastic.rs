@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, SVector};
 
-use super::{Material, Memory, Response, VolumetricEnergy};
+use super::{InternalVariables, Material, Response, VolumetricEnergy};
 use crate::error::{Invalid, MaterialError};
 use crate::tensor::{cofactor, determinant_hessian};
 
@@ -106,10 +106,10 @@ impl<M: Material> Viscoelastic<M> {
     }
 
     /// $a$ and $H$ of a step: its energy is $a\bar W + \frac12H:\bar C$.
-    fn step(&self, memory: &[f64], elapsed: f64) -> (f64, Symmetric) {
-        let last = symmetric(memory);
+    fn step(&self, internal_variables: &[f64], elapsed: f64) -> (f64, Symmetric) {
+        let last = symmetric(internal_variables);
         let (mut factor, mut held) = (self.prony.equilibrium, Symmetric::zeros());
-        for ([part, tau], branch) in self.prony.branches.iter().zip(memory[6..].chunks_exact(6)) {
+        for ([part, tau], branch) in self.prony.branches.iter().zip(internal_variables[6..].chunks_exact(6)) {
             let x = elapsed / tau;
             let weight = part * mean_decay(x);
             factor += weight;
@@ -180,19 +180,19 @@ impl<M: Material> Material for Viscoelastic<M> {
         self.material.split()
     }
 
-    fn memory(&self) -> Option<&dyn Memory> {
+    fn internal_variables(&self) -> Option<&dyn InternalVariables> {
         Some(self)
     }
 }
 
-impl<M: Material> Memory for Viscoelastic<M> {
+impl<M: Material> InternalVariables for Viscoelastic<M> {
     fn len(&self) -> usize {
         6 * (1 + self.prony.branches.len()) + 1
     }
 
-    fn energy(&self, f: &Matrix3<f64>, memory: &[f64], elapsed: f64) -> f64 {
+    fn energy(&self, f: &Matrix3<f64>, internal_variables: &[f64], elapsed: f64) -> f64 {
         let (part, isochoric) = self.part();
-        let (factor, held) = self.step(memory, elapsed);
+        let (factor, held) = self.step(internal_variables, elapsed);
         let scale = if isochoric { f.determinant().powf(-2.0 / 3.0) } else { 1.0 };
         // H:(C̄ - δ): nothing at rest.
         let work = scale * (f.transpose() * f).dot(&matrix(&held)) - matrix(&held).trace();
@@ -202,14 +202,14 @@ impl<M: Material> Memory for Viscoelastic<M> {
     fn respond(
         &self,
         f: &Matrix3<f64>,
-        memory: &[f64],
+        internal_variables: &[f64],
         elapsed: f64,
         components: &[usize],
         stress: &mut [f64],
         tangent: &mut [f64],
     ) {
         let (part, isochoric) = self.part();
-        let (factor, held) = self.step(memory, elapsed);
+        let (factor, held) = self.step(internal_variables, elapsed);
         part.respond(f, components, stress, tangent);
         let n = components.len();
         stress[..n].iter_mut().for_each(|p| *p *= factor);
@@ -244,30 +244,36 @@ impl<M: Material> Memory for Viscoelastic<M> {
         }
     }
 
-    fn remember(&self, f: &Matrix3<f64>, memory: &[f64], elapsed: f64, next: &mut [f64]) {
-        let (last, seen) = (symmetric(memory), self.seen(f));
+    fn update_history(&self, f: &Matrix3<f64>, internal_variables: &[f64], elapsed: f64, next: &mut [f64]) {
+        let (last, seen) = (symmetric(internal_variables), self.seen(f));
         next[..6].copy_from_slice(seen.as_slice());
         // The largest square of the stress stands behind the branches.
-        let branches = memory[6..].chunks_exact(6).zip(next[6..].chunks_exact_mut(6));
+        let branches = internal_variables[6..].chunks_exact(6).zip(next[6..].chunks_exact_mut(6));
         for ([part, tau], (branch, next)) in self.prony.branches.iter().zip(branches) {
             let x = elapsed / tau;
             let held = symmetric(branch) * (-x).exp() + (seen - last) * (part * mean_decay(x));
             next.copy_from_slice(held.as_slice());
         }
-        let place = memory.len() - 1;
-        next[place] = memory[place].max(square(&seen));
+        let place = internal_variables.len() - 1;
+        next[place] = internal_variables[place].max(square(&seen));
     }
 
-    fn time_error(&self, before: Option<(&[f64], f64)>, memory: &[f64], elapsed: f64, next: &[f64]) -> [f64; 2] {
+    fn time_error(
+        &self,
+        before: Option<(&[f64], f64)>,
+        internal_variables: &[f64],
+        elapsed: f64,
+        next: &[f64],
+    ) -> [f64; 2] {
         if elapsed <= 0.0 {
             return [0.0, next[next.len() - 1]];
         }
         // Against the largest stress so far: a cycle passes through none.
         let largest = next[next.len() - 1];
-        let change = symmetric(next) - symmetric(memory);
+        let change = symmetric(next) - symmetric(internal_variables);
         // S̄'' Δt², where a rate before is known.
         let curvature = before.filter(|(_, earlier)| *earlier > 0.0).map(|(before, earlier)| {
-            let rate = (symmetric(memory) - symmetric(before)) / earlier;
+            let rate = (symmetric(internal_variables) - symmetric(before)) / earlier;
             (change / elapsed - rate) * (2.0 * elapsed * elapsed / (earlier + elapsed))
         });
         let error: f64 = self

@@ -40,14 +40,14 @@ impl<const D: usize> Mesh<D> {
         let mut place = HashMap::with_capacity(chosen.len());
         let mut cells = Elements::default();
         // Faces that one cell of the body alone has.
-        let mut skin: HashMap<[u32; 4], Vec<u32>> = HashMap::new();
+        let mut boundary_faces: HashMap<[u32; 4], Vec<u32>> = HashMap::new();
         for &member in chosen {
             place.insert(member, cells.len() as u32);
             cells.push(all.shape(member as usize), all.corners(member as usize).iter().copied());
             for corners in self.faces_of(member as usize) {
                 let key = face_key(&corners);
-                if skin.remove(&key).is_none() {
-                    skin.insert(key, corners);
+                if boundary_faces.remove(&key).is_none() {
+                    boundary_faces.insert(key, corners);
                 }
             }
         }
@@ -57,7 +57,7 @@ impl<const D: usize> Mesh<D> {
             let mut members = Vec::new();
             for &member in other.members.iter().filter(|member| !place.contains_key(member)) {
                 for corners in self.faces_of(member as usize) {
-                    let Some(corners) = skin.get(&face_key(&corners)) else { continue };
+                    let Some(corners) = boundary_faces.get(&face_key(&corners)) else { continue };
                     members.push(elements[D - 1].len() as u32);
                     let shape = match (D, corners.len()) {
                         (2, _) => CellShape::Line,

@@ -289,9 +289,9 @@ mod tests {
             let points: Vec<Point<3>> = points.iter().map(|x| (*x).into()).collect();
             let corners: Vec<usize> = (0..points.len()).collect();
             let face: Vec<usize> = shape.faces()[0].to_vec();
-            let skin = if face.len() == 3 { CellShape::Triangle } else { CellShape::Quadrangle };
+            let face_shape = if face.len() == 3 { CellShape::Triangle } else { CellShape::Quadrangle };
             let groups = [("all".to_string(), vec![0]), ("base".to_string(), vec![1])];
-            let mesh = Mesh::new(points, &[(shape, corners), (skin, face)], &groups).unwrap();
+            let mesh = Mesh::new(points, &[(shape, corners), (face_shape, face)], &groups).unwrap();
             let finer = mesh.refined().unwrap();
             assert_eq!(finer.cell_count(), 8);
             assert!((finer.total() / mesh.total() - 1.0).abs() < 1e-14, "{shape:?}");

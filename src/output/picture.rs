@@ -1,4 +1,4 @@
-//! Pictures of bodies as SVG: the skin from outside, coloured by a field.
+//! Pictures of bodies as SVG: the contact surface from outside, coloured by a field.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
@@ -238,7 +238,7 @@ impl Picture {
         Ok(())
     }
 
-    /// Edges at which the skin has an angle or ends.
+    /// Edges at which the contact surface has an angle or ends.
     fn creases(&self) -> HashSet<(usize, usize)> {
         let mut at: HashMap<(usize, usize), Vec<Vector3<f64>>> = HashMap::new();
         for face in &self.faces {

@@ -81,8 +81,8 @@ struct Bound {
 }
 
 impl Enforcement for FullTransformation {
-    fn bind(&self, pattern: &Pattern, rows: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
-        pattern_fits(pattern, rows)?;
+    fn bind(&self, pattern: &Pattern, equations: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
+        pattern_fits(pattern, equations)?;
         let particles = self.inverse.nrows();
         let size = pattern.size();
         let unsuitable = |reason: String| BoundaryError::Unsuitable { enforcement: "full transformation", reason };
@@ -91,28 +91,28 @@ impl Enforcement for FullTransformation {
         }
         let dimension = size / particles;
         let mut row_of = vec![None; size];
-        for (r, row) in rows.rows().iter().enumerate() {
-            let component = row.dependent % dimension;
-            if row.entries.iter().any(|e| e.0 % dimension != component) {
-                return Err(unsuitable(format!("{} couples components; take multipliers", row.label)));
+        for (r, equation) in equations.equations().iter().enumerate() {
+            let component = equation.dependent % dimension;
+            if equation.entries.iter().any(|e| e.0 % dimension != component) {
+                return Err(unsuitable(format!("{} couples components; take multipliers", equation.label)));
             }
             // G d = G A^{-T} d̂: a row at a particle picks one value alone.
             let mut picked = vec![0.0; particles];
-            for &(unknown, c) in &row.entries {
+            for &(unknown, c) in &equation.entries {
                 for (k, p) in picked.iter_mut().enumerate() {
                     *p += c * self.inverse[(unknown / dimension, k)];
                 }
             }
-            let dependent = row.dependent / dimension;
+            let dependent = equation.dependent / dimension;
             let scale = picked[dependent];
             let other =
                 picked.iter().enumerate().filter(|(k, _)| *k != dependent).map(|(_, p)| p.abs()).fold(0.0, f64::max);
             // Rounding of the inverse.
             if !(other <= 1e-9 * scale.abs()) {
-                return Err(unsuitable(format!("{} is no row at a particle; take multipliers", row.label)));
+                return Err(unsuitable(format!("{} is no row at a particle; take multipliers", equation.label)));
             }
-            if row_of[row.dependent].replace((r, scale)).is_some() {
-                return Err(BoundaryError::Dependent { row: r, what: row.label.clone(), pivot: 0.0 });
+            if row_of[equation.dependent].replace((r, scale)).is_some() {
+                return Err(BoundaryError::Dependent { equation: r, what: equation.label.clone(), pivot: 0.0 });
             }
         }
         let free: Vec<usize> = (0..size).filter(|&u| row_of[u].is_none()).collect();
@@ -180,9 +180,9 @@ impl Enforced for Bound {
         let mut k = DMatrix::zeros(size, size);
         for column in 0..size {
             for entry in self.full.columns[column]..self.full.columns[column + 1] {
-                let row = self.full.rows[entry] as usize;
-                k[(row, column)] = full.values[entry];
-                k[(column, row)] = full.values[entry];
+                let equation = self.full.rows[entry] as usize;
+                k[(equation, column)] = full.values[entry];
+                k[(column, equation)] = full.values[entry];
             }
         }
         let particles = self.inverse.nrows();
@@ -197,15 +197,15 @@ impl Enforced for Bound {
         let reduced = transformation.tr_mul(&(k * &transformation));
         values.clear();
         for (c, &column) in self.free.iter().enumerate() {
-            values.extend(self.free[c..].iter().map(|&row| reduced[(row, column)]));
+            values.extend(self.free[c..].iter().map(|&equation| reduced[(equation, column)]));
         }
     }
 
     fn restrict(&self, force: &[f64], violation: &[f64], full: &System, rhs: &mut Vec<f64>) {
         let size = self.full.size();
         let mut values = vec![0.0; size];
-        for &(unknown, row, scale) in &self.prescribed {
-            values[unknown] = violation[row] / scale;
+        for &(unknown, equation, scale) in &self.prescribed {
+            values[unknown] = violation[equation] / scale;
         }
         let mut jump = vec![0.0; size];
         self.coefficients(&values, &mut jump);
@@ -227,8 +227,8 @@ impl Enforced for Bound {
 
     fn react(&self, residual: &[f64], multipliers: &mut [f64]) {
         let nodal = self.nodal(residual);
-        for &(unknown, row, scale) in &self.prescribed {
-            multipliers[row] = -nodal[unknown] / scale;
+        for &(unknown, equation, scale) in &self.prescribed {
+            multipliers[equation] = -nodal[unknown] / scale;
         }
     }
 
@@ -237,8 +237,8 @@ impl Enforced for Bound {
         for (&unknown, value) in self.free.iter().zip(solved) {
             values[unknown] = *value;
         }
-        for &(unknown, row, scale) in &self.prescribed {
-            values[unknown] = violation[row] / scale;
+        for &(unknown, equation, scale) in &self.prescribed {
+            values[unknown] = violation[equation] / scale;
         }
         self.coefficients(&values, step);
     }

@@ -1,4 +1,4 @@
-//! Scenes and schemes: what is asked, and how it is answered.
+//! Scenes and schemes: what is requested, and how it is answered.
 //!
 //! A [`Scene`] holds domain, kinematics, material, conditions and loads by boundary part and knows
 //! nothing of particles. A [`Scheme`] holds particles, order, kernel, dilation, rule, zones, rows and
@@ -26,13 +26,14 @@ pub use definition::place::Place;
 pub use definition::scene::{Action, Scene};
 pub use definition::scheme::Scheme;
 pub use definition::scheme_choices::{
-    Dilation, Enforcing, Functions, Partition, PressureScheme, Resolution, RowKind, Rule, Solving,
+    ApproximationChoice, ConstraintKind, ConstraintMethod, Dilation, Partition, PressureScheme, Resolution, Rule,
+    SolverChoice,
 };
 pub use definition::value::Value;
+pub(crate) use discretisation::approximation::kernel_functions;
 pub use discretisation::cover::Certificate;
-pub(crate) use discretisation::functions::kernel_functions;
-pub use discretisation::holding::{Holding, TermHolding};
-pub use discretisation::member::Member;
+pub use discretisation::discrete_body::DiscreteBody;
+pub use discretisation::ownership::{LocalOwnership, TermOwnership};
 pub use discretisation::problem::Problem;
 pub use results::contact_state::{ContactPoint, ContactState};
 pub use results::picture::Field;

@@ -118,7 +118,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
                 Support::Ball(_) => Form::Ball,
                 Support::Box(_) => Form::Box,
                 Support::Parallelepiped(_) => {
-                    // Particles have been asked for theirs.
+                    // Particles have been requested theirs.
                     inverse_axes.push(support.inverse_axes().unwrap_or_else(SMatrix::zeros));
                     Form::Parallelepiped(inverse_axes.len() as u32 - 1)
                 }
@@ -175,7 +175,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         &self.basis
     }
 
-    /// $\Phi_a(x - x_I)$ (3.26), (3.27) and, if asked for, its gradient; `None` outside the support.
+    /// $\Phi_a(x - x_I)$ (3.26), (3.27) and, if requested, its gradient; `None` outside the support.
     #[inline]
     pub(crate) fn kernel_at(&self, particle: usize, at: &Point<D>, slopes: bool) -> Option<(f64, Point<D>)> {
         let offset = at - self.particles.positions()[particle];
@@ -205,7 +205,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         Some((value, gradient))
     }
 
-    /// $\prod_k \Phi(|\xi_k|)$ and, if asked for, its gradient, made of that by $\xi$; `None` outside the support.
+    /// $\prod_k \Phi(|\xi_k|)$ and, if requested, its gradient, made of that by $\xi$; `None` outside the support.
     #[inline(always)]
     fn product(
         &self,

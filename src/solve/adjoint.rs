@@ -22,7 +22,7 @@ pub(crate) struct Dual {
 
 impl<const D: usize> Workspace<'_, D> {
     /// The solutions $z$ of dual problems at a state, by one matrix.
-    pub fn duals(&mut self, state: &State, asked: &[Dual]) -> Result<Vec<Vec<f64>>, Rejection> {
+    pub fn duals(&mut self, state: &State, requested: &[Dual]) -> Result<Vec<Vec<f64>>, Rejection> {
         self.make_room();
         self.assembler.assemble(self.model, &state.displacement, &state.condensed, state.load, &mut self.system);
         if !self.system.scale.is_finite() {
@@ -31,7 +31,7 @@ impl<const D: usize> Workspace<'_, D> {
         self.enforced.reduce(&self.system, &mut self.values);
         // The transpose of the skew part.
         self.system.skew.iter_mut().for_each(|entry| entry.2 = -entry.2);
-        let sides: Vec<Vec<f64>> = asked
+        let sides: Vec<Vec<f64>> = requested
             .iter()
             .map(|dual| {
                 let mut rhs = Vec::new();
@@ -47,11 +47,11 @@ impl<const D: usize> Workspace<'_, D> {
         let factors = self.factorizer.factorize_at(linearised, here)?;
         let linear =
             Linear { enforced: &*self.enforced, factors: &*factors, system: &self.system, values: &self.values };
-        let mut buffers = Buffers::new(self.rows.len());
-        let mut multipliers = vec![0.0; self.rows.len()];
-        let mut solutions = Vec::with_capacity(asked.len());
-        for (dual, rhs) in asked.iter().zip(sides) {
-            // As the answer to a load: pressures kept apart have no part in the right-hand side.
+        let mut buffers = Buffers::new(self.equations.len());
+        let mut multipliers = vec![0.0; self.equations.len()];
+        let mut solutions = Vec::with_capacity(requested.len());
+        for (dual, rhs) in requested.iter().zip(sides) {
+            // As the answer to a load: pressures kept uncondensed have no part in the right-hand side.
             buffers.load_rhs = rhs;
             linear.solve(true, &mut buffers)?;
             let mut z = vec![0.0; self.model.unknowns()];
@@ -67,10 +67,10 @@ impl Analysis {
     pub(crate) fn duals<const D: usize>(
         &self,
         model: &Model<D>,
-        rows: &Constraints,
+        equations: &Constraints,
         state: &State,
-        asked: &[Dual],
+        requested: &[Dual],
     ) -> Result<Vec<Vec<f64>>, Error> {
-        Ok(self.workspace(model, rows)?.duals(state, asked).unwrap_or_default())
+        Ok(self.workspace(model, equations)?.duals(state, requested).unwrap_or_default())
     }
 }

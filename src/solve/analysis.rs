@@ -6,7 +6,7 @@ use crate::error::{Error, Invalid, LinearError, SolveError};
 use crate::geometry::Morton;
 use crate::linear::{Direct, Factorizer, LinearSolver, after_their_rows, banded, minimum_degree, nested_dissection};
 
-use super::newton::{Watch, Workspace};
+use super::newton::{StepSizeProbe, Workspace};
 use super::path::EquilibriumPath;
 use super::settings::Newton;
 use super::state::State;
@@ -50,7 +50,7 @@ impl Analysis {
     pub(super) fn validate<const D: usize>(
         &self,
         model: &Model<D>,
-        rows: &Constraints,
+        equations: &Constraints,
         path: &EquilibriumPath,
     ) -> Result<(), Error> {
         self.stepping.validate()?;
@@ -67,10 +67,10 @@ impl Analysis {
             return Err(SolveError::Empty { what: "terms", remedy: "add at least a body" }.into());
         }
         check_terms(model)?;
-        check_unknowns(rows.rows(), model.unknowns())?;
-        check_state(model, rows, &path.start)?;
+        check_unknowns(equations.equations(), model.unknowns())?;
+        check_state(model, equations, &path.start)?;
         for step in path.steps.iter().rev().take(2) {
-            check_state(model, rows, &step.state)?;
+            check_state(model, equations, &step.state)?;
             let increment = step.control_state.increment;
             if !(increment > 0.0 && increment.is_finite()) {
                 return Err(Invalid::new(
@@ -88,11 +88,11 @@ impl Analysis {
     pub(crate) fn workspace<'a, const D: usize>(
         &self,
         model: &'a Model<D>,
-        rows: &'a Constraints,
+        equations: &'a Constraints,
     ) -> Result<Workspace<'a, D>, Error> {
         let apart = self.solver.keeps_pressures();
         let mut assembler = if apart { model.assembler_free() } else { model.assembler() };
-        let mut enforced = self.enforcement.bind(assembler.pattern(), rows)?;
+        let mut enforced = self.enforcement.bind(assembler.pattern(), equations)?;
         if enforced.unknowns() == 0 {
             return Err(SolveError::Empty {
                 what: NO_FREE,
@@ -104,7 +104,7 @@ impl Analysis {
         let factorizer = self.factorizer(model, &mut *enforced)?;
         Ok(Workspace {
             model,
-            rows,
+            equations,
             assembler,
             enforced,
             factorizer,
@@ -113,7 +113,7 @@ impl Analysis {
             values: Vec::new(),
             iterations: 0,
             inertia: None,
-            watch: Watch::Off,
+            probe: StepSizeProbe::Off,
         })
     }
 
@@ -164,8 +164,8 @@ impl Analysis {
 }
 
 /// Refuses states of the wrong size, inverted ones, and numbers that are not finite.
-fn check_state<const D: usize>(model: &Model<D>, rows: &Constraints, state: &State) -> Result<(), Error> {
-    state.check_lengths(model, rows)?;
+fn check_state<const D: usize>(model: &Model<D>, equations: &Constraints, state: &State) -> Result<(), Error> {
+    state.check_lengths(model, equations)?;
     let numbers = state.displacement.iter().chain(state.condensed.iter().flatten()).chain(&state.multipliers);
     if let Some(&value) = numbers.chain([&state.load]).find(|v| !v.is_finite()) {
         return Err(Invalid::new(

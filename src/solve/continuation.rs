@@ -34,7 +34,7 @@ pub(super) struct Continuation<'a, 'o, const D: usize> {
     pub(super) rejected: usize,
     /// Whether a functional with targets is controlled.
     pub(super) controlled: bool,
-    /// Load factors inside (0, 1) at which amplitudes have kinks, rising.
+    /// Load factors inside (0, 1) at which amplitudes have break points, rising.
     pub(super) break_points: Vec<f64>,
     /// Prescribed values that run along curves.
     pub(super) motion_limit: MotionLimit<'a>,
@@ -44,14 +44,14 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     pub(super) fn new(
         analysis: &'a Analysis,
         model: &'a Model<D>,
-        rows: &'a Constraints,
+        equations: &'a Constraints,
         mut path: EquilibriumPath,
         observer: &'o mut dyn Observer,
     ) -> Result<Self, Error> {
         // What was spent on attempts after the last step is spent again.
         (path.iterations, path.rejected) = path.spent();
         path.ending = Ending::Completed;
-        let mut workspace = analysis.workspace(model, rows)?;
+        let mut workspace = analysis.workspace(model, equations)?;
         workspace.iterations = path.iterations;
         let state = path.last().clone();
         let previous = match path.steps.as_slice() {
@@ -60,7 +60,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             [.., before, _] => Some(before.state.clone()),
         };
         let scale = extent(model);
-        let mut break_points: Vec<f64> = model.break_points().into_iter().chain(rows.break_points()).collect();
+        let mut break_points: Vec<f64> = model.break_points().into_iter().chain(equations.break_points()).collect();
         break_points.retain(|&break_point| break_point > 0.0 && break_point < 1.0);
         break_points.sort_unstable_by(f64::total_cmp);
         break_points.dedup();
@@ -78,7 +78,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             rejected: 0,
             controlled: false,
             break_points,
-            motion_limit: MotionLimit::new(rows, D),
+            motion_limit: MotionLimit::new(equations, D),
         })
     }
 
@@ -87,7 +87,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         self.path.steps.last().map(|step| step.control_state)
     }
 
-    /// Whether the current state lies at a kink of an amplitude: the last step tells nothing of the next one.
+    /// Whether the current state lies at a break point of an amplitude: the last step tells nothing of the next one.
     pub(super) fn at_break_point(&self) -> bool {
         self.break_points.contains(&self.state.load)
     }
@@ -97,7 +97,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let load_control = matches!(control, Control::Load(_));
         let (iterations, state) = self.iterate(attempt, control)?;
         self.on_path(&state, iterations).inspect_err(|_| self.count_rejection())?;
-        if let Some(why) = self.workspace.model.refuses(&state.displacement, &state.condensed, state.load) {
+        if let Some(why) = self.workspace.model.check_state(&state.displacement, &state.condensed, state.load) {
             self.count_rejection();
             return Err(Cause::Refused(why).into());
         }
@@ -107,7 +107,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         Ok((iterations, state))
     }
 
-    /// The error of a step of time beside the one asked for, at a state that memory has not yet followed.
+    /// The error of a step of time beside the one requested, at a state that memory has not yet followed.
     pub(super) fn time_error(&self, state: &State) -> f64 {
         let model = self.workspace.model;
         // Rates before a break point say nothing of those behind it.
@@ -129,7 +129,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let outcome = self.workspace.newton(&newton, &mut attempt, control, self.observer, self.scale, near);
         self.spent += self.workspace.iterations - before;
         self.path.iterations = self.workspace.iterations;
-        if outcome.as_ref().is_err_and(|rejection| *rejection != Rejection::Far) {
+        if outcome.as_ref().is_err_and(|rejection| *rejection != Rejection::TooLarge) {
             self.count_rejection();
         }
         outcome.map(|iterations| (iterations, attempt))
@@ -152,8 +152,8 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     /// Rejects a state that has gained unstable modes in a large step.
     fn on_path(&mut self, attempt: &State, iterations: usize) -> Result<(), Rejection> {
         let after = self.workspace.unstable_modes().unwrap_or(0);
-        let doubted = self.follows_path() || self.previous.is_none() && iterations > SLOW;
-        if after == 0 || !doubted {
+        let warned = self.follows_path() || self.previous.is_none() && iterations > SLOW;
+        if after == 0 || !warned {
             return Ok(());
         }
         let model = self.workspace.model;
@@ -170,7 +170,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     /// Rejects a state that was found slowly, far from the current one, and whose changes of volume are far less even: folds
     /// between points cost little where pressures are projected, and stable states have them as well.
     fn unfolded(&self, attempt: &State, iterations: usize) -> Result<(), Rejection> {
-        // What touches by turns may fold in steps that are small for all else.
+        // What touches by active-set cycling may fold in steps that are small for all else.
         let unilateral = self.workspace.model.terms().iter().any(|term| term.is_unilateral());
         let least = if unilateral { FOLD_STEP_IN_CONTACT } else { FOLD_STEP };
         if iterations < FOLD_ITERATIONS || (attempt.load - self.state.load).abs() <= least {
@@ -183,7 +183,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         if after > FOLDED * before { Err(Cause::Folded { before, after }.into()) } else { Ok(()) }
     }
 
-    /// Unstable modes of the current state. Those of the first one are counted when they are asked for, which
+    /// Unstable modes of the current state. Those of the first one are counted when they are requested, which
     /// costs a factorisation; none where it has no factors.
     fn modes(&mut self) -> usize {
         if self.modes.is_none() {
@@ -228,7 +228,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     pub(super) fn accept(&mut self, mut state: State, control_state: StepControlState) -> bool {
         let (inertia, unstable) = (self.workspace.inertia, self.workspace.unstable_modes());
         let critical = self.critical_points(&state, unstable);
-        self.workspace.model.remember(&state.displacement, &mut state.condensed, state.load);
+        self.workspace.model.update_history(&state.displacement, &mut state.condensed, state.load);
         self.workspace.react(&mut state);
         let energy = self.workspace.model.energy(&state.displacement, &state.condensed, state.load);
         let step = Step {
@@ -268,7 +268,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
                 return;
             }
             // Only a first attempt is told, and it goes on with another control.
-            Rejection::Far => Cause::Iterations(0),
+            Rejection::TooLarge => Cause::Iterations(0),
         };
         // What the first steps have solved is not free to move.
         if let Cause::Singular { at_start, .. } = &mut cause {

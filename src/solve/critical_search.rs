@@ -89,7 +89,7 @@ fn secant(low: &State, high: &State) -> Deflection {
     Deflection { weights: high.displacement.iter().zip(&low.displacement).map(|(b, a)| b - a).collect() }
 }
 
-/// Whether two states are as close as asked. The load is flat at a limit point: there the displacements decide,
+/// Whether two states are as close as requested. The load is flat at a limit point: there the displacements decide,
 /// with the root of the width, because the load falls off with their square.
 fn is_narrow(low: &State, high: &State, width: f64) -> bool {
     let secant = secant(low, high);

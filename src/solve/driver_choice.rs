@@ -6,10 +6,10 @@ use super::continuation::Continuation;
 use super::driver::Driver;
 use super::functional::Functional;
 use super::functional::{Control, Deflection};
-use super::newton::Watch;
+use super::newton::StepSizeProbe;
 use super::rejection::Rejection;
 use super::settings::Newton;
-use super::stepping::{FAR, FIRST_GRADIENT, StepControl};
+use super::stepping::{FIRST_GRADIENT, StepControl, TOO_LARGE};
 
 impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     /// What is controlled and its first increment, where the load should not be.
@@ -42,7 +42,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         if stepping.control == StepControl::Auto {
             // Where they are driven as well, the mean displacement along the load says nothing of the path.
             let mut moved = Vec::new();
-            self.workspace.rows.load_slope(start.load, &mut moved);
+            self.workspace.equations.load_slope(start.load, &mut moved);
             if moved.iter().any(|slope| *slope != 0.0) {
                 return None;
             }
@@ -52,7 +52,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let whole = stepping.control == StepControl::Auto && stepping.first >= 1.0;
         if whole && !follows {
             // The first step of the first attempt is the tangent displacement itself.
-            self.workspace.watch = Watch::On;
+            self.workspace.probe = StepSizeProbe::On;
             return if self.path.steps.is_empty() { None } else { self.driver_of_first_run() };
         }
         let before = self.workspace.iterations;
@@ -73,7 +73,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             let first = part * root_mean_square(&probe);
             return (first > 0.0 && first.is_finite()).then_some((Driver::Arc(probe), first));
         }
-        if gradient <= FAR || !gradient.is_finite() {
+        if gradient <= TOO_LARGE || !gradient.is_finite() {
             return None;
         }
         self.deflection(&loads, &probe, rest, gradient)
@@ -93,11 +93,11 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let before = self.workspace.iterations;
         let mut attempt = self.path.start.clone();
         let once = Newton { iterations: 1, ..self.newton() };
-        let told = self.workspace.newton(&once, &mut attempt, Control::Load(1.0), &mut (), self.scale, false);
+        let given = self.workspace.newton(&once, &mut attempt, Control::Load(1.0), &mut (), self.scale, false);
         // Counted by the first run.
         self.workspace.iterations = before;
-        match (told, std::mem::take(&mut self.workspace.watch)) {
-            (Err(Rejection::Far), Watch::Far(answer)) => self.driver_after(&answer),
+        match (given, std::mem::take(&mut self.workspace.probe)) {
+            (Err(Rejection::TooLarge), StepSizeProbe::TooLarge(answer)) => self.driver_after(&answer),
             _ => None,
         }
     }

@@ -36,7 +36,7 @@ pub(super) struct Increment {
     pub load_step: Vec<f64>,
     pub load_multipliers: Vec<f64>,
     pub load_change: f64,
-    /// Changes of pressures that are kept apart, and their answer to a unit change of the load.
+    /// Changes of pressures that are kept uncondensed, and their answer to a unit change of the load.
     pub pressures: Vec<[f64; 4]>,
     pub load_pressures: Vec<[f64; 4]>,
     gradient: Vec<f64>,
@@ -44,13 +44,13 @@ pub(super) struct Increment {
 
 impl Increment {
     pub fn new(state: &State) -> Self {
-        let (unknowns, rows) = (state.displacement.len(), state.multipliers.len());
+        let (unknowns, equations) = (state.displacement.len(), state.multipliers.len());
         Increment {
             step: vec![0.0; unknowns],
-            multipliers: vec![0.0; rows],
+            multipliers: vec![0.0; equations],
             condensed: state.condensed.iter().map(|l| vec![0.0; l.len()]).collect(),
             load_step: vec![0.0; unknowns],
-            load_multipliers: vec![0.0; rows],
+            load_multipliers: vec![0.0; equations],
             load_change: 0.0,
             pressures: Vec::new(),
             load_pressures: Vec::new(),
@@ -102,7 +102,7 @@ pub(super) struct Buffers {
     pub solution: Vec<f64>,
     pub rhs: Vec<f64>,
     pub load_rhs: Vec<f64>,
-    /// Right-hand sides of pressures that are kept apart, then their changes.
+    /// Right-hand sides of pressures that are kept uncondensed, then their changes.
     pub pressures: Vec<[f64; 4]>,
     correction: Vec<f64>,
     full: Vec<f64>,
@@ -114,8 +114,8 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
-    pub fn new(rows: usize) -> Self {
-        Buffers { zero_violation: vec![0.0; rows], unused: vec![0.0; rows], ..Buffers::default() }
+    pub fn new(equations: usize) -> Self {
+        Buffers { zero_violation: vec![0.0; equations], unused: vec![0.0; equations], ..Buffers::default() }
     }
 }
 
@@ -143,7 +143,7 @@ impl Linear<'_> {
         buffers.pressures.extend(system.zones.iter().map(gap));
         factors.solve_apart(&mut buffers.solution, &mut buffers.pressures)?;
         let size = norm(rhs);
-        if factors.leaves() > 0.0 {
+        if factors.relative_residual() > 0.0 {
             return Ok(());
         }
         let mut before = f64::INFINITY;

@@ -1,5 +1,6 @@
 //! Newton's method with condensed unknowns, continuation, and the path of converged states.
 
+mod active_set;
 mod adjoint;
 mod analysis;
 mod continuation;
@@ -10,18 +11,17 @@ mod driver_choice;
 mod functional;
 mod increment;
 mod line_search;
-mod modified_newton;
 mod motion_limit;
 mod newton;
 mod path;
 mod path_control;
 mod recorded;
 mod rejection;
+mod reused_tangent;
 mod run;
 mod settings;
 mod state;
 mod stepping;
-mod turns;
 mod volume;
 
 pub use crate::error::{Cause, Driven, Stalled};

@@ -15,7 +15,7 @@ const PARTS: [f64; 8] = [0.0901699, 0.2360680, 0.3541020, 0.4721360, 0.5, 0.6180
 /// The rows of one particle that is moved along a curve.
 struct Way {
     /// Row, and the factor that makes its value a length.
-    rows: Vec<(usize, f64)>,
+    equations: Vec<(usize, f64)>,
     /// The least departure from a straight line that counts.
     slight: f64,
 }
@@ -23,36 +23,36 @@ struct Way {
 /// The ways of all particles whose prescribed values are functions of the load factor.
 pub(super) struct MotionLimit<'a> {
     constraints: &'a Constraints,
-    ways: Vec<Way>,
+    paths: Vec<Way>,
 }
 
 impl<'a> MotionLimit<'a> {
     /// The ways of rows with functions for amplitudes; others are straight between the break points of their tables.
     pub(super) fn new(constraints: &'a Constraints, dimension: usize) -> Self {
-        let rows = constraints.rows();
-        let particle = |row: usize| rows[row].dependent / dimension;
+        let equations = constraints.equations();
+        let particle = |equation: usize| equations[equation].dependent / dimension;
         let mut moved: Vec<usize> =
-            (0..rows.len()).filter(|&r| rows[r].amplitude.is_function()).map(particle).collect();
+            (0..equations.len()).filter(|&r| equations[r].amplitude.is_function()).map(particle).collect();
         moved.sort_unstable();
         moved.dedup();
-        let mut ways: Vec<Way> = moved.iter().map(|_| Way { rows: Vec::new(), slight: 0.0 }).collect();
-        if ways.is_empty() {
-            return MotionLimit { constraints, ways };
+        let mut paths: Vec<Way> = moved.iter().map(|_| Way { equations: Vec::new(), slight: 0.0 }).collect();
+        if paths.is_empty() {
+            return MotionLimit { constraints, paths };
         }
-        for (r, row) in rows.iter().enumerate() {
-            if let Ok(way) = moved.binary_search(&particle(r)) {
-                ways[way].rows.push((r, 1.0 / row.measure()));
+        for (r, equation) in equations.iter().enumerate() {
+            if let Ok(path) = moved.binary_search(&particle(r)) {
+                paths[path].equations.push((r, 1.0 / equation.measure()));
             }
         }
-        let mut ways = MotionLimit { constraints, ways };
-        let extents: Vec<f64> = ways.ways.iter().map(|way| ways.extent(way)).collect();
+        let mut paths = MotionLimit { constraints, paths };
+        let extents: Vec<f64> = paths.paths.iter().map(|path| paths.extent(path)).collect();
         let longest = extents.iter().copied().fold(0.0, f64::max);
-        for (way, extent) in ways.ways.iter_mut().zip(&extents) {
-            way.slight = SLIGHT * extent;
+        for (path, extent) in paths.paths.iter_mut().zip(&extents) {
+            path.slight = SLIGHT * extent;
         }
         let mut extents = extents.iter();
-        ways.ways.retain(|_| extents.next().is_some_and(|&extent| extent > AT_REST * longest));
-        ways
+        paths.paths.retain(|_| extents.next().is_some_and(|&extent| extent > AT_REST * longest));
+        paths
     }
 
     /// The load factor up to which a step from `now` to `target` may go: the first of as many equal parts as keep all ways
@@ -61,7 +61,7 @@ impl<'a> MotionLimit<'a> {
         let mut parts = 1.0;
         loop {
             let next = if parts == 1.0 { target } else { now + (target - now) / parts };
-            if next - now <= smallest || self.ways.iter().all(|way| self.straight(way, now, next)) {
+            if next - now <= smallest || self.paths.iter().all(|path| self.straight(path, now, next)) {
                 return next;
             }
             parts = (1.2 * parts + 0.9_f64).floor();
@@ -73,8 +73,8 @@ impl<'a> MotionLimit<'a> {
     pub(super) fn go_on(&self, [before, now]: [f64; 2], target: f64) -> bool {
         let ratio = (target - now) / (now - before);
         let (mut ahead, mut here) = (0.0, 0.0);
-        for way in &self.ways {
-            let [a, b, c] = [before, now, target].map(|load| self.position(way, load));
+        for path in &self.paths {
+            let [a, b, c] = [before, now, target].map(|load| self.position(path, load));
             for ((a, b), c) in a.iter().zip(&b).zip(&c) {
                 ahead += (c - b - ratio * (b - a)).powi(2);
                 here += (c - b).powi(2);
@@ -84,19 +84,19 @@ impl<'a> MotionLimit<'a> {
     }
 
     /// The largest distance from the start of a way.
-    fn extent(&self, way: &Way) -> f64 {
-        let start = self.position(way, 0.0);
-        PARTS.iter().chain(&[1.0]).map(|&load| distance(&self.position(way, load), &start)).fold(0.0, f64::max)
+    fn extent(&self, path: &Way) -> f64 {
+        let start = self.position(path, 0.0);
+        PARTS.iter().chain(&[1.0]).map(|&load| distance(&self.position(path, load), &start)).fold(0.0, f64::max)
     }
 
     /// Whether a way stays near its straight line between two loads, and does not run back along it.
-    fn straight(&self, way: &Way, from: f64, to: f64) -> bool {
-        let (start, end) = (self.position(way, from), self.position(way, to));
+    fn straight(&self, path: &Way, from: f64, to: f64) -> bool {
+        let (start, end) = (self.position(path, from), self.position(path, to));
         let line: Vec<f64> = end.iter().zip(&start).map(|(b, a)| b - a).collect();
         let length = line.iter().map(|l| l * l).sum::<f64>();
         let (mut reached, mut departure, mut change): (f64, f64, f64) = (0.0, 0.0, length.sqrt());
         for part in PARTS {
-            let at = self.position(way, from + part * (to - from));
+            let at = self.position(path, from + part * (to - from));
             let along: f64 = at.iter().zip(&start).zip(&line).map(|((x, a), l)| (x - a) * l).sum();
             if length > 0.0 {
                 reached = reached.max((along / length).min(1.0));
@@ -106,13 +106,16 @@ impl<'a> MotionLimit<'a> {
             change = change.max(distance(&at, &start));
         }
         // Values that are no numbers are left to the attempt, which says where they are.
-        !(departure > way.slight && departure > STRAIGHT * change)
+        !(departure > path.slight && departure > STRAIGHT * change)
     }
 
     /// The prescribed values of a way \[length\].
-    fn position(&self, way: &Way, load: f64) -> Vec<f64> {
-        let rows = self.constraints.rows();
-        way.rows.iter().map(|&(r, factor)| factor * rows[r].target * rows[r].amplitude.value(load)).collect()
+    fn position(&self, path: &Way, load: f64) -> Vec<f64> {
+        let equations = self.constraints.equations();
+        path.equations
+            .iter()
+            .map(|&(r, factor)| factor * equations[r].target * equations[r].amplitude.value(load))
+            .collect()
     }
 }
 

@@ -7,16 +7,16 @@ use crate::linear::vector::{negate, norm};
 use crate::linear::{At, Factorizer, Inertia, Linearised, MatrixClass};
 use crate::term::{Product, Term, Zone};
 
+use super::active_set::{ActiveSetCycling, CYCLING_ITERATIONS, shift_diagonal};
 use super::functional::Control;
 use super::increment::{Buffers, Increment, Linear, settled};
 use super::line_search::{Ahead, LineSearch, search};
-use super::modified_newton::Kept;
 use super::path::{Iteration, MatrixUse, Observer};
 use super::rejection::Rejection;
+use super::reused_tangent::ReusedTangent;
 use super::settings::{Newton, TangentUpdate};
 use super::state::State;
-use super::stepping::FAR;
-use super::turns::{HELPED, Turns, shift_diagonal};
+use super::stepping::TOO_LARGE;
 
 /// Step factors below this from the second iteration on mean that the attempt is too far away.
 const SMALL_FACTOR: f64 = 0.3;
@@ -36,7 +36,7 @@ const CLOSE: f64 = 1e-3;
 /// Everything a Newton solve works with; buffers are kept from one solve to the next.
 pub(crate) struct Workspace<'a, const D: usize> {
     pub model: &'a Model<D>,
-    pub rows: &'a Constraints,
+    pub equations: &'a Constraints,
     pub assembler: Assembler,
     pub enforced: Box<dyn Enforced>,
     pub factorizer: Box<dyn Factorizer>,
@@ -46,21 +46,21 @@ pub(crate) struct Workspace<'a, const D: usize> {
     pub values: Vec<f64>,
     pub iterations: usize,
     pub inertia: Option<Inertia>,
-    /// Whether the first step of the next attempt answers what a probe would be asked: where it is too large for the
-    /// load to lead, the attempt ends with `Rejection::Far` and leaves it here.
-    pub watch: Watch,
+    /// Whether the first step of the next attempt answers what a probe would be requested: where it is too large for the
+    /// load to lead, the attempt ends with `Rejection::TooLarge` and leaves it here.
+    pub probe: StepSizeProbe,
 }
 
 /// What is known of the tangent displacement to the load.
 #[derive(Default)]
-pub(crate) enum Watch {
-    /// Nothing is asked.
+pub(crate) enum StepSizeProbe {
+    /// Nothing is requested.
     #[default]
     Off,
     /// The next first step tells.
     On,
     /// It was too large.
-    Far(Vec<f64>),
+    TooLarge(Vec<f64>),
 }
 
 impl<const D: usize> Workspace<'_, D> {
@@ -76,7 +76,7 @@ impl<const D: usize> Workspace<'_, D> {
         near: bool,
     ) -> Result<usize, Rejection> {
         let unknowns = self.model.unknowns();
-        let mut buffers = Buffers::new(self.rows.len());
+        let mut buffers = Buffers::new(self.equations.len());
         let (mut violation, mut slope) = (Vec::new(), Vec::new());
         let mut next = Increment::new(state);
         let mut imbalance = Vec::new();
@@ -85,12 +85,12 @@ impl<const D: usize> Workspace<'_, D> {
         }
         let mut small = 0;
         let (mut first, mut before) = (f64::INFINITY, f64::INFINITY);
-        let watched = matches!(std::mem::take(&mut self.watch), Watch::On);
+        let probed = matches!(std::mem::take(&mut self.probe), StepSizeProbe::On);
         let unilateral = self.model.terms().iter().any(|term| term.is_unilateral());
-        let mut turns = Turns::default();
+        let mut cycling = ActiveSetCycling::default();
         let rounding = self.model.terms().iter().map(|term| term.rounding()[1].powi(2)).sum::<f64>().sqrt();
-        for number in 1..=HELPED * settings.iterations {
-            if number > settings.iterations && !turns.helped() {
+        for number in 1..=CYCLING_ITERATIONS * settings.iterations {
+            if number > settings.iterations && !cycling.helped() {
                 break;
             }
             self.make_room();
@@ -102,16 +102,16 @@ impl<const D: usize> Workspace<'_, D> {
             }
             self.enforced.imbalance(&self.system.residual, &state.multipliers, &mut imbalance);
             let residual = (norm(&imbalance) - rounding).max(0.0) / self.system.scale.max(f64::MIN_POSITIVE);
-            self.rows.violation(&state.displacement, state.load, &mut violation);
-            if turns.shift > 0.0 {
+            self.equations.violation(&state.displacement, state.load, &mut violation);
+            if cycling.shift > 0.0 {
                 let diagonal = self.assembler.pattern().columns.split_last().map_or(&[][..], |(_, columns)| columns);
-                shift_diagonal(&mut self.system.values, diagonal, turns.shift);
+                shift_diagonal(&mut self.system.values, diagonal, cycling.shift);
             }
             self.enforced.reduce(&self.system, &mut self.values);
             negate(&mut self.system.residual);
             self.enforced.restrict(&self.system.residual, &violation, &self.system, &mut buffers.rhs);
             if let Control::Functional(..) = control {
-                self.rows.load_slope(state.load, &mut slope);
+                self.equations.load_slope(state.load, &mut slope);
                 negate(&mut self.system.load_slope);
                 self.enforced.restrict(&self.system.load_slope, &slope, &self.system, &mut buffers.load_rhs);
             }
@@ -128,7 +128,7 @@ impl<const D: usize> Workspace<'_, D> {
                     MatrixClass::Saddle { constraints } => constraints,
                 };
                 let unstable = self.inertia.is_some_and(|inertia| inertia.negative > constraints);
-                if turns.stiffen(unstable) {
+                if cycling.raise_shift(unstable) {
                     continue;
                 }
             }
@@ -143,9 +143,9 @@ impl<const D: usize> Workspace<'_, D> {
             next.pressures.clone_from(&buffers.pressures);
             linear.enforced.recover(&buffers.solution, &violation, &mut next.step, &mut next.multipliers);
             next.meet_control(control, state)?;
-            if watched && number == 1 && self.model.largest_gradient(&next.step) > FAR {
-                self.watch = Watch::Far(next.step);
-                return Err(Rejection::Far);
+            if probed && number == 1 && self.model.largest_gradient(&next.step) > TOO_LARGE {
+                self.probe = StepSizeProbe::TooLarge(next.step);
+                return Err(Rejection::TooLarge);
             }
             let bound =
                 self.model.advance(&state.displacement, &state.condensed, state.load, &next.step, &mut next.condensed);
@@ -165,7 +165,7 @@ impl<const D: usize> Workspace<'_, D> {
                 ),
                 _ => bound,
             };
-            let damping = if unilateral { turns.damping(norm(&next.step)) } else { 1.0 };
+            let damping = if unilateral { cycling.damping(norm(&next.step)) } else { 1.0 };
             let factor = factor * damping;
             next.apply(factor, state);
             // Below rounding of the body's own size an increment is nothing.
@@ -185,10 +185,10 @@ impl<const D: usize> Workspace<'_, D> {
             if self.model.is_ended_by(flow) {
                 return Err(Rejection::Stopped);
             }
-            let left = residual * (increment / before).min(1.0).powi(2).max(linear.factors.leaves());
+            let left = residual * (increment / before).min(1.0).powi(2).max(linear.factors.relative_residual());
             before = increment;
             if factor == damping
-                && turns.shift == 0.0
+                && cycling.shift == 0.0
                 && increment <= settings.tolerance
                 && left <= settings.forces_settled()
                 && settled(&next, state)
@@ -202,14 +202,14 @@ impl<const D: usize> Workspace<'_, D> {
                 return Err(Cause::Diverging { increment }.into());
             }
             if factor == 1.0
-                && !turns.helped()
+                && !cycling.helped()
                 && increment <= CLOSE
                 && settings.tangent_update == TangentUpdate::Modified
-                && linear.factors.leaves() == 0.0
+                && linear.factors.relative_residual() == 0.0
             {
-                let mut kept = Kept {
+                let mut kept = ReusedTangent {
                     model: self.model,
-                    rows: self.rows,
+                    equations: self.equations,
                     linear,
                     assembler: &mut self.assembler,
                     forces: &mut self.forces,
@@ -256,8 +256,8 @@ impl<const D: usize> Workspace<'_, D> {
             return Err(Cause::NotFinite.into());
         }
         self.enforced.reduce(&self.system, &mut self.values);
-        let (mut violation, mut buffers) = (Vec::new(), Buffers::new(self.rows.len()));
-        self.rows.load_slope(state.load, &mut violation);
+        let (mut violation, mut buffers) = (Vec::new(), Buffers::new(self.equations.len()));
+        self.equations.load_slope(state.load, &mut violation);
         negate(&mut self.system.load_slope);
         self.enforced.restrict(&self.system.load_slope, &violation, &self.system, &mut buffers.rhs);
         self.system.release();
@@ -272,14 +272,14 @@ impl<const D: usize> Workspace<'_, D> {
         std::mem::swap(&mut buffers.rhs, &mut buffers.load_rhs);
         linear.solve(true, &mut buffers)?;
         let mut step = vec![0.0; self.model.unknowns()];
-        let mut multipliers = vec![0.0; self.rows.len()];
+        let mut multipliers = vec![0.0; self.equations.len()];
         linear.enforced.recover(&buffers.solution, &violation, &mut step, &mut multipliers);
         Ok(step)
     }
 
     /// Writes the multipliers of a converged state, for strategies whose multipliers are no unknowns.
     pub fn react(&mut self, state: &mut State) {
-        if self.rows.is_empty() {
+        if self.equations.is_empty() {
             return;
         }
         let residual = self.model.residual(&state.displacement, &state.condensed, state.load);
@@ -294,8 +294,8 @@ fn condensed_change<const D: usize>(model: &Model<D>, next: &Increment, state: &
     let terms = next.condensed.iter().zip(&state.condensed).zip(model.terms());
     // What is remembered is no unknown.
     let unknowns = |all: &[f64], term: &dyn Term<D>| {
-        let memory = term.memory();
-        largest(if memory.is_empty() { all } else { &all[..memory.start] })
+        let internal_variables = term.internal_variables();
+        largest(if internal_variables.is_empty() { all } else { &all[..internal_variables.start] })
     };
     let mut sizes: Vec<f64> = terms.flat_map(|((step, all), term)| [largest(step), unknowns(all, &**term)]).collect();
     if let Some(ranks) = model.ranks() {

@@ -81,7 +81,7 @@ pub enum MatrixUse {
     /// The matrix of its own state, formed and factorised.
     Formed,
     /// That of an earlier state, see [`TangentUpdate`](super::TangentUpdate).
-    Kept,
+    ReusedTangent,
 }
 
 /// One Newton iteration, as an observer sees it.
@@ -89,7 +89,7 @@ pub enum MatrixUse {
 pub struct Iteration {
     /// Load factor of the attempt.
     pub load: f64,
-    /// Count within the attempt, from 1; iterations with a kept matrix are counted on their own, from 1 after each
+    /// Count within the attempt, from 1; iterations with a reused tangent are counted on their own, from 1 after each
     /// matrix.
     pub number: usize,
     /// Which matrix it has worked with.

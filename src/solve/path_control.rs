@@ -7,7 +7,7 @@ use super::continuation::Continuation;
 use super::driver::{Arc, Driver, along, predict};
 use super::functional::{Control, Functional};
 use super::increment::MET;
-use super::newton::Watch;
+use super::newton::StepSizeProbe;
 use super::path::StepControlState;
 use super::rejection::Rejection;
 use super::state::State;
@@ -36,7 +36,7 @@ impl<const D: usize> Continuation<'_, '_, D> {
     pub(super) fn driven(&self) -> Driven {
         let mut loads = vec![0.0; self.workspace.model.unknowns()];
         self.workspace.model.load_slope(&self.state.displacement, &self.state.condensed, self.state.load, &mut loads);
-        if loads.iter().all(|slope| *slope == 0.0) && !self.workspace.rows.is_empty() {
+        if loads.iter().all(|slope| *slope == 0.0) && !self.workspace.equations.is_empty() {
             Driven::ByDisplacements
         } else {
             Driven::ByLoads
@@ -91,8 +91,8 @@ impl<const D: usize> Continuation<'_, '_, D> {
                 return None;
             }
             let ratio = self.previous.as_ref().map_or(0.0, |p| (target - self.state.load) / (self.state.load - p.load));
-            let turns = self.previous.as_ref().is_some_and(|p| !self.motion_limit.go_on([p.load, now], target));
-            let ratio = if self.at_break_point() || turns { f64::NAN } else { ratio };
+            let cycling = self.previous.as_ref().is_some_and(|p| !self.motion_limit.go_on([p.load, now], target));
+            let ratio = if self.at_break_point() || cycling { f64::NAN } else { ratio };
             match self.attempt(self.predicted(ratio), Control::Load(target)) {
                 Ok((iterations, state)) => {
                     if timed {
@@ -127,7 +127,7 @@ impl<const D: usize> Continuation<'_, '_, D> {
                     }
                 }
                 Err(rejection) => {
-                    if let Watch::Far(answer) = std::mem::take(&mut self.workspace.watch) {
+                    if let StepSizeProbe::TooLarge(answer) = std::mem::take(&mut self.workspace.probe) {
                         if let Some(driver) = self.driver_after(&answer) {
                             return Some(driver);
                         }

@@ -17,7 +17,7 @@ impl<const D: usize> Continuation<'_, '_, D> {
     /// Refuses a path whose last state is no equilibrium here: it was recorded with another scene or scheme.
     pub(super) fn check_recorded(&mut self) -> Result<(), Error> {
         let Some(step) = self.path.steps.last() else { return Ok(()) };
-        let (model, rows, state) = (self.workspace.model, self.workspace.rows, &step.state);
+        let (model, equations, state) = (self.workspace.model, self.workspace.equations, &step.state);
         let refuse = |what, value| Err(SolveError::OtherProblem { what, value, load: state.load }.into());
 
         let mut forces = System::default();
@@ -36,10 +36,10 @@ impl<const D: usize> Continuation<'_, '_, D> {
         }
 
         // Held displacements are sums of coefficients that need not be small themselves.
-        rows.violation(&state.displacement, state.load, &mut left);
-        let sums = rows.rows().iter().map(|row| {
-            let sum: f64 = row.entries.iter().map(|&(k, c)| (c * state.displacement[k]).abs()).sum();
-            sum.max((row.target * row.amplitude.evaluate(state.load).0).abs())
+        equations.violation(&state.displacement, state.load, &mut left);
+        let sums = equations.equations().iter().map(|equation| {
+            let sum: f64 = equation.entries.iter().map(|&(k, c)| (c * state.displacement[k]).abs()).sum();
+            sum.max((equation.target * equation.amplitude.evaluate(state.load).0).abs())
         });
         let violation = norm(&left) / norm(&sums.collect::<Vec<_>>()).max(f64::MIN_POSITIVE);
         if !(violation <= BALANCED) {

@@ -10,7 +10,7 @@ pub(crate) enum Rejection {
     /// An observer broke off.
     Stopped,
     /// The tangent displacement under the load is so large that a deflection should be controlled.
-    Far,
+    TooLarge,
 }
 
 /// Gained modes are followed up by this part of the smallest increment: with the default of that, down to Newton's

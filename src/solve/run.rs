@@ -20,11 +20,11 @@ impl Analysis {
     pub fn run<const D: usize>(
         &self,
         model: &Model<D>,
-        rows: &Constraints,
+        equations: &Constraints,
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
-        let start = State::at_rest(model, rows);
-        self.run_from(model, rows, start, observer)
+        let start = State::at_rest(model, equations);
+        self.run_from(model, equations, start, observer)
     }
 
     /// Follows the load factor from that of a given state to 1.
@@ -34,11 +34,11 @@ impl Analysis {
     pub fn run_from<const D: usize>(
         &self,
         model: &Model<D>,
-        rows: &Constraints,
+        equations: &Constraints,
         start: State,
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
-        self.resume(model, rows, EquilibriumPath::new(start), observer)
+        self.resume(model, equations, EquilibriumPath::new(start), observer)
     }
 
     /// Goes on from the last step of a path that [`run`](Analysis::run) or [`run_from`](Analysis::run_from)
@@ -55,25 +55,25 @@ impl Analysis {
     pub fn resume<const D: usize>(
         &self,
         model: &Model<D>,
-        rows: &Constraints,
+        equations: &Constraints,
         path: EquilibriumPath,
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
         compiled!(D: (model: &Model<D> = model;
-            analysis: &Analysis = self, rows: &Constraints = rows, path: EquilibriumPath = path,
+            analysis: &Analysis = self, equations: &Constraints = equations, path: EquilibriumPath = path,
             observer: &mut dyn Observer = observer) -> Result<EquilibriumPath, Error> {
-            analysis.go_on(model, rows, path, observer)
+            analysis.go_on(model, equations, path, observer)
         })
     }
 
     fn go_on<const D: usize>(
         &self,
         model: &Model<D>,
-        rows: &Constraints,
+        equations: &Constraints,
         path: EquilibriumPath,
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
-        self.validate(model, rows, &path)?;
+        self.validate(model, equations, &path)?;
         if path.steps.is_empty() && path.start.load > 1.0 {
             return Err(Invalid::new(
                 "load factor of the first state",
@@ -82,7 +82,7 @@ impl Analysis {
             )
             .into());
         }
-        let mut run = Continuation::new(self, model, rows, path, observer)?;
+        let mut run = Continuation::new(self, model, equations, path, observer)?;
         run.check_recorded()?;
         let mut driver = match run.driver() {
             None => run.load_control(),
@@ -104,13 +104,13 @@ impl Analysis {
     pub fn run_controlled<const D: usize>(
         &self,
         model: &Model<D>,
-        rows: &Constraints,
+        equations: &Constraints,
         start: State,
         functional: &dyn Functional,
         targets: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
-        self.resume_controlled(model, rows, EquilibriumPath::new(start), functional, targets, observer)
+        self.resume_controlled(model, equations, EquilibriumPath::new(start), functional, targets, observer)
     }
 
     /// Goes on from the last step of a path that [`run_controlled`](Analysis::run_controlled) left unfinished, as
@@ -121,29 +121,29 @@ impl Analysis {
     pub fn resume_controlled<const D: usize>(
         &self,
         model: &Model<D>,
-        rows: &Constraints,
+        equations: &Constraints,
         path: EquilibriumPath,
         functional: &dyn Functional,
         targets: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
         compiled!(D: (model: &Model<D> = model;
-            analysis: &Analysis = self, rows: &Constraints = rows, path: EquilibriumPath = path, functional: &dyn Functional = functional,
+            analysis: &Analysis = self, equations: &Constraints = equations, path: EquilibriumPath = path, functional: &dyn Functional = functional,
             targets: &[f64] = targets, observer: &mut dyn Observer = observer) -> Result<EquilibriumPath, Error> {
-            analysis.go_on_controlled(model, rows, path, functional, targets, observer)
+            analysis.go_on_controlled(model, equations, path, functional, targets, observer)
         })
     }
 
     fn go_on_controlled<const D: usize>(
         &self,
         model: &Model<D>,
-        rows: &Constraints,
+        equations: &Constraints,
         path: EquilibriumPath,
         functional: &dyn Functional,
         targets: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
-        self.validate(model, rows, &path)?;
+        self.validate(model, equations, &path)?;
         if let Some(given) = functional.unknowns().filter(|&n| n != model.unknowns()) {
             return Err(SolveError::Length { what: "controlled functional", given, needed: model.unknowns() }.into());
         }
@@ -155,7 +155,7 @@ impl Analysis {
         if let Some(&value) = targets.iter().find(|t| !t.is_finite()) {
             return Err(Invalid::new("control target", value, "give finite values").into());
         }
-        let mut run = Continuation::new(self, model, rows, path, observer)?;
+        let mut run = Continuation::new(self, model, equations, path, observer)?;
         run.check_recorded()?;
         let reached = run.control_state().map_or(0, |control_state| control_state.reached);
         for (index, &target) in targets.iter().enumerate().skip(reached) {
@@ -176,16 +176,16 @@ impl Analysis {
     pub fn correct<const D: usize>(
         &self,
         model: &Model<D>,
-        rows: &Constraints,
+        equations: &Constraints,
         guess: State,
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
         compiled!(D: (model: &Model<D> = model;
-            analysis: &Analysis = self, rows: &Constraints = rows, guess: State = guess,
+            analysis: &Analysis = self, equations: &Constraints = equations, guess: State = guess,
             observer: &mut dyn Observer = observer) -> Result<EquilibriumPath, Error> {
             let (load, path) = (guess.load, EquilibriumPath::new(guess));
-            analysis.validate(model, rows, &path)?;
-            let mut run = Continuation::new(analysis, model, rows, path, observer)?;
+            analysis.validate(model, equations, &path)?;
+            let mut run = Continuation::new(analysis, model, equations, path, observer)?;
             run.correct(load);
             Ok(run.path)
         })

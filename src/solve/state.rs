@@ -20,11 +20,11 @@ pub struct State {
 
 impl State {
     /// The state of a model at rest: no displacement, condensed unknowns to match, load factor 0.
-    pub fn at_rest<const D: usize>(model: &Model<D>, rows: &Constraints) -> Self {
+    pub fn at_rest<const D: usize>(model: &Model<D>, equations: &Constraints) -> Self {
         State {
             displacement: vec![0.0; model.unknowns()],
             condensed: model.start(),
-            multipliers: vec![0.0; rows.len()],
+            multipliers: vec![0.0; equations.len()],
             load: 0.0,
         }
     }
@@ -33,12 +33,12 @@ impl State {
     ///
     /// # Errors
     /// [`SolveError::Length`] with the vector.
-    pub fn check_lengths<const D: usize>(&self, model: &Model<D>, rows: &Constraints) -> Result<(), SolveError> {
+    pub fn check_lengths<const D: usize>(&self, model: &Model<D>, equations: &Constraints) -> Result<(), SolveError> {
         let check = |what, given, needed| {
             if given == needed { Ok(()) } else { Err(SolveError::Length { what, given, needed }) }
         };
         check("displacement", self.displacement.len(), model.unknowns())?;
-        check("multipliers", self.multipliers.len(), rows.len())?;
+        check("multipliers", self.multipliers.len(), equations.len())?;
         let start = model.start();
         // In all, then term by term: as many, shared out otherwise, would be read beyond their ends.
         check("condensed unknowns", self.condensed.iter().map(Vec::len).sum(), start.iter().map(Vec::len).sum())?;

@@ -156,7 +156,7 @@ impl Stepping {
 
 /// The tangent displacement has $|\nabla u|$ beyond this: a thin sheet under pressure, whose load says little
 /// about its deflection.
-pub(super) const FAR: f64 = 1.0;
+pub(super) const TOO_LARGE: f64 = 1.0;
 /// $|\nabla u|$ of the tangent displacement at the first step of a deflection or an arc.
 pub(super) const FIRST_GRADIENT: f64 = 0.25;
 /// A step that changes $\nabla u$ by more than this part of $1 + |\nabla u|$ may have left its path: where it has
@@ -169,7 +169,7 @@ pub(super) const SLOW: usize = 10;
 pub(super) const FOLD_ITERATIONS: usize = 7;
 /// The part of the load over which such attempts go at least.
 pub(super) const FOLD_STEP: f64 = 0.13;
-/// The same where bodies touch: what touches by turns may fold in steps that are small for all else.
+/// The same where bodies touch: what touches by active-set cycling may fold in steps that are small for all else.
 pub(super) const FOLD_STEP_IN_CONTACT: f64 = 0.01;
 /// How many times less even the volume ratios have become in a folded field: the largest over the smallest.
 pub(super) const FOLDED: f64 = 1.8;

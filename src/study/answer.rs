@@ -1,4 +1,4 @@
-//! What is asked of a model that sizes itself, and what it answers.
+//! What is requested of a model that sizes itself, and what it answers.
 
 use crate::output::{Cell, Table};
 use crate::scene::Problem;
@@ -11,7 +11,7 @@ use super::quantity::Quantity;
 pub struct Tolerance<const D: usize> {
     /// Largest relative error of each quantity (relative to its value, or see [`Quantity::relative_to`]).
     pub error: f64,
-    /// The quantities asked for.
+    /// The quantities requested.
     pub quantities: Vec<Quantity<D>>,
 }
 
@@ -62,7 +62,7 @@ pub struct Level {
     pub iterations: usize,
     /// Seconds from particles to the solution.
     pub seconds: f64,
-    /// Values of the quantities asked for, then the energy.
+    /// Values of the quantities requested, then the energy.
     pub values: Vec<f64>,
     /// Estimated relative error of the worst quantity; none for the first model.
     pub estimate: Option<f64>,
@@ -98,7 +98,7 @@ pub struct Answer<const D: usize> {
 }
 
 impl<const D: usize> Answer<D> {
-    /// Values of the quantities asked for.
+    /// Values of the quantities requested.
     pub fn values(&self) -> &[f64] {
         let values = self.levels.last().map_or(&[][..], |level| &level.values);
         // The energy that stands behind them served the estimate.

@@ -112,8 +112,8 @@ impl LinearSolver for Timed {
         self.inner.keeps_pressures()
     }
 
-    fn directions(&self) -> Vec<usize> {
-        self.inner.directions()
+    fn krylov_iterations(&self) -> Vec<usize> {
+        self.inner.krylov_iterations()
     }
 }
 
@@ -160,7 +160,7 @@ impl Factors for TimedFactors<'_> {
         timed(&self.meter.solve, || self.inner.solve_apart(rhs, pressures))
     }
 
-    fn leaves(&self) -> f64 {
-        self.inner.leaves()
+    fn relative_residual(&self) -> f64 {
+        self.inner.relative_residual()
     }
 }

@@ -21,14 +21,14 @@ const MISSING: f64 = 1e-7;
 const SMALL: f64 = 1e-3;
 
 /// How far two models are apart.
-pub(super) struct Apart {
+pub(super) struct DifferenceBound {
     /// In the quantity in which they are furthest apart, relative to its value.
     pub most: f64,
     /// What each zone of the finer model adds, all quantities together.
     pub zones: Vec<f64>,
 }
 
-/// How far two models are apart in what is asked for, relative to the values of the finer one: for each quantity the larger one
+/// How far two models are apart in what is requested, relative to the values of the finer one: for each quantity the larger one
 /// of the difference of the values and of
 /// $$\eta = \sum_z\Big|\int_z \Delta\mathbf P:\nabla\Delta z + \Delta p\\,\operatorname{cof}\mathbf F:\nabla\Delta z
 /// \+ \Delta p_z\Big(\operatorname{cof}\mathbf F:\nabla\Delta u - \frac{\Delta p}{U''}\Big)\\,\mathrm d\Omega\Big|,$$
@@ -36,14 +36,14 @@ pub(super) struct Apart {
 /// difference of the two models. Without the absolute values the sum is the difference of the values, as Galerkin's orthogonality
 /// has it; it may vanish by accident, where parts of the body cancel each other. The parts can't all vanish. The energy adds
 /// half of its second derivative, $z - u/2$ in place of $z$: where all loads are displacements, nothing else is left.
-pub(super) fn apart<const D: usize>(
+pub(super) fn difference_bound<const D: usize>(
     coarse: &Answer<D>,
     fine: &Answer<D>,
     tolerance: &Tolerance<D>,
-) -> Result<Apart, Error> {
+) -> Result<DifferenceBound, Error> {
     let mut zones = vec![0.0; fine.problem.body().table().clusters().len()];
     let (Some(before), Some(now)) = (coarse.levels.last(), fine.levels.last()) else {
-        return Ok(Apart { most: f64::INFINITY, zones });
+        return Ok(DifferenceBound { most: f64::INFINITY, zones });
     };
     let relative = |k: usize, value: f64| {
         let size = tolerance.quantities.get(k).map_or(0.0, |quantity| quantity.size);
@@ -55,7 +55,7 @@ pub(super) fn apart<const D: usize>(
     // Bodies at rest are solved by any model; what is left is rounding.
     if before.values[energy] == 0.0 && now.values[energy] == 0.0 {
         let most = (0..tolerance.quantities.len()).map(difference).fold(0.0, f64::max);
-        return Ok(Apart { most, zones });
+        return Ok(DifferenceBound { most, zones });
     }
     let changes = Changes::new(coarse, fine)?;
     let mut of_energy = None;
@@ -79,7 +79,7 @@ pub(super) fn apart<const D: usize>(
         most = most.max(difference(k)).max(eta).max(known);
         zones.iter_mut().zip(&sums).for_each(|(zone, sum)| *zone += part * relative(of, *sum));
     }
-    Ok(Apart { most: if most.is_nan() { f64::INFINITY } else { most }, zones })
+    Ok(DifferenceBound { most: if most.is_nan() { f64::INFINITY } else { most }, zones })
 }
 
 /// How much a quantity changed with the energy between the first two models, 1 at most.

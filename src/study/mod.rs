@@ -1,7 +1,7 @@
 //! Studies: error against time, a line per scheme; a tolerance in, the smallest sufficient model out.
 //!
 //! A [`WorkPrecision`] runs one scene under many schemes and charts what each costs against what it
-//! delivers, by the worst of the quantities asked for:
+//! delivers, by the worst of the quantities requested:
 //! ```
 //! use rkpm::prelude::*;
 //! use rkpm::study::{Quantity, Reference, WorkPrecision};

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use crate::error::{Error, Invalid, SolveError};
-use crate::scene::{Functions, Problem, Scheme};
+use crate::scene::{ApproximationChoice, Problem, Scheme};
 use crate::solve::{Dual, Ending, EquilibriumPath, State};
 
 use super::answer::{Answer, Level, Tolerance, Verdict};
@@ -55,7 +55,7 @@ pub(super) fn unsettled<const D: usize>(answer: &Answer<D>, tolerance: &Toleranc
 }
 
 /// Corrections end once increments are below this part of the tolerance: what is left of a quadratic fall is then its
-/// square, and steps with a kept matrix end at far less.
+/// square, and steps with a reused tangent end at far less.
 const ALGEBRAIC: f64 = 0.1;
 
 /// Solves one model, corrected from a coarser one where there is one, and its dual problems.
@@ -70,14 +70,14 @@ pub(super) fn solve<const D: usize>(
     let mut problem = scene.discretize(&scheme)?;
     limits.counts(problem.model().unknowns());
     let energy = Quantity::energy();
-    let asked: Vec<&Quantity<D>> = tolerance.quantities.iter().chain([&energy]).collect();
+    let requested: Vec<&Quantity<D>> = tolerance.quantities.iter().chain([&energy]).collect();
     let mut wasted = 0;
     let mut corrected = None;
     if let Some(coarser) = coarser {
         let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
         let tight = problem.analysis().newton.tolerance;
         problem.analysis_mut().newton.tolerance = tight.max(ALGEBRAIC * tolerance.error);
-        let found = problem.analysis().correct(problem.model(), problem.rows(), guess, &mut *limits);
+        let found = problem.analysis().correct(problem.model(), problem.equations(), guess, &mut *limits);
         problem.analysis_mut().newton.tolerance = tight;
         // A guess that can't be corrected costs its iterations and nothing else.
         match found {
@@ -91,11 +91,11 @@ pub(super) fn solve<const D: usize>(
         Some(path) => path,
         None => problem.run(&mut *limits)?.completed()?,
     };
-    let values = asked.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
+    let values = requested.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
     for (value, quantity) in values.iter().zip(&tolerance.quantities) {
         quantity.check(*value)?;
     }
-    let duals = duals(&asked, &problem, &path)?;
+    let duals = duals(&requested, &problem, &path)?;
     limits.matrix();
     let level = Level {
         functions: name_of(&scheme),
@@ -120,30 +120,30 @@ pub(super) fn solve<const D: usize>(
 
 /// The dual solutions of quantities at the end of a path, by one matrix; none of quantities without a derivative.
 fn duals<const D: usize>(
-    asked: &[&Quantity<D>],
+    requested: &[&Quantity<D>],
     problem: &Problem<D>,
     path: &EquilibriumPath,
 ) -> Result<Vec<Option<Vec<f64>>>, Error> {
     let state: &State = path.last();
-    let problems = asked.iter().map(|q| q.dual_problem(problem, state)).collect::<Result<Vec<_>, _>>()?;
+    let problems = requested.iter().map(|q| q.dual_problem(problem, state)).collect::<Result<Vec<_>, _>>()?;
     let known: Vec<bool> = problems.iter().map(Option::is_some).collect();
     let problems: Vec<Dual> = problems.into_iter().flatten().collect();
-    let solved = problem.analysis().duals(problem.model(), problem.rows(), state, &problems)?;
+    let solved = problem.analysis().duals(problem.model(), problem.equations(), state, &problems)?;
     let mut solved = solved.into_iter();
     Ok(known.into_iter().map(|known| if known { solved.next() } else { None }).collect())
 }
 
 /// What a scheme approximates with.
 pub(super) fn name_of(scheme: &Scheme) -> &'static str {
-    match (scheme.functions, scheme.order) {
-        (Functions::Elements, 1) => "finite elements of order 1",
-        (Functions::Elements, _) => "finite elements of order 2",
-        (Functions::Particles, 0 | 1) => "linear particles",
-        (Functions::Particles, _) => "particles of higher order",
+    match (scheme.approximation, scheme.order) {
+        (ApproximationChoice::Elements, 1) => "finite elements of order 1",
+        (ApproximationChoice::Elements, _) => "finite elements of order 2",
+        (ApproximationChoice::Particles, 0 | 1) => "linear particles",
+        (ApproximationChoice::Particles, _) => "particles of higher order",
     }
 }
 
-/// The change of the values asked for from one model to another, relative to the latter or to the size given for them.
+/// The change of the values requested from one model to another, relative to the latter or to the size given for them.
 fn changes<const D: usize>(a: &Level, b: &Level, tolerance: &Tolerance<D>) -> impl Iterator<Item = f64> {
     let values = a.values.iter().zip(&b.values);
     tolerance.quantities.iter().zip(values).map(|(quantity, (a, b))| change(*a, *b, quantity.size))

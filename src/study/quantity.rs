@@ -1,4 +1,4 @@
-//! Quantities of interest: numbers asked of a solved problem.
+//! Quantities of interest: numbers requested of a solved problem.
 
 use std::fmt;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ enum Kind<const D: usize> {
     Other,
 }
 
-/// A number asked of a solved problem, whatever the scheme that solved it.
+/// A number requested of a solved problem, whatever the scheme that solved it.
 #[derive(Clone)]
 pub struct Quantity<const D: usize> {
     name: String,
@@ -157,7 +157,7 @@ impl<const D: usize> Quantity<D> {
     /// That of a reaction is the answer to a unit displacement of its condition: virtual work moves along it.
     pub(super) fn dual_problem(&self, problem: &Problem<D>, state: &State) -> Result<Option<Dual>, Error> {
         let mut force = vec![0.0; problem.model.unknowns()];
-        let mut gap = vec![0.0; problem.rows.len()];
+        let mut gap = vec![0.0; problem.equations.len()];
         match &self.kind {
             Kind::Other => return Ok(None),
             // Refused by `evaluate`.
@@ -189,7 +189,7 @@ impl<const D: usize> Quantity<D> {
                 }
             }
             Kind::Volume => {
-                for member in problem.members() {
+                for member in problem.discrete_bodies() {
                     let (body, table) = (member.body(), member.body().table());
                     for point in 0..table.len() {
                         let f = body.deformation_gradient(point, &state.displacement);

@@ -24,7 +24,7 @@ impl Scene<2> {
     /// Solves the scene within a tolerance on macro cells that are refined one by one where the error is, by request: never chosen by
     /// itself, since thin bodies need other cells.
     ///
-    /// Bounds and their order are those of [`solve_within_watched`](Scene::solve_within_watched): each model has every macro cell of
+    /// Bounds and their order are those of [`solve_within_observed`](Scene::solve_within_observed): each model has every macro cell of
     /// a coarser one cut into four, and is compared with that. The parts of $\eta$ of the four zones in place of a macro
     /// cell are its indicator. The macro cells of the coarser model with the largest ones that sum to half of all are cut, neighbours so
     /// that they differ by one halving at most; cells are no smaller than 1/16 of the coarsest ones of the answer's model.
@@ -51,14 +51,14 @@ impl Scene<2> {
         tolerance: &Tolerance<2>,
         budget: Budget,
     ) -> Result<Answer<2>, Error> {
-        self.solve_within_locally_watched(scheme, tolerance, budget, &mut ())
+        self.solve_within_locally_observed(scheme, tolerance, budget, &mut ())
     }
 
     /// As [`solve_within_locally`](Scene::solve_within_locally), watched.
     ///
     /// # Errors
     /// As [`solve_within_locally`](Scene::solve_within_locally).
-    pub fn solve_within_locally_watched(
+    pub fn solve_within_locally_observed(
         &self,
         scheme: &Scheme,
         tolerance: &Tolerance<2>,

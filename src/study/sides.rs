@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::cells::Layout;
 use crate::error::{Error, GeometryError};
-use crate::scene::{Functions, Scene, Scheme};
+use crate::scene::{ApproximationChoice, Scene, Scheme};
 
 /// Elements of order 2 stand by this power of the distance from the nearer face: corners leave even ones first order, and higher
 /// powers leave cells at edges too flat to be bent hard.
@@ -48,7 +48,7 @@ impl<const D: usize> Sides<D> {
         let first = if longest > THIN * shortest { longest / FIRST_ALONG } else { shortest / FIRST_ACROSS };
         // Sides that are nearly alike are taken as equal to the shortest, in favour of cells of any shape.
         let lengths = lengths.map(|l| if l < ALIKE * shortest { shortest } else { l });
-        let elements = scheme.functions == Functions::Elements && scheme.order > 1;
+        let elements = scheme.approximation == ApproximationChoice::Elements && scheme.order > 1;
         Ok(Sides { lengths, first, thin: longest / THIN, fewest: 1.0, scattered: false, elements })
     }
 

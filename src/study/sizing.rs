@@ -5,7 +5,7 @@ use crate::scene::{Scene, Scheme};
 use crate::solve::NO_FREE;
 
 use super::answer::{Answer, Budget, Tolerance, Verdict};
-use super::evidence::{Apart, apart};
+use super::evidence::{DifferenceBound, difference_bound};
 use super::nested::{BROKEN_OFF, check, failed, name_of, solve, unsettled};
 use super::progress::{Limits, Progress};
 use super::strategy::{Even, Found, Model, Next, ORDERS, Strategy};
@@ -18,7 +18,7 @@ const ATTEMPTS: usize = 4;
 impl<const D: usize> Scene<D> {
     /// Solves the scene with the cheapest model found sufficient: finite elements of order 2 on blocks and mapped blocks, the default
     /// scheme's particles where those fail, in one dimension and on drawn shapes; see
-    /// [`solve_within_watched`](Scene::solve_within_watched).
+    /// [`solve_within_observed`](Scene::solve_within_observed).
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -41,27 +41,27 @@ impl<const D: usize> Scene<D> {
     /// ```
     ///
     /// # Errors
-    /// As [`solve_within_watched`](Scene::solve_within_watched).
+    /// As [`solve_within_observed`](Scene::solve_within_observed).
     pub fn solve_within(&self, tolerance: &Tolerance<D>, budget: Budget) -> Result<Answer<D>, Error> {
         // In one dimension nothing is cheap or dear.
         if D == 1 || self.domain().is_none() {
             return self.solve_within_by(&Scheme::default(), tolerance, budget);
         }
-        self.solve_within_watched(&[Scheme::elements(2), Scheme::default()], tolerance, budget, &mut ())
+        self.solve_within_observed(&[Scheme::elements(2), Scheme::default()], tolerance, budget, &mut ())
     }
 
     /// Solves the scene with the cheapest model found sufficient under a scheme, whose number of particles
-    /// is chosen here; see [`solve_within_watched`](Scene::solve_within_watched).
+    /// is chosen here; see [`solve_within_observed`](Scene::solve_within_observed).
     ///
     /// # Errors
-    /// As [`solve_within_watched`](Scene::solve_within_watched).
+    /// As [`solve_within_observed`](Scene::solve_within_observed).
     pub fn solve_within_by(
         &self,
         scheme: &Scheme,
         tolerance: &Tolerance<D>,
         budget: Budget,
     ) -> Result<Answer<D>, Error> {
-        self.solve_within_watched(std::slice::from_ref(scheme), tolerance, budget, &mut ())
+        self.solve_within_observed(std::slice::from_ref(scheme), tolerance, budget, &mut ())
     }
 
     /// Solves the scene with the cheapest model found sufficient under the first scheme that reaches the tolerance, and tells each
@@ -92,7 +92,7 @@ impl<const D: usize> Scene<D> {
     /// # Errors
     /// For a tolerance that is not between 0 and 1 or asks for nothing, and where a model can't be built or
     /// the coarsest one can't be solved.
-    pub fn solve_within_watched(
+    pub fn solve_within_observed(
         &self,
         schemes: &[Scheme],
         tolerance: &Tolerance<D>,
@@ -253,8 +253,9 @@ impl<'a, const D: usize> Search<'a, D> {
         let companion = coarse.map(|coarse| solved(coarse, true)).transpose()?;
         let particles = fine.counts.clone();
         let mut next = solved(fine, last)?;
-        let Apart { most, zones } = apart(companion.as_ref().unwrap_or(&self.answer), &next, tolerance)
-            .map_err(|error| failed(&particles, &error, limits))?;
+        let DifferenceBound { most, zones } =
+            difference_bound(companion.as_ref().unwrap_or(&self.answer), &next, tolerance)
+                .map_err(|error| failed(&particles, &error, limits))?;
         if let Some(then) = self.compared {
             let order = (then / most).ln() / (before / spacing).ln();
             if order.is_finite() {

@@ -99,7 +99,7 @@ impl Amplitude {
         }
     }
 
-    /// Value and slope at a load factor; at a kink the slope to the left, at the first pair of a table the one to the
+    /// Value and slope at a load factor; at a break point the slope to the left, at the first pair of a table the one to the
     /// right: a run that starts there has to see where it leads.
     pub fn evaluate(&self, load: f64) -> (f64, f64) {
         match self {

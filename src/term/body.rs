@@ -47,7 +47,7 @@ pub struct Body<const D: usize, M> {
     pub(super) measure: VolumetricMeasure,
     pub(super) projected: ProjectedMeasure,
     /// Numbers that a point remembers.
-    pub(super) remembered: usize,
+    pub(super) has_history: usize,
     /// Time by the load factor.
     pub(super) clock: Option<Amplitude>,
 }
@@ -95,9 +95,9 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// measure of [`new`](Body::new) it needs no pointwise part at all. Homogeneous states do not depend on $s$.
     pub fn zonal(table: ShapeTable<D>, material: M, field: PressureField, stabilisation: f64) -> Self {
         let field = if material.split().is_some() { field } else { PressureField::Displacement };
-        let remembered = material.memory().map_or(0, |memory| memory.len());
+        let has_history = material.internal_variables().map_or(0, |internal_variables| internal_variables.len());
         let mut body = Body {
-            remembered,
+            has_history,
             clock: None,
             table,
             material,

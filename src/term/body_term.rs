@@ -5,12 +5,12 @@ use crate::material::Material;
 
 use super::Term;
 use super::amplitude::Amplitude;
-use super::apart::{Product, Zone};
 use super::body::Body;
 use super::diagnostics::StateDiagnostics;
 use super::element::{Element, View};
 use super::pressure_field::PressureField;
 use super::step_limit::jacobian;
+use super::uncondensed::{Product, Zone};
 
 impl<const D: usize, M: Material> Term<D> for Body<D, M> {
     fn clusters(&self) -> usize {
@@ -71,20 +71,20 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
         self.clock.as_ref().filter(|_| self.is_timed()).map_or_else(Vec::new, Amplitude::break_points)
     }
 
-    fn memory(&self) -> std::ops::Range<usize> {
+    fn internal_variables(&self) -> std::ops::Range<usize> {
         self.memory_range()
     }
 
-    fn start_memory(&self, memory: &mut [f64]) {
-        self.start_of_memory(memory);
+    fn start_internal_variables(&self, internal_variables: &mut [f64]) {
+        self.start_of_memory(internal_variables);
     }
 
-    fn remember(&self, view: View<'_>, next: &mut [f64]) {
-        self.remember_all(view, next);
+    fn update_history(&self, view: View<'_>, next: &mut [f64]) {
+        self.update_histories(view, next);
     }
 
     fn is_timed(&self) -> bool {
-        self.remembered > 0 && self.clock.is_some()
+        self.has_history > 0 && self.clock.is_some()
     }
 
     fn time_error(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {

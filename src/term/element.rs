@@ -4,17 +4,17 @@ use nalgebra::Vector3;
 
 use crate::geometry::Point;
 
-use super::apart::Zone;
 use super::contraction::Windows;
 use super::lower::LowerBlocks;
-use super::together::Together;
+use super::point_panel::PointPanel;
+use super::uncondensed::Zone;
 
 /// What a term sees of the state of an analysis.
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
     /// Coefficients $d$, node by node, `D` components each \[length\].
     pub displacement: &'a [f64],
-    /// Condensed unknowns of this term, all clusters; behind them its memory ([`Term::memory`](super::Term::memory)).
+    /// Condensed unknowns of this term, all clusters; behind them its memory ([`Term::internal_variables`](super::Term::internal_variables)).
     pub condensed: &'a [f64],
     /// Load factor $\lambda$.
     pub load: f64,
@@ -30,9 +30,9 @@ pub struct Element {
     pub residual: Vec<f64>,
     /// $\partial^2\Pi/\partial d\\,\partial\lambda$.
     pub load_slope: Vec<f64>,
-    /// $\partial^2\Pi/\partial d\\,\partial d$, `size × size` by columns; empty where only forces are asked for.
+    /// $\partial^2\Pi/\partial d\\,\partial d$, `size × size` by columns; empty where only forces are requested.
     pub matrix: Vec<f64>,
-    /// Whether the matrix is asked for.
+    /// Whether the matrix is requested.
     pub with_matrix: bool,
     /// A part of $\partial^2\Pi/\partial d\\,\partial d$ that is not symmetric and that factors leave out, `size × size` by columns: linear
     /// solutions are refined until it is met. Empty where there is none.
@@ -44,9 +44,9 @@ pub struct Element {
     /// The matrix of terms that fill its lower blocks instead.
     pub(crate) lower: LowerBlocks,
     pub(crate) windows: Windows,
-    pub(crate) together: Together,
-    /// Takes what condensed pressures would add to the matrix, where they are kept apart.
-    pub(crate) apart: Option<Zone>,
+    pub(crate) point_panel: PointPanel,
+    /// Takes what condensed pressures would add to the matrix, where they are kept uncondensed.
+    pub(crate) uncondensed: Option<Zone>,
     /// Whether tangents at points are all that is wanted of the matrix.
     pub(crate) free: bool,
 }
@@ -64,7 +64,7 @@ impl Element {
         self.compact.clear();
         self.with_matrix = with_matrix;
         self.lower.wanted = false;
-        self.apart = None;
+        self.uncondensed = None;
         self.free = false;
     }
 

@@ -78,8 +78,8 @@ pub struct Sparsity {
 /// ```
 /// use rkpm::term::{Sparsity, PointDerivatives, Integrand, PointState};
 /// /// Springs that hold the body in place, ½ k |u|².
-/// struct Bedding(f64);
-/// impl Integrand for Bedding {
+/// struct ElasticFoundation(f64);
+/// impl Integrand for ElasticFoundation {
 ///     fn sparsity(&self) -> Sparsity {
 ///         Sparsity { force: true, force_by_displacement: true, ..Sparsity::default() }
 ///     }
@@ -89,7 +89,7 @@ pub struct Sparsity {
 ///         derivatives.force_by_displacement.fill_diagonal(self.0);
 ///     }
 /// }
-/// assert!(Bedding(1.0).is_symmetric());
+/// assert!(ElasticFoundation(1.0).is_symmetric());
 /// ```
 pub trait Integrand: Send + Sync {
     /// The blocks that [`evaluate`](Integrand::evaluate) fills.
@@ -103,7 +103,7 @@ pub trait Integrand: Send + Sync {
         true
     }
 
-    /// Load factors inside $(0, 1)$ at which the forces have kinks, see [`Term::break_points`].
+    /// Load factors inside $(0, 1)$ at which the forces have break points, see [`Term::break_points`].
     fn break_points(&self) -> Vec<f64> {
         Vec::new()
     }

@@ -5,16 +5,16 @@ use crate::simd::{Arithmetic, Task, dispatch};
 use crate::table::displacement_gradient;
 use crate::tensor::{add_hessian_in, cofactor};
 
-use super::apart::Tangent;
 use super::body::Body;
 use super::contraction::GROUP;
 use super::element::{Element, View};
 use super::lower::{LowerBlocks, WIDTH};
 use super::pressure_field::PressureField;
+use super::uncondensed::Tangent;
 use super::zone_residuals::ZoneResiduals;
 
 impl<const D: usize, M: Material> Body<D, M> {
-    /// Adds forces and, where asked for, the matrix of a cluster; see [`Term::linearize`].
+    /// Adds forces and, where requested, the matrix of a cluster; see [`Term::linearize`].
     pub(super) fn linearize_cluster(&self, cluster: usize, view: View<'_>, out: &mut Element) {
         let body = self;
         // Compiled for each number of gradient slots.
@@ -76,7 +76,8 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
     #[inline(always)]
     fn run<A: Arithmetic>(self) {
         let Linearize { body, cluster, view, out } = self;
-        let Element { residual, matrix, with_matrix, scratch, lower, windows, together, apart, free, .. } = out;
+        let Element { residual, matrix, with_matrix, scratch, lower, windows, point_panel, uncondensed, free, .. } =
+            out;
         let free = *free;
         let with_matrix = *with_matrix;
         let table = &body.table;
@@ -110,7 +111,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
             5..=6 => GROUP / 2,
             _ => 1,
         };
-        together.clear();
+        point_panel.clear();
         let mut group = 0;
         let mut tangents = [[[[[0.0; WIDTH]; D]; S]; D]; GROUP];
         let mut shared: &[u16] = &[];
@@ -196,7 +197,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                 reduced[i][s] += weight * stress[a];
             }
             windows.add_forces::<A, D, S>(group, &reduced, stride, forces);
-            if free && let Some(kept) = &mut *apart {
+            if free && let Some(kept) = &mut *uncondensed {
                 let mut packed: Tangent = Default::default();
                 for a in 0..count {
                     let (i, s) = components.places[a];
@@ -219,7 +220,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                         reduced[t][s][j][i] = weight * tangent[a * count + b];
                     }
                 }
-                together.push::<D>(table, point, reduced, lower);
+                point_panel.push::<D>(table, point, reduced, lower);
             } else if with_matrix {
                 let reduced = &mut tangents[group];
                 *reduced = [[[[0.0; WIDTH]; D]; S]; D];
@@ -234,7 +235,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
             }
         }
         windows.add_matrices::<A, D, S>(shared, &tangents[..group], lower);
-        together.flush::<D>(table, lower);
+        point_panel.flush::<D>(table, lower);
 
         // π + r_θ + H r_π: the pressure that enters the condensed forces. Kept apart, the two residuals are on the right-hand
         // side of their own rows: H times what rounding leaves of r_π would be forces.
@@ -259,7 +260,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
         if !with_matrix {
             return;
         }
-        if let Some(kept) = apart {
+        if let Some(kept) = uncondensed {
             for k in 0..n {
                 let slopes = &slopes[k * D * stride..];
                 kept.slopes.extend((0..nodes.len()).flat_map(|a| (0..D).map(move |i| slopes[i * stride + a])));

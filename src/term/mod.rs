@@ -2,7 +2,6 @@
 
 mod advance;
 mod amplitude;
-mod apart;
 mod body;
 mod body_pressures;
 mod body_term;
@@ -11,22 +10,22 @@ mod contraction;
 mod diagnostics;
 mod element;
 mod integrand;
+mod internal_variables;
 mod linearize;
 mod load;
 mod lower;
-mod memory;
 mod point_contraction;
+mod point_panel;
 mod pressure_field;
 mod product;
 mod shared;
 mod stabilisation;
 mod step_limit;
-mod together;
+mod uncondensed;
 mod volumetric_measure;
 mod zone_residuals;
 
 pub use amplitude::Amplitude;
-pub use apart::{Product, Zone};
 pub use body::Body;
 pub use diagnostics::StateDiagnostics;
 pub use element::{Element, ForceDensities, View};
@@ -34,6 +33,7 @@ pub use integrand::{Integrand, PointDerivatives, PointState, Pointwise, Sparsity
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
 pub use pressure_field::{PressureField, ProjectedMeasure};
 pub use step_limit::largest_step;
+pub use uncondensed::{Product, Zone};
 
 pub(crate) use lower::LowerBlocks;
 
@@ -97,7 +97,7 @@ pub trait Term<const D: usize>: Send + Sync {
         true
     }
 
-    /// Load factors inside $(0, 1)$ at which the forces of the term have kinks: steps of the load stop there.
+    /// Load factors inside $(0, 1)$ at which the forces of the term have break points: steps of the load stop there.
     fn break_points(&self) -> Vec<f64> {
         Vec::new()
     }
@@ -129,7 +129,7 @@ pub trait Term<const D: usize>: Send + Sync {
     #[doc(hidden)]
     fn multiply(&self, _zone: &Zone, _x: &[f64], _product: &mut Product) {}
 
-    /// Takes increments of pressures that were kept apart, instead of those that follow from the step.
+    /// Takes increments of pressures that were kept uncondensed, instead of those that follow from the step.
     #[doc(hidden)]
     fn take_pressures(&self, _cluster: usize, _pressures: &[f64; 4], _condensed_step: &mut [f64]) {}
 
@@ -154,15 +154,15 @@ pub trait Term<const D: usize>: Send + Sync {
 
     /// Where the memory of the term stands, behind the condensed unknowns of all clusters: what it carries from one converged state to
     /// the next, held while Newton's method iterates.
-    fn memory(&self) -> std::ops::Range<usize> {
+    fn internal_variables(&self) -> std::ops::Range<usize> {
         0..0
     }
 
     /// Writes the memory that belongs to the state at rest.
-    fn start_memory(&self, _memory: &mut [f64]) {}
+    fn start_internal_variables(&self, _memory: &mut [f64]) {}
 
     /// Writes the memory at a converged state, from what it was when the step to that state began.
-    fn remember(&self, _view: View<'_>, _next: &mut [f64]) {}
+    fn update_history(&self, _view: View<'_>, _next: &mut [f64]) {}
 
     /// Whether the memory fades with time, so that loads are steps of it: the load factor leads.
     fn is_timed(&self) -> bool {
@@ -170,12 +170,12 @@ pub trait Term<const D: usize>: Send + Sync {
     }
 
     /// Squares of the error that a step of time has left in the stress, and of the stress, summed over the term: from `before`,
-    /// the memory a step earlier where the loads had no kink since, over `view` with the memory of its beginning, to `next`.
+    /// the memory a step earlier where the loads had no break point since, over `view` with the memory of its beginning, to `next`.
     fn time_error(&self, _before: Option<&[f64]>, _view: View<'_>, _next: &[f64]) -> [f64; 2] {
         [0.0; 2]
     }
 
-    /// Adds the cluster's forces, load slope and, where asked for, its matrix to zeroed buffers.
+    /// Adds the cluster's forces, load slope and, where requested, its matrix to zeroed buffers.
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element);
 
     /// For the Newton increment `step` of the displacement, writes the increments of the cluster's
@@ -190,7 +190,7 @@ pub trait Term<const D: usize>: Send + Sync {
 
     /// Why a converged state is none that the term can answer for: a body that has left the rigid surface it was said to lie on.
     /// The run ends before it.
-    fn refuses(&self, _view: View<'_>) -> Option<String> {
+    fn check_state(&self, _view: View<'_>) -> Option<String> {
         None
     }
 

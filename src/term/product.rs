@@ -3,8 +3,8 @@
 use crate::material::Material;
 use crate::simd::{Arithmetic, LANES, Task, dispatch};
 
-use super::apart::{Product, Tangent, Zone};
 use super::body::Body;
+use super::uncondensed::{Product, Tangent, Zone};
 
 impl<const D: usize, M: Material> Body<D, M> {
     /// Writes $\int B^T A\\,B x$ over a zone; see [`super::Term::multiply`].

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use crate::error::SolveError;
 
 use super::Term;
-use super::apart::{Product, Zone};
 use super::diagnostics::StateDiagnostics;
 use super::element::{Element, ForceDensities, View};
+use super::uncondensed::{Product, Zone};
 
 impl<const D: usize, T: Term<D> + ?Sized> Term<D> for Arc<T> {
     fn clusters(&self) -> usize {
@@ -78,16 +78,16 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for Arc<T> {
         (**self).start(cluster, condensed);
     }
 
-    fn memory(&self) -> std::ops::Range<usize> {
-        (**self).memory()
+    fn internal_variables(&self) -> std::ops::Range<usize> {
+        (**self).internal_variables()
     }
 
-    fn start_memory(&self, memory: &mut [f64]) {
-        (**self).start_memory(memory);
+    fn start_internal_variables(&self, internal_variables: &mut [f64]) {
+        (**self).start_internal_variables(internal_variables);
     }
 
-    fn remember(&self, view: View<'_>, next: &mut [f64]) {
-        (**self).remember(view, next);
+    fn update_history(&self, view: View<'_>, next: &mut [f64]) {
+        (**self).update_history(view, next);
     }
 
     fn is_timed(&self) -> bool {
@@ -110,8 +110,8 @@ impl<const D: usize, T: Term<D> + ?Sized> Term<D> for Arc<T> {
         (**self).advance_load(cluster, view, load_step, condensed_step);
     }
 
-    fn refuses(&self, view: View<'_>) -> Option<String> {
-        (**self).refuses(view)
+    fn check_state(&self, view: View<'_>) -> Option<String> {
+        (**self).check_state(view)
     }
 
     fn rounding(&self) -> [f64; 2] {

@@ -26,10 +26,10 @@ fn sticks_below_and_slides_at_the_limit() {
     for friction in [0.1, 0.3] {
         let (problem, path) = run(&block(friction, &[(0.2, 0.0), (1.0, 0.4)]));
         let floor = problem.contact(path.last(), "floor").unwrap();
-        assert!(floor.points.iter().filter(|p| p.touches).all(|p| p.slides));
+        assert!(floor.points.iter().filter(|p| p.is_active).all(|p| p.slips));
         let ratio = -floor.force[0] / floor.force[1];
         assert!((ratio / friction - 1.0).abs() < 1e-8, "{ratio} {friction}");
-        for point in floor.points.iter().filter(|p| p.touches) {
+        for point in floor.points.iter().filter(|p| p.is_active) {
             assert!((-point.traction[0] / point.pressure / friction - 1.0).abs() < 1e-7, "{point:?}");
         }
     }
@@ -38,19 +38,19 @@ fn sticks_below_and_slides_at_the_limit() {
     let before = problem.contact(&pressed.state, "floor").unwrap();
     let after = problem.contact(path.last(), "floor").unwrap();
     assert!(after.force[0] < 0.0 && after.force[0].abs() < 0.9 * after.force[1], "{}", after.force);
-    // Hats stick on the mean; their particles move by what is left beside it.
+    // Trace functions stick on the mean; their particles move by what is left beside it.
     let moved = 0.001;
-    let sliding = |hat: usize| {
+    let sliding = |trace: usize| {
         let since = path.steps.iter().filter(|step| step.state.load > 0.2);
-        since.into_iter().any(|step| problem.contact(&step.state, "floor").unwrap().points[hat].slides)
+        since.into_iter().any(|step| problem.contact(&step.state, "floor").unwrap().points[trace].slips)
     };
-    for (hat, (a, b)) in before.points.iter().zip(&after.points).enumerate() {
-        if b.touches && !sliding(hat) {
+    for (trace, (a, b)) in before.points.iter().zip(&after.points).enumerate() {
+        if b.is_active && !sliding(trace) {
             let (way, limit) = ((a.position - b.position).norm(), 0.9 * b.pressure);
             assert!(way < 1e-2 * moved && b.traction[0].abs() < limit, "{:?} moves by {way:e}", a.position);
         }
     }
-    assert!(after.points.iter().filter(|p| p.touches && !p.slides).count() > 8);
+    assert!(after.points.iter().filter(|p| p.is_active && !p.slips).count() > 8);
 }
 
 /// What the moved top puts in over a closed cycle is what friction takes.
@@ -112,9 +112,9 @@ fn askew_in_space() {
     let problem = scene.discretize(&Scheme::default().particles([4, 4, 3])).unwrap();
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
     let floor = problem.contact(path.last(), "floor").unwrap();
-    for point in floor.points.iter().filter(|p| p.touches) {
+    for point in floor.points.iter().filter(|p| p.is_active) {
         let along = (point.traction[0].powi(2) + point.traction[1].powi(2)).sqrt();
-        assert!(point.slides && (along / point.pressure / 0.2 - 1.0).abs() < 1e-7, "{point:?}");
+        assert!(point.slips && (along / point.pressure / 0.2 - 1.0).abs() < 1e-7, "{point:?}");
     }
     let ratio = floor.force[0] / floor.force[1];
     assert!(floor.force[0] < 0.0 && (ratio - 0.75).abs() < 0.03, "{ratio}");

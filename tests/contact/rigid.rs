@@ -32,7 +32,7 @@ fn uniform_pressure_under_uniform_traction() {
         };
         for point in &floor.points {
             let error = point.pressure * stretch / traction - 1.0;
-            assert!(point.touches && error.abs() < 1e-8, "{name}: {error:e} at {:?}", point.reference);
+            assert!(point.is_active && error.abs() < 1e-8, "{name}: {error:e} at {:?}", point.reference);
             assert!(point.gap.abs() < 1e-10);
         }
     }
@@ -146,7 +146,7 @@ fn plates_balance() {
     assert!(lower > 0.1 && (upper / lower + 1.0).abs() < 1e-10, "{upper} {lower}");
 }
 
-/// No hat is pulled, no hat goes in, and where one presses there is no gap: on a body that corners, a plane and a bore touch.
+/// No trace function is pulled, no trace function goes in, and where one presses there is no gap: on a body that corners, a plane and a bore touch.
 #[test]
 fn complementarity() {
     let groove = rkpm::contact::Profile::at([0.7, 1.0]).line([0.4, -0.1]).line([-0.4, -0.1]).line([-0.7, 1.0]);

@@ -1,12 +1,12 @@
 //! Bad input: each class is refused by a typed error that says where and what to do.
 #![cfg(feature = "solve")]
 
-use rkpm::boundary::Row;
+use rkpm::boundary::ConstraintEquation;
 use rkpm::cells::Lattice;
 use rkpm::error::{ApproximationError, BoundaryError, GeometryError, MaterialError, SolveError};
 use rkpm::prelude::*;
 use rkpm::quadrature::gauss_legendre;
-use rkpm::scene::{Enforcing, RowKind, Rule};
+use rkpm::scene::{ConstraintKind, ConstraintMethod, Rule};
 use rkpm::solve::{Newton, State};
 
 const NAN: f64 = f64::NAN;
@@ -413,7 +413,7 @@ fn functions_that_are_not_finite() {
         refused!(error, ApproximationError::Function { .. }, ["X = [3.3]", word]);
     }
 
-    /// Hats over 0, 1, …, 7 after something was done to them.
+    /// Trace functions over 0, 1, …, 7 after something was done to them.
     struct Spoilt<F>(Vec<Point<1>>, F);
     impl<F: Fn(&mut ShapeFunctions<1>) + Sync> Approximation<1> for Spoilt<F> {
         type Scratch = ();
@@ -440,17 +440,17 @@ fn functions_that_are_not_finite() {
         (|psi| psi.nodes[1] = 8, "do not exist"),
         (|psi| psi.nodes.swap(0, 1), "do not rise"),
     ] {
-        let hats = Spoilt(lattice.positions().to_vec(), spoil);
-        says(&ShapeTable::new(&hats, &points, &RadialCylinder).unwrap_err(), &[word]);
-        says(&ShapeTable::smoothed(&hats, &smoothing, &RadialCylinder).unwrap_err(), &[word]);
+        let traces = Spoilt(lattice.positions().to_vec(), spoil);
+        says(&ShapeTable::new(&traces, &points, &RadialCylinder).unwrap_err(), &[word]);
+        says(&ShapeTable::smoothed(&traces, &smoothing, &RadialCylinder).unwrap_err(), &[word]);
         let (mut rows, ramp) = (Constraints::new(), &Amplitude::Ramp);
-        says(&rows.at_particles(&hats, &[3], 0, &|_| 0.1, ramp, "u").unwrap_err(), &[word]);
+        says(&rows.at_particles(&traces, &[3], 0, &|_| 0.1, ramp, "u").unwrap_err(), &[word]);
         let end = lattice.boundary(&Side::Max.into(), 1, 1).unwrap();
-        says(&rows.over_boundary(&hats, &end, &RadialCylinder, 0, &|_| 0.1, ramp, "u").unwrap_err(), &[word]);
+        says(&rows.over_boundary(&traces, &end, &RadialCylinder, 0, &|_| 0.1, ramp, "u").unwrap_err(), &[word]);
         assert!(rows.is_empty());
     }
-    let hats = Spoilt(lattice.positions().to_vec(), |psi: &mut ShapeFunctions<1>| psi.gradients[0][0] = NAN);
-    let error = ShapeTable::new(&hats, &points, &RadialCylinder).unwrap_err();
+    let traces = Spoilt(lattice.positions().to_vec(), |psi: &mut ShapeFunctions<1>| psi.gradients[0][0] = NAN);
+    let error = ShapeTable::new(&traces, &points, &RadialCylinder).unwrap_err();
     says(&error, &["the gradient of a shape function is NaN", "X = [0.2"]);
     let sound = Spoilt(lattice.positions().to_vec(), |_: &mut ShapeFunctions<1>| {});
     assert_eq!(ShapeTable::smoothed(&sound, &smoothing, &RadialCylinder).unwrap().len(), 7);
@@ -659,8 +659,8 @@ fn point_loads_just_outside_of_the_body() {
 
 #[test]
 fn rows_that_conflict() {
-    for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
-        let scheme = coarse().rows(rows);
+    for rows in [ConstraintKind::AtParticles, ConstraintKind::OverBoundary] {
+        let scheme = coarse().constraint_kind(rows);
         refused!(
             refusal(&sound().prescribe((1, Side::Min), 0, 0.3), &scheme),
             Error::Boundary(BoundaryError::Conflict { component: 0, .. }),
@@ -694,8 +694,8 @@ fn rows_that_conflict() {
 fn corners_of_two_values() {
     let held = || Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber());
     let between = |scene: Scene<2>| scene.hold((1, Side::Min)).hold((1, Side::Max));
-    for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
-        let scheme = Scheme::default().particles([7, 7]).rows(rows);
+    for rows in [ConstraintKind::AtParticles, ConstraintKind::OverBoundary] {
+        let scheme = Scheme::default().particles([7, 7]).constraint_kind(rows);
         for (scene, first, values) in [
             (
                 between(held()).prescribe(Side::Min, 0, 0.1),
@@ -727,7 +727,7 @@ fn corners_of_two_values() {
 #[test]
 fn rows_over_one_face_that_conflict() {
     // One face, one component, two values; the second may not be dropped in silence.
-    let over = coarse().rows(RowKind::OverBoundary);
+    let over = coarse().constraint_kind(ConstraintKind::OverBoundary);
     let error = refusal(&sound().prescribe(Side::Max, 0, 0.2), &over);
     assert!(
         matches!(error, Error::Boundary(BoundaryError::Conflict { .. } | BoundaryError::Dependent { .. })),
@@ -739,46 +739,56 @@ fn rows_over_one_face_that_conflict() {
 #[test]
 fn rows_that_depend_on_each_other() {
     // A row and its double, whichever way rows are enforced.
-    for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
-        let mut problem = sound().discretize(&coarse().enforcing(enforcing)).unwrap();
-        let mut row = problem.rows().rows()[3].clone();
+    for constraint_method in [ConstraintMethod::Transformation, ConstraintMethod::Multipliers] {
+        let mut problem = sound().discretize(&coarse().constraint_method(constraint_method)).unwrap();
+        let mut row = problem.equations().equations()[3].clone();
         row.entries.iter_mut().for_each(|e| e.1 *= -2.0);
         row.label = "the double of a row".into();
-        problem.rows_mut().push(row).unwrap();
-        let rows = problem.rows().len();
+        problem.equations_mut().push(row).unwrap();
+        let rows = problem.equations().len();
         let error = problem.run(&mut ()).unwrap_err();
-        let Error::Boundary(BoundaryError::Dependent { row, .. }) = &error else { panic!("{error:?}") };
+        let Error::Boundary(BoundaryError::Dependent { equation: row, .. }) = &error else { panic!("{error:?}") };
         assert!(*row == rows - 1 || *row == 3, "{error}");
         says(&error, &["depends on the rows", "remove the repeated condition"]);
         // A sum of rows is found as well.
-        let mut problem = sound().discretize(&coarse().enforcing(enforcing)).unwrap();
-        let (a, b) = (problem.rows().rows()[0].clone(), problem.rows().rows()[1].clone());
+        let mut problem = sound().discretize(&coarse().constraint_method(constraint_method)).unwrap();
+        let (a, b) = (problem.equations().equations()[0].clone(), problem.equations().equations()[1].clone());
         let entries = a.entries.iter().chain(&b.entries).copied().collect();
-        problem.rows_mut().push(Row { entries, label: "a sum of rows".into(), ..a }).unwrap();
+        problem.equations_mut().push(ConstraintEquation { entries, label: "a sum of rows".into(), ..a }).unwrap();
         let error = problem.run(&mut ()).unwrap_err();
         assert!(matches!(error, Error::Boundary(BoundaryError::Dependent { .. })), "{error:?}");
     }
     // A row of nothing is refused on the spot.
     let mut rows = Constraints::new();
-    let empty =
-        Row { entries: vec![(0, 0.0)], dependent: 0, target: 0.0, amplitude: Amplitude::Ramp, label: "nothing".into() };
+    let empty = ConstraintEquation {
+        entries: vec![(0, 0.0)],
+        dependent: 0,
+        target: 0.0,
+        amplitude: Amplitude::Ramp,
+        label: "nothing".into(),
+    };
     refused!(rows.push(empty.clone()).unwrap_err(), BoundaryError::Dependent { .. }, ["nothing", "remove"]);
-    let bad = Row { entries: vec![(0, NAN)], label: "bad".into(), ..empty.clone() };
+    let bad = ConstraintEquation { entries: vec![(0, NAN)], label: "bad".into(), ..empty.clone() };
     refused!(rows.push(bad).unwrap_err(), BoundaryError::Value { .. }, ["bad", "finite"]);
     // A row beyond the model names itself.
     let mut problem = sound().discretize(&coarse()).unwrap();
-    problem.rows_mut().push(Row { entries: vec![(1000, 1.0)], label: "far row".into(), ..empty }).unwrap();
+    problem
+        .equations_mut()
+        .push(ConstraintEquation { entries: vec![(1000, 1.0)], label: "far row".into(), ..empty })
+        .unwrap();
     refused!(
         problem.run(&mut ()).unwrap_err(),
         Error::Boundary(BoundaryError::Unsuitable { .. }),
         ["far row", "beyond the 40 of the model"]
     );
     // Over a boundary and at all of the same particles: more rows than the face can bear apart.
-    let held = |rows, enforcing| sound().discretize(&coarse().rows(rows).enforcing(enforcing)).unwrap();
-    for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
-        let mut problem = held(RowKind::OverBoundary, enforcing);
-        for row in held(RowKind::AtParticles, enforcing).rows().rows().iter().take(4) {
-            problem.rows_mut().push(row.clone()).unwrap();
+    let held = |rows, constraint_method| {
+        sound().discretize(&coarse().constraint_kind(rows).constraint_method(constraint_method)).unwrap()
+    };
+    for constraint_method in [ConstraintMethod::Transformation, ConstraintMethod::Multipliers] {
+        let mut problem = held(ConstraintKind::OverBoundary, constraint_method);
+        for row in held(ConstraintKind::AtParticles, constraint_method).equations().equations().iter().take(4) {
+            problem.equations_mut().push(row.clone()).unwrap();
         }
         let error = problem.run(&mut ()).unwrap_err();
         assert!(matches!(error, Error::Boundary(BoundaryError::Dependent { .. })), "{error:?}");
@@ -789,7 +799,7 @@ fn rows_that_depend_on_each_other() {
         all = all.prescribe(Place::at([x]), 0, 0.1 * x);
     }
     refused!(
-        refusal(&all, &Scheme::default().particles([3]).enforcing(Enforcing::Transformation)),
+        refusal(&all, &Scheme::default().particles([3]).constraint_method(ConstraintMethod::Transformation)),
         Error::Solve(SolveError::Empty { what: "free unknowns", .. }),
         ["free unknowns", "every displacement is prescribed"]
     );
@@ -910,7 +920,7 @@ fn rest<const D: usize>(problem: &Problem<D>) -> State {
     State {
         displacement: vec![0.0; problem.model().unknowns()],
         condensed: problem.model().start(),
-        multipliers: vec![0.0; problem.rows().len()],
+        multipliers: vec![0.0; problem.equations().len()],
         load: 0.0,
     }
 }
@@ -918,7 +928,7 @@ fn rest<const D: usize>(problem: &Problem<D>) -> State {
 #[test]
 fn first_guesses() {
     let problem = sound().discretize(&coarse()).unwrap();
-    let run = |start: State| problem.analysis().run_from(problem.model(), problem.rows(), start, &mut ());
+    let run = |start: State| problem.analysis().run_from(problem.model(), problem.equations(), start, &mut ());
     run(rest(&problem)).unwrap().completed().unwrap();
     // Mirrored about x = 0: J = −1 everywhere.
     let mut inverted = rest(&problem);
@@ -974,11 +984,11 @@ fn local_unknowns_of_other_terms() {
     let loaded = sound().pressure((1, Side::Max), 0.01).discretize(&coarse()).unwrap();
     let mut swapped = rest(&loaded);
     swapped.condensed.reverse();
-    let error = loaded.analysis().run_from(loaded.model(), loaded.rows(), swapped, &mut ()).unwrap_err();
+    let error = loaded.analysis().run_from(loaded.model(), loaded.equations(), swapped, &mut ()).unwrap_err();
     assert!(matches!(error, Error::Solve(SolveError::Length { what: "condensed unknowns", .. })), "{error:?}");
     let mut few = rest(&loaded);
     few.condensed.pop();
-    let error = loaded.analysis().run_from(loaded.model(), loaded.rows(), few, &mut ()).unwrap_err();
+    let error = loaded.analysis().run_from(loaded.model(), loaded.equations(), few, &mut ()).unwrap_err();
     assert!(matches!(error, Error::Solve(SolveError::Length { what: "condensed unknowns", .. })), "{error:?}");
 }
 
@@ -987,7 +997,7 @@ fn load_factors_that_are_no_numbers() {
     // They must not pass for a complete analysis.
     let problem = sound().discretize(&coarse()).unwrap();
     let start = State { load: NAN, ..rest(&problem) };
-    match problem.analysis().run_from(problem.model(), problem.rows(), start, &mut ()) {
+    match problem.analysis().run_from(problem.model(), problem.equations(), start, &mut ()) {
         Err(error) => assert!(matches!(error, Error::Invalid(_)), "{error:?}"),
         Ok(path) => panic!("accepted, and ended with {:?}", path.ending),
     }
@@ -1027,12 +1037,12 @@ fn settings() {
 
 #[test]
 fn pins_on_prescribed_faces() {
-    for rows in [RowKind::OverBoundary, RowKind::AtParticles] {
-        let scheme = coarse().rows(rows);
+    for rows in [ConstraintKind::OverBoundary, ConstraintKind::AtParticles] {
+        let scheme = coarse().constraint_kind(rows);
         let run = |scene: Scene<2>| {
             let problem = scene.discretize(&scheme).unwrap();
             let path = problem.run(&mut ()).unwrap().completed().unwrap();
-            (problem.rows().len(), path.last().displacement.clone())
+            (problem.equations().len(), path.last().displacement.clone())
         };
         // What the face says already is taken once, whether the pin comes before it or behind it.
         let alone = run(sound());
@@ -1081,9 +1091,9 @@ fn conditions_that_say_nothing() {
         guide(Place::at([2.0, 1.0]), Direction::radial([2.0, 1.0], [0.0, 0.0, 1.0])),
         guide(Place::at([2.0, 1.0]), Direction::Normal),
     ] {
-        for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
+        for rows in [ConstraintKind::AtParticles, ConstraintKind::OverBoundary] {
             refused!(
-                refusal(&scene, &coarse().rows(rows)),
+                refusal(&scene, &coarse().constraint_kind(rows)),
                 Error::Boundary(BoundaryError::Direction { .. }),
                 ["guide", "no direction at X = ["]
             );
@@ -1091,14 +1101,14 @@ fn conditions_that_say_nothing() {
     }
     // Parts of parts that hold nothing.
     let nowhere = || on_top().within(|x: &Point<2>| x[0] > 5.0);
-    for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
+    for rows in [ConstraintKind::AtParticles, ConstraintKind::OverBoundary] {
         for scene in [
             sound().with(Condition::on(nowhere()).component(1, 0.1)),
             sound().with(Load::pressure(nowhere(), 0.1)),
             sound().with(Load::force(nowhere(), [0.0, 0.1])),
         ] {
             refused!(
-                refusal(&scene, &coarse().rows(rows)),
+                refusal(&scene, &coarse().constraint_kind(rows)),
                 Error::Boundary(BoundaryError::Empty { .. }),
                 ["some of face (1, Max)"]
             );
@@ -1125,7 +1135,7 @@ fn motions_beyond_the_axis_of_revolution() {
         *d = -2.5 * x[0];
     }
     assert!(problem.deformation_gradients(&state).iter().all(|f| f.determinant() > 0.0));
-    let error = problem.analysis().run_from(problem.model(), problem.rows(), state, &mut ()).unwrap_err();
+    let error = problem.analysis().run_from(problem.model(), problem.equations(), state, &mut ()).unwrap_err();
     assert!(matches!(error, Error::Solve(SolveError::InvertedStart { .. })), "{error:?}");
 }
 

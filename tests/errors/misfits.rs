@@ -15,9 +15,9 @@ fn lattice() -> Lattice<2> {
     Block::new([0.0, 0.0], [2.0, 1.0]).lattice([5, 4]).unwrap()
 }
 
-type Functions = ReproducingKernel<2, CubicSpline, Polynomial<2>>;
+type ApproximationChoice = ReproducingKernel<2, CubicSpline, Polynomial<2>>;
 
-fn functions() -> Functions {
+fn functions() -> ApproximationChoice {
     ReproducingKernel::new(lattice().particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap()
 }
 
@@ -187,10 +187,10 @@ fn scenes_over_cells_that_name_what_is_not_there() {
 }
 
 /// Kernel functions that name a node too many.
-struct Beyond(Functions);
+struct Beyond(ApproximationChoice);
 
 impl Approximation<2> for Beyond {
-    type Scratch = <Functions as Approximation<2>>::Scratch;
+    type Scratch = <ApproximationChoice as Approximation<2>>::Scratch;
     fn nodes(&self) -> &[Point<2>] {
         self.0.nodes()
     }

@@ -1,7 +1,7 @@
 //! Several bodies and rigid ones: bonded, apart, tied, held, loaded, in sound and in bad ways.
 
 use rkpm::prelude::*;
-use rkpm::scene::Functions;
+use rkpm::scene::ApproximationChoice;
 use rkpm::solve::Newton;
 
 use super::harness::Input;
@@ -54,11 +54,11 @@ fn assembly<const D: usize>(input: &mut Input, kinematics: impl Kinematics<D> + 
         let _ = input.saw("name, low, high, counts, elements", (name, low, high, &counts, elements.then_some(order)));
         scene = scene.body(name, Block::new(low, high), rubber.clone()).scheme_of(name, move |scheme| {
             let scheme = scheme.particles(counts.clone());
-            if elements { scheme.functions(Functions::Elements).order(order) } else { scheme }
+            if elements { scheme.approximation(ApproximationChoice::Elements).order(order) } else { scheme }
         });
     }
     if input.once_in(5) {
-        scene = scene.apart("lower", input.pick(&["upper", "aside", "nobody"]));
+        scene = scene.unbonded("lower", input.pick(&["upper", "aside", "nobody"]));
     }
     if !input.once_in(10) {
         scene = scene.hold(Place::on((D - 1, Side::Min)).of("lower"));
@@ -86,7 +86,7 @@ fn assembly<const D: usize>(input: &mut Input, kinematics: impl Kinematics<D> + 
             4 => scene.with(Load::force(place, vector)),
             5 => scene.with(Load::moment(input.pick(&["plate", "plate", "insert", "lower"]), [0.0, 0.0, value])),
             6 => scene.pressure(place, value),
-            7 => scene.with(Load::bedding(place, value.abs())),
+            7 => scene.with(Load::elastic_foundation(place, value.abs())),
             8 => scene.with(on.along(Direction::Normal, value)),
             _ => scene.traction(place, vector),
         };
@@ -102,8 +102,8 @@ fn assembly<const D: usize>(input: &mut Input, kinematics: impl Kinematics<D> + 
     let Ok(problem) = scene.discretize(&scheme) else { return };
     let Ok(path) = problem.run(&mut ()) else { return };
     let state = path.last();
-    let asked = place(input, bodies);
-    let _ = (problem.reaction(state, asked.clone()), problem.moment(state, asked, [0.0; D]));
+    let requested = place(input, bodies);
+    let _ = (problem.reaction(state, requested.clone()), problem.moment(state, requested, [0.0; D]));
     let _ = (problem.rigid_motion(state, "plate").is_ok(), problem.vtk_grid(state).is_ok());
     let history = problem.history(&path).expect("a path has its history");
     assert!(history.rows.iter().all(|row| row.len() == history.header.len()));

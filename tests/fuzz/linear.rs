@@ -1,5 +1,5 @@
 use rkpm::assembly::Pattern;
-use rkpm::boundary::{Enforcement, Row};
+use rkpm::boundary::{ConstraintEquation, Enforcement};
 use rkpm::linear::{LinearSolver, MatrixClass, nested_dissection};
 use rkpm::paper::FullTransformation;
 use rkpm::prelude::*;
@@ -32,8 +32,8 @@ pub fn amplitude(input: &mut Input) -> Amplitude {
     }
 }
 
-fn row(input: &mut Input, unknowns: usize) -> Row {
-    Row {
+fn row(input: &mut Input, unknowns: usize) -> ConstraintEquation {
+    ConstraintEquation {
         entries: (0..input.random.usize(0..4)).map(|_| (input.index(unknowns), input.number(-1.0, 1.0))).collect(),
         dependent: input.index(unknowns),
         target: input.number(-1.0, 1.0),

@@ -140,14 +140,14 @@ pub fn sizing(input: &mut Input) {
         2 => Quantity::volume(),
         _ => Quantity::energy(),
     };
-    let asked = Tolerance::of(quantity, input.number(0.01, 0.2));
+    let requested = Tolerance::of(quantity, input.number(0.01, 0.2));
     let budget = Budget { unknowns: input.random.usize(0..300), levels: input.random.usize(0..5) };
-    let _ = input.saw("block, value, tolerance, budget", (block.min, block.max, value, asked.error, budget.levels));
+    let _ = input.saw("block, value, tolerance, budget", (block.min, block.max, value, requested.error, budget.levels));
     let scheme = Scheme::default().newton(Newton { iterations: 6, ..Newton::default() });
     let answer = if input.once_in(2) {
-        scene.solve_within_locally(&scheme, &asked, budget)
+        scene.solve_within_locally(&scheme, &requested, budget)
     } else {
-        scene.solve_within_by(&scheme, &asked, budget)
+        scene.solve_within_by(&scheme, &requested, budget)
     };
     if let Ok(answer) = answer {
         let _ = (answer.table(), answer.values().len());

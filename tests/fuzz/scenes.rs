@@ -1,6 +1,6 @@
 use rkpm::check;
 use rkpm::prelude::*;
-use rkpm::scene::{Dilation, Enforcing, Functions, Resolution, RowKind, Rule};
+use rkpm::scene::{ApproximationChoice, ConstraintKind, ConstraintMethod, Dilation, Resolution, Rule};
 use rkpm::solve::Newton;
 
 use super::geometry::layout;
@@ -65,21 +65,21 @@ fn scheme<const D: usize>(input: &mut Input) -> Scheme {
     if input.once_in(3) {
         scheme = scheme.pressure_field(input.pick(&fields), input.count(1, 3));
     }
-    scheme = scheme.rows(input.pick(&[
-        RowKind::Auto,
-        RowKind::Auto,
-        RowKind::Auto,
-        RowKind::AtParticles,
-        RowKind::OverBoundary,
+    scheme = scheme.constraint_kind(input.pick(&[
+        ConstraintKind::Auto,
+        ConstraintKind::Auto,
+        ConstraintKind::Auto,
+        ConstraintKind::AtParticles,
+        ConstraintKind::OverBoundary,
     ]));
-    scheme = scheme.enforcing(input.pick(&[
-        Enforcing::Auto,
-        Enforcing::Auto,
-        Enforcing::Multipliers,
-        Enforcing::Transformation,
+    scheme = scheme.constraint_method(input.pick(&[
+        ConstraintMethod::Auto,
+        ConstraintMethod::Auto,
+        ConstraintMethod::Multipliers,
+        ConstraintMethod::Transformation,
     ]));
     if input.once_in(5) {
-        scheme = scheme.functions(Functions::Elements);
+        scheme = scheme.approximation(ApproximationChoice::Elements);
     }
     scheme = scheme.newton(Newton { iterations: 6, ..Newton::default() });
     scheme = scheme.stepping(Stepping { smallest: 0.4, steps: 2, ..Stepping::default() });
@@ -122,7 +122,7 @@ fn scene<const D: usize>(input: &mut Input, kinematics: impl Kinematics<D> + 'st
             7 => scene.with(on.along(Direction::Along(vector), value).amplitude(amplitude)),
             8 => scene.with(on.along(Direction::Normal, value).amplitude(amplitude)),
             9 => scene.with(on.along(Direction::radial(vector, [0.0, 0.0, 1.0]), value).amplitude(amplitude)),
-            10 => scene.with(Load::normal_bedding(place, value)),
+            10 => scene.with(Load::normal_elastic_foundation(place, value)),
             11 => scene.with(Load::force(place, vector).amplitude(amplitude)),
             _ => scene.with(on.component(component, field).amplitude(amplitude)),
         };

@@ -75,7 +75,7 @@ pub fn states(input: &mut Input) {
         [input.random.usize(0..3)]
     .clone();
     let _ = (problem.reaction(&state, place.clone()), problem.moment(&state, place, at.into()));
-    let (model, rows, analysis) = (problem.model(), problem.rows(), problem.analysis());
+    let (model, rows, analysis) = (problem.model(), problem.equations(), problem.analysis());
     match input.random.usize(0..3) {
         0 => input.passed = analysis.run_from(model, rows, state, &mut ()).is_ok(),
         1 => {

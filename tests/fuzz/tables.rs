@@ -77,7 +77,7 @@ fn table<const D: usize>(input: &mut Input, one: impl Kinematics<D>, other: impl
     // An approximation that breaks its word.
     let lie = input.random.usize(0..12);
     let points = lattice.gauss(1).unwrap();
-    let told = ShapeTable::tabulate::<()>(9, &points, kinematics, |(), _, psi| {
+    let given = ShapeTable::tabulate::<()>(9, &points, kinematics, |(), _, psi| {
         *psi = kernel.shape_functions(&Point::repeat(1.0))?;
         match lie {
             0 => psi.nodes.push(1_000_000),
@@ -91,7 +91,7 @@ fn table<const D: usize>(input: &mut Input, one: impl Kinematics<D>, other: impl
         Ok(())
     });
     let _ = input.saw("lie", lie);
-    for made in [made, told] {
+    for made in [made, given] {
         let Ok(table) = made else { continue };
         uses(input, table, lattice.positions());
     }
@@ -159,9 +159,9 @@ fn spoilt_points<const D: usize>(input: &mut Input, points: &mut Points<D>) {
 }
 
 fn spoilt_hats<const D: usize>(input: &mut Input, boundary: &mut BoundaryCells<D>) {
-    spoil(input, &mut boundary.hats);
-    if input.once_in(3) && !boundary.hats.is_empty() {
-        boundary.hats[0] = vec![(input.index(9) as u32, input.number(0.0, 1.0))];
+    spoil(input, &mut boundary.traces);
+    if input.once_in(3) && !boundary.traces.is_empty() {
+        boundary.traces[0] = vec![(input.index(9) as u32, input.number(0.0, 1.0))];
     }
 }
 

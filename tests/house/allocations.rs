@@ -61,7 +61,7 @@ fn scene<const D: usize>(kinematics: impl Kinematics<D> + 'static) -> Scene<D> {
 
 fn assembles_without_allocation<const D: usize>(problem: &Problem<D>) {
     let model = problem.model();
-    let state = State::at_rest(model, problem.rows());
+    let state = State::at_rest(model, problem.equations());
     let d: Vec<f64> = (0..model.unknowns()).map(|i| 1e-4 * (i as f64).sin()).collect();
     let mut assembler = model.assembler();
     let mut system = System::default();

@@ -10,7 +10,7 @@ use rkpm::linear::{Factorizer, LinearSolver, MatrixClass};
 use rkpm::material::{Distortion, InvariantEnergy, Invariants, NearlyIncompressible, QuadraticVolume, Response};
 use rkpm::nalgebra::{Matrix3, Vector3};
 use rkpm::prelude::*;
-use rkpm::scene::Enforcing;
+use rkpm::scene::ConstraintMethod;
 use rkpm::solve::EquilibriumPath;
 use rkpm::tensor::{Tangent, add_determinant_hessian, cofactor, components};
 use rkpm::term::{ElasticFoundation, PointDerivatives, PointState, Sparsity};
@@ -98,17 +98,17 @@ fn a_users_kernel_inflates_the_tube() {
     assert!((u - spline).abs() > 1e-9 * u, "{u} {spline}");
 }
 
-/// A kernel with a kink at 0 has no slope there, as it has none in balls: by symmetry neither has the shape function.
+/// A kernel with a break point at 0 has no slope there, as it has none in balls: by symmetry neither has the shape function.
 #[test]
 fn a_users_kernel_with_a_kink_at_its_centre_prefers_no_side() {
-    struct Hat;
-    impl Kernel for Hat {
+    struct Trace;
+    impl Kernel for Trace {
         fn value_and_slope(&self, z: f64) -> (f64, f64) {
             if z < 1.0 { (1.0 - z, -1.0) } else { (0.0, 0.0) }
         }
     }
     let particles = Block::new([0.0, 0.0], [8.0, 8.0]).particles([9, 9], 1.2).unwrap();
-    let functions = ReproducingKernel::new(particles, Hat, Polynomial::linear()).unwrap();
+    let functions = ReproducingKernel::new(particles, Trace, Polynomial::linear()).unwrap();
     let psi = functions.shape_functions(&functions.nodes()[40]).unwrap();
     let own = psi.nodes.iter().position(|&node| node == 40).unwrap();
     assert!(psi.values[own] > 0.1 && psi.gradients[own].norm() < 1e-14, "{:?}", psi.gradients[own]);
@@ -223,7 +223,7 @@ fn a_tube_composed_by_hand_is_that_of_the_scene() {
 fn a_plane_block_composed_by_hand_is_that_of_the_scene() {
     let rubber = || Rubber::yeoh(0.373, -0.031, 0.005, 1e4).unwrap();
     let block = Block::new([0.0, 0.0], [2.0, 1.0]);
-    let scheme = Scheme::default().particles([9, 5]).enforcing(Enforcing::Multipliers);
+    let scheme = Scheme::default().particles([9, 5]).constraint_method(ConstraintMethod::Multipliers);
     let scene = Scene::new(block, PlaneStrain, rubber())
         .hold(Side::Min)
         .prescribe(Side::Max, 1, 0.3)
@@ -256,9 +256,9 @@ fn a_plane_block_composed_by_hand_is_that_of_the_scene() {
 }
 
 /// Springs that hold a body in place, ½ k |u|², as a user would write them.
-struct Bedding(f64);
+struct Springs(f64);
 
-impl Integrand for Bedding {
+impl Integrand for Springs {
     fn sparsity(&self) -> Sparsity {
         Sparsity { force: true, force_by_displacement: true, ..Sparsity::default() }
     }
@@ -272,14 +272,14 @@ impl Integrand for Bedding {
 
 #[test]
 fn a_users_integrand_joins_the_terms_of_a_scene() {
-    let run = |bedding: Option<f64>, own: bool| {
+    let run = |elastic_foundation: Option<f64>, own: bool| {
         let mut problem = tube(yeoh(), 0.1).discretize(&Scheme::default().particles([9])).unwrap();
         let wall = problem.lattice().unwrap();
         let rk = ReproducingKernel::new(wall.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
         let outside = wall.boundary(&Side::Max.into(), 1, 1).unwrap().points;
         let table = ShapeTable::new(&rk, &outside, &RadialCylinder).unwrap();
-        match bedding {
-            Some(k) if own => drop(problem.add(Pointwise::new(table, Bedding(k)))),
+        match elastic_foundation {
+            Some(k) if own => drop(problem.add(Pointwise::new(table, Springs(k)))),
             Some(k) => drop(problem.add(Pointwise::new(table, ElasticFoundation { stiffness: k }))),
             None => {}
         }

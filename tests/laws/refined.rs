@@ -17,7 +17,7 @@ fn twice() -> Refined {
 }
 
 /// A square of curved lattice lines, whose hanging particles do not lie on the chords of the coarser cells. Its
-/// outline is straight: on arcs hats of any lattice reproduce tractions to 1e-5 only.
+/// outline is straight: on arcs trace functions of any lattice reproduce tractions to 1e-5 only.
 fn bulged() -> Refined {
     let bulge = Mapped(|unit: &Point<2>| {
         let wave = |t: f64| (std::f64::consts::PI * t).sin();
@@ -80,14 +80,14 @@ fn partitions_are_complete_and_balanced() {
         cells.gauss(2).unwrap().weights.iter().sum(),
     ];
     assert!(sums.iter().all(|sum| (sum / area - 1.0).abs() < 1e-13), "{sums:?}");
-    // Hats sum to one everywhere on the boundary, whose length they measure.
+    // Trace functions sum to one everywhere on the boundary, whose length they measure.
     for part in [(0, Side::Min), (0, Side::Max), (1, Side::Min), (1, Side::Max)].map(Part::from) {
         let boundary = cells.boundary(&part, 2, 2).unwrap();
-        assert!(boundary.hats.iter().all(|hats| (hats.iter().map(|h| h.1).sum::<f64>() - 1.0).abs() < 1e-14));
+        assert!(boundary.traces.iter().all(|traces| (traces.iter().map(|h| h.1).sum::<f64>() - 1.0).abs() < 1e-14));
         let nodes = cells.boundary_nodes(&part).unwrap();
-        assert!(boundary.hats.iter().flatten().all(|(node, _)| nodes.contains(&(*node as usize))));
+        assert!(boundary.traces.iter().flatten().all(|(node, _)| nodes.contains(&(*node as usize))));
     }
-    // However often one corner is asked for, neighbours follow, and it ends at a sixteenth.
+    // However often one corner is requested, neighbours follow, and it ends at a sixteenth.
     let mut corner = Refined::new(Arc::new(Block::new([0.0, 0.0], [1.0, 1.0])), [4, 4]).unwrap();
     for _ in 0..6 {
         corner = corner.refined(&[0]).unwrap();
@@ -110,17 +110,17 @@ fn local_refinement_pays_at_a_corner() {
     let scene = Scene::new(Quadrilateral { corners: CORNERS }, PlaneStrain, Rubber::neo_hookean(40.097, 4e5).unwrap())
         .hold((0, Side::Min))
         .traction((0, Side::Max), [0.0, 6.25]);
-    let asked = Tolerance::of(Quantity::displacement([48.0, 60.0], 1), 0.005).and(Quantity::energy());
+    let requested = Tolerance::of(Quantity::displacement([48.0, 60.0], 1), 0.005).and(Quantity::energy());
     let error = |values: &[f64]| (values[0] / 6.9355 - 1.0).abs().max((values[1] / 334.97 - 1.0).abs());
-    let even = scene.solve_within_by(&Scheme::default(), &asked, Budget::default()).unwrap();
+    let even = scene.solve_within_by(&Scheme::default(), &requested, Budget::default()).unwrap();
     for scheme in [Scheme::default(), Scheme::default().order(2)] {
-        let answer = scene.solve_within_locally(&scheme, &asked, Budget::default()).unwrap();
+        let answer = scene.solve_within_locally(&scheme, &requested, Budget::default()).unwrap();
         assert!(answer.reached() && error(answer.values()) < answer.bound, "{:?}", answer.levels);
         let [local, even] = [&answer, &even].map(|answer| answer.problem.model().unknowns());
         assert!(even > 0 && 3 * local < 2 * even, "{local} {even}");
     }
 
-    let beyond = Tolerance { error: 5e-4, ..asked };
+    let beyond = Tolerance { error: 5e-4, ..requested };
     let budget = Budget { unknowns: 6000, levels: 20 };
     let last = scene.solve_within_locally(&Scheme::default(), &beyond, budget).unwrap();
     assert!(!last.reached() && error(last.values()) < last.bound, "{:?}", last.levels);
@@ -128,7 +128,7 @@ fn local_refinement_pays_at_a_corner() {
     // Whatever a cluster of the body is: macro cells, single cells, points.
     for scheme in [Scheme::default().pressure_field(PressureField::Constant, 1), Scheme::paper(1.3).order(2)] {
         let coarse = Tolerance { error: 0.03, ..beyond.clone() };
-        let scheme = scheme.rows(rkpm::scene::RowKind::OverBoundary);
+        let scheme = scheme.constraint_kind(rkpm::scene::ConstraintKind::OverBoundary);
         let answer = scene.solve_within_locally(&scheme, &coarse, Budget { levels: 4, ..Budget::default() }).unwrap();
         assert!(answer.levels.len() >= 2 && answer.levels.iter().skip(1).all(|l| l.estimate.is_some()));
     }
@@ -153,8 +153,8 @@ fn errors_that_all_models_share_are_seen() {
         let path = elements.run(&mut ()).unwrap().completed().unwrap();
         let exact = force.evaluate(&elements, path.last()).unwrap();
         for error in [0.005, 0.003] {
-            let asked = Tolerance::of(force.clone(), error).and(Quantity::energy());
-            let answer = scene.solve_within_locally(&Scheme::default(), &asked, Budget::default()).unwrap();
+            let requested = Tolerance::of(force.clone(), error).and(Quantity::energy());
+            let answer = scene.solve_within_locally(&Scheme::default(), &requested, Budget::default()).unwrap();
             let off = (answer.values()[0] / exact - 1.0).abs();
             assert!(answer.reached() && off < answer.bound, "{width} {across}: {off:.2e} {:?}", answer.levels);
         }
@@ -173,8 +173,8 @@ fn errors_that_all_models_share_are_seen() {
         .prescribe((1, Side::Max), 1, 0.0);
     // Half of 4πµ / (ln(b/a) − (b² − a²)/(b² + a²)), µ = 1.
     let exact = 2.0 * pi * 0.01 / (2f64.ln() - 0.6);
-    let asked = Tolerance::of(Quantity::reaction((0, Side::Min), 0), 0.005);
-    let answer = bushing.solve_within_locally(&Scheme::default(), &asked, Budget::default()).unwrap();
+    let requested = Tolerance::of(Quantity::reaction((0, Side::Min), 0), 0.005);
+    let answer = bushing.solve_within_locally(&Scheme::default(), &requested, Budget::default()).unwrap();
     let off = (answer.values()[0] / exact - 1.0).abs();
     assert!(answer.reached() && off < answer.bound, "{off:.2e} {:?}", answer.levels);
 }

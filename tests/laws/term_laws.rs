@@ -220,7 +220,7 @@ fn is_free<const D: usize>(model: &Model<D>, d: &[f64]) -> Result<bool, TestCase
     let condensed = model.start();
     let force = largest(&model.residual(d, &condensed, 0.0));
     let scale = stiffness(model, &vec![0.0; d.len()]) * largest(d);
-    // 1e-10 of stiffness times motion, the bound asked for; F comes out to ε times a few neighbours.
+    // 1e-10 of stiffness times motion, the bound requested; F comes out to ε times a few neighbours.
     prop_assert!(force <= 1e-10 * scale, "{force:e} of {scale:e}");
     let energy = model.energy(d, &condensed, 0.0);
     // The energy is quadratic about its minimum: rounding ε in F leaves ε² of it, and ε in the sums.
@@ -434,14 +434,14 @@ fn all_pressures_at_points_reach_the_solution_of_the_displacements() {
         let distance = |state: &State| {
             plain.last().displacement.iter().zip(&state.displacement).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
         };
-        // The bound asked for; Newton ends with an increment of 1e-8 and squares it.
+        // The bound requested; Newton ends with an increment of 1e-8 and squares it.
         prop_assert!(distance(mixed.last()) <= 1e-9 * size, "{:e}", distance(mixed.last()));
         // Where the pressures start must not matter either.
         let mut start = mixed.start.clone();
         for local in start.condensed.iter_mut().flatten() {
             *local += 0.05 * signed(random);
         }
-        let other = problem.analysis().run_from(problem.model(), problem.rows(), start, &mut ()).unwrap();
+        let other = problem.analysis().run_from(problem.model(), problem.equations(), start, &mut ()).unwrap();
         let other = other.completed().map_err(|e| TestCaseError::fail(e.to_string()))?;
         prop_assert!(distance(other.last()) <= 1e-9 * size, "{:e}", distance(other.last()));
         Ok(true)
@@ -490,7 +490,7 @@ fn load_stiffness_agrees<const D: usize>(
     Ok(true)
 }
 
-/// A ramp, or a table with its kinks outside the loads that are tested.
+/// A ramp, or a table with its break points outside the loads that are tested.
 fn amplitude(random: &mut fastrand::Rng) -> Amplitude {
     if random.bool() {
         Amplitude::Ramp

@@ -10,9 +10,9 @@ use rkpm::prelude::*;
 use rkpm::scene::Rule;
 use rkpm::shape::ReproducingKernel;
 
-type Functions<const D: usize> = ReproducingKernel<D, CubicSpline, Polynomial<D>>;
+type ApproximationChoice<const D: usize> = ReproducingKernel<D, CubicSpline, Polynomial<D>>;
 
-fn functions<const D: usize>(particles: Particles<D>, order: u8) -> Functions<D> {
+fn functions<const D: usize>(particles: Particles<D>, order: u8) -> ApproximationChoice<D> {
     ReproducingKernel::new(particles, CubicSpline, Polynomial::new(order)).unwrap()
 }
 
@@ -30,8 +30,8 @@ fn fan<const D: usize>(unit: &Point<D>) -> Point<D> {
 
 /// Values and gradients of both at points and their images: the same nodes, gradients turned.
 fn same_functions<const D: usize>(
-    here: &Functions<D>,
-    there: &Functions<D>,
+    here: &ApproximationChoice<D>,
+    there: &ApproximationChoice<D>,
     map: &SMatrix<f64, D, D>,
     at: &[Point<D>],
 ) {

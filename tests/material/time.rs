@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rkpm::material::{Material, Memory, Mullins, Prony, Viscoelastic};
+use rkpm::material::{InternalVariables, Material, Mullins, Prony, Viscoelastic};
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
 
@@ -226,7 +226,7 @@ fn bodies_that_do_not_remember_carry_nothing() {
     let clusters = 0..plain.body().table().clusters().len();
     let condensed = clusters.map(|cluster| plain.body().condensed(cluster).end).max().unwrap();
     assert_eq!(plain.at_rest().condensed[0].len(), condensed);
-    assert!(plain.body().memory().is_empty());
+    assert!(plain.body().internal_variables().is_empty());
     assert!(!plain.model().is_timed());
     let path = plain.run(&mut ()).unwrap().completed().unwrap();
     assert_eq!(path.steps.len(), 1, "time is no reason for steps where nothing relaxes");
@@ -319,11 +319,11 @@ fn steps_of_laws_that_remember_are_hyperelastic() {
     let first = Matrix3::new(1.4, 0.3, -0.1, 0.1, 0.8, 0.2, -0.2, 0.1, 1.1);
     let second = Matrix3::new(1.15, 0.1, 0.1, -0.1, 0.95, 0.15, 0.1, -0.1, 1.05);
     for (k, law) in laws.iter().enumerate() {
-        let law: &dyn Memory = law.memory().unwrap();
+        let law: &dyn InternalVariables = law.internal_variables().unwrap();
         let mut rest = vec![0.0; law.len()];
         law.start(&mut rest);
         let mut memory = rest.clone();
-        law.remember(&first, &rest, 0.3, &mut memory);
+        law.update_history(&first, &rest, 0.3, &mut memory);
         let all = [0, 1, 2, 3, 4, 5, 6, 7, 8];
         let respond = |f: &Matrix3<f64>, memory: &[f64], elapsed: f64| {
             let (mut p, mut a) = ([0.0; 9], [0.0; 81]);
@@ -346,7 +346,7 @@ fn steps_of_laws_that_remember_are_hyperelastic() {
             }
         }
         let mut next = vec![0.0; law.len()];
-        law.remember(&second, &memory, 0.7, &mut next);
+        law.update_history(&second, &memory, 0.7, &mut next);
         let again = respond(&second, &next, 0.0).0;
         for c in 0..9 {
             assert!((again[c] - p[c]).abs() < 1e-13, "law {k}: {} {}", again[c], p[c]);

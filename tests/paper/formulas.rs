@@ -98,7 +98,7 @@ fn shape_functions_are_as_smooth_as_their_kernel() {
     {
         assert!(fine < 0.2 * coarse, "{coarse} {fine}");
     }
-    // The truncated Gaussian has a kink in its value: the slope itself jumps.
+    // The truncated Gaussian has a break point in its value: the slope itself jumps.
     assert!(bend(Gaussian { width: 0.5 }, 1e-3) > 5.0 * bend(Gaussian { width: 0.5 }, 1e-2));
 }
 
@@ -114,7 +114,7 @@ fn full_transformation_interpolates_and_agrees() {
             assert!((value - f64::from(i == j)).abs() < 1e-12);
         }
     }
-    let scheme = Scheme::default().particles([7, 5]).rows(rkpm::scene::RowKind::AtParticles);
+    let scheme = Scheme::default().particles([7, 5]).constraint_kind(rkpm::scene::ConstraintKind::AtParticles);
     let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.4, 40.0).unwrap())
         .hold((0, Side::Min))
         .prescribe((0, Side::Max), 0, 0.6)

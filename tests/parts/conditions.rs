@@ -1,7 +1,7 @@
 //! GOAL: conditions, loads and results by the names of a file do on meshes what they do on lattices.
 //! GEOMETRY: a cylinder of rubber under a steel plate (`plug`), a plate with a hole (`hexahedra`, `prisms`), a wedge
 //! (`tetrahedra_7`).
-//! REFERENCE: balance; the same asked for in another way.
+//! REFERENCE: balance; the same requested in another way.
 
 use rkpm::prelude::*;
 
@@ -21,22 +21,24 @@ fn run(scene: Scene<3>) -> (Problem<3>, EquilibriumPath) {
     (problem, path)
 }
 
-/// A plate pulled against a soft bedding moves by force over stiffness, whatever its cells; a normal one lets it slide.
+/// A plate pulled against a soft elastic foundation moves by force over stiffness, whatever its cells; a normal one lets it slide.
 #[test]
 fn beddings_and_total_forces() {
     for name in ["hexahedra.msh", "prisms.msh"] {
         let (area, soft) = (mesh(name).measure("left").unwrap(), 1e-4);
-        let on = |bedding| Scene::on(mesh(name), Solid, rubber()).with(bedding);
-        let guided = on(Load::bedding("left", soft)).prescribe("right", 1, 0.0).prescribe("right", 2, 0.0);
+        let on = |elastic_foundation| Scene::on(mesh(name), Solid, rubber()).with(elastic_foundation);
+        let guided = on(Load::elastic_foundation("left", soft)).prescribe("right", 1, 0.0).prescribe("right", 2, 0.0);
         let (problem, path) = run(guided.with(Load::force("right", [1e-6, 0.0, 0.0])));
         let left = problem.displacement(path.last(), &[0.0, 0.75, 0.3].into()).unwrap();
         assert!((left[0] / (1e-6 / (soft * area)) - 1.0).abs() < 5e-3, "{name}: {left}");
         // A body that is moved as a whole is held back by k·A·u, by normal springs along the normal alone.
-        let moved = |bedding| {
-            let (problem, path) = run(on(bedding).with(Condition::on("right").displacement([0.003, 0.02, 0.0])));
+        let moved = |elastic_foundation| {
+            let (problem, path) =
+                run(on(elastic_foundation).with(Condition::on("right").displacement([0.003, 0.02, 0.0])));
             problem.reaction(path.last(), "right").unwrap() / (soft * area)
         };
-        let (all, normal) = (moved(Load::bedding("left", soft)), moved(Load::normal_bedding("left", soft)));
+        let (all, normal) =
+            (moved(Load::elastic_foundation("left", soft)), moved(Load::normal_elastic_foundation("left", soft)));
         assert!((all - Point::<3>::new(0.003, 0.02, 0.0)).norm() < 5e-3 * 0.02, "{name}: {all}");
         assert!((normal - Point::<3>::new(0.003, 0.0, 0.0)).norm() < 5e-3 * 0.003, "{name}: {normal}");
     }
@@ -72,7 +74,7 @@ fn cylindrical_directions_are_those_of_the_points() {
         let (problem, path) = run(scene);
         (problem.energy(path.last()), problem.moment(path.last(), "top", [0.0; 3]).unwrap()[2])
     });
-    // At the particle on the axis neither direction is defined: what its hat weighs lies around it.
+    // At the particle on the axis neither direction is defined: what its trace function weighs lies around it.
     assert!((one.0 / other.0 - 1.0).abs() < 1e-2 && (one.1 / other.1 - 1.0).abs() < 1e-2, "{one:?} {other:?}");
     assert!(one.1 > 0.01);
 }

@@ -132,10 +132,10 @@ fn in_line_bonds_leave_what_the_rule_leaves_in_one_body() {
     }
 }
 
-/// What a kink may be off by.
+/// What a break point may be off by.
 const KINK: f64 = 1e-9;
 
-/// Layers pressed across have the same stress and a kink of the strain at their interface, which stays sharp: the
+/// Layers pressed across have the same stress and a break point of the strain at their interface, which stays sharp: the
 /// displacement there is that of two springs, and straight between.
 #[test]
 fn kinks_stay_sharp() {
@@ -176,7 +176,7 @@ fn kinks_stay_sharp() {
         }
         let bond = problem.reaction(path.last(), "bond of soft and stiff").unwrap();
         assert!((bond - force).norm() < KINK, "{bond} {force}");
-        let kept = problem.member("stiff").unwrap();
+        let kept = problem.discrete_body("stiff").unwrap();
         assert!(kept.deformation_gradients(path.last()).iter().all(|f| (f[(1, 1)] - (1.7 - low)).abs() < KINK));
     }
 }
@@ -227,7 +227,7 @@ fn faces_need_not_end_together() {
         assert!((of("push") + problem.reaction(path.last(), "bond of base and stud").unwrap() * -1.0).norm() < 1e-8);
         assert!((moment("push") + moment("ground")).abs() < 1e-8 * moment("push").abs());
         // Apart they don't push each other.
-        let apart = scene.clone().apart("stud", "base").discretize(&Scheme::default()).unwrap();
+        let apart = scene.clone().unbonded("stud", "base").discretize(&Scheme::default()).unwrap();
         let alone = apart.run(&mut ()).unwrap().completed().unwrap();
         assert!(apart.reaction(alone.last(), "push").unwrap().norm() < 1e-9);
         assert!(apart.reaction(alone.last(), "bond of base and stud").is_err());
@@ -249,12 +249,12 @@ fn faces_say_of_which_body_they_are() {
     assert!(refused(scene().hold(Side::Min)).contains("say of which body, by Place::of; there are: a; b"));
     assert!(refused(scene().hold(Place::on(Side::Min).of("c"))).contains("no body c; there are: a; b"));
     assert!(refused(scene().scheme_of("c", |scheme| scheme)).contains("no body c"));
-    assert!(refused(scene().apart("a", "d")).contains("no body d"));
+    assert!(refused(scene().unbonded("a", "d")).contains("no body d"));
     assert!(refused(scene().body("a", Block::new([5.0, 0.0], [6.0, 1.0]), soft())).contains("two bodies are called a"));
     assert!(refused(scene().hold("rim")).contains("rim"));
     assert!(Scene::<2>::assembly(PlaneStrain).discretize(&Scheme::default()).is_err());
-    let asked = rkpm::study::Tolerance::of(rkpm::study::Quantity::energy(), 0.1);
-    assert!(scene().solve_within(&asked, rkpm::study::Budget::default()).is_err());
+    let requested = rkpm::study::Tolerance::of(rkpm::study::Quantity::energy(), 0.1);
+    assert!(scene().solve_within(&requested, rkpm::study::Budget::default()).is_err());
 }
 
 /// Stretch of the bore and energy of a thick incompressible tube of two neo-Hookean layers under a pressure, by

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestCaseError, TestRunner};
 use rkpm::prelude::*;
-use rkpm::scene::{Enforcing, RowKind};
+use rkpm::scene::{ConstraintKind, ConstraintMethod};
 use rkpm::solve::{Cause, Driven, EquilibriumPath, Iteration, MatrixUse, State, Step};
 
 fn config(seed: u64) -> ProptestConfig {
@@ -74,9 +74,9 @@ fn solved<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<(Problem<
 
 /// Displacements, pressures and multipliers of both strategies are the same.
 fn strategies_agree<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<(Problem<D>, State), TestCaseError> {
-    let (_, multipliers) = solved(scene, &scheme.clone().enforcing(Enforcing::Multipliers))?;
-    let (problem, transformed) = solved(scene, &scheme.clone().enforcing(Enforcing::Transformation))?;
-    // The bound asked for. Both span one space and Newton ends quadratically, so that what is left is the
+    let (_, multipliers) = solved(scene, &scheme.clone().constraint_method(ConstraintMethod::Multipliers))?;
+    let (problem, transformed) = solved(scene, &scheme.clone().constraint_method(ConstraintMethod::Transformation))?;
+    // The bound requested. Both span one space and Newton ends quadratically, so that what is left is the
     // rounding of the factors: ε times the condition of K, some 1e4 here.
     let tolerance = 1e-9;
     let (a, b) = (&multipliers.displacement, &transformed.displacement);
@@ -95,7 +95,7 @@ fn scheme(recipe: &Recipe, counts: impl Into<Vec<usize>>, random: &mut fastrand:
     Scheme::default()
         .particles(counts)
         .layout(Layout::Jittered { amount: 0.15, seed: random.u64(..) })
-        .rows(if recipe.at_particles { RowKind::AtParticles } else { RowKind::OverBoundary })
+        .constraint_kind(if recipe.at_particles { ConstraintKind::AtParticles } else { ConstraintKind::OverBoundary })
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn multipliers_and_transformation_agree_in_2d() {
             .pressure((0, Side::Min), 0.02 * random.f64());
         let (problem, state) = strategies_agree(&scene, &scheme(recipe, [5], random))?;
         let mut gap = Vec::new();
-        problem.rows().violation(&state.displacement, state.load, &mut gap);
+        problem.equations().violation(&state.displacement, state.load, &mut gap);
         // Rows hold to the rounding of the elimination, whatever Newton does.
         prop_assert!(largest(&gap) <= 1e-12, "{:e}", largest(&gap));
         if recipe.at_particles {
@@ -230,16 +230,16 @@ fn tube(material: Rubber, pressure: f64) -> Problem<1> {
 
 /// Counts iterations and breaks off after a number of steps.
 #[derive(Default)]
-struct Watch {
+struct StepSizeProbe {
     iterations: usize,
     steps: usize,
     stop_after: Option<usize>,
     stop_within: Option<usize>,
 }
 
-impl Observer for Watch {
+impl Observer for StepSizeProbe {
     fn iteration(&mut self, iteration: &Iteration) -> ControlFlow<()> {
-        // Iterations with a kept matrix are not counted.
+        // Iterations with a reused tangent are not counted.
         self.iterations += usize::from(iteration.matrix == MatrixUse::Formed);
         assert!(iteration.factor > 0.0 && iteration.factor <= 1.0);
         if self.stop_within == Some(self.iterations) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -259,10 +259,10 @@ fn an_observer_breaks_off_inside_a_step() {
     problem.analysis_mut().stepping = Stepping::equal(10);
     let whole = problem.run(&mut ()).unwrap();
     let within = whole.steps[0].iterations + whole.steps[1].iterations + 1;
-    let path = problem.run(&mut Watch { stop_within: Some(within), ..Watch::default() }).unwrap();
+    let path = problem.run(&mut StepSizeProbe { stop_within: Some(within), ..StepSizeProbe::default() }).unwrap();
     assert_eq!((path.ending.clone(), path.steps.len()), (Ending::Stopped, 2));
     assert_eq!(path.last(), &whole.steps[1].state);
-    let path = problem.run(&mut Watch { stop_within: Some(1), ..Watch::default() }).unwrap();
+    let path = problem.run(&mut StepSizeProbe { stop_within: Some(1), ..StepSizeProbe::default() }).unwrap();
     assert!(path.ending == Ending::Stopped && path.steps.is_empty() && path.iterations == 1);
 }
 
@@ -270,7 +270,7 @@ fn an_observer_breaks_off_inside_a_step() {
 fn an_observer_breaks_off_and_the_path_so_far_is_kept() {
     let mut problem = tube(rubber(1e5), 0.3);
     problem.analysis_mut().stepping = Stepping::equal(10);
-    let mut watch = Watch { stop_after: Some(3), ..Watch::default() };
+    let mut watch = StepSizeProbe { stop_after: Some(3), ..StepSizeProbe::default() };
     let path = problem.run(&mut watch).unwrap();
     assert_eq!(path.ending, Ending::Stopped);
     assert_eq!((path.steps.len(), watch.steps), (3, 3));
@@ -280,7 +280,7 @@ fn an_observer_breaks_off_and_the_path_so_far_is_kept() {
     let error = path.completed().unwrap_err();
     assert!(error.to_string().contains("after 3 converged steps: an observer broke off"), "{error}");
     // Without the break the same analysis is complete.
-    let mut watch = Watch::default();
+    let mut watch = StepSizeProbe::default();
     let path = problem.run(&mut watch).unwrap().completed().unwrap();
     assert_eq!((path.steps.len(), watch.steps, path.last().load), (10, 10, 1.0));
     assert_eq!(path.steps.iter().map(|s| s.iterations).sum::<usize>(), path.iterations);
@@ -365,8 +365,8 @@ fn one_and_more_threads_give_the_same_bits_in_2d() {
         .prescribe((0, Side::Max), 1, 0.2)
         .pressure((1, Side::Max), 0.05);
     let scheme = Scheme::default().particles([41]);
-    same_bits(&scene, &scheme.clone().enforcing(Enforcing::Transformation));
-    same_bits(&scene, &scheme.enforcing(Enforcing::Multipliers));
+    same_bits(&scene, &scheme.clone().constraint_method(ConstraintMethod::Transformation));
+    same_bits(&scene, &scheme.constraint_method(ConstraintMethod::Multipliers));
     let round = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), Axisymmetric, rubber(1e4))
         .prescribe((0, Side::Min), 0, 0.0)
         .hold((1, Side::Min))
@@ -392,7 +392,8 @@ fn values_that_differ_by_rounding_where_conditions_meet_are_the_same() {
         // 8e-17 at the corner.
         .prescribe((1, Side::Min), 0, Value::field(|x: &Point<2>| 1.1 * x[0] - x[0] - 0.1))
         .prescribe((1, Side::Min), 1, 0.0);
-    let schemes = [Scheme::default(), Scheme::default().rows(RowKind::AtParticles), Scheme::elements(1)];
+    let schemes =
+        [Scheme::default(), Scheme::default().constraint_kind(ConstraintKind::AtParticles), Scheme::elements(1)];
     for scheme in schemes {
         assert!(scene.discretize(&scheme.particles([5])).is_ok());
     }
@@ -413,7 +414,7 @@ fn the_axis_stays_where_it_is() {
 fn runs_start_at_most_where_they_end() {
     let problem = tube(Rubber::neo_hookean(0.5, 10.0).unwrap(), 0.01);
     let beyond = State { load: 1.5, ..problem.run(&mut ()).unwrap().completed().unwrap().last().clone() };
-    let error = problem.analysis().run_from(problem.model(), problem.rows(), beyond, &mut ()).unwrap_err();
+    let error = problem.analysis().run_from(problem.model(), problem.equations(), beyond, &mut ()).unwrap_err();
     assert!(error.to_string().contains("load factor of the first state"), "{error}");
     // Equal steps however many.
     let path = |steps| {

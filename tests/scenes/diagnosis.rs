@@ -7,7 +7,7 @@ use rkpm::cells::{BoundaryCells, Cells, Smoothing, Zones};
 use rkpm::check::{self, Diagnosis};
 use rkpm::error::{ApproximationError, BoundaryError, GeometryError};
 use rkpm::prelude::*;
-use rkpm::scene::{Enforcing, RowKind};
+use rkpm::scene::{ConstraintKind, ConstraintMethod};
 
 fn rubber() -> Rubber {
     Rubber::yeoh(0.373, -0.031, 0.005, 1e5).unwrap()
@@ -97,7 +97,7 @@ fn free_rigid_motions_are_counted_and_named() {
 
 #[test]
 fn all_conflicts_are_named_at_once() {
-    let scheme = Scheme::default().particles([5, 4]).rows(RowKind::AtParticles);
+    let scheme = Scheme::default().particles([5, 4]).constraint_kind(ConstraintKind::AtParticles);
     let scene = square()
         .hold(Side::Min)
         .prescribe(Side::Min, 0, 0.3)
@@ -125,14 +125,14 @@ fn dependent_rows_are_found_and_not_counted() {
     let known = diagnose(&at_all(square()).hold(Side::Min), &Scheme::default().particles([4, 3]));
     assert!(known.holds() && known.dependent.is_empty(), "{}", known.report());
     let scene = at_all(Scene::over(cells, PlaneStrain, rubber())).hold(Side::Min);
-    for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
-        let scheme = Scheme::default().particles([4, 3]).enforcing(enforcing);
+    for constraint_method in [ConstraintMethod::Transformation, ConstraintMethod::Multipliers] {
+        let scheme = Scheme::default().particles([4, 3]).constraint_method(constraint_method);
         let diagnosis = diagnose(&scene, &scheme);
         assert_eq!(broken(&diagnosis), ["rows are independent"], "{}", diagnosis.report());
         assert_eq!(diagnosis.dependent.len(), 3);
         assert_eq!(diagnosis.displacements, 12 - 3);
         assert!(
-            matches!(diagnosis.dependent[0], BoundaryError::Dependent { row: 12, .. }),
+            matches!(diagnosis.dependent[0], BoundaryError::Dependent { equation: 12, .. }),
             "{:?}",
             diagnosis.dependent
         );

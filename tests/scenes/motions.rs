@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use rkpm::prelude::*;
-use rkpm::scene::RowKind;
+use rkpm::scene::ConstraintKind;
 
 fn block() -> Result<Scene<2>, rkpm::Error> {
     Ok(Scene::new(Block::new([-0.5, -1.0], [0.5, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?))
@@ -30,9 +30,9 @@ fn turned(angle: f64) -> Result<Scene<2>, rkpm::Error> {
 
 #[test]
 fn a_rigid_turn_of_both_ends_turns_the_body() -> Result<(), rkpm::Error> {
-    for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
+    for rows in [ConstraintKind::AtParticles, ConstraintKind::OverBoundary] {
         // Small turns: Newton from half a turn away may end in a wrinkled equilibrium.
-        let scheme = Scheme::default().particles([4, 5]).rows(rows).stepping(Stepping::equal(8));
+        let scheme = Scheme::default().particles([4, 5]).constraint_kind(rows).stepping(Stepping::equal(8));
         let problem = turned(PI)?.discretize(&scheme)?;
         let path = problem.run(&mut ())?.completed()?;
         for (x, u) in problem.cells().positions().iter().zip(problem.particle_displacements(path.last())?) {
@@ -62,8 +62,8 @@ fn a_motion_in_proportion_is_a_field() -> Result<(), rkpm::Error> {
                 .amplitude(half),
         )
         .prescribe((1, Side::Max), 1, Value::motion(|_: &Point<2>, load| 0.3 * load));
-    for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
-        let scheme = Scheme::default().particles([4, 5]).rows(rows);
+    for rows in [ConstraintKind::AtParticles, ConstraintKind::OverBoundary] {
+        let scheme = Scheme::default().particles([4, 5]).constraint_kind(rows);
         let state = |scene: &Scene<2>| -> Result<Vec<f64>, rkpm::Error> {
             Ok(scene.discretize(&scheme)?.run(&mut ())?.completed()?.last().displacement.clone())
         };
@@ -83,8 +83,8 @@ fn two_faces_may_share_a_motion_and_must_not_contradict_it() -> Result<(), rkpm:
             Value::motion(move |x: &Point<2>, load| factor * x[0] * load.sin()),
         ))
     };
-    for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
-        let scheme = Scheme::default().particles([4, 5]).rows(rows);
+    for rows in [ConstraintKind::AtParticles, ConstraintKind::OverBoundary] {
+        let scheme = Scheme::default().particles([4, 5]).constraint_kind(rows);
         assert!(corner(1.0)?.discretize(&scheme).is_ok());
         let refused = corner(2.0)?.discretize(&scheme).err().expect("the corner cannot move both ways").to_string();
         assert!(refused.contains("u_0 on face (1, Max)"), "{refused}");
@@ -103,8 +103,8 @@ fn motions_are_compared_on_the_way() -> Result<(), rkpm::Error> {
             0,
             Value::motion(move |_: &Point<2>, load| 0.1 * load.powi(power)),
         );
-        for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
-            let scheme = Scheme::default().particles([4, 5]).rows(rows);
+        for rows in [ConstraintKind::AtParticles, ConstraintKind::OverBoundary] {
+            let scheme = Scheme::default().particles([4, 5]).constraint_kind(rows);
             assert_eq!(scene.discretize(&scheme).is_ok(), agree, "{rows:?}");
         }
     }

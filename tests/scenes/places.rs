@@ -1,4 +1,4 @@
-//! Conditions and loads by place: directions, parts of parts, names, total forces, beddings.
+//! Conditions and loads by place: directions, parts of parts, names, total forces, elastic foundations.
 
 use nalgebra::Rotation2;
 use rkpm::prelude::*;
@@ -108,7 +108,7 @@ fn parts_of_parts_and_total_forces() {
     }
 }
 
-/// A stiff bedding holds as a condition does; a soft one gives by force over stiffness. Normal beddings let slide.
+/// A stiff elastic foundation holds as a condition does; a soft one gives by force over stiffness. Normal elastic foundations let slide.
 #[test]
 fn beddings_give_by_force_over_stiffness() {
     let body = || Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber());
@@ -117,19 +117,19 @@ fn beddings_give_by_force_over_stiffness() {
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
         problem.displacement(path.last(), &[1.0, 0.0].into()).unwrap()
     };
-    let soft = run(body().with(Load::bedding((1, Side::Min), 1e-3)).traction((1, Side::Max), [1e-6, -2e-6]));
+    let soft = run(body().with(Load::elastic_foundation((1, Side::Min), 1e-3)).traction((1, Side::Max), [1e-6, -2e-6]));
     assert!((soft - Point::<2>::new(1e-3, -2e-3)).norm() < 2e-5, "{soft}");
     let sliding = body()
-        .with(Load::normal_bedding((1, Side::Min), 1e-3))
+        .with(Load::normal_elastic_foundation((1, Side::Min), 1e-3))
         .prescribe((1, Side::Max), 0, 0.7)
         .traction((1, Side::Max), [0.0, -2e-6]);
     let sliding = run(sliding);
     assert!((sliding - Point::<2>::new(0.7, -2e-3)).norm() < 1e-4, "{sliding}");
     // A load of one's own is part of the scene: tolerances and reports know it.
-    let spring = body().with(Load::bedding((1, Side::Min), 1.0)).pressure((1, Side::Max), 0.1);
+    let spring = body().with(Load::elastic_foundation((1, Side::Min), 1.0)).pressure((1, Side::Max), 0.1);
     assert!(rkpm::check::scene(&spring, &Scheme::default().particles([5, 3])).unwrap().report().holds());
-    let asked = rkpm::study::Tolerance::of(rkpm::study::Quantity::displacement([1.0, 1.0], 1), 0.05);
-    let answer = spring.solve_within(&asked, rkpm::study::Budget::default()).unwrap();
+    let requested = rkpm::study::Tolerance::of(rkpm::study::Quantity::displacement([1.0, 1.0], 1), 0.05);
+    let answer = spring.solve_within(&requested, rkpm::study::Budget::default()).unwrap();
     assert!((answer.values()[0] + 0.1).abs() < 0.05, "{}", answer.values()[0]);
 }
 

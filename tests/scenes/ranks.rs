@@ -20,19 +20,19 @@ const TOLERANCE: f64 = 1e-10;
 
 /// What threads sum together.
 #[derive(Debug)]
-struct Meeting {
+struct ContactPair {
     gate: Barrier,
     values: Mutex<Vec<Vec<f64>>>,
 }
 
 #[derive(Debug, Clone)]
-struct Member {
+struct DiscreteBody {
     rank: usize,
     count: usize,
-    meeting: Arc<Meeting>,
+    meeting: Arc<ContactPair>,
 }
 
-impl Member {
+impl DiscreteBody {
     fn meet(&self, values: &mut [f64], join: fn(f64, f64) -> f64) {
         self.meeting.values.lock().unwrap()[self.rank] = values.to_vec();
         self.meeting.gate.wait();
@@ -44,7 +44,7 @@ impl Member {
     }
 }
 
-impl Ranks for Member {
+impl Ranks for DiscreteBody {
     fn rank(&self) -> usize {
         self.rank
     }
@@ -63,10 +63,10 @@ impl Ranks for Member {
 }
 
 /// Factors of the matrix that all have summed, on each of them.
-struct Gathered(Member);
+struct Gathered(DiscreteBody);
 
 struct GatheredFactorizer {
-    member: Member,
+    member: DiscreteBody,
     pattern: Pattern,
     whole: Pattern,
     inner: Box<dyn Factorizer>,
@@ -118,13 +118,13 @@ fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
         static FOLDERS: AtomicUsize = AtomicUsize::new(0);
         let number = FOLDERS.fetch_add(1, Ordering::Relaxed);
         let folder = std::env::temp_dir().join(format!("rkpm-scene-on-ranks-{}-{number}", std::process::id()));
-        let meeting = Arc::new(Meeting { gate: Barrier::new(count), values: Mutex::new(vec![Vec::new(); count]) });
+        let meeting = Arc::new(ContactPair { gate: Barrier::new(count), values: Mutex::new(vec![Vec::new(); count]) });
         let points: usize = thread::scope(|scope| {
             let run = |rank| {
                 let (meeting, place) = (meeting.clone(), place.clone());
                 let (path, force, alone, stresses, folder) = (&path, &force, &alone, &stresses, &folder);
                 scope.spawn(move || {
-                    let solver = Gathered(Member { rank, count, meeting });
+                    let solver = Gathered(DiscreteBody { rank, count, meeting });
                     let shared = scene.discretize(&scheme.clone().solver(solver)).unwrap();
                     let found = shared.run(&mut ()).unwrap().completed().unwrap();
                     let (state, expected) = (found.last(), path.last());
@@ -236,9 +236,9 @@ fn shares_of_points_hold_each_group_once() {
         }
     }
     for parts in [1, 2, 3, 4, 9, 20] {
-        let mut together = Points::empty();
-        (0..parts).for_each(|part| together.append(all.share(part, parts)));
-        assert_eq!((&together.weights, &together.groups), (&all.weights, &all.groups), "{parts} parts");
+        let mut point_panel = Points::empty();
+        (0..parts).for_each(|part| point_panel.append(all.share(part, parts)));
+        assert_eq!((&point_panel.weights, &point_panel.groups), (&all.weights, &all.groups), "{parts} parts");
     }
 }
 

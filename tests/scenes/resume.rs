@@ -12,7 +12,7 @@ use killed::differences;
 use rkpm::error::{OutputError, SolveError};
 use rkpm::output::{Flush, Journal};
 use rkpm::prelude::*;
-use rkpm::scene::Enforcing;
+use rkpm::scene::ConstraintMethod;
 use rkpm::solve::{EnclosedVolume, Newton, State, StepControl};
 
 /// A folder of this test's own, emptied first.
@@ -28,12 +28,12 @@ fn rubber() -> Rubber {
 }
 
 /// A held block that is pulled, in steps that grow.
-fn pulled(enforcing: Enforcing) -> Problem<2> {
+fn pulled(constraint_method: ConstraintMethod) -> Problem<2> {
     Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
         .hold(Side::Min)
         .prescribe(Side::Max, 0, 0.8)
         .traction((1, Side::Max), [0.0, 0.05])
-        .discretize(&Scheme::default().particles([5, 3]).enforcing(enforcing).stepping(Stepping {
+        .discretize(&Scheme::default().particles([5, 3]).constraint_method(constraint_method).stepping(Stepping {
             first: 0.1,
             control: StepControl::Load,
             ..Stepping::default()
@@ -66,8 +66,8 @@ fn resumes_everywhere(name: &str, whole: &EquilibriumPath, resume: impl Fn(Equil
 
 #[test]
 fn load_steps_resume_to_the_bit() {
-    for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
-        let problem = pulled(enforcing);
+    for constraint_method in [ConstraintMethod::Transformation, ConstraintMethod::Multipliers] {
+        let problem = pulled(constraint_method);
         let whole = problem.run(&mut ()).unwrap().completed().unwrap();
         resumes_everywhere("load", &whole, |path| problem.resume(path, &mut ()).unwrap());
     }
@@ -76,7 +76,7 @@ fn load_steps_resume_to_the_bit() {
 #[test]
 fn steps_after_rejections_resume_to_the_bit() {
     // Few iterations are allowed, so that attempts are rejected on the way.
-    let mut problem = pulled(Enforcing::Transformation);
+    let mut problem = pulled(ConstraintMethod::Transformation);
     problem.analysis_mut().stepping = Stepping { first: 1.0, control: StepControl::Load, ..Stepping::default() };
     problem.analysis_mut().newton = Newton { iterations: 3, ..Newton::default() };
     let whole = problem.run(&mut ()).unwrap().completed().unwrap();
@@ -167,7 +167,7 @@ fn controlled_runs_resume_to_the_bit() {
 
 #[test]
 fn stalled_runs_stall_again_and_go_on_once_they_may() {
-    let mut problem = pulled(Enforcing::Transformation);
+    let mut problem = pulled(ConstraintMethod::Transformation);
     problem.analysis_mut().stepping.steps = 3;
     let folder = folder("stalled");
     let file = folder.join("run.jsonl");
@@ -234,7 +234,7 @@ fn a_journal_torn_at_any_byte_holds_the_steps_before() {
 fn damage_within_a_journal_is_named() {
     let folder = folder("damage");
     let file = folder.join("run.jsonl");
-    let problem = pulled(Enforcing::Transformation);
+    let problem = pulled(ConstraintMethod::Transformation);
     let mut journal = Journal::create(&file, &problem.at_rest()).unwrap();
     problem.run(&mut journal).unwrap();
     drop(journal);
@@ -291,7 +291,7 @@ fn every_number_reads_back_to_the_same_bits() {
 
 #[test]
 fn paths_that_do_not_fit_are_refused() {
-    let problem = pulled(Enforcing::Transformation);
+    let problem = pulled(ConstraintMethod::Transformation);
     let whole = problem.run(&mut ()).unwrap();
     let refusal = |change: &dyn Fn(&mut EquilibriumPath)| {
         let mut path = whole.clone();
@@ -350,9 +350,9 @@ fn paths_of_other_scenes_are_refused() {
             .traction((1, Side::Max), [0.0, lift])
     };
     let equal = |steps| Scheme::default().particles([5, 3]).stepping(Stepping::equal(steps));
-    for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
+    for constraint_method in [ConstraintMethod::Transformation, ConstraintMethod::Multipliers] {
         let problem = |stiffness, pull, lift, length| {
-            scene(stiffness, pull, lift, length).discretize(&equal(5).enforcing(enforcing)).unwrap()
+            scene(stiffness, pull, lift, length).discretize(&equal(5).constraint_method(constraint_method)).unwrap()
         };
         let whole = problem(0.5, 0.4, 0.05, 2.0).run(&mut ()).unwrap().completed().unwrap();
         let mut half = whole.clone();
@@ -376,8 +376,8 @@ fn paths_of_other_scenes_are_refused() {
         let error = problem(0.5, 0.4, 0.05, 2.0).resume(forged, &mut ()).unwrap_err();
         assert!(error.to_string().contains("energy"), "{error}");
         // Other steps and another strategy are legitimate.
-        for other in [Enforcing::Transformation, Enforcing::Multipliers] {
-            let scheme = equal(8).enforcing(other);
+        for other in [ConstraintMethod::Transformation, ConstraintMethod::Multipliers] {
+            let scheme = equal(8).constraint_method(other);
             let problem = scene(0.5, 0.4, 0.05, 2.0).discretize(&scheme).unwrap();
             let path = problem.resume(half.clone(), &mut ()).unwrap().completed().unwrap();
             for (d, same) in path.last().displacement.iter().zip(&whole.last().displacement) {

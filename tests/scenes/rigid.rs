@@ -132,7 +132,7 @@ fn rigid_bodies_that_nothing_holds_are_refused() {
     assert!(matches!(error, Error::Boundary(rkpm::error::BoundaryError::Free { .. })), "{error}");
     let half = free().with(Condition::on("plate").component(1, 0.1));
     assert!(refused(half.clone()).to_string().contains("rigid body plate may move without any force"));
-    half.with(Load::bedding((1, Side::Min), 1.0)).discretize(&Scheme::default().particles([5, 4])).unwrap();
+    half.with(Load::elastic_foundation((1, Side::Min), 1.0)).discretize(&Scheme::default().particles([5, 4])).unwrap();
     let all =
         block().prescribe((1, Side::Max), 0, 0.0).prescribe((1, Side::Max), 1, 0.0).rigid("plate", (1, Side::Max));
     assert!(refused(all).to_string().contains("rigid body plate, all of whose parts"));

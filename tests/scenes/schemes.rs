@@ -3,7 +3,7 @@
 #![cfg(feature = "solve")]
 
 use rkpm::prelude::*;
-use rkpm::scene::{Enforcing, RowKind, Rule};
+use rkpm::scene::{ConstraintKind, ConstraintMethod, Rule};
 use rkpm::solve::Ending;
 
 /// A block stretched by 20 % between held ends.
@@ -36,16 +36,16 @@ fn all_that_makes_sense_runs_and_agrees() {
             (PressureField::Constant, 2),
             (PressureField::Linear, 2),
         ] {
-            for rows in [RowKind::AtParticles, RowKind::OverBoundary] {
+            for rows in [ConstraintKind::AtParticles, ConstraintKind::OverBoundary] {
                 let mut of_strategies = Vec::new();
-                for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
+                for constraint_method in [ConstraintMethod::Transformation, ConstraintMethod::Multipliers] {
                     let scheme = Scheme::default()
                         .particles([9, 5])
                         .rule(rule.clone())
                         .pressure_field(field, size)
-                        .rows(rows)
-                        .enforcing(enforcing);
-                    let name = format!("{rule_name} {field:?}/{size} {rows:?} {enforcing:?}");
+                        .constraint_kind(rows)
+                        .constraint_method(constraint_method);
+                    let name = format!("{rule_name} {field:?}/{size} {rows:?} {constraint_method:?}");
                     let problem = block().discretize(&scheme).unwrap_or_else(|e| panic!("{name}: {e}"));
                     let path = problem.run(&mut ()).unwrap_or_else(|e| panic!("{name}: {e}"));
                     assert_eq!(path.ending, Ending::Completed, "{name}");
@@ -93,7 +93,7 @@ fn what_makes_no_sense_is_refused_with_a_reason() {
         assert!(error.to_string().contains(word), "{error}");
     };
     // Finite elements interpolate and are integrated element by element.
-    refused(Scheme::elements(1).particles([5, 5]).rows(RowKind::OverBoundary), "interpolate");
+    refused(Scheme::elements(1).particles([5, 5]).constraint_kind(ConstraintKind::OverBoundary), "interpolate");
     refused(Scheme::elements(1).particles([5, 5]).rule(Rule::Smoothed { parts: 2 }), "finite elements");
     refused(Scheme::elements(2).particles([6, 5]), "even number");
     refused(Scheme::elements(3).particles([7, 7]), "order of finite elements");

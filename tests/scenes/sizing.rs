@@ -70,11 +70,11 @@ fn bounds_hold_where_models_agree_by_accident() {
     ];
     for (name, scene, quantity, exact, own) in cases {
         for tolerance in [0.01, 0.003] {
-            let asked = Tolerance::of(quantity.clone(), tolerance);
-            let mut answers = vec![scene.solve_within(&asked, Budget::default()).unwrap()];
+            let requested = Tolerance::of(quantity.clone(), tolerance);
+            let mut answers = vec![scene.solve_within(&requested, Budget::default()).unwrap()];
             assert!(answers[0].reached() && answers[0].choice.contains("elements"), "{}", answers[0].choice);
             if tolerance == 0.01 {
-                answers.push(scene.solve_within_by(&Scheme::default(), &asked, Budget::default()).unwrap());
+                answers.push(scene.solve_within_by(&Scheme::default(), &requested, Budget::default()).unwrap());
             }
             for answer in answers {
                 let error = (answer.values()[0] / exact - 1.0).abs();
@@ -92,8 +92,8 @@ fn bounds_hold_where_models_agree_by_accident() {
 #[test]
 fn searches_do_not_run_away() {
     for pressure in [0.1449, 0.17, 0.19, 0.205] {
-        let asked = Tolerance::of(Quantity::displacement([0.0, 0.0], 1), 0.01);
-        let answer = disk(pressure).solve_within(&asked, Budget::default()).unwrap();
+        let requested = Tolerance::of(Quantity::displacement([0.0, 0.0], 1), 0.01);
+        let answer = disk(pressure).solve_within(&requested, Budget::default()).unwrap();
         let levels = answer.levels.iter().chain(&answer.tried);
         let work: f64 = levels.map(|level| level.iterations as f64 * (level.unknowns as f64).powf(1.5)).sum();
         assert!(work < 2e7, "{pressure}: {work:.1e} {:?}", answer.levels);
@@ -117,8 +117,8 @@ fn what_is_not_reached_is_said_and_the_best_model_returned() {
     let aside = Quantity::reaction((1, Side::Max), 0);
     let few = Budget { unknowns: 3000, levels: 12 };
     let answer = pulled.solve_within(&Tolerance::of(aside.clone(), 0.01), few).unwrap();
-    let told = |why: &str| why.contains("of reaction 0 of face (1, Max)") && why.contains("Quantity::relative_to");
-    assert!(matches!(&answer.verdict, Verdict::NotReached(why) if told(why)), "{:?}", answer.verdict);
+    let given = |why: &str| why.contains("of reaction 0 of face (1, Max)") && why.contains("Quantity::relative_to");
+    assert!(matches!(&answer.verdict, Verdict::NotReached(why) if given(why)), "{:?}", answer.verdict);
     let answer = pulled.solve_within(&Tolerance::of(aside.clone().relative_to(0.1), 0.01), few).unwrap();
     assert!(answer.reached() && answer.values()[0].abs() < answer.bound.max(1e-9) * 0.1, "{:?}", answer.verdict);
     for size in [-1.0, f64::NAN, f64::INFINITY] {
@@ -144,13 +144,14 @@ fn transferred_states_are_near() {
     let path = coarse.run(&mut ()).unwrap().completed().unwrap();
     let fine = cook(1.0).discretize(&Scheme::default().particles([13])).unwrap();
     let guess = fine.transfer(&coarse, path.last()).unwrap();
-    let corrected = fine.analysis().correct(fine.model(), fine.rows(), guess, &mut ()).unwrap().completed().unwrap();
+    let corrected =
+        fine.analysis().correct(fine.model(), fine.equations(), guess, &mut ()).unwrap().completed().unwrap();
     let direct = fine.run(&mut ()).unwrap().completed().unwrap();
     assert!(corrected.iterations <= 4 && corrected.iterations < direct.iterations);
     let distance = |k: usize| (corrected.last().displacement[k] - direct.last().displacement[k]).abs();
     // Both are converged to 1e-8 of the displacement, quadratically: the last increment is far smaller.
     assert!((0..fine.model().unknowns()).all(|k| distance(k) < 1e-7));
-    let again = coarse.analysis().correct(coarse.model(), coarse.rows(), path.last().clone(), &mut ()).unwrap();
+    let again = coarse.analysis().correct(coarse.model(), coarse.equations(), path.last().clone(), &mut ()).unwrap();
     assert_eq!(again.completed().unwrap().iterations, 1);
 }
 
@@ -256,8 +257,9 @@ fn searches_are_watched_and_broken_off() {
         }
     }
     let mut watch = Few { iterations: 9, models: 0 };
-    let asked = Tolerance::energy(1e-3);
-    let answer = cook(1.0).solve_within_watched(&[Scheme::default()], &asked, Budget::default(), &mut watch).unwrap();
+    let requested = Tolerance::energy(1e-3);
+    let answer =
+        cook(1.0).solve_within_observed(&[Scheme::default()], &requested, Budget::default(), &mut watch).unwrap();
     assert!(!answer.reached() && watch.iterations == 0 && watch.models == answer.levels.len() && watch.models > 0);
     assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("broke off")), "{:?}", answer.verdict);
 }

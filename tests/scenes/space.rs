@@ -10,7 +10,7 @@ use rkpm::check::{inf_sup, spurious_modes};
 use rkpm::error::{Error, SolveError};
 use rkpm::geometry::Mapped;
 use rkpm::prelude::*;
-use rkpm::scene::Solving;
+use rkpm::scene::SolverChoice;
 use rkpm::solve::State;
 
 /// A bonded cube of 10 mm whose top moves aside by 3 mm.
@@ -105,8 +105,8 @@ fn a_twisted_column_keeps_its_torque_and_its_volume() {
 fn iteration_and_factors_agree() {
     let scene = sheared(2.0 * 40.097 * 1e4).pressure((0, Side::Min), 5.0);
     let scheme = Scheme::default().particles([7, 6, 5]);
-    let (direct, by_factors, _) = solved(&scene, &scheme.clone().solving(Solving::Direct));
-    let (krylov, by_iteration, _) = solved(&scene, &scheme.solving(Solving::Krylov));
+    let (direct, by_factors, _) = solved(&scene, &scheme.clone().solver_choice(SolverChoice::Direct));
+    let (krylov, by_iteration, _) = solved(&scene, &scheme.solver_choice(SolverChoice::Krylov));
     for x in direct.cells().positions() {
         let difference = direct.displacement(&by_factors, x).unwrap() - krylov.displacement(&by_iteration, x).unwrap();
         assert!(difference.norm() < 1e-7 * 3.0, "{difference:?} at {x:?}");
@@ -115,15 +115,15 @@ fn iteration_and_factors_agree() {
         let (a, b) = (force(&direct, &by_factors, component), force(&krylov, &by_iteration, component));
         assert!((a - b).abs() < 1e-5 * 1800.0, "{a} {b}");
     }
-    let directions = krylov.analysis().solver.directions();
-    assert!(!directions.is_empty() && directions.iter().all(|&d| d <= 40), "{directions:?}");
+    let krylov_iterations = krylov.analysis().solver.krylov_iterations();
+    assert!(!krylov_iterations.is_empty() && krylov_iterations.iter().all(|&d| d <= 40), "{krylov_iterations:?}");
 }
 
 /// Most directions that a solution took, with so many particles a side and such a ratio of the moduli.
 fn most_directions(n: usize, ratio: f64) -> f64 {
-    let scheme = Scheme::default().particles([n]).solving(Solving::Krylov);
+    let scheme = Scheme::default().particles([n]).solver_choice(SolverChoice::Krylov);
     let (problem, ..) = solved(&sheared(2.0 * 40.097 * ratio), &scheme);
-    problem.analysis().solver.directions().into_iter().max().unwrap() as f64
+    problem.analysis().solver.krylov_iterations().into_iter().max().unwrap() as f64
 }
 
 #[test]
@@ -138,10 +138,13 @@ fn directions_hardly_depend_on_the_bulk_modulus_and_on_the_size() {
 #[test]
 fn iteration_is_refused_where_it_does_not_suit() {
     let square = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap());
-    let refused = square.discretize(&Scheme::default().particles([5]).solving(Solving::Krylov)).err().unwrap();
+    let refused =
+        square.discretize(&Scheme::default().particles([5]).solver_choice(SolverChoice::Krylov)).err().unwrap();
     assert!(refused.to_string().contains("iterate on lattices in space"), "{refused}");
-    let pointwise =
-        Scheme::default().particles([5]).solving(Solving::Krylov).pressure_field(PressureField::Pointwise, 1);
+    let pointwise = Scheme::default()
+        .particles([5])
+        .solver_choice(SolverChoice::Krylov)
+        .pressure_field(PressureField::Pointwise, 1);
     let refused = sheared(1e3).discretize(&pointwise).err().unwrap();
     assert!(refused.to_string().contains("projected on zones"), "{refused}");
 }

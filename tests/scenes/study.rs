@@ -82,7 +82,7 @@ fn failures_are_data_and_bad_questions_are_errors() {
     assert!(study.front().is_empty());
 
     let scheme = || Scheme::default().particles([5]);
-    assert!(WorkPrecision::new("nothing asked", tube()).series("s", [scheme()]).run().is_err());
+    assert!(WorkPrecision::new("nothing requested", tube()).series("s", [scheme()]).run().is_err());
     assert!(WorkPrecision::new("nothing run", tube()).quantity(bore(), exact()).run().is_err());
     let zero = Reference::Given { value: 0.0, uncertainty: 0.0 };
     assert!(
@@ -149,8 +149,8 @@ fn reactions_are_those_of_one_place_or_name() {
     let turned = moment("end").unwrap();
     assert!(turned.abs() > 1e-2 && (turned + moment("end2").unwrap()).abs() < 1e-7, "{turned}");
 
-    for asked in ["en", "end 2", "u_0 on end", ""] {
-        let error = of(asked).unwrap_err();
+    for requested in ["en", "end 2", "u_0 on end", ""] {
+        let error = of(requested).unwrap_err();
         assert!(matches!(error, Error::Boundary(BoundaryError::UnknownCondition { .. })), "{error:?}");
         assert!(error.to_string().contains("conditions act on: end2; end; pull"), "{error}");
     }

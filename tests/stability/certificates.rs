@@ -13,7 +13,7 @@ use rkpm::check::{self, InfSup, PatchTest, Stability, inf_sup, patch_test, spuri
 use rkpm::error::{BoundaryError, Error, GeometryError};
 use rkpm::nalgebra::{Matrix2, Matrix3};
 use rkpm::prelude::*;
-use rkpm::scene::{RowKind, Rule};
+use rkpm::scene::{ConstraintKind, Rule};
 
 /// Cook's membrane.
 const COOK: Quadrilateral = Quadrilateral { corners: [[0.0, 0.0], [48.0, 44.0], [48.0, 60.0], [0.0, 44.0]] };
@@ -131,7 +131,7 @@ fn gauss_points_and_collocated_rows_fail_the_patch_test() {
         worst(tests)
     };
     assert!(test(Scheme::default().rule(gauss(2))) > 1e-5);
-    assert!(test(Scheme::default().rows(RowKind::AtParticles)) > 1e-5);
+    assert!(test(Scheme::default().constraint_kind(ConstraintKind::AtParticles)) > 1e-5);
 }
 
 #[test]
@@ -142,9 +142,9 @@ fn patch_tests_of_all_rules_beside_each_other() {
         ("default", Scheme::default()),
         ("Gauss 2", Scheme::default().rule(gauss(2))),
         ("Gauss 4", Scheme::default().rule(gauss(4))),
-        ("smoothed, rows at particles", Scheme::default().rows(RowKind::AtParticles)),
-        ("Gauss 2, rows at particles", Scheme::default().rule(gauss(2)).rows(RowKind::AtParticles)),
-        ("Gauss 4, rows at particles", Scheme::default().rule(gauss(4)).rows(RowKind::AtParticles)),
+        ("smoothed, rows at particles", Scheme::default().constraint_kind(ConstraintKind::AtParticles)),
+        ("Gauss 2, rows at particles", Scheme::default().rule(gauss(2)).constraint_kind(ConstraintKind::AtParticles)),
+        ("Gauss 4, rows at particles", Scheme::default().rule(gauss(4)).constraint_kind(ConstraintKind::AtParticles)),
         ("paper, r = 1", Scheme::paper(1.0)),
         ("Q1/P0", Scheme::elements(1)),
         ("Q2/P1", Scheme::elements(2)),

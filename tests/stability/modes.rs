@@ -10,7 +10,7 @@ use rkpm::assembly::Pattern;
 use rkpm::error::LinearError;
 use rkpm::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
 use rkpm::prelude::*;
-use rkpm::scene::Enforcing;
+use rkpm::scene::ConstraintMethod;
 use rkpm::solve::{CriticalKind, EnclosedVolume, Following, Functional, LineSearch, Newton, State, Step, StepControl};
 
 const RUBBER: [f64; 2] = [0.5, 1e5];
@@ -61,10 +61,10 @@ fn arcs_pass_the_limit_point_of_a_balloon_where_the_load_can_not() {
     let path = problem.run(&mut Until(&volume, pumped(4.0))).unwrap();
     assert_eq!(path.ending, Ending::Stopped);
     let volumes: Vec<f64> = path.steps.iter().map(|s| volume.value(&s.state.displacement)).collect();
-    let rest = State::at_rest(problem.model(), problem.rows());
+    let rest = State::at_rest(problem.model(), problem.equations());
     let pumped_up = problem
         .analysis()
-        .run_controlled(problem.model(), problem.rows(), rest, &volume, &volumes, &mut ())
+        .run_controlled(problem.model(), problem.equations(), rest, &volume, &volumes, &mut ())
         .unwrap()
         .completed()
         .unwrap();
@@ -107,13 +107,13 @@ fn a_run_by_arcs_is_resumed_with_the_same_bits() {
 }
 
 /// A column 1 × 10 pressed between held ends by 6 % of its length.
-fn column(enforcing: Enforcing) -> (Problem<2>, EquilibriumPath) {
+fn column(constraint_method: ConstraintMethod) -> (Problem<2>, EquilibriumPath) {
     let scene = Scene::new(Block::new([0.0; 2], [1.0, 10.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
         .hold((1, Side::Min))
         .prescribe((1, Side::Max), 0, 0.0)
         .prescribe((1, Side::Max), 1, -0.6);
     let stepping = Stepping { follow: Following::Path, ..Stepping::default() };
-    let scheme = Scheme::default().particles([5, 41]).enforcing(enforcing).stepping(stepping);
+    let scheme = Scheme::default().particles([5, 41]).constraint_method(constraint_method).stepping(stepping);
     let problem = scene.discretize(&scheme).unwrap();
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
     (problem, path)
@@ -121,7 +121,7 @@ fn column(enforcing: Enforcing) -> (Problem<2>, EquilibriumPath) {
 
 #[test]
 fn a_column_buckles_and_the_bifurcation_is_bracketed() {
-    let by = [Enforcing::Transformation, Enforcing::Multipliers].map(column);
+    let by = [ConstraintMethod::Transformation, ConstraintMethod::Multipliers].map(column);
     for (problem, path) in &by {
         let points: Vec<_> = path.critical_points().collect();
         assert_eq!((points[0].kind, points[0].modes), (CriticalKind::Bifurcation, [0, 1]));
@@ -249,22 +249,23 @@ fn homogeneous_states_are_reached_at_once_and_tell_that_they_are_unstable() {
 
 #[test]
 fn a_line_search_replaces_load_steps_where_the_displacements_are_alone() {
-    let bent_by = |field, search, enforcing| {
+    let bent_by = |field, search, constraint_method| {
         let rubber = Rubber::neo_hookean(0.5, 100.0).unwrap();
         let scene = Scene::new(Block::new([0.0; 2], [4.0, 1.0]), PlaneStrain, rubber)
             .hold((0, Side::Min))
             .traction((0, Side::Max), [0.0, -0.06]);
-        let mut scheme = Scheme::default().particles([13, 4]).pressure_field(field, 2).enforcing(enforcing);
+        let mut scheme =
+            Scheme::default().particles([13, 4]).pressure_field(field, 2).constraint_method(constraint_method);
         scheme = scheme.newton(Newton { search, iterations: 60, ..Newton::default() });
         scheme = scheme.stepping(Stepping { control: StepControl::Load, ..Stepping::default() });
         scene.discretize(&scheme).unwrap().run(&mut ()).unwrap().completed().unwrap()
     };
-    let bent = |field, search| bent_by(field, search, Enforcing::Transformation);
+    let bent = |field, search| bent_by(field, search, ConstraintMethod::Transformation);
     let [off, on] = [LineSearch::Off, LineSearch::Slope].map(|search| bent(PressureField::Displacement, search));
     assert!(on.steps.len() < off.steps.len() && on.iterations < off.iterations);
     assert!((on.steps.last().unwrap().energy / off.steps.last().unwrap().energy - 1.0).abs() < 1e-10);
     // However the end is held, the slopes along steps are the same.
-    let tied = bent_by(PressureField::Displacement, LineSearch::Slope, Enforcing::Multipliers);
+    let tied = bent_by(PressureField::Displacement, LineSearch::Slope, ConstraintMethod::Multipliers);
     assert_eq!((tied.steps.len(), tied.iterations), (on.steps.len(), on.iterations));
     assert!((tied.steps.last().unwrap().energy / on.steps.last().unwrap().energy - 1.0).abs() < 1e-10);
     // With pressures the potential is a saddle: the search leaves the steps alone, to the bit.
@@ -483,11 +484,11 @@ fn pulled_bodies_of_revolution_and_solids_are_stable() {
 }
 
 /// A strip, held at one end and pressed from below, 20 thicknesses long.
-fn rolled(pressure: f64, enforcing: Enforcing, stepping: Stepping) -> Problem<2> {
+fn rolled(pressure: f64, constraint_method: ConstraintMethod, stepping: Stepping) -> Problem<2> {
     Scene::new(Block::new([0.0, 0.0], [20.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
         .hold((0, Side::Min))
         .pressure((1, Side::Min), pressure)
-        .discretize(&Scheme::default().particles([41, 9]).enforcing(enforcing).stepping(stepping))
+        .discretize(&Scheme::default().particles([41, 9]).constraint_method(constraint_method).stepping(stepping))
         .unwrap()
 }
 
@@ -527,8 +528,8 @@ fn rod(pressure: f64) -> Point<2> {
 #[test]
 fn following_pressure_rolls_a_free_strip_up() {
     let by_load = Stepping { first: 0.05, control: StepControl::Load, ..Stepping::default() };
-    for enforcing in [Enforcing::Transformation, Enforcing::Multipliers] {
-        let problem = rolled(6e-4, enforcing, by_load);
+    for constraint_method in [ConstraintMethod::Transformation, ConstraintMethod::Multipliers] {
+        let problem = rolled(6e-4, constraint_method, by_load);
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
         let (tip, rod) = (tip(&problem, &path), rod(6e-4));
         // Measured: 0.04 of the length 20.
@@ -536,7 +537,7 @@ fn following_pressure_rolls_a_free_strip_up() {
     }
     let steps = [by_load, Stepping { control: StepControl::ArcLength, ..by_load }, Stepping::default()];
     let tips = steps.map(|stepping| {
-        let problem = rolled(3e-3, Enforcing::Auto, stepping);
+        let problem = rolled(3e-3, ConstraintMethod::Auto, stepping);
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
         tip(&problem, &path)
     });

@@ -72,7 +72,7 @@ fn states_do_not_depend_on_how_they_were_reached() {
         if stroke > 0.0 {
             let (coarse, guess) = solved(&pad(stroke), &one_potential().particles([17, 5]));
             let guess = problem.transfer(&coarse, &guess).unwrap();
-            let path = problem.analysis().correct(problem.model(), problem.rows(), guess, &mut ()).unwrap();
+            let path = problem.analysis().correct(problem.model(), problem.equations(), guess, &mut ()).unwrap();
             same(&at_once, path.completed().unwrap().last());
         }
     }

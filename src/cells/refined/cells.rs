@@ -136,7 +136,7 @@ impl Cells<2> for Refined {
             let needed = "at least 1 is needed";
             return Err(GeometryError::Count { what: "sub-cells per direction", count: 0, needed });
         }
-        let mut cells = BoundaryCells { points: Points::empty(), hats: Vec::new() };
+        let mut cells = BoundaryCells { points: Points::empty(), traces: Vec::new() };
         for face in self.base.faces(part)? {
             for ends in self.face_chords(face) {
                 let [from, to] = [ends.0, ends.1].map(|p| self.positions[p as usize]);
@@ -149,7 +149,7 @@ impl Cells<2> for Refined {
                         cells.points.positions.push(position);
                         cells.points.weights.push(length * w / parts as f64);
                         cells.points.normals.push(Point::<2>::new(along[1], -along[0]) / length);
-                        cells.hats.push(vec![(ends.0, 1.0 - t), (ends.1, t)]);
+                        cells.traces.push(vec![(ends.0, 1.0 - t), (ends.1, t)]);
                     }
                 }
                 cells.points.close_group();

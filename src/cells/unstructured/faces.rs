@@ -38,7 +38,7 @@ pub(super) struct Piece {
     pub faces: Vec<u32>,
     /// Whether its faces have different normals.
     pub curved: bool,
-    /// Particles on its rim that another curved piece has: those carry its hats.
+    /// Particles on its rim that another curved piece has: those carry its trace functions.
     pub lent: Vec<u32>,
 }
 
@@ -189,8 +189,8 @@ impl Faces {
             let corners = self.corners(face);
             let origin = mesh.points()[corners[0] as usize];
             corners[1..].iter().any(|&c| {
-                let way = mesh.points()[c as usize] - origin;
-                way.dot(&normals[&face]).abs() > FLAT * way.norm()
+                let direction = mesh.points()[c as usize] - origin;
+                direction.dot(&normals[&face]).abs() > FLAT * direction.norm()
             })
         };
         let level = |a: usize, b: usize| (normals[&a] - normals[&b]).norm() <= FLAT && !warped(a) && !warped(b);
@@ -202,7 +202,7 @@ impl Faces {
             let names = named[first].iter().map(|&number| names[number as usize].to_string()).collect();
             pieces.push(Piece { names, faces, curved, lent: Vec::new() });
         };
-        // A level patch with a particle inside stands alone, whatever the angle to its neighbours: hats of a crease between
+        // A level patch with a particle inside stands alone, whatever the angle to its neighbours: trace functions of a crease between
         // two of them would vanish. Patches without one are facets of something curved.
         let mut around: HashMap<u32, usize> = HashMap::new();
         for &corner in self.boundary().flat_map(|face| self.corners(face)) {
@@ -231,7 +231,7 @@ impl Faces {
                 push(flood(start, &mut seen, &|a, b| normals[&a].dot(&normals[&b]) > SMOOTH));
             }
         }
-        // Curved pieces come first, whose hats must stay where they are; then small ones: where all of a piece's particles
+        // Curved pieces come first, whose trace functions must stay where they are; then small ones: where all of a piece's particles
         // lie on its rim, others must not have claimed them before.
         pieces.sort_by_key(|piece| (!piece.curved, piece.faces.len()));
         let mut taken: HashSet<u32> = HashSet::new();

@@ -11,8 +11,8 @@ use crate::error::LinearError;
 use super::super::multilevel::{BlockMatrix, Multilevel};
 use super::super::{At, Factorizer, Factors, Linearised};
 use super::auxiliary::{Auxiliary, total};
+use super::convergence::ConvergenceHistory;
 use super::interpolation::Interpolation;
-use super::pace::Pace;
 use super::product::{Pressures, Solved, parts, pieces};
 
 /// Elements of an earlier state go on preconditioning while directions for a decade of the residual are at most so many times
@@ -39,14 +39,14 @@ pub(super) struct KrylovFactorizer {
     pub(super) values_at: Option<Interpolation>,
     pub(super) ranks: Option<Arc<dyn Ranks>>,
     pub(super) assembler: Assembler,
-    pub(super) cycle: Option<Box<dyn Factorizer>>,
+    pub(super) preconditioner: Option<Box<dyn Factorizer>>,
     pub(super) system: System,
     pub(super) multilevel: Option<Multilevel>,
     /// The largest diagonal entry of the elements.
     pub(super) stiffness: f64,
     pub(super) largest: Cell<f64>,
     pub(super) last: Cell<f64>,
-    pub(super) pace: Cell<Pace>,
+    pub(super) convergence: Cell<ConvergenceHistory>,
     pub(super) counts: Arc<Mutex<Vec<usize>>>,
 }
 
@@ -72,7 +72,7 @@ impl KrylovFactorizer {
             let rest = vec![0.0; own.len()];
             self.assembler.assemble(model, &rest, &model.start(), 0.0, &mut self.system);
         }
-        if self.cycle.is_some() {
+        if self.preconditioner.is_some() {
             let first = &self.assembler.pattern().columns;
             let mut diagonal: Vec<f64> =
                 first[..own.len()].iter().map(|&first| self.system.values[first].abs()).collect();
@@ -99,10 +99,10 @@ impl Factorizer for KrylovFactorizer {
     }
 
     fn factorize_at<'a>(&'a mut self, at: Linearised<'a>, state: At<'_>) -> Result<Box<dyn Factors + 'a>, LinearError> {
-        let Pace { first, last } = self.pace.get();
+        let ConvergenceHistory { first, last } = self.convergence.get();
         if first.is_none_or(|first| !(last <= STALE * first)) {
             self.stiffness(state)?;
-            self.pace.set(Pace::default());
+            self.convergence.set(ConvergenceHistory::default());
         }
         // Conditions with a largest entry of one.
         let mut rows = Vec::with_capacity(self.entries.len());
@@ -153,8 +153,8 @@ impl Factorizer for KrylovFactorizer {
             pressures.push(Pressures { scale, compliance: compliance * (scale * scale), inverse });
         }
         let ends = parts(&self.pattern, self.unknowns);
-        let cycle = match &mut self.cycle {
-            Some(cycle) => Some(cycle.factorize(&self.system.values)?),
+        let preconditioner = match &mut self.preconditioner {
+            Some(preconditioner) => Some(preconditioner.factorize(&self.system.values)?),
             None => None,
         };
         let nodes = Auxiliary::share(self.ranks.as_deref(), self.unknowns / 3);
@@ -175,12 +175,12 @@ impl Factorizer for KrylovFactorizer {
             values_at: self.values_at.as_ref(),
             ends,
             cycles: RefCell::new(cycles),
-            cycle,
+            preconditioner,
             ranks: &self.ranks,
             own: 3 * nodes.start..3 * nodes.end,
             left: Cell::new(1.0),
             last: &self.last,
-            pace: &self.pace,
+            convergence: &self.convergence,
             largest: &self.largest,
             counts: &self.counts,
         }))

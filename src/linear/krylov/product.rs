@@ -14,8 +14,8 @@ use crate::term::{Product, Zone};
 use super::super::multilevel::Cycles;
 use super::super::{Factors, ZoneProduct};
 use super::auxiliary::total;
+use super::convergence::ConvergenceHistory;
 use super::interpolation::Interpolation;
-use super::pace::Pace;
 
 /// Parts of a product that threads share: the same for any number of them, for the sake of the bits.
 const PARTS: usize = 16;
@@ -71,7 +71,7 @@ pub(super) struct Solved<'a> {
     /// Columns that one thread at a time multiplies.
     pub(super) ends: Vec<usize>,
     pub(super) cycles: RefCell<Option<Cycles<'a>>>,
-    pub(super) cycle: Option<Box<dyn Factors + 'a>>,
+    pub(super) preconditioner: Option<Box<dyn Factors + 'a>>,
     pub(super) ranks: &'a Option<Arc<dyn Ranks>>,
     /// The displacements that this rank keeps of vectors: all of them where it is alone.
     pub(super) own: Range<usize>,
@@ -79,7 +79,7 @@ pub(super) struct Solved<'a> {
     pub(super) left: Cell<f64>,
     /// The last right-hand side.
     pub(super) last: &'a Cell<f64>,
-    pub(super) pace: &'a Cell<Pace>,
+    pub(super) convergence: &'a Cell<ConvergenceHistory>,
     /// The largest right-hand side so far.
     pub(super) largest: &'a Cell<f64>,
     pub(super) counts: &'a Mutex<Vec<usize>>,
@@ -220,8 +220,8 @@ impl Solved<'_> {
         if let Some(values) = self.values_at {
             values.solve(true, x);
         }
-        let failed = match &self.cycle {
-            Some(cycle) => cycle.solve_in_place(x).is_err(),
+        let failed = match &self.preconditioner {
+            Some(preconditioner) => preconditioner.solve_in_place(x).is_err(),
             None => self.cycles.borrow_mut().as_mut().is_some_and(|cycles| cycles.cycle(x).is_err()),
         };
         if failed {

@@ -8,7 +8,7 @@ use super::super::gmres::gmres;
 use super::super::vector::dot;
 use super::super::{Factors, Inertia};
 use super::auxiliary::total;
-use super::pace::Pace;
+use super::convergence::ConvergenceHistory;
 use super::product::Solved;
 
 /// Relative residuals of solutions: no more than Newton's method can make use of. It leaves about the square of what the last
@@ -98,9 +98,12 @@ impl Factors for Solved<'_> {
             |mine| self.total(mine),
         );
         self.counts.lock().unwrap_or_else(PoisonError::into_inner).push(done.iterations);
-        let pace = done.iterations as f64 / -done.residual.min(0.9).log10();
+        let convergence = done.iterations as f64 / -done.residual.min(0.9).log10();
         if done.iterations > 0 {
-            self.pace.set(Pace { first: self.pace.get().first.or(Some(pace)), last: pace });
+            self.convergence.set(ConvergenceHistory {
+                first: self.convergence.get().first.or(Some(convergence)),
+                last: convergence,
+            });
         }
         // What is not quite solved is left to Newton's next iteration.
         let allowed = if rounding { 0.5 } else { most };
@@ -127,7 +130,7 @@ impl Factors for Solved<'_> {
         None
     }
 
-    fn leaves(&self) -> f64 {
+    fn relative_residual(&self) -> f64 {
         self.left.get().max(f64::MIN_POSITIVE)
     }
 }

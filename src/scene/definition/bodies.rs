@@ -16,7 +16,7 @@ impl<const D: usize> Scene<D> {
     /// A scene without a body, to which several are added by [`body`](Scene::body).
     ///
     /// Bodies have particles of their own and are bonded where they share faces, whether their particles match there or not:
-    /// the strain may have a kink there, as the material asks for. Faces of lattices belong to a body:
+    /// the strain may have a break point there, as the material asks for. Faces of lattices belong to a body:
     /// `Place::on((1, Side::Max)).of("rubber")`.
     ///
     /// ```
@@ -40,7 +40,7 @@ impl<const D: usize> Scene<D> {
     pub fn assembly(kinematics: impl Kinematics<D> + 'static) -> Self {
         Scene {
             bodies: Vec::new(),
-            apart: Vec::new(),
+            unbonded: Vec::new(),
             kinematics: Arc::new(kinematics),
             clock: None,
             expansion: None,
@@ -49,7 +49,7 @@ impl<const D: usize> Scene<D> {
             names: Vec::new(),
             rigids: Vec::new(),
             contacts: Vec::new(),
-            meetings: Vec::new(),
+            contact_pairs: Vec::new(),
         }
     }
 
@@ -94,14 +94,14 @@ impl<const D: usize> Scene<D> {
         match self.bodies.iter_mut().find(|body| body.name == name) {
             Some(body) => body.scheme = Some(Arc::new(change)),
             // Refused with the bodies that there are.
-            None => self.apart.push([name.to_string(), name.to_string()]),
+            None => self.unbonded.push([name.to_string(), name.to_string()]),
         }
         self
     }
 
     /// Leaves two bodies unbonded where they touch.
-    pub fn apart(mut self, first: impl Into<String>, second: impl Into<String>) -> Self {
-        self.apart.push([first.into(), second.into()]);
+    pub fn unbonded(mut self, first: impl Into<String>, second: impl Into<String>) -> Self {
+        self.unbonded.push([first.into(), second.into()]);
         self
     }
 
@@ -132,7 +132,7 @@ impl<const D: usize> Scene<D> {
             .filter(|place| self.rigid_at(place).is_none())
             .chain(self.names.iter().map(|(_, place)| place))
             .filter_map(|place| place.of.as_ref());
-        match of.chain(self.apart.iter().flatten()).find(|name| self.bodies.iter().all(|body| body.name != **name)) {
+        match of.chain(self.unbonded.iter().flatten()).find(|name| self.bodies.iter().all(|body| body.name != **name)) {
             Some(name) => Err(self.unknown_body(name).into()),
             None => Ok(()),
         }
@@ -140,7 +140,7 @@ impl<const D: usize> Scene<D> {
 
     fn unknown_body(&self, name: &str) -> BoundaryError {
         let known = self.bodies.iter().map(|body| body.name.as_str()).collect::<Vec<_>>().join("; ");
-        BoundaryError::UnknownBody { asked: name.to_string(), known }
+        BoundaryError::UnknownBody { requested: name.to_string(), known }
     }
 
     /// Which bodies a place lies on, by their numbers; at least one. At a point it is the first that `reaches` it.

@@ -147,7 +147,7 @@ impl<const D: usize> Condition<D> {
         self
     }
 
-    /// Gives the condition a name, by which its reaction is asked for and which messages use.
+    /// Gives the condition a name, by which its reaction is requested and which messages use.
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.name = Some(name.into());
         self

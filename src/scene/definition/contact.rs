@@ -2,9 +2,9 @@
 
 use crate::contact::RigidSurface;
 
+use super::contact_definition::{ContactDefinition, ContactPair};
 use super::place::Place;
 use super::scene::Scene;
-use super::touching::{Meeting, Touching};
 
 impl<const D: usize> Scene<D> {
     /// Lets a boundary part touch a rigid surface: it may come to lie on it, slide along it and leave it, and never goes
@@ -31,20 +31,20 @@ impl<const D: usize> Scene<D> {
     /// # Ok::<(), rkpm::Error>(())
     /// ```
     pub fn contact(mut self, place: impl Into<Place<D>>, surface: RigidSurface<D>) -> Self {
-        self.contacts.push(Touching { place: place.into(), surface });
+        self.contacts.push(ContactDefinition { place: place.into(), surface });
         self
     }
 
     /// Lets two boundary parts touch each other, of one body or of two, without friction; results are found by the name. A mortar method
     /// that passes the patch test whether particles match or not; the part that has more facets carries the pressures.
     pub fn contact_between(mut self, first: impl Into<Place<D>>, second: impl Into<Place<D>>, name: &str) -> Self {
-        self.meetings.push(Meeting { first: first.into(), second: Some(second.into()), name: name.into() });
+        self.contact_pairs.push(ContactPair { first: first.into(), second: Some(second.into()), name: name.into() });
         self
     }
 
     /// Lets a boundary part touch itself where it folds, without friction; results are found by the name.
     pub fn contact_itself(mut self, place: impl Into<Place<D>>, name: &str) -> Self {
-        self.meetings.push(Meeting { first: place.into(), second: None, name: name.into() });
+        self.contact_pairs.push(ContactPair { first: place.into(), second: None, name: name.into() });
         self
     }
 }

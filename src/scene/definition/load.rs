@@ -14,9 +14,9 @@ use crate::scene::{Place, Value};
 ///
 /// ```
 /// use rkpm::prelude::*;
-/// // A column under its own weight on an elastic bedding, pushed aside by 2 N on the middle of its right face.
+/// // A column under its own weight on an elastic elastic foundation, pushed aside by 2 N on the middle of its right face.
 /// let scene = Scene::new(Block::new([0.0, 0.0], [1.0, 3.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
-///     .with(Load::bedding((1, Side::Min), 5.0))
+///     .with(Load::elastic_foundation((1, Side::Min), 5.0))
 ///     .with(Load::body_force([0.0, -0.01]))
 ///     .with(Load::force(Place::on(Side::Max).within(|x: &Point<2>| (x[1] - 1.5).abs() < 0.5), [-0.02, 0.0]));
 /// let problem = scene.discretize(&Scheme::default().particles([5, 13]))?;
@@ -79,14 +79,14 @@ impl<const D: usize> Load<D> {
 
     /// Springs in all directions, $\tfrac12\int k\\,|u|^2$: `stiffness` is per reference area on a part \[stress/length\], per
     /// reference volume in the body, at a point the spring's own \[force/length\].
-    pub fn bedding(place: impl Into<Place<D>>, stiffness: f64) -> Self {
+    pub fn elastic_foundation(place: impl Into<Place<D>>, stiffness: f64) -> Self {
         Load::new(place, LoadKind::Integrand(Arc::new(crate::term::ElasticFoundation { stiffness })))
     }
 
     /// Springs along the reference normal of a part alone, $\tfrac12\int k\\,(u\cdot N)^2$ \[stress/length\]: what slides
     /// along a soft support.
-    pub fn normal_bedding(place: impl Into<Place<D>>, stiffness: f64) -> Self {
-        Load::new(place, LoadKind::Integrand(Arc::new(NormalBedding { stiffness })))
+    pub fn normal_elastic_foundation(place: impl Into<Place<D>>, stiffness: f64) -> Self {
+        Load::new(place, LoadKind::Integrand(Arc::new(NormalElasticFoundation { stiffness })))
     }
 
     /// An integrand of one's own over the points of a part, the body, or at a point; its amplitude is its own affair.
@@ -234,11 +234,11 @@ impl<const D: usize> Integrand for Varying<Value<D>> {
 }
 
 /// Springs along the normal.
-struct NormalBedding {
+struct NormalElasticFoundation {
     stiffness: f64,
 }
 
-impl Integrand for NormalBedding {
+impl Integrand for NormalElasticFoundation {
     fn sparsity(&self) -> Sparsity {
         Sparsity { force: true, force_by_displacement: true, ..Sparsity::default() }
     }

@@ -3,6 +3,7 @@
 pub(super) mod bodies;
 pub(super) mod condition;
 pub(super) mod contact;
+pub(super) mod contact_definition;
 pub(super) mod drawn;
 pub(super) mod load;
 pub(super) mod place;
@@ -12,6 +13,5 @@ pub(super) mod scene;
 pub(super) mod scheme;
 pub(super) mod scheme_choices;
 pub(super) mod source;
-pub(super) mod touching;
 pub(super) mod validate;
 pub(super) mod value;

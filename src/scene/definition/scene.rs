@@ -9,12 +9,12 @@ use crate::material::Material;
 use crate::term::Amplitude;
 
 use super::condition::Condition;
+use super::contact_definition::{ContactDefinition, ContactPair};
 use super::drawn::Drawn;
 use super::load::Load;
 use super::place::{Place, Spot};
 use super::resolution::edge_lengths;
 use super::source::{BodyOf, Source};
-use super::touching::{Meeting, Touching};
 use super::value::Value;
 
 /// The name of the first body of a scene that was made with one.
@@ -49,7 +49,7 @@ impl<const D: usize> From<Load<D>> for Action<D> {
 pub struct Scene<const D: usize> {
     pub(crate) bodies: Vec<BodyOf<D>>,
     /// Pairs of bodies that are not bonded where they touch.
-    pub(crate) apart: Vec<[String; 2]>,
+    pub(crate) unbonded: Vec<[String; 2]>,
     pub(crate) kinematics: Arc<dyn Kinematics<D>>,
     /// Time by the load factor.
     pub(crate) clock: Option<Amplitude>,
@@ -57,8 +57,8 @@ pub struct Scene<const D: usize> {
     pub(crate) expansion: Option<Value<D>>,
     pub(crate) conditions: Vec<Condition<D>>,
     pub(crate) loads: Vec<Load<D>>,
-    pub(crate) contacts: Vec<Touching<D>>,
-    pub(crate) meetings: Vec<Meeting<D>>,
+    pub(crate) contacts: Vec<ContactDefinition<D>>,
+    pub(crate) contact_pairs: Vec<ContactPair<D>>,
     pub(crate) names: Vec<(String, Place<D>)>,
     /// Rigid bodies and the parts tied to them.
     pub(crate) rigids: Vec<(String, Place<D>)>,
@@ -124,14 +124,14 @@ impl<const D: usize> Scene<D> {
         let first = BodyOf { name: FIRST.into(), source, material: Arc::new(material), scheme: None };
         Scene {
             bodies: vec![first],
-            apart: Vec::new(),
+            unbonded: Vec::new(),
             kinematics: Arc::new(kinematics),
             clock: None,
             expansion: None,
             conditions: Vec::new(),
             loads: Vec::new(),
             contacts: Vec::new(),
-            meetings: Vec::new(),
+            contact_pairs: Vec::new(),
             names: Vec::new(),
             rigids: Vec::new(),
         }
@@ -180,7 +180,7 @@ impl<const D: usize> Scene<D> {
             conditions: Vec::new(),
             loads: Vec::new(),
             contacts: Vec::new(),
-            meetings: Vec::new(),
+            contact_pairs: Vec::new(),
             rigids: Vec::new(),
             ..scene
         }
@@ -298,8 +298,8 @@ impl<const D: usize> Scene<D> {
 
 /// A place with its name, if it has one among these, looked up.
 pub(crate) fn resolve<const D: usize>(names: &[(String, Place<D>)], place: &Place<D>) -> Place<D> {
-    let Spot::Part(Part::Named(asked)) = &place.spot else { return place.clone() };
-    let Some((_, named)) = names.iter().rev().find(|(name, _)| name == asked) else { return place.clone() };
+    let Spot::Part(Part::Named(requested)) = &place.spot else { return place.clone() };
+    let Some((_, named)) = names.iter().rev().find(|(name, _)| name == requested) else { return place.clone() };
     let mut named = named.clone();
     if place.of.is_some() {
         named.of = place.of.clone();

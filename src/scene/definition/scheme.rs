@@ -10,7 +10,8 @@ use crate::solve::{Newton, Stepping};
 use crate::term::{PressureField, ProjectedMeasure};
 
 use super::scheme_choices::{
-    Dilation, Enforcing, Functions, Grading, Partition, PressureScheme, Resolution, RowKind, Rule, Solving,
+    ApproximationChoice, ConstraintKind, ConstraintMethod, Dilation, Grading, Partition, PressureScheme, Resolution,
+    Rule, SolverChoice,
 };
 
 /// How a scene is discretised and solved. [`Scheme::default`] is the one default; set the particles.
@@ -28,7 +29,7 @@ use super::scheme_choices::{
 #[derive(Clone)]
 pub struct Scheme {
     /// Which shape functions.
-    pub(crate) functions: Functions,
+    pub(crate) approximation: ApproximationChoice,
     /// How many particles.
     pub(crate) resolution: Resolution,
     /// How they are spaced.
@@ -56,11 +57,11 @@ pub struct Scheme {
     /// What of the volume is projected on zones of pressure.
     pub(crate) measure: ProjectedMeasure,
     /// Essential conditions.
-    pub(crate) rows: RowKind,
+    pub(crate) constraint_kind: ConstraintKind,
     /// Their enforcement.
-    pub(crate) enforcing: Enforcing,
+    pub(crate) constraint_method: ConstraintMethod,
     /// Linear systems.
-    pub(crate) solving: Solving,
+    pub(crate) solver_choice: SolverChoice,
     /// Bytes that a lattice in space may take; `None` for the memory at hand, where the system tells. Larger models are
     /// refused before they are built.
     pub(crate) memory: Option<u64>,
@@ -75,7 +76,7 @@ pub struct Scheme {
 impl fmt::Debug for Scheme {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Scheme")
-            .field("functions", &self.functions)
+            .field("functions", &self.approximation)
             .field("resolution", &self.resolution)
             .field("layout", &self.layout)
             .field("scatter", &self.scatter)
@@ -86,9 +87,9 @@ impl fmt::Debug for Scheme {
             .field("rule", &self.rule)
             .field("pressure", &self.pressure)
             .field("measure", &self.measure)
-            .field("rows", &self.rows)
-            .field("enforcing", &self.enforcing)
-            .field("solving", &self.solving)
+            .field("rows", &self.constraint_kind)
+            .field("enforcing", &self.constraint_method)
+            .field("solving", &self.solver_choice)
             .field("memory", &self.memory)
             .field("newton", &self.newton)
             .field("stepping", &self.stepping)
@@ -101,7 +102,7 @@ impl Default for Scheme {
     /// axis unless set.
     fn default() -> Self {
         Scheme {
-            functions: Functions::Particles,
+            approximation: ApproximationChoice::Particles,
             resolution: Resolution::Counts(vec![9]),
             layout: Layout::Regular,
             scatter: Scatter::default(),
@@ -114,9 +115,9 @@ impl Default for Scheme {
             rule: Rule::Auto,
             pressure: PressureScheme::Auto,
             measure: ProjectedMeasure::Adapted,
-            rows: RowKind::Auto,
-            enforcing: Enforcing::Auto,
-            solving: Solving::Auto,
+            constraint_kind: ConstraintKind::Auto,
+            constraint_method: ConstraintMethod::Auto,
+            solver_choice: SolverChoice::Auto,
             memory: None,
             solver: None,
             newton: Newton::default(),
@@ -136,20 +137,20 @@ impl Scheme {
             dilation: Dilation::Global(r),
             rule: Rule::Gauss { zones: None, points: None },
             pressure: PressureScheme::Field { field: PressureField::Pointwise, size: 1 },
-            rows: RowKind::AtParticles,
-            enforcing: Enforcing::Transformation,
+            constraint_kind: ConstraintKind::AtParticles,
+            constraint_method: ConstraintMethod::Transformation,
             ..Scheme::default()
         }
     }
 
     /// Finite elements of order 1 or 2 in place of particles; counts are those of the nodes.
     pub fn elements(order: u8) -> Self {
-        Scheme { functions: Functions::Elements, order, ..Scheme::default() }
+        Scheme { approximation: ApproximationChoice::Elements, order, ..Scheme::default() }
     }
 
     /// Sets which shape functions: with finite elements counts are those of the nodes.
-    pub fn functions(mut self, functions: Functions) -> Self {
-        self.functions = functions;
+    pub fn approximation(mut self, approximation: ApproximationChoice) -> Self {
+        self.approximation = approximation;
         self
     }
 
@@ -172,7 +173,7 @@ impl Scheme {
     }
 
     /// Sets how the spacing of particles scattered over a planar region varies: the spacing is multiplied by the
-    /// function, or is in proportion to it where a number of particles is asked for.
+    /// function, or is in proportion to it where a number of particles is requested.
     pub fn graded(mut self, grading: impl Fn(&[f64]) -> f64 + Send + Sync + 'static) -> Self {
         self.grading = Some(Arc::new(grading));
         self
@@ -267,20 +268,20 @@ impl Scheme {
     }
 
     /// Sets where rows come from.
-    pub fn rows(mut self, rows: RowKind) -> Self {
-        self.rows = rows;
+    pub fn constraint_kind(mut self, constraint_kind: ConstraintKind) -> Self {
+        self.constraint_kind = constraint_kind;
         self
     }
 
     /// Sets the enforcement.
-    pub fn enforcing(mut self, enforcing: Enforcing) -> Self {
-        self.enforcing = enforcing;
+    pub fn constraint_method(mut self, constraint_method: ConstraintMethod) -> Self {
+        self.constraint_method = constraint_method;
         self
     }
 
     /// Sets how linear systems are solved.
-    pub fn solving(mut self, solving: Solving) -> Self {
-        self.solving = solving;
+    pub fn solver_choice(mut self, solver_choice: SolverChoice) -> Self {
+        self.solver_choice = solver_choice;
         self
     }
 

@@ -105,19 +105,19 @@ pub enum PressureScheme {
 
 /// Where rows of essential conditions come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RowKind {
+pub enum ConstraintKind {
     /// At particles in 1D, over boundaries beyond.
     Auto,
     /// Values at particles: the paper's transformation (4.29).
     AtParticles,
-    /// Boundary integrals with linear hats: the paper's multipliers (4.16). Prescribed values are met in the mean: particles
+    /// Boundary integrals with linear trace functions: the paper's multipliers (4.16). Prescribed values are met in the mean: particles
     /// of a held face move a little, by some thousandths of the largest displacement on coarse lattices.
     OverBoundary,
 }
 
 /// Which strategy enforces the rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Enforcing {
+pub enum ConstraintMethod {
     /// Mixed transformation where few unknowns are constrained together, multipliers above.
     Auto,
     /// Lagrange multipliers.
@@ -128,14 +128,14 @@ pub enum Enforcing {
 
 /// How linear systems are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Solving {
+pub enum SolverChoice {
     /// By what takes less: lattices in space of twelve by twelve particles and more in cross section by iteration, all others
     /// by factors. Where it has to be known whether states are stable, ask for factors.
     #[default]
     Auto,
     /// By factors.
     Direct,
-    /// By Krylov iteration with pressures kept apart from the matrix ([`Krylov`](crate::linear::Krylov)): lattices in space
+    /// By Krylov iteration with pressures kept uncondensed from the matrix ([`Krylov`](crate::linear::Krylov)): lattices in space
     /// with projected pressures alone. Whether states are stable is not known then. Scenes with contact, rigid bodies or
     /// several bodies are solved by factors all the same.
     Krylov,
@@ -143,7 +143,7 @@ pub enum Solving {
 
 /// Which shape functions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Functions {
+pub enum ApproximationChoice {
     /// Reproducing kernel particles.
     Particles,
     /// Lagrange finite elements of the scheme's order, for comparison: with the default volumetric

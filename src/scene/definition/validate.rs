@@ -70,7 +70,7 @@ fn contacts<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
         contact.surface.validate(&contact.label())?;
     }
     let rigid = scene.contacts.iter().map(|contact| &contact.surface.name);
-    let names: Vec<&String> = rigid.chain(scene.meetings.iter().map(|meeting| &meeting.name)).collect();
+    let names: Vec<&String> = rigid.chain(scene.contact_pairs.iter().map(|contact_pair| &contact_pair.name)).collect();
     match names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)) {
         Some((_, name)) => Err(ContactError::Twice { name: name.to_string() }.into()),
         None => Ok(()),

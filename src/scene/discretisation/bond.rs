@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::boundary::{Constraints, Row};
+use crate::boundary::{ConstraintEquation, Constraints};
 use crate::error::Error;
 use crate::geometry::{Part, Point};
 use crate::kinematics::Kinematics;
@@ -10,10 +10,10 @@ use crate::shape::ShapeFunctions;
 use crate::term::Amplitude;
 
 use super::conditions::Placed;
+use super::discrete_body::DiscreteBody;
 use super::facet_rule::FacetRule;
-use super::interface::{MultiplierValues, Shore, carried, linear, shared};
+use super::interface::{InterfaceSide, MultiplierValues, carried, linear, shared};
 use super::interface_moments::correct;
-use super::member::Member;
 use crate::scene::definition::place::Place;
 use crate::scene::definition::scene::Scene;
 
@@ -28,10 +28,10 @@ pub(crate) struct Ties {
 
 impl Ties {
     /// Nothing tied among `unknowns` but what the conditions hold.
-    pub(crate) fn new<const D: usize>(rows: &Constraints, unknowns: usize) -> Self {
+    pub(crate) fn new<const D: usize>(equations: &Constraints, unknowns: usize) -> Self {
         let mut ties = Ties { leader: (0..=unknowns).collect() };
         for unknown in 0..unknowns {
-            if rows.claims(unknown / D, unknown % D) {
+            if equations.prescriptions(unknown / D, unknown % D) {
                 ties.join(unknown, unknowns);
             }
         }
@@ -54,70 +54,72 @@ impl Ties {
     }
 }
 
-/// Adds rows $\int\Theta_J\\,(u_1 - u_2)\\,\mathrm d\Gamma = 0$ over the faces that two bodies share, with the hats of the coarser
+/// Adds rows $\int\Theta_J\\,(u_1 - u_2)\\,\mathrm d\Gamma = 0$ over the faces that two bodies share, with the trace functions of the coarser
 /// one; `false` where they share none.
 pub(crate) fn bond<const D: usize>(
-    rows: &mut Constraints,
+    equations: &mut Constraints,
     ties: &mut Ties,
-    members: [&Member<D>; 2],
+    discrete_bodies: [&DiscreteBody<D>; 2],
     rules: [FacetRule; 2],
     kinematics: &dyn Kinematics<D>,
 ) -> Result<bool, Error> {
     let boundary = |side: usize| {
         let rule = rules[side];
-        members[side].cells.boundary(&Part::Whole, rule.parts, rule.gauss)
+        discrete_bodies[side].cells.boundary(&Part::Whole, rule.parts, rule.gauss)
     };
     let boundaries = [boundary(0)?, boundary(1)?];
     let chosen = shared([&boundaries[0], &boundaries[1]]);
     if chosen.iter().any(Vec::is_empty) {
         return Ok(false);
     }
-    let mut shores = Vec::with_capacity(2);
+    let mut interface_sides = Vec::with_capacity(2);
     for side in 0..2 {
-        shores.push(Shore::new(members[side], &boundaries[side], &chosen[side], kinematics)?);
+        interface_sides.push(InterfaceSide::new(discrete_bodies[side], &boundaries[side], &chosen[side], kinematics)?);
     }
-    if shores[1].particles.len() < shores[0].particles.len() {
-        shores.swap(0, 1);
+    if interface_sides[1].particles.len() < interface_sides[0].particles.len() {
+        interface_sides.swap(0, 1);
     }
-    let [mortar, other] = shores.as_slice() else { return Ok(false) };
-    let positions = |shore: &Shore<'_, D>, particle: u32| shore.member.cells.positions()[particle as usize];
+    let [mortar, other] = interface_sides.as_slice() else { return Ok(false) };
+    let positions = |interface_side: &InterfaceSide<'_, D>, particle: u32| {
+        interface_side.discrete_body.cells.positions()[particle as usize]
+    };
     let number: HashMap<u32, usize> = mortar.particles.iter().enumerate().map(|(k, &p)| (p, k)).collect();
     let own: MultiplierValues =
-        mortar.cells.hats.iter().map(|hats| hats.iter().map(|&(p, v)| (number[&p], v)).collect()).collect();
+        mortar.cells.traces.iter().map(|traces| traces.iter().map(|&(p, v)| (number[&p], v)).collect()).collect();
     let centre = mortar.cells.points.positions.iter().sum::<Point<D>>() / mortar.weights.len() as f64;
     let size = mortar.cells.points.positions.iter().map(|x| (x - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
     let totals = [mortar.moments(&centre, size), other.moments(&centre, size)];
     let agree = totals[0].iter().zip(&totals[1]).all(|(a, b)| (a - b).abs() <= AGREED * totals[0][0].abs());
     // (side, sign, functions at its points, weights, shape functions).
     let carried_values;
-    let mut sides: Vec<(&Shore<'_, D>, &MultiplierValues, &[f64], Vec<ShapeFunctions<D>>)> = Vec::new();
+    let mut sides: Vec<(&InterfaceSide<'_, D>, &MultiplierValues, &[f64], Vec<ShapeFunctions<D>>)> = Vec::new();
     if agree {
-        let mut functions = carried(mortar, &number, other);
+        let mut approximation = carried(mortar, &number, other);
         let mut wanted = vec![vec![0.0; D + 1]; number.len()];
         for ((values, x), weight) in own.iter().zip(&mortar.cells.points.positions).zip(&mortar.weights) {
             for &(j, value) in values {
                 wanted[j].iter_mut().zip(linear(x, &centre, size)).for_each(|(m, q)| *m += weight * value * q);
             }
         }
-        correct(&mut functions, other, &wanted, &centre, size);
-        carried_values = functions;
+        correct(&mut approximation, other, &wanted, &centre, size);
+        carried_values = approximation;
         sides.push((mortar, &own, &mortar.weights, mortar.values.clone()));
         sides.push((other, &carried_values, &other.weights, other.values.clone()));
     } else if totals[0][0] <= totals[1][0] {
         // The faces end at different places: the points of the smaller one serve both.
         sides.push((mortar, &own, &mortar.weights, mortar.values.clone()));
-        sides.push((other, &own, &mortar.weights, other.member.values_at(&mortar.cells.points.positions)?));
+        sides.push((other, &own, &mortar.weights, other.discrete_body.values_at(&mortar.cells.points.positions)?));
     } else {
         carried_values = carried(mortar, &number, other);
-        let there = mortar.member.values_at(&other.cells.points.positions)?;
+        let there = mortar.discrete_body.values_at(&other.cells.points.positions)?;
         sides.push((mortar, &carried_values, &other.weights, there));
         sides.push((other, &carried_values, &other.weights, other.values.clone()));
     }
-    let label = format!("bond of {} and {}", members[0].name, members[1].name);
+    let label = format!("bond of {} and {}", discrete_bodies[0].name, discrete_bodies[1].name);
     // Functions of each multiplier: by side (point, value).
     let mut supports: Vec<[Vec<(usize, f64)>; 2]> = vec![[Vec::new(), Vec::new()]; number.len()];
-    for (side, (_, functions, ..)) in sides.iter().enumerate() {
-        for (point, values) in functions.iter().enumerate() {
+    for (side, (_, approximation, ..)) in sides.iter().enumerate() {
+        for (point, values) in approximation.iter().enumerate() {
             for &(j, value) in values.iter().filter(|entry| entry.1 != 0.0) {
                 supports[j][side].push((point, value));
             }
@@ -125,11 +127,11 @@ pub(crate) fn bond<const D: usize>(
     }
     let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); number.len()];
     for group in mortar.cells.points.groups.windows(2) {
-        let mut members: Vec<usize> = own[group[0]..group[1]].iter().flatten().map(|entry| entry.0).collect();
-        members.sort_unstable();
-        members.dedup();
-        for &j in &members {
-            neighbours[j].extend(&members);
+        let mut discrete_bodies: Vec<usize> = own[group[0]..group[1]].iter().flatten().map(|entry| entry.0).collect();
+        discrete_bodies.sort_unstable();
+        discrete_bodies.dedup();
+        for &j in &discrete_bodies {
+            neighbours[j].extend(&discrete_bodies);
         }
     }
     let nearest: Vec<u32> = mortar
@@ -142,7 +144,7 @@ pub(crate) fn bond<const D: usize>(
             all.min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b))).unwrap_or(0)
         })
         .collect();
-    let first = [mortar.member.nodes.start, other.member.nodes.start];
+    let first = [mortar.discrete_body.nodes.start, other.discrete_body.nodes.start];
     for component in 0..D {
         let free: Vec<bool> = mortar
             .particles
@@ -183,39 +185,45 @@ pub(crate) fn bond<const D: usize>(
             let mut entries: Vec<(usize, f64)> = entries.into_iter().collect();
             entries.sort_unstable_by_key(|entry| entry.0);
             let dependent = (first[0] + mortar.particles[j] as usize) * D + component;
-            rows.push(Row { entries, dependent, target: 0.0, amplitude: Amplitude::Constant, label: label.clone() })?;
+            equations.push(ConstraintEquation {
+                entries,
+                dependent,
+                target: 0.0,
+                amplitude: Amplitude::Constant,
+                label: label.clone(),
+            })?;
         }
     }
     Ok(true)
 }
 
-/// Bonds all bodies that share faces and are not kept apart; whether there are any.
+/// Bonds all bodies that share faces and are not kept uncondensed; whether there are any.
 pub(crate) fn bond_all<const D: usize>(
     scene: &Scene<D>,
-    members: &[Member<D>],
+    discrete_bodies: &[DiscreteBody<D>],
     rules: &[FacetRule],
-    rows: &mut Constraints,
+    equations: &mut Constraints,
     placed: &mut Vec<Placed<D>>,
 ) -> Result<bool, Error> {
-    if members.len() < 2 {
+    if discrete_bodies.len() < 2 {
         return Ok(false);
     }
-    let unknowns = members.last().map_or(0, |last| last.nodes.end * D);
-    let mut ties = Ties::new::<D>(rows, unknowns);
+    let unknowns = discrete_bodies.last().map_or(0, |last| last.nodes.end * D);
+    let mut ties = Ties::new::<D>(equations, unknowns);
     let mut bonded = false;
-    for (second, later) in members.iter().enumerate() {
-        for (first, earlier) in members[..second].iter().enumerate() {
+    for (second, later) in discrete_bodies.iter().enumerate() {
+        for (first, earlier) in discrete_bodies[..second].iter().enumerate() {
             let names = [&earlier.name, &later.name];
             let kept = |pair: &[String; 2]| names == [&pair[0], &pair[1]] || names == [&pair[1], &pair[0]];
-            if scene.apart.iter().any(kept) {
+            if scene.unbonded.iter().any(kept) {
                 continue;
             }
-            let before = rows.len();
-            bonded |= bond(rows, &mut ties, [earlier, later], [rules[first], rules[second]], &*scene.kinematics)?;
+            let before = equations.len();
+            bonded |= bond(equations, &mut ties, [earlier, later], [rules[first], rules[second]], &*scene.kinematics)?;
             // The force of the bond is that on the earlier body.
             let (name, place) = (Some(format!("bond of {} and {}", names[0], names[1])), Place::body());
-            if rows.len() > before {
-                placed.push(Placed { name, place, rows: before..rows.len(), nodes: earlier.nodes.clone() });
+            if equations.len() > before {
+                placed.push(Placed { name, place, equations: before..equations.len(), nodes: earlier.nodes.clone() });
             }
         }
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::boundary::{Claim, Constraints, check_component, moved, rounding, says_again, scaled};
+use crate::boundary::{Constraints, PrescribedDirection, check_component, is_redundant, moved, rounding, scaled};
 use crate::cells::Cells;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::{Part, Point};
@@ -17,11 +17,11 @@ use crate::scene::{Condition, Direction, Place, Scene, Value};
 /// What becomes of a condition that can't be added to the rows: the error itself, or leave to go on without it.
 pub(crate) type Refused<'a> = &'a mut dyn FnMut(Error) -> Result<(), Error>;
 
-/// A condition of a problem: how it is asked for, and its rows.
+/// A condition of a problem: how it is requested, and its rows.
 pub(crate) struct Placed<const D: usize> {
     pub name: Option<String>,
     pub place: Place<D>,
-    pub rows: Range<usize>,
+    pub equations: Range<usize>,
     /// The nodes that its forces act on.
     pub nodes: Range<usize>,
 }
@@ -47,7 +47,7 @@ fn singles<'a, const D: usize>(
 }
 
 /// Rows over boundaries with the given facet rule, or at particles without one; and which are those of each condition.
-pub(crate) fn rows<const D: usize, A: Approximation<D>>(
+pub(crate) fn equations<const D: usize, A: Approximation<D>>(
     scene: &Scene<D>,
     mine: &[(usize, Place<D>)],
     cells: &dyn Cells<D>,
@@ -55,38 +55,38 @@ pub(crate) fn rows<const D: usize, A: Approximation<D>>(
     facets: Option<FacetRule>,
     refused: Refused<'_>,
 ) -> Result<(Constraints, Vec<Placed<D>>), Error> {
-    let mut rows = Constraints::new();
+    let mut equations = Constraints::new();
     let mut placed = Vec::with_capacity(mine.len());
     for (number, place) in mine {
         let condition = &scene.conditions[*number];
-        let first = rows.len();
+        let first = equations.len();
         for single in singles(condition, place) {
-            let before = rows.mark();
+            let before = equations.mark();
             // Rows over a face know nothing of single particles: what they say twice is looked up in the scene.
             let added = match facets.map_or(Ok(false), |_| lies_on_part(scene, mine, &single, cells)) {
                 Ok(true) => Ok(()),
-                Ok(false) => add(&mut rows, scene, &single, cells, approximation, facets),
+                Ok(false) => add(&mut equations, scene, &single, cells, approximation, facets),
                 Err(error) => Err(error),
             };
             if let Err(error) = added {
                 refused(error)?;
                 // Without the rows that were added before it was refused.
-                rows.take_back(before);
+                equations.take_back(before);
             }
         }
         placed.push(Placed {
             name: condition.name.clone(),
             place: place.clone(),
-            rows: first..rows.len(),
+            equations: first..equations.len(),
             nodes: 0..cells.positions().len(),
         });
     }
-    Ok((rows, placed))
+    Ok((equations, placed))
 }
 
 /// Adds the rows of a displacement that vanishes on a part, for a body that is tied there to another one.
 pub(crate) fn tie<const D: usize, A: Approximation<D>>(
-    rows: &mut Constraints,
+    equations: &mut Constraints,
     scene: &Scene<D>,
     (name, place): (&str, &Place<D>),
     cells: &dyn Cells<D>,
@@ -95,7 +95,7 @@ pub(crate) fn tie<const D: usize, A: Approximation<D>>(
 ) -> Result<(), Error> {
     let condition = Condition::on(place.clone()).displacement([0.0; D]).named(name);
     for single in singles(&condition, place) {
-        add(rows, scene, &single, cells, approximation, facets)?;
+        add(equations, scene, &single, cells, approximation, facets)?;
     }
     Ok(())
 }
@@ -114,7 +114,7 @@ fn lies_on_part<const D: usize>(
     let Spot::Point(at) = &single.place.spot else { return Ok(false) };
     let particle = particle_at(cells, at, &single.label)?;
     let at = &cells.positions()[particle];
-    let mut claims = Vec::new();
+    let mut prescriptions = Vec::new();
     for (number, place) in mine {
         let condition = &scene.conditions[*number];
         let Spot::Part(part) = &place.spot else { continue };
@@ -124,11 +124,11 @@ fn lies_on_part<const D: usize>(
         }
         for other in singles(condition, place) {
             let normal = normal_at(cells, part, particle, other.direction)?;
-            claims.push(claim_of(&other, at, &normal)?);
+            prescriptions.push(prescription_of(&other, at, &normal)?);
         }
     }
-    let asked = claim_of(single, at, &Point::zeros())?;
-    Ok(says_again(&claims, &asked, at, rounding(cells.positions()))?)
+    let requested = prescription_of(single, at, &Point::zeros())?;
+    Ok(is_redundant(&prescriptions, &requested, at, rounding(cells.positions()))?)
 }
 
 /// The outward normal of a part at one of its particles, where a direction asks for it.
@@ -146,9 +146,13 @@ fn normal_at<const D: usize>(
 }
 
 /// What a condition prescribes at a point.
-fn claim_of<const D: usize>(single: &Single<'_, D>, at: &Point<D>, normal: &Point<D>) -> Result<Claim, BoundaryError> {
+fn prescription_of<const D: usize>(
+    single: &Single<'_, D>,
+    at: &Point<D>,
+    normal: &Point<D>,
+) -> Result<PrescribedDirection, BoundaryError> {
     let (target, amplitude) = value_at(single, at);
-    Ok(Claim::new(single.direction.unit(&single.label, at, normal)?, &single.label, target, amplitude, 0))
+    Ok(PrescribedDirection::new(single.direction.unit(&single.label, at, normal)?, &single.label, target, amplitude, 0))
 }
 
 /// What a condition prescribes at a point: a value and its amplitude.
@@ -193,7 +197,7 @@ fn stays_off_axis<const D: usize>(
 
 /// Adds the rows of one direction of a condition.
 fn add<const D: usize, A: Approximation<D>>(
-    rows: &mut Constraints,
+    equations: &mut Constraints,
     scene: &Scene<D>,
     single: &Single<'_, D>,
     cells: &dyn Cells<D>,
@@ -205,7 +209,7 @@ fn add<const D: usize, A: Approximation<D>>(
         check_component(component, D, label)?;
     }
     if let Value::Motion(_) = single.value {
-        rows.add_knots(amplitude.break_points());
+        equations.add_break_points(amplitude.break_points());
     }
     let along = |x: &Point<D>, normal: &Point<D>| single.direction.unit(label, x, normal);
     let moves = match single.value {
@@ -227,16 +231,16 @@ fn add<const D: usize, A: Approximation<D>>(
             let nodes: Vec<usize> = cells.boundary_nodes(part)?;
             let held: Vec<usize> = nodes.into_iter().filter(|&node| place.holds(&cells.positions()[node])).collect();
             stays_off_axis(scene, single, cells, &held)?;
-            let before = rows.len();
+            let before = equations.len();
             // One by one, so that each piece claims its corners in turn.
             let (mut whole, mut pieces) = (0, 0);
             for cells in cells.boundary_pieces(part, facets.parts, facets.gauss)? {
                 let cells = if place.within.is_some() { cells.within(&|x| place.holds(x)) } else { cells };
-                whole += cells.hats.len();
+                whole += cells.traces.len();
                 pieces += 1;
-                rows.integrate(approximation, &cells, &*scene.kinematics, &along, value, label)?;
+                equations.integrate(approximation, &cells, &*scene.kinematics, &along, value, label)?;
             }
-            if place.within.is_some() && whole == 0 && pieces > 0 && rows.len() == before {
+            if place.within.is_some() && whole == 0 && pieces > 0 && equations.len() == before {
                 return Err(empty(cells, part, label)?.into());
             }
             return Ok(());
@@ -264,7 +268,7 @@ fn add<const D: usize, A: Approximation<D>>(
         }
         _ => Vec::new(),
     };
-    rows.collocate(approximation, &nodes, &normals, &along, value, label)
+    equations.collocate(approximation, &nodes, &normals, &along, value, label)
 }
 
 /// The error of a part of a part that holds nothing.
@@ -295,29 +299,29 @@ mod tests {
     #[test]
     fn what_was_added_is_taken_back() {
         let block = Block::new([0.0, 0.0], [2.0, 1.0]);
-        let kinks = Amplitude::table(vec![(0.0, 0.0), (0.5, 2.0), (1.0, 1.0)]).unwrap();
+        let break_points = Amplitude::table(vec![(0.0, 0.0), (0.5, 2.0), (1.0, 1.0)]).unwrap();
         let moved = Value::motion(|x: &Point<2>, load| 0.1 * x[1] * load);
         let scene = Scene::new(block, PlaneStrain, Rubber::neo_hookean(0.5, 10.0).unwrap())
             .prescribe(Place::at([0.0, 0.0]), 0, 0.0)
             .hold((0, Side::Min))
-            .with(Condition::on((0, Side::Max)).component(0, moved).amplitude(kinks))
+            .with(Condition::on((0, Side::Max)).component(0, moved).amplitude(break_points))
             .prescribe(Place::at([2.0, 0.0]), 1, 0.1)
             .with(Condition::on((1, Side::Max)).along(Direction::Along([0.6, 0.8]), 0.0));
         let cells = block.lattice([5, 4]).unwrap();
-        let functions =
+        let approximation =
             ReproducingKernel::new(cells.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
         for facets in [None, Some(FacetRule { parts: 2, gauss: 2 })] {
-            let mut rows = Constraints::new();
+            let mut equations = Constraints::new();
             let all = scene.conditions.iter().flat_map(|condition| singles(condition, &condition.place));
             for single in all {
-                let (before, mark) = (rows.clone(), rows.mark());
-                let refused = add(&mut rows, &scene, &single, &cells, &functions, facets).is_err();
-                let added = rows.clone();
+                let (before, mark) = (equations.clone(), equations.mark());
+                let refused = add(&mut equations, &scene, &single, &cells, &approximation, facets).is_err();
+                let added = equations.clone();
                 assert!(refused || added != before);
-                rows.take_back(mark);
-                assert_eq!(rows, before);
+                equations.take_back(mark);
+                assert_eq!(equations, before);
                 if !refused {
-                    add(&mut rows, &scene, &single, &cells, &functions, facets).unwrap();
+                    add(&mut equations, &scene, &single, &cells, &approximation, facets).unwrap();
                 }
             }
         }

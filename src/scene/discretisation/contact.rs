@@ -5,47 +5,49 @@ use std::sync::Arc;
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::BoundaryCells;
-use crate::contact::{Carriage, ContactError, Drive, Leash, PairContact, RigidContact, Skin, Stiffness};
+use crate::contact::{
+    ArtificialSpring, ContactError, ContactSurface, Drive, PairContact, RigidBodyDof, RigidContact, Stiffness,
+};
 use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
 use crate::material::{initial_bulk_modulus, initial_shear_modulus};
 use crate::table::ShapeTable;
 
+use super::discrete_body::DiscreteBody;
 use super::facet_rule::FacetRule;
-use super::member::Member;
+use crate::scene::definition::contact_definition::{Contact, ContactDefinition, ContactPair, Law};
 use crate::scene::definition::place::{Place, Spot};
 use crate::scene::definition::scene::Scene;
 use crate::scene::definition::source::{BodyCells, BodyOf};
-use crate::scene::definition::touching::{Contact, Law, Meeting, Touching};
 
-/// Facets of a boundary part with plain hats, and the shape functions at their points.
+/// Facets of a boundary part with plain trace functions, and the shape functions at their points.
 type Face<const D: usize> = (BoundaryCells<D>, ShapeTable<D>);
 
-/// Gives the facets of a part with plain hats, and their table.
-pub(crate) type Skins<'a, const D: usize> = &'a dyn Fn(&Place<D>) -> Result<Face<D>, Error>;
+/// Gives the facets of a part with plain trace functions, and their table.
+pub(crate) type ContactSurfaces<'a, const D: usize> = &'a dyn Fn(&Place<D>) -> Result<Face<D>, Error>;
 
 /// Number of surfaces that are pushed.
-pub(crate) fn carriage_count<const D: usize>(scene: &Scene<D>) -> usize {
+pub(crate) fn rigid_dof_count<const D: usize>(scene: &Scene<D>) -> usize {
     scene.contacts.iter().filter(|contact| contact.surface.free_direction().is_some()).count()
 }
 
 /// Positions of the unknown travels of surfaces that are pushed, behind those of the particles.
-pub(crate) fn carriages<const D: usize>(scene: &Scene<D>, positions: &[Point<D>]) -> Vec<Point<D>> {
+pub(crate) fn rigid_dofs<const D: usize>(scene: &Scene<D>, positions: &[Point<D>]) -> Vec<Point<D>> {
     let pushed = scene.contacts.iter().filter(|contact| contact.surface.free_direction().is_some());
     pushed.filter_map(|_| positions.last().copied()).collect()
 }
 
-/// Adds the contacts of a scene to a model whose positions have the carriages behind the particles.
+/// Adds the contacts of a scene to a model whose positions have the rigid-body degrees of freedom behind the particles.
 pub(crate) fn add<const D: usize>(
     scene: &Scene<D>,
     positions: &[Point<D>],
-    rows: &Constraints,
+    equations: &Constraints,
     volume: f64,
-    skins: Skins<'_, D>,
+    contact_surfaces: ContactSurfaces<'_, D>,
     model: &mut Model<D>,
 ) -> Result<Vec<Contact<D>>, Error> {
     let mut contacts = Vec::new();
-    if scene.contacts.is_empty() && scene.meetings.is_empty() {
+    if scene.contacts.is_empty() && scene.contact_pairs.is_empty() {
         return Ok(contacts);
     }
     // The softest body is the one that gives.
@@ -58,27 +60,31 @@ pub(crate) fn add<const D: usize>(
     let particles = positions.len();
     let mut next = particles;
     for contact in &scene.contacts {
-        let (cells, table) = skins(&contact.place)?;
-        let carriage = contact.surface.free_direction().map(|_| {
+        let (cells, table) = contact_surfaces(&contact.place)?;
+        let rigid_dof = contact.surface.free_direction().map(|_| {
             next += 1;
             next as u32 - 1
         });
-        let skin = Skin::new(&cells, table, carriage)?;
-        let law =
-            RigidContact { skin, surface: contact.surface.clone(), carriage, stiffness: Stiffness::of(shear, bulk) };
+        let contact_surface = ContactSurface::new(&cells, table, rigid_dof)?;
+        let law = RigidContact {
+            contact_surface,
+            surface: contact.surface.clone(),
+            rigid_dof,
+            stiffness: Stiffness::of(shear, bulk),
+        };
         starts_outside(&law, model.unknowns(), contact)?;
         let law = Arc::new(law);
         let name = contact.surface.name.clone();
         contacts.push(Contact { name, term: model.terms().len(), law: Law::Rigid(law.clone()) });
         model.add(law);
-        if let (Some(node), Drive::Pushed { force, amplitude, .. }) = (carriage, &contact.surface.drive) {
-            model.add(Carriage { node: [node], force: *force, amplitude: amplitude.clone(), stiffness: shear });
+        if let (Some(node), Drive::Pushed { force, amplitude, .. }) = (rigid_dof, &contact.surface.drive) {
+            model.add(RigidBodyDof { node: [node], force: *force, amplitude: amplitude.clone(), stiffness: shear });
         }
     }
-    for meeting in &scene.meetings {
-        let mut found = vec![skins(&meeting.first)?];
-        if let Some(second) = &meeting.second {
-            found.push(skins(second)?);
+    for contact_pair in &scene.contact_pairs {
+        let mut found = vec![contact_surfaces(&contact_pair.first)?];
+        if let Some(second) = &contact_pair.second {
+            found.push(contact_surfaces(second)?);
         }
         // Pressures live on the finer side.
         let swapped = found.len() > 1 && found[1].0.points.groups.len() > found[0].0.points.groups.len();
@@ -86,50 +92,58 @@ pub(crate) fn add<const D: usize>(
             found.reverse();
         }
         let faces: Vec<&BoundaryCells<D>> = found.iter().map(|face| &face.0).collect();
-        let skin = |face: &Face<D>| Skin::new(&face.0, face.1.clone(), None);
-        let bodies = found.iter().map(skin).collect::<Result<_, _>>()?;
+        let contact_surface = |face: &Face<D>| ContactSurface::new(&face.0, face.1.clone(), None);
+        let bodies = found.iter().map(contact_surface).collect::<Result<_, _>>()?;
         let law = PairContact::new(bodies, &faces, positions, Stiffness::of(shear, bulk));
-        apart_at_rest(&law, model.unknowns(), meeting)?;
+        separate_at_rest(&law, model.unknowns(), contact_pair)?;
         let law = Arc::new(law);
-        let name = meeting.name.clone();
+        let name = contact_pair.name.clone();
         contacts.push(Contact { name, term: model.terms().len(), law: Law::Pair(law.clone(), swapped) });
         model.add(law);
     }
     if next > particles
-        || !scene.meetings.is_empty()
-        || !holds(rows, positions, !scene.kinematics.hoop_components().is_empty())
+        || !scene.contact_pairs.is_empty()
+        || !holds(equations, positions, !scene.kinematics.hoop_components().is_empty())
     {
-        model.add(leash(model.positions(), volume, shear));
+        model.add(artificial_spring(model.positions(), volume, shear));
     }
     Ok(contacts)
 }
 
 /// Refuses a body that begins inside its surface.
-fn starts_outside<const D: usize>(law: &RigidContact<D>, unknowns: usize, contact: &Touching<D>) -> Result<(), Error> {
+fn starts_outside<const D: usize>(
+    law: &RigidContact<D>,
+    unknowns: usize,
+    contact: &ContactDefinition<D>,
+) -> Result<(), Error> {
     let rest = vec![0.0; unknowns];
     let placed = law.placed(&rest, 0.0);
     let mut deepest = (0.0, 0);
-    for (point, x) in law.skin.table.positions().iter().enumerate() {
+    for (point, x) in law.contact_surface.table.positions().iter().enumerate() {
         let gap = placed.nearest(&*law.surface.shape, x).gap;
         if gap < deepest.0 {
             deepest = (gap, point);
         }
     }
     // Chords of a body and arcs of a surface that fits it differ by a hundredth of their spacing.
-    let spacing = law.skin.hats.iter().map(|hat| hat.width).fold(0.0, f64::max);
+    let spacing = law.contact_surface.traces.iter().map(|trace| trace.width).fold(0.0, f64::max);
     if -deepest.0 > SLACK * spacing {
-        let at = law.skin.table.positions()[deepest.1].as_slice().to_vec();
+        let at = law.contact_surface.table.positions()[deepest.1].as_slice().to_vec();
         return Err(ContactError::Penetrates { contact: contact.label(), depth: -deepest.0, at }.into());
     }
     Ok(())
 }
 
 /// Refuses parts that begin inside each other.
-fn apart_at_rest<const D: usize>(law: &PairContact<D>, unknowns: usize, meeting: &Meeting<D>) -> Result<(), Error> {
-    let spacing = law.skins[0].hats.iter().map(|hat| hat.width).fold(0.0, f64::max);
+fn separate_at_rest<const D: usize>(
+    law: &PairContact<D>,
+    unknowns: usize,
+    contact_pair: &ContactPair<D>,
+) -> Result<(), Error> {
+    let spacing = law.contact_surfaces[0].traces.iter().map(|trace| trace.width).fold(0.0, f64::max);
     match law.deepest_at_rest(unknowns) {
         Some((depth, at)) if depth > SLACK * spacing => {
-            let contact = format!("contact {}", meeting.name);
+            let contact = format!("contact {}", contact_pair.name);
             Err(ContactError::Penetrates { contact, depth, at: at.as_slice().to_vec() }.into())
         }
         _ => Ok(()),
@@ -143,17 +157,20 @@ const SLACK: f64 = 0.05;
 /// then holds comes to rest with as small a factor per iteration.
 const LEASH: f64 = 1e-6;
 
-fn leash<const D: usize>(positions: &[Point<D>], volume: f64, shear: f64) -> Leash {
+fn artificial_spring<const D: usize>(positions: &[Point<D>], volume: f64, shear: f64) -> ArtificialSpring {
     let extent = positions.iter().fold(0.0f64, |e, x| e.max((x - positions[0]).norm()));
     let each = LEASH * shear * volume / (extent * extent * positions.len() as f64);
-    Leash { nodes: (0..positions.len() as u32).map(|n| [n]).collect(), stiffness: vec![each; positions.len()] }
+    ArtificialSpring {
+        nodes: (0..positions.len() as u32).map(|n| [n]).collect(),
+        stiffness: vec![each; positions.len()],
+    }
 }
 
 /// A rigid motion: a component at a point.
 type Motion<const D: usize> = Box<dyn Fn(&Point<D>, usize) -> f64>;
 
 /// Whether rows hold all rigid motions of a body.
-pub(crate) fn holds<const D: usize>(rows: &Constraints, positions: &[Point<D>], revolved: bool) -> bool {
+pub(crate) fn holds<const D: usize>(equations: &Constraints, positions: &[Point<D>], revolved: bool) -> bool {
     let extent = positions.iter().fold(0.0f64, |e, x| e.max((x - positions[0]).norm())).max(f64::MIN_POSITIVE);
     let centre = positions.iter().fold(Point::<D>::zeros(), |c, x| c + x) / positions.len().max(1) as f64;
     // Translations and turns at the nodes; bodies of revolution move along their axis alone.
@@ -183,11 +200,11 @@ pub(crate) fn holds<const D: usize>(rows: &Constraints, positions: &[Point<D>], 
         return true;
     }
     let mut gram = nalgebra::DMatrix::<f64>::zeros(motions.len(), motions.len());
-    for row in rows.rows() {
-        let measure: f64 = row.entries.iter().map(|e| e.1.abs()).sum();
+    for equation in equations.equations() {
+        let measure: f64 = equation.entries.iter().map(|e| e.1.abs()).sum();
         let found: Vec<f64> = motions
             .iter()
-            .map(|m| row.entries.iter().map(|&(k, c)| c * m(&positions[k / D], k % D)).sum::<f64>() / measure)
+            .map(|m| equation.entries.iter().map(|&(k, c)| c * m(&positions[k / D], k % D)).sum::<f64>() / measure)
             .collect();
         for (a, x) in found.iter().enumerate() {
             for (b, y) in found.iter().enumerate() {
@@ -200,16 +217,16 @@ pub(crate) fn holds<const D: usize>(rows: &Constraints, positions: &[Point<D>], 
 }
 
 /// Adds the contacts of a scene.
-pub(crate) fn touching<const D: usize>(
+pub(crate) fn contact_definition<const D: usize>(
     scene: &Scene<D>,
     all: &BodyCells<D>,
-    (members, rules): (&[Member<D>], &[FacetRule]),
-    rows: &Constraints,
+    (discrete_bodies, rules): (&[DiscreteBody<D>], &[FacetRule]),
+    equations: &Constraints,
     positions: &[Point<D>],
     model: &mut Model<D>,
 ) -> Result<Vec<Contact<D>>, Error> {
     let (total, kinematics) = (model.positions().len(), &*scene.kinematics);
-    let skins = |place: &Place<D>| {
+    let contact_surfaces = |place: &Place<D>| {
         let place = scene.resolve(place);
         let Spot::Part(part) = &place.spot else {
             let needed = "a part of the boundary, or some of one";
@@ -217,13 +234,16 @@ pub(crate) fn touching<const D: usize>(
         };
         let of = scene.bodies_at(&place, || format!("contact of {place}"), all, |_| true)?;
         let body = of.first().copied().unwrap_or(0);
-        let (member, rule) = (&members[body], rules[body]);
-        let whole = member.cells.contact_boundary(part, rule.parts, rule.gauss)?;
-        let mut skin = whole.within(&|x| place.holds(x));
-        let table = member.approximation.tabulate(&skin.points, kinematics)?.shifted(member.nodes.start, total);
-        skin.hats.iter_mut().flatten().for_each(|hat| hat.0 += member.nodes.start as u32);
-        Ok((skin, table))
+        let (discrete_body, rule) = (&discrete_bodies[body], rules[body]);
+        let whole = discrete_body.cells.contact_boundary(part, rule.parts, rule.gauss)?;
+        let mut contact_surface = whole.within(&|x| place.holds(x));
+        let table = discrete_body
+            .approximation
+            .tabulate(&contact_surface.points, kinematics)?
+            .shifted(discrete_body.nodes.start, total);
+        contact_surface.traces.iter_mut().flatten().for_each(|trace| trace.0 += discrete_body.nodes.start as u32);
+        Ok((contact_surface, table))
     };
-    let volume = members.iter().flat_map(|member| member.body.table().weights()).sum();
-    add(scene, positions, rows, volume, &skins, model)
+    let volume = discrete_bodies.iter().flat_map(|discrete_body| discrete_body.body.table().weights()).sum();
+    add(scene, positions, equations, volume, &contact_surfaces, model)
 }

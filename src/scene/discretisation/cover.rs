@@ -12,7 +12,7 @@ use crate::particles::Particles;
 use crate::quadrature::Points;
 use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
 
-use super::member::{Member, SERIAL_BELOW};
+use super::discrete_body::{DiscreteBody, SERIAL_BELOW};
 use super::unmeasured::Unmeasured;
 use crate::scene::{Problem, Scheme};
 
@@ -45,7 +45,7 @@ pub struct Certificate {
 pub(crate) type KernelFunctions<const D: usize> = ReproducingKernel<D, Arc<dyn Kernel>, Polynomial<D>>;
 
 /// Shape functions of the particles, without a look at whether they cover the body.
-pub(crate) fn functions<const D: usize>(
+pub(crate) fn approximation<const D: usize>(
     scheme: &Scheme,
     particles: Particles<D>,
 ) -> Result<KernelFunctions<D>, ApproximationError> {
@@ -57,10 +57,10 @@ pub(crate) fn functions<const D: usize>(
             remedy: "give a small number, such as 1e-8",
         });
     }
-    let functions = ReproducingKernel::new(particles, scheme.kernel.clone(), Polynomial::new(scheme.order))?;
+    let approximation = ReproducingKernel::new(particles, scheme.kernel.clone(), Polynomial::new(scheme.order))?;
     Ok(match scheme.rcond_limit {
-        Some(limit) => functions.with_rcond_limit(limit),
-        None => functions,
+        Some(limit) => approximation.with_rcond_limit(limit),
+        None => approximation,
     })
 }
 
@@ -68,19 +68,21 @@ pub(crate) fn functions<const D: usize>(
 fn places<const D: usize>(cells: &dyn Cells<D>, order: u8) -> Result<Vec<Point<D>>, Error> {
     let mut places = cells.positions().to_vec();
     places.extend(cells.gauss(1)?.positions);
-    // Those of the default rule, where weak rows and sub-cells ask for them.
+    // Those of the default rule, where weak constraint equations and sub-cells ask for them.
     let per_direction = 2 + usize::from(order > 1);
     places.extend(cells.boundary(&Part::Whole, per_direction, per_direction)?.points.positions);
     Ok(places)
 }
 
 /// Places that are not covered, or where the reciprocal condition is below a limit.
-fn failing<const D: usize>(functions: &KernelFunctions<D>, places: &[Point<D>], limit: f64) -> Vec<Point<D>> {
+fn failing<const D: usize>(approximation: &KernelFunctions<D>, places: &[Point<D>], limit: f64) -> Vec<Point<D>> {
     let fails = map_with(
         places.len(),
         SERIAL_BELOW,
         <(<KernelFunctions<D> as Approximation<D>>::Scratch, ShapeFunctions<D>)>::default,
-        |(scratch, psi), place| functions.evaluate_values(&places[place], scratch, psi).is_err() || psi.rcond < limit,
+        |(scratch, psi), place| {
+            approximation.evaluate_values(&places[place], scratch, psi).is_err() || psi.rcond < limit
+        },
     );
     places.iter().zip(&fails).filter(|(_, fails)| **fails).map(|(x, _)| *x).collect()
 }
@@ -92,20 +94,20 @@ pub(crate) fn covering<const D: usize>(
     particles: Particles<D>,
     cells: &dyn Cells<D>,
 ) -> Result<(KernelFunctions<D>, usize), Error> {
-    let mut functions = functions(scheme, particles)?;
+    let mut approximation = approximation(scheme, particles)?;
     let mut places = places(cells, scheme.order)?;
     // Where nothing is near the limit at these, nothing is beyond it in between.
-    if failing(&functions, &places, EASY).is_empty() {
-        return Ok((functions, 0));
+    if failing(&approximation, &places, EASY).is_empty() {
+        return Ok((approximation, 0));
     }
     places.extend(cells.gauss(DENSE)?.positions);
-    let mut raised = vec![false; functions.particles().positions().len()];
+    let mut raised = vec![false; approximation.particles().positions().len()];
     for _ in 0..ROUNDS {
-        let failed = failing(&functions, &places, SOUND);
+        let failed = failing(&approximation, &places, SOUND);
         if failed.is_empty() {
             break;
         }
-        let old = functions.particles();
+        let old = approximation.particles();
         let mut supports = old.supports().to_vec();
         for (particle, support) in supports.iter_mut().enumerate() {
             let reach = support.half_widths() * 2.0;
@@ -118,9 +120,9 @@ pub(crate) fn covering<const D: usize>(
                 raised[particle] = true;
             }
         }
-        functions = self::functions(scheme, Particles::new(old.positions().to_vec(), supports)?)?;
+        approximation = self::approximation(scheme, Particles::new(old.positions().to_vec(), supports)?)?;
     }
-    Ok((functions, raised.iter().filter(|r| **r).count()))
+    Ok((approximation, raised.iter().filter(|r| **r).count()))
 }
 
 impl<const D: usize> Problem<D> {
@@ -139,8 +141,8 @@ impl<const D: usize> Problem<D> {
     /// ```
     pub fn certificate(&self) -> Result<Certificate, Error> {
         let mut whole = Certificate { smallest_rcond: f64::INFINITY, cover: usize::MAX, largest_slope: 0.0, raised: 0 };
-        for member in &self.members {
-            let own = member.certificate()?;
+        for discrete_body in &self.discrete_bodies {
+            let own = discrete_body.certificate()?;
             whole.smallest_rcond = whole.smallest_rcond.min(own.smallest_rcond);
             whole.cover = whole.cover.min(own.cover);
             whole.largest_slope = whole.largest_slope.max(own.largest_slope);
@@ -150,7 +152,7 @@ impl<const D: usize> Problem<D> {
     }
 }
 
-impl<const D: usize> Member<D> {
+impl<const D: usize> DiscreteBody<D> {
     fn certificate(&self) -> Result<Certificate, Error> {
         let positions = places(&*self.cells, 1)?;
         let count = positions.len();

@@ -18,10 +18,10 @@ use crate::term::{FollowerPressure, Pointwise};
 use super::body_cells::all_cells;
 use super::bond::bond_all;
 use super::conditions::{Placed, Refused, particle_at};
-use super::contact::{carriage_count, carriages, touching};
+use super::contact::{contact_definition, rigid_dof_count, rigid_dofs};
+use super::discrete_body::DiscreteBody;
 use super::elements::elements;
-use super::member::Member;
-use super::one_body::{Made, Of};
+use super::one_body::{BodyInput, BuiltBody};
 use super::particles::particles;
 use super::problem::Problem;
 use super::rigid;
@@ -30,7 +30,7 @@ use crate::scene::definition::load::{Load, LoadKind, Shared, Varying, dead};
 use crate::scene::definition::place::{Place, Spot};
 use crate::scene::definition::scene::Scene;
 use crate::scene::definition::scheme::Scheme;
-use crate::scene::definition::scheme_choices::{Enforcing, Functions};
+use crate::scene::definition::scheme_choices::{ApproximationChoice, ConstraintMethod};
 use crate::scene::definition::source::BodyCells;
 use crate::scene::definition::value::Value;
 
@@ -108,20 +108,20 @@ pub(crate) fn discretize<const D: usize>(
         }
     }
     let particles_of_all: usize = all.iter().map(|(_, cells)| cells.positions().len()).sum();
-    let total = particles_of_all + carriage_count(scene) + scene.rigid_names().len() * (D + 1);
+    let total = particles_of_all + rigid_dof_count(scene) + scene.rigid_names().len() * (D + 1);
     let mut first = 0;
-    let mut made = Vec::with_capacity(bodies);
+    let mut built = Vec::with_capacity(bodies);
     for (number, body) in scene.bodies.iter().enumerate() {
         let (scheme, cells) = (&all[number].0, all[number].1.clone());
         let (conditions, loads, ties) = (&conditions[number], &loads[number], &ties[number]);
-        let of = Of { scene, body, scheme, cells, conditions, loads, ties, first, total, sharing: &sharing };
+        let of = BodyInput { scene, body, scheme, cells, conditions, loads, ties, first, total, sharing: &sharing };
         first += of.cells.positions().len();
-        made.push(match scheme.functions {
-            Functions::Particles => particles(&of, refused)?,
-            Functions::Elements => elements(&of, refused)?,
+        built.push(match scheme.approximation {
+            ApproximationChoice::Particles => particles(&of, refused)?,
+            ApproximationChoice::Elements => elements(&of, refused)?,
         });
     }
-    finish(scene, scheme, &all, made, &sharing)
+    finish(scene, scheme, &all, built, &sharing)
 }
 
 /// Adds a load over a table of its place, `measure` being that of the place on all bodies.
@@ -146,42 +146,45 @@ fn finish<const D: usize>(
     scene: &Scene<D>,
     scheme: &Scheme,
     all: &BodyCells<D>,
-    made: Vec<Made<D>>,
+    built: Vec<BuiltBody<D>>,
     sharing: &Sharing,
 ) -> Result<Problem<D>, Error> {
-    let mut positions: Vec<Point<D>> = made.iter().flat_map(|m| m.member.cells.positions().iter().copied()).collect();
+    let mut positions: Vec<Point<D>> =
+        built.iter().flat_map(|m| m.discrete_body.cells.positions().iter().copied()).collect();
     let particle_positions = positions.clone();
-    positions.extend(carriages(scene, &positions));
-    let (mut rows, mut placed, mut ties) = (Constraints::new(), Vec::new(), Vec::new());
+    positions.extend(rigid_dofs(scene, &positions));
+    let (mut equations, mut placed, mut ties) = (Constraints::new(), Vec::new(), Vec::new());
     let mut krylov = None;
-    let (mut members, mut rules, mut tables) = (Vec::new(), Vec::new(), Vec::new());
-    for Made { member, facets, rows: own, placed: mine, loads, ties: tied, krylov: own_krylov } in made {
-        let (row, node) = (rows.len(), member.nodes.start);
+    let (mut discrete_bodies, mut rules, mut tables) = (Vec::new(), Vec::new(), Vec::new());
+    for BuiltBody { discrete_body, facets, equations: own, placed: mine, loads, ties: tied, krylov: own_krylov } in
+        built
+    {
+        let (equation, node) = (equations.len(), discrete_body.nodes.start);
         krylov = own_krylov;
         let shifted = |range: Range<usize>, by: usize| range.start + by..range.end + by;
-        if members.is_empty() {
-            rows = own;
+        if discrete_bodies.is_empty() {
+            equations = own;
         } else {
-            rows.append(own, node, D);
+            equations.append(own, node, D);
         }
         placed.extend(mine.into_iter().map(|placed| Placed {
-            rows: shifted(placed.rows.clone(), row),
+            equations: shifted(placed.equations.clone(), equation),
             nodes: shifted(placed.nodes.clone(), node),
             ..placed
         }));
-        ties.extend(tied.into_iter().map(|(number, range)| (number, shifted(range, row))));
-        members.push(member);
+        ties.extend(tied.into_iter().map(|(number, range)| (number, shifted(range, equation))));
+        discrete_bodies.push(discrete_body);
         rules.push(facets);
         tables.extend(loads);
     }
-    let bonded = bond_all(scene, &members, &rules, &mut rows, &mut placed)?;
-    let frames = rigid::frames(scene, &ties, &mut rows, &mut placed, &mut positions)?;
+    let bonded = bond_all(scene, &discrete_bodies, &rules, &mut equations, &mut placed)?;
+    let frames = rigid::frames(scene, &ties, &mut equations, &mut placed, &mut positions)?;
     let mut model = Model::new(positions);
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);
     }
-    members.iter().for_each(|member: &Member<D>| {
-        model.add(member.body.clone());
+    discrete_bodies.iter().for_each(|discrete_body: &DiscreteBody<D>| {
+        model.add(discrete_body.body.clone());
     });
     // In the order of the scene.
     tables.sort_by_key(|(number, _)| *number);
@@ -191,24 +194,26 @@ fn finish<const D: usize>(
     for (number, table) in tables {
         add_load(&mut model, &scene.loads[number], table, measures[number]);
     }
-    let modulus = |member: &Member<D>| member.body.material().response(&Matrix3::identity()).tangent[(0, 0)];
-    let shear = |member: &Member<D>| initial_shear_modulus(&**member.body.material());
+    let modulus =
+        |discrete_body: &DiscreteBody<D>| discrete_body.body.material().response(&Matrix3::identity()).tangent[(0, 0)];
+    let shear = |discrete_body: &DiscreteBody<D>| initial_shear_modulus(&**discrete_body.body.material());
     for frame in &frames {
-        let stiffest = members.iter().map(modulus).fold(0.0, f64::max);
-        model.add_whole(frame.stay(stiffest, members.iter().map(shear).fold(0.0, f64::max)));
+        let stiffest = discrete_bodies.iter().map(modulus).fold(0.0, f64::max);
+        model.add_whole(frame.stay(stiffest, discrete_bodies.iter().map(shear).fold(0.0, f64::max)));
     }
     for load in &scene.loads {
         if let Some((number, point)) = scene.rigid_at(&scene.resolve(&load.place)) {
             frames[number].load(&mut model, load, point)?;
         }
     }
-    let contacts = touching(scene, all, (&members, &rules), &rows, &particle_positions, &mut model)?;
-    rigid::held(scene, &frames, &rows, model.positions())?;
-    let elements = members.len() == 1 && scheme.functions == Functions::Elements;
-    let transform = match scheme.enforcing {
-        Enforcing::Auto => !bonded && frames.is_empty() && (rows.len() <= TRANSFORMATION_ROWS || elements),
-        Enforcing::Transformation => true,
-        Enforcing::Multipliers => false,
+    let contacts =
+        contact_definition(scene, all, (&discrete_bodies, &rules), &equations, &particle_positions, &mut model)?;
+    rigid::held(scene, &frames, &equations, model.positions())?;
+    let elements = discrete_bodies.len() == 1 && scheme.approximation == ApproximationChoice::Elements;
+    let transform = match scheme.constraint_method {
+        ConstraintMethod::Auto => !bonded && frames.is_empty() && (equations.len() <= TRANSFORMATION_ROWS || elements),
+        ConstraintMethod::Transformation => true,
+        ConstraintMethod::Multipliers => false,
     };
     let mut analysis = if transform {
         Analysis::new(MixedTransformation::default(), Direct)
@@ -216,7 +221,7 @@ fn finish<const D: usize>(
         Analysis::new(LagrangeMultipliers, Direct)
     };
     if let Some(solver) = &scheme.solver {
-        if krylov.is_none() && solver.cycle(&[]).is_some() {
+        if krylov.is_none() && solver.preconditioner(&[]).is_some() {
             let needed = "one body of particles on a lattice in space, or a direct solver";
             return Err(GeometryError::Unsuited { what: "a solver of preconditioners", needed }.into());
         }
@@ -227,5 +232,5 @@ fn finish<const D: usize>(
     }
     analysis.newton = scheme.newton;
     analysis.stepping = scheme.stepping;
-    Ok(Problem { model, rows, analysis, members, contacts, frames, placed, names: scene.names.clone() })
+    Ok(Problem { model, equations, analysis, discrete_bodies, contacts, frames, placed, names: scene.names.clone() })
 }

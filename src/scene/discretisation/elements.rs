@@ -6,16 +6,19 @@ use crate::shape::FiniteElements;
 use crate::table::ShapeTable;
 use crate::term::{Body, PressureField};
 
-use super::conditions::{Refused, rows};
+use super::conditions::{Refused, equations};
 use super::facet_rule::{FacetRule, Facets};
-use super::one_body::{FINER, Made, Of, Tables, clocked, expanding, load_tables, material};
+use super::one_body::{BodyInput, BuiltBody, FINER, Tables, clocked, expanding, load_tables, material};
 use super::rule::lattice_of;
-use crate::scene::definition::scheme_choices::{PressureScheme, RowKind, Rule};
+use crate::scene::definition::scheme_choices::{ConstraintKind, PressureScheme, Rule};
 
 /// Finite elements on the same lattice.
-pub(crate) fn elements<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> Result<Made<D>, Error> {
-    let Of { scene, scheme, cells, .. } = of;
-    if scheme.rows == RowKind::OverBoundary {
+pub(crate) fn elements<const D: usize>(
+    definition: &BodyInput<'_, D>,
+    refused: Refused<'_>,
+) -> Result<BuiltBody<D>, Error> {
+    let BodyInput { scene, scheme, cells, .. } = definition;
+    if scheme.constraint_kind == ConstraintKind::OverBoundary {
         return Err(BoundaryError::Unsuitable {
             enforcement: "rows over boundaries",
             reason: "finite elements interpolate: prescribe values at nodes".into(),
@@ -42,12 +45,12 @@ pub(crate) fn elements<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> 
         PressureScheme::Auto => PressureField::Linear,
         PressureScheme::Field { field, .. } => field,
     };
-    let sharing = of.sharing;
+    let sharing = definition.sharing;
     let own = sharing.run(Zones::single(elements.element_count()));
     let table = ShapeTable::of_elements(&elements, &elements.gauss_in(points, &own)?, kinematics)?;
     // Q1/P0 and Q2/P1 as the literature has them: all of the volumetric energy projected.
-    let law = material(scene, &of.body.material)?;
-    let body = clocked(scene, Body::zonal(of.among_all(expanding(scene, table)?), law, field, 0.0))?;
+    let law = material(scene, &definition.body.material)?;
+    let body = clocked(scene, Body::zonal(definition.among_all(expanding(scene, table)?), law, field, 0.0))?;
     let tables = Tables {
         boundary: &|part, place| {
             let points = elements.boundary(part, points * if place.within.is_some() { FINER } else { 1 })?;
@@ -62,11 +65,12 @@ pub(crate) fn elements<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> 
             )
         },
     };
-    let loads = load_tables(of, &elements, &tables)?;
-    let (mut rows, placed) = rows(scene, of.conditions, &**cells, &elements, None, refused)?;
-    let ties = of.tied(&mut rows, &elements, None)?;
+    let loads = load_tables(definition, &elements, &tables)?;
+    let (mut equations, placed) = equations(scene, definition.conditions, &**cells, &elements, None, refused)?;
+    let ties = definition.tied(&mut equations, &elements, None)?;
     let dilations = (0..cells.positions().len()).map(|node| cells.local_spacing(node)).collect();
     let facets = FacetRule { parts: 1, gauss: points };
-    let member = of.member(body, Box::new(elements), Facets::OfElements { order, gauss: points }, dilations, 0);
-    Ok(Made { member, facets, rows, placed, loads, ties, krylov: None })
+    let discrete_body =
+        definition.discrete_body(body, Box::new(elements), Facets::OfElements { order, gauss: points }, dilations, 0);
+    Ok(BuiltBody { discrete_body, facets, equations, placed, loads, ties, krylov: None })
 }

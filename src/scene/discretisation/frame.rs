@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::SMatrix;
 
-use crate::boundary::{Constraints, Row};
+use crate::boundary::{ConstraintEquation, Constraints};
 use crate::error::{BoundaryError, Error};
 use crate::geometry::Point;
 use crate::mesh::Mesh;
@@ -28,10 +28,15 @@ pub(crate) struct Frame<const D: usize> {
 
 impl<const D: usize> Frame<D> {
     /// The frame of rows that tie a face to it, around their middle; rows count the nodes among all.
-    pub(crate) fn around(name: &str, first: usize, rows: &[&Row], positions: &[Point<D>]) -> Result<Self, Error> {
+    pub(crate) fn around(
+        name: &str,
+        first: usize,
+        equations: &[&ConstraintEquation],
+        positions: &[Point<D>],
+    ) -> Result<Self, Error> {
         let (mut total, mut moment) = (0.0, Point::<D>::zeros());
-        for row in rows.iter().filter(|row| row.dependent % D == 0) {
-            for &(k, c) in row.entries.iter().filter(|entry| entry.0 % D == 0) {
+        for equation in equations.iter().filter(|equation| equation.dependent % D == 0) {
+            for &(k, c) in equation.entries.iter().filter(|entry| entry.0 % D == 0) {
                 total += c;
                 moment += positions[k / D] * c;
             }
@@ -41,7 +46,7 @@ impl<const D: usize> Frame<D> {
             return Err(BoundaryError::Incomplete { what }.into());
         }
         let centre = moment / total;
-        let nodes = rows.iter().flat_map(|row| row.entries.iter().map(|entry| entry.0 / D));
+        let nodes = equations.iter().flat_map(|equation| equation.entries.iter().map(|entry| entry.0 / D));
         let size = nodes.map(|node| (positions[node] - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
         Ok(Frame { name: name.to_string(), first, centre, size, shapes: Vec::new() })
     }
@@ -67,9 +72,9 @@ impl<const D: usize> Frame<D> {
 
     /// What rows that weigh displacements of a body have to take off, so that they weigh the difference from the frame's.
     /// Functions of bodies reproduce linear fields: their coefficients and positions tell the sums of the frame's.
-    pub(crate) fn counterpart(&self, row: &Row, positions: &[Point<D>]) -> Vec<(usize, f64)> {
+    pub(crate) fn counterpart(&self, equation: &ConstraintEquation, positions: &[Point<D>]) -> Vec<(usize, f64)> {
         let mut sums = [[0.0; 3]; 4];
-        for &(k, c) in &row.entries {
+        for &(k, c) in &equation.entries {
             let values = self.values(&positions[k / D]);
             sums.iter_mut().zip(values).for_each(|(sum, value)| sum[k % D] -= c * value);
         }
@@ -92,7 +97,7 @@ impl<const D: usize> Frame<D> {
     /// Adds the rows of a condition on the body: at a point of it, or at all its nodes.
     pub(crate) fn prescribe(
         &self,
-        rows: &mut Constraints,
+        equations: &mut Constraints,
         condition: &Condition<D>,
         point: Option<Point<D>>,
     ) -> Result<(), Error> {
@@ -100,7 +105,7 @@ impl<const D: usize> Frame<D> {
         for (direction, value) in &condition.prescribed {
             let label = condition.label(direction);
             if let Value::Motion(_) = value {
-                rows.add_knots(condition.amplitude.break_points());
+                equations.add_break_points(condition.amplitude.break_points());
             }
             for x in &at {
                 let unit = direction.unit(&label, x, &Point::zeros())?;
@@ -118,7 +123,7 @@ impl<const D: usize> Frame<D> {
                 let entries: Vec<(usize, f64)> = entries.filter(|entry| entry.1.abs() > 1e-14).collect();
                 let largest = entries.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
                 let dependent = largest.map_or(self.first * D, |entry| entry.0);
-                rows.push(Row { entries, dependent, target, amplitude, label: label.clone() })?;
+                equations.push(ConstraintEquation { entries, dependent, target, amplitude, label: label.clone() })?;
             }
         }
         Ok(())

@@ -138,8 +138,8 @@ impl<const D: usize> Term<D> for Rigidity<D> {
         }
         for slope in &slopes {
             for (column, a) in slope.iter().enumerate() {
-                for (row, b) in slope.iter().enumerate() {
-                    out.matrix[column * size + row] += self.stiffness * a * b;
+                for (equation, b) in slope.iter().enumerate() {
+                    out.matrix[column * size + equation] += self.stiffness * a * b;
                 }
             }
         }

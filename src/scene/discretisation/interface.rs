@@ -10,20 +10,20 @@ use crate::geometry::Point;
 use crate::kinematics::Kinematics;
 use crate::shape::ShapeFunctions;
 
-use super::member::Member;
+use super::discrete_body::DiscreteBody;
 
 /// Facets of two bodies lie on each other where the distance across is below this part of their size: chords of one arc, cut
 /// into facets of different lengths, are a sixteenth of a quarter turn apart at most.
 const ACROSS: f64 = 0.05;
 
 /// One side of an interface: its facets there.
-pub(crate) struct Shore<'a, const D: usize> {
-    pub(crate) member: &'a Member<D>,
+pub(crate) struct InterfaceSide<'a, const D: usize> {
+    pub(crate) discrete_body: &'a DiscreteBody<D>,
     pub(crate) cells: BoundaryCells<D>,
     /// Weights with the measure of the kinematics.
     pub(crate) weights: Vec<f64>,
     pub(crate) values: Vec<ShapeFunctions<D>>,
-    /// The particles with a hat, in the order of the facets.
+    /// The particles with a trace function, in the order of the facets.
     pub(crate) particles: Vec<u32>,
 }
 
@@ -100,32 +100,32 @@ pub(crate) fn shared<const D: usize>(cells: [&BoundaryCells<D>; 2]) -> [Vec<usiz
     })
 }
 
-impl<'a, const D: usize> Shore<'a, D> {
+impl<'a, const D: usize> InterfaceSide<'a, D> {
     pub(crate) fn new(
-        member: &'a Member<D>,
+        discrete_body: &'a DiscreteBody<D>,
         boundary: &BoundaryCells<D>,
         chosen: &[usize],
         kinematics: &dyn Kinematics<D>,
     ) -> Result<Self, Error> {
-        let mut cells = BoundaryCells { points: crate::quadrature::Points::empty(), hats: Vec::new() };
+        let mut cells = BoundaryCells { points: crate::quadrature::Points::empty(), traces: Vec::new() };
         for &facet in chosen {
             let range = boundary.points.groups[facet]..boundary.points.groups[facet + 1];
             cells.points.positions.extend_from_slice(&boundary.points.positions[range.clone()]);
             cells.points.weights.extend_from_slice(&boundary.points.weights[range.clone()]);
             cells.points.normals.extend_from_slice(&boundary.points.normals[range.clone()]);
-            cells.hats.extend_from_slice(&boundary.hats[range]);
+            cells.traces.extend_from_slice(&boundary.traces[range]);
             cells.points.close_group();
         }
         let has_hoops = !kinematics.hoop_components().is_empty();
-        let mut weights = Vec::with_capacity(cells.hats.len());
+        let mut weights = Vec::with_capacity(cells.traces.len());
         for (x, weight) in cells.points.positions.iter().zip(&cells.points.weights) {
             weights.push(weight * crate::kinematics::measure(kinematics, has_hoops, x)?);
         }
-        let values = member.values_at(&cells.points.positions)?;
+        let values = discrete_body.values_at(&cells.points.positions)?;
         let mut particles: Vec<u32> = Vec::new();
         let mut seen = std::collections::HashSet::new();
-        particles.extend(cells.hats.iter().flatten().map(|hat| hat.0).filter(|&particle| seen.insert(particle)));
-        Ok(Shore { member, cells, weights, values, particles })
+        particles.extend(cells.traces.iter().flatten().map(|trace| trace.0).filter(|&particle| seen.insert(particle)));
+        Ok(InterfaceSide { discrete_body, cells, weights, values, particles })
     }
 
     /// Measure and first moments of the facets about a point, lengths over `size`.
@@ -147,15 +147,15 @@ pub(crate) fn linear<const D: usize>(x: &Point<D>, centre: &Point<D>, size: f64)
 /// Values of the multipliers' functions: for each point (multiplier, value).
 pub(crate) type MultiplierValues = Vec<Vec<(usize, f64)>>;
 
-/// The hats of one side at points of the other one: extrapolated from the points of the facet that a point lies on, and
+/// The trace functions of one side at points of the other one: extrapolated from the points of the facet that a point lies on, and
 /// corrected so that they have the measure and the first moments that they have on their own side.
 ///
-/// Sums of the hats stay one, whatever the rules: a constant multiplier pushes both sides as their own rules do, and the patch
+/// Sums of the trace functions stay one, whatever the rules: a constant multiplier pushes both sides as their own rules do, and the patch
 /// test passes across interfaces that do not match.
 pub(crate) fn carried<const D: usize>(
-    mortar: &Shore<'_, D>,
+    mortar: &InterfaceSide<'_, D>,
     number: &HashMap<u32, usize>,
-    other: &Shore<'_, D>,
+    other: &InterfaceSide<'_, D>,
 ) -> MultiplierValues {
     let facets = Facets::of(&mortar.cells);
     let all: Vec<usize> = (0..facets.middles.len()).collect();
@@ -166,11 +166,11 @@ pub(crate) fn carried<const D: usize>(
         if let Some(facet) = facets.nearest(&all, x) {
             let range = mortar.cells.points.groups[facet]..mortar.cells.points.groups[facet + 1];
             for (point, part) in range.zip(fits[facet].parts(x)) {
-                for &(particle, hat) in &mortar.cells.hats[point] {
+                for &(particle, trace) in &mortar.cells.traces[point] {
                     let multiplier = number[&particle];
                     match values.iter_mut().find(|entry| entry.0 == multiplier) {
-                        Some(entry) => entry.1 += part * hat,
-                        None => values.push((multiplier, part * hat)),
+                        Some(entry) => entry.1 += part * trace,
+                        None => values.push((multiplier, part * trace)),
                     }
                 }
             }
@@ -189,13 +189,15 @@ struct Fit<const D: usize> {
 }
 
 impl<const D: usize> Fit<D> {
-    fn new(shore: &Shore<'_, D>, facets: &Facets<D>, facet: usize) -> Self {
-        let range = shore.cells.points.groups[facet]..shore.cells.points.groups[facet + 1];
+    fn new(interface_side: &InterfaceSide<'_, D>, facets: &Facets<D>, facet: usize) -> Self {
+        let range = interface_side.cells.points.groups[facet]..interface_side.cells.points.groups[facet + 1];
         let (middle, normal, size) = (facets.middles[facet], facets.normals[facet], facets.sizes[facet]);
         let mut tangents: Vec<Point<D>> = Vec::new();
         // The first along the points, which stand along the sides of bricks.
-        let along =
-            range.clone().skip(1).map(|k| shore.cells.points.positions[k] - shore.cells.points.positions[range.start]);
+        let along = range
+            .clone()
+            .skip(1)
+            .map(|k| interface_side.cells.points.positions[k] - interface_side.cells.points.positions[range.start]);
         let axes = (0..D).map(|axis| Point::<D>::from_fn(|i, _| f64::from(u8::from(i == axis))));
         for candidate in along.chain(axes) {
             if tangents.len() + 1 >= D {
@@ -216,15 +218,15 @@ impl<const D: usize> Fit<D> {
         tangents.iter_mut().for_each(|tangent| *tangent /= size);
         let mut fit = Fit { middle, tangents, inverse: DMatrix::zeros(0, 0) };
         let rows: Vec<Vec<f64>> =
-            range.clone().map(|k| fit.functions(&shore.cells.points.positions[k], range.len())).collect();
-        let functions = rows.first().map_or(0, Vec::len);
-        let matrix = DMatrix::from_fn(rows.len(), functions, |i, j| rows[i][j]);
-        fit.inverse = matrix.pseudo_inverse(1e-10).unwrap_or_else(|_| DMatrix::zeros(functions, rows.len()));
+            range.clone().map(|k| fit.approximation(&interface_side.cells.points.positions[k], range.len())).collect();
+        let approximation = rows.first().map_or(0, Vec::len);
+        let matrix = DMatrix::from_fn(rows.len(), approximation, |i, j| rows[i][j]);
+        fit.inverse = matrix.pseudo_inverse(1e-10).unwrap_or_else(|_| DMatrix::zeros(approximation, rows.len()));
         fit
     }
 
     /// 1, and as many of s, t, st as the points of a facet determine.
-    fn functions(&self, x: &Point<D>, points: usize) -> Vec<f64> {
+    fn approximation(&self, x: &Point<D>, points: usize) -> Vec<f64> {
         let local: Vec<f64> = self.tangents.iter().map(|tangent| (x - self.middle).dot(tangent)).collect();
         match (local.as_slice(), points) {
             (_, 1) | ([], _) => vec![1.0],
@@ -237,9 +239,9 @@ impl<const D: usize> Fit<D> {
 
     /// The parts of the facet's points in the value at a point.
     fn parts(&self, x: &Point<D>) -> Vec<f64> {
-        let functions = self.functions(x, self.inverse.ncols());
+        let approximation = self.approximation(x, self.inverse.ncols());
         (0..self.inverse.ncols())
-            .map(|k| functions.iter().enumerate().map(|(f, v)| v * self.inverse[(f, k)]).sum())
+            .map(|k| approximation.iter().enumerate().map(|(f, v)| v * self.inverse[(f, k)]).sum())
             .collect()
     }
 }

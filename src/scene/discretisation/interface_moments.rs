@@ -3,7 +3,7 @@
 
 use crate::geometry::Point;
 
-use super::interface::{MultiplierValues, Shore, linear};
+use super::interface::{InterfaceSide, MultiplierValues, linear};
 
 /// Rounds of corrections: each leaves about a part [`CLOSER`] of what was missing, until rounding is all that is left.
 const ROUNDS: usize = 4;
@@ -18,22 +18,22 @@ const GROWN: f64 = 10.0;
 /// Adds what is missing of the measures and first moments of each function: the smallest change in terms of the functions
 /// themselves that leaves their sums one, by conjugate gradients.
 pub(crate) fn correct<const D: usize>(
-    functions: &mut MultiplierValues,
-    other: &Shore<'_, D>,
+    approximation: &mut MultiplierValues,
+    other: &InterfaceSide<'_, D>,
     wanted: &[Vec<f64>],
     centre: &Point<D>,
     size: f64,
 ) {
     let system = Moments {
         xi: other.cells.points.positions.iter().map(|x| linear(x, centre, size).collect()).collect(),
-        bounds: functions.iter().map(|values| values.iter().map(|&(j, v)| (j, v.max(0.0))).collect()).collect(),
+        bounds: approximation.iter().map(|values| values.iter().map(|&(j, v)| (j, v.max(0.0))).collect()).collect(),
         weights: &other.weights,
         terms: D + 1,
     };
-    let mut missing = system.missing(functions, wanted);
+    let mut missing = system.missing(approximation, wanted);
     for _ in 0..ROUNDS {
         let alpha = system.solve(&missing);
-        let mut corrected = functions.clone();
+        let mut corrected = approximation.clone();
         for (point, values) in corrected.iter_mut().enumerate() {
             for (j, change) in system.changes(&alpha, point) {
                 values.iter_mut().filter(|entry| entry.0 == j).for_each(|entry| entry.1 += change);
@@ -43,7 +43,7 @@ pub(crate) fn correct<const D: usize>(
         if !(dot(&left, &left) < dot(&missing, &missing)) {
             break;
         }
-        (*functions, missing) = (corrected, left);
+        (*approximation, missing) = (corrected, left);
     }
 }
 
@@ -64,9 +64,9 @@ struct Moments<'a> {
 
 impl Moments<'_> {
     /// What functions lack of the wanted moments, one after the other.
-    fn missing(&self, functions: &MultiplierValues, wanted: &[Vec<f64>]) -> Vec<f64> {
+    fn missing(&self, approximation: &MultiplierValues, wanted: &[Vec<f64>]) -> Vec<f64> {
         let mut missing = wanted.concat();
-        for ((values, q), weight) in functions.iter().zip(&self.xi).zip(self.weights) {
+        for ((values, q), weight) in approximation.iter().zip(&self.xi).zip(self.weights) {
             for &(j, value) in values {
                 let moments = missing[j * self.terms..(j + 1) * self.terms].iter_mut().zip(q);
                 moments.for_each(|(m, q)| *m -= weight * value * q);

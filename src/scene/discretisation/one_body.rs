@@ -15,8 +15,8 @@ use crate::table::ShapeTable;
 use crate::term::{Amplitude, Body};
 
 use super::conditions::{Placed, tie};
+use super::discrete_body::{DiscreteBody, Evaluate};
 use super::facet_rule::{FacetRule, Facets};
-use super::member::{Evaluate, Member};
 use super::sharing::Sharing;
 use super::unmeasured::Unmeasured;
 use crate::scene::definition::load::LoadKind;
@@ -29,7 +29,7 @@ use crate::scene::definition::source::BodyOf;
 pub(crate) const FINER: usize = 4;
 
 /// A body that is discretised: what of the scene is about it, and its nodes among all.
-pub(crate) struct Of<'a, const D: usize> {
+pub(crate) struct BodyInput<'a, const D: usize> {
     pub(crate) scene: &'a Scene<D>,
     pub(crate) body: &'a BodyOf<D>,
     pub(crate) scheme: &'a Scheme,
@@ -44,10 +44,10 @@ pub(crate) struct Of<'a, const D: usize> {
 }
 
 /// A body that was discretised; rows and conditions count nodes within the body.
-pub(crate) struct Made<const D: usize> {
-    pub(crate) member: Member<D>,
+pub(crate) struct BuiltBody<const D: usize> {
+    pub(crate) discrete_body: DiscreteBody<D>,
     pub(crate) facets: FacetRule,
-    pub(crate) rows: Constraints,
+    pub(crate) equations: Constraints,
     pub(crate) placed: Vec<Placed<D>>,
     /// Loads with the tables of their places.
     pub(crate) loads: Vec<(usize, ShapeTable<D>)>,
@@ -63,7 +63,7 @@ pub(crate) struct Tables<'a, const D: usize> {
     pub(crate) body: &'a dyn Fn(&Place<D>) -> Result<ShapeTable<D>, Error>,
 }
 
-impl<const D: usize> Of<'_, D> {
+impl<const D: usize> BodyInput<'_, D> {
     /// A table of the body with the numbers that its nodes have among all.
     pub(crate) fn among_all(&self, table: ShapeTable<D>) -> ShapeTable<D> {
         if self.first == 0 && table.node_count() == self.total { table } else { table.shifted(self.first, self.total) }
@@ -72,32 +72,32 @@ impl<const D: usize> Of<'_, D> {
     /// Adds the rows that tie parts of the body to rigid ones.
     pub(crate) fn tied<A: Approximation<D>>(
         &self,
-        rows: &mut Constraints,
+        equations: &mut Constraints,
         approximation: &A,
         rule: Option<FacetRule>,
     ) -> Result<Vec<(usize, Range<usize>)>, Error> {
         let names = self.scene.rigid_names();
         let mut ties = Vec::with_capacity(self.ties.len());
         for (number, place) in self.ties {
-            let first = rows.len();
-            tie(rows, self.scene, (names[*number], place), &*self.cells, approximation, rule)?;
-            ties.push((*number, first..rows.len()));
+            let first = equations.len();
+            tie(equations, self.scene, (names[*number], place), &*self.cells, approximation, rule)?;
+            ties.push((*number, first..equations.len()));
         }
         Ok(ties)
     }
 
-    pub(crate) fn member(
+    pub(crate) fn discrete_body(
         &self,
         body: Body<D, Arc<dyn Material>>,
         approximation: Box<dyn Evaluate<D>>,
         facets: Facets,
         dilations: Vec<f64>,
         raised: usize,
-    ) -> Member<D> {
+    ) -> DiscreteBody<D> {
         let nodes = self.first..self.first + self.cells.positions().len();
         let (name, cells, body) = (self.body.name.clone(), self.cells.clone(), Arc::new(body));
         let facets = (!self.scene.kinematics.is_plane_stress()).then_some(facets);
-        Member { name, nodes, body, cells, approximation, facets, dilations, raised }
+        DiscreteBody { name, nodes, body, cells, approximation, facets, dilations, raised }
     }
 }
 
@@ -106,8 +106,8 @@ pub(crate) fn material<const D: usize>(scene: &Scene<D>, own: &Arc<dyn Material>
     if !scene.kinematics.is_plane_stress() {
         return Ok(own.clone());
     }
-    if own.memory().is_some() {
-        let what = "a law that remembers in a sheet in plane stress";
+    if own.internal_variables().is_some() {
+        let what = "a laws with internal variables in a sheet in plane stress";
         return Err(GeometryError::Unsuited { what, needed: "a solid model, or an elastic law" }.into());
     }
     Ok(Arc::new(FreeThickness(own.clone())))
@@ -142,14 +142,14 @@ pub(crate) fn clocked<const D: usize>(
 
 /// The tables of the loads on a body.
 pub(crate) fn load_tables<const D: usize, A: Approximation<D>>(
-    of: &Of<'_, D>,
+    definition: &BodyInput<'_, D>,
     approximation: &A,
     tables: &Tables<'_, D>,
 ) -> Result<Vec<(usize, ShapeTable<D>)>, Error> {
-    let mut made = Vec::with_capacity(of.loads.len());
-    for (number, place) in of.loads {
-        let load = &of.scene.loads[*number];
-        if of.scene.kinematics.is_plane_stress() && matches!(load.kind, LoadKind::Pressure(_)) {
+    let mut built = Vec::with_capacity(definition.loads.len());
+    for (number, place) in definition.loads {
+        let load = &definition.scene.loads[*number];
+        if definition.scene.kinematics.is_plane_stress() && matches!(load.kind, LoadKind::Pressure(_)) {
             let what = "a following pressure on the edge of a sheet in plane stress";
             let needed = "a traction: the area of the edge changes with the thickness, which is no unknown";
             return Err(GeometryError::Unsuited { what, needed }.into());
@@ -162,21 +162,21 @@ pub(crate) fn load_tables<const D: usize, A: Approximation<D>>(
             Spot::Part(part) => (tables.boundary)(part, place)?,
             // A point load is a force already: it takes no measure.
             Spot::Point(at) => {
-                if !of.cells.contains(at) {
+                if !definition.cells.contains(at) {
                     let what = load.label();
                     return Err(BoundaryError::Outside { what, at: at.as_slice().to_vec() }.into());
                 }
-                ShapeTable::new(approximation, &of.sharing.points(Points::single(*at)), &Unmeasured)?
+                ShapeTable::new(approximation, &definition.sharing.points(Points::single(*at)), &Unmeasured)?
             }
             Spot::Body => (tables.body)(place)?,
         };
         let mut points = [table.weights().len() as f64];
-        of.sharing.total(&mut points);
+        definition.sharing.total(&mut points);
         if points[0] == 0.0 {
-            let nearest = of.cells.positions().first().map(|x| x.as_slice().to_vec()).unwrap_or_default();
+            let nearest = definition.cells.positions().first().map(|x| x.as_slice().to_vec()).unwrap_or_default();
             return Err(BoundaryError::Empty { what: load.label(), nearest }.into());
         }
-        made.push((*number, of.among_all(table)));
+        built.push((*number, definition.among_all(table)));
     }
-    Ok(made)
+    Ok(built)
 }

@@ -5,22 +5,25 @@ use crate::error::Error;
 use crate::table::ShapeTable;
 use crate::term::Body;
 
-use super::conditions::{Refused, rows};
+use super::approximation::covering;
+use super::conditions::{Refused, equations};
 use super::facet_rule::Facets;
-use super::functions::covering;
-use super::one_body::{FINER, Made, Of, Tables, clocked, expanding, load_tables, material};
+use super::one_body::{BodyInput, BuiltBody, FINER, Tables, clocked, expanding, load_tables, material};
 use super::rule::body_table;
-use crate::scene::definition::scheme_choices::RowKind;
+use crate::scene::definition::scheme_choices::ConstraintKind;
 
 /// Reproducing kernel particles.
-pub(crate) fn particles<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) -> Result<Made<D>, Error> {
-    let Of { scene, scheme, cells, .. } = of;
+pub(crate) fn particles<const D: usize>(
+    definition: &BodyInput<'_, D>,
+    refused: Refused<'_>,
+) -> Result<BuiltBody<D>, Error> {
+    let BodyInput { scene, scheme, cells, .. } = definition;
     let (approximation, raised) = covering(scheme, &**cells)?;
     let dilations = approximation.particles().supports().iter().map(|s| s.half_widths().max()).collect();
     let kinematics = &*scene.kinematics;
-    let sharing = of.sharing;
-    let (table, facets, field) = body_table(of, &approximation)?;
-    let (table, law) = (of.among_all(expanding(scene, table)?), material(scene, &of.body.material)?);
+    let sharing = definition.sharing;
+    let (table, facets, field) = body_table(definition, &approximation)?;
+    let (table, law) = (definition.among_all(expanding(scene, table)?), material(scene, &definition.body.material)?);
     let mut body = clocked(scene, Body::projecting(table, law, field, scheme.measure))?;
     if let Some(fewest) = sharing.fewest(body.fewest()) {
         body = body.with_fewest(fewest);
@@ -39,22 +42,23 @@ pub(crate) fn particles<const D: usize>(of: &Of<'_, D>, refused: Refused<'_>) ->
             ShapeTable::new(&approximation, &points.retained(|x| place.holds(x)), kinematics)
         },
     };
-    let over_boundary = match scheme.rows {
-        RowKind::Auto => D > 1,
-        RowKind::AtParticles => false,
-        RowKind::OverBoundary => true,
+    let over_boundary = match scheme.constraint_kind {
+        ConstraintKind::Auto => D > 1,
+        ConstraintKind::AtParticles => false,
+        ConstraintKind::OverBoundary => true,
     };
-    let loads = load_tables(of, &approximation, &tables)?;
+    let loads = load_tables(definition, &approximation, &tables)?;
     let rule = over_boundary.then_some(facets);
-    let (mut rows, placed) = rows(scene, of.conditions, &**cells, &approximation, rule, refused)?;
-    let ties = of.tied(&mut rows, &approximation, rule)?;
+    let (mut equations, placed) = equations(scene, definition.conditions, &**cells, &approximation, rule, refused)?;
+    let ties = definition.tied(&mut equations, &approximation, rule)?;
     // Several bodies are solved by factors.
     // Factors leave out parts of the matrix of contact, which sweeps over them put right.
     let alone = scene.bodies.len() == 1 && scene.rigids.is_empty() && scene.contacts.is_empty();
     let krylov = match alone {
-        true => super::space::krylov(scene, scheme, &**cells, &approximation, &body, &rows, sharing)?,
+        true => super::space::krylov(scene, scheme, &**cells, &approximation, &body, &equations, sharing)?,
         false => None,
     };
-    let member = of.member(body, Box::new(approximation), Facets::OfCells(facets), dilations, raised);
-    Ok(Made { member, facets, rows, placed, loads, ties, krylov })
+    let discrete_body =
+        definition.discrete_body(body, Box::new(approximation), Facets::OfCells(facets), dilations, raised);
+    Ok(BuiltBody { discrete_body, facets, equations, placed, loads, ties, krylov })
 }

@@ -14,20 +14,20 @@ use crate::solve::{Analysis, EquilibriumPath, Observer, State};
 use crate::term::{Body, Term};
 
 use super::conditions::Placed;
+use super::discrete_body::DiscreteBody;
 use super::frame::Frame;
-use super::member::Member;
 use crate::scene::Place;
-use crate::scene::definition::touching::Contact;
+use crate::scene::definition::contact_definition::Contact;
 
 /// A discretised scene: model, rows and analysis, and the fields of its states.
 ///
-/// Fields are those of all bodies, one after the other in the order of the scene; [`member`](Problem::member) gives a body
+/// Fields are those of all bodies, one after the other in the order of the scene; [`discrete_body`](Problem::discrete_body) gives a body
 /// alone.
 pub struct Problem<const D: usize> {
     pub(crate) model: Model<D>,
-    pub(crate) rows: Constraints,
+    pub(crate) equations: Constraints,
     pub(crate) analysis: Analysis,
-    pub(crate) members: Vec<Member<D>>,
+    pub(crate) discrete_bodies: Vec<DiscreteBody<D>>,
     /// What touches what.
     pub(crate) contacts: Vec<Contact<D>>,
     /// The frames of the rigid bodies.
@@ -51,13 +51,13 @@ impl<const D: usize> Problem<D> {
     }
 
     /// The essential conditions.
-    pub fn rows(&self) -> &Constraints {
-        &self.rows
+    pub fn equations(&self) -> &Constraints {
+        &self.equations
     }
 
     /// The essential conditions, to add rows of one's own.
-    pub fn rows_mut(&mut self) -> &mut Constraints {
-        &mut self.rows
+    pub fn equations_mut(&mut self) -> &mut Constraints {
+        &mut self.equations
     }
 
     /// Strategies and stepping.
@@ -71,24 +71,24 @@ impl<const D: usize> Problem<D> {
     }
 
     /// The bodies.
-    pub fn members(&self) -> &[Member<D>] {
-        &self.members
+    pub fn discrete_bodies(&self) -> &[DiscreteBody<D>] {
+        &self.discrete_bodies
     }
 
     /// The body of a name.
     ///
     /// # Errors
     /// Where none has it, with the names that there are.
-    pub fn member(&self, name: &str) -> Result<&Member<D>, Error> {
-        let known = || self.members.iter().map(Member::name).collect::<Vec<_>>().join("; ");
-        let unknown = || BoundaryError::UnknownBody { asked: name.to_string(), known: known() };
-        Ok(self.members.iter().find(|member| member.name == name).ok_or_else(unknown)?)
+    pub fn discrete_body(&self, name: &str) -> Result<&DiscreteBody<D>, Error> {
+        let known = || self.discrete_bodies.iter().map(DiscreteBody::name).collect::<Vec<_>>().join("; ");
+        let unknown = || BoundaryError::UnknownBody { requested: name.to_string(), known: known() };
+        Ok(self.discrete_bodies.iter().find(|discrete_body| discrete_body.name == name).ok_or_else(unknown)?)
     }
 
     /// The first body.
-    pub(crate) fn first(&self) -> &Member<D> {
+    pub(crate) fn first(&self) -> &DiscreteBody<D> {
         // A scene without a body is refused.
-        &self.members[0]
+        &self.discrete_bodies[0]
     }
 
     /// The term of the first body, also the first one of the model.
@@ -102,14 +102,14 @@ impl<const D: usize> Problem<D> {
     }
 
     /// The body that a point lies in, the first one on an interface.
-    pub(crate) fn member_at(&self, at: &Point<D>) -> Result<&Member<D>, ApproximationError> {
+    pub(crate) fn member_at(&self, at: &Point<D>) -> Result<&DiscreteBody<D>, ApproximationError> {
         let outside = || ApproximationError::Outside { at: at.as_slice().to_vec() };
-        self.members.iter().find(|member| member.cells.contains(at)).ok_or_else(outside)
+        self.discrete_bodies.iter().find(|discrete_body| discrete_body.cells.contains(at)).ok_or_else(outside)
     }
 
     /// The lattice of particles, where the only body is on one.
     pub fn lattice(&self) -> Option<&Lattice<D>> {
-        self.cells().lattice().filter(|_| self.members.len() == 1)
+        self.cells().lattice().filter(|_| self.discrete_bodies.len() == 1)
     }
 
     /// Runs the analysis from rest to load factor 1.
@@ -117,12 +117,12 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// As [`Analysis::run`]; a stalled analysis returns its path.
     pub fn run(&self, observer: &mut dyn Observer) -> Result<EquilibriumPath, Error> {
-        self.analysis.run(&self.model, &self.rows, observer)
+        self.analysis.run(&self.model, &self.equations, observer)
     }
 
     /// The state at rest, from which [`run`](Problem::run) starts.
     pub fn at_rest(&self) -> State {
-        State::at_rest(&self.model, &self.rows)
+        State::at_rest(&self.model, &self.equations)
     }
 
     /// Goes on from the last step of a path, with the same bits as if it had never been broken off.
@@ -130,7 +130,7 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// As [`Analysis::resume`].
     pub fn resume(&self, path: EquilibriumPath, observer: &mut dyn Observer) -> Result<EquilibriumPath, Error> {
-        self.analysis.resume(&self.model, &self.rows, path, observer)
+        self.analysis.resume(&self.model, &self.equations, path, observer)
     }
 
     /// The displacement $u(X) = \sum_I\Psi_I(X)\\,d_I$ \[length\] at a point of the body.
@@ -139,8 +139,8 @@ impl<const D: usize> Problem<D> {
     /// Where the point lies outside the body by more than a tenth of a cell, though supports reach there.
     pub fn displacement(&self, state: &State, at: &Point<D>) -> Result<Point<D>, Error> {
         self.check_length(state)?;
-        let member = self.member_at(at)?;
-        Ok(member.weighted(&member.approximation.shape_functions_at(at)?, state))
+        let discrete_body = self.member_at(at)?;
+        Ok(discrete_body.weighted(&discrete_body.approximation.shape_functions_at(at)?, state))
     }
 
     /// Displacements at all particles \[length\].
@@ -150,25 +150,26 @@ impl<const D: usize> Problem<D> {
     pub fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
         self.check_length(state)?;
         let each: Result<Vec<_>, Error> =
-            self.members.iter().map(|member| member.particle_displacements(state)).collect();
+            self.discrete_bodies.iter().map(|discrete_body| discrete_body.particle_displacements(state)).collect();
         Ok(each?.concat())
     }
 
     /// The displacement at a particle.
     pub(crate) fn node_displacement(&self, node: usize, state: &State) -> Result<Point<D>, Error> {
-        let holds = |member: &&Member<D>| member.nodes.contains(&node);
-        let member = self.members.iter().find(holds).unwrap_or(self.first());
-        Ok(member.weighted(&member.approximation.values_at_node(node - member.nodes.start)?, state))
+        let holds = |discrete_body: &&DiscreteBody<D>| discrete_body.nodes.contains(&node);
+        let discrete_body = self.discrete_bodies.iter().find(holds).unwrap_or(self.first());
+        Ok(discrete_body
+            .weighted(&discrete_body.approximation.values_at_node(node - discrete_body.nodes.start)?, state))
     }
 
     /// The cells of all bodies that are drawn, by their particles among all.
     pub(crate) fn drawn_cells(&self) -> Vec<Vec<usize>> {
-        let of = |member: &Member<D>| {
-            let first = member.nodes.start;
-            let cells = member.cells.drawn().into_iter();
+        let of = |discrete_body: &DiscreteBody<D>| {
+            let first = discrete_body.nodes.start;
+            let cells = discrete_body.cells.drawn().into_iter();
             cells.map(move |corners| corners.into_iter().map(|corner| first + corner).collect())
         };
-        self.members.iter().flat_map(of).collect()
+        self.discrete_bodies.iter().flat_map(of).collect()
     }
 
     /// A displacement vector as long as this problem has it.
@@ -179,7 +180,7 @@ impl<const D: usize> Problem<D> {
 
     /// Energy stored in a state, of the whole revolution for bodies of revolution; NaN for a state of another problem.
     pub fn energy(&self, state: &State) -> f64 {
-        if state.check_lengths(&self.model, &self.rows).is_err() {
+        if state.check_lengths(&self.model, &self.equations).is_err() {
             return f64::NAN;
         }
         self.model.energy(&state.displacement, &state.condensed, state.load)
@@ -192,12 +193,12 @@ impl<const D: usize> Problem<D> {
 
     /// Positions of the points of the bodies' tables \[length\], at which fields are given.
     pub fn points(&self) -> impl Iterator<Item = &Point<D>> {
-        self.members.iter().flat_map(|member| member.body.table().positions())
+        self.discrete_bodies.iter().flat_map(|discrete_body| discrete_body.body.table().positions())
     }
 
     /// Weights of the points of the bodies' tables: parts of the reference volume.
     pub fn weights(&self) -> impl Iterator<Item = f64> {
-        self.members.iter().flat_map(|member| member.body.table().weights().iter().copied())
+        self.discrete_bodies.iter().flat_map(|discrete_body| discrete_body.body.table().weights().iter().copied())
     }
 
     /// Deformation gradients at the [`points`](Problem::points) of the bodies' tables; none for a state of another problem.
@@ -205,13 +206,17 @@ impl<const D: usize> Problem<D> {
         if self.check_length(state).is_err() {
             return Vec::new();
         }
-        self.members.iter().flat_map(|member| member.deformation_gradients(state)).collect()
+        self.discrete_bodies.iter().flat_map(|discrete_body| discrete_body.deformation_gradients(state)).collect()
     }
 
     /// Hydrostatic pressures \[stress\] at the [`points`](Problem::points) of the bodies' tables, see [`Body::pressures`].
     pub fn pressures(&self, state: &State) -> Option<Vec<f64>> {
-        let each: Option<Vec<_>> =
-            self.members.iter().enumerate().map(|(number, member)| member.pressures(number, state)).collect();
+        let each: Option<Vec<_>> = self
+            .discrete_bodies
+            .iter()
+            .enumerate()
+            .map(|(number, discrete_body)| discrete_body.pressures(number, state))
+            .collect();
         Some(each?.concat())
     }
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::boundary::{Constraints, Row};
+use crate::boundary::{ConstraintEquation, Constraints};
 use crate::error::{BoundaryError, Error, GeometryError};
 use crate::geometry::{Part, Point};
 use crate::mesh::Mesh;
@@ -56,7 +56,7 @@ impl<const D: usize> Scene<D> {
 
     /// The rigid body that a place is, by its number; and the point of it, where it is one.
     pub(crate) fn rigid_at(&self, place: &Place<D>) -> Option<(usize, Option<Point<D>>)> {
-        let find = |asked: &str| self.rigid_names().iter().position(|name| *name == asked);
+        let find = |requested: &str| self.rigid_names().iter().position(|name| *name == requested);
         match (&place.spot, &place.of) {
             (Spot::Part(Part::Named(name)), None) => Some((find(name)?, None)),
             (Spot::Point(at), Some(name)) => Some((find(name)?, Some(*at))),
@@ -69,7 +69,7 @@ impl<const D: usize> Scene<D> {
 pub(crate) fn frames<const D: usize>(
     scene: &Scene<D>,
     ties: &[(usize, Range<usize>)],
-    rows: &mut Constraints,
+    equations: &mut Constraints,
     placed: &mut Vec<Placed<D>>,
     positions: &mut Vec<Point<D>>,
 ) -> Result<Vec<Frame<D>>, Error> {
@@ -85,16 +85,16 @@ pub(crate) fn frames<const D: usize>(
     let mut frames = Vec::with_capacity(names.len());
     for (number, name) in names.into_iter().enumerate() {
         let numbers = || ties.iter().filter(|tie| tie.0 == number).flat_map(|tie| tie.1.clone());
-        let own: Vec<&Row> = numbers().filter_map(|k| rows.rows().get(k)).collect();
+        let own: Vec<&ConstraintEquation> = numbers().filter_map(|k| equations.equations().get(k)).collect();
         let mut frame = Frame::around(name, positions.len(), &own, positions)?;
         frame.shapes = scene.rigid_shapes(name)?;
         for k in numbers() {
-            let entries = frame.counterpart(&rows.rows()[k], positions);
-            rows.extend_row(k, entries);
+            let entries = frame.counterpart(&equations.equations()[k], positions);
+            equations.extend_equation(k, entries);
         }
         for (_, range) in ties.iter().filter(|tie| tie.0 == number) {
             let (name, place, nodes) = (Some(name.to_string()), Place::body(), 0..particles);
-            placed.push(Placed { name, place, rows: range.clone(), nodes });
+            placed.push(Placed { name, place, equations: range.clone(), nodes });
         }
         positions.extend(frame.positions());
         frames.push(frame);
@@ -102,10 +102,10 @@ pub(crate) fn frames<const D: usize>(
     for condition in &scene.conditions {
         let place = scene.resolve(&condition.place);
         let Some((number, point)) = scene.rigid_at(&place) else { continue };
-        let first = rows.len();
-        frames[number].prescribe(rows, condition, point)?;
+        let first = equations.len();
+        frames[number].prescribe(equations, condition, point)?;
         let (name, nodes) = (condition.name.clone(), frames[number].nodes());
-        placed.push(Placed { name, place, rows: first..rows.len(), nodes });
+        placed.push(Placed { name, place, equations: first..equations.len(), nodes });
     }
     Ok(frames)
 }
@@ -114,15 +114,15 @@ pub(crate) fn frames<const D: usize>(
 pub(crate) fn held<const D: usize>(
     scene: &Scene<D>,
     frames: &[Frame<D>],
-    rows: &Constraints,
+    equations: &Constraints,
     positions: &[Point<D>],
 ) -> Result<(), Error> {
     let springs = |load: &Load<D>| matches!(load.kind, LoadKind::Integrand(_) | LoadKind::Pressure(_));
     let Some(frame) = frames.first() else { return Ok(()) };
     if !scene.contacts.is_empty()
-        || !scene.meetings.is_empty()
+        || !scene.contact_pairs.is_empty()
         || scene.loads.iter().any(springs)
-        || holds(rows, positions, false)
+        || holds(equations, positions, false)
     {
         return Ok(());
     }

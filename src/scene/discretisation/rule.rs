@@ -7,7 +7,7 @@ use crate::table::ShapeTable;
 use crate::term::PressureField;
 
 use super::facet_rule::FacetRule;
-use super::one_body::Of;
+use super::one_body::BodyInput;
 use crate::scene::definition::resolution::per_axis;
 use crate::scene::definition::scheme_choices::{PressureScheme, Rule};
 use crate::scene::definition::source::Source;
@@ -17,11 +17,11 @@ const FINE: usize = 7;
 
 /// The table of the body, the facet rule that agrees with it, and the pressure field on its clusters.
 pub(crate) fn body_table<const D: usize, A: Approximation<D>>(
-    of: &Of<'_, D>,
+    definition: &BodyInput<'_, D>,
     approximation: &A,
 ) -> Result<(ShapeTable<D>, FacetRule, PressureField), Error> {
-    let sharing = of.sharing;
-    let (scene, scheme, cells) = (of.scene, of.scheme, &*of.cells);
+    let sharing = definition.sharing;
+    let (scene, scheme, cells) = (definition.scene, definition.scheme, &*definition.cells);
     // The quadratic basis asks for one sub-cell or point more per direction.
     let more = usize::from(scheme.order > 1);
     let (field, size) = match scheme.pressure {
@@ -71,7 +71,7 @@ pub(crate) fn body_table<const D: usize, A: Approximation<D>>(
             Ok((table, FacetRule { parts: 2, gauss }, field))
         }
         Rule::Gauss { zones, points } => {
-            let (gauss, points) = match (zones, &of.body.source) {
+            let (gauss, points) = match (zones, &definition.body.source) {
                 (None, _) => {
                     // Two particles per direction and cell, and two more.
                     let points = points.unwrap_or(4);

@@ -11,7 +11,7 @@ use crate::shape::ElementPoints;
 
 use crate::scene::Scene;
 use crate::scene::definition::source::BodyCells;
-use crate::scene::{Functions, Rule, Scheme};
+use crate::scene::{ApproximationChoice, Rule, Scheme};
 
 /// The ranks that share a scene, if any: zones of cells along a space-filling curve, facets of loads in turn.
 pub(crate) struct Sharing(Option<Arc<dyn Ranks>>);
@@ -26,7 +26,7 @@ impl Sharing {
         let by_zones = |own: &Scheme| match own.rule {
             Rule::Auto => true,
             Rule::Smoothed { .. } | Rule::Gauss { .. } => true,
-            Rule::Scni | Rule::Nodal => own.functions == Functions::Elements,
+            Rule::Scni | Rule::Nodal => own.approximation == ApproximationChoice::Elements,
         };
         let refused = |needed| Err(GeometryError::Unsuited { what: "a scene on several ranks", needed });
         if ranks.is_some() && !all.iter().all(|(own, _)| by_zones(own)) {

@@ -18,7 +18,7 @@ use crate::term::{Body, PressureField};
 use super::sharing::Sharing;
 use super::unmeasured::Unmeasured;
 use crate::scene::Scene;
-use crate::scene::{Dilation, Functions, PressureScheme, Scheme, Solving};
+use crate::scene::{ApproximationChoice, Dilation, PressureScheme, Scheme, SolverChoice};
 
 /// Part of the memory at hand that factors may take.
 const ROOM: f64 = 0.6;
@@ -34,13 +34,13 @@ const WORTH: f64 = 1e6;
 
 /// Whether a lattice of particles is solved by iteration.
 pub(crate) fn iterates(scheme: &Scheme, counts: &[usize]) -> bool {
-    if counts.len() != 3 || scheme.functions != Functions::Particles {
+    if counts.len() != 3 || scheme.approximation != ApproximationChoice::Particles {
         return false;
     }
-    match scheme.solving {
-        Solving::Direct => false,
-        Solving::Krylov => true,
-        Solving::Auto => {
+    match scheme.solver_choice {
+        SolverChoice::Direct => false,
+        SolverChoice::Krylov => true,
+        SolverChoice::Auto => {
             let mut counts: Vec<f64> = counts.iter().map(|&c| c as f64).collect();
             counts.sort_by(f64::total_cmp);
             let unknowns = 3.0 * counts.iter().product::<f64>();
@@ -57,15 +57,18 @@ pub(crate) fn iterates(scheme: &Scheme, counts: &[usize]) -> bool {
 /// [`SolveError::Memory`] with the bytes that the model would take and the size that fits.
 pub(crate) fn refuse(scheme: &Scheme, counts: &[usize]) -> Result<(), SolveError> {
     let limit = scheme.memory.or_else(super::memory::at_hand);
-    let (Some(limit), 3, Functions::Particles) = (limit, counts.len(), scheme.functions) else { return Ok(()) };
+    let (Some(limit), 3, ApproximationChoice::Particles) = (limit, counts.len(), scheme.approximation) else {
+        return Ok(());
+    };
     let reach = match scheme.dilation {
         Dilation::Local(r) | Dilation::Global(r) => r,
-        _ => super::functions::default_dilation(scheme.order),
+        _ => super::approximation::default_dilation(scheme.order),
     };
     // Each of several ranks takes its share.
     let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).map_or(1, |ranks| ranks.count()) as f64;
-    let cycle = scheme.solver.as_ref().is_some_and(|solver| solver.cycle(&[]).is_some());
-    let takes = |counts: &[usize]| super::memory::needed(counts, reach, cycle || iterates(scheme, counts)) / ranks;
+    let preconditioner = scheme.solver.as_ref().is_some_and(|solver| solver.preconditioner(&[]).is_some());
+    let takes =
+        |counts: &[usize]| super::memory::needed(counts, reach, preconditioner || iterates(scheme, counts)) / ranks;
     let (needed, limit) = (takes(counts), limit as f64);
     if !(needed > limit) {
         return Ok(());
@@ -80,32 +83,32 @@ pub(crate) fn refuse(scheme: &Scheme, counts: &[usize]) -> Result<(), SolveError
 /// The solution by iteration of a body, with elements beside its particles; none where it is not to be had.
 ///
 /// # Errors
-/// Where an iteration is asked for by name and the scheme does not suit it.
+/// Where an iteration is requested by name and the scheme does not suit it.
 pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
     scene: &Scene<D>,
     scheme: &Scheme,
     cells: &dyn Cells<D>,
     approximation: &A,
     body: &Body<D, Arc<dyn Material>>,
-    rows: &Constraints,
+    equations: &Constraints,
     sharing: &Sharing,
 ) -> Result<Option<Krylov>, Error> {
     let node = |x: &Point<D>| Point::<3>::from_fn(|i, _| if i < D { x[i] } else { 0.0 });
     let nodes: Vec<Point<3>> = cells.positions().iter().map(node).collect();
-    let cycle = scheme.solver.as_ref().and_then(|solver| solver.cycle(&nodes));
-    if scheme.solver.is_some() && cycle.is_none() {
+    let preconditioner = scheme.solver.as_ref().and_then(|solver| solver.preconditioner(&nodes));
+    if scheme.solver.is_some() && preconditioner.is_none() {
         // It takes the condensed system.
         return Ok(None);
     }
-    let asked = scheme.solving == Solving::Krylov || cycle.is_some();
-    let refused = |reason: &'static str| match asked {
+    let requested = scheme.solver_choice == SolverChoice::Krylov || preconditioner.is_some();
+    let refused = |reason: &'static str| match requested {
         true => Err(Invalid::new("solution by iteration", D as f64, reason).into()),
         false => Ok(None),
     };
     let Some(lattice) = cells.lattice().filter(|_| D == 3) else {
         return refused("iterate on lattices in space; elsewhere factors are cheap: take Solving::Auto");
     };
-    if cycle.is_none() && !iterates(scheme, &lattice.counts()) {
+    if preconditioner.is_none() && !iterates(scheme, &lattice.counts()) {
         return Ok(None);
     }
     let size = match scheme.pressure {
@@ -160,16 +163,16 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         }
     }
     // Rows that move one component of particles in a neighbourhood; ties and motions of whole bodies hold none.
-    let held = rows.rows().iter().filter(|row| {
-        let sum: f64 = row.entries.iter().map(|e| e.1).sum();
-        sum.abs() > 0.5 * row.measure() && row.entries.iter().all(|e| e.0 % D == row.dependent % D)
+    let held = equations.equations().iter().filter(|equation| {
+        let sum: f64 = equation.entries.iter().map(|e| e.1).sum();
+        sum.abs() > 0.5 * equation.measure() && equation.entries.iter().all(|e| e.0 % D == equation.dependent % D)
     });
-    let held = held.map(|row| row.dependent).collect();
+    let held = held.map(|equation| equation.dependent).collect();
     let auxiliary =
         Auxiliary { model: Arc::from(model), term: 0, values, places, cells: std::array::from_fn(|i| along[i]), held };
     let krylov = Krylov::new(auxiliary);
-    Ok(Some(match cycle {
-        Some(cycle) => krylov.with_cycle(cycle),
+    Ok(Some(match preconditioner {
+        Some(preconditioner) => krylov.with_cycle(preconditioner),
         None => krylov,
     }))
 }

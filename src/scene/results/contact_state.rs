@@ -11,7 +11,7 @@ use crate::tensor::cofactor;
 use crate::term::View;
 
 use crate::scene::Problem;
-use crate::scene::definition::touching::{Contact, Law};
+use crate::scene::definition::contact_definition::{Contact, Law};
 
 /// One boundary particle in contact or beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,16 +22,16 @@ pub struct ContactPoint<const D: usize> {
     pub position: Point<D>,
     /// Pressure per current area \[stress\], zero or above: on the body, against the normal of the body.
     pub pressure: f64,
-    /// Mean gap over its hat \[length\]; zero in contact.
+    /// Mean gap over its trace function \[length\]; zero in contact.
     pub gap: f64,
     /// Traction per current area on the body \[stress\], friction included.
     pub traction: Point<D>,
     /// Force on the body that it carries \[force\].
     pub force: Point<D>,
     /// Whether it touches.
-    pub touches: bool,
+    pub is_active: bool,
     /// Whether it touches and slides; what touches without friction does.
-    pub slides: bool,
+    pub slips: bool,
 }
 
 /// What a state tells of a contact.
@@ -88,7 +88,7 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// Where no surface has the name, with those that there are; for a state of another problem.
     pub fn contact(&self, state: &State, name: &str) -> Result<ContactState<D>, Error> {
-        state.check_lengths(&self.model, &self.rows)?;
+        state.check_lengths(&self.model, &self.equations)?;
         let contact = self.contact_named(name)?;
         let condensed = &state.condensed[contact.term];
         let law = match &contact.law {
@@ -101,50 +101,52 @@ impl<const D: usize> Problem<D> {
             moment: Vector3::zeros(),
             extent: 0.0,
             travel: law.placed(&state.displacement, state.load).offset,
-            points: Vec::with_capacity(law.skin.hats.len()),
+            points: Vec::with_capacity(law.contact_surface.traces.len()),
         };
-        let mut sizes = Vec::with_capacity(law.skin.hats.len());
-        for (k, hat) in law.skin.hats.iter().enumerate() {
+        let mut sizes = Vec::with_capacity(law.contact_surface.traces.len());
+        for (k, trace) in law.contact_surface.traces.iter().enumerate() {
             let (nominal, friction) = law.pressure(k, condensed);
             let (mut area, mut width) = (0.0, 0.0);
-            let particle = hat.particle as usize;
+            let particle = trace.particle as usize;
             let reference = self.model.positions()[particle];
             let moved = self.node_displacement(particle, state)?;
             let (mut force, mut moment) = (Point::<D>::zeros(), Vector3::zeros());
-            let touch = law.touch(k, &view, |p, weight, nearest| {
-                let (point, _) = hat.points[p];
-                let x = law.skin.table.positions()[point as usize] + law.skin.displacement(point, &state.displacement);
-                let f = Matrix3::identity() + law.skin.table.displacement_gradient(point as usize, &state.displacement);
-                let normal = pad(&law.skin.table.normals()[point as usize]);
+            let local_contact = law.local_contact(k, &view, |p, weight, nearest| {
+                let (point, _) = trace.points[p];
+                let x = law.contact_surface.table.positions()[point as usize]
+                    + law.contact_surface.displacement(point, &state.displacement);
+                let f = Matrix3::identity()
+                    + law.contact_surface.table.displacement_gradient(point as usize, &state.displacement);
+                let normal = pad(&law.contact_surface.table.normals()[point as usize]);
                 let stretch = (cofactor(&f) * normal).norm();
                 area += weight * stretch;
                 // Along the meridian, without the hoop's stretch.
-                let hoop = if law.skin.table.hoop_components().is_empty() { 1.0 } else { f[(2, 2)] };
+                let hoop = if law.contact_surface.table.hoop_components().is_empty() { 1.0 } else { f[(2, 2)] };
                 width += weight * stretch / hoop;
                 let push = (nearest.normal * nominal + friction) * weight;
                 force += push;
                 moment += pad(&x).cross(&pad(&push));
             });
-            let touches = law.touches(k, nominal, touch.gap);
-            if !touches {
+            let is_active = law.is_active(k, nominal, local_contact.gap);
+            if !is_active {
                 (force, moment) = (Point::zeros(), Vector3::zeros());
             }
             found.force += force;
             found.moment += moment;
-            // The size of the hat now.
-            sizes.push(if D == 3 { width } else { width / hat.area * hat.width });
+            // The size of the trace function now.
+            sizes.push(if D == 3 { width } else { width / trace.area * trace.width });
             found.points.push(ContactPoint {
                 reference,
                 position: reference + moved,
-                pressure: if touches { nominal * hat.area / area } else { 0.0 },
-                gap: touch.gap,
+                pressure: if is_active { nominal * trace.area / area } else { 0.0 },
+                gap: local_contact.gap,
                 traction: force / area,
                 force,
-                touches,
-                slides: touches && friction.norm() >= (1.0 - 1e-6) * law.surface.friction * nominal,
+                is_active,
+                slips: is_active && friction.norm() >= (1.0 - 1e-6) * law.surface.friction * nominal,
             });
         }
-        found.extent = if D == 3 { touching(&found.points, &sizes) } else { width(&found.points) };
+        found.extent = if D == 3 { contact_definition(&found.points, &sizes) } else { width(&found.points) };
         Ok(found)
     }
 
@@ -159,13 +161,13 @@ impl<const D: usize> Problem<D> {
         let mut work = 0.0;
         let mut before: Option<Vec<(Point<D>, Point<D>)>> = None;
         for state in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)) {
-            state.check_lengths(&self.model, &self.rows)?;
+            state.check_lengths(&self.model, &self.equations)?;
             let condensed = &state.condensed[contact.term];
             let view = View { displacement: &state.displacement, condensed, load: state.load };
-            let now: Vec<_> = (0..law.skin.hats.len())
-                .map(|hat| {
-                    let touch = law.touch(hat, &view, |_, _, _| {});
-                    (law.pressure(hat, condensed).1 * law.skin.hats[hat].area, touch.beside)
+            let now: Vec<_> = (0..law.contact_surface.traces.len())
+                .map(|trace| {
+                    let local_contact = law.local_contact(trace, &view, |_, _, _| {});
+                    (law.pressure(trace, condensed).1 * law.contact_surface.traces[trace].area, local_contact.beside)
                 })
                 .collect();
             if let Some(before) = before {
@@ -191,30 +193,30 @@ impl<const D: usize> Problem<D> {
             moment: Vector3::zeros(),
             extent: 0.0,
             travel: Point::zeros(),
-            points: Vec::with_capacity(law.hats),
+            points: Vec::with_capacity(law.traces),
         };
         let pressed = law.pressed(&state.displacement, condensed);
         let mut sizes = Vec::new();
         for (all, &force) in pressed.forces.iter().enumerate() {
-            let (side, hat) = law.hat(all);
-            let skin = &law.skins[side];
-            let hat = &skin.hats[hat];
+            let (side, trace) = law.trace(all);
+            let contact_surface = &law.contact_surfaces[side];
+            let trace = &contact_surface.traces[trace];
             let mut area = 0.0;
             let mut normal = Vector3::zeros();
-            for &(point, weight) in &hat.points {
+            for &(point, weight) in &trace.points {
                 let point = point as usize;
-                let f = Matrix3::identity() + skin.table.displacement_gradient(point, &state.displacement);
-                let outward = cofactor(&f) * pad(&skin.table.normals()[point]);
+                let f = Matrix3::identity() + contact_surface.table.displacement_gradient(point, &state.displacement);
+                let outward = cofactor(&f) * pad(&contact_surface.table.normals()[point]);
                 area += weight * outward.norm();
                 normal += outward * weight;
             }
-            let particle = hat.particle as usize;
+            let particle = trace.particle as usize;
             let reference = self.model.positions()[particle];
             let position = reference + self.node_displacement(particle, state)?;
             sizes.push(area);
             let pressure = (-pad(&force).dot(&normal.normalize()) / area).max(0.0);
-            let touches = pressure > 0.0;
-            if (side == 0) != swapped || law.skins.len() == 1 {
+            let is_active = pressure > 0.0;
+            if (side == 0) != swapped || law.contact_surfaces.len() == 1 {
                 found.moment += pad(&position).cross(&pad(&force));
             }
             let traction = force / area;
@@ -225,14 +227,17 @@ impl<const D: usize> Problem<D> {
                 gap: pressed.gaps[all],
                 traction,
                 force,
-                touches,
-                slides: touches,
+                is_active,
+                slips: is_active,
             });
         }
         found.force = pressed.total * if swapped { -1.0 } else { 1.0 };
-        let carrying = law.skins[0].hats.len();
-        found.extent =
-            if D == 3 { touching(&found.points, &sizes[..carrying]) } else { width(&found.points[..carrying]) };
+        let carrying = law.contact_surfaces[0].traces.len();
+        found.extent = if D == 3 {
+            contact_definition(&found.points, &sizes[..carrying])
+        } else {
+            width(&found.points[..carrying])
+        };
         Ok(found)
     }
 
@@ -240,34 +245,34 @@ impl<const D: usize> Problem<D> {
         self.contacts.iter().find(|contact| contact.name == name).ok_or_else(|| {
             let known: Vec<&str> = self.contacts.iter().map(|contact| contact.name.as_str()).collect();
             let known = if known.is_empty() { "none".to_string() } else { known.join("; ") };
-            ContactError::Unknown { asked: name.to_string(), known }
+            ContactError::Unknown { requested: name.to_string(), known }
         })
     }
 }
 
 /// The sum of what touches.
-fn touching<const D: usize>(points: &[ContactPoint<D>], sizes: &[f64]) -> f64 {
-    points.iter().zip(sizes).filter(|(point, _)| point.touches).map(|(_, size)| size).sum()
+fn contact_definition<const D: usize>(points: &[ContactPoint<D>], sizes: &[f64]) -> f64 {
+    points.iter().zip(sizes).filter(|(point, _)| point.is_active).map(|(_, size)| size).sum()
 }
 
-/// The width of what touches along a chain of hats: between the last hat that touches and the next one the square of the pressure,
+/// The width of what touches along a chain of trace functions: between the last trace function that touches and the next one the square of the pressure,
 /// which falls in proportion to the distance from a smooth edge, is drawn on to zero.
 fn width<const D: usize>(points: &[ContactPoint<D>]) -> f64 {
     let n = points.len();
     let between = |a: usize, b: usize| (points[a].position - points[b].position).norm();
     let mut width = 0.0;
     for k in 0..n {
-        if !points[k].touches {
+        if !points[k].is_active {
             continue;
         }
         for (beside, inner) in [(k.checked_sub(1), k + 1), (Some(k + 1), k.wrapping_sub(1))] {
             match beside.filter(|&b| b < n) {
                 // The end of the boundary part.
                 None => {}
-                Some(b) if points[b].touches => width += 0.5 * between(k, b),
+                Some(b) if points[b].is_active => width += 0.5 * between(k, b),
                 Some(b) => {
                     let squares = |i: usize| points[i].pressure.powi(2);
-                    let to_edge = if inner < n && points[inner].touches && squares(inner) > squares(k) {
+                    let to_edge = if inner < n && points[inner].is_active && squares(inner) > squares(k) {
                         (between(k, inner) * squares(k) / (squares(inner) - squares(k))).min(between(k, b))
                     } else {
                         0.5 * between(k, b)

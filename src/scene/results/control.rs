@@ -49,7 +49,7 @@ impl<const D: usize> Problem<D> {
         targets: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
-        self.analysis.run_controlled(&self.model, &self.rows, self.at_rest(), functional, targets, observer)
+        self.analysis.run_controlled(&self.model, &self.equations, self.at_rest(), functional, targets, observer)
     }
 
     /// The states of a path at given load factors, those where it first comes to each: interpolated between its steps and
@@ -90,7 +90,7 @@ impl<const D: usize> Problem<D> {
         let (mut low, mut aim) = (before.clone(), load);
         // Where the straight line between two steps is too far from the path, nearer states come first.
         for attempt in 0..=HALVINGS {
-            let path = self.analysis.correct(&self.model, &self.rows, interpolated(&low, behind, aim), &mut ())?;
+            let path = self.analysis.correct(&self.model, &self.equations, interpolated(&low, behind, aim), &mut ())?;
             if path.steps.is_empty() && attempt < HALVINGS {
                 aim = 0.5 * (low.load + aim);
                 continue;

@@ -47,7 +47,11 @@ impl<const D: usize> Problem<D> {
         if self.check_length(state).is_err() {
             return Vec::new();
         }
-        self.members.iter().enumerate().flat_map(|(number, member)| member.stresses(number, state)).collect()
+        self.discrete_bodies
+            .iter()
+            .enumerate()
+            .flat_map(|(number, discrete_body)| discrete_body.stresses(number, state))
+            .collect()
     }
 
     /// Values at the [`points`](Problem::points) $P$ of the bodies' tables, one for each, averaged at the particles, one for each,
@@ -59,11 +63,13 @@ impl<const D: usize> Problem<D> {
     pub fn at_particles(&self, values: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
         let mut means = Vec::with_capacity(self.model.positions().len());
         let mut first = 0;
-        for member in &self.members {
-            let end = first + member.body.table().len();
+        for discrete_body in &self.discrete_bodies {
+            let end = first + discrete_body.body.table().len();
             means.extend(match values.get(first..end) {
-                Some(own) if values.len() == self.points().count() => member.at_particles(own, self.model.ranks()),
-                _ => vec![Matrix3::zeros(); member.nodes.len()],
+                Some(own) if values.len() == self.points().count() => {
+                    discrete_body.at_particles(own, self.model.ranks())
+                }
+                _ => vec![Matrix3::zeros(); discrete_body.nodes.len()],
             });
             first = end;
         }
@@ -98,13 +104,13 @@ impl<const D: usize> Problem<D> {
         let mut displacements = self.particle_displacements(state)?;
         let mut positions = self.model.positions()[..displacements.len()].to_vec();
         let (mut cells, mut of_body, mut of_cell) = (Vec::new(), Vec::new(), Vec::new());
-        for (number, member) in self.members.iter().enumerate() {
-            let first = member.nodes.start;
-            cells.extend(member.cells.drawn().iter().map(|corners| {
+        for (number, discrete_body) in self.discrete_bodies.iter().enumerate() {
+            let first = discrete_body.nodes.start;
+            cells.extend(discrete_body.cells.drawn().iter().map(|corners| {
                 let corners: Vec<usize> = corners.iter().map(|corner| first + corner).collect();
                 vtk_cell(&corners, &positions)
             }));
-            of_body.resize(member.nodes.end, number as f64);
+            of_body.resize(discrete_body.nodes.end, number as f64);
             of_cell.resize(cells.len(), number as i64);
         }
         for (number, shape) in self.rigid_shapes(state).into_iter().enumerate() {
@@ -115,8 +121,8 @@ impl<const D: usize> Problem<D> {
                 let corners: Vec<usize> = corners.iter().map(|corner| first + corner).collect();
                 vtk_cell(&corners, &positions)
             }));
-            of_body.resize(positions.len(), (self.members.len() + number) as f64);
-            of_cell.resize(cells.len(), (self.members.len() + number) as i64);
+            of_body.resize(positions.len(), (self.discrete_bodies.len() + number) as f64);
+            of_cell.resize(cells.len(), (self.discrete_bodies.len() + number) as i64);
         }
         let current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
         let ratios: Option<Vec<f64>> = cells.iter().map(|cell| volume_ratio(cell, &positions, &current)).collect();
@@ -148,9 +154,9 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// Where the point is not covered.
     pub fn shape_functions(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError> {
-        let member = self.member_at(at).unwrap_or(self.first());
-        let mut psi = member.approximation.shape_functions_at(at)?;
-        psi.nodes.iter_mut().for_each(|node| *node += member.nodes.start as u32);
+        let discrete_body = self.member_at(at).unwrap_or(self.first());
+        let mut psi = discrete_body.approximation.shape_functions_at(at)?;
+        psi.nodes.iter_mut().for_each(|node| *node += discrete_body.nodes.start as u32);
         Ok(psi)
     }
 
@@ -162,9 +168,9 @@ impl<const D: usize> Problem<D> {
     /// Where a point is not covered.
     pub fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error> {
         let inside = points.positions.first().and_then(|at| self.member_at(at).ok());
-        let member = inside.unwrap_or(self.first());
-        let table = member.approximation.tabulate(points, kinematics)?;
-        Ok(table.shifted(member.nodes.start, self.model.positions().len()))
+        let discrete_body = inside.unwrap_or(self.first());
+        let table = discrete_body.approximation.tabulate(points, kinematics)?;
+        Ok(table.shifted(discrete_body.nodes.start, self.model.positions().len()))
     }
 }
 

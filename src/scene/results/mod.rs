@@ -1,4 +1,4 @@
-//! What is asked of the states of a problem.
+//! What is requested of the states of a problem.
 
 pub(super) mod contact_state;
 pub(super) mod control;

@@ -1,4 +1,4 @@
-//! Pictures of states: the skin of the body, coloured by a field.
+//! Pictures of states: the contact surface of the body, coloured by a field.
 
 use std::collections::{HashMap, HashSet};
 
@@ -74,10 +74,10 @@ impl<const D: usize> Problem<D> {
             }
             Field::MeanStress => stresses().iter().map(mean).collect(),
         };
-        let mut faces = skin(&self.drawn_cells(), positions);
+        let mut faces = contact_surface(&self.drawn_cells(), positions);
         for shape in self.rigid_shapes(state) {
             let (first, points) = (current.len(), shape.mesh.points());
-            let mut own = skin(&shape.cells, points);
+            let mut own = contact_surface(&shape.cells, points);
             // What is bonded is inside.
             let place = |corners: &[usize], x: &[Point<D>]| {
                 let mut place: Vec<[u64; 3]> = corners.iter().map(|&c| bits(&x[c])).collect();
@@ -103,7 +103,7 @@ fn bits<const D: usize>(x: &Point<D>) -> [u64; 3] {
 }
 
 /// Faces that one cell alone has, outward; in the plane the cells themselves.
-fn skin<const D: usize>(cells: &[Vec<usize>], positions: &[Point<D>]) -> Vec<Vec<usize>> {
+fn contact_surface<const D: usize>(cells: &[Vec<usize>], positions: &[Point<D>]) -> Vec<Vec<usize>> {
     let cells = cells.iter().map(|corners| vtk_cell(corners, positions));
     if D < 3 {
         return cells.map(|cell| cell.corners().to_vec()).filter(|corners| corners.len() > 2).collect();

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::boundary::Row;
+use crate::boundary::ConstraintEquation;
 use crate::error::{BoundaryError, Error, GeometryError, SolveError};
 use crate::geometry::{Part, Point};
 use crate::output::{PvdCollection, Table};
@@ -16,8 +16,8 @@ use crate::scene::{Place, Problem};
 /// Sums of coefficients below this part of their sizes are none.
 const CANCELS: f64 = 1e-9;
 
-/// A row, its multiplier, and the nodes whose forces are asked for.
-type Reacting<'a> = (&'a Row, f64, Range<usize>);
+/// A row, its multiplier, and the nodes whose forces are requested.
+type Reacting<'a> = (&'a ConstraintEquation, f64, Range<usize>);
 
 impl<const D: usize> Problem<D> {
     /// The force \[force\] on the body by the conditions at a place, or by the condition of a name:
@@ -31,8 +31,8 @@ impl<const D: usize> Problem<D> {
     /// Where no condition acts there, with the names and places of those that there are; for a state of another problem.
     pub fn reaction(&self, state: &State, place: impl Into<Place<D>>) -> Result<Point<D>, Error> {
         let mut force = Point::zeros();
-        for (row, mu, nodes) in self.rows_at(state, &place.into())? {
-            for &(k, c) in row.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {
+        for (equation, mu, nodes) in self.rows_at(state, &place.into())? {
+            for &(k, c) in equation.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {
                 force[k % D] -= mu * c;
             }
         }
@@ -51,8 +51,8 @@ impl<const D: usize> Problem<D> {
             return Err(GeometryError::Unsuited { what, needed }.into());
         }
         let mut moment = [0.0; 3];
-        for (row, mu, nodes) in self.rows_at(state, &place.into())? {
-            for &(k, c) in row.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {
+        for (equation, mu, nodes) in self.rows_at(state, &place.into())? {
+            for &(k, c) in equation.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {
                 // The coefficients X + d reproduce the current position exactly.
                 let (node, component, force) = (k / D, k % D, -mu * c);
                 let arm = |m: usize| self.model.positions()[node][m] + state.displacement[node * D + m] - about[m];
@@ -71,7 +71,12 @@ impl<const D: usize> Problem<D> {
 
     /// Whether forces have moments.
     fn turns(&self) -> bool {
-        D == 3 || D == 2 && self.members.iter().all(|member| member.body.table().hoop_components().is_empty())
+        D == 3
+            || D == 2
+                && self
+                    .discrete_bodies
+                    .iter()
+                    .all(|discrete_body| discrete_body.body.table().hoop_components().is_empty())
     }
 
     /// Load factor, energy, and at all places with conditions the reaction, its moment about the origin and the mean
@@ -88,7 +93,7 @@ impl<const D: usize> Problem<D> {
     /// let path = problem.run(&mut ())?.completed()?;
     /// let history = problem.history(&path)?;
     /// assert_eq!(history.header[3], "bottom: force_0");
-    /// assert_eq!(history.rows.len(), 1 + path.steps.len());
+    /// assert_eq!(history.equations.len(), 1 + path.steps.len());
     /// # Ok::<(), rkpm::Error>(())
     /// ```
     ///
@@ -96,7 +101,7 @@ impl<const D: usize> Problem<D> {
     /// For a path of another problem.
     pub fn history(&self, path: &EquilibriumPath) -> Result<Table, Error> {
         let mut places: Vec<(String, Place<D>)> = Vec::new();
-        for placed in self.placed.iter().filter(|placed| !placed.rows.is_empty()) {
+        for placed in self.placed.iter().filter(|placed| !placed.equations.is_empty()) {
             let title = self.title(placed);
             let named = placed.name.as_ref().map(|name| Place::on(Part::Named(name.clone())));
             if places.iter().all(|(other, _)| *other != title) {
@@ -126,24 +131,24 @@ impl<const D: usize> Problem<D> {
         }
         let mut table = Table::new(header);
         for (step, state) in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).enumerate() {
-            let mut row = vec![step as f64, state.load, self.energy(state)];
+            let mut equation = vec![step as f64, state.load, self.energy(state)];
             for ((title, place), moved) in places.iter().zip(&moves) {
-                row.extend(self.reaction(state, place.clone())?.iter());
+                equation.extend(self.reaction(state, place.clone())?.iter());
                 if !axes.is_empty() {
                     let moment = self.moment(state, place.clone(), [0.0; D])?;
-                    row.extend(axes.clone().map(|i| moment[i]));
+                    equation.extend(axes.clone().map(|i| moment[i]));
                 }
                 match frame_of(title) {
                     Some(_) => {
                         let motion = self.rigid_motion(state, title)?;
-                        row.extend(motion.displacement.iter());
+                        equation.extend(motion.displacement.iter());
                         let turn = motion.rotation_vector();
-                        row.extend(axes.clone().map(|i| turn[i]));
+                        equation.extend(axes.clone().map(|i| turn[i]));
                     }
-                    None => row.extend(moved.iter().filter_map(|&i| self.mean_displacement(state, place, i))),
+                    None => equation.extend(moved.iter().filter_map(|&i| self.mean_displacement(state, place, i))),
                 }
             }
-            table.push(row)?;
+            table.push(equation)?;
         }
         Ok(table)
     }
@@ -151,8 +156,8 @@ impl<const D: usize> Problem<D> {
     /// The mean of a displacement component over the rows at a place; none where no row asks for it, or where its parts cancel.
     fn mean_displacement(&self, state: &State, place: &Place<D>, component: usize) -> Option<f64> {
         let (mut total, mut sizes, mut sum) = (0.0, 0.0, 0.0);
-        for (row, _, nodes) in self.rows_at(state, place).ok()? {
-            for &(k, c) in row.entries.iter().filter(|e| e.0 % D == component && nodes.contains(&(e.0 / D))) {
+        for (equation, _, nodes) in self.rows_at(state, place).ok()? {
+            for &(k, c) in equation.entries.iter().filter(|e| e.0 % D == component && nodes.contains(&(e.0 / D))) {
                 total += c;
                 sizes += c.abs();
                 sum += c * state.displacement[k];
@@ -225,40 +230,40 @@ impl<const D: usize> Problem<D> {
     }
 
     /// The conditions of a name, or else those at a place.
-    fn placed_at(&self, asked: &Place<D>) -> Vec<&Placed<D>> {
-        if let Spot::Part(Part::Named(name)) = &asked.spot {
+    fn placed_at(&self, requested: &Place<D>) -> Vec<&Placed<D>> {
+        if let Spot::Part(Part::Named(name)) = &requested.spot {
             let named: Vec<_> = self.placed.iter().filter(|placed| placed.name.as_ref() == Some(name)).collect();
             if !named.is_empty() {
                 return named;
             }
         }
-        let asked = resolve(&self.names, asked);
-        self.placed.iter().filter(|placed| asked.takes_in(&placed.place)).collect()
+        let requested = resolve(&self.names, requested);
+        self.placed.iter().filter(|placed| requested.takes_in(&placed.place)).collect()
     }
 
     /// The rows of a name or at a place with their multipliers in a state of this problem.
-    fn rows_at<'a>(&'a self, state: &'a State, asked: &Place<D>) -> Result<Vec<Reacting<'a>>, Error> {
+    fn rows_at<'a>(&'a self, state: &'a State, requested: &Place<D>) -> Result<Vec<Reacting<'a>>, Error> {
         self.check_length(state)?;
-        let rows = self.rows.rows();
-        let (given, needed) = (state.multipliers.len(), rows.len());
+        let equations = self.equations.equations();
+        let (given, needed) = (state.multipliers.len(), equations.len());
         if given != needed {
             return Err(SolveError::Length { what: "multipliers", given, needed }.into());
         }
-        let placed = self.placed_at(asked);
+        let placed = self.placed_at(requested);
         if placed.is_empty() {
-            return Err(self.unknown_condition(asked.to_string()).into());
+            return Err(self.unknown_condition(requested.to_string()).into());
         }
-        let numbers = placed.into_iter().flat_map(|placed| placed.rows.clone().map(|k| (k, placed.nodes.clone())));
-        Ok(numbers.filter_map(|(k, nodes)| Some((rows.get(k)?, state.multipliers[k], nodes))).collect())
+        let numbers = placed.into_iter().flat_map(|placed| placed.equations.clone().map(|k| (k, placed.nodes.clone())));
+        Ok(numbers.filter_map(|(k, nodes)| Some((equations.get(k)?, state.multipliers[k], nodes))).collect())
     }
 
     /// The rows of the conditions of a name or at a place, each with the sum of its entries in a component over the nodes of the
     /// condition: what a unit displacement of the place prescribes.
     pub(crate) fn unit_motion(&self, place: &Place<D>, component: usize) -> Vec<(usize, f64)> {
         let placed = self.placed_at(place).into_iter();
-        let numbers = placed.flat_map(|placed| placed.rows.clone().map(|k| (k, placed.nodes.clone())));
+        let numbers = placed.flat_map(|placed| placed.equations.clone().map(|k| (k, placed.nodes.clone())));
         let sum = |(k, nodes): (usize, std::ops::Range<usize>)| {
-            let entries = self.rows.rows().get(k)?.entries.iter();
+            let entries = self.equations.equations().get(k)?.entries.iter();
             let own = entries.filter(|(at, _)| at % D == component && nodes.contains(&(at / D)));
             Some((k, own.map(|(_, c)| c).sum()))
         };
@@ -267,13 +272,13 @@ impl<const D: usize> Problem<D> {
 
     /// Whether a condition of a name or at a place acts in a component.
     pub(crate) fn acts_in(&self, place: &Place<D>, component: usize) -> bool {
-        let mut numbers = self.placed_at(place).into_iter().flat_map(|placed| placed.rows.clone());
-        let acts = |row: &Row| row.entries.iter().any(|&(k, _)| k % D == component);
-        numbers.any(|k| self.rows.rows().get(k).is_some_and(acts))
+        let mut numbers = self.placed_at(place).into_iter().flat_map(|placed| placed.equations.clone());
+        let acts = |equation: &ConstraintEquation| equation.entries.iter().any(|&(k, _)| k % D == component);
+        numbers.any(|k| self.equations.equations().get(k).is_some_and(acts))
     }
 
     /// The error for a place without conditions, with those that have some.
-    pub(crate) fn unknown_condition(&self, asked: String) -> BoundaryError {
+    pub(crate) fn unknown_condition(&self, requested: String) -> BoundaryError {
         let mut known: Vec<String> = Vec::new();
         for placed in &self.placed {
             let title = self.title(placed);
@@ -282,6 +287,6 @@ impl<const D: usize> Problem<D> {
             }
         }
         let known = if known.is_empty() { "none".to_string() } else { known.join("; ") };
-        BoundaryError::UnknownCondition { asked, known }
+        BoundaryError::UnknownCondition { requested, known }
     }
 }

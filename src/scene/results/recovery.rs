@@ -15,8 +15,8 @@ use crate::shape::{FiniteElements, ShapeFunctions};
 use crate::solve::State;
 
 use crate::scene::Problem;
+use crate::scene::discretisation::discrete_body::SERIAL_BELOW;
 use crate::scene::discretisation::facet_rule::Facets;
-use crate::scene::discretisation::member::SERIAL_BELOW;
 
 /// Weight of the equations of equilibrium, in the body and on its surface, beside one of all data of a patch: conditions
 /// and not data, but ones that a singular corner may break.
@@ -108,8 +108,8 @@ impl<'a, const D: usize> StressField<'a, D> {
     /// The smallest stress that brings the polynomials to the known tractions at a facet point.
     fn miss(&self, facet: u32) -> Matrix3<f64> {
         let miss = || {
-            let Facet { reference, functions, area, traction, known, .. } = &self.recovery.facets[facet as usize];
-            let missed = traction - self.blend(reference, functions) * area;
+            let Facet { reference, approximation, area, traction, known, .. } = &self.recovery.facets[facet as usize];
+            let missed = traction - self.blend(reference, approximation) * area;
             // Δ = Σ λ_k (e_k ⊗ n + n ⊗ e_k) / 2 over the known components.
             let mut gram = Matrix3::identity();
             for i in (0..3).filter(|&i| known[i]) {
@@ -166,7 +166,7 @@ impl<const D: usize> Problem<D> {
         StressField::new(self, state)?.at(at)
     }
 
-    /// The Cauchy stresses of a state at all points of the body; polynomials are fitted where they are asked for.
+    /// The Cauchy stresses of a state at all points of the body; polynomials are fitted where they are requested.
     ///
     /// # Errors
     /// For a state of another problem, for scenes of several bodies, and in plane stress.
@@ -176,16 +176,16 @@ impl<const D: usize> Problem<D> {
 
     /// Whether stresses can be recovered: where thicknesses, neighbours and clusters are not unknown.
     pub(crate) fn recovers(&self) -> bool {
-        self.members().len() == 1 && self.first().facets.is_some() && self.model().ranks().is_none()
+        self.discrete_bodies().len() == 1 && self.first().facets.is_some() && self.model().ranks().is_none()
     }
 
     /// Points on the whole surface, and for each the particles whose rows over it would hold it.
-    fn surface(&self) -> Result<(Points<D>, Option<Hats>), Error> {
+    fn surface(&self) -> Result<(Points<D>, Option<Traces>), Error> {
         Ok(match self.first().facets {
             None => (Points::empty(), None),
             Some(Facets::OfCells(rule)) => {
                 let cells = self.cells().boundary(&Part::Whole, rule.parts, rule.gauss)?;
-                (cells.points, Some(cells.hats))
+                (cells.points, Some(cells.traces))
             }
             Some(Facets::OfElements { order, gauss }) => match self.cells().lattice() {
                 Some(lattice) => {
@@ -201,15 +201,15 @@ impl<const D: usize> Problem<D> {
 /// Current positions of points.
 type Moved<'a, const D: usize> = &'a dyn Fn(&[Point<D>]) -> Result<Vec<Point<D>>, Error>;
 
-/// The particles whose rows over a boundary hold each of its points, with the values of their hats.
-type Hats = Vec<Vec<(u32, f64)>>;
+/// The particles whose rows over a boundary hold each of its points, with the values of their trace functions.
+type Traces = Vec<Vec<(u32, f64)>>;
 
 /// A facet point whose traction is known: $\sigma a = T$ in the components that are.
 struct Facet<const D: usize> {
     reference: Point<D>,
     /// The particle nearest to it.
     owner: u32,
-    functions: ShapeFunctions<D>,
+    approximation: ShapeFunctions<D>,
     current: Point<D>,
     weight: f64,
     /// $\operatorname{cof}(F)N$ of length 1.
@@ -280,7 +280,7 @@ fn terms<const D: usize>(centre: &Point<D>, scale: &Point<D>, at: &Point<D>) -> 
 
 impl<'a, const D: usize> Recovery<'a, D> {
     fn new(problem: &'a Problem<D>, state: &'a State) -> Result<Self, Error> {
-        state.check_lengths(problem.model(), problem.rows())?;
+        state.check_lengths(problem.model(), problem.equations())?;
         if !problem.recovers() {
             let what = "recovery of stresses";
             return Err(GeometryError::Unsuited { what, needed: "one body, no plane stress, one rank" }.into());

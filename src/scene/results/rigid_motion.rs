@@ -62,7 +62,7 @@ impl<const D: usize> Problem<D> {
         self.check_length(state)?;
         let Some(frame) = self.frames.iter().find(|frame| frame.name == name) else {
             let known = self.frames.iter().map(|frame| frame.name.as_str()).collect::<Vec<_>>().join("; ");
-            return Err(BoundaryError::UnknownBody { asked: name.to_string(), known }.into());
+            return Err(BoundaryError::UnknownBody { requested: name.to_string(), known }.into());
         };
         let rotation = SMatrix::identity() + frame.gradient(&state.displacement);
         let displacement = frame.displacement(&frame.centre, &state.displacement);

@@ -25,33 +25,36 @@ impl<const D: usize> Problem<D> {
     }
 
     fn guess(&self, from: &Problem<D>, state: &State) -> Result<State, Error> {
-        let mut guess = State::at_rest(&self.model, &self.rows);
+        let mut guess = State::at_rest(&self.model, &self.equations);
         guess.load = state.load;
         from.check_length(state)?;
-        for (number, member) in self.members.iter().enumerate() {
-            let positions = member.cells.positions();
+        for (number, discrete_body) in self.discrete_bodies.iter().enumerate() {
+            let positions = discrete_body.cells.positions();
             // Bodies of scenes that differ are matched by the place alone.
-            let other = from.members.iter().find(|other| other.name == member.name).unwrap_or(from.first());
+            let other =
+                from.discrete_bodies.iter().find(|other| other.name == discrete_body.name).unwrap_or(from.first());
             if let Some(x) = positions.iter().find(|x| !other.cells.contains(x)) {
                 return Err(ApproximationError::Outside { at: x.as_slice().to_vec() }.into());
             }
-            for (node, u) in member.nodes.clone().zip(other.displacements_at(positions, state)?) {
+            for (node, u) in discrete_body.nodes.clone().zip(other.displacements_at(positions, state)?) {
                 guess.displacement[node * D..(node + 1) * D].copy_from_slice(u.as_slice());
             }
-            let place = from.members.iter().position(|m| m.name == other.name).unwrap_or(0);
+            let place = from.discrete_bodies.iter().position(|m| m.name == other.name).unwrap_or(0);
             if let Some(pressures) = other.pressures(place, state) {
                 let nearest = Nearest::new(other.body.table().positions())?;
-                let condensed = member.body.condensed_of(|x| pressures[nearest.to(x)]);
+                let condensed = discrete_body.body.condensed_of(|x| pressures[nearest.to(x)]);
                 if let Some(own) = guess.condensed.get_mut(number).filter(|own| own.len() >= condensed.len()) {
                     own[..condensed.len()].copy_from_slice(&condensed);
                 }
             }
-            let range = Term::memory(&*member.body);
+            let range = Term::internal_variables(&*discrete_body.body);
             if let (false, Some(given)) = (range.is_empty(), state.condensed.get(place)) {
                 let nearest = Nearest::new(other.body.table().positions())?;
-                let memory = member.body.memory_from(&other.body, given, |x| nearest.to(x));
-                if let (Some(memory), Some(condensed)) = (memory, guess.condensed.get_mut(number)) {
-                    condensed[range].copy_from_slice(&memory);
+                let internal_variables = discrete_body.body.memory_from(&other.body, given, |x| nearest.to(x));
+                if let (Some(internal_variables), Some(condensed)) =
+                    (internal_variables, guess.condensed.get_mut(number))
+                {
+                    condensed[range].copy_from_slice(&internal_variables);
                 }
             }
         }

@@ -11,7 +11,7 @@ use super::super::{Approximation, ShapeFunctions};
 use super::{EDGE, Form, KernelScratch, ReproducingKernel, sign};
 
 impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
-    /// Everything of [`Approximation::evaluate`]; gradients only where asked for.
+    /// Everything of [`Approximation::evaluate`]; gradients only where requested.
     fn evaluate_some(
         &self,
         at: &Point<D>,
@@ -148,7 +148,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         Ok(())
     }
 
-    /// Kernel values and, if asked for, gradients of the collected particles, as [`kernel_at`](Self::kernel_at)
+    /// Kernel values and, if requested, gradients of the collected particles, as [`kernel_at`](Self::kernel_at)
     /// has them; `false` where a value is not positive.
     fn weigh(&self, scratch: &mut KernelScratch<D>, out: &ShapeFunctions<D>, gradients: bool) -> bool {
         let covering = out.nodes.len();

@@ -18,7 +18,7 @@ impl<const D: usize> Recovery<'_, D> {
     /// Collects the loads, and the facets with what is known of their tractions.
     pub(super) fn look_at_surface(&mut self, state: &State, moved: Moved<'_, D>) -> Result<(), Error> {
         let problem = self.problem;
-        let (points, hats) = problem.surface()?;
+        let (points, traces) = problem.surface()?;
         let key = |x: &Point<D>, n: &Point<D>| -> Vec<u64> {
             // Rounded: facets of a part and of the whole may differ in their last bits. Normals tell faces apart at corners.
             x.iter().chain(n.iter()).map(|v| ((v * 1e3).round() as i64 as u64).wrapping_mul(31)).collect()
@@ -39,7 +39,7 @@ impl<const D: usize> Recovery<'_, D> {
         // The body comes first.
         for (term, condensed) in problem.model().terms().iter().zip(&state.condensed).skip(1) {
             let view = View { displacement: &state.displacement, condensed, load: state.load };
-            let told = term.force_densities(view).is_some_and(|densities| {
+            let given = term.force_densities(view).is_some_and(|densities| {
                 if densities.normals.len() == densities.positions.len() {
                     let found: Vec<_> =
                         densities.positions.iter().zip(&densities.normals).map(|(x, n)| find(x, n)).collect();
@@ -62,7 +62,7 @@ impl<const D: usize> Recovery<'_, D> {
                 }
                 whole
             });
-            if !told {
+            if !given {
                 for node in (0..term.clusters()).flat_map(|cluster| term.nodes(cluster)) {
                     if let Some(obscure) = self.obscure.get_mut(*node as usize) {
                         *obscure = true;
@@ -71,21 +71,21 @@ impl<const D: usize> Recovery<'_, D> {
             }
         }
         self.body_force = body_force;
-        self.add_facets(&points, hats.as_deref(), &tractions, &moved(&points.positions)?)
+        self.add_facets(&points, traces.as_deref(), &tractions, &moved(&points.positions)?)
     }
 
     /// The facets on which at least one component of the traction is known.
     fn add_facets(
         &mut self,
         points: &Points<D>,
-        hats: Option<&[Vec<(u32, f64)>]>,
+        traces: Option<&[Vec<(u32, f64)>]>,
         tractions: &[Vector3<f64>],
         current: &[Point<D>],
     ) -> Result<(), Error> {
         let problem = self.problem;
         let mut held = vec![false; self.displacement.len()];
         let mut tied = vec![false; self.obscure.len()];
-        for row in problem.rows().rows() {
+        for row in problem.equations().equations() {
             held[row.dependent] = true;
             let mixed = row.entries.iter().any(|&(k, c)| k % D != row.dependent % D && c != 0.0);
             if let (true, Some(tied)) = (mixed, tied.get_mut(row.dependent / D)) {
@@ -100,8 +100,8 @@ impl<const D: usize> Recovery<'_, D> {
                 continue;
             }
             let psi = problem.first().approximation.shape_functions_at(x)?;
-            let owners: Vec<usize> = match hats {
-                Some(hats) => hats[point].iter().map(|h| h.0 as usize).collect(),
+            let owners: Vec<usize> = match traces {
+                Some(traces) => traces[point].iter().map(|h| h.0 as usize).collect(),
                 None => psi
                     .nodes
                     .iter()
@@ -149,7 +149,7 @@ impl<const D: usize> Recovery<'_, D> {
                 area: area / length,
                 traction: tractions[point] / length,
                 known,
-                functions: psi,
+                approximation: psi,
             });
         }
         Ok(())

@@ -8,12 +8,12 @@ use super::place::Place;
 
 /// A part of the body and the rigid surface that it may touch.
 #[derive(Clone)]
-pub(crate) struct Touching<const D: usize> {
+pub(crate) struct ContactDefinition<const D: usize> {
     pub place: Place<D>,
     pub surface: RigidSurface<D>,
 }
 
-impl<const D: usize> Touching<D> {
+impl<const D: usize> ContactDefinition<D> {
     pub(crate) fn label(&self) -> String {
         format!("contact of {} with {}", self.place, self.surface.name)
     }
@@ -21,7 +21,7 @@ impl<const D: usize> Touching<D> {
 
 /// Two parts of the boundary that may touch each other, or one that may touch itself.
 #[derive(Clone)]
-pub(crate) struct Meeting<const D: usize> {
+pub(crate) struct ContactPair<const D: usize> {
     pub first: Place<D>,
     pub second: Option<Place<D>>,
     pub name: String,

@@ -61,8 +61,8 @@ impl<const D: usize, A: Approximation<D> + Send> Evaluate<D> for A {
 
 /// A body of a problem: its particles, the cells between them, and its term of the potential.
 ///
-/// Its particles are the nodes [`nodes`](Member::nodes) of the problem; what it answers of a state is about itself alone.
-pub struct Member<const D: usize> {
+/// Its particles are the nodes [`nodes`](DiscreteBody::nodes) of the problem; what it answers of a state is about itself alone.
+pub struct DiscreteBody<const D: usize> {
     pub(crate) name: String,
     pub(crate) nodes: Range<usize>,
     pub(crate) body: Arc<Body<D, Arc<dyn Material>>>,
@@ -76,7 +76,7 @@ pub struct Member<const D: usize> {
     pub(crate) raised: usize,
 }
 
-impl<const D: usize> Member<D> {
+impl<const D: usize> DiscreteBody<D> {
     /// The name of the body; `body` where the scene has but one.
     pub fn name(&self) -> &str {
         &self.name
@@ -188,8 +188,8 @@ impl<const D: usize> Member<D> {
             for &node in table.nodes(point) {
                 let node = node as usize - self.nodes.start;
                 let offset = particles[node] - table.positions()[point];
-                let hat = |i: usize| (1.0 - offset[i].abs() / spacings[node][i]).max(0.0);
-                let near: f64 = (0..D).map(hat).product();
+                let trace = |i: usize| (1.0 - offset[i].abs() / spacings[node][i]).max(0.0);
+                let near: f64 = (0..D).map(trace).product();
                 if near > 0.0 {
                     let weight = near * table.weights()[point];
                     let (total, sum) = &mut sums[node];

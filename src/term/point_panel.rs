@@ -13,7 +13,7 @@ const SPREAD: f64 = 1.25;
 /// The points of a cell in space, which see nearly the same nodes: their products are summed in registers and added to
 /// the cluster's matrix once.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Together {
+pub(crate) struct PointPanel {
     /// Points that wait, and their nodes in all.
     points: Vec<usize>,
     entries: usize,
@@ -27,7 +27,7 @@ pub(crate) struct Together {
     panel: Panel,
 }
 
-impl Together {
+impl PointPanel {
     /// Begins with another cluster.
     #[inline(always)]
     pub(crate) fn clear(&mut self) {
@@ -102,7 +102,7 @@ impl Together {
                 }
             }
         }
-        let Together { windows, node_of, panel, .. } = self;
+        let PointPanel { windows, node_of, panel, .. } = self;
         panel.multiply(&mut Rows::<D> { windows, node_of, lower });
         self.clear();
     }

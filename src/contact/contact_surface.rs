@@ -1,32 +1,32 @@
-//! The contact face of a body: hats over boundary particles and what their points see.
+//! The contact face of a body: trace functions over boundary particles and what their points see.
 
 use crate::cells::BoundaryCells;
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::table::ShapeTable;
 
-/// A part of the boundary that may touch something: facet points with their shape functions, gathered by the hats of
-/// the boundary particles, face by face at corners. A hat carries one contact pressure.
-pub(crate) struct Skin<const D: usize> {
+/// A part of the boundary that may touch something: facet points with their shape functions, gathered by the trace functions of
+/// the boundary particles, face by face at corners. A trace function carries one contact pressure.
+pub(crate) struct ContactSurface<const D: usize> {
     pub table: ShapeTable<D>,
-    pub hats: Vec<Hat>,
+    pub traces: Vec<Trace>,
     /// The largest coordinate: what positions are rounded by.
     pub extent: f64,
 }
 
-/// Cosine between normals of facets below which they are faces of their own: a hat around a corner would be held up by its mean gap
+/// Cosine between normals of facets below which they are faces of their own: a trace function around a corner would be held up by its mean gap
 /// on one face while the other goes in.
 const CORNER: f64 = 0.6;
 
-/// One boundary particle's hat $\Theta_J$.
-pub(crate) struct Hat {
+/// One boundary particle's trace function $\Theta_J$.
+pub(crate) struct Trace {
     /// The particle.
     pub particle: u32,
     /// $\int\Theta_J\\,\mathrm d\Gamma$ with the measure of the kinematics.
     pub area: f64,
-    /// Its width: the length of an edge with half a hat on both sides, the root of an area \[length\].
+    /// Its width: the length of an edge with half a trace function on both sides, the root of an area \[length\].
     pub width: f64,
-    /// Points under the hat with their weights $w\\,\Theta_J$.
+    /// Points under the trace function with their weights $w\\,\Theta_J$.
     pub points: Vec<(u32, f64)>,
     /// Nodes that these points see, by rising index, and a further one where the surface has an unknown of its own.
     pub nodes: Vec<u32>,
@@ -36,7 +36,7 @@ pub(crate) struct Hat {
     pub first: Vec<u32>,
 }
 
-impl Hat {
+impl Trace {
     /// Places of the nodes of the k-th point.
     #[inline]
     pub fn local(&self, k: usize) -> &[u16] {
@@ -44,16 +44,16 @@ impl Hat {
     }
 }
 
-impl<const D: usize> Skin<D> {
-    /// Gathers the points of boundary cells by their hats; `extra` is a node that every hat sees besides.
+impl<const D: usize> ContactSurface<D> {
+    /// Gathers the points of boundary cells by their trace functions; `extra` is a node that every trace function sees besides.
     ///
     /// # Errors
     /// Where cells and table do not fit together.
     pub fn new(cells: &BoundaryCells<D>, table: ShapeTable<D>, extra: Option<u32>) -> Result<Self, Error> {
         cells.validate(table.node_count())?;
-        // The hats of each particle, with the normal that each began with: one for each face at a corner.
+        // The trace functions of each particle, with the normal that each began with: one for each face at a corner.
         let mut of_particle: Vec<Vec<(u32, Point<D>)>> = vec![Vec::new(); table.node_count()];
-        let mut hats: Vec<Hat> = Vec::new();
+        let mut traces: Vec<Trace> = Vec::new();
         let mut plain: Vec<f64> = Vec::new();
         for group in cells.points.groups.windows(2) {
             let range = group[0]..group[1];
@@ -61,7 +61,7 @@ impl<const D: usize> Skin<D> {
             let normal = normals.iter().sum::<Point<D>>();
             let normal = normal / normal.norm().max(f64::MIN_POSITIVE);
             for point in range {
-                for &(particle, value) in &cells.hats[point] {
+                for &(particle, value) in &cells.traces[point] {
                     let weight = table.weights()[point] * value;
                     if !(weight > 0.0) {
                         continue;
@@ -70,9 +70,9 @@ impl<const D: usize> Skin<D> {
                     let place = match list.iter().find(|(_, first)| first.dot(&normal) >= CORNER) {
                         Some((place, _)) => *place as usize,
                         None => {
-                            list.push((hats.len() as u32, normal));
+                            list.push((traces.len() as u32, normal));
                             plain.push(0.0);
-                            hats.push(Hat {
+                            traces.push(Trace {
                                 particle,
                                 area: 0.0,
                                 width: 0.0,
@@ -81,29 +81,29 @@ impl<const D: usize> Skin<D> {
                                 local: Vec::new(),
                                 first: vec![0],
                             });
-                            hats.len() - 1
+                            traces.len() - 1
                         }
                     };
-                    hats[place].points.push((point as u32, weight));
-                    hats[place].area += weight;
+                    traces[place].points.push((point as u32, weight));
+                    traces[place].area += weight;
                     plain[place] += cells.points.weights[point] * value;
                 }
             }
         }
-        for (hat, plain) in hats.iter_mut().zip(&plain) {
-            hat.width = if D == 3 { plain.sqrt() } else { *plain };
-            hat.nodes = hat.points.iter().flat_map(|&(p, _)| table.nodes(p as usize)).copied().collect();
-            hat.nodes.extend(extra);
-            hat.nodes.sort_unstable();
-            hat.nodes.dedup();
-            for &(point, _) in &hat.points {
-                let places = table.nodes(point as usize).iter().map(|n| hat.nodes.partition_point(|m| m < n) as u16);
-                hat.local.extend(places);
-                hat.first.push(hat.local.len() as u32);
+        for (trace, plain) in traces.iter_mut().zip(&plain) {
+            trace.width = if D == 3 { plain.sqrt() } else { *plain };
+            trace.nodes = trace.points.iter().flat_map(|&(p, _)| table.nodes(p as usize)).copied().collect();
+            trace.nodes.extend(extra);
+            trace.nodes.sort_unstable();
+            trace.nodes.dedup();
+            for &(point, _) in &trace.points {
+                let places = table.nodes(point as usize).iter().map(|n| trace.nodes.partition_point(|m| m < n) as u16);
+                trace.local.extend(places);
+                trace.first.push(trace.local.len() as u32);
             }
         }
         let extent = table.positions().iter().map(|x| x.amax()).fold(0.0, f64::max);
-        Ok(Skin { table, hats, extent })
+        Ok(ContactSurface { table, traces, extent })
     }
 
     /// The displacement that a vector of coefficients gives at a point.

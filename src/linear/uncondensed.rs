@@ -8,7 +8,7 @@ use crate::term::{Product, Zone};
 /// [`Model::multiply_zone`](crate::assembly::Model::multiply_zone).
 pub type ZoneProduct<'a> = &'a (dyn Fn(&Zone, &[f64], &mut Product) + Sync);
 
-/// A linearised system: its reduced matrix, and what is kept apart from it.
+/// A linearised system: its reduced matrix, and what is kept uncondensed from it.
 #[derive(Clone, Copy)]
 pub struct Linearised<'a> {
     /// Values of the reduced matrix.

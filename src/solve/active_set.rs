@@ -1,7 +1,7 @@
-//! Contacts that open and close by turns: Newton's method between two states that lead to each other.
+//! Contacts that open and close by active-set cycling: Newton's method between two states that lead to each other.
 
 /// How many times the iterations of an attempt are allowed once it was helped.
-pub(super) const HELPED: usize = 3;
+pub(super) const CYCLING_ITERATIONS: usize = 3;
 /// Difference between increments, as a part of them, below which a state is taken to come back.
 const SAME: f64 = 0.1;
 /// The first shift, in terms of the median of the diagonal.
@@ -10,19 +10,19 @@ const SHIFT: f64 = 1e-3;
 const GROWTH: f64 = 10.0;
 /// The shift below which there is none.
 const LEAST: f64 = 1e-6;
-/// Increments in a row that are smaller than the one before, after which a shift is let down.
+/// Increments in a row that are smaller than the one before, after which a shift is lowered.
 const FALLING: usize = 3;
-/// What is left of a shift that is let down.
+/// What is left of a shift that is lowered.
 const LET_DOWN: f64 = 1e-2;
 
 /// What helps where increments of one size follow each other.
 ///
 /// Where the matrix is not definite, Newton's method is drawn to an unstable equilibrium on the wrong side of a contact, which then
 /// opens or closes, and back: a diagonal that makes the matrix definite turns its steps into ones that fall off it, to a
-/// stable state. Where it is definite, a kink lies between both states (the end of an arc of a tool): half of each step comes
+/// stable state. Where it is definite, a break point lies between both states (the end of an arc of a tool): half of each step comes
 /// to rest there. Neither changes a state at which the method comes to rest.
 #[derive(Default)]
-pub(super) struct Turns {
+pub(super) struct ActiveSetCycling {
     /// Added to the diagonal, in terms of its median.
     pub shift: f64,
     halvings: i32,
@@ -33,14 +33,14 @@ pub(super) struct Turns {
     since_unstable: Option<usize>,
 }
 
-impl Turns {
+impl ActiveSetCycling {
     /// Whether anything is done.
     pub fn helped(&self) -> bool {
         self.shift > 0.0 || self.halvings > 0
     }
 
     /// Notes whether the matrix is indefinite; whether the shift has grown so that the matrix is to be formed anew.
-    pub fn stiffen(&mut self, unstable: bool) -> bool {
+    pub fn raise_shift(&mut self, unstable: bool) -> bool {
         self.since_unstable = if unstable { Some(0) } else { self.since_unstable.map(|count| count + 1) };
         if unstable && self.shift > 0.0 && self.shift < 1.0 {
             self.shift *= GROWTH;
@@ -85,24 +85,24 @@ mod tests {
 
     #[test]
     fn steps_that_come_back_are_halved_and_shifts_are_let_down() {
-        let mut turns = Turns::default();
-        assert_eq!([1.0, 1.0, 1.0].map(|length| turns.damping(length)), [1.0, 1.0, 0.5]);
-        assert!(turns.helped() && turns.shift == 0.0);
-        let mut turns = Turns::default();
+        let mut cycling = ActiveSetCycling::default();
+        assert_eq!([1.0, 1.0, 1.0].map(|length| cycling.damping(length)), [1.0, 1.0, 0.5]);
+        assert!(cycling.helped() && cycling.shift == 0.0);
+        let mut cycling = ActiveSetCycling::default();
         for _ in 0..3 {
-            assert!(!turns.stiffen(true));
-            assert_eq!(turns.damping(1.0), 1.0);
+            assert!(!cycling.raise_shift(true));
+            assert_eq!(cycling.damping(1.0), 1.0);
         }
-        assert_eq!(turns.shift, SHIFT);
-        assert!(turns.stiffen(true) && turns.shift == 10.0 * SHIFT);
+        assert_eq!(cycling.shift, SHIFT);
+        assert!(cycling.raise_shift(true) && cycling.shift == 10.0 * SHIFT);
         let mut length = 1.0;
         // The first increment has none before it; then four times three: 1e-2, 1e-4, 1e-6, 1e-8, none.
         for _ in 0..13 {
-            assert!(!turns.stiffen(false));
+            assert!(!cycling.raise_shift(false));
             length *= 0.1;
-            turns.damping(length);
+            cycling.damping(length);
         }
-        assert!(!turns.helped());
+        assert!(!cycling.helped());
     }
 
     #[test]

@@ -38,7 +38,7 @@ pub(crate) fn covering<const D: usize>(
     }
     // On lattices the default covers by construction, and a dilation that does not is the user's to know.
     if cells.lattice().is_some() {
-        Ok((cover::functions(scheme, particles)?, 0))
+        Ok((cover::approximation(scheme, particles)?, 0))
     } else {
         cover::covering(scheme, particles, cells)
     }

@@ -1,4 +1,4 @@
-//! Points on boundary faces and the hats of weak rows on them.
+//! Points on boundary faces and the trace functions of weak constraint equations on them.
 
 use std::collections::{HashMap, HashSet};
 
@@ -13,21 +13,21 @@ use super::Unstructured;
 use super::bricks::{opposite, side_points};
 use super::faces::Piece;
 
-/// Rings of faces around one whose particles may carry its hats.
+/// Rings of faces around one whose particles may carry its trace functions.
 const RINGS: usize = 3;
-/// What may be missing of the sum of hats and of the normal.
+/// What may be missing of the sum of trace functions and of the normal.
 const EXACT: f64 = 1e-10;
 
 impl<const D: usize> Unstructured<D> {
     /// Facets of one piece with the points of a rule on each.
     ///
-    /// Hats are the linear (bilinear) functions of each face. Rows reproduce the tractions of homogeneous stress exactly
-    /// where hats can combine to the normal: on flat pieces those that sum to one do. On curved ones normals jump from face
-    /// to face: there the weights of the particles around a face are the hats with the smallest change for which
+    /// Trace functions are the linear (bilinear) functions of each face. Rows reproduce the tractions of homogeneous stress exactly
+    /// where trace functions can combine to the normal: on flat pieces those that sum to one do. On curved ones normals jump from face
+    /// to face: there the weights of the particles around a face are the trace functions with the smallest change for which
     /// $\sum_J f_J = 1$ and $\sum_J f_J\\,n_J = n$, with $n_J$ the mean normal at particle $J$; those on a rim
-    /// between two curved pieces carry hats of one of them.
+    /// between two curved pieces carry trace functions of one of them.
     pub(super) fn facets(&self, piece: &Piece, rule: &(Vec<f64>, Vec<f64>)) -> BoundaryCells<D> {
-        let mut cells = BoundaryCells { points: Points::empty(), hats: Vec::new() };
+        let mut cells = BoundaryCells { points: Points::empty(), traces: Vec::new() };
         let bent = piece.curved.then(|| Bent::new(self, piece));
         for &face in &piece.faces {
             let cell = self.faces.beside(face as usize)[0] as usize;
@@ -42,29 +42,29 @@ impl<const D: usize> Unstructured<D> {
                 };
                 let Some(axis) = (0..D).find(on_face) else { continue };
                 let brick = self.brick(cell, corner);
-                // Hats at the corners of the facet, which a multilinear map carries as it does positions.
+                // Trace functions at the corners of the facet, which a multilinear map carries as it does positions.
                 let around = shape.neighbours()[corner];
-                let hat_at = |place: usize| -> Vec<f64> {
-                    let mut hats = vec![0.0; corners.len()];
+                let trace_at = |place: usize| -> Vec<f64> {
+                    let mut traces = vec![0.0; corners.len()];
                     let of = |k: usize| corners.iter().position(|c| *c == nodes[k]);
                     match (0..D).filter(|i| (place >> i) & 1 == 1).collect::<Vec<_>>()[..] {
                         [] => {
                             if let Some(own) = of(corner) {
-                                hats[own] = 1.0;
+                                traces[own] = 1.0;
                             }
                         }
                         [along] => {
                             for k in [of(corner), of(around[along])].into_iter().flatten() {
-                                hats[k] = 0.5;
+                                traces[k] = 0.5;
                             }
                         }
-                        _ => hats.fill(1.0 / corners.len() as f64),
+                        _ => traces.fill(1.0 / corners.len() as f64),
                     }
-                    hats
+                    traces
                 };
                 let ends: Vec<(usize, Vec<f64>)> = (0..1usize << D)
                     .filter(|place| (place >> axis) & 1 == 0)
-                    .map(|place| (place, hat_at(place)))
+                    .map(|place| (place, trace_at(place)))
                     .collect();
                 debug_assert!(place < corners.len());
                 for (at, weight) in side_points::<D>(axis, 0.0, rule) {
@@ -72,23 +72,23 @@ impl<const D: usize> Unstructured<D> {
                     let area = area_vector(axis, &columns) * -weight;
                     let size = area.norm();
                     let normal = area / size;
-                    let mut hats = vec![0.0; corners.len()];
+                    let mut traces = vec![0.0; corners.len()];
                     for (place, values) in &ends {
                         let share: f64 = (0..D)
                             .filter(|i| *i != axis)
                             .map(|i| if (place >> i) & 1 == 1 { at[i] } else { 1.0 - at[i] })
                             .product();
-                        for (hat, value) in hats.iter_mut().zip(values) {
-                            *hat += share * value;
+                        for (trace, value) in traces.iter_mut().zip(values) {
+                            *trace += share * value;
                         }
                     }
-                    let plain = || corners.iter().copied().zip(hats.iter().copied()).collect::<Vec<(u32, f64)>>();
-                    let hats =
-                        bent.as_ref().and_then(|bent| bent.hats(&window, &plain(), &normal)).unwrap_or_else(plain);
+                    let plain = || corners.iter().copied().zip(traces.iter().copied()).collect::<Vec<(u32, f64)>>();
+                    let traces =
+                        bent.as_ref().and_then(|bent| bent.traces(&window, &plain(), &normal)).unwrap_or_else(plain);
                     cells.points.positions.push(position);
                     cells.points.weights.push(size);
                     cells.points.normals.push(normal);
-                    cells.hats.push(hats);
+                    cells.traces.push(traces);
                 }
             }
             cells.points.close_group();
@@ -97,7 +97,7 @@ impl<const D: usize> Unstructured<D> {
     }
 }
 
-/// A curved piece: mean normals of its particles, and which of them carry no hats.
+/// A curved piece: mean normals of its particles, and which of them carry no trace functions.
 struct Bent<const D: usize> {
     normals: HashMap<u32, Point<D>>,
     lent: HashSet<u32>,
@@ -122,7 +122,7 @@ impl<const D: usize> Bent<D> {
         Bent { normals, lent: piece.lent.iter().copied().collect(), faces_at }
     }
 
-    /// Particles around a face that carry hats, in rings.
+    /// Particles around a face that carry trace functions, in rings.
     fn window(&self, cells: &Unstructured<D>, face: u32) -> Vec<Vec<u32>> {
         let mut seen: Vec<u32> = Vec::new();
         let mut faces = vec![face];
@@ -148,19 +148,19 @@ impl<const D: usize> Bent<D> {
         rings
     }
 
-    /// Hats moved as little as possible to sum to one and to the normal, on as few rings as can; none where the piece has too
+    /// Trace functions moved as little as possible to sum to one and to the normal, on as few rings as can; none where the piece has too
     /// few particles.
-    fn hats(&self, rings: &[Vec<u32>], plain: &[(u32, f64)], normal: &Point<D>) -> Option<Vec<(u32, f64)>> {
+    fn traces(&self, rings: &[Vec<u32>], plain: &[(u32, f64)], normal: &Point<D>) -> Option<Vec<(u32, f64)>> {
         let entry = |particle: u32, i: usize| if i == 0 { 1.0 } else { self.normals[&particle][i - 1] };
         rings.iter().skip(1).find_map(|window| {
             if window.is_empty() {
                 return None;
             }
-            let of = |particle: &u32| plain.iter().find(|hat| hat.0 == *particle).map_or(0.0, |hat| hat.1);
+            let of = |particle: &u32| plain.iter().find(|trace| trace.0 == *particle).map_or(0.0, |trace| trace.1);
             let mut weights: Vec<f64> = window.iter().map(of).collect();
             let rows = DMatrix::from_fn(D + 1, window.len(), |i, k| entry(window[k], i));
-            let asked = DVector::from_fn(D + 1, |i, _| if i == 0 { 1.0 } else { normal[i - 1] });
-            let missing = &asked - &rows * DVector::from_row_slice(&weights);
+            let requested = DVector::from_fn(D + 1, |i, _| if i == 0 { 1.0 } else { normal[i - 1] });
+            let missing = &requested - &rows * DVector::from_row_slice(&weights);
             // Normals that hardly differ make the Gram matrix singular: what is in its range is solved, the rest is zero.
             let eigen = (&rows * rows.transpose()).symmetric_eigen();
             let largest = eigen.eigenvalues.max();
@@ -174,7 +174,7 @@ impl<const D: usize> Bent<D> {
             for (weight, moved) in weights.iter_mut().zip(moved.iter()) {
                 *weight += moved;
             }
-            let left = (&asked - &rows * DVector::from_row_slice(&weights)).norm();
+            let left = (&requested - &rows * DVector::from_row_slice(&weights)).norm();
             (left < EXACT).then(|| window.iter().copied().zip(weights).collect())
         })
     }

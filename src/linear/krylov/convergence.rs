@@ -2,7 +2,7 @@
 
 /// Directions for a decade of the residual: of the first solution with the elements of a state, and of the last one.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Pace {
+pub(super) struct ConvergenceHistory {
     pub(super) first: Option<f64>,
     pub(super) last: f64,
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3;
 
-use crate::material::{Material, Memory};
+use crate::material::{InternalVariables, Material};
 
 use super::body::Body;
 use super::{Term, View};
@@ -10,7 +10,7 @@ use super::{Term, View};
 /// The law of a body that remembers, with what its points remember at the beginning of a step.
 #[derive(Clone, Copy)]
 pub(super) struct Recall<'a> {
-    pub law: &'a dyn Memory,
+    pub law: &'a dyn InternalVariables,
     /// Time since then.
     pub elapsed: f64,
     points: &'a [f64],
@@ -29,13 +29,13 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// The memory in a view of the body: the time when it was written, then point by point. `None` where the law has none.
     #[inline]
     pub(super) fn recall<'a>(&'a self, view: View<'a>) -> Option<Recall<'a>> {
-        if self.remembered == 0 {
+        if self.has_history == 0 {
             return None;
         }
-        let law = self.material.memory()?;
-        let memory = view.condensed.get(self.memory())?;
-        let elapsed = self.clock.as_ref().map_or(0.0, |clock| clock.evaluate(view.load).0 - memory[0]);
-        Some(Recall { law, elapsed: elapsed.max(0.0), points: &memory[1..], each: self.remembered })
+        let law = self.material.internal_variables()?;
+        let internal_variables = view.condensed.get(self.internal_variables())?;
+        let elapsed = self.clock.as_ref().map_or(0.0, |clock| clock.evaluate(view.load).0 - internal_variables[0]);
+        Some(Recall { law, elapsed: elapsed.max(0.0), points: &internal_variables[1..], each: self.has_history })
     }
 
     /// Time at a load factor; 0 without a clock.
@@ -44,34 +44,34 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 
     pub(super) fn memory_range(&self) -> std::ops::Range<usize> {
-        if self.remembered == 0 {
+        if self.has_history == 0 {
             return 0..0;
         }
         let start = self.unknowns();
-        start..start + 1 + self.remembered * self.table().len()
+        start..start + 1 + self.has_history * self.table().len()
     }
 
-    pub(super) fn start_of_memory(&self, memory: &mut [f64]) {
-        let Some(law) = self.material.memory().filter(|_| self.remembered > 0) else { return };
-        memory[0] = self.time(0.0);
-        memory[1..].chunks_exact_mut(self.remembered).for_each(|point| law.start(point));
+    pub(super) fn start_of_memory(&self, internal_variables: &mut [f64]) {
+        let Some(law) = self.material.internal_variables().filter(|_| self.has_history > 0) else { return };
+        internal_variables[0] = self.time(0.0);
+        internal_variables[1..].chunks_exact_mut(self.has_history).for_each(|point| law.start(point));
     }
 
-    pub(super) fn remember_all(&self, view: View<'_>, next: &mut [f64]) {
+    pub(super) fn update_histories(&self, view: View<'_>, next: &mut [f64]) {
         let Some(recall) = self.recall(view) else { return };
         next[0] = self.time(view.load);
-        for (point, next) in next[1..].chunks_exact_mut(self.remembered).enumerate() {
+        for (point, next) in next[1..].chunks_exact_mut(self.has_history).enumerate() {
             let f = self.local_gradient(point, view.displacement);
-            recall.law.remember(&f, recall.at(point), recall.elapsed, next);
+            recall.law.update_history(&f, recall.at(point), recall.elapsed, next);
         }
     }
 
     pub(super) fn error_of_time(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {
         let Some(recall) = self.recall(view) else { return [0.0; 2] };
         let mut sums = [0.0; 2];
-        for (point, next) in next[1..].chunks_exact(self.remembered).enumerate() {
+        for (point, next) in next[1..].chunks_exact(self.has_history).enumerate() {
             let earlier = before.map(|before| {
-                let each = self.remembered;
+                let each = self.has_history;
                 let began = view.condensed[self.memory_range().start];
                 (&before[1 + point * each..1 + (point + 1) * each], began - before[0])
             });
@@ -108,16 +108,16 @@ impl<const D: usize, M: Material> Body<D, M> {
         nearest: impl Fn(&crate::geometry::Point<D>) -> usize,
     ) -> Option<Vec<f64>> {
         let given = condensed.get(from.memory_range()).filter(|given| !given.is_empty())?;
-        if from.remembered != self.remembered {
+        if from.has_history != self.has_history {
             return None;
         }
-        let mut memory = Vec::with_capacity(self.memory_range().len());
-        memory.push(given[0]);
+        let mut internal_variables = Vec::with_capacity(self.memory_range().len());
+        internal_variables.push(given[0]);
         for x in self.table().positions() {
-            let at = 1 + nearest(x) * self.remembered;
-            memory.extend_from_slice(&given[at..at + self.remembered]);
+            let at = 1 + nearest(x) * self.has_history;
+            internal_variables.extend_from_slice(&given[at..at + self.has_history]);
         }
-        Some(memory)
+        Some(internal_variables)
     }
 
     /// The energy of the shape at a point: of the law as it remembers, or as it is.

@@ -4,7 +4,7 @@ use crate::term::{Element, Term, View};
 
 /// The unknown travel of a rigid surface that is pushed: its load, and what keeps the components regular that it has no use
 /// for.
-pub(crate) struct Carriage<const D: usize> {
+pub(crate) struct RigidBodyDof<const D: usize> {
     pub node: [u32; 1],
     pub force: f64,
     pub amplitude: crate::term::Amplitude,
@@ -12,7 +12,7 @@ pub(crate) struct Carriage<const D: usize> {
     pub stiffness: f64,
 }
 
-impl<const D: usize> Term<D> for Carriage<D> {
+impl<const D: usize> Term<D> for RigidBodyDof<D> {
     fn clusters(&self) -> usize {
         1
     }
@@ -44,12 +44,12 @@ impl<const D: usize> Term<D> for Carriage<D> {
 
 /// Keeps a body regular that nothing but contact holds: an added diagonal, $\alpha_I |\delta d_I|^2$, that acts on the steps of
 /// Newton's method and not on its solution.
-pub(crate) struct Leash {
+pub(crate) struct ArtificialSpring {
     pub nodes: Vec<[u32; 1]>,
     pub stiffness: Vec<f64>,
 }
 
-impl<const D: usize> Term<D> for Leash {
+impl<const D: usize> Term<D> for ArtificialSpring {
     fn clusters(&self) -> usize {
         self.nodes.len()
     }

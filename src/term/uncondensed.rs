@@ -1,4 +1,4 @@
-//! Pressures kept apart: what clusters would add to the matrix by their condensed unknowns.
+//! Pressures kept uncondensed: what clusters would add to the matrix by their condensed unknowns.
 
 use nalgebra::Matrix4;
 

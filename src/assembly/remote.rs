@@ -4,9 +4,9 @@ use crate::error::SolveError;
 use crate::term::{Element, Term, View};
 
 /// A term without clusters: what it says of itself holds on every rank, its forces are summed by one.
-pub(super) struct Elsewhere<T>(pub T);
+pub(super) struct RemoteTerm<T>(pub T);
 
-impl<const D: usize, T: Term<D>> Term<D> for Elsewhere<T> {
+impl<const D: usize, T: Term<D>> Term<D> for RemoteTerm<T> {
     fn clusters(&self) -> usize {
         0
     }

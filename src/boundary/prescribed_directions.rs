@@ -1,4 +1,4 @@
-//! What conditions have claimed of the particles: directions that were prescribed there, and whether another one says the
+//! What conditions have prescribed of the particles: directions that were prescribed there, and whether another one says the
 //! same again.
 
 use std::sync::Arc;
@@ -7,34 +7,34 @@ use crate::error::BoundaryError;
 use crate::geometry::Point;
 use crate::term::Amplitude;
 
-/// What is left of a direction beside those that were claimed before it, below which it is one of them: a row of its own
+/// What is left of a direction beside those that were prescribed before it, below which it is one of them: a constraint equation of its own
 /// would repeat them but for a twentieth, and reactions would be twenty times as large as the forces they balance.
 const REPEATED: f64 = 0.05;
-/// The same for directions that are combinations of the claimed ones but for rounding, whose values have to agree.
+/// The same for directions that are combinations of the prescribed ones but for rounding, whose values have to agree.
 const EXACT: f64 = 1e-9;
 
-/// A direction of a particle that a condition has claimed.
+/// A direction of a particle that a condition has prescribed.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Claim {
+pub(crate) struct PrescribedDirection {
     /// The unit vector, padded by zeros.
     direction: [f64; 3],
     label: String,
     target: f64,
     amplitude: Amplitude,
-    /// The row that carries it.
-    pub(crate) row: usize,
+    /// The constraint equation that carries it.
+    pub(crate) equation: usize,
 }
 
-impl Claim {
+impl PrescribedDirection {
     pub(crate) fn new<const D: usize>(
         direction: Point<D>,
         label: &str,
         target: f64,
         amplitude: Amplitude,
-        row: usize,
+        equation: usize,
     ) -> Self {
         let direction = std::array::from_fn(|i| if i < D { direction[i] } else { 0.0 });
-        Claim { direction, label: label.to_string(), target, amplitude, row }
+        PrescribedDirection { direction, label: label.to_string(), target, amplitude, equation }
     }
 
     pub(crate) fn direction<const D: usize>(&self) -> Point<D> {
@@ -46,15 +46,15 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The direction as a combination of the claimed ones, and what is left of it.
-fn resolve(claims: &[Claim], direction: &[f64; 3]) -> (Vec<f64>, f64) {
-    // Gram–Schmidt over at most three vectors, remembering how each basis vector is made of the claimed ones.
+/// The direction as a combination of the prescribed ones, and what is left of it.
+fn resolve(prescriptions: &[PrescribedDirection], direction: &[f64; 3]) -> (Vec<f64>, f64) {
+    // Gram–Schmidt over at most three vectors, remembering how each basis vector is made of the prescribed ones.
     let mut basis: Vec<([f64; 3], Vec<f64>)> = Vec::new();
-    for (place, claim) in claims.iter().enumerate() {
-        let (mut rest, mut made) = (claim.direction, vec![0.0; claims.len()]);
+    for (place, prescription) in prescriptions.iter().enumerate() {
+        let (mut rest, mut made) = (prescription.direction, vec![0.0; prescriptions.len()]);
         made[place] = 1.0;
         for (vector, of) in &basis {
-            let along = dot(vector, &claim.direction);
+            let along = dot(vector, &prescription.direction);
             rest.iter_mut().zip(vector).for_each(|(r, v)| *r -= along * v);
             made.iter_mut().zip(of).for_each(|(m, o)| *m -= along * o);
         }
@@ -63,7 +63,7 @@ fn resolve(claims: &[Claim], direction: &[f64; 3]) -> (Vec<f64>, f64) {
             basis.push((rest.map(|r| r / size), made.iter().map(|m| m / size).collect()));
         }
     }
-    let (mut rest, mut parts) = (*direction, vec![0.0; claims.len()]);
+    let (mut rest, mut parts) = (*direction, vec![0.0; prescriptions.len()]);
     for (vector, of) in &basis {
         let along = dot(vector, direction);
         rest.iter_mut().zip(vector).for_each(|(r, v)| *r -= along * v);
@@ -72,38 +72,43 @@ fn resolve(claims: &[Claim], direction: &[f64; 3]) -> (Vec<f64>, f64) {
     (parts, dot(&rest, &rest).sqrt())
 }
 
-/// Whether a condition says again what the claims on its particle say.
+/// Whether a condition says again what the prescribed directions on its particle say.
 ///
 /// # Errors
 /// Where it says something else.
-pub(crate) fn says_again<const D: usize>(
-    claims: &[Claim],
-    asked: &Claim,
+pub(crate) fn is_redundant<const D: usize>(
+    prescriptions: &[PrescribedDirection],
+    requested: &PrescribedDirection,
     at: &Point<D>,
     rounding: f64,
 ) -> Result<bool, BoundaryError> {
-    if claims.is_empty() {
+    if prescriptions.is_empty() {
         return Ok(false);
     }
-    let (parts, rest) = resolve(claims, &asked.direction);
+    let (parts, rest) = resolve(prescriptions, &requested.direction);
     if rest > REPEATED {
         return Ok(false);
     }
     if rest > EXACT {
         return Ok(true);
     }
-    let component = (0..D).max_by(|&i, &j| asked.direction[i].abs().total_cmp(&asked.direction[j].abs())).unwrap_or(0);
-    let involved: Vec<(&Claim, f64)> = claims.iter().zip(parts).filter(|(_, part)| part.abs() > EXACT).collect();
-    let second = (asked.label.as_str(), asked.target, &asked.amplitude);
+    let component =
+        (0..D).max_by(|&i, &j| requested.direction[i].abs().total_cmp(&requested.direction[j].abs())).unwrap_or(0);
+    let involved: Vec<(&PrescribedDirection, f64)> =
+        prescriptions.iter().zip(parts).filter(|(_, part)| part.abs() > EXACT).collect();
+    let second = (requested.label.as_str(), requested.target, &requested.amplitude);
     match involved.as_slice() {
-        [(claim, part)] => {
-            let first = (claim.label.as_str(), part * claim.target, &claim.amplitude);
+        [(prescription, part)] => {
+            let first = (prescription.label.as_str(), part * prescription.target, &prescription.amplitude);
             check_agreement(first, second, component, at, rounding)?;
         }
         several => {
-            let terms: Vec<(f64, Amplitude)> =
-                several.iter().map(|(claim, part)| (part * claim.target, claim.amplitude.clone())).collect();
-            let label = several.iter().map(|(claim, _)| claim.label.as_str()).collect::<Vec<_>>().join(" and ");
+            let terms: Vec<(f64, Amplitude)> = several
+                .iter()
+                .map(|(prescription, part)| (part * prescription.target, prescription.amplitude.clone()))
+                .collect();
+            let label =
+                several.iter().map(|(prescription, _)| prescription.label.as_str()).collect::<Vec<_>>().join(" and ");
             let sum = move |load: f64| terms.iter().map(|(target, a)| target * a.evaluate(load).0).sum();
             check_agreement((&label, 1.0, &Amplitude::Function(Arc::new(sum))), second, component, at, rounding)?;
         }
@@ -111,19 +116,19 @@ pub(crate) fn says_again<const D: usize>(
     Ok(true)
 }
 
-/// Whether claims prescribe a component.
-pub(crate) fn spans(claims: &[Claim], component: usize) -> bool {
+/// Whether prescribed directions prescribe a component.
+pub(crate) fn spans(prescriptions: &[PrescribedDirection], component: usize) -> bool {
     let axis = std::array::from_fn(|i| f64::from(u8::from(i == component)));
-    !claims.is_empty() && resolve(claims, &axis).1 <= REPEATED
+    !prescriptions.is_empty() && resolve(prescriptions, &axis).1 <= REPEATED
 }
 
-/// The component of the unknown that a row along a direction owns: its largest one that no earlier row of the particle has.
+/// The component of the unknown that a constraint equation along a direction owns: its largest one that no earlier constraint equation of the particle has.
 pub(crate) fn own_component<const D: usize>(
-    claims: &[Claim],
+    prescriptions: &[PrescribedDirection],
     direction: &Point<D>,
     owned: impl Fn(usize) -> usize,
 ) -> usize {
-    let taken = |i: &usize| claims.iter().any(|claim| owned(claim.row) == *i);
+    let taken = |i: &usize| prescriptions.iter().any(|prescription| owned(prescription.equation) == *i);
     (0..D)
         .filter(|i| !taken(i))
         .max_by(|&i, &j| direction[i].abs().total_cmp(&direction[j].abs()).then(j.cmp(&i)))
@@ -163,22 +168,22 @@ pub(crate) fn check_agreement<const D: usize>(
 mod tests {
     use super::*;
 
-    fn claim(direction: [f64; 2], target: f64) -> Claim {
-        Claim::new(Point::<2>::from(direction), "a plane", target, Amplitude::Ramp, 0)
+    fn prescription(direction: [f64; 2], target: f64) -> PrescribedDirection {
+        PrescribedDirection::new(Point::<2>::from(direction), "a plane", target, Amplitude::Ramp, 0)
     }
 
     #[test]
     fn a_direction_between_two_claimed_ones_repeats_them() {
         let at = Point::<2>::zeros();
-        let claims = [claim([1.0, 0.0], 0.3), claim([0.6, 0.8], 0.5)];
+        let prescriptions = [prescription([1.0, 0.0], 0.3), prescription([0.6, 0.8], 0.5)];
         // u = (0.3, 0.4): along the second axis 0.4.
-        assert!(says_again(&claims, &claim([0.0, 1.0], 0.4), &at, 0.0).unwrap());
-        assert!(says_again(&claims, &claim([0.0, 1.0], 0.41), &at, 0.0).is_err());
-        assert!(says_again(&claims[..1], &claim([-1.0, 0.0], -0.3), &at, 0.0).unwrap());
-        assert!(!says_again(&claims[..1], &claim([0.6, 0.8], 9.0), &at, 0.0).unwrap());
-        assert!(!says_again(&[], &claim([0.6, 0.8], 9.0), &at, 0.0).unwrap());
+        assert!(is_redundant(&prescriptions, &prescription([0.0, 1.0], 0.4), &at, 0.0).unwrap());
+        assert!(is_redundant(&prescriptions, &prescription([0.0, 1.0], 0.41), &at, 0.0).is_err());
+        assert!(is_redundant(&prescriptions[..1], &prescription([-1.0, 0.0], -0.3), &at, 0.0).unwrap());
+        assert!(!is_redundant(&prescriptions[..1], &prescription([0.6, 0.8], 9.0), &at, 0.0).unwrap());
+        assert!(!is_redundant(&[], &prescription([0.6, 0.8], 9.0), &at, 0.0).unwrap());
         // Nearly the same direction: merged, whatever it says.
-        let slight = claim([1.0_f64.cos().mul_add(0.0, 0.9999), 0.0141], 0.0);
-        assert!(says_again(&claims[..1], &slight, &at, 0.0).unwrap());
+        let slight = prescription([1.0_f64.cos().mul_add(0.0, 0.9999), 0.0141], 0.0);
+        assert!(is_redundant(&prescriptions[..1], &slight, &at, 0.0).unwrap());
     }
 }

@@ -10,7 +10,7 @@ use super::path::{Iteration, MatrixUse, Observer};
 use super::settings::Newton;
 use super::state::State;
 
-/// Iterations with a kept matrix that cost about as much as another matrix with its factors.
+/// Iterations with a reused tangent that cost about as much as another matrix with its factors.
 const WORTH: f64 = 4.0;
 /// An iteration that reduces the last one to no less than this is not taken: the matrix is too old.
 const WORST: f64 = 0.5;
@@ -19,9 +19,9 @@ const WORST: f64 = 0.5;
 const LAST: f64 = 1e-4;
 
 /// A factorised matrix of an earlier state, and what it takes to go on with it.
-pub(super) struct Kept<'a, const D: usize> {
+pub(super) struct ReusedTangent<'a, const D: usize> {
     pub model: &'a Model<D>,
-    pub rows: &'a Constraints,
+    pub equations: &'a Constraints,
     pub linear: Linear<'a>,
     pub assembler: &'a mut Assembler,
     /// Forces of the current state.
@@ -30,7 +30,7 @@ pub(super) struct Kept<'a, const D: usize> {
     pub control: Control<'a>,
 }
 
-impl<const D: usize> Kept<'_, D> {
+impl<const D: usize> ReusedTangent<'_, D> {
     /// Iterates from the state that the last step of `next` has reached, as long as this costs less than a new matrix; `true`
     /// at an equilibrium.
     ///
@@ -52,9 +52,12 @@ impl<const D: usize> Kept<'_, D> {
         for number in 1.. {
             let State { displacement, condensed, load, .. } = &*state;
             self.assembler.assemble_forces(self.model, displacement, condensed, *load, self.forces);
-            self.rows.violation(&state.displacement, state.load, &mut violation);
+            self.equations.violation(&state.displacement, state.load, &mut violation);
             // Violations of rows over a boundary are lengths times areas; a step is a length.
-            violation.iter_mut().zip(self.rows.rows()).for_each(|(violation, row)| *violation /= row.measure());
+            violation
+                .iter_mut()
+                .zip(self.equations.equations())
+                .for_each(|(violation, equation)| *violation /= equation.measure());
             if !self.forces.scale.is_finite() || norm(&violation) > MET * size {
                 return false;
             }
@@ -82,7 +85,7 @@ impl<const D: usize> Kept<'_, D> {
             }
             self.model.advance_load(displacement, condensed, *load, next.load_change, &mut next.condensed);
             next.apply(1.0, state);
-            let matrix = MatrixUse::Kept;
+            let matrix = MatrixUse::ReusedTangent;
             // One that breaks off is heard at the next matrix.
             let _ =
                 observer.iteration(&Iteration { load: state.load, number, matrix, residual, increment, factor: 1.0 });

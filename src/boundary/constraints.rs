@@ -1,0 +1,141 @@
+//! The constraint equations of the essential conditions.
+
+use std::collections::HashMap;
+
+use crate::error::BoundaryError;
+
+use super::equation::ConstraintEquation;
+use super::prescribed_directions::{PrescribedDirection, spans};
+
+/// The constraint equations of a problem.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Constraints {
+    pub(super) equations: Vec<ConstraintEquation>,
+    /// By particle: what boundary integrals have prescribed of it.
+    pub(super) prescribed: HashMap<usize, Vec<PrescribedDirection>>,
+    /// By particle: its values that are prescribed, to find repeated and conflicting conditions.
+    pub(super) at_particles: HashMap<usize, Vec<PrescribedDirection>>,
+    /// Kinks of motions, whose constraint equations don't know them.
+    pub(super) break_points: Vec<f64>,
+}
+
+impl Constraints {
+    /// No constraint equations.
+    pub fn new() -> Self {
+        Constraints::default()
+    }
+
+    /// The constraint equations, in the order in which they were added.
+    pub fn equations(&self) -> &[ConstraintEquation] {
+        &self.equations
+    }
+
+    /// Load factors inside $(0, 1)$ at which prescribed values have break points: steps of the load stop there.
+    pub fn break_points(&self) -> Vec<f64> {
+        self.equations
+            .iter()
+            .flat_map(|equation| equation.amplitude.break_points())
+            .chain(self.break_points.iter().copied())
+            .collect()
+    }
+
+    /// Adds load factors at which motions have break points.
+    pub(crate) fn add_break_points(&mut self, loads: Vec<f64>) {
+        self.break_points.extend(loads);
+    }
+
+    /// How far constraint equations and break points have come, to [`take_back`](Constraints::take_back) what is added from here on.
+    pub(crate) fn mark(&self) -> [usize; 2] {
+        [self.equations.len(), self.break_points.len()]
+    }
+
+    /// Takes back what was added since a mark: copies of all constraint equations would cost as many as there are for each condition.
+    pub(crate) fn take_back(&mut self, [equations, break_points]: [usize; 2]) {
+        for prescriptions in [&mut self.at_particles, &mut self.prescribed] {
+            prescriptions.retain(|_, of_particle| {
+                of_particle.retain(|prescription| prescription.equation < equations);
+                !of_particle.is_empty()
+            });
+        }
+        self.equations.truncate(equations);
+        self.break_points.truncate(break_points);
+    }
+
+    /// Whether a condition prescribes a component of a particle.
+    pub(crate) fn prescriptions(&self, particle: usize, component: usize) -> bool {
+        [&self.prescribed, &self.at_particles].iter().any(|prescriptions| {
+            prescriptions.get(&particle).is_some_and(|prescriptions| spans(prescriptions, component))
+        })
+    }
+
+    /// Appends the constraint equations of a body whose particles stand `nodes` behind the first, each with `dimension` components.
+    pub(crate) fn append(&mut self, other: Constraints, nodes: usize, dimension: usize) {
+        let before = self.equations.len();
+        let shift = nodes * dimension;
+        self.equations.extend(other.equations.into_iter().map(|mut equation| {
+            equation.dependent += shift;
+            equation.entries.iter_mut().for_each(|entry| entry.0 += shift);
+            equation
+        }));
+        for (mine, others) in [(&mut self.prescribed, other.prescribed), (&mut self.at_particles, other.at_particles)] {
+            mine.extend(others.into_iter().map(|(particle, mut prescriptions)| {
+                prescriptions.iter_mut().for_each(|prescription| prescription.equation += before);
+                (particle + nodes, prescriptions)
+            }));
+        }
+        self.break_points.extend(other.break_points);
+    }
+
+    /// Adds entries to a constraint equation.
+    pub(crate) fn extend_equation(&mut self, equation: usize, entries: Vec<(usize, f64)>) {
+        if let Some(equation) = self.equations.get_mut(equation) {
+            equation.entries.extend(entries);
+        }
+    }
+
+    /// Number of constraint equations.
+    pub fn len(&self) -> usize {
+        self.equations.len()
+    }
+
+    /// Whether there is no constraint equation.
+    pub fn is_empty(&self) -> bool {
+        self.equations.is_empty()
+    }
+
+    /// Adds a constraint equation as it is.
+    ///
+    /// # Errors
+    /// Where a number is not finite or the constraint equation has no entry.
+    pub fn push(&mut self, equation: ConstraintEquation) -> Result<(), BoundaryError> {
+        if let Some(&(_, value)) = equation.entries.iter().find(|(_, c)| !c.is_finite()) {
+            return Err(BoundaryError::Value { what: equation.label, value, load: 1.0 });
+        }
+        for load in [0.0, 1.0] {
+            let value = equation.target * equation.amplitude.evaluate(load).0;
+            if !value.is_finite() {
+                return Err(BoundaryError::Value { what: equation.label, value, load });
+            }
+        }
+        if equation.entries.iter().all(|(_, c)| *c == 0.0) {
+            return Err(BoundaryError::Dependent { equation: self.equations.len(), what: equation.label, pivot: 0.0 });
+        }
+        self.equations.push(equation);
+        Ok(())
+    }
+
+    /// Writes $g\\,a(\lambda) - Gd$, constraint equation by constraint equation.
+    pub fn violation(&self, displacement: &[f64], load: f64, violation: &mut Vec<f64>) {
+        violation.clear();
+        violation.extend(self.equations.iter().map(|equation| {
+            let value: f64 = equation.entries.iter().map(|&(k, c)| c * displacement[k]).sum();
+            equation.target * equation.amplitude.evaluate(load).0 - value
+        }));
+    }
+
+    /// Writes $g\\,a'(\lambda)$, constraint equation by constraint equation.
+    pub fn load_slope(&self, load: f64, slope: &mut Vec<f64>) {
+        slope.clear();
+        slope.extend(self.equations.iter().map(|equation| equation.target * equation.amplitude.evaluate(load).1));
+    }
+}

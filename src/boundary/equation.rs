@@ -1,0 +1,48 @@
+//! One constraint equation of the essential conditions.
+
+use crate::error::BoundaryError;
+use crate::term::Amplitude;
+
+/// One condition $\sum_k c_k d_k = g\\,a(\lambda)$ on the coefficients $d$.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConstraintEquation {
+    /// (unknown, coefficient) pairs.
+    pub entries: Vec<(usize, f64)>,
+    /// The unknown that the constraint equation owns: component of the particle it belongs to.
+    pub dependent: usize,
+    /// $g$ \[length; length × measure for constraint equations over a boundary\].
+    pub target: f64,
+    /// Its factor $a(\lambda)$.
+    pub amplitude: Amplitude,
+    /// The condition that the constraint equation comes from, for messages.
+    pub label: String,
+}
+
+impl ConstraintEquation {
+    /// $\sum_k |c_k|$: what makes values of constraint equations over a boundary lengths, of those at particles about 1.
+    pub(crate) fn measure(&self) -> f64 {
+        self.entries.iter().map(|(_, c)| c.abs()).sum()
+    }
+}
+
+/// Refuses constraint equations that name unknowns beyond the `unknowns` of a model.
+pub(crate) fn check_unknowns(equations: &[ConstraintEquation], unknowns: usize) -> Result<(), BoundaryError> {
+    let beyond = |equation: &&ConstraintEquation| {
+        equation.dependent >= unknowns || equation.entries.iter().any(|e| e.0 >= unknowns)
+    };
+    match equations.iter().find(beyond) {
+        Some(equation) => Err(BoundaryError::Unsuitable {
+            enforcement: "constraint equation",
+            reason: format!("{} names an unknown beyond the {unknowns} of the model", equation.label),
+        }),
+        None => Ok(()),
+    }
+}
+
+pub(crate) fn check_component(component: usize, dimension: usize, label: &str) -> Result<(), BoundaryError> {
+    if component < dimension {
+        Ok(())
+    } else {
+        Err(BoundaryError::Component { what: label.to_string(), component, dimension })
+    }
+}
