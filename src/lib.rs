@@ -39,7 +39,7 @@
 //! |---|---|---|
 //! | 0 | [`error`], [`geometry`], [`tensor`] | [`Domain`](geometry::Domain) |
 //! | 1 | [`kernel`], [`basis`], [`kinematics`], [`material`] | [`Kernel`](kernel::Kernel), [`Basis`](basis::Basis), [`Kinematics`](kinematics::Kinematics), [`Material`](material::Material), [`InvariantEnergy`](material::InvariantEnergy), [`PrincipalEnergy`](material::PrincipalEnergy), [`VolumetricEnergy`](material::VolumetricEnergy) |
-//! | 2 | [`particles`], [`mesh`], [`cells`], [`quadrature`] | [`Cells`](cells::Cells) |
+//! | 2 | [`particles`], [`mesh`], [`cells`], [`quadrature`], [`solid`] | [`Cells`](cells::Cells) |
 //! | 3 | [`shape`] | [`Approximation`](shape::Approximation) |
 //! | 4 | [`table`] | |
 //! | 5 | [`term`], [`contact`] | [`Term`](term::Term), [`Integrand`](term::Integrand), [`Surface`](contact::Surface) |
@@ -88,6 +88,7 @@ pub mod mesh;
 mod neighbours;
 pub mod particles;
 pub mod quadrature;
+pub mod solid;
 // Floor 3
 pub mod shape;
 // Floor 4
@@ -146,6 +147,7 @@ pub mod prelude {
     #[cfg(feature = "solve")]
     pub use crate::scene::{Condition, Dilation, Direction, Load, Place, Problem, Rule, Scene, Scheme, Value};
     pub use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
+    pub use crate::solid::{Select, Solid3};
     #[cfg(feature = "solve")]
     pub use crate::solve::{Analysis, Ending, EquilibriumPath, Observer, State, Stepping};
     pub use crate::table::ShapeTable;

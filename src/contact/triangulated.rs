@@ -100,25 +100,7 @@ impl Triangulated {
 
     /// The hull of a mesh: the faces that belong to one cell alone, quadrangles cut in two.
     pub fn hull(mesh: &Mesh<3>) -> Self {
-        let mut faces: HashMap<Vec<u32>, (usize, Vec<u32>)> = HashMap::new();
-        let mut order = Vec::new();
-        for cell in 0..mesh.cell_count() {
-            let (shape, corners) = mesh.cell(cell);
-            for face in shape.faces() {
-                let around: Vec<u32> = face.iter().map(|&k| corners[k]).collect();
-                let mut key = around.clone();
-                key.sort_unstable();
-                faces.entry(key.clone()).or_insert_with(|| (0, around)).0 += 1;
-                order.push(key);
-            }
-        }
-        let mut triangles = Vec::new();
-        for key in order {
-            if let Some((1, around)) = faces.get(&key) {
-                triangles.extend((2..around.len()).map(|k| [around[0], around[k - 1], around[k]]));
-            }
-        }
-        Triangulated::new(mesh.points().to_vec(), triangles)
+        Triangulated::new(mesh.points().to_vec(), mesh.surface().0)
     }
 
     fn bin(&self, x: &Point<3>) -> [i32; 3] {

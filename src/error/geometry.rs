@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::Invalid;
+use super::{Invalid, SolidError};
 
 /// What is wrong with a shape, a lattice or an integration rule.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -31,6 +31,9 @@ pub enum GeometryError {
     /// A number is NaN, infinite or out of its range.
     #[error(transparent)]
     Invalid(#[from] Invalid),
+    /// A closed surface can't be told or read.
+    #[error(transparent)]
+    Solid(#[from] SolidError),
     /// A cell of the background partition is inverted.
     #[error(
         "cell {cell} has measure {measure:e}: the particles at its corners are out of order; reduce the jitter or the distortion of the map, or give the particles other cells (in the plane cells::Voronoi)"

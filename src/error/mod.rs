@@ -13,6 +13,7 @@ mod linear;
 mod material;
 mod mesh;
 mod output;
+mod solid;
 mod solve;
 mod stalled;
 
@@ -27,6 +28,7 @@ pub use linear::LinearError;
 pub use material::MaterialError;
 pub use mesh::MeshError;
 pub use output::OutputError;
+pub use solid::SolidError;
 pub use solve::SolveError;
 pub use stalled::{Cause, Driven, Stalled};
 

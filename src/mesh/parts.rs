@@ -80,3 +80,36 @@ impl<const D: usize> Mesh<D> {
         Self::assemble(points, elements, groups, middles)
     }
 }
+
+/// Triangles, and names with some of them.
+type NamedTriangles = (Vec<[u32; 3]>, Vec<(String, Vec<u32>)>);
+
+impl Mesh<3> {
+    /// Triangles of the faces that belong to one cell alone, quadrangles cut in two, and those of each group of faces.
+    pub(crate) fn surface(&self) -> NamedTriangles {
+        let mut owners: HashMap<[u32; 4], usize> = HashMap::new();
+        for cell in 0..self.cell_count() {
+            for face in self.faces_of(cell) {
+                *owners.entry(face_key(&face)).or_default() += 1;
+            }
+        }
+        let mut triangles = Vec::new();
+        let mut of_face: HashMap<[u32; 4], std::ops::Range<u32>> = HashMap::new();
+        for cell in 0..self.cell_count() {
+            for face in self.faces_of(cell).filter(|face| owners.get(&face_key(face)) == Some(&1)) {
+                let first = triangles.len() as u32;
+                triangles.extend((2..face.len()).map(|k| [face[0], face[k - 1], face[k]]));
+                of_face.insert(face_key(&face), first..triangles.len() as u32);
+            }
+        }
+        let mut named = Vec::new();
+        for name in self.groups(2) {
+            let faces = self.members(2, name).filter_map(|face| of_face.get(&face_key(face)).cloned());
+            let members: Vec<u32> = faces.flatten().collect();
+            if !members.is_empty() {
+                named.push((name.to_string(), members));
+            }
+        }
+        (triangles, named)
+    }
+}

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const FLOORS: [&[&str]; 12] = [
     &["error", "geometry", "tensor", "compiled", "dense", "parallel", "simd"],
     &["basis", "kernel", "kinematics", "material"],
-    &["cells", "mesh", "neighbours", "particles", "quadrature"],
+    &["cells", "mesh", "neighbours", "particles", "quadrature", "solid"],
     &["shape"],
     &["table"],
     &["term", "contact"],

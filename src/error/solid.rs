@@ -1,0 +1,109 @@
+//! What is wrong with a closed surface or the file that it comes from.
+
+use thiserror::Error;
+
+/// What is wrong with the surface of a solid.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SolidError {
+    /// The file can't be read.
+    #[error("{path}: {what}")]
+    Read {
+        /// The file.
+        path: String,
+        /// The system's reason.
+        what: String,
+    },
+    /// The file ends too early.
+    #[error("the file ends at byte {at} inside of {inside}: it was not written or copied to its end; save it again")]
+    Truncated {
+        /// What it ends in.
+        inside: &'static str,
+        /// Bytes read.
+        at: usize,
+    },
+    /// The file holds something else than its format says.
+    #[error("byte {at}: {what}; export the surface again")]
+    Malformed {
+        /// Bytes read.
+        at: usize,
+        /// What is wrong.
+        what: String,
+    },
+    /// There is nothing that a surface could enclose.
+    #[error("{what}: {remedy}")]
+    Empty {
+        /// What is empty.
+        what: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A facet names a vertex that does not exist.
+    #[error("facet {facet} names vertex {vertex} of {count}: give vertices and facets together, counted from 0")]
+    DanglingVertex {
+        /// The facet, counted from 0.
+        facet: usize,
+        /// The vertex.
+        vertex: u32,
+        /// How many vertices there are.
+        count: usize,
+    },
+    /// Edges that bound one facet alone, too long to be closed.
+    #[error(
+        "the surface is open: {edges} edges bound one facet alone, the largest opening, of area {area:.3e}, is at X = {at:?}; close it where it was drawn"
+    )]
+    Open {
+        /// Number of open edges.
+        edges: usize,
+        /// Area of the largest opening \[length²\].
+        area: f64,
+        /// A point on its edge.
+        at: [f64; 3],
+    },
+    /// An edge bounds facets that do not separate inside from outside.
+    #[error(
+        "{facets} facets meet at the edge at X = {at:?} and do not separate inside from outside: leave out walls within the solid"
+    )]
+    Branching {
+        /// How many facets.
+        facets: usize,
+        /// The middle of the edge.
+        at: [f64; 3],
+    },
+    /// The facets can't be turned so that all face outwards.
+    #[error("the surface is one-sided at X = {at:?}: draw it so that inside and outside are told apart")]
+    OneSided {
+        /// The middle of an edge where the sides change.
+        at: [f64; 3],
+    },
+    /// Facets cross each other.
+    #[error(
+        "the surface crosses itself: {count} pairs of facets do, the first are {facets:?} at X = {at:?}; unite the parts (union) where they were drawn"
+    )]
+    Crossing {
+        /// How many pairs.
+        count: usize,
+        /// The first pair, as facets of the surface that was given.
+        facets: [usize; 2],
+        /// A point of both.
+        at: [f64; 3],
+    },
+    /// A closed part within another, both facing the same way.
+    #[error(
+        "at X = {at:?} a closed part of the surface lies within another and faces the same way: turn its facets for a cavity, or leave it out"
+    )]
+    Nested {
+        /// A point of the inner part.
+        at: [f64; 3],
+    },
+    /// A name that selects no facet.
+    #[error("{name:?} selects no facet by {by}: {nearest}")]
+    NothingSelected {
+        /// The name.
+        name: String,
+        /// How it selects.
+        by: String,
+        /// What came nearest, and what to do.
+        nearest: String,
+    },
+}

@@ -1,0 +1,106 @@
+//! Facets that cross each other.
+
+use crate::geometry::Point;
+use crate::parallel::map_ranges;
+
+use super::tree::Tree;
+
+/// Distances below this part of the facets' size are rounding: they do not cross, they touch.
+const ROUNDING: f64 = 1e-10;
+/// The same for areas that two facets of one plane share.
+const SHARE: f64 = 1e-6;
+
+/// Two facets that cross.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Crossing {
+    pub facets: [u32; 2],
+    pub at: [f64; 3],
+}
+
+/// All pairs of facets that cross, by the lower facet.
+pub(super) fn crossings(vertices: &[Point<3>], facets: &[[u32; 3]], tree: &Tree) -> Vec<Crossing> {
+    let corners = |facet: u32| facets[facet as usize].map(|vertex| vertices[vertex as usize]);
+    let found = map_ranges(facets.len(), 4096, |range| {
+        let mut found = Vec::new();
+        for one in range.start as u32..range.end as u32 {
+            let x = corners(one);
+            let begun = found.len();
+            tree.for_each_in(&x[0].inf(&x[1]).inf(&x[2]), &x[0].sup(&x[1]).sup(&x[2]), |other| {
+                if other > one
+                    && let Some(at) = crossing(&x, facets[one as usize], &corners(other), facets[other as usize])
+                {
+                    found.push(Crossing { facets: [one, other], at: at.into() });
+                }
+            });
+            found[begun..].sort_unstable_by_key(|crossing| crossing.facets);
+        }
+        found
+    });
+    found.concat()
+}
+
+/// A point that two facets share beyond their common vertices.
+fn crossing(x: &[Point<3>; 3], a: [u32; 3], y: &[Point<3>; 3], b: [u32; 3]) -> Option<Point<3>> {
+    // Most pairs whose boxes meet: one facet is on one side of the other's plane, but for common vertices.
+    let (over_x, over_y) = (heights(x, y, &a, &b)?, heights(y, x, &b, &a)?);
+    let flat = |heights: &[f64; 3]| heights.iter().all(|h| *h == 0.0);
+    if flat(&over_x) || flat(&over_y) {
+        return overlap(x, y);
+    }
+    pierced(x, y, &over_y).or_else(|| pierced(y, x, &over_x))
+}
+
+/// Heights of `y` over the plane of `x`, rounding and common vertices as zeros; `None` where all that are none have one sign and
+/// can't cross.
+fn heights(x: &[Point<3>; 3], y: &[Point<3>; 3], a: &[u32; 3], b: &[u32; 3]) -> Option<[f64; 3]> {
+    let normal = (x[1] - x[0]).cross(&(x[2] - x[0])).normalize();
+    let size = (x[1] - x[0]).amax().max((x[2] - x[0]).amax()).max((y[1] - y[0]).amax()).max((y[2] - y[0]).amax());
+    let heights: [f64; 3] = std::array::from_fn(|k| {
+        let height = normal.dot(&(y[k] - x[0]));
+        if a.contains(&b[k]) || height.abs() <= ROUNDING * size { 0.0 } else { height }
+    });
+    let above = heights.iter().filter(|h| **h > 0.0).count();
+    let below = heights.iter().filter(|h| **h < 0.0).count();
+    let flat = above + below == 0;
+    (flat || above > 0 && below > 0 || heights.iter().any(|h| h.is_nan())).then_some(heights)
+}
+
+/// Where a side of `x`, whose corners are at `heights` over the plane of `y`, runs through `y`.
+fn pierced(x: &[Point<3>; 3], y: &[Point<3>; 3], heights: &[f64; 3]) -> Option<Point<3>> {
+    (0..3).find_map(|k| {
+        let (p, q) = (heights[k], heights[(k + 1) % 3]);
+        let at = x[k] + (x[(k + 1) % 3] - x[k]) * (p / (p - q));
+        (p * q < 0.0 && sides(y, &at).iter().all(|side| *side > -ROUNDING)).then_some(at)
+    })
+}
+
+/// The barycentric coordinates of a point in the plane of a triangle.
+fn sides(y: &[Point<3>; 3], at: &Point<3>) -> [f64; 3] {
+    let normal = (y[1] - y[0]).cross(&(y[2] - y[0]));
+    std::array::from_fn(|j| (y[(j + 1) % 3] - y[j]).cross(&(at - y[j])).dot(&normal) / normal.norm_squared())
+}
+
+/// Where two facets of one plane cover each other.
+fn overlap(x: &[Point<3>; 3], y: &[Point<3>; 3]) -> Option<Point<3>> {
+    let double = |x: &[Point<3>]| -> f64 {
+        (2..x.len()).map(|k| (x[k - 1] - x[0]).cross(&(x[k] - x[0]))).sum::<Point<3>>().norm()
+    };
+    // What is left of one within the other.
+    let mut polygon = y.to_vec();
+    for k in 0..3 {
+        let mut cut = Vec::with_capacity(polygon.len() + 1);
+        for (j, p) in polygon.iter().enumerate() {
+            let q = &polygon[(j + 1) % polygon.len()];
+            let [s, t] = [p, q].map(|p| sides(x, p)[k]);
+            if s >= 0.0 {
+                cut.push(*p);
+            }
+            if s * t < 0.0 {
+                cut.push(p + (q - p) * (s / (s - t)));
+            }
+        }
+        polygon = cut;
+    }
+    let least = double(x).min(double(y));
+    (double(&polygon) > SHARE * least).then(|| polygon.iter().sum::<Point<3>>() / polygon.len() as f64)
+}

@@ -1,0 +1,18 @@
+//! Solids enclosed by triangulated surfaces, with named boundary parts.
+//!
+//! [`Solid3`] is made of facets, of an STL file or of the surface of a mesh. It is closed, faces outwards, and tells inside from
+//! outside everywhere; what can't be told is refused with the place.
+
+mod closed;
+mod crossing;
+mod edges;
+mod features;
+mod orient;
+mod select;
+mod stl;
+mod tree;
+mod weld;
+
+pub use closed::{Closest, Solid3};
+pub use features::Features;
+pub use select::Select;

@@ -1,0 +1,214 @@
+//! One vertex per place, no facet without area, none twice.
+
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+use crate::geometry::Point;
+
+use super::edges::{edge, half_edges};
+
+/// A facet with the place that it had in the list given; closed openings have none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Facet {
+    pub corners: [u32; 3],
+    pub origin: u32,
+}
+
+/// Facets that close an opening.
+pub(super) const ADDED: u32 = u32::MAX;
+
+/// Rounds of turning edges; a flat facet next to others like it takes one for each.
+const ROUNDS: usize = 50;
+
+/// A hash of whole numbers: several times faster than the standard one, and the same in every run.
+#[derive(Default)]
+struct Mixed(u64);
+
+impl Hasher for Mixed {
+    fn finish(&self) -> u64 {
+        self.0 ^ (self.0 >> 32)
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&byte| self.write_u64(u64::from(byte)));
+    }
+
+    fn write_u64(&mut self, value: u64) {
+        self.0 = (self.0.rotate_left(23) ^ value).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+}
+
+type Places<K> = HashMap<K, u32, BuildHasherDefault<Mixed>>;
+
+/// Key of a grid cell.
+#[derive(PartialEq, Eq)]
+struct Cell([i64; 3]);
+
+impl std::hash::Hash for Cell {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.0.iter().for_each(|&x| state.write_u64(x as u64));
+    }
+}
+
+/// Gives vertices within `tolerance` of an earlier one that stays its number; unused ones go.
+/// Facets left with two corners go too.
+pub(super) fn weld(vertices: &[Point<3>], facets: &[[u32; 3]], tolerance: f64) -> (Vec<Point<3>>, Vec<Facet>) {
+    // Places of the same bits first: most vertices of files.
+    let bits = |x: &Point<3>| Cell([0, 1, 2].map(|i| (x[i] + 0.0).to_bits() as i64));
+    let mut seen: Places<Cell> = Places::default();
+    let mut unique: Vec<Point<3>> = Vec::new();
+    let mut number = vec![u32::MAX; vertices.len()];
+    for &vertex in facets.iter().flatten() {
+        let (number, x) = (&mut number[vertex as usize], &vertices[vertex as usize]);
+        if *number == u32::MAX {
+            *number = *seen.entry(bits(x)).or_insert_with(|| {
+                unique.push(*x);
+                unique.len() as u32 - 1
+            });
+        }
+    }
+    drop(seen);
+    let mut root: Vec<u32> = (0..unique.len() as u32).collect();
+    if tolerance > 0.0 {
+        join_near(&unique, tolerance, &mut root);
+    }
+    let mut place = vec![u32::MAX; unique.len()];
+    let mut kept = Vec::new();
+    for k in 0..unique.len() {
+        let root = find(&mut root, k as u32) as usize;
+        if place[root] == u32::MAX {
+            place[root] = kept.len() as u32;
+            kept.push(unique[root]);
+        }
+        place[k] = place[root];
+    }
+    let welded = facets.iter().enumerate().filter_map(|(origin, corners)| {
+        let corners = corners.map(|vertex| place[number[vertex as usize] as usize]);
+        let [a, b, c] = corners;
+        (a != b && b != c && c != a).then_some(Facet { corners, origin: origin as u32 })
+    });
+    (kept, welded.collect())
+}
+
+/// The representative of a set, shortening the way to it.
+pub(super) fn find(root: &mut [u32], mut of: u32) -> u32 {
+    while root[of as usize] != of {
+        root[of as usize] = root[root[of as usize] as usize];
+        of = root[of as usize];
+    }
+    of
+}
+
+/// Joins the sets of two members; the lower representative stays.
+pub(super) fn join(root: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (find(root, a), find(root, b));
+    root[a.max(b) as usize] = a.min(b);
+}
+
+fn join_near(points: &[Point<3>], tolerance: f64, root: &mut [u32]) {
+    // A ball of the tolerance meets one cell mostly, eight at most.
+    let inverse = 0.125 / tolerance;
+    let mut cells: Places<Cell> = Places::default();
+    let mut next = vec![u32::MAX; points.len()];
+    let at =
+        |x: &Point<3>, shift: [f64; 3]| [0, 1, 2].map(|i| ((x[i] + shift[i] * tolerance) * inverse).floor() as i64);
+    for (k, x) in points.iter().enumerate() {
+        let (low, high) = (at(x, [-1.0; 3]), at(x, [1.0; 3]));
+        for corner in 0..8 {
+            let cell = [0, 1, 2].map(|i| if corner >> i & 1 == 0 { low[i] } else { high[i] });
+            if (0..3).any(|i| corner >> i & 1 == 1 && low[i] == high[i]) {
+                continue;
+            }
+            let mut other = cells.get(&Cell(cell)).copied().unwrap_or(u32::MAX);
+            while other != u32::MAX {
+                if (points[other as usize] - x).norm() <= tolerance {
+                    join(root, other, k as u32);
+                }
+                other = next[other as usize];
+            }
+        }
+        // A point close to one before it would only lengthen the list of its cell.
+        if find(root, k as u32) == k as u32 {
+            let first = cells.entry(Cell(at(x, [0.0; 3]))).or_insert(u32::MAX);
+            next[k] = std::mem::replace(first, k as u32);
+        }
+    }
+}
+
+/// Drops what stands twice: of facets with the same corners those that face opposite ways, in pairs, and copies.
+pub(super) fn drop_doubles(facets: &mut Vec<Facet>) {
+    let key = |facet: &Facet| {
+        let mut sorted = facet.corners;
+        sorted.sort_unstable();
+        sorted
+    };
+    let turn = |facet: &Facet| {
+        let [a, b, c] = facet.corners;
+        if [a < b, b < c, c < a].iter().filter(|rises| **rises).count() == 2 { 1i32 } else { -1 }
+    };
+    let mut order: Vec<([u32; 3], u32)> = facets.iter().enumerate().map(|(k, f)| (key(f), k as u32)).collect();
+    order.sort_unstable();
+    let mut kept = vec![true; facets.len()];
+    for group in order.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1) {
+        let sum: i32 = group.iter().map(|(_, k)| turn(&facets[*k as usize])).sum();
+        let stays = group.iter().find(|(_, k)| turn(&facets[*k as usize]) == sum.signum());
+        group.iter().for_each(|(_, k)| kept[*k as usize] = false);
+        if let Some((_, k)) = stays {
+            kept[*k as usize] = true;
+        }
+    }
+    let mut kept = kept.iter();
+    facets.retain(|_| kept.next().is_some_and(|kept| *kept));
+}
+
+/// Height of a triangle over its longest side, and the corner opposite of it.
+fn height(x: [Point<3>; 3]) -> (f64, usize) {
+    let longest = (0..3).map(|k| ((x[(k + 2) % 3] - x[(k + 1) % 3]).norm(), k));
+    let (length, corner) = longest.fold((0.0, 0), |best, side| if side.0 > best.0 { side } else { best });
+    ((x[1] - x[0]).cross(&(x[2] - x[0])).norm() / length, corner)
+}
+
+/// Facets lower than `tolerance` over their longest side: that side is turned, so that what lay on it bounds the facet beyond.
+pub(super) fn turn_flat(vertices: &[Point<3>], facets: &mut Vec<Facet>, tolerance: f64) {
+    let corners_of = |facet: &Facet| facet.corners.map(|vertex| vertices[vertex as usize]);
+    let is_flat = |facet: &Facet| !(height(corners_of(facet)).0 > tolerance);
+    for _ in 0..ROUNDS {
+        let flat: Vec<usize> = (0..facets.len()).filter(|&k| is_flat(&facets[k])).collect();
+        if flat.is_empty() {
+            return;
+        }
+        let halves = half_edges(facets);
+        let mut touched = vec![false; facets.len()];
+        let mut changed = false;
+        for k in flat {
+            let corner = height(corners_of(&facets[k])).1;
+            let [b, c, a] = [0, 1, 2].map(|i| facets[k].corners[(corner + i) % 3]);
+            let key = edge(a, c);
+            let from = halves.partition_point(|half| half.key < key);
+            let both: Vec<usize> =
+                halves[from..].iter().take_while(|half| half.key == key).map(|half| half.facet as usize).collect();
+            let [one, two] = both[..] else { continue };
+            let other = if one == k { two } else { one };
+            let Some(&d) = facets[other].corners.iter().find(|&&v| v != a && v != c) else { continue };
+            // A facet beyond that faces the other way is left to those who turn facets.
+            let follows = (0..3).any(|i| facets[other].corners[i] == a && facets[other].corners[(i + 1) % 3] == c);
+            if other == k || touched[k] || touched[other] || d == b || !follows {
+                continue;
+            }
+            let before = height(corners_of(&facets[other])).0;
+            let [first, second] = [[a, b, d], [b, c, d]];
+            let lowest = [first, second].map(|corners| height(corners.map(|vertex| vertices[vertex as usize])).0);
+            if is_flat(&facets[other]) && !(lowest[0].min(lowest[1]) > before) {
+                continue;
+            }
+            facets[k].corners = first;
+            facets[other].corners = second;
+            (touched[k], touched[other]) = (true, true);
+            changed = true;
+        }
+        drop_doubles(facets);
+        if !changed {
+            return;
+        }
+    }
+}

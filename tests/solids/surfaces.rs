@@ -1,0 +1,194 @@
+//! GOAL: what encloses a solid is taken, whichever way its facets face; what does not is refused with the place.
+
+use rkpm::error::{GeometryError, SolidError};
+use rkpm::geometry::Point;
+use rkpm::solid::{Select, Solid3};
+
+use super::{binary_stl, cube, drawn, sphere};
+
+/// The refusal of a surface.
+fn refusal(vertices: Vec<Point<3>>, facets: Vec<[u32; 3]>) -> SolidError {
+    match Solid3::new(vertices, facets) {
+        Err(GeometryError::Solid(error)) => error,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn shifted(mut part: (Vec<Point<3>>, Vec<[u32; 3]>), by: [f64; 3], scale: f64) -> (Vec<Point<3>>, Vec<[u32; 3]>) {
+    part.0.iter_mut().for_each(|x| *x = *x * scale + Point::<3>::from(by));
+    part
+}
+
+fn both(a: (Vec<Point<3>>, Vec<[u32; 3]>), b: (Vec<Point<3>>, Vec<[u32; 3]>)) -> (Vec<Point<3>>, Vec<[u32; 3]>) {
+    let count = a.0.len() as u32;
+    let facets = a.1.into_iter().chain(b.1.into_iter().map(|facet| facet.map(|v| v + count))).collect();
+    (a.0.into_iter().chain(b.0).collect(), facets)
+}
+
+#[test]
+fn facets_are_turned_outwards_whatever_their_order() {
+    let mut random = fastrand::Rng::with_seed(1);
+    for (vertices, facets) in [cube(), sphere(2)] {
+        let exact = Solid3::new(vertices.clone(), facets.clone()).unwrap();
+        for _ in 0..20 {
+            // Facets in any order and turn, each with vertices of its own.
+            let mut soup: Vec<[u32; 3]> = facets.clone();
+            random.shuffle(&mut soup);
+            soup.iter_mut().filter(|_| random.bool()).for_each(|facet| facet.reverse());
+            let own: Vec<Point<3>> = soup.iter().flatten().map(|&v| vertices[v as usize]).collect();
+            let numbers = (0..soup.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+            let solid = Solid3::new(own, numbers).unwrap();
+            assert_eq!((solid.vertices().len(), solid.facets().len()), (vertices.len(), facets.len()));
+            assert!((solid.volume() - exact.volume()).abs() < 1e-12 && (solid.area() - exact.area()).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn inside_and_outside_are_those_of_the_sphere() {
+    let (vertices, facets) = sphere(4);
+    let solid = Solid3::new(vertices.clone(), facets.clone()).unwrap();
+    // Without one facet it is closed, and the same but there.
+    let holed = Solid3::new(vertices, facets[1..].to_vec()).unwrap();
+    assert_eq!(holed.facets().len(), facets.len());
+    let mut random = fastrand::Rng::with_seed(2);
+    let mut worst = 0.0f64;
+    for _ in 0..2000 {
+        let x = drawn(&mut random, 1.5);
+        // Facets of this level lie 1.3e-3 below the sphere.
+        if (x.norm() - 1.0).abs() < 2e-3 {
+            continue;
+        }
+        let inside = x.norm() < 1.0;
+        worst = worst.max((solid.winding_number(&x) - f64::from(inside)).abs());
+        assert!(solid.contains(&x) == inside && holed.contains(&x) == inside);
+        let closest = solid.closest(&x);
+        assert!((closest.distance - (x.norm() - 1.0).abs()).abs() < 2e-3);
+        let least = (0..facets.len()).map(|f| (solid.corners(f).iter().sum::<Point<3>>() / 3.0 - x).norm());
+        assert!(closest.distance <= least.fold(f64::INFINITY, f64::min) + 1e-15);
+    }
+    assert!(worst < 0.1, "{worst}");
+}
+
+#[test]
+fn parts_within_parts_are_cavities_or_refused() {
+    let inner = || shifted(cube(), [0.1, 0.0, 0.0], 0.25);
+    let mut cavity = inner();
+    cavity.1.iter_mut().for_each(|facet| facet.reverse());
+    for inside_out in [false, true] {
+        let (vertices, mut facets) = both(cube(), cavity.clone());
+        if inside_out {
+            facets.iter_mut().for_each(|facet| facet.reverse());
+        }
+        let solid = Solid3::new(vertices, facets).unwrap();
+        assert!((solid.volume() - (8.0 - 0.125)).abs() < 1e-12);
+        assert!(!solid.contains(&[0.1, 0.0, 0.0].into()) && solid.contains(&[0.5, 0.0, 0.0].into()));
+    }
+    let (vertices, facets) = both(cube(), inner());
+    assert!(matches!(refusal(vertices, facets), SolidError::Nested { at } if at.iter().all(|x| x.abs() < 0.36)));
+    let (vertices, facets) = both(cube(), shifted(cube(), [3.0, 0.5, 0.0], 1.0));
+    assert!((Solid3::new(vertices, facets).unwrap().volume() - 16.0).abs() < 1e-12);
+}
+
+#[test]
+fn what_encloses_nothing_is_refused_with_the_place() {
+    assert!(matches!(refusal(vec![], vec![]), SolidError::Empty { .. }));
+    let (vertices, facets) = cube();
+    let open = refusal(vertices.clone(), facets[..10].to_vec());
+    assert!(matches!(open, SolidError::Open { edges: 4, at, area } if at[2] == 1.0 && (area - 4.0).abs() < 1e-12));
+    let (crossed, crossing) = both(cube(), shifted(cube(), [0.7, 0.4, 0.3], 0.8));
+    assert!(matches!(refusal(crossed, crossing), SolidError::Crossing { at, .. } if at.iter().all(|x| x.abs() < 1.51)));
+    // A wall across the cube.
+    let mut walled = facets.clone();
+    walled.extend([[0, 1, 7], [0, 7, 6]]);
+    assert!(matches!(refusal(vertices.clone(), walled), SolidError::Branching { facets: 3, .. }));
+    let dangling = refusal(vertices.clone(), vec![[0, 1, 8]]);
+    assert!(matches!(dangling, SolidError::DanglingVertex { facet: 0, vertex: 8, count: 8 }));
+    let flat = refusal(vertices, vec![[0, 1, 2], [0, 2, 1]]);
+    assert!(matches!(flat, SolidError::Empty { .. }));
+    let far = vec![[0.0; 3].into(), [f64::NAN, 0.0, 0.0].into(), [0.0, 1.0, 0.0].into()];
+    assert!(matches!(Solid3::new(far, vec![[0, 1, 2]]), Err(GeometryError::Invalid(_))));
+    // A Möbius strip, thickened nowhere.
+    let strip = |k: usize, side: f64| {
+        let angle = std::f64::consts::TAU * k as f64 / 12.0;
+        let (out, up) = (2.0 + side * (angle / 2.0).cos(), side * (angle / 2.0).sin());
+        Point::<3>::new(out * angle.cos(), out * angle.sin(), up)
+    };
+    let band = (0..12).flat_map(|k| {
+        let [a, b, c, d] = [strip(k, -0.5), strip(k, 0.5), strip(k + 1, -0.5), strip(k + 1, 0.5)];
+        [a, b, c, b, d, c]
+    });
+    let band: Vec<Point<3>> = band.collect();
+    let numbers = (0..24).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+    assert!(matches!(refusal(band, numbers), SolidError::OneSided { .. }));
+}
+
+#[test]
+fn flat_facets_and_cracks_go() {
+    let (mut vertices, mut facets) = cube();
+    // A vertex on an edge of one side alone, with a facet without area in the crack, and without.
+    vertices.push([0.0, -1.0, -1.0].into());
+    let split = facets.iter().position(|f| f.contains(&0) && f.contains(&1)).unwrap();
+    let [a, b, c] = facets[split];
+    let third = [a, b, c].into_iter().find(|v| ![0, 1].contains(v)).unwrap();
+    let rises = [[a, b], [b, c], [c, a]].contains(&[0, 1]);
+    facets.remove(split);
+    facets.extend(if rises { [[0, 8, third], [8, 1, third]] } else { [[8, 0, third], [1, 8, third]] });
+    for sliver in [false, true] {
+        let mut facets = facets.clone();
+        if sliver {
+            facets.push([0, 1, 8]);
+        }
+        let solid = Solid3::new(vertices.clone(), facets).unwrap();
+        assert!((solid.volume() - 8.0).abs() < 1e-12 && solid.facets().len() == 14);
+        assert!(solid.normals().iter().all(|n| (n.norm() - 1.0).abs() < 1e-12));
+    }
+}
+
+#[test]
+fn features_are_the_edges_of_a_cube() {
+    let (vertices, facets) = cube();
+    let solid = Solid3::new(vertices, facets).unwrap();
+    let features = solid.features(0.5);
+    assert_eq!((features.edges.len(), features.corners.len(), solid.patches(0.5).len()), (12, 8, 6));
+    let (vertices, facets) = sphere(3);
+    let round = Solid3::new(vertices, facets).unwrap();
+    assert!(round.features(0.5) == Default::default() && round.patches(0.5).len() == 1);
+    let named = solid.name("base", Select::plane([0.0, 0.0, -1.0], [0.0, 0.0, -2.0])).unwrap();
+    assert!(named.facets_of("base").unwrap().iter().all(|&f| named.normals()[f as usize][2] == -1.0));
+    let missing = named.clone().name("top", Select::plane([0.0, 0.0, 2.0], [0.0, 0.0, 1.0])).unwrap_err().to_string();
+    assert!(missing.contains("lies off it by 1.000e0"), "{missing}");
+    let unknown = named.facets_of("lid").unwrap_err().to_string();
+    assert!(unknown.contains("base"), "{unknown}");
+}
+
+#[test]
+fn binary_and_ascii_files_are_the_same_solid() {
+    let (vertices, facets) = sphere(2);
+    let binary = Solid3::parse_stl(&binary_stl(&vertices, &facets)).unwrap();
+    let mut text = String::new();
+    for (name, half) in [("lower half", &facets[..160]), ("upper", &facets[160..])] {
+        text += &format!("solid {name}\n");
+        for facet in half {
+            text += "facet normal 0 0 nan\n outer loop\n";
+            facet.iter().for_each(|&v| {
+                let x = vertices[v as usize];
+                text += &format!("  vertex {:e} {} {}\n", x[0], x[1], x[2]);
+            });
+            text += " endloop\nendfacet\n";
+        }
+        text += "endsolid\n";
+    }
+    let ascii = Solid3::parse_stl(text.as_bytes()).unwrap();
+    assert_eq!(ascii.facets(), binary.facets());
+    assert!((ascii.volume() - binary.volume()).abs() < 1e-6);
+    assert_eq!(ascii.facets_of("lower half").unwrap().len(), 160);
+}
+
+#[test]
+fn the_bunny_is_closed() {
+    let bunny = Solid3::stl("examples/geometry/bunny.stl").unwrap();
+    println!("volume {:.6}, area {:.6}", bunny.volume(), bunny.area());
+    // By the divergence theorem over the facets as they stand in the file, in double precision.
+    assert!((bunny.volume() - 194.288_371).abs() < 1e-6);
+}
