@@ -157,7 +157,7 @@ fn independent(scaled: &[(Vec<(usize, f64)>, f64)]) -> bool {
 pub(crate) fn dependent_rows(equations: &[ConstraintEquation]) -> Vec<BoundaryError> {
     use std::collections::BTreeMap;
     let mut dependent = Vec::new();
-    // Sparse Gaussian elimination: each reduced constraint equation is remembered by its pivot unknown.
+    // Sparse Gaussian elimination: reduced constraint equations are found by their pivot unknown.
     let mut reduced: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
     for (r, equation) in equations.iter().enumerate() {
         let scale = largest(equation);

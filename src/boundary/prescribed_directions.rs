@@ -48,7 +48,7 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 
 /// The direction as a combination of the prescribed ones, and what is left of it.
 fn resolve(prescriptions: &[PrescribedDirection], direction: &[f64; 3]) -> (Vec<f64>, f64) {
-    // Gram–Schmidt over at most three vectors, remembering how each basis vector is made of the prescribed ones.
+    // Gram–Schmidt over at most three vectors, with each basis vector as a combination of the prescribed ones.
     let mut basis: Vec<([f64; 3], Vec<f64>)> = Vec::new();
     for (place, prescription) in prescriptions.iter().enumerate() {
         let (mut rest, mut made) = (prescription.direction, vec![0.0; prescriptions.len()]);

@@ -5,7 +5,7 @@ use crate::error::GeometryError;
 use crate::geometry::Point;
 use crate::quadrature::Points;
 
-/// Boundary facets with the linear trace function functions $\Theta_J$ of the particles on them.
+/// Boundary facets with the linear trace functions $\Theta_J$ of the particles on them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoundaryCells<const D: usize> {
     /// Points, weights and outward normals, grouped by facet between particles.

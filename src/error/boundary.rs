@@ -94,7 +94,7 @@ pub enum BoundaryError {
     },
     /// A condition acts where its direction is none.
     #[error(
-        "{what}: no direction at X = {at:?}, where its vector is {vector:?}; give one of finite length, off the axis of a cylinder, and normals on boundaries alone"
+        "{what}: the direction is undefined at X = {at:?}, its vector there is {vector:?}: give a vector of finite length that is not zero; normals exist on boundaries only, directions around an axis off that axis only"
     )]
     Direction {
         /// The condition.

@@ -40,8 +40,8 @@ pub enum SolveError {
     },
     /// A model would not fit into memory.
     #[error(
-        "a model of {particles} particles takes about {:.1} GB and {:.1} GB are at hand: take at most {fits} particles along \
-         each axis or so many in all as {fits}³, or set Scheme::memory to what it may take",
+        "a model of {particles} particles needs about {:.1} GB, the limit is {:.1} GB: take at most {fits} particles along \
+         each axis ({fits}³ in all), or raise the limit by Scheme::memory",
         *needed * 1e-9,
         *limit * 1e-9
     )]
@@ -68,7 +68,7 @@ pub enum SolveError {
     },
     /// A path that is to be resumed was recorded with another problem.
     #[error(
-        "the last state of the path, at load factor {load}, is none of this problem: {what} {value:.1e}; resume with the scene and the scheme that it was recorded with"
+        "the last state of the path, at load factor {load}, does not belong to this problem: {what} {value:.1e}; resume with the scene and the scheme that it was recorded with"
     )]
     OtherProblem {
         /// What gave it away.

@@ -120,8 +120,8 @@ impl Driven {
                  check::scene finds free rigid motions"
             }
             Driven::ByDisplacements => {
-                "; no load grows here: a smaller Stepping::smallest or finer particles go on further, StateDiagnostics::jacobians \
-                 of the last step tell material that is squeezed through, check::scene finds free rigid motions"
+                "; the motion is prescribed, not a load: allow smaller steps (Stepping::smallest) or take more particles; \
+                 StateDiagnostics::jacobians of the last step show inverted material, check::scene finds free rigid motions"
             }
             Driven::ByControl => "",
         }

@@ -1,18 +1,18 @@
-//! Laws that remember: what a material needs beside the deformation gradient, and how a step of time is taken.
+//! Materials with internal variables: what a law needs beside the deformation gradient, and how a step of time is taken.
 
 use nalgebra::Matrix3;
 
-/// The part of a laws with internal variables where it has been, point by point.
+/// The internal variables of a material at a point, and their update over a step.
 ///
-/// A step leads from what is remembered at its beginning to a deformation gradient at its end, `elapsed` \[time\] later. Within it the
-/// law is one of hyperelasticity, an energy of $F$ with what is remembered held: its derivatives are
-/// [`respond`](Self::respond), symmetric as ever, and Newton's method sees nothing new. Once the step is accepted
-/// [`update_history`](Self::update_history) writes what the next one begins with. For a material with a
+/// A step leads from the internal variables at its beginning to a deformation gradient at its end, `elapsed` \[time\] later. Within it the
+/// law is one of hyperelasticity, an energy of $F$ at fixed internal variables: its derivatives are
+/// [`respond`](Self::respond), symmetric as ever, and Newton's method is unchanged. Once the step is accepted
+/// [`update_history`](Self::update_history) writes those that the next one begins with. For a material with a
 /// [`split`](super::Material::split) it stands in place of the distortional energy, else of the whole.
 ///
-/// The contract: with no time elapsed and what was just remembered, `respond` gives the stress of the step that ended there.
+/// The contract: with no time elapsed and the variables just updated, `respond` gives the stress of the step that ended there.
 ///
-/// A plastic-like memory of the largest stretch, which stiffens nothing and only counts:
+/// A law that records its largest stretch and is elastic otherwise:
 ///
 /// ```
 /// use rkpm::material::{Material, InternalVariables, Rubber};
@@ -34,12 +34,12 @@ use nalgebra::Matrix3;
 /// assert_eq!(next, [3f64.sqrt()]);
 /// # Ok::<(), rkpm::error::MaterialError>(())
 /// ```
-#[allow(clippy::len_without_is_empty)] // A memory of nothing has no use.
+#[allow(clippy::len_without_is_empty)] // A law without internal variables does not implement this.
 pub trait InternalVariables: Send + Sync {
-    /// Numbers that are remembered at a point.
+    /// Number of internal variables at a point.
     fn len(&self) -> usize;
 
-    /// Writes what is remembered at rest; zeros as they are.
+    /// Writes the internal variables at rest; zero unless said.
     fn start(&self, _memory: &mut [f64]) {}
 
     /// The energy whose derivatives are the stress and the tangent at the end of a step \[stress\].
@@ -56,11 +56,11 @@ pub trait InternalVariables: Send + Sync {
         tangent: &mut [f64],
     );
 
-    /// Writes what is remembered at the end of a step.
+    /// Writes the internal variables at the end of a step.
     fn update_history(&self, f: &Matrix3<f64>, internal_variables: &[f64], elapsed: f64, next: &mut [f64]);
 
     /// The square of the error of the stress that the step of time has left, and the square of the stress, at a point:
-    /// for laws whose steps are exact, zero. `before` is what was remembered a step earlier and the time from there, where the
+    /// for laws whose steps are exact, zero. `before` has the internal variables a step earlier and the time from there, where the
     /// rate of loading had no break point.
     fn time_error(&self, _before: Option<(&[f64], f64)>, _memory: &[f64], _elapsed: f64, _next: &[f64]) -> [f64; 2] {
         [0.0; 2]

@@ -13,7 +13,7 @@ use crate::error::{Invalid, MaterialError};
 /// $$\bar P = \eta\\,\frac{\partial\bar W}{\partial F},\qquad \eta = 1 - \frac1r\operatorname{erf}\frac{\bar W_m - \bar W}{m + \beta\bar W_m}.$$
 ///
 /// On the way to a new $\bar W_m$ the law is the elastic one; unloading and reloading follow one softer curve that meets it there.
-/// Each point remembers $\bar W_m$. (Ogden and Roxburgh, Proceedings of the Royal Society A 455, 1999; $\beta$ as in Abaqus, Ansys.)
+/// $\bar W_m$ is the internal variable of a point. (Ogden and Roxburgh, Proceedings of the Royal Society A 455, 1999; $\beta$ as in Abaqus, Ansys.)
 ///
 /// ```
 /// use rkpm::material::{Mullins, Rubber};

@@ -52,7 +52,7 @@ impl<M: Material> Prestretched<M> {
     /// The material stretched by `before` $= F_0$.
     ///
     /// # Errors
-    /// [`Invalid`] unless $F_0$ is finite with a determinant above zero, and for a material that remembers:
+    /// [`Invalid`] unless $F_0$ is finite with a determinant above zero, and for a material with internal variables:
     /// stretch the elastic law and let the whole relax.
     pub fn new(material: M, before: Matrix3<f64>) -> Result<Self, MaterialError> {
         let volume = before.determinant();
@@ -61,9 +61,9 @@ impl<M: Material> Prestretched<M> {
             return Err(Invalid::new("det F_0", volume, needed).into());
         }
         if let Some(internal_variables) = material.internal_variables() {
-            let needed = "stretch the elastic law, and make the stretched one remember: Viscoelastic::new(Prestretched::new(..)?, ..)";
+            let needed = "prestretch the elastic law, then add the internal variables: Viscoelastic::new(Prestretched::new(..)?, ..)";
             return Err(Invalid::new(
-                "numbers that the prestretched law remembers",
+                "internal variables of the prestretched law",
                 internal_variables.len() as f64,
                 needed,
             )

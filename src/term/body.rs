@@ -46,7 +46,7 @@ pub struct Body<const D: usize, M> {
     pub(super) shear: f64,
     pub(super) measure: VolumetricMeasure,
     pub(super) projected: ProjectedMeasure,
-    /// Numbers that a point remembers.
+    /// Number of internal variables of a point.
     pub(super) has_history: usize,
     /// Time by the load factor.
     pub(super) clock: Option<Amplitude>,

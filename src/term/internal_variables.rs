@@ -1,4 +1,4 @@
-//! What a body remembers, point by point.
+//! Internal variables of a body, point by point.
 
 use nalgebra::Matrix3;
 
@@ -7,7 +7,7 @@ use crate::material::{InternalVariables, Material};
 use super::body::Body;
 use super::{Term, View};
 
-/// The law of a body that remembers, with what its points remember at the beginning of a step.
+/// The law of a body with internal variables, with their values at the beginning of a step.
 #[derive(Clone, Copy)]
 pub(super) struct Recall<'a> {
     pub law: &'a dyn InternalVariables,
@@ -18,7 +18,7 @@ pub(super) struct Recall<'a> {
 }
 
 impl<'a> Recall<'a> {
-    /// What a point remembers.
+    /// Internal variables of a point.
     #[inline]
     pub fn at(&self, point: usize) -> &'a [f64] {
         &self.points[point * self.each..(point + 1) * self.each]
@@ -83,7 +83,7 @@ impl<const D: usize, M: Material> Body<D, M> {
         sums
     }
 
-    /// The first Piola–Kirchhoff stress at a point with deformation gradient `f` \[stress\], of the material as it is or as it remembers;
+    /// The first Piola–Kirchhoff stress at a point with deformation gradient `f` \[stress\], of the material, at fixed internal variables where it has any;
     /// without the pressure of the zone.
     #[cfg(feature = "solve")]
     pub(crate) fn stress(&self, point: usize, f: &Matrix3<f64>, view: View<'_>) -> Matrix3<f64> {
@@ -120,7 +120,7 @@ impl<const D: usize, M: Material> Body<D, M> {
         Some(internal_variables)
     }
 
-    /// The energy of the shape at a point: of the law as it remembers, or as it is.
+    /// The energy of the shape at a point: at fixed internal variables where the law has any.
     pub(super) fn shape_energy(
         &self,
         recall: Option<&Recall<'_>>,

@@ -1,4 +1,4 @@
-//! Laws of studies: what a series is error_envelope with, references, failures kept as data.
+//! Studies: the error envelope of a series, references, failures recorded as data.
 #![cfg(feature = "solve")]
 
 use rkpm::prelude::*;

@@ -232,7 +232,7 @@ fn add<const D: usize, A: Approximation<D>>(
             let held: Vec<usize> = nodes.into_iter().filter(|&node| place.holds(&cells.positions()[node])).collect();
             stays_off_axis(scene, single, cells, &held)?;
             let before = equations.len();
-            // One by one, so that each piece claims its corners in turn.
+            // One by one: each piece prescribes its corners before the next one.
             let (mut whole, mut pieces) = (0, 0);
             for cells in cells.boundary_pieces(part, facets.parts, facets.gauss)? {
                 let cells = if place.within.is_some() { cells.within(&|x| place.holds(x)) } else { cells };

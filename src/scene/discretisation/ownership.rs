@@ -23,7 +23,7 @@ pub struct TermOwnership {
     pub keys: Vec<u64>,
     /// How many condensed unknowns each cluster has.
     pub unknowns: Vec<usize>,
-    /// How many numbers each cluster remembers.
+    /// Number of internal variables of each cluster.
     pub internal_variables: Vec<usize>,
     /// How many numbers of the memory belong to all clusters: the time at which it was written.
     pub common: usize,

@@ -14,7 +14,7 @@ use crate::scene::Problem;
 impl<const D: usize> Problem<D> {
     /// The state of another discretisation of the same scene as a first guess for this one, to be
     /// [`correct`](crate::solve::Analysis::correct)ed: displacements evaluated at the particles, pressures
-    /// and what points remember taken from the nearest integration point.
+    /// and internal variables taken from the nearest integration point.
     ///
     /// # Errors
     /// Where a particle of this problem lies outside the other body.
