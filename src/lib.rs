@@ -147,7 +147,7 @@ pub mod prelude {
     #[cfg(feature = "solve")]
     pub use crate::scene::{Condition, Dilation, Direction, Load, Place, Problem, Rule, Scene, Scheme, Value};
     pub use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
-    pub use crate::solid::{Select, Solid3};
+    pub use crate::solid::{Select, Shape, Solid3};
     #[cfg(feature = "solve")]
     pub use crate::solve::{Analysis, Ending, EquilibriumPath, Observer, State, Stepping};
     pub use crate::table::ShapeTable;

@@ -88,6 +88,16 @@ pub enum SolidError {
         /// A point of both.
         at: [f64; 3],
     },
+    /// The spacing is too wide for a shape.
+    #[error(
+        "a spacing of {spacing:.3e} is too wide for the shape at X = {at:?}, where edges or walls are closer than that: give a finer one"
+    )]
+    Coarse {
+        /// Where.
+        at: [f64; 3],
+        /// The spacing.
+        spacing: f64,
+    },
     /// A closed part within another, both facing the same way.
     #[error(
         "at X = {at:?} a closed part of the surface lies within another and faces the same way: turn its facets for a cavity, or leave it out"

@@ -7,14 +7,13 @@ use crate::geometry::{Block, Point};
 use crate::mesh::Mesh;
 
 use super::crossing::crossings;
-use super::select::Select;
 use super::tree::Tree;
 use super::weld::{ADDED, drop_doubles, turn_flat, weld};
 use super::{orient, stl};
 
 /// Vertices closer than this part of the largest coordinate are one: in files of single precision, and of arrays.
 const SAME_IN_FILES: f64 = 5e-7;
-const SAME: f64 = 1e-12;
+pub(super) const SAME: f64 = 1e-12;
 /// Sizes with which areas and volumes neither overflow nor vanish.
 const SIZES: [f64; 2] = [1e-60, 1e60];
 /// Facets of one surface: their sides are counted by 32 bits.
@@ -90,14 +89,10 @@ impl Solid3 {
         let stl::Listed { vertices, sections } = stl::parse(bytes)?;
         let count = vertices.len() / 3;
         let facets: Vec<[u32; 3]> = (0..count as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
-        let (mut solid, origins) = Self::closed(&vertices, &facets, SAME_IN_FILES)?;
-        if sections.len() > 1 {
-            let section = |origin: u32| sections.partition_point(|(_, first)| *first <= origin as usize) - 1;
-            for (facet, &origin) in origins.iter().enumerate().filter(|(_, origin)| **origin != ADDED) {
-                solid.part_mut(&sections[section(origin)].0).push(facet as u32);
-            }
-        }
-        Ok(solid)
+        let many = sections.len() > 1;
+        let section = |facet: usize| sections.partition_point(|(_, first)| *first <= facet).checked_sub(1);
+        let name = |facet| section(facet).filter(|_| many).map(|section| sections[section].0.as_str());
+        Self::named_by(&vertices, &facets, SAME_IN_FILES, name)
     }
 
     /// The solid within the surface of a mesh: the faces of one cell alone, quadrangles cut in two. Groups of faces keep their
@@ -115,6 +110,22 @@ impl Solid3 {
                 if origin != ADDED && given[origin as usize] {
                     solid.part_mut(&name).push(facet as u32);
                 }
+            }
+        }
+        Ok(solid)
+    }
+
+    /// The solid within facets that may have names.
+    pub(super) fn named_by<'a>(
+        vertices: &[Point<3>],
+        facets: &[[u32; 3]],
+        same: f64,
+        name: impl Fn(usize) -> Option<&'a str>,
+    ) -> Result<Self, GeometryError> {
+        let (mut solid, origins) = Self::closed(vertices, facets, same)?;
+        for (facet, &origin) in origins.iter().enumerate().filter(|(_, origin)| **origin != ADDED) {
+            if let Some(name) = name(origin as usize) {
+                solid.part_mut(name).push(facet as u32);
             }
         }
         Ok(solid)
@@ -206,24 +217,7 @@ impl Solid3 {
         Solid3 { vertices, facets, normals, tree, parts: Vec::new(), bounds, area, volume }
     }
 
-    /// Names a part of the boundary; facets already named keep their other names, those of the same name stay in it.
-    ///
-    /// # Errors
-    /// [`SolidError::NothingSelected`] where no facet is selected.
-    pub fn name(mut self, name: &str, select: Select) -> Result<Self, GeometryError> {
-        let found = select.select(&self).map_err(|[by, nearest]| SolidError::NothingSelected {
-            name: name.to_string(),
-            by,
-            nearest,
-        })?;
-        let part = self.part_mut(name);
-        part.extend(found);
-        part.sort_unstable();
-        part.dedup();
-        Ok(self)
-    }
-
-    fn part_mut(&mut self, name: &str) -> &mut Vec<u32> {
+    pub(super) fn part_mut(&mut self, name: &str) -> &mut Vec<u32> {
         let place = self.parts.iter().position(|(known, _)| known == name).unwrap_or_else(|| {
             self.parts.push((name.to_string(), Vec::new()));
             self.parts.len() - 1

@@ -1,7 +1,5 @@
 //! Edges of facets and what they bound.
 
-use super::weld::Facet;
-
 /// One side of a facet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct HalfEdge {
@@ -24,13 +22,8 @@ pub(super) fn ends(key: u64) -> [u32; 2] {
     [(key >> 32) as u32, key as u32]
 }
 
-/// All sides of all facets, sorted by edge, then facet.
-pub(super) fn half_edges(facets: &[Facet]) -> Vec<HalfEdge> {
-    half_edges_of(facets.iter().map(|facet| facet.corners))
-}
-
-/// All sides of facets given by corners.
-pub(super) fn half_edges_of(facets: impl ExactSizeIterator<Item = [u32; 3]>) -> Vec<HalfEdge> {
+/// All sides of facets, sorted by edge, then facet.
+pub(super) fn half_edges(facets: impl ExactSizeIterator<Item = [u32; 3]>) -> Vec<HalfEdge> {
     let mut all = Vec::with_capacity(3 * facets.len());
     for (facet, corners) in facets.enumerate() {
         for opposite in 0..3 {

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::geometry::Point;
 
 use super::closed::Solid3;
-use super::edges::{HalfEdge, by_edge, ends, half_edges_of};
+use super::edges::{HalfEdge, by_edge, ends, half_edges};
 use super::weld::{find, join};
 
 /// Turns of a sharp edge beyond which a vertex on it is a corner, in radians: circles of eight chords have none.
@@ -82,7 +82,7 @@ impl Solid3 {
     }
 
     fn half_edges(&self) -> Vec<HalfEdge> {
-        half_edges_of(self.facets.iter().copied())
+        half_edges(self.facets.iter().copied())
     }
 
     fn is_sharp(&self, group: &[HalfEdge], angle: f64) -> bool {

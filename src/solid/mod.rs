@@ -4,15 +4,21 @@
 //! outside everywhere; what can't be told is refused with the place.
 
 mod closed;
+mod contour;
 mod crossing;
 mod edges;
 mod features;
 mod orient;
+mod place;
+mod program;
 mod select;
+mod shape;
 mod stl;
+mod surface;
 mod tree;
 mod weld;
 
 pub use closed::{Closest, Solid3};
 pub use features::Features;
 pub use select::Select;
+pub use shape::Shape;

@@ -25,7 +25,7 @@ fn turn(facet: &mut Facet) {
 /// Turns facets so that neighbours face the same way, as few as possible in each connected part. Where all do already, also
 /// at edges of four facets, nothing is done.
 pub(super) fn agree(vertices: &[Point<3>], facets: &mut [Facet]) -> Result<(), SolidError> {
-    let halves = half_edges(facets);
+    let halves = half_edges(facets.iter().map(|facet| facet.corners));
     if by_edge(&halves).all(|group| balance(group) == 0) {
         return Ok(());
     }
@@ -82,7 +82,7 @@ pub(super) fn agree(vertices: &[Point<3>], facets: &mut [Facet]) -> Result<(), S
 
 /// Adds facets over small openings, and refuses large ones and edges where walls meet.
 pub(super) fn close(vertices: &[Point<3>], facets: &mut Vec<Facet>) -> Result<(), SolidError> {
-    let halves = half_edges(facets);
+    let halves = half_edges(facets.iter().map(|facet| facet.corners));
     // Edges as a closing facet runs along them.
     let mut next: HashMap<u32, Vec<u32>> = HashMap::new();
     let mut starts = Vec::new();
@@ -170,7 +170,7 @@ fn fill(vertices: &[Point<3>], ring: &[u32]) -> Vec<[u32; 3]> {
 /// The connected part of each facet, over edges, numbered by their first facets; how many there are.
 pub(super) fn parts(facets: &[[u32; 3]]) -> (Vec<u32>, usize) {
     let mut root: Vec<u32> = (0..facets.len() as u32).collect();
-    let halves = super::edges::half_edges_of(facets.iter().copied());
+    let halves = half_edges(facets.iter().copied());
     for group in by_edge(&halves) {
         group.windows(2).for_each(|pair| join(&mut root, pair[0].facet, pair[1].facet));
     }

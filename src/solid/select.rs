@@ -1,5 +1,6 @@
 //! Facets of a solid chosen by place.
 
+use crate::error::{GeometryError, SolidError};
 use crate::geometry::Point;
 
 use super::closed::Solid3;
@@ -93,7 +94,7 @@ impl Select {
     }
 
     /// The facets chosen, rising; how it selects and what comes nearest where there are none.
-    pub(super) fn select(&self, solid: &Solid3) -> Result<Vec<u32>, [String; 2]> {
+    fn select(&self, solid: &Solid3) -> Result<Vec<u32>, [String; 2]> {
         let found = match &self.shape {
             Shape::Nearest(point) if point.iter().all(|x| x.is_finite()) => {
                 let facet = solid.closest(point).facet as u32;
@@ -171,6 +172,25 @@ impl Select {
                 }
             }
         }
+    }
+}
+
+impl Solid3 {
+    /// Names a part of the boundary; facets already named keep their other names, those of the same name stay in it.
+    ///
+    /// # Errors
+    /// [`SolidError::NothingSelected`] where no facet is selected.
+    pub fn name(mut self, name: &str, select: Select) -> Result<Self, GeometryError> {
+        let found = select.select(&self).map_err(|[by, nearest]| SolidError::NothingSelected {
+            name: name.to_string(),
+            by,
+            nearest,
+        })?;
+        let part = self.part_mut(name);
+        part.extend(found);
+        part.sort_unstable();
+        part.dedup();
+        Ok(self)
     }
 }
 

@@ -177,7 +177,7 @@ pub(super) fn turn_flat(vertices: &[Point<3>], facets: &mut Vec<Facet>, toleranc
         if flat.is_empty() {
             return;
         }
-        let halves = half_edges(facets);
+        let halves = half_edges(facets.iter().map(|facet| facet.corners));
         let mut touched = vec![false; facets.len()];
         let mut changed = false;
         for k in flat {

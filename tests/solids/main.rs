@@ -1,5 +1,6 @@
 //! Solids within closed surfaces: reading, closing, inside and outside, names, features.
 
+mod shapes;
 mod surfaces;
 
 use rkpm::geometry::Point;

@@ -1,0 +1,258 @@
+//! Shapes put together of primitives, level sets and voxels.
+
+use std::sync::Arc;
+
+use nalgebra::{Rotation3, Unit};
+
+use crate::error::{GeometryError, Invalid, SolidError};
+use crate::geometry::{Block, Point};
+
+use super::closed::Solid3;
+use super::contour::contour;
+use super::program::Node;
+use super::surface::Surface;
+
+/// How often a surface that came out wrong is drawn on a finer grid, and by how much finer.
+const TRIES: usize = 4;
+const FINER: f64 = 0.91;
+
+/// A shape in space: primitives, level sets and voxels, united, cut from each other, turned and shifted.
+///
+/// [`solid`](Shape::solid) makes its surface: vertices lie on the primitives, sharp edges on the curves where they cross and corners
+/// at their points, so that plane faces are exact and volumes converge with the square of the spacing. Parts named by
+/// [`named`](Shape::named) are boundary parts of the solid.
+///
+/// ```
+/// use rkpm::solid::Shape;
+/// let pipe = Shape::cylinder([0.0, 0.0, 0.0], [0.0, 0.0, 2.0], 1.0)
+///     .minus(Shape::cylinder([0.0, 0.0, -1.0], [0.0, 0.0, 3.0], 0.5).named("bore"))
+///     .solid(0.1)?;
+/// let volume = 2.0 * std::f64::consts::PI * (1.0 - 0.25);
+/// assert!((pipe.volume() / volume - 1.0).abs() < 5e-3);
+/// assert!(pipe.facets_of("bore")?.len() > 100);
+/// # Ok::<(), rkpm::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Shape {
+    node: Node,
+    bounds: Block<3>,
+    /// What a primitive was given and can't be.
+    invalid: Option<Invalid>,
+}
+
+/// Numbers that have to be positive.
+fn needs(sizes: &[(&'static str, f64)]) -> Option<Invalid> {
+    let bad = sizes.iter().find(|(_, size)| !(*size > 0.0 && size.is_finite()));
+    bad.map(|&(what, size)| Invalid::new(what, size, "give a positive finite length"))
+}
+
+fn leaf(surface: Surface) -> Node {
+    Node::Surface { surface, flipped: false, name: None }
+}
+
+fn plane(point: Point<3>, normal: Point<3>) -> Node {
+    leaf(Surface::Plane { point, normal })
+}
+
+/// The bounds of a disc.
+fn disc(centre: Point<3>, axis: &Point<3>, radius: f64) -> Block<3> {
+    let half = Point::<3>::from_fn(|i, _| radius * (1.0 - axis[i] * axis[i]).max(0.0).sqrt());
+    Block { min: centre - half, max: centre + half }
+}
+
+fn around(a: &Block<3>, b: &Block<3>) -> Block<3> {
+    Block { min: a.min.inf(&b.min), max: a.max.sup(&b.max) }
+}
+
+impl Shape {
+    fn of(node: Node, bounds: Block<3>, invalid: Option<Invalid>) -> Self {
+        Shape { node, bounds, invalid }
+    }
+
+    /// A ball.
+    pub fn sphere(centre: [f64; 3], radius: f64) -> Self {
+        let centre = Point::from(centre);
+        let half = Point::<3>::repeat(radius);
+        let bounds = Block { min: centre - half, max: centre + half };
+        Self::of(leaf(Surface::Sphere { centre, radius }), bounds, needs(&[("radius of a sphere", radius)]))
+    }
+
+    /// A block between two corners.
+    pub fn block(min: [f64; 3], max: [f64; 3]) -> Self {
+        let bounds = Block::new(min, max);
+        let sides = (0..6).map(|k| {
+            let (axis, corner) = (k / 2, if k % 2 == 0 { bounds.min } else { bounds.max });
+            let mut normal = Point::<3>::zeros();
+            normal[axis] = if k % 2 == 0 { -1.0 } else { 1.0 };
+            plane(corner, normal)
+        });
+        let extents = (bounds.max - bounds.min).map(|extent| ("extent of a block", extent));
+        Self::of(Node::Intersection(sides.collect()), bounds, needs(extents.as_slice()))
+    }
+
+    /// A cylinder between the centres of its ends.
+    pub fn cylinder(from: [f64; 3], to: [f64; 3], radius: f64) -> Self {
+        Self::cone(from, to, radius, radius)
+    }
+
+    /// A cone between the centres of its ends, with the radius of each; one of them may be zero.
+    pub fn cone(from: [f64; 3], to: [f64; 3], first: f64, second: f64) -> Self {
+        let (from, to) = (Point::from(from), Point::from(to));
+        let length = (to - from).norm();
+        let axis = (to - from) / length;
+        let largest = first.max(second);
+        let mut invalid = needs(&[("length of a cylinder or cone", length), ("radius of a cylinder or cone", largest)]);
+        if let Some(&value) = [first, second].iter().find(|radius| !(**radius >= 0.0)) {
+            invalid = Some(Invalid::new("radius of a cone", value, "give a length that is not negative"));
+        }
+        let side = if first == second {
+            Surface::Cylinder { point: from, axis, radius: first }
+        } else {
+            let (apex, axis) = (from + axis * (length * first / (first - second)), axis * (second - first).signum());
+            let slant = length.hypot(second - first);
+            Surface::Cone { apex, axis, cos: length / slant, sin: (second - first).abs() / slant }
+        };
+        let bounds = around(&disc(from, &axis, first), &disc(to, &axis, second));
+        let mut sides = vec![leaf(side)];
+        sides.extend(
+            [(from, -axis, first), (to, axis, second)].iter().filter(|end| end.2 > 0.0).map(|e| plane(e.0, e.1)),
+        );
+        Self::of(Node::Intersection(sides), bounds, invalid)
+    }
+
+    /// A ring of circular section: the radius of its middle line and that of its section, which is smaller.
+    pub fn torus(centre: [f64; 3], axis: [f64; 3], major: f64, minor: f64) -> Self {
+        let (centre, axis) = (Point::from(centre), Point::from(axis).normalize());
+        let ring = disc(centre, &axis, major);
+        let half = Point::<3>::repeat(minor);
+        let bounds = Block { min: ring.min - half, max: ring.max + half };
+        let lengths = [("section of a torus", minor), ("radius of a torus, less that of its section", major - minor)];
+        Self::of(leaf(Surface::Torus { centre, axis, major, minor }), bounds, needs(&lengths))
+    }
+
+    /// All that is behind a plane, seen along its outward normal: to be intersected with, or taken from, something bounded.
+    pub fn half_space(point: [f64; 3], normal: [f64; 3]) -> Self {
+        let all = Point::<3>::repeat(f64::INFINITY);
+        let normal = Point::from(normal).normalize();
+        Self::of(plane(point.into(), normal), Block { min: -all, max: all }, None)
+    }
+
+    /// The points of a block where a function is negative; it should be smooth, and about as steep everywhere near its zeros.
+    /// Edges within it come out sharp to the second order of the spacing.
+    pub fn level_set(min: [f64; 3], max: [f64; 3], f: impl Fn(&Point<3>) -> f64 + Send + Sync + 'static) -> Self {
+        let step = 1e-5 * (Point::from(max) - Point::from(min)).amax();
+        let (turn, shift) = (Rotation3::identity(), Point::zeros());
+        let mut shape = Self::block(min, max);
+        if let Node::Intersection(sides) = &mut shape.node {
+            sides.insert(0, leaf(Surface::Field { field: Arc::new(f), turn, shift, step }));
+        }
+        shape
+    }
+
+    /// Both shapes together.
+    pub fn union(self, other: Shape) -> Self {
+        let bounds = around(&self.bounds, &other.bounds);
+        let mut members = Vec::new();
+        for node in [self.node, other.node] {
+            match node {
+                Node::Union(inner) => members.extend(inner),
+                node => members.push(node),
+            }
+        }
+        Self::of(Node::Union(members), bounds, self.invalid.or(other.invalid))
+    }
+
+    /// What both shapes share.
+    pub fn intersect(self, other: Shape) -> Self {
+        let bounds = Block { min: self.bounds.min.sup(&other.bounds.min), max: self.bounds.max.inf(&other.bounds.max) };
+        let mut members = Vec::new();
+        for node in [self.node, other.node] {
+            match node {
+                Node::Intersection(inner) => members.extend(inner),
+                node => members.push(node),
+            }
+        }
+        Self::of(Node::Intersection(members), bounds, self.invalid.or(other.invalid))
+    }
+
+    /// This shape without another.
+    pub fn minus(self, other: Shape) -> Self {
+        let bounds = self.bounds;
+        let outside = Self::of(other.node.complement(), bounds, other.invalid);
+        self.intersect(outside)
+    }
+
+    /// Turned about an axis through the origin by an angle \[rad\].
+    pub fn rotated(self, axis: [f64; 3], angle: f64) -> Self {
+        let turn = Rotation3::from_axis_angle(&Unit::new_normalize(axis.into()), angle);
+        let mut bounds = Block { min: Point::repeat(f64::INFINITY), max: Point::repeat(f64::NEG_INFINITY) };
+        if self.bounds.min.iter().chain(&self.bounds.max).all(|x| x.is_finite()) {
+            for corner in 0..8 {
+                let at = Point::<3>::from_fn(|i, _| [self.bounds.min, self.bounds.max][corner >> i & 1][i]);
+                bounds = around(&bounds, &Block { min: turn * at, max: turn * at });
+            }
+        } else {
+            bounds = self.bounds;
+            bounds.min.fill(f64::NEG_INFINITY);
+            bounds.max.fill(f64::INFINITY);
+        }
+        Self::of(self.node.moved(&turn, &Point::zeros()), bounds, self.invalid)
+    }
+
+    /// Shifted by a vector \[length\].
+    pub fn translated(self, by: [f64; 3]) -> Self {
+        let by = Point::from(by);
+        let bounds = Block { min: self.bounds.min + by, max: self.bounds.max + by };
+        Self::of(self.node.moved(&Rotation3::identity(), &by), bounds, self.invalid)
+    }
+
+    /// Gives the surfaces that have no name yet one: the facets on them become a part of the boundary.
+    pub fn named(mut self, name: &str) -> Self {
+        self.node.named(&Arc::from(name));
+        self
+    }
+
+    /// The solid, with facets of a size of about `spacing` \[length\]. What is thinner than that may be lost. Where edges and
+    /// corners are closer to each other than the grid can tell, it is made finer by up to a third of the spacing.
+    ///
+    /// # Errors
+    /// [`SolidError::Empty`] where nothing is inside, [`SolidError::Coarse`] where the spacing is too wide for the shape,
+    /// [`GeometryError::Invalid`] for sizes that can't be and where the shape has no bounds.
+    pub fn solid(&self, spacing: f64) -> Result<Solid3, GeometryError> {
+        if let Some(invalid) = &self.invalid {
+            return Err(invalid.clone().into());
+        }
+        if !(spacing > 0.0 && spacing.is_finite()) {
+            return Err(Invalid::new("spacing of a surface", spacing, "give a positive finite length").into());
+        }
+        for axis in 0..3 {
+            let extent = self.bounds.max[axis] - self.bounds.min[axis];
+            if extent < 0.0 {
+                let (what, remedy) = ("the shapes share nothing", "move them to where they meet");
+                return Err(SolidError::Empty { what, remedy }.into());
+            }
+            if !extent.is_finite() {
+                let needed = "give finite numbers, and intersect half spaces with something bounded";
+                return Err(Invalid::new("extent of a shape", extent, needed).into());
+            }
+        }
+        let mut last = None;
+        let mut size = spacing;
+        for _ in 0..TRIES {
+            match contour(&self.node, &self.bounds, size) {
+                Err(GeometryError::Solid(
+                    error @ (SolidError::Crossing { .. } | SolidError::Branching { .. } | SolidError::Coarse { .. }),
+                )) => last = Some(error),
+                found => return found,
+            }
+            size *= FINER;
+        }
+        let at = match last {
+            Some(
+                SolidError::Crossing { at, .. } | SolidError::Branching { at, .. } | SolidError::Coarse { at, .. },
+            ) => at,
+            _ => self.bounds.min.into(),
+        };
+        Err(SolidError::Coarse { at, spacing }.into())
+    }
+}
