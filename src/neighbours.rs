@@ -156,6 +156,44 @@ impl<const D: usize> BinGrid<D> {
         }
     }
 
+    /// Writes the particles of a box that `local_contact` it, by rising index; false where there are finer grids, which are not searched.
+    pub(crate) fn within(
+        &self,
+        low: &Point<D>,
+        high: &Point<D>,
+        local_contact: impl Fn(u32) -> bool,
+        found: &mut Vec<u32>,
+    ) -> bool {
+        found.clear();
+        if !self.finer.is_empty() {
+            return false;
+        }
+        let first: [usize; D] = std::array::from_fn(|i| self.bin_of(low[i], i));
+        let last: [usize; D] = std::array::from_fn(|i| self.bin_of(high[i], i));
+        let mut index = first;
+        let mut bins = 0;
+        loop {
+            let list = self.list((0..D).rev().fold(0, |bin, i| bin * self.counts[i] + index[i]));
+            let (start, mut end) = (found.len(), found.len());
+            found.resize(start + list.len(), 0);
+            // No branch that the machine has to guess.
+            for &particle in list {
+                found[end] = particle;
+                end += usize::from(local_contact(particle));
+            }
+            found.truncate(end);
+            bins += usize::from(end > start);
+            let Some(axis) = (0..D).find(|&axis| index[axis] < last[axis]) else { break };
+            index[axis] += 1;
+            index[..axis].copy_from_slice(&first[..axis]);
+        }
+        if bins > 1 {
+            found.sort_unstable();
+            found.dedup();
+        }
+        true
+    }
+
     /// Particles whose support may hold `at`, by rising index; nothing outside all supports.
     pub(crate) fn candidates(&self, at: &Point<D>) -> &[u32] {
         let mut bin = 0;

@@ -32,23 +32,42 @@ pub struct Smoothing<const D: usize> {
 }
 
 impl<const D: usize> Smoothing<D> {
+    /// Some of the sub-cells with their facets, each in a group of its own.
+    pub(crate) fn of(&self, cells: &[usize]) -> Self {
+        let mut some = Smoothing {
+            cells: cells.iter().map(|&cell| self.cells[cell].clone()).collect(),
+            interior: cells.iter().map(|&cell| self.interior[cell].clone()).collect(),
+            centres: cells.iter().map(|&cell| self.centres[cell]).collect(),
+            groups: (0..=cells.len()).collect(),
+            facet_points: Vec::new(),
+            facet_areas: Vec::new(),
+            points_per_facet: self.points_per_facet,
+        };
+        some.take_facets(&self.facet_points, &self.facet_areas);
+        some
+    }
+
     /// The same without facets that no sub-cell has: those of cells that other ranks hold.
     #[cfg(feature = "solve")]
     pub(crate) fn pruned(mut self) -> Self {
-        let points = self.points_per_facet;
-        let mut number = vec![None; self.facet_points.len() / points.max(1)];
-        let (mut kept_points, mut kept_areas) = (Vec::new(), Vec::new());
+        let (points, areas) = (std::mem::take(&mut self.facet_points), std::mem::take(&mut self.facet_areas));
+        self.take_facets(&points, &areas);
+        self
+    }
+
+    /// Takes what its sub-cells name of facets, and numbers them anew.
+    fn take_facets(&mut self, points: &[Point<D>], areas: &[Point<D>]) {
+        let each = self.points_per_facet;
+        let mut number = std::collections::HashMap::new();
         for (facet, _) in self.cells.iter_mut().flatten() {
-            let own = *facet as usize * points..(*facet as usize + 1) * points;
-            let Some(place) = number.get_mut(*facet as usize) else { continue };
-            *facet = *place.get_or_insert_with(|| {
-                kept_points.extend_from_slice(&self.facet_points[own.clone()]);
-                kept_areas.extend_from_slice(&self.facet_areas[own]);
-                (kept_points.len() / points) as u32 - 1
+            let own = *facet as usize * each..(*facet as usize + 1) * each;
+            let (Some(at), Some(areas)) = (points.get(own.clone()), areas.get(own)) else { continue };
+            *facet = *number.entry(*facet).or_insert_with(|| {
+                self.facet_points.extend_from_slice(at);
+                self.facet_areas.extend_from_slice(areas);
+                (self.facet_points.len() / each) as u32 - 1
             });
         }
-        (self.facet_points, self.facet_areas) = (kept_points, kept_areas);
-        self
     }
 
     /// Refuses sub-cells whose arrays do not fit together, and ones that are not closed: $\oint n\\,\mathrm dA = 0$.

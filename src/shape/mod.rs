@@ -98,6 +98,14 @@ pub trait Approximation<const D: usize>: Sync {
         self.evaluate_values(at, scratch, out)
     }
 
+    /// Writes what the functions in a box follow from: the nodes that may have one there, by rising index, and numbers for where
+    /// they stand, seen from the corner `low`. Where two boxes of one size have as many nodes and the same numbers to rounding,
+    /// points at the same place in them have the same values, node by node. False where this is not known, and tables then
+    /// ask at each point.
+    fn surroundings(&self, _low: &Point<D>, _high: &Point<D>, _nodes: &mut Vec<u32>, _numbers: &mut Vec<f64>) -> bool {
+        false
+    }
+
     /// Values and gradients at one point, freshly allocated.
     ///
     /// # Errors

@@ -4,6 +4,7 @@ use crate::error::{Error, GeometryError};
 use crate::parallel::map_ranges;
 
 use super::Clusters;
+use super::alike::Likeness;
 
 /// Points below which a table is built on one thread: waking the pool costs more than this many points.
 pub(super) const SERIAL_BELOW: usize = 64;
@@ -18,18 +19,26 @@ const MERGED: usize = 1024;
 /// Rows of consecutive clusters; buffers grow from run to run and not from point to point.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
+    /// Lists of nodes, one after the other: points of a cluster in a row that see the same share one.
     pub nodes: Vec<u32>,
     pub values: Vec<f64>,
     pub gradients: Vec<f64>,
     pub weights: Vec<f64>,
-    /// End of each row in `nodes`.
-    pub ends: Vec<usize>,
+    /// What tells rows apart that are not written yet.
+    pub likeness: Vec<Likeness>,
+    /// Entries of the rows before each.
+    pub starts: Vec<usize>,
     /// The smallest reciprocal condition number met.
     pub rcond: f64,
+    /// Entries of all rows.
+    entries: usize,
+    /// The list of each row, and the end of each list in `nodes`.
+    lists: Vec<u32>,
+    ends: Vec<usize>,
     local: Vec<u16>,
     cluster_nodes: Vec<u32>,
     cluster_ends: Vec<usize>,
-    /// Rows that belong to closed clusters.
+    /// Lists that belong to closed clusters.
     closed: usize,
     union: Vec<u32>,
     merged: Vec<u32>,
@@ -38,31 +47,39 @@ pub(super) struct Rows {
 impl Rows {
     /// Room for `points` rows as wide as the first one turns out to be.
     fn reserve(&mut self, points: usize) {
-        let width = self.ends[0] + self.ends[0] / 8;
-        let slots = self.gradients.len().checked_div(self.ends[0]).unwrap_or(0);
-        self.nodes.reserve(points * width);
-        self.local.reserve(points * width);
+        let width = self.entries + self.entries / 8;
+        let slots = self.gradients.len().checked_div(self.entries).unwrap_or(0);
         self.gradients.reserve(points * width * slots);
         if !self.values.is_empty() {
             self.values.reserve(points * width);
         }
     }
 
-    /// The entries of a row.
-    fn row(&self, row: usize) -> std::ops::Range<usize> {
-        if row == 0 { 0..self.ends[0] } else { self.ends[row - 1]..self.ends[row] }
+    /// The entries of a list.
+    fn list(&self, list: usize) -> std::ops::Range<usize> {
+        if list == 0 { 0..self.ends[0] } else { self.ends[list - 1]..self.ends[list] }
+    }
+
+    /// Ends a row, whose nodes stand behind those of all lists.
+    fn end(&mut self) {
+        let first = self.ends.last().copied().unwrap_or(0);
+        self.starts.push(self.entries);
+        self.entries += self.nodes.len() - first;
+        let last = self.ends.len();
+        if last > self.closed && self.nodes[self.list(last - 1)] == self.nodes[first..] {
+            self.nodes.truncate(first);
+        } else {
+            self.ends.push(self.nodes.len());
+        }
+        self.lists.push(self.ends.len() as u32 - 1);
     }
 
     /// Ends a cluster: its nodes are those of the rows since the last one ended.
     fn close(&mut self, cluster: usize) -> Result<(), GeometryError> {
         self.union.clear();
         let mut sorted = MERGED;
-        for row in self.closed..self.ends.len() {
-            let entries = self.row(row);
-            let again = row > self.closed && self.nodes[self.row(row - 1)] == self.nodes[entries.clone()];
-            if again {
-                continue;
-            }
+        for list in self.closed..self.ends.len() {
+            let entries = self.list(list);
             if self.union.len() <= MERGED {
                 merge(&self.union, &self.nodes[entries], &mut self.merged);
                 std::mem::swap(&mut self.union, &mut self.merged);
@@ -84,12 +101,8 @@ impl Rows {
         if self.union.len() > GROUP_LIMIT {
             return Err(GeometryError::CrowdedGroup { group: cluster, nodes: self.union.len(), limit: GROUP_LIMIT });
         }
-        for row in self.closed..self.ends.len() {
-            let entries = self.row(row);
-            if row > self.closed && self.nodes[self.row(row - 1)] == self.nodes[entries.clone()] {
-                self.local.extend_from_within(self.row(row - 1));
-                continue;
-            }
+        for list in self.closed..self.ends.len() {
+            let entries = self.list(list);
             let mut place = 0;
             for &node in &self.nodes[entries] {
                 if long {
@@ -105,6 +118,25 @@ impl Rows {
         self.cluster_ends.push(self.cluster_nodes.len());
         self.closed = self.ends.len();
         Ok(())
+    }
+
+    /// Appends the rows of another run.
+    fn append(&mut self, run: Rows) {
+        let (nodes, lists, cluster_nodes, entries) =
+            (self.nodes.len(), self.ends.len(), self.cluster_nodes.len(), self.entries);
+        self.nodes.extend(run.nodes);
+        self.values.extend(run.values);
+        self.gradients.extend(run.gradients);
+        self.weights.extend(run.weights);
+        self.likeness.extend(run.likeness);
+        self.starts.extend(run.starts.iter().map(|start| entries + start));
+        self.entries += run.entries;
+        self.lists.extend(run.lists.iter().map(|list| lists as u32 + list));
+        self.ends.extend(run.ends.iter().map(|end| nodes + end));
+        self.local.extend(run.local);
+        self.cluster_nodes.extend(run.cluster_nodes);
+        self.cluster_ends.extend(run.cluster_ends.iter().map(|end| cluster_nodes + end));
+        self.rcond = self.rcond.min(run.rcond);
     }
 }
 
@@ -141,7 +173,7 @@ pub(super) fn rows<S>(
         for cluster in range.clone() {
             for point in groups[cluster]..groups[cluster + 1] {
                 fill(&mut scratch, point, &mut rows)?;
-                rows.ends.push(rows.nodes.len());
+                rows.end();
                 if point == first {
                     rows.reserve(groups[range.end] - first);
                 }
@@ -158,18 +190,7 @@ pub(super) fn rows<S>(
     all.gradients.reserve_exact(total(&|r| r.gradients.len()));
     all.local.reserve_exact(total(&|r| r.local.len()));
     all.cluster_nodes.reserve_exact(total(&|r| r.cluster_nodes.len()));
-    for run in runs {
-        let (entries, nodes) = (all.nodes.len(), all.cluster_nodes.len());
-        all.nodes.extend(run.nodes);
-        all.values.extend(run.values);
-        all.gradients.extend(run.gradients);
-        all.weights.extend(run.weights);
-        all.local.extend(run.local);
-        all.cluster_nodes.extend(run.cluster_nodes);
-        all.ends.extend(run.ends.iter().map(|end| entries + end));
-        all.cluster_ends.extend(run.cluster_ends.iter().map(|end| nodes + end));
-        all.rcond = all.rcond.min(run.rcond);
-    }
+    runs.into_iter().for_each(|run| all.append(run));
     // What was reserved for wider rows is given back; the table lives as long as the problem.
     all.nodes.shrink_to_fit();
     all.values.shrink_to_fit();
@@ -181,6 +202,7 @@ pub(super) fn rows<S>(
         offsets(&all.cluster_ends),
         std::mem::take(&mut all.cluster_nodes),
         std::mem::take(&mut all.local),
+        std::mem::take(&mut all.lists),
         offsets(&all.ends),
     );
     Ok((all, clusters))
@@ -204,7 +226,9 @@ mod tests {
             },
         )
         .unwrap();
-        assert_eq!(rows.ends, [3, 6, 9, 10, 12]);
+        // The first two rows share a list.
+        assert_eq!(rows.nodes.len(), 9);
+        assert_eq!(rows.starts, [0, 3, 6, 9, 10]);
         assert_eq!(clusters.len(), 3);
         assert_eq!(clusters.nodes(0), [0, 1, 4, 6, 9]);
         assert!(clusters.nodes(1).is_empty());

@@ -20,20 +20,22 @@ pub struct Clusters {
     node_offsets: Vec<usize>,
     nodes: Vec<u32>,
     local: Vec<u16>,
+    lists: Vec<u32>,
     offsets: Vec<usize>,
 }
 
 impl Clusters {
     /// Clusters of consecutive points: first point and first node of each, their nodes by rising index, and for
-    /// each node of each point (rows from `offsets`) its place among those of the cluster.
+    /// each node of each point its place among those of the cluster: the list of each point, and where the lists start.
     pub(super) fn new(
         points: Vec<usize>,
         node_offsets: Vec<usize>,
         nodes: Vec<u32>,
         local: Vec<u16>,
+        lists: Vec<u32>,
         offsets: Vec<usize>,
     ) -> Self {
-        Clusters { points, node_offsets, nodes, local, offsets }
+        Clusters { points, node_offsets, nodes, local, lists, offsets }
     }
 
     /// Adds a number to the index of each node.
@@ -67,19 +69,19 @@ impl Clusters {
     /// For each node of a point, its place among the nodes of the point's cluster; none where there is no such point.
     #[inline]
     pub fn local(&self, point: usize) -> &[u16] {
-        &self.local[between(&self.offsets, point)]
+        &self.local[self.entries(point)]
     }
 
-    /// The entries of a point in compressed rows; none where there is no such point.
+    /// The entries of a point's list of nodes; none where there is no such point.
     #[inline]
     pub(super) fn entries(&self, point: usize) -> std::ops::Range<usize> {
-        between(&self.offsets, point)
+        self.lists.get(point).map_or(0..0, |&list| between(&self.offsets, list as usize))
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         8 * (self.points.len() + self.node_offsets.len() + self.offsets.len())
-            + 4 * self.nodes.len()
+            + 4 * (self.nodes.len() + self.lists.len())
             + 2 * self.local.len()
     }
 }

@@ -1,5 +1,6 @@
 //! Shape tables: the only cache. Shape functions are evaluated once, because the kernel is material.
 
+mod alike;
 mod build;
 mod clusters;
 mod consistent;
@@ -39,6 +40,8 @@ pub struct ShapeTable<const D: usize> {
     values: Vec<f64>,
     slots: usize,
     gradients: Vec<f64>,
+    /// First entry of each point in `values` and by slot in `gradients`: points whose surroundings are alike share them.
+    starts: Vec<usize>,
     hoops: &'static [usize],
     weights: Vec<f64>,
     positions: Vec<Point<D>>,
@@ -208,6 +211,7 @@ impl<const D: usize> ShapeTable<D> {
             values: rows.values,
             slots: D + usize::from(!hoops.is_empty()),
             gradients: rows.gradients,
+            starts: rows.starts,
             hoops,
             weights: rows.weights,
             positions,
@@ -250,7 +254,7 @@ impl<const D: usize> ShapeTable<D> {
     /// Values $\Psi_I$ at a point; empty in smoothed tables.
     #[inline]
     pub fn values(&self, point: usize) -> &[f64] {
-        if self.values.is_empty() { &[] } else { &self.values[self.clusters.entries(point)] }
+        if self.values.is_empty() { &[] } else { &self.values[self.entries(point)] }
     }
 
     /// Whether values are stored: not in smoothed tables.
@@ -261,8 +265,14 @@ impl<const D: usize> ShapeTable<D> {
     /// Gradients at a point by slot, `slots × nodes`, neighbours running fastest.
     #[inline]
     pub fn gradients(&self, point: usize) -> &[f64] {
-        let entries = self.clusters.entries(point);
+        let entries = self.entries(point);
         &self.gradients[entries.start * self.slots..entries.end * self.slots]
+    }
+
+    /// The entries of a point's values; none where there is no such point.
+    #[inline(always)]
+    fn entries(&self, point: usize) -> std::ops::Range<usize> {
+        self.starts.get(point).map_or(0..0, |&start| start..start + self.clusters.entries(point).len())
     }
 
     /// Gradient slots: $D$, and one for the hoop where there is one.
@@ -304,7 +314,7 @@ impl<const D: usize> ShapeTable<D> {
 
     /// Bytes held by the table.
     pub fn bytes(&self) -> usize {
-        8 * (self.values.len() + self.gradients.len() + self.weights.len())
+        8 * (self.values.len() + self.gradients.len() + self.starts.len() + self.weights.len())
             + 4 * self.nodes.len()
             + 8 * D * (self.positions.len() + self.normals.len())
             + self.clusters.bytes()

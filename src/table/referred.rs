@@ -22,13 +22,25 @@ impl<const D: usize> ShapeTable<D> {
             let remedy = "give the stretch itself: 1 + alpha times the change of temperature";
             return Err(GeometryError::Kinematics { what, at, remedy }.into());
         }
+        self.separate();
         for (point, factor) in factors.iter().enumerate() {
-            let entries = self.clusters.entries(point);
+            let entries = self.entries(point);
             self.gradients[entries.start * self.slots..entries.end * self.slots].iter_mut().for_each(|g| *g /= factor);
             self.weights[point] *= factor.powi(3);
         }
         self.rest = factors.iter().map(|factor| 1.0 / factor).collect();
         Ok(self)
+    }
+
+    /// Gives each point gradients of its own.
+    fn separate(&mut self) {
+        let entries: usize = (0..self.len()).map(|point| self.entries(point).len()).sum();
+        if !self.values.is_empty() || entries * self.slots == self.gradients.len() {
+            return;
+        }
+        self.gradients = (0..self.len()).flat_map(|point| self.gradients(point)).copied().collect();
+        let lengths = (0..self.len()).map(|point| self.nodes(point).len());
+        self.starts = lengths.scan(0, |end, n| Some(std::mem::replace(end, *end + n))).collect();
     }
 
     /// The deformation gradient of no displacement: that of the elastic part where the body expands.
@@ -54,6 +66,7 @@ impl<const D: usize> ShapeTable<D> {
             return Err(SolveError::Length { what: "displacement to push a table forward by", given, needed }.into());
         }
         let mut current = self.clone();
+        current.separate();
         for point in 0..self.len() {
             let f = self.at_rest(point) + self.displacement_gradient(point, d);
             let jacobian = f.determinant();
@@ -62,7 +75,7 @@ impl<const D: usize> ShapeTable<D> {
                 _ => return Err(GeometryError::InvertedCell { cell: point, measure: jacobian }.into()),
             };
             let n = self.nodes(point).len();
-            let start = self.clusters.entries(point).start * self.slots;
+            let start = current.entries(point).start * self.slots;
             let old = self.gradients(point);
             for a in 0..n {
                 for i in 0..D {

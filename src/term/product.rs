@@ -31,66 +31,103 @@ impl<const D: usize, M: Material> Task for Multiply<'_, D, M> {
         values.resize(3 * zone.nodes.len(), 0.0);
         let table = body.table();
         let clusters = table.clusters();
-        let mut shared: &[u16] = &[];
-        for (point, tangent) in clusters.points(zone.owner[1] as usize).zip(&zone.tangents) {
-            let local = clusters.local(point);
-            if local != shared {
-                give(shared, forces, values);
-                shared = local;
-                take(zone, local, x, moved, forces);
+        let points = clusters.points(zone.owner[1] as usize);
+        let mut first = points.start;
+        while first < points.end {
+            let local = clusters.local(first);
+            let alike = |&point: &usize| point < points.end && clusters.local(point) == local;
+            let count = (first + 1..first + CELL).take_while(alike).count() + 1;
+            take(zone, local, x, moved, forces);
+            let mut rows: [&[f64]; CELL] = [&[]; CELL];
+            let mut stresses = [[0.0; 9]; CELL];
+            for p in 0..count {
+                rows[p] = table.gradients(first + p);
+                let gradient = gradient::<A>(rows[p], local.len(), moved);
+                stresses[p] = contracted::<A>(&zone.tangents[first + p - points.start], &gradient);
             }
-            let n = local.len();
-            let gradients = table.gradients(point);
-            let slots: [&[f64]; 3] = std::array::from_fn(|s| &gradients[s * n..(s + 1) * n]);
-            let (whole, rest) = (n / LANES, n % LANES);
-            let mut sums = [[[0.0; LANES]; 3]; 3];
-            for k in 0..whole {
-                let u: [&[f64; LANES]; 3] = std::array::from_fn(|i| &moved[i][k]);
-                for s in 0..3 {
-                    let g = &slots[s][k * LANES..][..LANES];
-                    for i in 0..3 {
-                        for l in 0..LANES {
-                            sums[s][i][l] = A::multiply_add(u[i][l], g[l], sums[s][i][l]);
-                        }
-                    }
-                }
+            let (rows, stresses) = (&rows[..count], &stresses[..count]);
+            let (whole, rest) = (local.len() / LANES, local.len() % LANES);
+            let mut block = 0;
+            while block + 4 <= whole {
+                pull::<A, 4>(rows, stresses, (block, LANES), forces);
+                block += 4;
             }
-            for s in 0..3 {
-                for l in 0..rest {
-                    let g = slots[s][whole * LANES + l];
-                    for i in 0..3 {
-                        sums[s][i][l] = A::multiply_add(moved[i][whole][l], g, sums[s][i][l]);
-                    }
-                }
+            while block < whole {
+                pull::<A, 1>(rows, stresses, (block, LANES), forces);
+                block += 1;
             }
-            let mut gradient = [0.0; 9];
-            for s in 0..3 {
-                for i in 0..3 {
-                    gradient[3 * s + i] = total(&sums[s][i]);
-                }
+            if rest > 0 {
+                pull::<A, 1>(rows, stresses, (whole, rest), forces);
             }
-            let stress = contracted::<A>(tangent, &gradient);
-            for k in 0..whole {
-                let g: [&[f64]; 3] = std::array::from_fn(|s| &slots[s][k * LANES..][..LANES]);
-                for i in 0..3 {
-                    let force = &mut forces[i][k];
-                    for s in 0..3 {
-                        for l in 0..LANES {
-                            force[l] = A::multiply_add(stress[3 * s + i], g[s][l], force[l]);
-                        }
-                    }
-                }
-            }
+            give(local, forces, values);
+            first += count;
+        }
+    }
+}
+
+/// Points that are multiplied together: those of a cell.
+const CELL: usize = 8;
+
+/// Numbers of eight nodes, of which the table has `have`.
+#[inline(always)]
+fn eight(slot: &[f64], have: usize) -> [f64; LANES] {
+    let mut all = [0.0; LANES];
+    if have == LANES {
+        all.copy_from_slice(&slot[..LANES]);
+    } else {
+        all[..have].copy_from_slice(&slot[..have]);
+    }
+    all
+}
+
+/// The gradient of a displacement at a point, component $i$ by slot $s$ at $3s + i$.
+#[inline(always)]
+fn gradient<A: Arithmetic>(row: &[f64], n: usize, moved: &[Vec<[f64; LANES]>; 3]) -> [f64; 9] {
+    let mut sums = [[[0.0; LANES]; 3]; 3];
+    let mut add = |k: usize, have: usize| {
+        let u: [&[f64; LANES]; 3] = std::array::from_fn(|i| &moved[i][k]);
+        for s in 0..3 {
+            let g = eight(&row[s * n + k * LANES..(s + 1) * n], have);
             for i in 0..3 {
-                for s in 0..3 {
-                    for l in 0..rest {
-                        let force = &mut forces[i][whole][l];
-                        *force = A::multiply_add(stress[3 * s + i], slots[s][whole * LANES + l], *force);
+                for l in 0..LANES {
+                    sums[s][i][l] = A::multiply_add(u[i][l], g[l], sums[s][i][l]);
+                }
+            }
+        }
+    };
+    (0..n / LANES).for_each(|k| add(k, LANES));
+    if !n.is_multiple_of(LANES) {
+        add(n / LANES, n % LANES);
+    }
+    std::array::from_fn(|k| total(&sums[k / 3][k % 3]))
+}
+
+/// Writes the forces of stresses at some points on `N` times eight nodes, of which the table has `have`.
+#[inline(always)]
+fn pull<A: Arithmetic, const N: usize>(
+    rows: &[&[f64]],
+    stresses: &[[f64; 9]],
+    (block, have): (usize, usize),
+    forces: &mut [Vec<[f64; LANES]>; 3],
+) {
+    let mut sums = [[[0.0; LANES]; 3]; N];
+    for (row, stress) in rows.iter().zip(stresses) {
+        let n = row.len() / 3;
+        for s in 0..3 {
+            for k in 0..N {
+                let g = eight(&row[s * n + (block + k) * LANES..(s + 1) * n], have);
+                for i in 0..3 {
+                    for l in 0..LANES {
+                        sums[k][i][l] = A::multiply_add(stress[3 * s + i], g[l], sums[k][i][l]);
                     }
                 }
             }
         }
-        give(shared, forces, values);
+    }
+    for k in 0..N {
+        for i in 0..3 {
+            forces[i][block + k] = sums[k][i];
+        }
     }
 }
 

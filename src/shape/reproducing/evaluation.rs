@@ -8,7 +8,7 @@ use crate::simd::dispatch;
 
 use super::super::correction::{Correction, padded, resize};
 use super::super::{Approximation, ShapeFunctions};
-use super::{EDGE, Form, KernelScratch, ReproducingKernel, sign};
+use super::{EDGE, Form, KernelScratch, Reach, ReproducingKernel, sign};
 
 impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
     /// Everything of [`Approximation::evaluate`]; gradients only where requested.
@@ -260,5 +260,38 @@ impl<const D: usize, K: Kernel, B: Basis<D>> Approximation<D> for ReproducingKer
         out: &mut ShapeFunctions<D>,
     ) -> Result<(), ApproximationError> {
         self.evaluate_some(at, scratch, out, false)
+    }
+
+    fn surroundings(&self, low: &Point<D>, high: &Point<D>, nodes: &mut Vec<u32>, numbers: &mut Vec<f64>) -> bool {
+        nodes.clear();
+        numbers.clear();
+        if !self.inverse_axes.is_empty() || !low.iter().chain(high.iter()).all(|x| x.is_finite()) {
+            return false;
+        }
+        let touches = |particle: u32| {
+            let Reach { position, inverse, form } = self.reaches[particle as usize];
+            let gap =
+                Point::<D>::from_fn(|k, _| (low[k] - position[k]).max(position[k] - high[k]).max(0.0) * inverse[k]);
+            match form {
+                Form::Ball => gap.norm() < EDGE,
+                _ => gap.iter().fold(true, |inside, gap| inside & (*gap < EDGE)),
+            }
+        };
+        if !self.bins.within(low, high, touches, nodes) {
+            return false;
+        }
+        let Some(&first) = nodes.first() else { return true };
+        let scale = self.reaches[first as usize].inverse;
+        numbers.extend(scale.iter().map(|s| s.ln()));
+        for &node in &*nodes {
+            let Reach { position, inverse, form } = self.reaches[node as usize];
+            for k in 0..D {
+                numbers.push((position[k] - low[k]) * inverse[k]);
+                numbers.push(inverse[k] / scale[k]);
+            }
+            numbers.push(f64::from(u8::from(form == Form::Ball)));
+            numbers.extend(self.densities.get(node as usize));
+        }
+        true
     }
 }
