@@ -18,7 +18,7 @@ mod support;
 use std::error::Error;
 use std::path::Path as FilePath;
 
-use rkpm::output::chart::{Colour, Legend, Marker, Series};
+use rkpm::output::chart::{Colour, Marker, Series};
 use rkpm::output::{Cell, Chart, PvdCollection, Summary, Table};
 use rkpm::prelude::*;
 
@@ -245,7 +245,6 @@ fn draw_shapes(out: &FilePath, assembled: &Assembled) -> Result<(), Box<dyn Erro
         .vertical(format!("inner sleeve, {inner} cm"), inner)
         .vertical(format!("outer sleeve, {outer} cm"), outer)
         .equal_aspect()
-        .legend(Legend::Beneath)
         .write(out.join(format!("shapes_{set}.svg")))?;
     animation.write(out.join(format!("bushing_{set}.pvd")))?;
     Ok(())

@@ -13,7 +13,7 @@ mod support;
 use std::error::Error;
 use std::path::Path as FilePath;
 
-use rkpm::output::chart::{Colour, Legend, Marker, Series, Stroke};
+use rkpm::output::chart::{Colour, Marker, Series, Stroke};
 use rkpm::output::{Cell, Chart, PvdCollection, Summary, Table};
 use rkpm::prelude::*;
 use rkpm::solve::State;
@@ -297,7 +297,7 @@ fn draw_shapes(out: &FilePath) -> Result<(), Box<dyn Error>> {
         problem.vtk_grid(state)?.write(out.join(&file))?;
         animation.push(pressure, file);
     }
-    chart.equal_aspect().size(680, 900).legend(Legend::Beneath).write(out.join("shapes.svg"))?;
+    chart.equal_aspect().size(680, 900).write(out.join("shapes.svg"))?;
     animation.write(out.join("disk.pvd"))?;
     Ok(())
 }

@@ -10,7 +10,7 @@ mod support;
 
 use std::error::Error;
 
-use rkpm::output::chart::{Colour, Legend, Series};
+use rkpm::output::chart::{Colour, Series};
 use rkpm::output::{Chart, Summary};
 use rkpm::prelude::*;
 use rkpm::solve::State;
@@ -117,7 +117,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 lines.iter().map(|line| line.iter().map(|x| [x[0], x[1]]).collect()).collect();
             chart = chart.with(Series::outlines(name, &lines).colour(colour));
         }
-        chart.equal_aspect().legend(Legend::Beneath).write(out.join("sheet.svg"))?;
+        chart.equal_aspect().write(out.join("sheet.svg"))?;
         problem.vtk_grid(path.last())?.write(out.join("sheet.vtu"))?;
     }
     println!("results in {}", out.display());

@@ -9,7 +9,7 @@ mod support;
 use std::error::Error;
 use std::path::Path as FilePath;
 
-use rkpm::output::chart::{Colour, Legend, Series};
+use rkpm::output::chart::{Colour, Series};
 use rkpm::output::{Cell, Chart, Summary, Table};
 use rkpm::prelude::*;
 use rkpm::scene::ConstraintMethod;
@@ -139,7 +139,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let name = format!("γ = {:.1}", SHEAR * state.load);
         chart = chart.with(Series::outlines(name, &lines).colour(colour));
     }
-    chart.equal_aspect().legend(Legend::Beneath).write(out.join("shapes.svg"))?;
+    chart.equal_aspect().write(out.join("shapes.svg"))?;
     problem.vtk_grid(path.last())?.write(out.join("sheared.vtu"))?;
     println!("results in {}", out.display());
     Ok(())

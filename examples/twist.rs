@@ -11,7 +11,7 @@ use std::error::Error;
 use std::f64::consts::PI;
 use std::path::Path as FilePath;
 
-use rkpm::output::chart::{Colour, Legend, Series};
+use rkpm::output::chart::{Colour, Series};
 use rkpm::output::{Chart, Summary, Table};
 use rkpm::prelude::*;
 use rkpm::solve::State;
@@ -146,7 +146,6 @@ fn picture(out: &FilePath, problem: &Problem<3>, state: &State) -> Result<(), Bo
         .with(Series::outlines("at rest", &outlines(lattice.positions(), 0.0)).colour(Colour::Grey))
         .with(Series::outlines("turned", &outlines(&support::deformed(problem, state)?, 2.0)).colour(Colour::Blue))
         .equal_aspect()
-        .legend(Legend::Beneath)
         .size(480, 520)
         .write(out.join("shape.svg"))?;
     Ok(())

@@ -11,7 +11,7 @@ use std::error::Error;
 use std::path::Path as FilePath;
 
 use rkpm::nalgebra::{Matrix3, Vector3};
-use rkpm::output::chart::{Colour, Legend, Series};
+use rkpm::output::chart::{Colour, Series};
 use rkpm::output::{Cell, Chart, Summary, Table};
 use rkpm::prelude::*;
 
@@ -261,7 +261,7 @@ fn shapes(out: &FilePath, scheme: &Scheme) -> Result<(), Box<dyn Error>> {
         ("tension", "Rubber sheet in tension", [1.0, 2.0, 4.0, 10.0]),
         ("compression", "Rubber sheet in compression", [1.0, 0.5, 0.2, 0.1]),
     ] {
-        let mut chart = Chart::new(title).x("x [cm]").y("y [cm]").equal_aspect().legend(Legend::Beneath);
+        let mut chart = Chart::new(title).x("x [cm]").y("y [cm]").equal_aspect();
         let colours = [Colour::Grey, Colour::Sky, Colour::Blue, Colour::Vermilion];
         // Tall pieces stand side by side, long ones lie above each other.
         let mut place = [0.0, 0.0];

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::f64::consts::PI;
 use std::path::Path as FilePath;
 
-use rkpm::output::chart::{Colour, Legend, Series};
+use rkpm::output::chart::{Colour, Series};
 use rkpm::output::{Chart, Summary};
 use rkpm::prelude::*;
 use rkpm::solve::{CriticalKind, Following};
@@ -80,8 +80,7 @@ pub fn run(out: &FilePath, summary: &mut Summary, stops: &mut Stops) -> Result<(
     summary.note("column_load_euler_sheared_and_shortened", euler(coarse.shortening))?;
 
     let mut chart = Chart::new("A column 1 × 10 between held ends").x("end shortening / length").y("force / (µ width)");
-    let mut shapes =
-        Chart::new("A bent column at its end shortenings").x("x").y("y").equal_aspect().legend(Legend::Beneath);
+    let mut shapes = Chart::new("A bent column at its end shortenings").x("x").y("y").equal_aspect();
     for (name, imperfection, colour) in [("1e-3", 1e-3, Colour::Blue), ("1e-2", 1e-2, Colour::Green)] {
         let stepping = Stepping { first: 0.05, largest: 0.05, follow: Following::Path, ..Stepping::default() };
         let scheme = Scheme::default().particles([5, 41]).stepping(stepping);

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::path::Path as FilePath;
 
 use rkpm::nalgebra::Vector3;
-use rkpm::output::chart::{Colour, Legend, Series};
+use rkpm::output::chart::{Colour, Series};
 use rkpm::output::{Chart, Summary, Table};
 use rkpm::prelude::*;
 use rkpm::solve::{CriticalKind, State, StepControl};
@@ -100,7 +100,7 @@ pub fn run(out: &FilePath, summary: &mut Summary, stops: &mut Stops) -> Result<(
         .y("settlement / height")
         .with(Series::line("Q2/P1, 49 × 49 nodes", &refined).colour(Colour::Black));
     let mut errors = Chart::new("Against the refined run").x("traction / µ").y("error of the settlement [%]");
-    let mut shapes = Chart::new("The last states").x("x").y("y").equal_aspect().legend(Legend::Beneath);
+    let mut shapes = Chart::new("The last states").x("x").y("y").equal_aspect();
     for (k, (name, title, scheme, colour)) in [
         ("default", "default, 17 × 17 particles", Scheme::default(), Colour::Blue),
         ("q1p0", "Q1/P0, 17 × 17 nodes", Scheme::elements(1), Colour::Vermilion),

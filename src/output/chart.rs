@@ -1,8 +1,7 @@
 //! Charts as SVG: curves, work against precision, deformed shapes.
 //!
-//! A [`Chart`] says what is shown; where things go is worked out while drawing: ranges from the
-//! data, ticks that fit beside each other, margins from the labels, and a legend in an empty corner
-//! or else beneath the plot.
+//! A [`Chart`] says what is shown; ranges come from the data, and plotters draws axes and series. The legend stands
+//! beneath the plot.
 //!
 //! ```
 //! use rkpm::output::Chart;
@@ -19,15 +18,14 @@
 //! ```
 
 mod draw;
-mod drawn;
-mod layout;
 mod ranges;
 mod series;
-mod text;
-mod ticks;
-mod write;
+
+use std::path::Path;
 
 use crate::error::OutputError;
+
+use super::write_text;
 
 pub use series::{Colour, Marker, Series, Stroke};
 
@@ -105,18 +103,6 @@ pub(crate) enum Aspect {
     Equal,
 }
 
-/// Where the legend stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Legend {
-    /// Where it covers no data: in the plot if there is room, else beneath it.
-    #[default]
-    Automatic,
-    /// Beneath the plot.
-    Beneath,
-    /// Nowhere.
-    None,
-}
-
 /// A chart: what is shown, not yet drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
@@ -134,10 +120,7 @@ pub struct Chart {
     pub(crate) bands: Vec<Band>,
     /// How the axes relate.
     pub(crate) aspect: Aspect,
-    /// Where the legend stands.
-    pub(crate) legend: Legend,
-    /// Width and height in pixels, at least 320 by 240. A title or labels of several lines and a
-    /// legend beneath the plot add to the height; a shape drawn to scale may take less of it.
+    /// Width and height in pixels, at least 320 by 240. The legend adds to the height; a flat shape drawn to scale takes less.
     pub(crate) size: (u32, u32),
 }
 
@@ -151,7 +134,6 @@ impl Default for Chart {
             references: Vec::new(),
             bands: Vec::new(),
             aspect: Aspect::Free,
-            legend: Legend::Automatic,
             size: (680, 440),
         }
     }
@@ -271,18 +253,28 @@ impl Chart {
         self
     }
 
-    /// Places the legend.
-    #[must_use]
-    pub fn legend(mut self, legend: Legend) -> Self {
-        self.legend = legend;
-        self
-    }
-
     /// Sets width and height in pixels.
     #[must_use]
     pub fn size(mut self, width: u32, height: u32) -> Self {
         self.size = (width, height);
         self
+    }
+
+    /// The chart as the text of an SVG file.
+    ///
+    /// # Errors
+    /// [`OutputError::Chart`] where no point of any series can be shown, a range, band or reference
+    /// line cannot be, or equal aspect is requested of a logarithmic axis.
+    pub fn to_svg(&self) -> Result<String, OutputError> {
+        draw::svg(self)
+    }
+
+    /// Writes the chart as an SVG file, with the directories above it.
+    ///
+    /// # Errors
+    /// As [`to_svg`](Self::to_svg), and [`OutputError::Io`] where the file system refuses.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
+        write_text(path.as_ref(), &self.to_svg()?)
     }
 
     /// What is wrong with this chart.

@@ -46,3 +46,18 @@ fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     }
     std::fs::write(path, text).map_err(refused)
 }
+
+/// A number with as many digits as its range needs.
+fn short(value: f64, range: f64) -> String {
+    let size = range.abs().max(1e-300);
+    if !(1e-3..1e5).contains(&size) {
+        return format!("{value:.2e}");
+    }
+    let digits = (2.0 - size.log10().floor()).clamp(0.0, 6.0) as usize;
+    let text = format!("{value:.digits$}");
+    // Rounding leaves a sign on nothing.
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_string(),
+        _ => text,
+    }
+}

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use nalgebra::{SVector, Vector3};
 
-use super::write_text;
+use super::{short, write_text};
 use crate::error::OutputError;
 
 /// Bands of colour between the smallest and the largest value.
@@ -282,21 +282,6 @@ impl Picture {
         }
         let label = escaped(&self.label);
         let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{:.1}\" font-size=\"13\">{label}</text>", from - 14.0);
-    }
-}
-
-/// A number with as many digits as its range needs.
-fn short(value: f64, range: f64) -> String {
-    let size = range.abs().max(1e-300);
-    if !(1e-3..1e5).contains(&size) {
-        return format!("{value:.2e}");
-    }
-    let digits = (2.0 - size.log10().floor()).clamp(0.0, 6.0) as usize;
-    let text = format!("{value:.digits$}");
-    // Rounding leaves a sign on nothing.
-    match text.strip_prefix('-') {
-        Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_string(),
-        _ => text,
     }
 }
 

@@ -102,7 +102,6 @@ pub fn charts(input: &mut Input) {
     if input.once_in(2) {
         chart = chart.equal_aspect();
     }
-    chart = chart.legend(input.pick(&[Legend::Automatic, Legend::Beneath, Legend::None]));
     if input.once_in(4) {
         chart = chart.size(input.random.u32(..), input.pick(&[0, 1, 240, u32::MAX]));
     }

@@ -1,168 +1,332 @@
-//! Draws a laid-out chart with plotters' SVG backend.
+//! Draws a chart with plotters.
 
-mod canvas;
+use plotters::chart::ChartContext;
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
+use plotters::element::{DashedPathElement, DynElement};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::drawn::{Drawn, Sample, WHITE, crossing, dashed, edges};
-use super::layout::Layout;
-use super::text::{LOWER, RAISE, SUPERSCRIPT};
-use super::{Chart, Colour, Marker, Stroke};
+use super::ranges::ranges;
+use super::{Aspect, Chart, Colour, Direction, Marker, Scale, Series, Stroke};
 use crate::error::OutputError;
-use canvas::{Canvas, Failure, units};
-use plotters::style::RGBColor;
+use crate::output::short;
+
+type Svg<'a> = SVGBackend<'a>;
+type Plot<'a, 'b> = ChartContext<'a, Svg<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// Colours in turn (Okabe and Ito, "Color universal design", 2008), the strongest first.
 const PALETTE: [Colour; 6] =
     [Colour::Blue, Colour::Vermilion, Colour::Green, Colour::Purple, Colour::Orange, Colour::Sky];
 /// Markers in turn.
 const MARKERS: [Marker; 5] = [Marker::Circle, Marker::Square, Marker::Triangle, Marker::Diamond, Marker::Cross];
+const FONT: &str = "Helvetica, Arial, DejaVu Sans, sans-serif";
+const GRID: RGBColor = RGBColor(0xE3, 0xE3, 0xE3);
+const SHADE: RGBColor = RGBColor(0xD2, 0xD2, 0xD2);
+/// Units per pixel: plotters counts whole units, and curves are to stay smooth.
+const PIXEL: i32 = 10;
+/// Heights of a row of the legend and of the title \[px\].
+const ROW: i32 = 20;
+const TITLE: i32 = 20;
+/// Room beside the plot: left and beneath for labels, and elsewhere \[px\].
+const LEFT: i32 = 74;
+const BENEATH: i32 = 48;
+const EDGE: i32 = 14;
+/// Pixels along a side beyond which a chart is refused: no screen is as large, and dashes would fill the memory.
+const LARGEST: u32 = 20_000;
+
+/// A series, reference line or band as it is drawn and named in the legend, in even coordinates.
+struct Drawn<'a> {
+    name: &'a str,
+    colour: RGBColor,
+    /// Width of its lines \[px\]; 0 for points that are not joined.
+    width: i32,
+    /// Length of its dashes \[px\].
+    dash: Option<i32>,
+    marker: Marker,
+    /// The visible runs of its lines.
+    runs: Vec<Vec<(f64, f64)>>,
+    /// Its visible points.
+    points: Vec<(f64, f64)>,
+}
+
+/// Room of the plot in even coordinates, lower and upper end of both axes.
+type Ranges = [(f64, f64); 2];
 
 pub(super) fn svg(chart: &Chart) -> Result<String, OutputError> {
-    let layout = Layout::new(chart)?;
-    let drawn = resolve(chart, &layout);
-    let seen = |d: &Drawn<'_>| {
-        let joined = d.series.stroke != Stroke::None && !d.runs.is_empty();
-        joined || !d.points.is_empty()
-    };
-    if !drawn.iter().any(seen) {
+    let scales = [chart.x.scale, chart.y.scale];
+    let equal = chart.aspect == Aspect::Equal;
+    if equal && scales != [Scale::Linear; 2] {
+        return Err(chart.error("equal aspect needs two linear axes"));
+    }
+    if chart.size.0.max(chart.size.1) > LARGEST {
+        return Err(chart.error(format!("{} by {} pixels; up to {LARGEST} are drawn", chart.size.0, chart.size.1)));
+    }
+    let mut ranges = ranges(chart)?;
+    let [width, mut height] = [chart.size.0.max(320), chart.size.1.max(240)].map(|side| side as i32);
+    let title = if chart.title.is_empty() { 0 } else { TITLE };
+    let room = [width - LEFT - EDGE, height - title - BENEATH - EDGE].map(f64::from);
+    if equal {
+        // One scale for both axes: a flat shape takes less height, a slender one stands in the middle.
+        let spans = ranges.map(|(low, high)| high - low);
+        let unit = (spans[0] / room[0]).max(spans[1] / room[1]);
+        let used = [room[0], (spans[1] / unit).max(80.0)];
+        height -= (room[1] - used[1]) as i32;
+        let kept = [0, 1].map(|axis| (used[axis] as i32 as f64 * unit - spans[axis]) / 2.0);
+        ranges = [0, 1].map(|axis| (ranges[axis].0 - kept[axis], ranges[axis].1 + kept[axis]));
+    }
+    let drawn = resolve(chart, &ranges);
+    let visible = |d: &Drawn<'_>| (d.width > 0 && !d.runs.is_empty()) || !d.points.is_empty();
+    if !drawn[..chart.series.len()].iter().any(visible) {
         return Err(chart.error("no point to draw: all lie outside the range given"));
     }
-    let mut entries: Vec<(&str, Sample<'_>)> =
-        drawn.iter().map(|d| (d.series.name.as_str(), Sample::Series(d))).collect();
-    let dashed = dashed(chart);
-    let references = chart.references.iter().enumerate();
-    entries.extend(references.map(|(k, r)| {
-        let sample = Sample::ReferenceLine(r.direction, dashed + k);
-        (r.name.as_str(), sample)
-    }));
-    let bands = chart.bands.iter();
-    entries.extend(bands.map(|b| (b.name.as_str(), Sample::Band)));
-    entries.retain(|(name, _)| !name.trim().is_empty());
-    let names: Vec<&str> = entries.iter().map(|(name, _)| *name).collect();
-    let legend = layout.legend(&names, &ink(chart, &layout, &drawn), chart.legend);
+    let entries: Vec<&Drawn<'_>> = drawn.iter().filter(|d| !d.name.trim().is_empty()).collect();
+    let widest = entries.iter().map(|d| d.name.chars().count() as i32).max().unwrap_or(0) * 7 + 48;
+    let columns = (width / widest.max(1)).clamp(1, entries.len().max(1) as i32) as usize;
+    let rows = entries.len().div_ceil(columns);
+    let size = [width, height + ROW * rows as i32 + if rows > 0 { 6 } else { 0 }];
 
-    let [width, mut height] = layout.size;
-    height += legend.as_ref().map_or(0.0, |legend| legend.height);
     let mut text = String::new();
-    let failed = |what: Failure| chart.error(what);
-    let mut canvas = Canvas::new(&mut text, width, height);
-    canvas.fill([0.0, 0.0], [width, height], WHITE).map_err(failed)?;
-    canvas.plot(chart, &layout, &drawn).map_err(failed)?;
-    if let Some(legend) = &legend {
-        canvas.legend(legend, &entries).map_err(failed)?;
+    let paint = |text: &mut String| -> Result<(), Box<dyn std::error::Error>> {
+        let root = Svg::with_string(text, ((size[0] * PIXEL) as u32, (size[1] * PIXEL) as u32)).into_drawing_area();
+        root.fill(&WHITE)?;
+        let (upper, lower) = root.split_vertically(height * PIXEL);
+        plot(chart, &upper, ranges, &drawn)?;
+        let lower = lower.margin(0, 6 * PIXEL, EDGE * PIXEL, 0);
+        let cells = if rows > 0 { lower.split_evenly((rows, columns)) } else { Vec::new() };
+        for (entry, cell) in entries.iter().zip(cells) {
+            legend(entry, &cell)?;
+        }
+        root.present()?;
+        Ok(())
+    };
+    paint(&mut text).map_err(|failure| chart.error(failure.to_string()))?;
+    let units = size.map(|side| side * PIXEL);
+    let given = format!("width=\"{}\" height=\"{}\"", units[0], units[1]);
+    Ok(text.replacen(&given, &format!("width=\"{}\" height=\"{}\"", size[0], size[1]), 1))
+}
+
+/// Axes, bands, lines and markers.
+fn plot<'a>(
+    chart: &Chart,
+    area: &DrawingArea<Svg<'a>, Shift>,
+    [x, y]: Ranges,
+    drawn: &[Drawn<'_>],
+) -> Result<(), Box<dyn std::error::Error>> {
+    let mut builder = ChartBuilder::on(area);
+    builder.margin(EDGE * PIXEL).margin_left(0).margin_bottom(0);
+    builder.set_label_area_size(LabelAreaPosition::Left, LEFT * PIXEL);
+    builder.set_label_area_size(LabelAreaPosition::Bottom, BENEATH * PIXEL);
+    if !chart.title.is_empty() {
+        builder.margin_top((EDGE + TITLE) * PIXEL);
+        let size = (14 * PIXEL).min((area.dim_in_pixel().0 as i32 * 9 / 5) / chart.title.chars().count().max(1) as i32);
+        let style = TextStyle::from((FONT, size)).pos(Pos::new(HPos::Center, VPos::Center));
+        area.draw(&Text::new(
+            chart.title.clone(),
+            (area.dim_in_pixel().0 as i32 / 2, (EDGE + TITLE) * PIXEL / 2),
+            style,
+        ))?;
     }
-    canvas.finish().map_err(failed)?;
-    Ok(finish(&text, width, height))
+    let mut plot = builder.build_cartesian_2d(x.0..x.1, y.0..y.1)?;
+    let label = |scale: Scale, (low, high): (f64, f64)| {
+        move |even: &f64| match scale {
+            Scale::Linear => short(*even, high - low),
+            Scale::Logarithmic if (even - even.round()).abs() < 1e-9 => power_of_ten(even.round() as i32),
+            Scale::Logarithmic => format!("{:.1e}", 10f64.powf(*even)),
+        }
+    };
+    // At most one tick per decade.
+    let count = |scale: Scale, (low, high): (f64, f64), most: i32| match scale {
+        Scale::Logarithmic if high - low >= 2.0 => ((high - low) as usize + 1).min(most as usize),
+        _ => most as usize,
+    };
+    let (across, up) = plot.plotting_area().dim_in_pixel();
+    plot.configure_mesh()
+        .x_desc(chart.x.label.as_str())
+        .y_desc(chart.y.label.as_str())
+        .axis_desc_style((FONT, 13 * PIXEL))
+        .label_style((FONT, 12 * PIXEL))
+        .x_labels(count(chart.x.scale, x, (across as i32 / (75 * PIXEL)).clamp(2, 9)))
+        .y_labels(count(chart.y.scale, y, (up as i32 / (42 * PIXEL)).clamp(2, 12)))
+        .x_label_formatter(&label(chart.x.scale, x))
+        .y_label_formatter(&label(chart.y.scale, y))
+        .set_all_tick_mark_size(5 * PIXEL)
+        .axis_style(BLACK.stroke_width(PIXEL as u32))
+        .bold_line_style(GRID.stroke_width(PIXEL as u32))
+        .light_line_style(TRANSPARENT)
+        .draw()?;
+    for band in &chart.bands {
+        let [low, high] = [band.lower, band.upper].map(|end| match chart.y.scale.forward(end) {
+            even if even.is_nan() => y.0,
+            even => even.clamp(y.0, y.1),
+        });
+        plot.draw_series([Rectangle::new([(x.0, low), (x.1, high)], SHADE.filled())])?;
+    }
+    for (k, series) in drawn.iter().enumerate() {
+        lines(&mut plot, series, k < chart.series.len())?;
+    }
+    Ok(())
 }
 
-/// Gives the picture its size in pixels and raises superscripts, which plotters has no words for.
-fn finish(text: &str, width: f64, height: f64) -> String {
-    let drawn = format!("width=\"{}\" height=\"{}\"", units(width), units(height));
-    let shown = format!(
-        "width=\"{}\" height=\"{}\" stroke-linejoin=\"round\" stroke-linecap=\"butt\"",
-        width.ceil(),
-        height.ceil()
-    );
-    let raise = format!("<tspan dy=\"-0.5em\" font-size=\"{}%\">", SUPERSCRIPT * 100.0);
-    text.replacen(&drawn, &shown, 1).replace(RAISE, &raise).replace(LOWER, "</tspan>")
+/// The lines and the markers of a series.
+fn lines<'a>(plot: &mut Plot<'_, 'a>, drawn: &Drawn<'_>, marked: bool) -> Result<(), Box<dyn std::error::Error>> {
+    if drawn.width > 0 {
+        for run in &drawn.runs {
+            plot.draw_series([path(drawn, run.clone())])?;
+        }
+    }
+    if marked && drawn.marker != Marker::None {
+        // Many particles need small dots.
+        let radius = match drawn.points.len() {
+            0..=60 => 38,
+            61..=300 => 28,
+            301..=1500 => 20,
+            _ => 12,
+        };
+        let area = plot.plotting_area().strip_coord_spec();
+        let (left, top) = area.get_base_pixel();
+        for at in &drawn.points {
+            let (x, y) = plot.plotting_area().map_coordinate(at);
+            area.draw(&marker(drawn.marker, (x - left, y - top), radius, drawn.colour))?;
+        }
+    }
+    Ok(())
 }
 
-/// Decides colours and markers and cuts the lines at the frame.
-fn resolve<'a>(chart: &'a Chart, layout: &Layout) -> Vec<Drawn<'a>> {
+/// A sample and the name of a series.
+fn legend<'a>(drawn: &Drawn<'_>, cell: &DrawingArea<Svg<'a>, Shift>) -> Result<(), Box<dyn std::error::Error>> {
+    let middle = cell.dim_in_pixel().1 as i32 / 2;
+    if drawn.width > 0 {
+        cell.draw(&path(drawn, vec![(0, middle), (28 * PIXEL, middle)]))?;
+    }
+    if drawn.marker != Marker::None {
+        cell.draw(&marker(drawn.marker, (14 * PIXEL, middle), 38, drawn.colour))?;
+    }
+    let style = TextStyle::from((FONT, 12 * PIXEL)).pos(Pos::new(HPos::Left, VPos::Center));
+    cell.draw(&Text::new(drawn.name.to_owned(), (36 * PIXEL, middle), style))?;
+    Ok(())
+}
+
+fn path<'a, C: Clone + 'static>(drawn: &Drawn<'_>, points: Vec<C>) -> DynElement<'static, Svg<'a>, C> {
+    let style = drawn.colour.stroke_width((drawn.width * PIXEL / 2) as u32);
+    match drawn.dash {
+        Some(dash) => DashedPathElement::new(points, dash * PIXEL, 4 * PIXEL, style).into_dyn(),
+        None => PathElement::new(points, style).into_dyn(),
+    }
+}
+
+fn marker<'a>(shape: Marker, (x, y): (i32, i32), r: i32, colour: RGBColor) -> DynElement<'static, Svg<'a>, (i32, i32)> {
+    let (full, far) = (colour.filled(), r + r / 3);
+    match shape {
+        Marker::Square => Rectangle::new([(x - r, y - r), (x + r, y + r)], full).into_dyn(),
+        Marker::Triangle => TriangleMarker::new((x, y), far, full).into_dyn(),
+        Marker::Diamond => Polygon::new(vec![(x - far, y), (x, y - far), (x + far, y), (x, y + far)], full).into_dyn(),
+        Marker::Cross => Cross::new((x, y), r, colour.stroke_width(14)).into_dyn(),
+        _ => Circle::new((x, y), r, full).into_dyn(),
+    }
+}
+
+/// Decides colours and markers and cuts lines at the edges of the plot: series, reference lines, bands.
+fn resolve<'a>(chart: &'a Chart, ranges: &Ranges) -> Vec<Drawn<'a>> {
     let (mut colours, mut markers) = (PALETTE.iter().cycle(), MARKERS.iter().cycle());
-    let mut drawn = Vec::with_capacity(chart.series.len());
-    let mut dash = 0;
+    let mut dashes = 0;
+    let mut dash = || {
+        dashes += 1;
+        Some([7, 2, 11, 4][(dashes - 1) % 4])
+    };
+    let mut drawn: Vec<Drawn<'a>> = Vec::new();
     for series in &chart.series {
         let colour = match series.colour {
-            Colour::Automatic => colours.next().copied().unwrap_or(Colour::Blue),
+            Colour::Automatic => colours.next().copied().unwrap_or_default(),
             chosen => chosen,
         };
         let marker = match series.marker {
-            Marker::Automatic => markers.next().copied().unwrap_or(Marker::Circle),
+            Marker::Automatic => markers.next().copied().unwrap_or_default(),
             chosen => chosen,
         };
-        let (mut runs, mut points) = (Vec::new(), Vec::new());
-        for path in &series.paths {
-            let mut previous: Option<[f64; 2]> = None;
-            let mut run: Vec<[f64; 2]> = Vec::new();
-            for &value in path {
-                let at = layout.place(value);
-                points.extend(at.filter(|&at| layout.contains(at)));
-                let segment = previous.zip(at).and_then(|(a, b)| layout.clip(a, b));
-                match segment {
-                    Some([a, b]) => {
-                        if run.last().is_some_and(|&last| last != a) {
-                            runs.push(std::mem::take(&mut run));
-                        }
-                        if run.is_empty() {
-                            run.push(a);
-                        }
-                        run.push(b);
-                    }
-                    None if !run.is_empty() => runs.push(std::mem::take(&mut run)),
-                    None => {}
-                }
-                previous = at;
-            }
-            if !run.is_empty() {
-                runs.push(run);
-            }
-        }
-        // Many particles need small dots.
-        let radius = match points.len() {
-            0..=60 => 3.8,
-            61..=300 => 2.8,
-            301..=1500 => 2.0,
-            _ => 1.2,
-        };
-        drawn.push(Drawn { series, colour: rgb(colour), marker, radius, dash, runs, points });
-        dash += usize::from(series.stroke == Stroke::Dashed);
+        let (runs, points) = visible(chart, series, ranges);
+        let dash = if series.stroke == Stroke::Dashed { dash() } else { None };
+        let width = if series.stroke == Stroke::None { 0 } else { 3 };
+        drawn.push(Drawn { name: &series.name, colour: rgb(colour), width, dash, marker, runs, points });
     }
+    let line = |name, colour, width, dash, run: Vec<(f64, f64)>| {
+        let runs = if run.is_empty() { Vec::new() } else { vec![run] };
+        Drawn { name, colour, width, dash, marker: Marker::None, runs, points: Vec::new() }
+    };
+    for reference in &chart.references {
+        let [x, y] = *ranges;
+        let ends = match reference.direction {
+            Direction::Horizontal => [x.0, x.1].map(|x| (x, chart.y.scale.forward(reference.value))),
+            Direction::Vertical => [y.0, y.1].map(|y| (chart.x.scale.forward(reference.value), y)),
+        };
+        let run = clip(ranges, ends[0], ends[1]).map_or(Vec::new(), Vec::from);
+        drawn.push(line(reference.name.as_str(), BLACK, 2, dash(), run));
+    }
+    drawn.extend(chart.bands.iter().map(|band| line(band.name.as_str(), SHADE, 20, None, Vec::new())));
     drawn
 }
 
-/// Pixels that a legend must not cover.
-fn ink(chart: &Chart, layout: &Layout, drawn: &[Drawn<'_>]) -> Vec<[f64; 2]> {
-    let mut ink = Vec::new();
-    for series in drawn {
-        if series.marker != Marker::None {
-            ink.extend(&series.points);
-        }
-        if series.series.stroke != Stroke::None {
-            for run in &series.runs {
-                trace(run, &mut ink);
+/// The visible runs of a series and its visible points.
+fn visible(chart: &Chart, series: &Series, ranges: &Ranges) -> (Vec<Vec<(f64, f64)>>, Vec<(f64, f64)>) {
+    let (mut runs, mut points) = (Vec::new(), Vec::new());
+    for path in &series.paths {
+        let mut run: Vec<(f64, f64)> = Vec::new();
+        let mut previous = None;
+        for &[x, y] in path {
+            let at = (chart.x.scale.forward(x), chart.y.scale.forward(y));
+            let at = (at.0.is_finite() && at.1.is_finite()).then_some(at);
+            points.extend(at.filter(|&at| clip(ranges, at, at).is_some()));
+            let piece = previous.zip(at).and_then(|(from, to)| clip(ranges, from, to));
+            if piece.is_none_or(|[from, _]| run.last() != Some(&from)) && !run.is_empty() {
+                runs.push(std::mem::take(&mut run));
             }
+            if let Some([from, to]) = piece {
+                if run.is_empty() {
+                    run.push(from);
+                }
+                run.push(to);
+            }
+            previous = at;
         }
+        runs.push(run);
     }
-    for reference in &chart.references {
-        trace(&crossing(layout, chart, reference.direction, reference.value), &mut ink);
-    }
-    for band in &chart.bands {
-        let (top, bottom) = edges(layout, chart.y.scale, band);
-        let mut y = top;
-        while y <= bottom {
-            trace(&[[layout.plot.left, y], [layout.plot.right(), y]], &mut ink);
-            y += 4.0;
-        }
-    }
-    ink
+    runs.retain(|run| !run.is_empty());
+    (runs, points)
 }
 
-/// Points along a line, close enough that no legend falls between two.
-fn trace(run: &[[f64; 2]], ink: &mut Vec<[f64; 2]>) {
-    for pair in run.windows(2) {
-        let [dx, dy] = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
-        let pieces = (dx.hypot(dy) / 4.0).ceil().max(1.0) as usize;
-        ink.extend((0..=pieces).map(|k| {
-            let t = k as f64 / pieces as f64;
-            [pair[0][0] + t * dx, pair[0][1] + t * dy]
-        }));
+/// The part of a line inside the plot (Liang and Barsky).
+fn clip(ranges: &Ranges, a: (f64, f64), b: (f64, f64)) -> Option<[(f64, f64); 2]> {
+    let (mut enter, mut leave) = (0.0f64, 1.0f64);
+    for ((low, high), a, b) in [(ranges[0], a.0, b.0), (ranges[1], a.1, b.1)] {
+        if a == b {
+            if !(low..=high).contains(&a) {
+                return None;
+            }
+            continue;
+        }
+        let (t0, t1) = ((low - a) / (b - a), (high - a) / (b - a));
+        enter = enter.max(t0.min(t1));
+        leave = leave.min(t0.max(t1));
     }
+    // Lines from far away meet the edge with a rounding of their own size.
+    let inside = |(x, y): (f64, f64)| (x.clamp(ranges[0].0, ranges[0].1), y.clamp(ranges[1].0, ranges[1].1));
+    let at = |t: f64| inside((a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1)));
+    (enter <= leave).then(|| [if enter == 0.0 { a } else { at(enter) }, if leave == 1.0 { b } else { at(leave) }])
+}
+
+/// 10 with a raised exponent.
+fn power_of_ten(exponent: i32) -> String {
+    let raised = |c: char| match c.to_digit(10) {
+        Some(digit) => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize],
+        None => '⁻',
+    };
+    "10".chars().chain(exponent.to_string().chars().map(raised)).collect()
 }
 
 fn rgb(colour: Colour) -> RGBColor {
     match colour {
         Colour::Automatic | Colour::Blue => RGBColor(0x00, 0x72, 0xB2),
-        Colour::Black => RGBColor(0x00, 0x00, 0x00),
+        Colour::Black => BLACK,
         Colour::Grey => RGBColor(0x8C, 0x8C, 0x8C),
         Colour::Vermilion => RGBColor(0xD5, 0x5E, 0x00),
         Colour::Green => RGBColor(0x00, 0x9E, 0x73),
@@ -170,5 +334,19 @@ fn rgb(colour: Colour) -> RGBColor {
         Colour::Orange => RGBColor(0xE6, 0x9F, 0x00),
         Colour::Sky => RGBColor(0x56, 0xB4, 0xE9),
         Colour::Rgb(red, green, blue) => RGBColor(red, green, blue),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_cut_at_the_edges() {
+        let ranges = [(0.0, 1.0), (0.0, 2.0)];
+        assert_eq!(clip(&ranges, (-1.0, 1.0), (3.0, 1.0)), Some([(0.0, 1.0), (1.0, 1.0)]));
+        assert_eq!(clip(&ranges, (0.5, 0.5), (0.5, 0.5)), Some([(0.5, 0.5); 2]));
+        assert_eq!(clip(&ranges, (-1.0, 1.0), (0.5, 4.0)), None);
+        assert_eq!(power_of_ten(-12), "10⁻¹²");
     }
 }
