@@ -1,10 +1,12 @@
 //! Points, blocks, planar regions and the names of boundary parts.
 
+mod bounds;
 #[cfg(feature = "solve")]
 mod morton;
 mod outline;
 mod region;
 
+pub(crate) use bounds::Bounds;
 #[cfg(feature = "solve")]
 pub(crate) use morton::Morton;
 pub(crate) use outline::Curve;

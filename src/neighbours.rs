@@ -1,10 +1,10 @@
-//! Neighbour search: by a grid of bins for particles that cover a point, by a tree for neighbours of a rank.
+//! Spatial search: a grid of bins for particles that cover a point, a tree of boxes for all else.
 
-mod tree;
+mod box_tree;
 
-pub(crate) use tree::distances;
+pub(crate) use box_tree::BoxTree;
 
-use crate::geometry::Point;
+use crate::geometry::{Bounds, Point};
 use crate::particles::Particles;
 
 /// A grid of bins that lists, for each bin, the particles whose support touches it.
@@ -34,7 +34,7 @@ const FINER: usize = 8;
 impl<const D: usize> BinGrid<D> {
     pub(crate) fn new(particles: &Particles<D>) -> Self {
         let all: Vec<u32> = (0..particles.positions().len() as u32).collect();
-        let everywhere = [Point::<D>::repeat(f64::NEG_INFINITY), Point::<D>::repeat(f64::INFINITY)];
+        let everywhere = Bounds { low: Point::repeat(f64::NEG_INFINITY), high: Point::repeat(f64::INFINITY) };
         let mut grid = BinGrid::over(particles, &all, everywhere);
         grid.fill(particles, &all);
         grid.refine(particles);
@@ -42,17 +42,15 @@ impl<const D: usize> BinGrid<D> {
     }
 
     /// The bins, still empty, over what some particles cover of a box.
-    fn over(particles: &Particles<D>, some: &[u32], [low, high]: [Point<D>; 2]) -> Self {
-        let mut min = Point::<D>::repeat(f64::INFINITY);
-        let mut max = Point::<D>::repeat(f64::NEG_INFINITY);
+    fn over(particles: &Particles<D>, some: &[u32], room: Bounds<D>) -> Self {
+        let mut covered = Bounds::none();
         let mut mean = Point::<D>::zeros();
         for &particle in some {
             let (x, half) = (particles.positions()[particle as usize], half_widths(particles, particle));
-            min = min.inf(&(x - half));
-            max = max.sup(&(x + half));
+            covered = covered.join(&Bounds { low: x - half, high: x + half });
             mean += half / some.len() as f64;
         }
-        let (min, max) = (min.sup(&low), max.inf(&high));
+        let (min, max) = (covered.low.sup(&room.low), covered.high.inf(&room.high));
         // Bins half a support wide keep the lists short at a bounded number of entries per particle.
         let mut ideal = Point::<D>::from_fn(|i, _| (2.0 * (max[i] - min[i]) / mean[i]).max(1.0));
         let bins: f64 = ideal.iter().product();
@@ -110,7 +108,7 @@ impl<const D: usize> BinGrid<D> {
             let corner = |more: usize| {
                 Point::<D>::from_fn(|i, _| self.min[i] + (place[i] + more) as f64 / self.inverse_width[i])
             };
-            let mut grid = BinGrid::over(particles, list, [corner(0), corner(1)]);
+            let mut grid = BinGrid::over(particles, list, Bounds { low: corner(0), high: corner(1) });
             if grid.counts.iter().product::<usize>() < FINER {
                 continue;
             }

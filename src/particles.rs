@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, SMatrix};
 
 use crate::error::ApproximationError;
 use crate::geometry::Point;
-use crate::neighbours::distances;
+use crate::neighbours::BoxTree;
 
 /// The support of one kernel function.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,7 +107,10 @@ impl<const D: usize> Particles<D> {
             return Err(ApproximationError::Particle { particle: 0, what: "no neighbour has this rank", remedy });
         }
         check_positions(&positions)?;
-        let distances = |rank| distances(&positions, rank);
+        let tree = BoxTree::of(&positions);
+        let distances = |rank| -> Vec<f64> {
+            positions.iter().enumerate().map(|(own, x)| tree.distance_by_rank(own, x, rank)).collect()
+        };
         if rank == 1 && positions.len() > 2 {
             // Of two particles at one place each would have a support that holds nothing else.
             let second = distances(2);

@@ -1,16 +1,20 @@
 //! Cells of scattered particles: triangles.
 
 use crate::error::{ApproximationError, GeometryError};
-use crate::geometry::{Part, Point, Region};
+use crate::geometry::{Bounds, Part, Point, Region};
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::edges::{facets, plain_facets};
-use super::mesh::{Mesh, NONE, collapse, cross};
+use super::locator::Locator;
+use super::mesh::{Mesh, collapse, cross};
 use super::nodal_polygons::dual_polygons;
 use super::polygons::Polygons;
 use super::scatter::{Spacing, factor_for, scatter};
 use super::{BoundaryCells, Cells, Scatter, Smoothing, Zones};
+
+/// How far outside its triangle a point may lie, as a part of its height: chords cut arcs.
+const SLACK: f64 = 0.1;
 
 /// Particles in a planar region and the triangles between them: a constrained Delaunay triangulation.
 ///
@@ -34,7 +38,7 @@ pub struct Triangulation {
     pub(crate) mesh: Mesh,
     names: Vec<String>,
     spacings: Vec<f64>,
-    locator: Locator,
+    locator: Locator<2>,
 }
 
 impl Triangulation {
@@ -102,8 +106,7 @@ impl Triangulation {
                 0.5 * (distances[p] + sum / row(p).len() as f64)
             })
             .collect();
-        let locator = Locator::new(&mesh);
-        Triangulation { mesh, names: region.names.clone(), spacings, locator }
+        Triangulation { mesh, names: region.names.clone(), spacings, locator: Locator::default() }
     }
 
     /// Particles of each triangle, counter-clockwise.
@@ -295,78 +298,9 @@ impl Cells<2> for Triangulation {
     }
 
     fn contains(&self, at: &Point<2>) -> bool {
-        self.locator.contains(&self.mesh, at)
-    }
-}
-
-/// Finds the triangle of a point by a grid of lists.
-#[derive(Debug, Clone)]
-struct Locator {
-    min: Point<2>,
-    inverse: Point<2>,
-    counts: [usize; 2],
-    offsets: Vec<u32>,
-    entries: Vec<u32>,
-}
-
-/// How far outside its triangle a point may lie, as a part of its height: chords cut arcs.
-const SLACK: f64 = 0.1;
-
-impl Locator {
-    fn new(mesh: &Mesh) -> Self {
-        let mut min = Point::<2>::repeat(f64::INFINITY);
-        let mut max = Point::<2>::repeat(f64::NEG_INFINITY);
-        for x in &mesh.positions {
-            min = min.zip_map(x, f64::min);
-            max = max.zip_map(x, f64::max);
-        }
-        let extent = max - min;
-        let width = (extent[0] * extent[1] / mesh.triangles.len() as f64).sqrt();
-        let counts = [0, 1].map(|i| ((extent[i] / width) as usize + 1).min(mesh.triangles.len()));
-        let inverse = Point::<2>::new(counts[0] as f64 / extent[0], counts[1] as f64 / extent[1]);
-        let mut locator =
-            Locator { min, inverse, counts, offsets: vec![0; counts[0] * counts[1] + 1], entries: Vec::new() };
-        for triangle in 0..mesh.triangles.len() {
-            locator.bins(mesh, triangle, |bin, this| this.offsets[bin + 1] += 1);
-        }
-        for bin in 0..counts[0] * counts[1] {
-            locator.offsets[bin + 1] += locator.offsets[bin];
-        }
-        let mut cursor = locator.offsets.clone();
-        locator.entries = vec![NONE; *cursor.last().unwrap_or(&0) as usize];
-        for triangle in 0..mesh.triangles.len() {
-            locator.bins(mesh, triangle, |bin, this| {
-                this.entries[cursor[bin] as usize] = triangle as u32;
-                cursor[bin] += 1;
-            });
-        }
-        locator
-    }
-
-    fn bins(&mut self, mesh: &Mesh, triangle: usize, mut visit: impl FnMut(usize, &mut Self)) {
-        let corners = mesh.corners(triangle);
-        let low = corners[0].zip_map(&corners[1], f64::min).zip_map(&corners[2], f64::min);
-        let high = corners[0].zip_map(&corners[1], f64::max).zip_map(&corners[2], f64::max);
-        let margin = (high - low) * SLACK;
-        let (low, high) = (low - margin, high + margin);
-        for row in self.bin(low[1], 1)..=self.bin(high[1], 1) {
-            for column in self.bin(low[0], 0)..=self.bin(high[0], 0) {
-                visit(row * self.counts[0] + column, self);
-            }
-        }
-    }
-
-    fn bin(&self, value: f64, axis: usize) -> usize {
-        (((value - self.min[axis]) * self.inverse[axis]).max(0.0) as usize).min(self.counts[axis] - 1)
-    }
-
-    fn contains(&self, mesh: &Mesh, at: &Point<2>) -> bool {
-        if !at.iter().all(|x| x.is_finite()) {
-            return false;
-        }
-        let bin = self.bin(at[1], 1) * self.counts[0] + self.bin(at[0], 0);
-        self.entries[self.offsets[bin] as usize..self.offsets[bin + 1] as usize].iter().any(|&triangle| {
-            let [a, b, c] = mesh.corners(triangle as usize);
+        let around = |triangle| Bounds::of(&self.mesh.corners(triangle)).grown(SLACK);
+        self.locator.any(self.mesh.triangles.len(), at, around, |triangle| {
+            let [a, b, c] = self.mesh.corners(triangle);
             let slack = -SLACK * cross(a, b, c);
             [cross(*at, a, b), cross(*at, b, c), cross(*at, c, a)].iter().all(|part| *part >= slack)
         })

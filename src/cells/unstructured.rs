@@ -2,7 +2,7 @@
 
 mod bricks;
 mod faces;
-mod locator;
+mod inside;
 mod traces;
 
 use crate::error::{ApproximationError, Error, GeometryError, MeshError};
@@ -12,11 +12,11 @@ use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::brick::{area_vector, multilinear};
+use super::locator::Locator;
 use super::zones::{Graph, stars};
 use super::{BoundaryCells, Cells, Smoothing, Zones};
 use bricks::{interior, opposite, side_points};
 use faces::{Faces, Piece};
-use locator::Locator;
 
 /// Particles at the nodes of a mesh, its cells between them: tetrahedra, hexahedra and prisms in space, triangles and
 /// quadrangles in the plane, mixed as they come.
@@ -102,7 +102,7 @@ impl<const D: usize> Unstructured<D> {
         let edges = Graph::sharing(mesh.points().len(), edges);
         let spacings = smoothed_spacings(mesh.points(), &edges);
         let cells =
-            Unstructured { mesh: mesh.clone(), faces, around, on_boundary, spacings, locator: Locator::new(mesh) };
+            Unstructured { mesh: mesh.clone(), faces, around, on_boundary, spacings, locator: Locator::default() };
         // Torn meshes have nodes at one place.
         if let Err(error) = cells.particles(1.0) {
             let ApproximationError::Particle { particle, .. } = error else { return Err(error.into()) };
@@ -367,6 +367,7 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
     }
 
     fn contains(&self, at: &Point<D>) -> bool {
-        self.locator.contains(&self.mesh, at)
+        let around = |cell| inside::around(&self.mesh, cell);
+        self.locator.any(self.mesh.cell_count(), at, around, |cell| inside::holds(&self.mesh, cell, at))
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::cells::Cells;
 use crate::error::{Error, GeometryError};
-use crate::geometry::Point;
+use crate::geometry::{Bounds, Point};
 use crate::paper::Cover;
 use crate::shape::{Approximation, ShapeFunctions};
 
@@ -78,13 +78,11 @@ fn joined<const D: usize>(gaps: &[Gap<D>], particles: usize) -> Vec<UncoveredReg
             continue;
         }
         let (mut region, mut open) = (Vec::new(), vec![first]);
-        let (mut low, mut high) = (Point::<D>::repeat(f64::INFINITY), Point::<D>::repeat(f64::NEG_INFINITY));
+        let mut bounds = Bounds::none();
         while let Some(gap) = open.pop() {
             let Gap { cell, corners, lost } = &gaps[gap];
             region.push(*cell);
-            for x in lost {
-                (low, high) = (low.inf(x), high.sup(x));
-            }
+            bounds = bounds.join(&Bounds::of(lost));
             for &corner in corners {
                 for &other in &holders[corner] {
                     if !std::mem::replace(&mut seen[other], true) {
@@ -94,7 +92,10 @@ fn joined<const D: usize>(gaps: &[Gap<D>], particles: usize) -> Vec<UncoveredReg
             }
         }
         region.sort_unstable();
-        regions.push(UncoveredRegion { cells: region, bounds: [low.as_slice().to_vec(), high.as_slice().to_vec()] });
+        regions.push(UncoveredRegion {
+            cells: region,
+            bounds: [bounds.low, bounds.high].map(|end| end.as_slice().to_vec()),
+        });
     }
     regions
 }

@@ -3,7 +3,7 @@
 use nalgebra::SMatrix;
 
 use crate::error::GeometryError;
-use crate::geometry::{Curve, Point, Turn};
+use crate::geometry::{Bounds, Curve, Point, Turn};
 
 use super::{Nearest, Surface};
 
@@ -167,13 +167,7 @@ impl Surface<2> for Profile {
     }
 
     fn depth(&self) -> f64 {
-        let points = self.drawn(16);
-        let (mut low, mut high) = (Point::<2>::repeat(f64::INFINITY), Point::<2>::repeat(f64::NEG_INFINITY));
-        for x in &points {
-            low = low.zip_map(x, f64::min);
-            high = high.zip_map(x, f64::max);
-        }
-        let extent = high - low;
+        let extent = Bounds::of(&self.drawn(16)).extent();
         if self.is_closed() { 0.5 * extent.min() } else { 0.5 * extent.max() }
     }
 

@@ -39,4 +39,3 @@ pub use results::contact_state::{ContactPoint, ContactState};
 pub use results::picture::Field;
 pub use results::recovery::StressField;
 pub use results::rigid_motion::RigidMotion;
-pub(crate) use results::transfer::Nearest;

@@ -1,10 +1,8 @@
 //! Lagrange finite elements on lattices: the second implementer of [`Approximation`], to compare with.
 
-use std::cell::RefCell;
-
 use crate::cells::{Lattice, Locator, Zones, determinant, ravel, unravel};
 use crate::error::{ApproximationError, GeometryError};
-use crate::geometry::{Part, Point, Side};
+use crate::geometry::{Bounds, Part, Point, Side};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::{Approximation, ShapeFunctions};
@@ -184,15 +182,8 @@ impl<const D: usize> FiniteElements<D> {
     }
 
     /// A box around an element, wider than that of its nodes: curved sides bulge.
-    fn around(&self, element: usize) -> [Point<D>; 2] {
-        let mut low = Point::<D>::repeat(f64::INFINITY);
-        let mut high = Point::<D>::repeat(f64::NEG_INFINITY);
-        for node in self.element_nodes(element) {
-            low = low.inf(&self.lattice.positions()[node]);
-            high = high.sup(&self.lattice.positions()[node]);
-        }
-        let margin = (high - low) * MARGIN;
-        [low - margin, high + margin]
+    fn around(&self, element: usize) -> Bounds<D> {
+        Bounds::of(self.element_nodes(element).map(|node| &self.lattice.positions()[node])).grown(MARGIN)
     }
 
     /// Position and derivative columns of the isoparametric map.
@@ -287,23 +278,19 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
         }
         // Slack in local coordinates, so that points on the boundary are inside whatever the rounding.
         const SLACK: f64 = 1e-9;
-        let candidates = RefCell::new(Vec::new());
+        let mut candidates = Vec::new();
         self.locator.any(
-            &self.elements,
+            self.elements.iter().product(),
             at,
             |element| self.around(element),
             |element| {
-                let [low, high] = self.around(element);
-                if (0..D).all(|i| at[i] >= low[i] && at[i] <= high[i]) {
-                    candidates.borrow_mut().push(element);
-                }
+                candidates.push(element);
                 false
             },
         );
-        let mut candidates = candidates.into_inner();
         candidates.sort_unstable();
         for element in candidates {
-            let [low, high] = self.around(element);
+            let Bounds { low, high } = self.around(element);
             let mut local = Point::<D>::repeat(0.5);
             let mut miss = f64::INFINITY;
             for _ in 0..30 {

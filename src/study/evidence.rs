@@ -6,7 +6,8 @@ use crate::error::Error;
 use crate::geometry::Point;
 use crate::linear::vector::{dot, norm};
 use crate::material::Material;
-use crate::scene::{Nearest, Problem};
+use crate::neighbours::BoxTree;
+use crate::scene::Problem;
 use crate::shape::ShapeFunctions;
 use crate::tensor::cofactor;
 use crate::term::View;
@@ -217,13 +218,13 @@ impl<'a, const D: usize> Carry<'a, D> {
         let particles = to.cells().positions();
         let (given, own) = (from.first().values_at(particles)?, to.first().values_at(particles)?);
         let table = from.body().table();
-        let nearest = Nearest::new(table.positions())?;
+        let nearest = BoxTree::of(table.positions());
         let mut of = vec![0; table.len()];
         for cluster in 0..table.clusters().len() {
             of[table.clusters().points(cluster)].fill(cluster);
         }
         let positions = to.body().table().positions();
-        let clusters = positions.iter().map(|x| of[nearest.to(x)]).collect();
+        let clusters = positions.iter().map(|x| of[nearest.nearest(x).unwrap_or(0)]).collect();
         Ok(Carry { from, given, own, clusters, positions })
     }
 

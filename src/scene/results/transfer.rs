@@ -2,9 +2,7 @@
 
 use crate::compiled::compiled;
 use crate::error::{ApproximationError, Error};
-use crate::geometry::Point;
-use crate::neighbours::BinGrid;
-use crate::particles::{Particles, Support};
+use crate::neighbours::BoxTree;
 use crate::solve::State;
 
 use crate::term::Term;
@@ -41,16 +39,17 @@ impl<const D: usize> Problem<D> {
             }
             let place = from.discrete_bodies.iter().position(|m| m.name == other.name).unwrap_or(0);
             if let Some(pressures) = other.pressures(place, state) {
-                let nearest = Nearest::new(other.body.table().positions())?;
-                let condensed = discrete_body.body.condensed_of(|x| pressures[nearest.to(x)]);
+                let nearest = BoxTree::of(other.body.table().positions());
+                let condensed = discrete_body.body.condensed_of(|x| pressures[nearest.nearest(x).unwrap_or(0)]);
                 if let Some(own) = guess.condensed.get_mut(number).filter(|own| own.len() >= condensed.len()) {
                     own[..condensed.len()].copy_from_slice(&condensed);
                 }
             }
             let range = Term::internal_variables(&*discrete_body.body);
             if let (false, Some(given)) = (range.is_empty(), state.condensed.get(place)) {
-                let nearest = Nearest::new(other.body.table().positions())?;
-                let internal_variables = discrete_body.body.memory_from(&other.body, given, |x| nearest.to(x));
+                let nearest = BoxTree::of(other.body.table().positions());
+                let internal_variables =
+                    discrete_body.body.memory_from(&other.body, given, |x| nearest.nearest(x).unwrap_or(0));
                 if let (Some(internal_variables), Some(condensed)) =
                     (internal_variables, guess.condensed.get_mut(number))
                 {
@@ -60,35 +59,5 @@ impl<const D: usize> Problem<D> {
         }
         self.transfer_frames(from, state, &mut guess);
         Ok(guess)
-    }
-}
-
-/// Finds the nearest of many points.
-pub(crate) struct Nearest<const D: usize> {
-    points: Particles<D>,
-    bins: BinGrid<D>,
-}
-
-impl<const D: usize> Nearest<D> {
-    pub(crate) fn new(points: &[Point<D>]) -> Result<Self, Error> {
-        let (mut low, mut high) = (Point::<D>::repeat(f64::INFINITY), Point::<D>::repeat(f64::NEG_INFINITY));
-        for x in points {
-            low = low.zip_map(x, f64::min);
-            high = high.zip_map(x, f64::max);
-        }
-        // A few points wide: what lies in a gap of that size is searched for among all.
-        let each = 4.0 / (points.len() as f64).powf(1.0 / D as f64);
-        let half = (high - low).map(|extent| extent * each + f64::MIN_POSITIVE);
-        let supports = vec![Support::Box(half); points.len()];
-        let points = Particles::new(points.to_vec(), supports)?;
-        let bins = BinGrid::new(&points);
-        Ok(Nearest { points, bins })
-    }
-
-    pub(crate) fn to(&self, x: &Point<D>) -> usize {
-        let distance = |&k: &u32| (self.points.positions()[k as usize] - x).norm_squared();
-        let nearer = |a: &u32, b: &u32| distance(a).total_cmp(&distance(b)).then(a.cmp(b));
-        let near = self.bins.candidates(x).iter().copied().min_by(nearer);
-        near.or_else(|| (0..self.points.positions().len() as u32).min_by(nearer)).unwrap_or(0) as usize
     }
 }

@@ -11,7 +11,8 @@ use crate::solve::State;
 use crate::tensor::cofactor;
 use crate::term::View;
 
-use super::super::transfer::Nearest;
+use crate::neighbours::BoxTree;
+
 use super::{Facet, Moved, Recovery};
 
 impl<const D: usize> Recovery<'_, D> {
@@ -53,11 +54,11 @@ impl<const D: usize> Recovery<'_, D> {
                 }
                 // A force over all of the body; anything less, a point load, has no density.
                 let whole = (densities.weights.iter().sum::<f64>() / volume - 1.0).abs() < 1e-3;
-                let Ok(nearest) = Nearest::new(&densities.positions) else { return false };
+                let nearest = BoxTree::of(&densities.positions);
                 if whole {
                     let sums = body_force.get_or_insert_with(|| vec![Vector3::zeros(); self.current.len()]);
                     for ((sum, x), j) in sums.iter_mut().zip(problem.body().table().positions()).zip(&self.jacobians) {
-                        *sum += densities.forces[nearest.to(x)] / *j;
+                        *sum += densities.forces[nearest.nearest(x).unwrap_or(0)] / *j;
                     }
                 }
                 whole

@@ -1,0 +1,48 @@
+//! Boxes along the axes.
+
+use super::Point;
+
+/// A box along the axes, from its lowest to its highest corner; nothing where these are infinite the other way round.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Bounds<const D: usize> {
+    pub(crate) low: Point<D>,
+    pub(crate) high: Point<D>,
+}
+
+impl<const D: usize> Bounds<D> {
+    /// No box.
+    pub(crate) fn none() -> Self {
+        Bounds { low: Point::repeat(f64::INFINITY), high: Point::repeat(f64::NEG_INFINITY) }
+    }
+
+    /// The box of some points.
+    pub(crate) fn of<'a>(points: impl IntoIterator<Item = &'a Point<D>>) -> Self {
+        points.into_iter().fold(Bounds::none(), |bounds, x| bounds.join(&Bounds { low: *x, high: *x }))
+    }
+
+    /// The box of two boxes.
+    pub(crate) fn join(&self, other: &Self) -> Self {
+        Bounds { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
+    }
+
+    /// Lengths of the sides.
+    pub(crate) fn extent(&self) -> Point<D> {
+        self.high - self.low
+    }
+
+    /// The box and a margin, in parts of its sides.
+    pub(crate) fn grown(&self, part: f64) -> Self {
+        let margin = self.extent() * part;
+        Bounds { low: self.low - margin, high: self.high + margin }
+    }
+
+    /// Whether a point lies in the box.
+    pub(crate) fn holds(&self, x: &Point<D>) -> bool {
+        (0..D).all(|i| self.low[i] <= x[i] && x[i] <= self.high[i])
+    }
+
+    /// The distance of a point from the box.
+    pub(crate) fn distance(&self, x: &Point<D>) -> f64 {
+        (self.low - x).sup(&(x - self.high)).map(|away| away.max(0.0)).norm()
+    }
+}
