@@ -279,22 +279,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     promises(&cook, first_seed, &mut all)?;
     promises(&disk, first_seed, &mut all)?;
 
-    let mut runs =
-        Table::new(["problem", "seed", "tolerance", "reached", "bound", "error", "unknowns", "models", "seconds"]);
-    for p in &all {
-        runs.rows.push(vec![
-            Cell::from(p.problem),
-            Cell::from(p.seed),
-            Cell::from(p.tolerance),
-            Cell::from(usize::from(p.reached)),
-            Cell::from(p.bound),
-            Cell::from(p.error),
-            Cell::from(p.unknowns),
-            Cell::from(p.models),
-            Cell::from(p.seconds),
-        ]);
-    }
-    runs.write(out.join("runs.csv"))?;
+    table(&all).write(out.join("runs.csv"))?;
     let reached: Vec<&Promise> = all.iter().filter(|p| p.reached).collect();
     let share = |some: usize, of: usize| some as f64 / of as f64;
     let mut summary = Summary::new();
@@ -330,6 +315,26 @@ fn main() -> Result<(), Box<dyn Error>> {
     chart(&all, &out)?;
     println!("\nresults are in {}", out.display());
     Ok(())
+}
+
+/// All runs.
+fn table(all: &[Promise]) -> Table {
+    let mut runs =
+        Table::new(["problem", "seed", "tolerance", "reached", "bound", "error", "unknowns", "models", "seconds"]);
+    for p in all {
+        runs.rows.push(vec![
+            Cell::from(p.problem),
+            Cell::from(p.seed),
+            Cell::from(p.tolerance),
+            Cell::from(usize::from(p.reached)),
+            Cell::from(p.bound),
+            Cell::from(p.error),
+            Cell::from(p.unknowns),
+            Cell::from(p.models),
+            Cell::from(p.seconds),
+        ]);
+    }
+    runs
 }
 
 /// Left: the true error against the bound that was given. Right: what each tolerance cost.

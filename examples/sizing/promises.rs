@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use rkpm::output::{Cell, Summary, Table};
 use rkpm::prelude::*;
-use rkpm::study::{Budget, Quantity, Tolerance, Verdict};
+use rkpm::study::{Answer, Budget, Quantity, Tolerance, Verdict};
 
 use crate::{Uniform, median};
 
@@ -178,25 +178,56 @@ impl Smallest {
     }
 }
 
+/// A row of the table.
+fn row(
+    drawn: &Drawn,
+    seed: u64,
+    quantity: &str,
+    answer: &Answer<2>,
+    least: Option<usize>,
+    [tolerance, bound, error, own, seconds, direct]: [f64; 6],
+) -> Vec<Cell> {
+    let why = match &answer.verdict {
+        Verdict::NotReached(why) => why.clone(),
+        Verdict::Reached => String::new(),
+    };
+    vec![
+        Cell::from(drawn.family),
+        Cell::from(seed as usize),
+        Cell::from(quantity),
+        Cell::from(tolerance),
+        Cell::from(usize::from(answer.reached())),
+        Cell::from(bound),
+        Cell::from(error),
+        Cell::from(own),
+        Cell::from(answer.problem.model().unknowns()),
+        Cell::from(answer.levels[answer.levels.len() - 1].functions),
+        Cell::from(answer.levels.len()),
+        Cell::from(least),
+        Cell::from(seconds),
+        Cell::from(direct),
+        Cell::from(why),
+    ]
+}
+
+/// Seconds of the model of an answer, solved at once.
+fn seconds_of_the_same(drawn: &Drawn, answer: &Answer<2>) -> Option<f64> {
+    let level = &answer.levels[answer.levels.len() - 1];
+    let counts = [level.counts[0], level.counts[1]];
+    let scheme = if level.functions.contains("elements") {
+        Scheme::elements(2).layout(graded(1.25, counts))
+    } else {
+        Scheme::default()
+    };
+    let start = Instant::now();
+    values(drawn, &scheme.particles(counts)).ok().map(|_| start.elapsed().as_secs_f64())
+}
+
 /// Draws `each` scenes of every family, asks for each quantity within each tolerance, and notes what became of it.
 pub fn promises(each: u64, out: &FilePath, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
-    let mut table = Table::new([
-        "family",
-        "seed",
-        "quantity",
-        "tolerance",
-        "reached",
-        "bound",
-        "error",
-        "uncertainty",
-        "unknowns",
-        "functions",
-        "models",
-        "smallest",
-        "seconds",
-        "direct_seconds",
-        "why",
-    ]);
+    let columns = "family seed quantity tolerance reached bound error uncertainty unknowns functions models smallest seconds \
+                   direct_seconds why";
+    let mut table = Table::new(columns.split(' '));
     let (mut requested, mut accepted_at, mut reached, mut kept, mut held) =
         ([0usize; 2], 0usize, 0usize, 0usize, 0usize);
     let (mut ratios, mut sizes, mut times) = (Vec::new(), Vec::new(), Vec::new());
@@ -232,16 +263,8 @@ pub fn promises(each: u64, out: &FilePath, summary: &mut Summary) -> Result<(), 
                         held += usize::from(error <= answer.bound);
                         ratios.push(answer.bound / error.max(own));
                         sizes.extend(least.map(|least| particles as f64 / least as f64));
-                        let level = &answer.levels[answer.levels.len() - 1];
-                        let counts = [level.counts[0], level.counts[1]];
-                        let scheme = if level.functions.contains("elements") {
-                            Scheme::elements(2).layout(graded(1.25, counts))
-                        } else {
-                            Scheme::default()
-                        };
-                        let start = Instant::now();
-                        if values(&drawn, &scheme.particles(counts)).is_ok() {
-                            direct = start.elapsed().as_secs_f64();
+                        if let Some(taken) = seconds_of_the_same(&drawn, &answer) {
+                            direct = taken;
                             times.push(seconds / direct);
                         }
                     }
@@ -250,27 +273,8 @@ pub fn promises(each: u64, out: &FilePath, summary: &mut Summary) -> Result<(), 
                         requested[1] += 1;
                         accepted_at += usize::from(answer.reached());
                     }
-                    let why = match &answer.verdict {
-                        Verdict::NotReached(why) => why.clone(),
-                        Verdict::Reached => String::new(),
-                    };
-                    table.rows.push(vec![
-                        Cell::from(drawn.family),
-                        Cell::from(seed as usize),
-                        Cell::from(quantity.name()),
-                        Cell::from(tolerance),
-                        Cell::from(usize::from(answer.reached())),
-                        Cell::from(answer.bound),
-                        Cell::from(error),
-                        Cell::from(own),
-                        Cell::from(answer.problem.model().unknowns()),
-                        Cell::from(answer.levels[answer.levels.len() - 1].functions),
-                        Cell::from(answer.levels.len()),
-                        Cell::from(least),
-                        Cell::from(seconds),
-                        Cell::from(direct),
-                        Cell::from(why),
-                    ]);
+                    let cells = [tolerance, answer.bound, error, own, seconds, direct];
+                    table.rows.push(row(&drawn, seed, quantity.name(), &answer, least, cells));
                 }
             }
             println!(

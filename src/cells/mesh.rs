@@ -74,27 +74,7 @@ impl Mesh {
             let remedy = "reduce the spacing: chords between particles on the boundary cross";
             return refuse("the spacing is too large for the shape", particle, remedy);
         }
-        // Flood from outside: crossing the boundary turns outside into inside and back.
-        let mut inside: Vec<Option<bool>> = vec![None; delaunay.num_all_faces()];
-        let mut stack = Vec::new();
-        for edge in delaunay.convex_hull() {
-            let face = edge.rev().face();
-            if inside[face.fix().index()].is_none() {
-                inside[face.fix().index()] = Some(edge.is_constraint_edge());
-                stack.push(face);
-            }
-        }
-        while let Some(face) = stack.pop() {
-            let Some(triangle) = face.as_inner() else { continue };
-            let here = inside[face.fix().index()] == Some(true);
-            for edge in triangle.adjacent_edges() {
-                let other = edge.rev().face();
-                if !other.is_outer() && inside[other.fix().index()].is_none() {
-                    inside[other.fix().index()] = Some(here != edge.is_constraint_edge());
-                    stack.push(other);
-                }
-            }
-        }
+        let inside = inside(&delaunay);
         let mut mesh = Mesh {
             positions: Vec::new(),
             pieces: Vec::new(),
@@ -107,7 +87,7 @@ impl Mesh {
         };
         let mut number = vec![NONE; delaunay.num_undirected_edges()];
         for face in delaunay.inner_faces() {
-            if inside[face.fix().index()] != Some(true) {
+            if !inside[face.fix().index()] {
                 continue;
             }
             let triangle = mesh.triangles.len() as u32;
@@ -376,4 +356,29 @@ pub(crate) fn circumcentre([a, b, c]: [Point<2>; 3]) -> Point<2> {
     let (uu, vv) = (u.norm_squared(), v.norm_squared());
     let twice = 2.0 * (u[0] * v[1] - u[1] * v[0]);
     a + Point::<2>::new(v[1] * uu - u[1] * vv, u[0] * vv - v[0] * uu) / twice
+}
+/// Which faces lie in the region.
+fn inside(delaunay: &ConstrainedDelaunayTriangulation<Point2<f64>>) -> Vec<bool> {
+    // Flood from outside: crossing the boundary turns outside into inside and back.
+    let mut inside: Vec<Option<bool>> = vec![None; delaunay.num_all_faces()];
+    let mut stack = Vec::new();
+    for edge in delaunay.convex_hull() {
+        let face = edge.rev().face();
+        if inside[face.fix().index()].is_none() {
+            inside[face.fix().index()] = Some(edge.is_constraint_edge());
+            stack.push(face);
+        }
+    }
+    while let Some(face) = stack.pop() {
+        let Some(triangle) = face.as_inner() else { continue };
+        let here = inside[face.fix().index()] == Some(true);
+        for edge in triangle.adjacent_edges() {
+            let other = edge.rev().face();
+            if !other.is_outer() && inside[other.fix().index()].is_none() {
+                inside[other.fix().index()] = Some(here != edge.is_constraint_edge());
+                stack.push(other);
+            }
+        }
+    }
+    inside.into_iter().map(|inside| inside == Some(true)).collect()
 }

@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn each_broken_law_is_named() {
+    fn each_broken_law_of_a_kernel_is_named() {
         let inside = |z: f64, pair: (f64, f64)| if z < 1.0 { pair } else { (0.0, 0.0) };
         let trace = From(move |z: f64| inside(z, (1.0 - z, -1.0)));
         assert_eq!(broken(&kernel(&trace)), ["the slope is zero at z = 0"]);
@@ -317,7 +317,10 @@ mod tests {
         for fill in wrong {
             assert_eq!(broken(&kernel(&Filled(fill))), ["fill gives what value_and_slope gives"]);
         }
+    }
 
+    #[test]
+    fn each_broken_law_of_a_basis_is_named() {
         /// A basis with a fill of its own for many points.
         struct Many(f64, bool);
         impl Basis<2> for Many {

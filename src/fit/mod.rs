@@ -112,17 +112,7 @@ impl Fit {
             warnings.push(Warning::Unsettled { starts: unsettled, of: self.starts });
         }
         ends.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
-        let mut groups: Vec<(End, usize)> = Vec::new();
-        for end in ends {
-            let same = |(other, _): &&mut (End, usize)| {
-                let apart = |(a, b): (&f64, &f64)| (a - b) * (a - b);
-                end.residuals.iter().zip(&other.residuals).map(apart).sum::<f64>().sqrt() < SAME
-            };
-            match groups.iter_mut().find(same) {
-                Some((_, count)) => *count += 1,
-                None => groups.push((end, 1)),
-            }
-        }
+        let groups = grouped(ends);
         let weights: f64 =
             data.tests().iter().filter(|t| compressible || t.mode != Mode::Volumetric).map(|t| t.weight).sum();
         let misfit = |end: &End| (end.cost() / weights).sqrt();
@@ -168,24 +158,8 @@ impl Fit {
         if !(condition < CONDITION) {
             warnings.push(Warning::Condition(condition));
         }
-        let mut fitted = Vec::new();
-        for ((c, &value), half) in residuals.coefficients.iter().zip(&end.values).zip(half) {
-            let unit = if c.is_stress { modulus } else { 1.0 };
-            let at_bound = c.bounds.iter().any(|b| (value - b * unit).abs() <= 1e-4 * value.abs().max(1e-6 * unit));
-            if at_bound {
-                warnings.push(Warning::AtBound(c.name.clone()));
-            }
-            if half > value.abs() {
-                warnings.push(Warning::Undetermined(c.name.clone()));
-            }
-            fitted.push(Fitted { name: c.name.clone(), value, interval: [value - half, value + half] });
-        }
-        let bulk = data.test(Mode::Volumetric).filter(|_| !compressible).map(|test| {
-            let (product, square) = test.points.iter().fold((0.0, 0.0), |(product, square), [j, p]| {
-                (product + p * (j - 1.0), square + (j - 1.0) * (j - 1.0))
-            });
-            product / square
-        });
+        let fitted = fitted(&residuals, &end.values, half, &mut warnings);
+        let bulk = if compressible { None } else { data.test(Mode::Volumetric).map(bulk_modulus) };
         let mut report = Report {
             name: law,
             law: law_found,
@@ -200,16 +174,7 @@ impl Fit {
             compressible,
             data: data.clone(),
         };
-        report.misfits = data
-            .tests()
-            .iter()
-            .map(|test| {
-                let error = |[x, p]: &[f64; 2]| (report.stress(test.mode, *x) - p).powi(2);
-                let sum: f64 = test.points.iter().map(error).sum();
-                let points = test.points.len();
-                Misfit { mode: test.mode, points, relative: (sum / points as f64).sqrt() / test.size() }
-            })
-            .collect();
+        report.misfits = misfits(&report, data);
         Ok(report)
     }
 
@@ -290,4 +255,58 @@ fn units(data: &TestData) -> Vec<Warning> {
         }
         _ => Vec::new(),
     }
+}
+
+/// Ends at one place, with the number of starts that led there, the best first.
+fn grouped(ends: Vec<End>) -> Vec<(End, usize)> {
+    let mut groups: Vec<(End, usize)> = Vec::new();
+    for end in ends {
+        let same = |(other, _): &&mut (End, usize)| {
+            let apart = |(a, b): (&f64, &f64)| (a - b) * (a - b);
+            end.residuals.iter().zip(&other.residuals).map(apart).sum::<f64>().sqrt() < SAME
+        };
+        match groups.iter_mut().find(same) {
+            Some((_, count)) => *count += 1,
+            None => groups.push((end, 1)),
+        }
+    }
+    groups
+}
+
+/// The bulk modulus that fits a volumetric test best.
+fn bulk_modulus(test: &Test) -> f64 {
+    let (product, square) = test
+        .points
+        .iter()
+        .fold((0.0, 0.0), |(product, square), [j, p]| (product + p * (j - 1.0), square + (j - 1.0) * (j - 1.0)));
+    product / square
+}
+
+/// Coefficients with their intervals, and warnings of those that the data leave open.
+fn fitted(residuals: &Residuals<'_>, values: &[f64], half: Vec<f64>, warnings: &mut Vec<Warning>) -> Vec<Fitted> {
+    let mut fitted = Vec::new();
+    for (((c, unit), &value), half) in residuals.coefficients.iter().zip(&residuals.units).zip(values).zip(half) {
+        let at_bound = c.bounds.iter().any(|b| (value - b * unit).abs() <= 1e-4 * value.abs().max(1e-6 * unit));
+        if at_bound {
+            warnings.push(Warning::AtBound(c.name.clone()));
+        }
+        if half > value.abs() {
+            warnings.push(Warning::Undetermined(c.name.clone()));
+        }
+        fitted.push(Fitted { name: c.name.clone(), value, interval: [value - half, value + half] });
+    }
+    fitted
+}
+
+/// The misfit of each test.
+fn misfits(report: &Report, data: &TestData) -> Vec<Misfit> {
+    data.tests()
+        .iter()
+        .map(|test| {
+            let error = |[x, p]: &[f64; 2]| (report.stress(test.mode, *x) - p).powi(2);
+            let sum: f64 = test.points.iter().map(error).sum();
+            let points = test.points.len();
+            Misfit { mode: test.mode, points, relative: (sum / points as f64).sqrt() / test.size() }
+        })
+        .collect()
 }

@@ -28,7 +28,7 @@ pub(super) struct Residuals<'a> {
     pub family: &'a dyn Family,
     pub coefficients: Vec<Coefficient>,
     /// Unit of the coefficients: the shear modulus that the data suggest, or 1.
-    units: Vec<f64>,
+    pub units: Vec<f64>,
     /// Mode, stretch, stress and factor of each point.
     points: Vec<(Mode, f64, f64, f64)>,
 }

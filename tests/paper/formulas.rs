@@ -204,32 +204,13 @@ fn the_papers_matrices(kinematics: impl Kinematics<2> + Copy, epsilon: f64) {
         };
         let pairs = [(0, 0), (1, 1), (0, 1), (2, 2)];
         let c_matrix = SMatrix::<f64, 4, 4>::from_fn(|a, b| c(pairs[a].0, pairs[a].1, pairs[b].0, pairs[b].1));
+        #[rustfmt::skip]
         let t = SMatrix::<f64, 5, 5>::from_row_slice(&[
-            s[(0, 0)],
-            0.0,
-            s[(0, 1)],
-            0.0,
-            0.0, //
-            0.0,
-            s[(1, 1)],
-            0.0,
-            s[(1, 0)],
-            0.0, //
-            s[(1, 0)],
-            0.0,
-            s[(1, 1)],
-            0.0,
-            0.0, //
-            0.0,
-            s[(0, 1)],
-            0.0,
-            s[(0, 0)],
-            0.0, //
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            s[(2, 2)],
+            s[(0, 0)], 0.0, s[(0, 1)], 0.0, 0.0,
+            0.0, s[(1, 1)], 0.0, s[(1, 0)], 0.0,
+            s[(1, 0)], 0.0, s[(1, 1)], 0.0, 0.0,
+            0.0, s[(0, 1)], 0.0, s[(0, 0)], 0.0,
+            0.0, 0.0, 0.0, 0.0, s[(2, 2)],
         ]);
         let xi = SMatrix::<f64, 4, 1>::new(s[(0, 0)], s[(1, 1)], s[(0, 1)], s[(2, 2)]);
         let nodes = table.nodes(point);
@@ -238,18 +219,8 @@ fn the_papers_matrices(kinematics: impl Kinematics<2> + Copy, epsilon: f64) {
         let slope = |a: usize, k: usize| g[k * m + a];
         let hoop = |a: usize| if epsilon > 0.0 { epsilon * g[2 * m + a] } else { 0.0 };
         let bg = |a: usize| {
-            SMatrix::<f64, 5, 2>::from_row_slice(&[
-                slope(a, 0),
-                0.0, //
-                0.0,
-                slope(a, 1), //
-                slope(a, 1),
-                0.0, //
-                0.0,
-                slope(a, 0), //
-                hoop(a),
-                0.0,
-            ])
+            let [x, y] = [slope(a, 0), slope(a, 1)];
+            SMatrix::<f64, 5, 2>::from_row_slice(&[x, 0.0, 0.0, y, y, 0.0, 0.0, x, hoop(a), 0.0])
         };
         let bm = |a: usize| {
             SMatrix::<f64, 4, 2>::from_row_slice(&[

@@ -134,28 +134,7 @@ impl Faces {
 
     /// Connected faces of the boundary with the same names and without edges between them.
     fn boundary_pieces<const D: usize>(&self, mesh: &Mesh<D>, known: &HashMap<[u32; 4], u32>) -> Vec<Piece> {
-        let mut names: Vec<&str> = mesh.groups(D - 1).collect();
-        let mut named: Vec<Vec<u32>> = vec![Vec::new(); self.corners.len()];
-        for (number, name) in names.iter().enumerate() {
-            for corners in mesh.members(D - 1, name) {
-                if let Some(&face) = known.get(&face_key(corners)) {
-                    named[face as usize].push(number as u32);
-                }
-            }
-        }
-        // A body's name stands for its faces where no face has it.
-        for name in mesh.groups(D) {
-            if names.contains(&name) {
-                continue;
-            }
-            let number = names.len() as u32;
-            names.push(name);
-            for cell in mesh.member_cells(name) {
-                for side in 0..mesh.cell(cell).0.faces().len() {
-                    named[self.of(cell, side)].push(number);
-                }
-            }
-        }
+        let (names, named) = self.names(mesh, known);
         let normals: HashMap<usize, Point<D>> =
             self.boundary().map(|face| (face, self.normal(mesh.points(), face))).collect();
         // Faces at each edge of the boundary; in the plane at each of its points.
@@ -231,6 +210,43 @@ impl Faces {
                 push(flood(start, &mut seen, &|a, b| normals[&a].dot(&normals[&b]) > SMOOTH));
             }
         }
+        self.lend(&mut pieces);
+        pieces
+    }
+
+    /// The names of groups, and the numbers of those that each face has.
+    fn names<'a, const D: usize>(
+        &self,
+        mesh: &'a Mesh<D>,
+        known: &HashMap<[u32; 4], u32>,
+    ) -> (Vec<&'a str>, Vec<Vec<u32>>) {
+        let mut names: Vec<&str> = mesh.groups(D - 1).collect();
+        let mut named: Vec<Vec<u32>> = vec![Vec::new(); self.corners.len()];
+        for (number, name) in names.iter().enumerate() {
+            for corners in mesh.members(D - 1, name) {
+                if let Some(&face) = known.get(&face_key(corners)) {
+                    named[face as usize].push(number as u32);
+                }
+            }
+        }
+        // A body's name stands for its faces where no face has it.
+        for name in mesh.groups(D) {
+            if names.contains(&name) {
+                continue;
+            }
+            let number = names.len() as u32;
+            names.push(name);
+            for cell in mesh.member_cells(name) {
+                for side in 0..mesh.cell(cell).0.faces().len() {
+                    named[self.of(cell, side)].push(number);
+                }
+            }
+        }
+        (names, named)
+    }
+
+    /// Orders pieces and says which particles of each belong to one before.
+    fn lend(&self, pieces: &mut [Piece]) {
         // Curved pieces come first, whose trace functions must stay where they are; then small ones: where all of a piece's particles
         // lie on its rim, others must not have claimed them before.
         pieces.sort_by_key(|piece| (!piece.curved, piece.faces.len()));
@@ -242,7 +258,6 @@ impl Faces {
             piece.lent = own.iter().copied().filter(|particle| taken.contains(particle)).collect();
             taken.extend(own);
         }
-        pieces
     }
 }
 

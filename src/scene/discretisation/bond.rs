@@ -80,9 +80,6 @@ pub(crate) fn bond<const D: usize>(
         interface_sides.swap(0, 1);
     }
     let [mortar, other] = interface_sides.as_slice() else { return Ok(false) };
-    let positions = |interface_side: &InterfaceSide<'_, D>, particle: u32| {
-        interface_side.discrete_body.cells.positions()[particle as usize]
-    };
     let number: HashMap<u32, usize> = mortar.particles.iter().enumerate().map(|(k, &p)| (p, k)).collect();
     let own: MultiplierValues =
         mortar.cells.traces.iter().map(|traces| traces.iter().map(|&(p, v)| (number[&p], v)).collect()).collect();
@@ -90,9 +87,8 @@ pub(crate) fn bond<const D: usize>(
     let size = mortar.cells.points.positions.iter().map(|x| (x - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
     let totals = [mortar.moments(&centre, size), other.moments(&centre, size)];
     let agree = totals[0].iter().zip(&totals[1]).all(|(a, b)| (a - b).abs() <= AGREED * totals[0][0].abs());
-    // (side, sign, functions at its points, weights, shape functions).
     let carried_values;
-    let mut sides: Vec<(&InterfaceSide<'_, D>, &MultiplierValues, &[f64], Vec<ShapeFunctions<D>>)> = Vec::new();
+    let mut sides: Vec<BondedSide<'_, D>> = Vec::new();
     if agree {
         let mut approximation = carried(mortar, &number, other);
         let mut wanted = vec![vec![0.0; D + 1]; number.len()];
@@ -103,47 +99,21 @@ pub(crate) fn bond<const D: usize>(
         }
         correct(&mut approximation, other, &wanted, &centre, size);
         carried_values = approximation;
-        sides.push((mortar, &own, &mortar.weights, mortar.values.clone()));
-        sides.push((other, &carried_values, &other.weights, other.values.clone()));
+        sides.push((&own, &mortar.weights, mortar.values.clone()));
+        sides.push((&carried_values, &other.weights, other.values.clone()));
     } else if totals[0][0] <= totals[1][0] {
         // The faces end at different places: the points of the smaller one serve both.
-        sides.push((mortar, &own, &mortar.weights, mortar.values.clone()));
-        sides.push((other, &own, &mortar.weights, other.discrete_body.values_at(&mortar.cells.points.positions)?));
+        sides.push((&own, &mortar.weights, mortar.values.clone()));
+        sides.push((&own, &mortar.weights, other.discrete_body.values_at(&mortar.cells.points.positions)?));
     } else {
         carried_values = carried(mortar, &number, other);
         let there = mortar.discrete_body.values_at(&other.cells.points.positions)?;
-        sides.push((mortar, &carried_values, &other.weights, there));
-        sides.push((other, &carried_values, &other.weights, other.values.clone()));
+        sides.push((&carried_values, &other.weights, there));
+        sides.push((&carried_values, &other.weights, other.values.clone()));
     }
     let label = format!("bond of {} and {}", discrete_bodies[0].name, discrete_bodies[1].name);
-    // Functions of each multiplier: by side (point, value).
-    let mut supports: Vec<[Vec<(usize, f64)>; 2]> = vec![[Vec::new(), Vec::new()]; number.len()];
-    for (side, (_, approximation, ..)) in sides.iter().enumerate() {
-        for (point, values) in approximation.iter().enumerate() {
-            for &(j, value) in values.iter().filter(|entry| entry.1 != 0.0) {
-                supports[j][side].push((point, value));
-            }
-        }
-    }
-    let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); number.len()];
-    for group in mortar.cells.points.groups.windows(2) {
-        let mut discrete_bodies: Vec<usize> = own[group[0]..group[1]].iter().flatten().map(|entry| entry.0).collect();
-        discrete_bodies.sort_unstable();
-        discrete_bodies.dedup();
-        for &j in &discrete_bodies {
-            neighbours[j].extend(&discrete_bodies);
-        }
-    }
-    let nearest: Vec<u32> = mortar
-        .particles
-        .iter()
-        .map(|&particle| {
-            let x = positions(mortar, particle);
-            let distance = |k: u32| (positions(other, k) - x).norm_squared();
-            let all = other.particles.iter().copied();
-            all.min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b))).unwrap_or(0)
-        })
-        .collect();
+    let supports = supports(&sides, number.len());
+    let (neighbours, nearest) = (neighbours(mortar, &own), nearest(mortar, other));
     let first = [mortar.discrete_body.nodes.start, other.discrete_body.nodes.start];
     for component in 0..D {
         let free: Vec<bool> = mortar
@@ -155,35 +125,9 @@ pub(crate) fn bond<const D: usize>(
                 ties.join(unknown(0, own), unknown(1, others))
             })
             .collect();
-        // Where each function goes: to itself, or to the nearest free one on a shared facet.
-        let mut gathered: Vec<Vec<usize>> = vec![Vec::new(); number.len()];
-        for j in 0..number.len() {
-            let x = positions(mortar, mortar.particles[j]);
-            let distance = |k: usize| (positions(mortar, mortar.particles[k]) - x).norm_squared();
-            let receiver = if free[j] {
-                Some(j)
-            } else {
-                let near = neighbours[j].iter().copied().filter(|&k| free[k]);
-                near.min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
-            };
-            if let Some(receiver) = receiver {
-                gathered[receiver].push(j);
-            }
-        }
+        let gathered = gathered(mortar, &free, &neighbours);
         for (j, parts) in gathered.iter().enumerate().filter(|(_, parts)| !parts.is_empty()) {
-            let mut entries: HashMap<usize, f64> = HashMap::new();
-            for (side, (_, _, weights, values)) in sides.iter().enumerate() {
-                let sign = if side == 0 { 1.0 } else { -1.0 };
-                for &(point, value) in parts.iter().flat_map(|&part| &supports[part][side]) {
-                    let psi = &values[point];
-                    for (&node, &shape) in psi.nodes.iter().zip(&psi.values) {
-                        let unknown = (first[side] + node as usize) * D + component;
-                        *entries.entry(unknown).or_default() += sign * weights[point] * value * shape;
-                    }
-                }
-            }
-            let mut entries: Vec<(usize, f64)> = entries.into_iter().collect();
-            entries.sort_unstable_by_key(|entry| entry.0);
+            let entries = entries(&sides, parts, &supports, |side, node| (first[side] + node) * D + component);
             let dependent = (first[0] + mortar.particles[j] as usize) * D + component;
             equations.push(ConstraintEquation {
                 entries,
@@ -195,6 +139,95 @@ pub(crate) fn bond<const D: usize>(
         }
     }
     Ok(true)
+}
+
+/// Values of the multipliers' functions at the points of one side, with weights and shape functions there.
+type BondedSide<'a, const D: usize> = (&'a MultiplierValues, &'a [f64], Vec<ShapeFunctions<D>>);
+
+/// Points and values of each multiplier's function on both sides.
+fn supports<const D: usize>(sides: &[BondedSide<'_, D>], multipliers: usize) -> Vec<[Vec<(usize, f64)>; 2]> {
+    let mut supports: Vec<[Vec<(usize, f64)>; 2]> = vec![[Vec::new(), Vec::new()]; multipliers];
+    for (side, (approximation, ..)) in sides.iter().enumerate() {
+        for (point, values) in approximation.iter().enumerate() {
+            for &(j, value) in values.iter().filter(|entry| entry.1 != 0.0) {
+                supports[j][side].push((point, value));
+            }
+        }
+    }
+    supports
+}
+
+/// The multipliers that share a facet with each.
+fn neighbours<const D: usize>(mortar: &InterfaceSide<'_, D>, own: &MultiplierValues) -> Vec<Vec<usize>> {
+    let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); mortar.particles.len()];
+    for group in mortar.cells.points.groups.windows(2) {
+        let mut together: Vec<usize> = own[group[0]..group[1]].iter().flatten().map(|entry| entry.0).collect();
+        together.sort_unstable();
+        together.dedup();
+        for &j in &together {
+            neighbours[j].extend(&together);
+        }
+    }
+    neighbours
+}
+
+/// The nearest particle of the other side to each of the mortar side.
+fn nearest<const D: usize>(mortar: &InterfaceSide<'_, D>, other: &InterfaceSide<'_, D>) -> Vec<u32> {
+    mortar
+        .particles
+        .iter()
+        .map(|&particle| {
+            let x = mortar.position(particle);
+            let distance = |k: u32| (other.position(k) - x).norm_squared();
+            let all = other.particles.iter().copied();
+            all.min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b))).unwrap_or(0)
+        })
+        .collect()
+}
+
+/// Where each function goes: to itself, or to the nearest free one on a shared facet.
+fn gathered<const D: usize>(
+    mortar: &InterfaceSide<'_, D>,
+    free: &[bool],
+    neighbours: &[Vec<usize>],
+) -> Vec<Vec<usize>> {
+    let mut gathered: Vec<Vec<usize>> = vec![Vec::new(); free.len()];
+    for j in 0..free.len() {
+        let x = mortar.position(mortar.particles[j]);
+        let distance = |k: usize| (mortar.position(mortar.particles[k]) - x).norm_squared();
+        let receiver = if free[j] {
+            Some(j)
+        } else {
+            let near = neighbours[j].iter().copied().filter(|&k| free[k]);
+            near.min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
+        };
+        if let Some(receiver) = receiver {
+            gathered[receiver].push(j);
+        }
+    }
+    gathered
+}
+
+/// The entries of one equation: the difference of what some functions see on both sides.
+fn entries<const D: usize>(
+    sides: &[BondedSide<'_, D>],
+    parts: &[usize],
+    supports: &[[Vec<(usize, f64)>; 2]],
+    unknown: impl Fn(usize, usize) -> usize,
+) -> Vec<(usize, f64)> {
+    let mut entries: HashMap<usize, f64> = HashMap::new();
+    for (side, (_, weights, values)) in sides.iter().enumerate() {
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        for &(point, value) in parts.iter().flat_map(|&part| &supports[part][side]) {
+            let psi = &values[point];
+            for (&node, &shape) in psi.nodes.iter().zip(&psi.values) {
+                *entries.entry(unknown(side, node as usize)).or_default() += sign * weights[point] * value * shape;
+            }
+        }
+    }
+    let mut entries: Vec<(usize, f64)> = entries.into_iter().collect();
+    entries.sort_unstable_by_key(|entry| entry.0);
+    entries
 }
 
 /// Bonds all bodies that share faces and are not kept uncondensed; whether there are any.

@@ -9,7 +9,7 @@ use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
 use crate::compiled::compiled;
 use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
-use crate::linear::Direct;
+use crate::linear::{Direct, Krylov};
 use crate::material::initial_shear_modulus;
 use crate::solve::Analysis;
 use crate::table::ShapeTable;
@@ -210,8 +210,15 @@ fn finish<const D: usize>(
         contact_definition(scene, all, (&discrete_bodies, &rules), &equations, &particle_positions, &mut model)?;
     rigid::held(scene, &frames, &equations, model.positions())?;
     let elements = discrete_bodies.len() == 1 && scheme.approximation == ApproximationChoice::Elements;
+    let few = equations.len() <= TRANSFORMATION_ROWS || elements;
+    let analysis = analysis_of(scheme, !bonded && frames.is_empty() && few, krylov)?;
+    Ok(Problem { model, equations, analysis, discrete_bodies, contacts, frames, placed, names: scene.names.clone() })
+}
+
+/// The analysis of a scheme, by transformation where that is chosen, or left to choose and `transformable`.
+fn analysis_of(scheme: &Scheme, transformable: bool, krylov: Option<Krylov>) -> Result<Analysis, Error> {
     let transform = match scheme.constraint_method {
-        ConstraintMethod::Auto => !bonded && frames.is_empty() && (equations.len() <= TRANSFORMATION_ROWS || elements),
+        ConstraintMethod::Auto => transformable,
         ConstraintMethod::Transformation => true,
         ConstraintMethod::Multipliers => false,
     };
@@ -232,5 +239,5 @@ fn finish<const D: usize>(
     }
     analysis.newton = scheme.newton;
     analysis.stepping = scheme.stepping;
-    Ok(Problem { model, equations, analysis, discrete_bodies, contacts, frames, placed, names: scene.names.clone() })
+    Ok(analysis)
 }

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use crate::cells::BoundaryCells;
 use crate::error::Error;
-use crate::geometry::Point;
+use crate::geometry::{Bounds, Point};
 use crate::kinematics::Kinematics;
 use crate::shape::ShapeFunctions;
 
@@ -87,8 +87,7 @@ pub(crate) fn shared<const D: usize>(cells: [&BoundaryCells<D>; 2]) -> [Vec<usiz
     let near: [Vec<usize>; 2] = std::array::from_fn(|side| {
         let (own, other) = (&facets[side], &facets[1 - side]);
         let margin = other.sizes.iter().chain(&own.sizes).fold(0.0, |a: f64, b| a.max(*b));
-        let low = other.middles.iter().fold(Point::<D>::repeat(f64::INFINITY), |low, x| low.inf(x));
-        let high = other.middles.iter().fold(Point::<D>::repeat(f64::NEG_INFINITY), |high, x| high.sup(x));
+        let Bounds { low, high } = Bounds::of(&other.middles);
         let inside = |x: &Point<D>| (0..D).all(|i| x[i] >= low[i] - margin && x[i] <= high[i] + margin);
         (0..own.middles.len()).filter(|&k| inside(&own.middles[k])).collect()
     });
@@ -126,6 +125,11 @@ impl<'a, const D: usize> InterfaceSide<'a, D> {
         let mut seen = std::collections::HashSet::new();
         particles.extend(cells.traces.iter().flatten().map(|trace| trace.0).filter(|&particle| seen.insert(particle)));
         Ok(InterfaceSide { discrete_body, cells, weights, values, particles })
+    }
+
+    /// Where a particle of this side lies.
+    pub(crate) fn position(&self, particle: u32) -> Point<D> {
+        self.discrete_body.cells.positions()[particle as usize]
     }
 
     /// Measure and first moments of the facets about a point, lengths over `size`.
