@@ -15,7 +15,7 @@ use rkpm::prelude::*;
 use rkpm::scene::Field;
 
 fn bracket(mesh: &Mesh<3>) -> Result<Problem<3>, rkpm::Error> {
-    Scene::on(mesh, Solid, Rubber::mooney_rivlin(0.4, 0.1, 500.0)?) // MPa
+    Scene::new(mesh, Solid, Rubber::mooney_rivlin(0.4, 0.1, 500.0)?) // MPa
         .hold("base")
         .hold("hole")
         .with(Condition::on("top").displacement([6.0, 0.0, 0.0]))

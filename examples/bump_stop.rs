@@ -31,7 +31,7 @@ fn stop() -> Result<Scene<2>, rkpm::Error> {
         .close("bore");
     let rubber = Rubber::mooney_rivlin(0.6, 0.15, 500.0)?;
     let break_points = Amplitude::table((0..=STEPS).map(|k| k as f64 / STEPS as f64).map(|x| (x, x)).collect())?;
-    Ok(Scene::on(Region::new(outline)?, Axisymmetric, rubber)
+    Ok(Scene::new(Region::new(outline)?, Axisymmetric, rubber)
         .prescribe("bottom", 1, 0.0)
         .with(Condition::on("top").component(1, -0.3 * HEIGHT).amplitude(break_points))
         .contact_itself("outside", "groove"))

@@ -30,7 +30,7 @@ const BULK: f64 = 2000.0;
 /// The rubber between held outer and moved inner sleeve.
 fn bushing(motion: Value<3, [f64; 3]>) -> Result<Scene<3>, rkpm::Error> {
     let mesh = Mesh::<3>::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/meshes/bushing.msh"))?;
-    Ok(Scene::on(mesh, Solid, Rubber::neo_hookean(0.5 * MU, BULK)?)
+    Ok(Scene::new(mesh, Solid, Rubber::neo_hookean(0.5 * MU, BULK)?)
         .hold("outer")
         .rigid("sleeve", "inner")
         .with(Condition::on("sleeve").displacement(motion)))

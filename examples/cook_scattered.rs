@@ -25,7 +25,7 @@ fn membrane(bulk_modulus: f64) -> Result<Scene<2>, rkpm::Error> {
         .line("top", [0.0, 44.0])
         .close("left");
     let rubber = Rubber::neo_hookean(SHEAR_MODULUS / 2.0, bulk_modulus)?;
-    Ok(Scene::on(Region::new(outline)?, PlaneStrain, rubber).hold("left").traction("right", [0.0, 6.25]))
+    Ok(Scene::new(Region::new(outline)?, PlaneStrain, rubber).hold("left").traction("right", [0.0, 6.25]))
 }
 
 /// Deflections of the upper corner and of the middle of the right edge, and the energy stored.

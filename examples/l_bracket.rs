@@ -25,7 +25,7 @@ fn bracket() -> Result<Scene<2>, rkpm::Error> {
         .line("held", [0.0, 10.0])
         .close("outer");
     let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?;
-    Ok(Scene::on(Region::new(outline)?, PlaneStrain, rubber)
+    Ok(Scene::new(Region::new(outline)?, PlaneStrain, rubber)
         .hold("held")
         .prescribe("moved", 0, 0.0)
         .prescribe("moved", 1, 2.0))

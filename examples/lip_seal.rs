@@ -28,7 +28,7 @@ fn seal(friction: f64) -> Result<Scene<2>, rkpm::Error> {
         .close("inside");
     let rubber = Rubber::mooney_rivlin(0.8, 0.2, 500.0)?;
     let surface = RigidSurface::profile(shaft()).moving([0.0, -WAY]).friction(friction);
-    Ok(Scene::on(Region::new(lip)?, Axisymmetric, rubber)
+    Ok(Scene::new(Region::new(lip)?, Axisymmetric, rubber)
         .hold("case")
         .hold("side")
         .contact("tip", surface.clone().named("shaft at the tip"))

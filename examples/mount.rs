@@ -21,7 +21,7 @@ fn main() -> Result<(), rkpm::Error> {
     println!("rubber {:.0} mm³, insert {:.0} mm³", mount.measure("rubber")?, mount.measure("insert")?);
     // Down, then aside.
     let way = |load: f64| [3.0 * (2.0 * load - 1.0).max(0.0), 0.0, -4.0 * (2.0 * load).min(1.0)];
-    let scene = Scene::on(mount, Solid, Rubber::yeoh(0.55, -0.05, 0.01, 1e3)?) // MPa
+    let scene = Scene::new(mount, Solid, Rubber::yeoh(0.55, -0.05, 0.01, 1e3)?) // MPa
         .hold("base")
         .prescribe("middle", 1, 0.0)
         .rigid("insert", "insert")

@@ -41,7 +41,7 @@ fn seal() -> Result<(Scene<2>, Profile), rkpm::Error> {
     let steps = (1..=10).map(|k| (0.5 + 0.05 * f64::from(k), 0.1 * f64::from(k)));
     let then = Amplitude::table([(0.0, 0.0), (0.5, 0.0)].into_iter().chain(steps).collect())?;
     let lid = RigidSurface::plane([0.0, 2.0 * CORD], [0.0, -1.0]).moving_along([0.0, -2.0 * CORD * SQUEEZE], first);
-    let scene = Scene::on(Region::new(cord)?, PlaneStrain, rubber)
+    let scene = Scene::new(Region::new(cord)?, PlaneStrain, rubber)
         .with(Load::pressure("wet", GAS).amplitude(then))
         .contact(Part::Whole, lid.named("lid"))
         .contact(Part::Whole, RigidSurface::profile(groove.clone()).named("groove"));

@@ -25,7 +25,7 @@ fn strip() -> Result<Scene<2>, rkpm::Error> {
         .line("y axis", [0.0, 2.0])
         .arc("hole", [2.0, 0.0], [0.0, 0.0], Turn::Right);
     let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?;
-    Ok(Scene::on(Region::new(outline)?, PlaneStrain, rubber)
+    Ok(Scene::new(Region::new(outline)?, PlaneStrain, rubber)
         .prescribe("x axis", 1, 0.0)
         .prescribe("y axis", 0, 0.0)
         .prescribe("end", 0, 10.0)

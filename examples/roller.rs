@@ -31,7 +31,7 @@ fn quarter(metre: f64, megapascal: f64) -> Result<Scene<2>, rkpm::Error> {
     let plate = RigidSurface::plane([0.0, r], [0.0, -1.0])
         .moving_along([0.0, -0.5 * last * metre], Amplitude::table(break_points)?)
         .named("plate");
-    Ok(Scene::on(Region::new(outline)?, PlaneStrain, rubber)
+    Ok(Scene::new(Region::new(outline)?, PlaneStrain, rubber)
         .prescribe("equator", 1, 0.0)
         .prescribe("axis", 0, 0.0)
         .contact("outer", plate))
@@ -122,7 +122,7 @@ fn quarter_without_contact() -> Result<Scene<2>, rkpm::Error> {
         .line("equator", [RADIUS, 0.0])
         .arc("outer", [0.0, RADIUS], [0.0, 0.0], Turn::Left)
         .close("axis");
-    Ok(Scene::on(Region::new(outline)?, PlaneStrain, Rubber::mooney_rivlin(0.293, 0.177, 1410.0)?)
+    Ok(Scene::new(Region::new(outline)?, PlaneStrain, Rubber::mooney_rivlin(0.293, 0.177, 1410.0)?)
         .prescribe("equator", 1, 0.0)
         .prescribe("axis", 0, 0.0)
         .traction("outer", [0.0, 0.4]))

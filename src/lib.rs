@@ -145,7 +145,9 @@ pub mod prelude {
     pub use crate::particles::{Particles, Support};
     pub use crate::quadrature::Points;
     #[cfg(feature = "solve")]
-    pub use crate::scene::{Condition, Dilation, Direction, Load, Place, Problem, Rule, Scene, Scheme, Value};
+    pub use crate::scene::{
+        Condition, Dilation, Direction, Geometry, Load, Place, Problem, Rule, Scene, Scheme, Value,
+    };
     pub use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
     pub use crate::solid::{Select, Shape, Solid3};
     #[cfg(feature = "solve")]

@@ -97,7 +97,7 @@ impl Given {
             let name = SIDES.iter().find(|(face, _)| *face == (axis, side)).map_or("", |(_, name)| name);
             if named { Part::from(name) } else { Part::from((axis, side)) }
         };
-        Ok((self.conditions)(Scene::over(cells, PlaneStrain, rubber), &face))
+        Ok((self.conditions)(Scene::new(cells, PlaneStrain, rubber), &face))
     }
 
     /// Places of a lattice, inner ones moved by up to `jitter` of the spacing.

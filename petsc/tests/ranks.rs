@@ -139,7 +139,7 @@ fn rubber(ratio: f64) -> Result<Rubber, rkpm::Error> {
 /// A part of tetrahedra, as the file has it: the base held, the insert pressed down.
 fn mount(session: &Session) -> Outcome {
     let mesh = Mesh::<3>::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/meshes/mount.msh"))?;
-    let scene = Scene::on(mesh.body("rubber")?, Solid, rubber(1e3)?)
+    let scene = Scene::new(mesh.body("rubber")?, Solid, rubber(1e3)?)
         .hold("base")
         .prescribe("middle", 1, 0.0)
         .with(Condition::on("insert").displacement([0.0, 0.0, -1.0]));
@@ -152,7 +152,7 @@ fn scattered(session: &Session) -> Outcome {
         .line("right", [4.0, 1.0])
         .line("top", [0.0, 1.0])
         .close("left");
-    let scene = Scene::on(Region::new(plate)?, PlaneStrain, rubber(1e3)?)
+    let scene = Scene::new(Region::new(plate)?, PlaneStrain, rubber(1e3)?)
         .hold("left")
         .traction("right", [0.0, 0.01])
         .with(Load::body_force([0.0, -1e-3]));

@@ -61,7 +61,7 @@ pub fn patch_test<const D: usize>(
 /// use rkpm::nalgebra::Matrix2;
 /// use rkpm::prelude::*;
 /// let disk = Region::new(Outline::circle("rim", [0.0, 0.0], 1.0))?;
-/// let scene = Scene::on(disk, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?);
+/// let scene = Scene::new(disk, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?);
 /// let test = patch_test_of(&scene, &Matrix2::new(0.2, 0.1, -0.05, -0.1), &Scheme::default().spacing(0.3))?;
 /// assert!(test.error < 1e-12);
 /// # Ok::<(), rkpm::Error>(())

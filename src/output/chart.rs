@@ -21,11 +21,7 @@ mod draw;
 mod ranges;
 mod series;
 
-use std::path::Path;
-
 use crate::error::OutputError;
-
-use super::write_text;
 
 pub use series::{Colour, Marker, Series, Stroke};
 
@@ -258,23 +254,6 @@ impl Chart {
     pub fn size(mut self, width: u32, height: u32) -> Self {
         self.size = (width, height);
         self
-    }
-
-    /// The chart as the text of an SVG file.
-    ///
-    /// # Errors
-    /// [`OutputError::Chart`] where no point of any series can be shown, a range, band or reference
-    /// line cannot be, or equal aspect is requested of a logarithmic axis.
-    pub fn to_svg(&self) -> Result<String, OutputError> {
-        draw::svg(self)
-    }
-
-    /// Writes the chart as an SVG file, with the directories above it.
-    ///
-    /// # Errors
-    /// As [`to_svg`](Self::to_svg), and [`OutputError::Io`] where the file system refuses.
-    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
-        write_text(path.as_ref(), &self.to_svg()?)
     }
 
     /// What is wrong with this chart.

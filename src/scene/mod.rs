@@ -20,7 +20,7 @@ mod discretisation;
 mod results;
 
 pub use definition::condition::{Condition, Direction};
-pub use definition::drawn::Drawn;
+pub use definition::geometry::Geometry;
 pub use definition::load::Load;
 pub use definition::place::Place;
 pub use definition::scene::{Action, Scene};

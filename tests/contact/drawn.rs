@@ -105,7 +105,7 @@ pub fn in_the_plane(seed: u64) -> Scene<2> {
     };
     let held = draw.next() < 0.7;
     let surfaces = if held { 1 + (4.0 * draw.next()) as usize } else { 3 };
-    let mut scene = Scene::on(Region::new(outline).unwrap(), PlaneStrain, rubber).prescribe("base", 1, 0.0);
+    let mut scene = Scene::new(Region::new(outline).unwrap(), PlaneStrain, rubber).prescribe("base", 1, 0.0);
     if held {
         scene = scene.prescribe("base", 0, 0.0);
     }
@@ -144,7 +144,7 @@ pub fn of_revolution(seed: u64) -> Scene<2> {
         outline.line("rim", [bore, high]).close(if bore > 0.0 { "rim" } else { "axis" })
     };
     let outer = bore + if round { high } else { wide };
-    let mut scene = Scene::on(Region::new(outline).unwrap(), Axisymmetric, rubber)
+    let mut scene = Scene::new(Region::new(outline).unwrap(), Axisymmetric, rubber)
         .contact("rim", RigidSurface::plane([0.0, 0.0], [0.0, 1.0]).named("floor"));
     if bore == 0.0 {
         scene = scene.prescribe("axis", 0, 0.0);

@@ -42,8 +42,8 @@ fn uniform_pressure_between_blocks() {
     };
     let scattered = |particles: [usize; 2]| {
         Scene::assembly(PlaneStrain)
-            .body_on("lower", rectangle("lower", 0.0, 1.0), rubber())
-            .body_on("upper", rectangle("upper", 1.8, 2.8), rubber())
+            .body("lower", rectangle("lower", 0.0, 1.0), rubber())
+            .body("upper", rectangle("upper", 1.8, 2.8), rubber())
             .scheme_of("lower", move |scheme| scheme.particles([particles[0]]).seed(1))
             .scheme_of("upper", move |scheme| scheme.particles([particles[1]]).seed(2))
             .prescribe("lower bottom", 1, 0.0)
@@ -83,7 +83,7 @@ fn two_cylinders_and_a_plane() {
         .close("axis above");
     let (lower, upper) = (Region::new(lower).unwrap(), Region::new(upper).unwrap());
     let closure = 0.3;
-    let plane = Scene::on(lower.clone(), PlaneStrain, rubber())
+    let plane = Scene::new(lower.clone(), PlaneStrain, rubber())
         .prescribe("base", 1, 0.0)
         .prescribe("axis", 0, 0.0)
         .contact("low", RigidSurface::plane([0.0, 1.0], [0.0, -1.0]).moving([0.0, -closure]).named("plate"));
@@ -91,8 +91,8 @@ fn two_cylinders_and_a_plane() {
     let (problem, path) = solved(&plane, &scheme);
     let one = problem.contact(path.last(), "plate").unwrap();
     let scene = Scene::assembly(PlaneStrain)
-        .body_on("lower", lower, rubber())
-        .body_on("upper", upper, rubber())
+        .body("lower", lower, rubber())
+        .body("upper", upper, rubber())
         .scheme_of("upper", |scheme| scheme.seed(2))
         .prescribe("base", 1, 0.0)
         .prescribe("axis", 0, 0.0)

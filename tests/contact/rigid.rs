@@ -47,7 +47,7 @@ fn uniform_pressure_under_uniform_traction() {
         check("lattice", &problem, &path, 1, 0.4);
     }
     let scattered =
-        Scene::on(square(1.0), PlaneStrain, rubber()).traction("top", [0.0, -0.4]).contact("bottom", floor());
+        Scene::new(square(1.0), PlaneStrain, rubber()).traction("top", [0.0, -0.4]).contact("bottom", floor());
     let (problem, path) = solved(&scattered, &Scheme::default().particles([9]).seed(5));
     check("scattered", &problem, &path, 1, 0.4);
     let turned = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), Axisymmetric, rubber())
@@ -72,7 +72,7 @@ fn hertz() {
         .line("equator", [radius, 0.0])
         .arc("outer", [0.0, radius], [0.0, 0.0], Turn::Left)
         .close("axis");
-    let scene = Scene::on(Region::new(outline).unwrap(), PlaneStrain, rubber())
+    let scene = Scene::new(Region::new(outline).unwrap(), PlaneStrain, rubber())
         .prescribe("equator", 1, 0.0)
         .prescribe("axis", 0, 0.0)
         .contact("outer", RigidSurface::plane([0.0, radius], [0.0, -1.0]).moving([0.0, -0.5 * closure]).named("plate"));
@@ -93,7 +93,7 @@ fn hertz() {
 fn units_do_not_matter() {
     let run = |metre: f64, pascal: f64| {
         let material = Rubber::mooney_rivlin(0.293 * pascal, 0.177 * pascal, 1410.0 * pascal).unwrap();
-        let scene = Scene::on(square(metre), PlaneStrain, material)
+        let scene = Scene::new(square(metre), PlaneStrain, material)
             .prescribe("left", 0, 0.0)
             .traction("top", [0.0, -0.1 * pascal])
             .contact("bottom", RigidSurface::shaft([0.3 * metre, -0.7 * metre], 0.5 * metre).named("die"));
@@ -121,7 +121,7 @@ fn pushed_and_moved_plates_agree() {
         .close("axis");
     let region = Region::new(outline).unwrap();
     let body =
-        || Scene::on(region.clone(), PlaneStrain, rubber()).prescribe("equator", 1, 0.0).prescribe("axis", 0, 0.0);
+        || Scene::new(region.clone(), PlaneStrain, rubber()).prescribe("equator", 1, 0.0).prescribe("axis", 0, 0.0);
     let plane = || RigidSurface::plane([0.0, 1.3], [0.0, -1.0]).named("plate");
     let scheme = Scheme::default().particles([9]);
     let (problem, path) = solved(&body().contact("outer", plane().pushed([0.0, -0.3])), &scheme);
@@ -137,7 +137,7 @@ fn pushed_and_moved_plates_agree() {
 #[test]
 fn plates_balance() {
     let outline = Outline::at([0.0, -1.0]).arc("outer", [0.0, 1.0], [0.0, 0.0], Turn::Left).close("axis");
-    let scene = Scene::on(Region::new(outline).unwrap(), PlaneStrain, rubber())
+    let scene = Scene::new(Region::new(outline).unwrap(), PlaneStrain, rubber())
         .prescribe("axis", 0, 0.0)
         .contact("outer", RigidSurface::plane([0.0, 1.2], [0.0, -1.0]).moving([0.0, -0.5]).named("upper"))
         .contact("outer", RigidSurface::plane([0.0, -1.0], [0.0, 1.0]).named("lower"));
@@ -151,7 +151,7 @@ fn plates_balance() {
 fn complementarity() {
     let groove = rkpm::contact::Profile::at([0.7, 1.0]).line([0.4, -0.1]).line([-0.4, -0.1]).line([-0.7, 1.0]);
     let outline = Outline::circle("outer", [0.0, 0.55], 0.5);
-    let scene = Scene::on(Region::new(outline).unwrap(), PlaneStrain, rubber())
+    let scene = Scene::new(Region::new(outline).unwrap(), PlaneStrain, rubber())
         .contact("outer", RigidSurface::profile(groove).named("groove"))
         .contact("outer", RigidSurface::shaft([0.1, 1.4], 0.3).moving([0.0, -0.4]).named("shaft"));
     let (problem, path) = solved(&scene, &Scheme::default().particles([12]));

@@ -178,7 +178,7 @@ fn scenes_over_cells_that_name_what_is_not_there() {
     ];
     for (odd, word) in words.iter().enumerate() {
         let cells = Arc::new(Odd(lattice(), odd as u8));
-        let scene = Scene::over(cells, PlaneStrain, rubber()).hold(Side::Min);
+        let scene = Scene::new(Geometry::cells(cells), PlaneStrain, rubber()).hold(Side::Min);
         match check::scene(&scene, &Scheme::default()) {
             Ok(diagnosis) => assert!(odd == 0 && diagnosis.holds()),
             Err(error) => assert!(odd > 0 && error.to_string().contains(word), "{odd}: {error}"),

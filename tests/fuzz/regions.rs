@@ -76,7 +76,7 @@ pub fn shapes(input: &mut Input) {
         return;
     }
     let rubber = Rubber::neo_hookean(0.5, 10.0).expect("sound constants");
-    let mut scene = Scene::on(region, PlaneStrain, rubber);
+    let mut scene = Scene::new(region, PlaneStrain, rubber);
     if !input.once_in(4) {
         scene = scene.hold("a");
     }

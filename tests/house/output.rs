@@ -290,10 +290,10 @@ mod chart {
 
     #[test]
     fn lines_end_at_a_fixed_range() {
-        let series = Series::line("", &[(-10.0, -10.0), (10.0, 10.0)]).colour(Colour::Black);
+        let series = Series::line("", &[(-10.0, -10.0), (10.0, 10.0)]).colour(Colour::Rgb(1, 2, 3));
         let chart = Chart::new("").x_range(0.0, 1.0).y_range(0.0, 1.0);
         let svg = chart.with(series.stroke(Stroke::Solid)).size(400, 300).to_svg().unwrap();
-        let line = svg.lines().find(|l| l.contains("#000000")).unwrap();
+        let line = svg.lines().find(|l| l.contains("#010203")).unwrap();
         let points = line.split("points=\"").nth(1).unwrap();
         for pair in points.split('"').next().unwrap().split_whitespace() {
             let (x, y) = pair.split_once(',').unwrap();

@@ -151,9 +151,9 @@ fn linear_stresses_do_the_work_of_their_tractions() {
 fn no_deformation_is_unseen() {
     let rubber = || Rubber::neo_hookean(0.5, 5.0 / 3.0).unwrap();
     let square = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber());
-    let disk = Scene::on(Region::new(Outline::circle("rim", [0.0, 0.0], 1.0)).unwrap(), PlaneStrain, rubber());
+    let disk = Scene::new(Region::new(Outline::circle("rim", [0.0, 0.0], 1.0)).unwrap(), PlaneStrain, rubber());
     let ball = Outline::at([0.0, -1.0]).arc("rim", [0.0, 1.0], [0.0, 0.0], Turn::Left).close("axis");
-    let ball = Scene::on(Region::new(ball).unwrap(), Axisymmetric, rubber());
+    let ball = Scene::new(Region::new(ball).unwrap(), Axisymmetric, rubber());
     let jittered = Scheme::default().particles([6]).layout(Layout::Jittered { amount: 0.3, seed: 6 });
     let scattered = Scheme::default().spacing(0.3);
     for (scene, scheme, floor) in [
@@ -230,10 +230,11 @@ fn scattered_particles_gain_as_much() {
     let exact = 0.5 * std::f64::consts::PI * line.split(',').nth(5).unwrap().parse::<f64>().unwrap();
     let outline = Outline::at([6.0, 0.0]).line("bottom", [8.0, 0.0]).arc("outer", [0.0, 8.0], [0.0, 0.0], Turn::Left);
     let outline = outline.line("left", [0.0, 6.0]).arc("inner", [6.0, 0.0], [0.0, 0.0], Turn::Right);
-    let scene = Scene::on(Region::new(outline).unwrap(), PlaneStrain, Rubber::yeoh(0.373, -0.031, 0.005, 1e5).unwrap())
-        .pressure("inner", 0.46)
-        .prescribe("bottom", 1, 0.0)
-        .prescribe("left", 0, 0.0);
+    let scene =
+        Scene::new(Region::new(outline).unwrap(), PlaneStrain, Rubber::yeoh(0.373, -0.031, 0.005, 1e5).unwrap())
+            .pressure("inner", 0.46)
+            .prescribe("bottom", 1, 0.0)
+            .prescribe("left", 0, 0.0);
     let error = |scheme: Scheme| {
         let problem = scene.discretize(&scheme.order(2).spacing(0.25)).unwrap();
         let path = problem.run(&mut ()).unwrap().completed().unwrap();

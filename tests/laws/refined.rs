@@ -37,7 +37,7 @@ fn homogeneous_fields_are_exact_on_both_sides_of_hanging_particles() {
     for cells in [twice(), bulged()] {
         let cells: Arc<dyn Cells<2>> = Arc::new(cells);
         for order in [1, 2] {
-            let scene = Scene::over(cells.clone(), PlaneStrain, soft())
+            let scene = Scene::new(cells.clone(), PlaneStrain, soft())
                 .prescribe(Part::Whole, 0, Value::field(|x: &Point<2>| 0.1 * x[0] + 0.05 * x[1]))
                 .prescribe(Part::Whole, 1, Value::field(|x: &Point<2>| -0.02 * x[0] + 0.08 * x[1]));
             let problem = scene.discretize(&Scheme::default().order(order)).unwrap();
@@ -59,7 +59,7 @@ fn homogeneous_fields_are_exact_on_both_sides_of_hanging_particles() {
 #[test]
 fn refinement_brings_no_spurious_modes() {
     for cells in [twice(), bulged()] {
-        let scene = Scene::over(Arc::new(cells), PlaneStrain, soft());
+        let scene = Scene::new(Geometry::cells(Arc::new(cells)), PlaneStrain, soft());
         let modes = check::spurious_modes(&scene, &Scheme::default()).unwrap();
         assert_eq!(modes.zero_modes, 0);
         assert!(modes.smallest > 0.3, "{modes:?}");

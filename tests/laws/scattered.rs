@@ -44,7 +44,7 @@ fn square() -> Outline {
 }
 
 fn l_scene(rubber: Rubber) -> Scene<2> {
-    Scene::on(l_shape(), PlaneStrain, rubber)
+    Scene::new(l_shape(), PlaneStrain, rubber)
 }
 
 /// About 150 particles in the L.
@@ -102,7 +102,7 @@ fn bodies_of_revolution_are_exact_too() {
     for scheme in [Scheme::default(), Scheme::default().rule(Rule::Scni)] {
         for seed in 0..3 {
             // The L touches the axis.
-            let scene = Scene::on(l_shape(), Axisymmetric, moderate());
+            let scene = Scene::new(l_shape(), Axisymmetric, moderate());
             let error = patch_test_of(&scene, &gradient, &scattered(&scheme, seed)).unwrap().error;
             assert!(error <= 1e-12, "{error:e}");
         }
@@ -133,7 +133,7 @@ fn the_default_sees_every_deformation_and_its_pressures_are_stable() {
 
 #[test]
 fn inf_sup_does_not_depend_on_the_spacing() {
-    let scene = Scene::on(Region::new(square()).unwrap(), PlaneStrain, moderate());
+    let scene = Scene::new(Region::new(square()).unwrap(), PlaneStrain, moderate());
     for count in [7, 13, 19] {
         let smallest = (0..4)
             .map(|seed| inf_sup(&scene, &Scheme::default().particles([count]).seed(seed)).unwrap().constant)
@@ -152,7 +152,7 @@ fn cook(bulk: f64) -> Scene<2> {
         .line("right", [48.0, 60.0])
         .line("top", [0.0, 44.0])
         .close("left");
-    Scene::on(Region::new(outline).unwrap(), PlaneStrain, Rubber::neo_hookean(40.097, bulk).unwrap())
+    Scene::new(Region::new(outline).unwrap(), PlaneStrain, Rubber::neo_hookean(40.097, bulk).unwrap())
         .hold("left")
         .traction("right", [0.0, 6.25])
 }
@@ -204,7 +204,7 @@ fn a_perforated_strip_is_stretched_to_twice_its_length() {
         .line("side", [0.0, 5.0])
         .line("y axis", [0.0, 2.0])
         .arc("hole", [2.0, 0.0], [0.0, 0.0], Turn::Right);
-    let scene = Scene::on(Region::new(outline).unwrap(), PlaneStrain, paper())
+    let scene = Scene::new(Region::new(outline).unwrap(), PlaneStrain, paper())
         .prescribe("x axis", 1, 0.0)
         .prescribe("y axis", 0, 0.0)
         .prescribe("end", 0, 10.0)
@@ -312,7 +312,7 @@ fn given_particles_make_the_same_cells() {
     for part in ["hole", "inner", "left"] {
         assert_eq!(given.boundary_nodes(&part.into()).unwrap(), scattered.boundary_nodes(&part.into()).unwrap());
     }
-    let scene = Scene::over(std::sync::Arc::new(given), PlaneStrain, moderate());
+    let scene = Scene::new(Geometry::cells(std::sync::Arc::new(given)), PlaneStrain, moderate());
     let test = patch_test_of(&scene, &Matrix2::new(0.2, 0.1, -0.05, -0.1), &Scheme::default()).unwrap();
     assert!(test.error <= 1e-12, "{test:?}");
 }
@@ -389,7 +389,7 @@ fn particles_that_cannot_be_are_refused() {
     assert!(matches!(&error, GeometryError::Invalid(invalid) if invalid.what == "tolerance of arcs"), "{error}");
     let error = Triangulation::scattered(&region, |_| 1e-6, &Scatter::default()).unwrap_err();
     assert!(matches!(error, GeometryError::Count { .. }), "{error}");
-    let scene = Scene::on(region, PlaneStrain, moderate());
+    let scene = Scene::new(region, PlaneStrain, moderate());
     let error = scene.clone().hold("nowhere").discretize(&Scheme::default()).err().unwrap();
     assert!(matches!(error, Error::Geometry(GeometryError::UnknownPart { .. })), "{error}");
     assert!(error.to_string().contains("bottom"), "{error}");

@@ -26,7 +26,7 @@ fn run(scene: Scene<3>) -> (Problem<3>, EquilibriumPath) {
 fn beddings_and_total_forces() {
     for name in ["hexahedra.msh", "prisms.msh"] {
         let (area, soft) = (mesh(name).measure("left").unwrap(), 1e-4);
-        let on = |elastic_foundation| Scene::on(mesh(name), Solid, rubber()).with(elastic_foundation);
+        let on = |elastic_foundation| Scene::new(mesh(name), Solid, rubber()).with(elastic_foundation);
         let guided = on(Load::elastic_foundation("left", soft)).prescribe("right", 1, 0.0).prescribe("right", 2, 0.0);
         let (problem, path) = run(guided.with(Load::force("right", [1e-6, 0.0, 0.0])));
         let left = problem.displacement(path.last(), &[0.0, 0.75, 0.3].into()).unwrap();
@@ -45,14 +45,14 @@ fn beddings_and_total_forces() {
     // On a part of a part, as on the whole of it.
     let halves = |x: &Point<3>| x[1] < 0.8;
     let load = |place: Place<3>, force| Load::force(place, force);
-    let (problem, path) = run(Scene::on(mesh("hexahedra.msh"), Solid, rubber())
+    let (problem, path) = run(Scene::new(mesh("hexahedra.msh"), Solid, rubber())
         .hold("left")
         .with(load(Place::on("right").within(halves), [0.01, 0.0, 0.0]))
         .with(load(Place::on("right").within(move |x| !halves(x)), [0.02, 0.0, 0.0])));
     assert!((problem.reaction(path.last(), "left").unwrap()[0] + 0.03).abs() < 1e-10);
     // A force is that of its face, and the base takes it.
     let (force, plug) = ([0.02, 0.0, -0.1], mesh("plug_41_binary.msh").body("rubber").unwrap());
-    let (problem, path) = run(Scene::on(&plug, Solid, rubber()).hold("base").with(Load::force("steel plate", force)));
+    let (problem, path) = run(Scene::new(&plug, Solid, rubber()).hold("base").with(Load::force("steel plate", force)));
     let base = problem.reaction(path.last(), "base").unwrap();
     assert!((base + Point::<3>::from(force)).norm() < 1e-9, "{base}");
 }
@@ -60,7 +60,7 @@ fn beddings_and_total_forces() {
 /// A face turned about an axis: by components, and by the tangent and the radius at each point.
 #[test]
 fn cylindrical_directions_are_those_of_the_points() {
-    let plug = || Scene::on(mesh("plug_41_binary.msh"), Solid, rubber()).hold("base");
+    let plug = || Scene::new(mesh("plug_41_binary.msh"), Solid, rubber()).hold("base");
     let (angle, origin, axis) = (0.1, [0.0; 3], [0.0, 0.0, 1.0]);
     let turn = move |x: &Point<3>| [-angle * x[1], angle * x[0], 0.0];
     let by_components = plug().with(Condition::on("top").displacement(Value::field(turn)));
@@ -88,7 +88,7 @@ fn inclined_planes_hold_along_their_normal() {
         || Place::on(Part::Whole).within(move |x: &Point<3>| (x[0] * cos + x[1] * sin - 1.4 * cos).abs() < 1e-6);
     let back = || Place::on(Part::Whole).within(|x: &Point<3>| x[0] < 1e-6);
     let answers = [Direction::Normal, Direction::Along([3.0 * cos, 3.0 * sin, 0.0])].map(|direction| {
-        let (problem, path) = run(Scene::on(mesh("tetrahedra_7.msh"), Solid, rubber())
+        let (problem, path) = run(Scene::new(mesh("tetrahedra_7.msh"), Solid, rubber())
             .with(Condition::on(slope()).along(direction, 0.0).named("slope"))
             .with(Condition::on(back()).displacement([0.05, 0.02, 0.0]).named("back")));
         let force = problem.reaction(path.last(), "slope").unwrap();
@@ -106,7 +106,7 @@ fn names_and_torn_meshes_are_explained() {
     let part = || mesh("tetrahedra_0.msh");
     let refused = |scene: Scene<3>| scene.discretize(&Scheme::default()).err().unwrap().to_string();
     assert!(
-        refused(Scene::on(part(), Solid, rubber()).hold("base"))
+        refused(Scene::new(part(), Solid, rubber()).hold("base"))
             .contains("no boundary part base: this domain has part")
     );
     let nameless = Mesh::<3>::new(
@@ -114,14 +114,14 @@ fn names_and_torn_meshes_are_explained() {
         &[(rkpm::mesh::CellShape::Tetrahedron, vec![0, 1, 2, 3])],
         &[],
     );
-    let scene = Scene::on(nameless.unwrap(), Solid, rubber()).hold("base");
+    let scene = Scene::new(nameless.unwrap(), Solid, rubber()).hold("base");
     assert!(refused(scene).contains("no named parts (physical groups in Gmsh)"));
     // Two blocks that touch, each with nodes of its own.
     let points = [0.0, 1.0, 1.0, 2.0].map(|z| [[0.0, 0.0, z], [1.0, 0.0, z], [1.0, 1.0, z], [0.0, 1.0, z]]);
     let points = points.concat().into_iter().map(Point::from).collect();
     let cells = vec![(rkpm::mesh::CellShape::Hexahedron, (0..16).collect())];
     let torn = Mesh::<3>::new(points, &cells, &[]).unwrap();
-    let error = refused(Scene::on(torn, Solid, rubber()).hold(Part::Whole));
+    let error = refused(Scene::new(torn, Solid, rubber()).hold(Part::Whole));
     assert!(error.contains("are both at X") && error.contains("Coherence"), "{error}");
 }
 
@@ -129,7 +129,7 @@ fn names_and_torn_meshes_are_explained() {
 #[test]
 fn volumes_are_rigid_bodies_and_paths_are_written_whole() {
     let plug = mesh("plug_41_binary.msh");
-    let (problem, path) = run(Scene::on(&plug, Solid, rubber())
+    let (problem, path) = run(Scene::new(&plug, Solid, rubber())
         .hold("base")
         .rigid("steel plate", "steel plate")
         .with(Condition::on(Place::at([0.0, 0.0, 1.0]).of("steel plate")).component(0, 0.2).named("push"))
@@ -191,7 +191,7 @@ fn drawn(name: &str, scale: f64, shift: [f64; 3]) -> Mesh<3> {
 fn units_and_origins_change_nothing() {
     let force = |scale: f64, shift: [f64; 3]| {
         let push = [0.2 * scale, 0.0, -0.1 * scale];
-        let (problem, path) = run(Scene::on(drawn("plug_22_ascii.msh", scale, shift), Solid, rubber())
+        let (problem, path) = run(Scene::new(drawn("plug_22_ascii.msh", scale, shift), Solid, rubber())
             .hold("base")
             .rigid("steel plate", "steel plate")
             .with(Condition::on("steel plate").displacement(push)));

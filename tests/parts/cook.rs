@@ -10,7 +10,7 @@ const TIP: f64 = 6.9355;
 
 /// The tip of the membrane of a mesh.
 fn tip(mesh: &Mesh<3>, bulk: f64) -> f64 {
-    let scene = Scene::on(mesh, Solid, Rubber::neo_hookean(0.5 * SHEAR_MODULUS, bulk).unwrap())
+    let scene = Scene::new(mesh, Solid, Rubber::neo_hookean(0.5 * SHEAR_MODULUS, bulk).unwrap())
         .hold("clamp")
         .prescribe("sides", 2, 0.0)
         .traction("edge", [0.0, 6.25, 0.0]);

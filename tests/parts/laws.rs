@@ -16,12 +16,12 @@ fn moderate() -> Rubber {
 
 fn solid(name: &str, rubber: Rubber) -> Scene<3> {
     let mesh = Mesh::<3>::parse(&file(name)).unwrap();
-    Scene::on(mesh, Solid, rubber)
+    Scene::new(mesh, Solid, rubber)
 }
 
 fn plane(rubber: Rubber) -> Scene<2> {
     let mesh = Mesh::<2>::parse(&file("flat.msh")).unwrap();
-    Scene::on(mesh, PlaneStrain, rubber)
+    Scene::new(mesh, PlaneStrain, rubber)
 }
 
 fn family() -> impl Iterator<Item = String> {
@@ -102,7 +102,7 @@ fn the_sheared_cube_of_tetrahedra() {
             let mesh = Mesh::<3>::read(format!("{folder}/cube_{number}.msh")).unwrap();
             let rubber = Rubber::neo_hookean(40.097, 400_889.8).unwrap();
             let scene =
-                Scene::on(mesh, Solid, rubber).hold("base").with(Condition::on("top").displacement([3.0, 0.0, 0.0]));
+                Scene::new(mesh, Solid, rubber).hold("base").with(Condition::on("top").displacement([3.0, 0.0, 0.0]));
             let start = processor_seconds();
             let scheme = scheme().rule(rkpm::scene::Rule::Smoothed { parts });
             let problem = scene.discretize(&scheme).unwrap();

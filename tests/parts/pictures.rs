@@ -16,7 +16,7 @@ fn outlines(svg: &str) -> usize {
 
 fn held(name: &str) -> Problem<3> {
     let mesh = Mesh::<3>::parse(&file(name)).unwrap();
-    let scene = Scene::on(mesh, Solid, Rubber::neo_hookean(0.5, 10.0).unwrap()).hold("left");
+    let scene = Scene::new(mesh, Solid, Rubber::neo_hookean(0.5, 10.0).unwrap()).hold("left");
     scene.discretize(&Scheme::default()).unwrap()
 }
 

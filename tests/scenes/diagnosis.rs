@@ -124,7 +124,7 @@ fn dependent_rows_are_found_and_not_counted() {
         |scene: Scene<2>| positions.iter().fold(scene, |scene, x| scene.prescribe(Place::at([x[0], x[1]]), 0, 0.0));
     let known = diagnose(&at_all(square()).hold(Side::Min), &Scheme::default().particles([4, 3]));
     assert!(known.holds() && known.dependent.is_empty(), "{}", known.report());
-    let scene = at_all(Scene::over(cells, PlaneStrain, rubber())).hold(Side::Min);
+    let scene = at_all(Scene::new(Geometry::cells(cells), PlaneStrain, rubber())).hold(Side::Min);
     for constraint_method in [ConstraintMethod::Transformation, ConstraintMethod::Multipliers] {
         let scheme = Scheme::default().particles([4, 3]).constraint_method(constraint_method);
         let diagnosis = diagnose(&scene, &scheme);
@@ -219,7 +219,7 @@ impl Cells<2> for Gapped {
 fn uncovered_regions_are_bounded() {
     let lattice = Block::new([0.0, 0.0], [8.0, 2.0]).lattice([9, 3]).unwrap();
     let cells = Arc::new(Gapped { lattice, edge: 5.5, lists: true });
-    let scene = Scene::over(cells, PlaneStrain, rubber()).hold(Side::Min);
+    let scene = Scene::new(Geometry::cells(cells), PlaneStrain, rubber()).hold(Side::Min);
     let diagnosis = diagnose(&scene, &Scheme::default());
     assert_eq!(broken(&diagnosis), ["particles cover the body"]);
     let [region] = diagnosis.uncovered.as_slice() else { panic!("{:?}", diagnosis.uncovered) };

@@ -86,7 +86,7 @@ fn grids_have_cells_around_and_fields_of_all_particles() {
     let square = Outline::at([0.0, 0.0]).line("a", [1.0, 0.0]).line("b", [1.0, 1.0]).line("c", [0.0, 1.0]).close("d");
     let rubber = || Rubber::neo_hookean(0.5, 1e3).unwrap();
     let region = |partition| {
-        Scene::on(Region::new(square.clone()).unwrap(), PlaneStrain, rubber())
+        Scene::new(Region::new(square.clone()).unwrap(), PlaneStrain, rubber())
             .hold("a")
             .prescribe("c", 0, 0.1)
             .prescribe("c", 1, 0.0)

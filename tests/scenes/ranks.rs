@@ -270,7 +270,7 @@ fn bonded_bodies_and_scattered_particles_are_shared() {
         .line("top", [0.0, 1.0])
         .close("left");
     let scene = Scene::assembly(PlaneStrain)
-        .body_on("soft", Region::new(plate).unwrap(), rubber(1e2))
+        .body("soft", Region::new(plate).unwrap(), rubber(1e2))
         .body("stiff", Block::new([0.0, 1.0], [2.0, 1.5]), Rubber::neo_hookean(5.0, 1e3).unwrap())
         .hold(Place::on("bottom").of("soft"))
         .with(Condition::on(Place::on((1, Side::Max)).of("stiff")).displacement([0.2, -0.05]));

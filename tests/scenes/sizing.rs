@@ -185,7 +185,7 @@ fn drawn_shapes_are_sized_too() {
         .line("top", [0.0, 2.0])
         .close("left");
     let region = Region::with_holes(outline, [Outline::circle("hole", [2.0, 1.0], 0.5)]).unwrap();
-    let scene = Scene::on(region, PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+    let scene = Scene::new(region, PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
         .hold("left")
         .prescribe("right", 0, 0.5)
         .prescribe("right", 1, 0.0);

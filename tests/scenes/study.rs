@@ -131,7 +131,7 @@ fn reactions_are_those_of_one_place_or_name() {
     let outline =
         Outline::at([0.0, 0.0]).line("low", [2.0, 0.0]).line("end", [2.0, 1.0]).line("top", [0.0, 1.0]).close("end2");
     let rubber = Rubber::neo_hookean(0.5, 1e3).unwrap();
-    let scene = Scene::on(Region::new(outline).unwrap(), PlaneStrain, rubber)
+    let scene = Scene::new(Region::new(outline).unwrap(), PlaneStrain, rubber)
         .hold("end2")
         .prescribe("end", 1, 0.1)
         .with(Condition::on("end").component(0, 0.2).named("pull"));

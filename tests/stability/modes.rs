@@ -395,7 +395,7 @@ fn pulled_pad(scattered: bool) -> (Scene<2>, Place<2>) {
     if scattered {
         let outline = Outline::at([0.0, 0.0]).line("b", [10.0, 0.0]).line("r", [10.0, 1.0]).line("t", [0.0, 1.0]);
         let region = Region::new(outline.close("l")).unwrap();
-        let scene = Scene::on(region, PlaneStrain, rubber).prescribe("l", 0, 0.0).prescribe("b", 1, 0.0);
+        let scene = Scene::new(region, PlaneStrain, rubber).prescribe("l", 0, 0.0).prescribe("b", 1, 0.0);
         return (scene.prescribe("t", 0, 0.0).prescribe("t", 1, 0.1), Place::on("t"));
     }
     let scene = Scene::new(Block::new([0.0, 0.0], [10.0, 1.0]), PlaneStrain, rubber)

@@ -1,5 +1,7 @@
 //! Draws a chart with plotters.
 
+use std::path::Path;
+
 use plotters::chart::ChartContext;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
@@ -10,7 +12,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::ranges::ranges;
 use super::{Aspect, Chart, Colour, Direction, Marker, Scale, Series, Stroke};
 use crate::error::OutputError;
-use crate::output::short;
+use crate::output::{short, write_text};
 
 type Svg<'a> = SVGBackend<'a>;
 type Plot<'a, 'b> = ChartContext<'a, Svg<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
@@ -35,6 +37,9 @@ const EDGE: i32 = 14;
 /// Pixels along a side beyond which a chart is refused: no screen is as large, and dashes would fill the memory.
 const LARGEST: u32 = 20_000;
 
+/// Points in even coordinates.
+type Points = Vec<(f64, f64)>;
+
 /// A series, reference line or band as it is drawn and named in the legend, in even coordinates.
 struct Drawn<'a> {
     name: &'a str,
@@ -45,15 +50,34 @@ struct Drawn<'a> {
     dash: Option<i32>,
     marker: Marker,
     /// The visible runs of its lines.
-    runs: Vec<Vec<(f64, f64)>>,
+    runs: Vec<Points>,
     /// Its visible points.
-    points: Vec<(f64, f64)>,
+    points: Points,
 }
 
 /// Room of the plot in even coordinates, lower and upper end of both axes.
 type Ranges = [(f64, f64); 2];
 
-pub(super) fn svg(chart: &Chart) -> Result<String, OutputError> {
+impl Chart {
+    /// The chart as the text of an SVG file.
+    ///
+    /// # Errors
+    /// [`OutputError::Chart`] where no point of any series can be shown, a range, band or reference
+    /// line cannot be, or equal aspect is requested of a logarithmic axis.
+    pub fn to_svg(&self) -> Result<String, OutputError> {
+        svg(self)
+    }
+
+    /// Writes the chart as an SVG file, with the directories above it.
+    ///
+    /// # Errors
+    /// As [`to_svg`](Self::to_svg), and [`OutputError::Io`] where the file system refuses.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
+        write_text(path.as_ref(), &self.to_svg()?)
+    }
+}
+
+fn svg(chart: &Chart) -> Result<String, OutputError> {
     let scales = [chart.x.scale, chart.y.scale];
     let equal = chart.aspect == Aspect::Equal;
     if equal && scales != [Scale::Linear; 2] {
@@ -249,7 +273,7 @@ fn resolve<'a>(chart: &'a Chart, ranges: &Ranges) -> Vec<Drawn<'a>> {
         let width = if series.stroke == Stroke::None { 0 } else { 3 };
         drawn.push(Drawn { name: &series.name, colour: rgb(colour), width, dash, marker, runs, points });
     }
-    let line = |name, colour, width, dash, run: Vec<(f64, f64)>| {
+    let line = |name, colour, width, dash, run: Points| {
         let runs = if run.is_empty() { Vec::new() } else { vec![run] };
         Drawn { name, colour, width, dash, marker: Marker::None, runs, points: Vec::new() }
     };
@@ -267,10 +291,10 @@ fn resolve<'a>(chart: &'a Chart, ranges: &Ranges) -> Vec<Drawn<'a>> {
 }
 
 /// The visible runs of a series and its visible points.
-fn visible(chart: &Chart, series: &Series, ranges: &Ranges) -> (Vec<Vec<(f64, f64)>>, Vec<(f64, f64)>) {
+fn visible(chart: &Chart, series: &Series, ranges: &Ranges) -> (Vec<Points>, Points) {
     let (mut runs, mut points) = (Vec::new(), Vec::new());
     for path in &series.paths {
-        let mut run: Vec<(f64, f64)> = Vec::new();
+        let mut run = Points::new();
         let mut previous = None;
         for &[x, y] in path {
             let at = (chart.x.scale.forward(x), chart.y.scale.forward(y));

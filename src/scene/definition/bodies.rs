@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use crate::cells::Cells;
 use crate::error::{BoundaryError, Error, GeometryError};
-use crate::geometry::{Domain, Part};
+use crate::geometry::Part;
 use crate::kinematics::Kinematics;
 use crate::material::Material;
 
 use super::place::Spot;
 use super::source::{BodyOf, Source};
-use crate::scene::{Drawn, Place, Scene, Scheme};
+use crate::scene::{Geometry, Place, Scene, Scheme};
 
 impl<const D: usize> Scene<D> {
     /// A scene without a body, to which several are added by [`body`](Scene::body).
@@ -53,40 +53,16 @@ impl<const D: usize> Scene<D> {
         }
     }
 
-    fn add(mut self, name: String, source: Source<D>, material: Arc<dyn Material>) -> Self {
-        self.bodies.push(BodyOf { name, source, material, scheme: None });
-        self
-    }
-
-    /// Adds a body: the image of a unit cube, a block for instance.
+    /// Adds a body. Its parts have the names that they were drawn with.
     pub fn body(
-        self,
+        mut self,
         name: impl Into<String>,
-        domain: impl Domain<D> + 'static,
+        geometry: impl Into<Geometry<D>>,
         material: impl Material + 'static,
     ) -> Self {
-        self.add(name.into(), Source::Domain(Arc::new(domain)), Arc::new(material))
-    }
-
-    /// Adds a body over given particles and cells; the scheme's resolution and layout are left out.
-    pub fn body_over(
-        self,
-        name: impl Into<String>,
-        cells: Arc<dyn Cells<D>>,
-        material: impl Material + 'static,
-    ) -> Self {
-        self.add(name.into(), Source::Cells(cells), Arc::new(material))
-    }
-
-    /// Adds a body that was drawn: a region of the plane, or a mesh with its particles at the nodes. Parts have the names that
-    /// they were drawn with.
-    pub fn body_on(
-        self,
-        name: impl Into<String>,
-        shape: impl Into<Drawn<D>>,
-        material: impl Material + 'static,
-    ) -> Self {
-        self.add(name.into(), shape.into().source, Arc::new(material))
+        let source = geometry.into().source;
+        self.bodies.push(BodyOf { name: name.into(), source, material: Arc::new(material), scheme: None });
+        self
     }
 
     /// Changes the scheme for a body alone: its particles, its approximation.

@@ -19,7 +19,7 @@ impl<const D: usize> Scene<D> {
     /// let quarter = Outline::at([0.0, 0.0]).line("equator", [0.2, 0.0])
     ///     .arc("outer", [0.0, 0.2], [0.0, 0.0], Turn::Left).close("axis");
     /// let rubber = Rubber::mooney_rivlin(0.293, 0.177, 1410.0)?; // MPa
-    /// let roller = Scene::on(Region::new(quarter)?, PlaneStrain, rubber)
+    /// let roller = Scene::new(Region::new(quarter)?, PlaneStrain, rubber)
     ///     .prescribe("equator", 1, 0.0)
     ///     .prescribe("axis", 0, 0.0)
     ///     .contact("outer", RigidSurface::plane([0.0, 0.2], [0.0, -1.0]).moving([0.0, -0.025]).named("plate"));

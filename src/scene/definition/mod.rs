@@ -4,7 +4,7 @@ pub(super) mod bodies;
 pub(super) mod condition;
 pub(super) mod contact;
 pub(super) mod contact_definition;
-pub(super) mod drawn;
+pub(super) mod geometry;
 pub(super) mod load;
 pub(super) mod place;
 pub(super) mod resolution;

@@ -10,7 +10,7 @@ use crate::term::Amplitude;
 
 use super::condition::Condition;
 use super::contact_definition::{ContactDefinition, ContactPair};
-use super::drawn::Drawn;
+use super::geometry::Geometry;
 use super::load::Load;
 use super::place::{Place, Spot};
 use super::resolution::edge_lengths;
@@ -65,34 +65,16 @@ pub struct Scene<const D: usize> {
 }
 
 impl<const D: usize> Scene<D> {
-    /// A free, unloaded body.
-    pub fn new(
-        domain: impl Domain<D> + 'static,
-        kinematics: impl Kinematics<D> + 'static,
-        material: impl Material + 'static,
-    ) -> Self {
-        Scene::of(Source::Domain(Arc::new(domain)), kinematics, material)
-    }
-
-    /// A free, unloaded body over given particles and cells; the scheme's resolution and layout are left out.
-    pub fn over(
-        cells: Arc<dyn Cells<D>>,
-        kinematics: impl Kinematics<D> + 'static,
-        material: impl Material + 'static,
-    ) -> Self {
-        Scene::of(Source::Cells(cells), kinematics, material)
-    }
-
-    /// A free, unloaded body that was drawn: a [`Region`](crate::geometry::Region) of the plane, over which the scheme
-    /// scatters its particles, or a [`Mesh`](crate::mesh::Mesh), at whose nodes they are. Over a region a scheme says their
-    /// spacing or about how many ([`spacing`](crate::scene::Scheme::spacing), [`particles`](crate::scene::Scheme::particles)), where they
-    /// are finer ([`graded`](crate::scene::Scheme::graded)), and which draw ([`seed`](crate::scene::Scheme::seed)).
+    /// A free, unloaded body of a [`Geometry`](crate::scene::Geometry): a block, a region, a mesh, given cells. Over a region a scheme says the spacing of
+    /// particles or about how many there are ([`spacing`](crate::scene::Scheme::spacing),
+    /// [`particles`](crate::scene::Scheme::particles)), where they are finer ([`graded`](crate::scene::Scheme::graded)), and which
+    /// draw ([`seed`](crate::scene::Scheme::seed)).
     ///
     /// ```
     /// use rkpm::prelude::*;
     /// let plate = Outline::at([0.0, 0.0])
     ///     .line("bottom", [4.0, 0.0]).line("right", [4.0, 1.0]).line("top", [0.0, 1.0]).close("left");
-    /// let scene = Scene::on(Region::new(plate)?, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    /// let scene = Scene::new(Region::new(plate)?, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
     ///     .hold("left")
     ///     .traction("right", [0.0, 0.01]);
     /// let problem = scene.discretize(&Scheme::default().spacing(0.25).seed(7))?;
@@ -104,7 +86,7 @@ impl<const D: usize> Scene<D> {
     /// ```no_run
     /// use rkpm::prelude::*;
     /// let mount = Mesh::read("mount.msh")?; // mm
-    /// let scene = Scene::on(&mount.body("rubber")?, Solid, Rubber::yeoh(0.55, -0.05, 0.01, 1e3)?) // MPa
+    /// let scene = Scene::new(&mount.body("rubber")?, Solid, Rubber::yeoh(0.55, -0.05, 0.01, 1e3)?) // MPa
     ///     .hold("base")
     ///     .with(Condition::on("insert").displacement([0.0, 0.0, -4.0]));
     /// let problem = scene.discretize(&Scheme::default())?;
@@ -112,29 +94,14 @@ impl<const D: usize> Scene<D> {
     /// println!("{:.0} N", problem.reaction(path.last(), "insert")?[2]);
     /// # Ok::<(), rkpm::Error>(())
     /// ```
-    pub fn on(
-        shape: impl Into<Drawn<D>>,
+    pub fn new(
+        geometry: impl Into<Geometry<D>>,
         kinematics: impl Kinematics<D> + 'static,
         material: impl Material + 'static,
     ) -> Self {
-        Scene::of(shape.into().source, kinematics, material)
-    }
-
-    fn of(source: Source<D>, kinematics: impl Kinematics<D> + 'static, material: impl Material + 'static) -> Self {
+        let source = geometry.into().source;
         let first = BodyOf { name: FIRST.into(), source, material: Arc::new(material), scheme: None };
-        Scene {
-            bodies: vec![first],
-            unbonded: Vec::new(),
-            kinematics: Arc::new(kinematics),
-            clock: None,
-            expansion: None,
-            conditions: Vec::new(),
-            loads: Vec::new(),
-            contacts: Vec::new(),
-            contact_pairs: Vec::new(),
-            names: Vec::new(),
-            rigids: Vec::new(),
-        }
+        Scene { bodies: vec![first], ..Scene::assembly(kinematics) }
     }
 
     /// The body of a scene of one.

@@ -134,7 +134,7 @@ impl<const D: usize> Problem<D> {
     /// ```
     /// use rkpm::prelude::*;
     /// let disk = Region::new(Outline::circle("rim", [0.0, 0.0], 1.0))?;
-    /// let scene = Scene::on(disk, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?);
+    /// let scene = Scene::new(disk, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?);
     /// let certificate = scene.discretize(&Scheme::default().spacing(0.2))?.certificate()?;
     /// assert!(certificate.smallest_rcond > 1e-3 && certificate.cover >= 4 && certificate.largest_slope < 6.0);
     /// # Ok::<(), rkpm::Error>(())
