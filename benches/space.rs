@@ -86,7 +86,7 @@ fn sphere() -> Scene<3> {
 type Measured = fn(&Problem<3>, &State) -> f64;
 
 fn energy(problem: &Problem<3>, state: &State) -> f64 {
-    problem.energy(state)
+    problem.energy(state).unwrap()
 }
 
 fn force(problem: &Problem<3>, state: &State, component: usize) -> f64 {

@@ -36,10 +36,10 @@ fn main() -> Result<(), rkpm::Error> {
             mesh.points().len(),
             mesh.cell_count(),
             force[0],
-            problem.energy(last),
+            problem.energy(last)?,
             path.iterations
         );
-        answers.push((force[0], problem.energy(last)));
+        answers.push((force[0], problem.energy(last)?));
         let picture = problem.picture(last, Field::MisesStress)?.title("A bracket: von Mises stress [MPa]");
         picture.view(-50.0, 20.0).write(out.join(format!("bracket_{}.svg", mesh.points().len())))?;
         problem.vtk_grid(last)?.write(out.join(format!("bracket_{}.vtu", mesh.points().len())))?;

@@ -34,7 +34,7 @@ const QUANTITIES: [&str; 3] = ["tip", "mid", "energy"];
 
 fn quantities(problem: &Problem<2>, state: &State) -> Result<[f64; 3], rkpm::Error> {
     let deflection = |x: [f64; 2]| problem.displacement(state, &x.into()).map(|u| u[1]);
-    Ok([deflection([48.0, 60.0])?, deflection([48.0, 52.0])?, problem.energy(state)])
+    Ok([deflection([48.0, 60.0])?, deflection([48.0, 52.0])?, problem.energy(state)?])
 }
 
 fn run(scheme: &Scheme) -> Result<(Problem<2>, EquilibriumPath), rkpm::Error> {
@@ -91,8 +91,8 @@ fn pressures(out: &FilePath) -> Result<f64, Box<dyn Error>> {
     // 9 nodes per direction: the macro cells of the particles are the elements.
     let (elements, elements_path) = run(&Scheme::elements(2).particles([9]))?;
     let (problem, path) = run(&Scheme::default().particles([9]))?;
-    let coarse = elements.pressures(elements_path.last()).ok_or("the elements have no pressures")?;
-    let pressures = problem.pressures(path.last()).ok_or("the particles have no pressures")?;
+    let coarse = elements.pressures(elements_path.last())?.ok_or("the elements have no pressures")?;
+    let pressures = problem.pressures(path.last())?.ok_or("the particles have no pressures")?;
     let table = problem.body().table();
 
     // (distance from the clamped corner, weight, pressure of the particles, of the elements) at points.

@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let path = problem.run(&mut ())?.completed()?;
         let reaction = problem.reaction(path.last(), "moved")?[1];
         summary.record(format!("reaction_{count}"), reaction, exact[0])?;
-        summary.record(format!("energy_{count}"), problem.energy(path.last()), exact[1])?;
+        summary.record(format!("energy_{count}"), problem.energy(path.last())?, exact[1])?;
         summary.note(format!("particles_{count}"), problem.cells().positions().len() as f64)?;
         summary.note(format!("iterations_{count}"), path.iterations as f64)?;
         points.push([problem.cells().positions().len() as f64, reaction]);

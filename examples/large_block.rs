@@ -67,7 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     summary.note("peak_bytes", peak())?;
     summary.note("peak_bytes_per_particle", peak() / count)?;
     if most == 0 {
-        summary.note("energy", problem.energy(path.last()))?;
+        summary.note("energy", problem.energy(path.last())?)?;
     }
     print!("{summary}");
     summary.write(out.join("summary.csv"))?;

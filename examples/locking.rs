@@ -29,7 +29,7 @@ fn quantities(ratio: f64, scheme: &Scheme) -> Result<[f64; 3], rkpm::Error> {
     let problem = membrane(ratio)?.discretize(scheme)?;
     let path = problem.run(&mut ())?.completed()?;
     let deflection = |x: [f64; 2]| problem.displacement(path.last(), &x.into()).map(|u| u[1]);
-    Ok([deflection([48.0, 60.0])?, deflection([48.0, 52.0])?, problem.energy(path.last())])
+    Ok([deflection([48.0, 60.0])?, deflection([48.0, 52.0])?, problem.energy(path.last())?])
 }
 
 /// The limit of quadratic elements with linear pressures: 8, 16 and 32 per direction, extrapolated by

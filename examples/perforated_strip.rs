@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let path = problem.run(&mut ())?.completed()?;
         // At most 600.
         let name = if count == 590 { 600 } else { count };
-        summary.record(format!("energy_{name}"), problem.energy(path.last()), exact[0])?;
+        summary.record(format!("energy_{name}"), problem.energy(path.last())?, exact[0])?;
         summary.record(format!("stretch_at_hole_{name}"), stretch_at_hole(&problem, path.last())?, exact[1])?;
         summary.note(format!("particles_{name}"), problem.cells().positions().len() as f64)?;
         summary.note(format!("steps_{name}"), path.steps.len() as f64)?;

@@ -65,7 +65,7 @@ fn quantities(energy: f64, along: f64, across: f64) -> [(&'static str, f64); 3] 
 fn of_sheet(problem: &Problem<2>, state: &State) -> Result<[(&'static str, f64); 3], rkpm::Error> {
     let along = problem.displacement(state, &[RADIUS, 0.0].into())?[0];
     let across = problem.displacement(state, &[0.0, RADIUS].into())?[1];
-    Ok(quantities(problem.energy(state), along, across))
+    Ok(quantities(problem.energy(state)?, along, across))
 }
 
 /// The openings are means over the thickness, by Simpson's rule.
@@ -74,7 +74,7 @@ fn of_solid(problem: &Problem<3>, state: &State) -> Result<[(&'static str, f64);
         let at = |z: f64| Ok::<_, rkpm::Error>(problem.displacement(state, &[x, y, z].into())?[component]);
         Ok((at(0.0)? + 4.0 * at(0.25 * THICKNESS)? + at(0.5 * THICKNESS)?) / 6.0)
     };
-    Ok(quantities(2.0 * problem.energy(state), mean(RADIUS, 0.0, 0)?, mean(0.0, RADIUS, 1)?))
+    Ok(quantities(2.0 * problem.energy(state)?, mean(RADIUS, 0.0, 0)?, mean(0.0, RADIUS, 1)?))
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -37,7 +37,7 @@ fn inflate(scheme: &Scheme) -> Result<(f64, f64, EquilibriumPath), rkpm::Error> 
     let problem = tube(PRESSURE)?.discretize(scheme)?;
     let path = problem.run(&mut ())?.completed()?;
     let bore = problem.displacement(path.last(), &[INNER].into())?[0];
-    let energy = problem.energy(path.last()) / (2.0 * PI);
+    let energy = problem.energy(path.last())? / (2.0 * PI);
     Ok((bore, energy, path))
 }
 

@@ -42,7 +42,7 @@ fn torque(problem: &Problem<3>, state: &State) -> Result<f64, rkpm::Error> {
 
 /// The largest |mean of J − 1| over the zones that share a pressure.
 fn volume_change(problem: &Problem<3>, state: &State) -> f64 {
-    let gradients = problem.deformation_gradients(state);
+    let gradients = problem.deformation_gradients(state)?;
     let table = problem.body().table();
     let zones = (0..table.clusters().len()).map(|zone| {
         let (mut volume, mut change) = (0.0, 0.0);

@@ -143,7 +143,7 @@ impl Given {
             let lattice = Lattice::new(&Quadrilateral { corners: self.corners }, counts, &Layout::Regular)?;
             let problem = self.over(Arc::new(lattice), false)?.discretize(&Scheme::default())?;
             match problem.run(&mut ())?.completed() {
-                Ok(path) => return Ok(Some(problem.energy(path.last()))),
+                Ok(path) => return Ok(Some(problem.energy(path.last())?)),
                 Err(error) => println!("{}, refined by {refined}: {error}", self.name),
             }
         }
@@ -197,7 +197,7 @@ pub fn run(out: &FilePath, summary: &mut Summary) -> Result<(), Box<dyn Error>> 
                         continue;
                     };
                     let path = problem.run(&mut ())?;
-                    let ratio = problem.energy(path.last()) / reference;
+                    let ratio = problem.energy(path.last())? / reference;
                     let whole = matches!(path.ending, Ending::Completed);
                     kept += usize::from(whole && (ratio - 1.0).abs() <= WITHIN);
                     ran += 1;

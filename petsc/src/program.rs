@@ -20,7 +20,7 @@ const PATIENCE: Duration = Duration::from_millis(500);
 ///         let problem = scene()?.discretize(&Scheme::default().solver(Mumps::new(session)))?;
 ///         let path = problem.run(&mut ())?.completed()?;
 ///         if session.rank() == 0 {
-///             println!("{}", problem.energy(path.last()));
+///             println!("{}", problem.energy(path.last())?);
 ///         }
 ///         Ok::<(), rkpm::Error>(())
 ///     })

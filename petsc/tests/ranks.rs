@@ -65,7 +65,7 @@ fn agrees<const D: usize>(session: &Session, scene: &Scene<D>, scheme: &Scheme, 
     let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let distance = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()));
     let displacement = distance(&a.displacement, &b.displacement) / largest(&a.displacement);
-    let (energy, other) = (alone.energy(a), shared.energy(b));
+    let (energy, other) = (alone.energy(a).unwrap(), shared.energy(b).unwrap());
     let energy = (energy / other - 1.0).abs();
     let (force, other) = (alone.reaction(a, part.clone())?, shared.reaction(b, part)?);
     let reaction = distance(force.as_slice(), other.as_slice()) / largest(force.as_slice());
@@ -219,7 +219,7 @@ fn iterated(session: &Session) -> Outcome {
     let found = shared.run(&mut ())?.completed()?;
     let (a, b) = (expected.last(), found.last());
     let error = a.displacement.iter().zip(&b.displacement).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()));
-    let energy = (alone.energy(a) / shared.energy(b) - 1.0).abs();
+    let energy = (alone.energy(a).unwrap() / shared.energy(b).unwrap() - 1.0).abs();
     let [force, other] = [alone.reaction(a, (2, Side::Max))?[0], shared.reaction(b, (2, Side::Max))?[0]];
     let reaction = (force / other - 1.0).abs();
     let krylov_iterations = shared.analysis().solver.krylov_iterations();

@@ -3,6 +3,7 @@
 use std::sync::Mutex;
 
 use crate::compiled::compiled;
+use crate::error::SolveError;
 use crate::parallel::{for_each_mut, threads};
 use crate::term::{Element, View};
 
@@ -10,6 +11,7 @@ use super::layout::NodeColumns;
 use super::model::{Model, SERIAL_BELOW};
 use super::pattern::Pattern;
 use super::slabs::{Gathered, SlabSchedule};
+use super::state_ref::StateRef;
 use super::sum::{Part, Places, Sum};
 use super::system::System;
 
@@ -102,56 +104,72 @@ impl Assembler {
         self.node_columns.len() == model.positions.len() + 1 && self.slabs.len() == model.terms.len() && clusters()
     }
 
-    /// Assembles the system of `model` at a state; all NaN for another model than the assembler's or vectors of one. The
-    /// sums run in one order whatever the number of threads.
-    pub fn assemble<const D: usize>(
+    /// Assembles the system of `model` at a state. The sums run in one order whatever the number of threads.
+    ///
+    /// # Errors
+    /// [`SolveError::OtherModel`] for another model than the assembler's, or a state of one.
+    pub fn assemble<'a, const D: usize>(
         &mut self,
         model: &Model<D>,
-        displacement: &[f64],
-        condensed: &[Vec<f64>],
-        load: f64,
+        state: impl Into<StateRef<'a>>,
         system: &mut System,
-    ) {
+    ) -> Result<(), SolveError> {
+        let at = self.check(model, state.into())?;
+        self.assemble_own(model, at, system);
+        Ok(())
+    }
+
+    /// Assembles residual and load slope alone, as [`assemble`](Assembler::assemble): the matrix of `system` is left as it is.
+    ///
+    /// # Errors
+    /// As [`assemble`](Assembler::assemble).
+    pub fn assemble_forces<'a, const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        state: impl Into<StateRef<'a>>,
+        system: &mut System,
+    ) -> Result<(), SolveError> {
+        let at = self.check(model, state.into())?;
+        self.forces_own(model, at, system);
+        Ok(())
+    }
+
+    /// As [`assemble`](Assembler::assemble), for a model and a state that are known to fit.
+    pub(crate) fn assemble_own<const D: usize>(&mut self, model: &Model<D>, at: StateRef<'_>, system: &mut System) {
         clear(&mut system.values, self.entries);
         system.skew.clear();
         system.zones.clear();
         system.coupling.clear();
-        self.sum(model, View { displacement, condensed: &[], load }, condensed, true, system);
+        self.sum(model, at, true, system);
     }
 
-    /// Assembles residual and load slope alone, as [`assemble`](Assembler::assemble): the matrix of `system` is left as it is.
-    pub fn assemble_forces<const D: usize>(
-        &mut self,
-        model: &Model<D>,
-        displacement: &[f64],
-        condensed: &[Vec<f64>],
-        load: f64,
-        system: &mut System,
-    ) {
-        self.sum(model, View { displacement, condensed: &[], load }, condensed, false, system);
+    /// As [`assemble_forces`](Assembler::assemble_forces), for a model and a state that are known to fit.
+    pub(crate) fn forces_own<const D: usize>(&mut self, model: &Model<D>, at: StateRef<'_>, system: &mut System) {
+        self.sum(model, at, false, system);
     }
 
-    /// Sums over all clusters; `at` lacks the condensed unknowns.
-    fn sum<const D: usize>(
-        &mut self,
-        model: &Model<D>,
-        at: View<'_>,
-        condensed: &[Vec<f64>],
-        with_matrix: bool,
-        system: &mut System,
-    ) {
+    fn check<'a, const D: usize>(&self, model: &Model<D>, at: StateRef<'a>) -> Result<StateRef<'a>, SolveError> {
+        model.check(at)?;
+        if !self.is_of(model) {
+            let (given, needed) = (model.terms.len(), self.slabs.len());
+            return Err(SolveError::OtherModel { what: "terms of the assembler's own clusters", given, needed });
+        }
+        Ok(at)
+    }
+
+    /// Sums over all clusters.
+    fn sum<const D: usize>(&mut self, model: &Model<D>, at: StateRef<'_>, with_matrix: bool, system: &mut System) {
         compiled!(D: (model: &Model<D> = model;
-            assembler: &mut Assembler = self, at: View<'_> = at, condensed: &[Vec<f64>] = condensed, with_matrix: bool = with_matrix,
+            assembler: &mut Assembler = self, at: StateRef<'_> = at, with_matrix: bool = with_matrix,
             system: &mut System = system) -> () {
-            assembler.sum_clusters(model, at, condensed, with_matrix, system);
+            assembler.sum_clusters(model, at, with_matrix, system);
         })
     }
 
     fn sum_clusters<const D: usize>(
         &mut self,
         model: &Model<D>,
-        at: View<'_>,
-        condensed: &[Vec<f64>],
+        at: StateRef<'_>,
         with_matrix: bool,
         system: &mut System,
     ) {
@@ -161,16 +179,6 @@ impl Assembler {
         system.load_slope.clear();
         system.load_slope.resize(unknowns, 0.0);
         system.scale = 0.0;
-        if !self.is_of(model) || !model.reads(at.displacement, condensed) {
-            system.scale = f64::NAN;
-            for all in [&mut system.residual, &mut system.load_slope] {
-                all.fill(f64::NAN);
-            }
-            if with_matrix {
-                system.values.fill(f64::NAN);
-            }
-            return;
-        }
         let workers = if unknowns >= SERIAL_BELOW { threads() } else { 1 };
         let mut elements = std::mem::take(&mut self.elements);
         elements.resize_with(workers.max(elements.len()), Element::default);
@@ -187,7 +195,8 @@ impl Assembler {
             uncondensed: self.uncondensed,
             free: self.free,
         };
-        let over = |parts, part| Sum { places, model, at, term: 0, with_matrix, parts, part };
+        let none = View { displacement: at.displacement, condensed: &[], load: at.load };
+        let over = |parts, part| Sum { places, model, at: none, term: 0, with_matrix, parts, part };
         if workers > 1 {
             several = self.parts::<D>(whole);
             sum = over(&several, PART);
@@ -196,7 +205,7 @@ impl Assembler {
             sum = over(&one, usize::BITS - 1);
         }
         for term in 0..model.terms.len() {
-            (sum.term, sum.at.condensed) = (term, &condensed[term]);
+            (sum.term, sum.at) = (term, at.of_term(term));
             let workers = workers.min(self.slabs[term].len());
             if workers > 1 {
                 for mut gathered in sum.in_parallel(&mut elements[..workers]) {

@@ -1,35 +1,112 @@
 //! Measures of a state: energy, gradients, determinants, and how far it can be trusted.
 
-use crate::term::{StateDiagnostics, Term, View};
+use crate::term::{StateDiagnostics, Term};
 
+use super::model_at::ModelAt;
 use super::{Model, Ranks};
 
-impl<const D: usize> Model<D> {
-    /// Energy stored in all terms \[stress·length³; per unit length in plane strain\]; NaN for vectors of another model.
-    pub fn energy(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64) -> f64 {
-        if !self.reads(displacement, condensed) {
-            return f64::NAN;
-        }
+impl<const D: usize> ModelAt<'_, D> {
+    /// Energy stored in all terms \[stress·length³; per unit length in plane strain\].
+    pub fn energy(self) -> f64 {
         let mut energy = 0.0;
-        for (term, condensed) in self.terms.iter().zip(condensed) {
-            let view = View { displacement, condensed, load };
+        for (number, term) in self.model.terms.iter().enumerate() {
             for cluster in 0..term.clusters() {
-                energy += term.energy(cluster, view);
+                energy += term.energy(cluster, self.at.of_term(number));
             }
         }
-        if let Some(ranks) = &self.ranks {
-            let mut total = [energy];
-            ranks.sum(&mut total);
-            return total[0];
-        }
-        energy
+        self.over_ranks(energy)
     }
 
-    /// The largest $|\nabla u|$ of a displacement at any point; NaN for one of another model.
-    pub fn largest_gradient(&self, displacement: &[f64]) -> f64 {
-        if !self.is_complete() || displacement.len() != self.unknowns() {
-            return f64::NAN;
+    /// The smallest $\det F$ at any point and where; `None` where no term has a deformation gradient.
+    pub fn smallest_jacobian(self) -> Option<(f64, Vec<f64>)> {
+        let mut smallest: Option<(f64, Vec<f64>)> = None;
+        for (number, term) in self.model.terms.iter().enumerate() {
+            for cluster in 0..term.clusters() {
+                if let Some(found) = term.smallest_jacobian(cluster, self.at.of_term(number))
+                    && smallest.as_ref().is_none_or(|s| found.0 < s.0 || found.0.is_nan())
+                {
+                    smallest = Some(found);
+                }
+            }
         }
+        match &self.model.ranks {
+            Some(ranks) => smallest_of_all::<D>(&**ranks, smallest),
+            None => smallest,
+        }
+    }
+
+    /// How far the state can be trusted: the worst of all clusters.
+    pub fn diagnostics(self) -> StateDiagnostics {
+        let mut diagnostics = StateDiagnostics::default();
+        for (number, term) in self.model.terms.iter().enumerate() {
+            for cluster in 0..term.clusters() {
+                diagnostics = diagnostics.join(term.diagnostics(cluster, self.at.of_term(number)));
+            }
+        }
+        match &self.model.ranks {
+            Some(ranks) => diagnostics.over(|values| ranks.largest(values), |value| ranks.sum(value)),
+            None => diagnostics,
+        }
+    }
+
+    /// Why the state is none that a term can answer for.
+    #[cfg(feature = "solve")]
+    pub(crate) fn check_state(self) -> Option<String> {
+        let mut terms = self.model.terms.iter().enumerate();
+        terms.find_map(|(number, term)| term.check_state(self.at.of_term(number)))
+    }
+
+    /// Condensed unknowns at a converged state with the memory of the step that led there.
+    #[cfg(feature = "solve")]
+    pub(crate) fn update_history(self) -> Vec<Vec<f64>> {
+        let mut condensed = self.at.condensed.to_vec();
+        for (number, (term, condensed)) in self.model.terms.iter().zip(&mut condensed).enumerate() {
+            let range = term.internal_variables();
+            if !range.is_empty() {
+                term.update_history(self.at.of_term(number), &mut condensed[range]);
+            }
+        }
+        condensed
+    }
+
+    /// The error that a step of time has left in the stress, relative to the stress (root of the mean squares over the body): from
+    /// the condensed unknowns `before` of a step earlier, where the loads had no break point since, to those at its end, whose memory
+    /// is still that of its beginning; see [`Term::time_error`].
+    #[cfg(feature = "solve")]
+    pub(crate) fn time_error(self, before: Option<&[Vec<f64>]>) -> f64 {
+        let mut sums = [0.0; 2];
+        for (number, term) in self.model.terms.iter().enumerate() {
+            let (range, view) = (term.internal_variables(), self.at.of_term(number));
+            if !term.is_timed() || range.is_empty() {
+                continue;
+            }
+            let mut next = view.condensed[range.clone()].to_vec();
+            term.update_history(view, &mut next);
+            let squares = term.time_error(before.map(|before| &before[number][range.clone()]), view, &next);
+            for (sum, square) in sums.iter_mut().zip(squares) {
+                *sum += square;
+            }
+        }
+        if let Some(ranks) = &self.model.ranks {
+            ranks.sum(&mut sums);
+        }
+        if sums[0] == 0.0 { 0.0 } else { (sums[0] / sums[1]).sqrt() }
+    }
+
+    /// A sum over the clusters of this rank, over those of all.
+    fn over_ranks(self, mine: f64) -> f64 {
+        let mut total = [mine];
+        if let Some(ranks) = &self.model.ranks {
+            ranks.sum(&mut total);
+        }
+        total[0]
+    }
+}
+
+impl<const D: usize> Model<D> {
+    /// The largest $|\nabla u|$ of a displacement at any point.
+    #[cfg(feature = "solve")]
+    pub(crate) fn largest_gradient(&self, displacement: &[f64]) -> f64 {
         let of_term = |term: &dyn Term<D>| {
             (0..term.clusters()).map(|c| term.largest_gradient(c, displacement)).fold(0.0, f64::max)
         };
@@ -38,59 +115,6 @@ impl<const D: usize> Model<D> {
             Some(ranks) => -ranks.least(-mine),
             None => mine,
         }
-    }
-
-    /// The smallest $\det F$ at any point and where, `None` where no term has a deformation gradient; NaN nowhere for vectors
-    /// of another model.
-    pub fn smallest_jacobian(
-        &self,
-        displacement: &[f64],
-        condensed: &[Vec<f64>],
-        load: f64,
-    ) -> Option<(f64, Vec<f64>)> {
-        if !self.reads(displacement, condensed) {
-            return Some((f64::NAN, Vec::new()));
-        }
-        let mut smallest: Option<(f64, Vec<f64>)> = None;
-        for (term, condensed) in self.terms.iter().zip(condensed) {
-            let view = View { displacement, condensed, load };
-            for cluster in 0..term.clusters() {
-                if let Some(found) = term.smallest_jacobian(cluster, view)
-                    && smallest.as_ref().is_none_or(|s| found.0 < s.0 || found.0.is_nan())
-                {
-                    smallest = Some(found);
-                }
-            }
-        }
-        match &self.ranks {
-            Some(ranks) => smallest_of_all::<D>(&**ranks, smallest),
-            None => smallest,
-        }
-    }
-
-    /// How far a state can be trusted: the worst of all clusters; Jacobians are NaN for vectors of another model.
-    pub fn diagnostics(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64) -> StateDiagnostics {
-        if !self.reads(displacement, condensed) {
-            return StateDiagnostics { jacobians: Some([f64::NAN; 2]), ..StateDiagnostics::default() };
-        }
-        let mut diagnostics = StateDiagnostics::default();
-        for (term, condensed) in self.terms.iter().zip(condensed) {
-            let view = View { displacement, condensed, load };
-            for cluster in 0..term.clusters() {
-                diagnostics = diagnostics.join(term.diagnostics(cluster, view));
-            }
-        }
-        match &self.ranks {
-            Some(ranks) => diagnostics.over(|values| ranks.largest(values), |value| ranks.sum(value)),
-            None => diagnostics,
-        }
-    }
-
-    /// Why a state is none that a term can answer for.
-    #[cfg(feature = "solve")]
-    pub(crate) fn check_state(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64) -> Option<String> {
-        let mut terms = self.terms.iter().zip(condensed);
-        terms.find_map(|(term, condensed)| term.check_state(View { displacement, condensed, load }))
     }
 }
 

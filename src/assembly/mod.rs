@@ -4,19 +4,23 @@ mod assembler;
 mod layout;
 mod measures;
 mod model;
+mod model_at;
 mod pattern;
 mod ranks;
 mod remote;
 mod slabs;
+mod state_ref;
 mod sum;
 mod system;
 
 pub use assembler::Assembler;
 pub use model::Model;
+pub use model_at::ModelAt;
 pub use pattern::Pattern;
 #[cfg(feature = "solve")]
 pub(crate) use pattern::add_column;
 pub use ranks::Ranks;
+pub use state_ref::StateRef;
 pub use system::System;
 #[cfg(feature = "solve")]
 pub(crate) use system::release;

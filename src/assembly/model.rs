@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
+use crate::error::SolveError;
 use crate::geometry::Point;
-use crate::parallel::{map_ranges, threads};
-use crate::term::{Element, Product, Term, View, Zone};
+use crate::term::{Product, Term, Zone};
 
 use super::Ranks;
 use super::remote::RemoteTerm;
+use super::state_ref::StateRef;
 
 /// Unknowns below which everything stays on one thread.
 pub(super) const SERIAL_BELOW: usize = 400;
@@ -125,89 +126,21 @@ impl<const D: usize> Model<D> {
         self.needs.iter().all(|[nodes, _]| *nodes <= self.positions.len())
     }
 
-    /// Whether vectors are as long as the terms read them, and the terms stay among the nodes.
-    pub(super) fn reads(&self, displacement: &[f64], condensed: &[Vec<f64>]) -> bool {
-        self.is_complete() && displacement.len() == self.unknowns() && self.reads_condensed(condensed)
-    }
-
-    fn reads_condensed(&self, condensed: &[Vec<f64>]) -> bool {
-        condensed.len() == self.terms.len()
-            && self.needs.iter().zip(condensed).all(|([_, needed], l)| *needed <= l.len())
-    }
-
-    /// Adds what a change of the load factor does to the increments of the condensed unknowns.
-    #[cfg(feature = "solve")]
-    pub(crate) fn advance_load(
-        &self,
-        displacement: &[f64],
-        condensed: &[Vec<f64>],
-        load: f64,
-        load_step: f64,
-        condensed_step: &mut [Vec<f64>],
-    ) {
-        for ((term, condensed), step) in self.terms.iter().zip(condensed).zip(condensed_step) {
-            if load_step != 0.0 && term.is_unilateral() {
-                let view = View { displacement, condensed, load };
-                for cluster in 0..term.clusters() {
-                    term.advance_load(cluster, view, load_step, &mut step[term.condensed(cluster)]);
-                }
-            }
+    /// Refuses states whose vectors are not as long as the terms read them, and all where terms reach beyond the nodes.
+    pub(super) fn check(&self, at: StateRef<'_>) -> Result<(), SolveError> {
+        let refuse = |what, given, needed| Err(SolveError::OtherModel { what, given, needed });
+        if let Some([needed, _]) = self.needs.iter().find(|[nodes, _]| *nodes > self.positions.len()) {
+            return refuse("nodes", self.positions.len(), *needed);
         }
-    }
-
-    /// Increments of the condensed unknowns for a displacement increment, and the largest admissible step factor; 0 for vectors
-    /// of another model.
-    pub fn advance(
-        &self,
-        displacement: &[f64],
-        condensed: &[Vec<f64>],
-        load: f64,
-        step: &[f64],
-        condensed_step: &mut [Vec<f64>],
-    ) -> f64 {
-        let fit = self.reads(displacement, condensed)
-            && step.len() == displacement.len()
-            && self.reads_condensed(condensed_step);
-        if !fit {
-            return 0.0;
+        if at.displacement.len() != self.unknowns() {
+            return refuse("displacement", at.displacement.len(), self.unknowns());
         }
-        let mut bound: f64 = 1.0;
-        // min() would drop a NaN.
-        let least = |bound: f64, limit: f64| if limit.is_nan() { 0.0 } else { bound.min(limit) };
-        let parallel = self.unknowns() >= SERIAL_BELOW && threads() > 1;
-        for ((term, condensed), condensed_step) in self.terms.iter().zip(condensed).zip(condensed_step) {
-            let view = View { displacement, condensed, load };
-            if !parallel {
-                for cluster in 0..term.clusters() {
-                    bound =
-                        least(bound, term.advance(cluster, view, step, &mut condensed_step[term.condensed(cluster)]));
-                }
-                continue;
-            }
-            // One vector per run of clusters keeps the writes apart without unsafe code.
-            let runs = map_ranges(term.clusters(), 2, |clusters| {
-                let mut values = vec![0.0; clusters.clone().map(|c| term.condensed(c).len()).sum()];
-                let (mut bound, mut place): (f64, usize) = (1.0, 0);
-                for cluster in clusters.clone() {
-                    let count = term.condensed(cluster).len();
-                    bound = least(bound, term.advance(cluster, view, step, &mut values[place..place + count]));
-                    place += count;
-                }
-                (clusters, bound, values)
-            });
-            for (clusters, limit, values) in runs {
-                bound = least(bound, limit);
-                let mut place = 0;
-                for cluster in clusters {
-                    let range = term.condensed(cluster);
-                    condensed_step[range.clone()].copy_from_slice(&values[place..place + range.len()]);
-                    place += range.len();
-                }
-            }
+        if at.condensed.len() != self.terms.len() {
+            return refuse("condensed unknowns", at.condensed.len(), self.terms.len());
         }
-        match &self.ranks {
-            Some(ranks) => ranks.least(bound),
-            None => bound,
+        match self.needs.iter().zip(at.condensed).find(|([_, needed], list)| *needed != list.len()) {
+            Some(([_, needed], list)) => refuse("condensed unknowns", list.len(), *needed),
+            None => Ok(()),
         }
     }
 
@@ -216,122 +149,16 @@ impl<const D: usize> Model<D> {
         self.terms.iter().any(|term| term.is_timed())
     }
 
-    /// Condensed unknowns at a converged state with the memory of the step that led there; as they are where no term
-    /// remembers, and for vectors of another model.
-    pub fn update_history(&self, displacement: &[f64], condensed: &mut [Vec<f64>], load: f64) {
-        if !self.reads(displacement, condensed) {
-            return;
-        }
-        for (term, condensed) in self.terms.iter().zip(condensed) {
-            let range = term.internal_variables();
-            if range.is_empty() {
-                continue;
-            }
-            let mut next = condensed[range.clone()].to_vec();
-            term.update_history(View { displacement, condensed, load }, &mut next);
-            condensed[range].copy_from_slice(&next);
-        }
-    }
-
-    /// The error that a step of time has left in the stress, relative to the stress (root of the mean squares over the body): from
-    /// the condensed unknowns `before` of a step earlier, where the loads had no break point since, to those at its end, whose memory
-    /// is still that of its beginning; see [`Term::time_error`]. NaN for vectors of another model.
-    pub fn time_error(
-        &self,
-        before: Option<&[Vec<f64>]>,
-        displacement: &[f64],
-        condensed: &[Vec<f64>],
-        load: f64,
-    ) -> f64 {
-        if !self.reads(displacement, condensed) || before.is_some_and(|before| !self.reads_condensed(before)) {
-            return f64::NAN;
-        }
-        let mut sums = [0.0; 2];
-        for (k, (term, condensed)) in self.terms.iter().zip(condensed).enumerate() {
-            let range = term.internal_variables();
-            if !term.is_timed() || range.is_empty() {
-                continue;
-            }
-            let view = View { displacement, condensed, load };
-            let mut next = condensed[range.clone()].to_vec();
-            term.update_history(view, &mut next);
-            let squares = term.time_error(before.map(|before| &before[k][range.clone()]), view, &next);
-            for (sum, square) in sums.iter_mut().zip(squares) {
-                *sum += square;
-            }
-        }
-        if let Some(ranks) = &self.ranks {
-            ranks.sum(&mut sums);
-        }
-        if sums[0] == 0.0 { 0.0 } else { (sums[0] / sums[1]).sqrt() }
+    /// Whether a term acts from one side only.
+    #[cfg(feature = "solve")]
+    pub(crate) fn is_unilateral(&self) -> bool {
+        self.terms.iter().any(|term| term.is_unilateral())
     }
 
     /// The product of a zone's matrix, $C^T H C$ left out, with a vector over all unknowns: node by node of the zone.
     pub fn multiply_zone(&self, zone: &Zone, x: &[f64], product: &mut Product) {
         if let Some(term) = self.terms.get(zone.owner[0] as usize) {
             term.multiply(zone, x, product);
-        }
-    }
-
-    /// Replaces increments of pressures in those of the condensed unknowns by ones that were solved for.
-    #[cfg(feature = "solve")]
-    pub(crate) fn take_pressures(&self, zones: &[Zone], pressures: &[[f64; 4]], condensed_step: &mut [Vec<f64>]) {
-        for (zone, pressures) in zones.iter().zip(pressures) {
-            let [term, cluster] = zone.owner.map(|k| k as usize);
-            let range = self.terms[term].condensed(cluster);
-            self.terms[term].take_pressures(cluster, pressures, &mut condensed_step[term][range]);
-        }
-    }
-
-    /// The residual $r$ of the model, without any matrix; NaN for vectors of another model.
-    pub fn residual(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64) -> Vec<f64> {
-        if !self.reads(displacement, condensed) {
-            return vec![f64::NAN; self.unknowns()];
-        }
-        let mut residual = vec![0.0; self.unknowns()];
-        self.sum_forces(displacement, condensed, load, |unknown, force, _| residual[unknown] += force);
-        if let Some(ranks) = &self.ranks {
-            ranks.sum(&mut residual);
-        }
-        residual
-    }
-
-    /// Writes $\partial r/\partial\lambda$; NaN for vectors of another model.
-    pub fn load_slope(&self, displacement: &[f64], condensed: &[Vec<f64>], load: f64, slope: &mut [f64]) {
-        if !self.reads(displacement, condensed) || slope.len() != self.unknowns() {
-            slope.fill(f64::NAN);
-            return;
-        }
-        slope.fill(0.0);
-        self.sum_forces(displacement, condensed, load, |unknown, _, change| slope[unknown] += change);
-        if let Some(ranks) = &self.ranks {
-            ranks.sum(slope);
-        }
-    }
-
-    /// Visits residual and load slope of every cluster, unknown by unknown.
-    fn sum_forces(
-        &self,
-        displacement: &[f64],
-        condensed: &[Vec<f64>],
-        load: f64,
-        mut add: impl FnMut(usize, f64, f64),
-    ) {
-        let mut element = Element::default();
-        for (term, condensed) in self.terms.iter().zip(condensed) {
-            let view = View { displacement, condensed, load };
-            for cluster in 0..term.clusters() {
-                let nodes = term.nodes(cluster);
-                let compact = term.fills_compact();
-                element.reset(if compact { 0 } else { nodes.len() * D }, false);
-                term.linearize(cluster, view, &mut element);
-                for a in 0..element.residual.len() / D {
-                    let node = if compact { nodes[element.compact[a] as usize] } else { nodes[a] };
-                    for i in 0..D {
-                        add(node as usize * D + i, element.residual[a * D + i], element.load_slope[a * D + i]);
-                    }
-                }
-            }
         }
     }
 }

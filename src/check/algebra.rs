@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, ColPivQR, DMatrix, DVector, Dyn};
 
-use crate::assembly::{Model, System};
+use crate::assembly::{Model, StateRef, System};
 use crate::error::LinearError;
 
 use super::SIZE_LIMIT;
@@ -25,7 +25,7 @@ pub(super) fn add_tangent_at_rest<const D: usize>(model: &Model<D>, tangent: &mu
     let rest = vec![0.0; model.unknowns()];
     let mut system = System::default();
     let mut assembler = model.assembler();
-    assembler.assemble(model, &rest, &model.start(), 0.0, &mut system);
+    assembler.assemble_own(model, StateRef::new(&rest, &model.start(), 0.0), &mut system);
     let pattern = assembler.pattern();
     for column in 0..pattern.size() {
         for k in pattern.columns[column]..pattern.columns[column + 1] {

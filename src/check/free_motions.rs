@@ -4,6 +4,7 @@ use std::fmt;
 
 use nalgebra::DMatrix;
 
+use crate::assembly::StateRef;
 use crate::geometry::Point;
 use crate::scene::Problem;
 
@@ -60,7 +61,7 @@ pub(super) fn free_motions<const D: usize>(problem: &Problem<D>) -> Vec<FreeMoti
     let m = motions.len();
     let mut assembler = model.assembler();
     let mut system = Default::default();
-    assembler.assemble(model, &vec![0.0; model.unknowns()], &model.start(), 0.0, &mut system);
+    assembler.assemble_own(model, StateRef::new(&vec![0.0; model.unknowns()], &model.start(), 0.0), &mut system);
     let pattern = assembler.pattern();
     let stiffness = (0..pattern.size()).map(|c| system.values[pattern.columns[c]].abs()).fold(0.0, f64::max);
     let energies: Vec<Vec<f64>> = motions

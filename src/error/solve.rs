@@ -28,6 +28,18 @@ pub enum SolveError {
         /// Entries needed.
         needed: usize,
     },
+    /// A state of another problem or model.
+    #[error(
+        "a state of another problem: {given} entries of {what}, here are {needed}; pass states of this problem's own paths"
+    )]
+    OtherModel {
+        /// What does not fit.
+        what: &'static str,
+        /// Entries given.
+        given: usize,
+        /// Entries needed.
+        needed: usize,
+    },
     /// The nodes of a cluster fall or repeat.
     #[error(
         "term {term} of the model, cluster {cluster}: Term::nodes() does not rise; list each node once, by rising index"

@@ -49,10 +49,7 @@ impl LinearSolver for Direct {
         pattern.validate()?;
         let n = pattern.size();
         let columns: Vec<u32> = pattern.columns.iter().map(|&c| c as u32).collect();
-        let saddle = match class {
-            MatrixClass::Definite => 0,
-            MatrixClass::Saddle { constraints } => constraints.min(n),
-        };
+        let saddle = class.constraints().min(n);
         let own = match order {
             Some(_) => Vec::new(),
             None => minimum_degree(pattern, n - saddle)?,

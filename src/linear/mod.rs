@@ -14,11 +14,11 @@ pub(crate) use gmres::minimal_residuals;
 pub use krylov::{Auxiliary, Krylov};
 pub(crate) use ordering::after_their_rows;
 pub use ordering::{banded, nested_dissection};
-pub use uncondensed::{At, Linearised, ZoneProduct};
+pub use uncondensed::{Linearised, ZoneProduct};
 
 use std::sync::Arc;
 
-use crate::assembly::{Pattern, Ranks};
+use crate::assembly::{Pattern, Ranks, StateRef};
 use crate::error::LinearError;
 use crate::geometry::Point;
 
@@ -33,6 +33,16 @@ pub enum MatrixClass {
         /// Number of multipliers.
         constraints: usize,
     },
+}
+
+impl MatrixClass {
+    /// Number of multipliers: as many pivots of a stable state are negative.
+    pub(crate) fn constraints(self) -> usize {
+        match self {
+            MatrixClass::Definite => 0,
+            MatrixClass::Saddle { constraints } => constraints,
+        }
+    }
 }
 
 /// Signs of the pivots of a factorisation.
@@ -163,7 +173,7 @@ pub trait Factorizer: Send {
     fn factorize_at<'a>(
         &'a mut self,
         system: Linearised<'a>,
-        _at: At<'_>,
+        _at: StateRef<'_>,
     ) -> Result<Box<dyn Factors + 'a>, LinearError> {
         self.factorize(system.values)
     }

@@ -27,14 +27,3 @@ impl fmt::Debug for Linearised<'_> {
         f.debug_struct("Linearised").field("values", values).field("skew", skew).field("zones", zones).finish()
     }
 }
-
-/// The state that a system was linearised at.
-#[derive(Debug, Clone, Copy)]
-pub struct At<'a> {
-    /// Coefficients $d$ \[length\].
-    pub displacement: &'a [f64],
-    /// Condensed unknowns, one list per term.
-    pub condensed: &'a [Vec<f64>],
-    /// Load factor.
-    pub load: f64,
-}

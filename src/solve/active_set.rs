@@ -1,7 +1,9 @@
 //! Contacts that open and close by active-set cycling: Newton's method between two states that lead to each other.
 
+use crate::linear::vector::norm;
+
 /// How many times the iterations of an attempt are allowed once it was helped.
-pub(super) const CYCLING_ITERATIONS: usize = 3;
+const CYCLING_ITERATIONS: usize = 3;
 /// Difference between increments, as a part of them, below which a state is taken to come back.
 const SAME: f64 = 0.1;
 /// The first shift, in terms of the median of the diagonal.
@@ -23,6 +25,8 @@ const LET_DOWN: f64 = 1e-2;
 /// to rest there. Neither changes a state at which the method comes to rest.
 #[derive(Default)]
 pub(super) struct ActiveSetCycling {
+    /// Whether a term acts from one side only; nothing is done elsewhere.
+    unilateral: bool,
     /// Added to the diagonal, in terms of its median.
     pub shift: f64,
     halvings: i32,
@@ -34,6 +38,16 @@ pub(super) struct ActiveSetCycling {
 }
 
 impl ActiveSetCycling {
+    /// For a model whose terms act from one side only, or for one without such terms.
+    pub fn new(unilateral: bool) -> Self {
+        ActiveSetCycling { unilateral, ..ActiveSetCycling::default() }
+    }
+
+    /// Whether an attempt of so many iterations may take another one.
+    pub fn allows(&self, taken: usize, iterations: usize) -> bool {
+        taken < if self.helped() { CYCLING_ITERATIONS * iterations } else { iterations }
+    }
+
     /// Whether anything is done.
     pub fn helped(&self) -> bool {
         self.shift > 0.0 || self.halvings > 0
@@ -41,6 +55,9 @@ impl ActiveSetCycling {
 
     /// Notes whether the matrix is indefinite; whether the shift has grown so that the matrix is to be formed anew.
     pub fn raise_shift(&mut self, unstable: bool) -> bool {
+        if !self.unilateral {
+            return false;
+        }
         self.since_unstable = if unstable { Some(0) } else { self.since_unstable.map(|count| count + 1) };
         if unstable && self.shift > 0.0 && self.shift < 1.0 {
             self.shift *= GROWTH;
@@ -49,8 +66,12 @@ impl ActiveSetCycling {
         false
     }
 
-    /// What to take of an increment of a length.
-    pub fn damping(&mut self, length: f64) -> f64 {
+    /// What to take of an increment.
+    pub fn damping(&mut self, step: &[f64]) -> f64 {
+        if !self.unilateral {
+            return 1.0;
+        }
+        let length = norm(step);
         let returns = self.lengths.iter().all(|before| *before > 0.0 && (length / before - 1.0).abs() < SAME);
         self.falling = if length < self.lengths[0] { self.falling + 1 } else { 0 };
         self.lengths = if returns { [0.0; 2] } else { [length, self.lengths[0]] };
@@ -85,13 +106,13 @@ mod tests {
 
     #[test]
     fn steps_that_come_back_are_halved_and_shifts_are_let_down() {
-        let mut cycling = ActiveSetCycling::default();
-        assert_eq!([1.0, 1.0, 1.0].map(|length| cycling.damping(length)), [1.0, 1.0, 0.5]);
+        let mut cycling = ActiveSetCycling::new(true);
+        assert_eq!([1.0, 1.0, 1.0].map(|length| cycling.damping(&[length])), [1.0, 1.0, 0.5]);
         assert!(cycling.helped() && cycling.shift == 0.0);
-        let mut cycling = ActiveSetCycling::default();
+        let mut cycling = ActiveSetCycling::new(true);
         for _ in 0..3 {
             assert!(!cycling.raise_shift(true));
-            assert_eq!(cycling.damping(1.0), 1.0);
+            assert_eq!(cycling.damping(&[1.0]), 1.0);
         }
         assert_eq!(cycling.shift, SHIFT);
         assert!(cycling.raise_shift(true) && cycling.shift == 10.0 * SHIFT);
@@ -100,7 +121,7 @@ mod tests {
         for _ in 0..13 {
             assert!(!cycling.raise_shift(false));
             length *= 0.1;
-            cycling.damping(length);
+            cycling.damping(&[length]);
         }
         assert!(!cycling.helped());
     }

@@ -2,12 +2,10 @@
 
 use crate::assembly::Model;
 use crate::boundary::Constraints;
-use crate::error::{Cause, Error};
-use crate::linear::{At, Linearised};
-use crate::term::{Product, Zone};
+use crate::error::Error;
 
 use super::analysis::Analysis;
-use super::increment::{Buffers, Linear};
+use super::increment::Buffers;
 use super::newton::Workspace;
 use super::rejection::Rejection;
 use super::state::State;
@@ -23,30 +21,14 @@ pub(crate) struct Dual {
 impl<const D: usize> Workspace<'_, D> {
     /// The solutions $z$ of dual problems at a state, by one matrix.
     pub fn duals(&mut self, state: &State, requested: &[Dual]) -> Result<Vec<Vec<f64>>, Rejection> {
-        self.make_room();
-        self.assembler.assemble(self.model, &state.displacement, &state.condensed, state.load, &mut self.system);
-        if !self.system.scale.is_finite() {
-            return Err(Cause::NotFinite.into());
-        }
-        self.enforced.reduce(&self.system, &mut self.values);
-        // The transpose of the skew part.
-        self.system.skew.iter_mut().for_each(|entry| entry.2 = -entry.2);
-        let sides: Vec<Vec<f64>> = requested
-            .iter()
-            .map(|dual| {
-                let mut rhs = Vec::new();
-                self.enforced.restrict(&dual.force, &dual.prescribed, &self.system, &mut rhs);
-                rhs
-            })
-            .collect();
-        self.system.release();
-        let (skew, zones) = (&self.system.skew, &self.system.zones);
-        let product = |zone: &Zone, x: &[f64], product: &mut Product| self.model.multiply_zone(zone, x, product);
-        let linearised = Linearised { values: &self.values, skew, zones, product: &product };
-        let here = At { displacement: &state.displacement, condensed: &state.condensed, load: state.load };
-        let factors = self.factorizer.factorize_at(linearised, here)?;
-        let linear =
-            Linear { enforced: &*self.enforced, factors: &*factors, system: &self.system, values: &self.values };
+        let mut sides = vec![Vec::new(); requested.len()];
+        let linear = self.tangent.linearise(&mut self.assembler, state, 0.0, |enforced, system| {
+            // The transpose of the skew part.
+            system.skew.iter_mut().for_each(|entry| entry.2 = -entry.2);
+            for (dual, rhs) in requested.iter().zip(&mut sides) {
+                enforced.restrict(&dual.force, &dual.prescribed, system, rhs);
+            }
+        })?;
         let mut buffers = Buffers::new(self.equations.len());
         let mut multipliers = vec![0.0; self.equations.len()];
         let mut solutions = Vec::with_capacity(requested.len());

@@ -6,11 +6,12 @@ use crate::error::{Error, Invalid, LinearError, SolveError};
 use crate::geometry::Morton;
 use crate::linear::{Direct, Factorizer, LinearSolver, after_their_rows, banded, minimum_degree, nested_dissection};
 
-use super::newton::{StepSizeProbe, Workspace};
+use super::newton::Workspace;
 use super::path::EquilibriumPath;
 use super::settings::Newton;
 use super::state::State;
 use super::stepping::Stepping;
+use super::tangent::Tangent;
 
 /// What is missing where every displacement is prescribed.
 pub(crate) const NO_FREE: &str = "free unknowns";
@@ -106,14 +107,10 @@ impl Analysis {
             model,
             equations,
             assembler,
-            enforced,
-            factorizer,
-            system: Default::default(),
+            tangent: Tangent::new(model, enforced, factorizer),
             forces: Default::default(),
-            values: Vec::new(),
             iterations: 0,
             inertia: None,
-            probe: StepSizeProbe::Off,
         })
     }
 
@@ -175,7 +172,7 @@ fn check_state<const D: usize>(model: &Model<D>, equations: &Constraints, state:
         )
         .into());
     }
-    if let Some((jacobian, at)) = model.smallest_jacobian(&state.displacement, &state.condensed, state.load)
+    if let Some((jacobian, at)) = model.at(state)?.smallest_jacobian()
         && !(jacobian > 0.0)
     {
         return Err(SolveError::InvertedStart { jacobian, at }.into());

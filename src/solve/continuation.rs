@@ -8,13 +8,13 @@ use super::analysis::Analysis;
 use super::critical::CriticalPoint;
 use super::functional::Control;
 use super::motion_limit::MotionLimit;
-use super::newton::Workspace;
+use super::newton::{Attempt, Workspace};
 use super::path::{Ending, EquilibriumPath, Observer, Step, StepControlState};
 use super::rejection::Rejection;
 use super::settings::{Newton, TangentUpdate};
 use super::state::State;
 use super::stepping::{
-    FOLD_ITERATIONS, FOLD_STEP, FOLD_STEP_IN_CONTACT, FOLDED, Following, LARGE_CHANGE, SLOW, StepControl,
+    FOLD_ITERATIONS, FOLD_STEP, FOLD_STEP_IN_CONTACT, FOLDED, Following, LARGE_CHANGE, SLOW, StepControl, TOO_LARGE,
 };
 
 /// One run: what it works with and what it has reached.
@@ -22,7 +22,10 @@ pub(super) struct Continuation<'a, 'o, const D: usize> {
     pub(super) analysis: &'a Analysis,
     pub(super) workspace: Workspace<'a, D>,
     pub(super) observer: &'o mut dyn Observer,
-    pub(super) scale: f64,
+    /// The extent of the body \[length\].
+    pub(super) extent: f64,
+    /// Whether the first step of the next attempt tells that the load should not lead.
+    pub(super) probes: bool,
     pub(super) path: EquilibriumPath,
     pub(super) previous: Option<State>,
     pub(super) state: State,
@@ -59,7 +62,6 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             [_] => Some(path.start.clone()),
             [.., before, _] => Some(before.state.clone()),
         };
-        let scale = extent(model);
         let mut break_points: Vec<f64> = model.break_points().into_iter().chain(equations.break_points()).collect();
         break_points.retain(|&break_point| break_point > 0.0 && break_point < 1.0);
         break_points.sort_unstable_by(f64::total_cmp);
@@ -69,7 +71,8 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             analysis,
             workspace,
             observer,
-            scale,
+            extent: extent(model),
+            probes: false,
             path,
             previous,
             state,
@@ -97,7 +100,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let load_control = matches!(control, Control::Load(_));
         let (iterations, state) = self.iterate(attempt, control)?;
         self.on_path(&state, iterations).inspect_err(|_| self.count_rejection())?;
-        if let Some(why) = self.workspace.model.check_state(&state.displacement, &state.condensed, state.load) {
+        if let Some(why) = self.workspace.model.at_own(&state).check_state() {
             self.count_rejection();
             return Err(Cause::Refused(why).into());
         }
@@ -112,8 +115,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let model = self.workspace.model;
         // Rates before a break point say nothing of those behind it.
         let before = self.previous.as_ref().filter(|_| !self.at_break_point()).map(|previous| &previous.condensed[..]);
-        model.time_error(before, &state.displacement, &state.condensed, state.load)
-            / self.analysis.stepping.time_tolerance
+        model.at_own(state).time_error(before) / self.analysis.stepping.time_tolerance
     }
 
     pub(super) fn count_rejection(&mut self) {
@@ -126,13 +128,21 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let before = self.workspace.iterations;
         let near = self.previous.is_some() && self.analysis.stepping.predict && !self.at_break_point();
         let newton = self.newton();
-        let outcome = self.workspace.newton(&newton, &mut attempt, control, self.observer, self.scale, near);
+        let ahead = self.ahead(control, near);
+        self.probes = false;
+        let outcome = self.workspace.newton(&newton, &mut attempt, &ahead, self.observer);
         self.spent += self.workspace.iterations - before;
         self.path.iterations = self.workspace.iterations;
-        if outcome.as_ref().is_err_and(|rejection| *rejection != Rejection::TooLarge) {
+        if outcome.as_ref().is_err_and(|rejection| !matches!(rejection, Rejection::TooLarge(_))) {
             self.count_rejection();
         }
         outcome.map(|iterations| (iterations, attempt))
+    }
+
+    /// An attempt under a control, from a state that was predicted from others or was not.
+    pub(super) fn ahead<'c>(&self, control: Control<'c>, predicted: bool) -> Attempt<'c> {
+        let largest_first_step = if self.probes { TOO_LARGE } else { f64::INFINITY };
+        Attempt { control, extent: self.extent, predicted, largest_first_step }
     }
 
     /// Newton's method as it is set; where the path counts the inertia has to be that of the states themselves.
@@ -171,15 +181,14 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     /// between points cost little where pressures are projected, and stable states have them as well.
     fn unfolded(&self, attempt: &State, iterations: usize) -> Result<(), Rejection> {
         // What touches by active-set cycling may fold in steps that are small for all else.
-        let unilateral = self.workspace.model.terms().iter().any(|term| term.is_unilateral());
+        let unilateral = self.workspace.model.is_unilateral();
         let least = if unilateral { FOLD_STEP_IN_CONTACT } else { FOLD_STEP };
         if iterations < FOLD_ITERATIONS || (attempt.load - self.state.load).abs() <= least {
             return Ok(());
         }
         let uneven = |jacobians: Option<[f64; 2]>| jacobians.map_or(1.0, |[low, high]| high / low);
         let before = uneven(self.path.steps.last().and_then(|step| step.diagnostics.jacobians));
-        let after =
-            uneven(self.workspace.model.diagnostics(&attempt.displacement, &attempt.condensed, attempt.load).jacobians);
+        let after = uneven(self.workspace.model.at_own(attempt).diagnostics().jacobians);
         if after > FOLDED * before { Err(Cause::Folded { before, after }.into()) } else { Ok(()) }
     }
 
@@ -208,15 +217,9 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         }
         let before = self.modes();
         let iterations = self.workspace.iterations;
-        let (newton, bracketing) = (self.newton(), self.analysis.stepping.bracketing);
-        let points = self.workspace.critical_points(
-            &newton,
-            bracketing,
-            self.scale,
-            (&self.state, before),
-            (next, after),
-            self.observer,
-        );
+        let newton = self.newton();
+        let points =
+            self.workspace.critical_points(&newton, self.extent, (&self.state, before), (next, after), self.observer);
         self.spent += self.workspace.iterations - iterations;
         self.path.iterations = self.workspace.iterations;
         points
@@ -228,9 +231,10 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     pub(super) fn accept(&mut self, mut state: State, control_state: StepControlState) -> bool {
         let (inertia, unstable) = (self.workspace.inertia, self.workspace.unstable_modes());
         let critical = self.critical_points(&state, unstable);
-        self.workspace.model.update_history(&state.displacement, &mut state.condensed, state.load);
+        let model = self.workspace.model;
+        state.condensed = model.at_own(&state).update_history();
         self.workspace.react(&mut state);
-        let energy = self.workspace.model.energy(&state.displacement, &state.condensed, state.load);
+        let energy = model.at_own(&state).energy();
         let step = Step {
             state: state.clone(),
             iterations: std::mem::take(&mut self.spent),
@@ -239,7 +243,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             inertia,
             unstable,
             critical,
-            diagnostics: self.workspace.model.diagnostics(&state.displacement, &state.condensed, state.load),
+            diagnostics: model.at_own(&state).diagnostics(),
             control_state,
         };
         self.modes = unstable;
@@ -251,6 +255,16 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             self.path.ending = Ending::Stopped;
         }
         !ended
+    }
+
+    /// What drives a run under load control: loads, or prescribed displacements alone.
+    pub(super) fn driven(&self) -> Driven {
+        let loads = self.workspace.model.at_own(&self.state).load_slope();
+        if loads.iter().all(|slope| *slope == 0.0) && !self.workspace.equations.is_empty() {
+            Driven::ByDisplacements
+        } else {
+            Driven::ByLoads
+        }
     }
 
     /// The load factor now and the largest one of the path.
@@ -268,7 +282,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
                 return;
             }
             // Only a first attempt is told, and it goes on with another control.
-            Rejection::TooLarge => Cause::Iterations(0),
+            Rejection::TooLarge(_) => Cause::Iterations(0),
         };
         // What the first steps have solved is not free to move.
         if let Cause::Singular { at_start, .. } = &mut cause {

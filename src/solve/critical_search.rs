@@ -6,14 +6,15 @@ use crate::linear::vector::dot;
 use super::critical::{CriticalKind, CriticalPoint};
 use super::driver::predict;
 use super::functional::{Control, Deflection, Functional};
-use super::newton::Workspace;
+use super::newton::{Attempt, Workspace};
 use super::path::Observer;
 use super::settings::Newton;
 use super::state::State;
-use super::stepping::Bracketing;
 
 /// Critical points reported between two steps; a wrinkling body may lose hundreds of modes at once.
 const MOST_POINTS: usize = 4;
+/// Load factors of a bracket differ by no more than this part.
+const BRACKET: f64 = 1e-3;
 /// Bisections per critical point: 2⁻⁴⁰ is below any tolerance that Newton's own allows.
 const BISECTIONS: usize = 40;
 
@@ -24,8 +25,7 @@ impl<const D: usize> Workspace<'_, D> {
     pub(crate) fn critical_points(
         &mut self,
         newton: &Newton,
-        bracketing: Bracketing,
-        scale: f64,
+        extent: f64,
         before: (&State, usize),
         behind: (&State, usize),
         observer: &mut dyn Observer,
@@ -34,18 +34,16 @@ impl<const D: usize> Workspace<'_, D> {
         let (mut low, mut low_modes) = (before.0.clone(), before.1);
         while low_modes != behind.1 && points.len() < MOST_POINTS {
             let (mut high, mut high_modes) = (behind.0.clone(), behind.1);
-            if let Bracketing::Bisection(width) = bracketing {
-                for _ in 0..BISECTIONS {
-                    if is_narrow(&low, &high, width) {
-                        break;
-                    }
-                    // A middle that can't be reached leaves the bracket as wide as it is.
-                    let Some((middle, modes)) = self.middle(newton, scale, &low, &high, observer) else { break };
-                    if modes == low_modes {
-                        low = middle;
-                    } else {
-                        (high, high_modes) = (middle, modes);
-                    }
+            for _ in 0..BISECTIONS {
+                if is_narrow(&low, &high, BRACKET) {
+                    break;
+                }
+                // A middle that can't be reached leaves the bracket as wide as it is.
+                let Some((middle, modes)) = self.middle(newton, extent, &low, &high, observer) else { break };
+                if modes == low_modes {
+                    low = middle;
+                } else {
+                    (high, high_modes) = (middle, modes);
                 }
             }
             let kind = self.kind(&low, &high);
@@ -61,7 +59,7 @@ impl<const D: usize> Workspace<'_, D> {
     fn middle(
         &mut self,
         newton: &Newton,
-        scale: f64,
+        extent: f64,
         low: &State,
         high: &State,
         observer: &mut dyn Observer,
@@ -69,7 +67,9 @@ impl<const D: usize> Workspace<'_, D> {
         let secant = secant(low, high);
         let half = 0.5 * (secant.value(&low.displacement) + secant.value(&high.displacement));
         let mut middle = interpolate(self.model, low, high);
-        self.newton(newton, &mut middle, Control::Functional(&secant, half), observer, scale, true).ok()?;
+        let control = Control::Functional(&secant, half);
+        let attempt = Attempt { control, extent, predicted: true, largest_first_step: f64::INFINITY };
+        self.newton(newton, &mut middle, &attempt, observer).ok()?;
         Some((middle, self.unstable_modes()?))
     }
 

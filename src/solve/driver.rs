@@ -38,8 +38,9 @@ pub(super) fn along<const D: usize>(model: &Model<D>, state: &State, answer: &[f
     let mut ahead = state.clone();
     let step: Vec<f64> = answer.iter().map(|a| factor * a).collect();
     let mut condensed: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
-    let part = model.advance(&state.displacement, &state.condensed, state.load, &step, &mut condensed);
-    model.advance_load(&state.displacement, &state.condensed, state.load, factor, &mut condensed);
+    let here = model.at_own(state);
+    let part = here.advance_own(&step, &mut condensed);
+    here.advance_load(factor, &mut condensed);
     for (d, s) in ahead.displacement.iter_mut().zip(&step) {
         *d += part * s;
     }
@@ -56,7 +57,7 @@ pub(super) fn predict<const D: usize>(model: &Model<D>, previous: &State, state:
     let step: Vec<f64> =
         state.displacement.iter().zip(&previous.displacement).map(|(now, then)| ratio * (now - then)).collect();
     let mut unused: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
-    let factor = model.advance(&state.displacement, &state.condensed, state.load, &step, &mut unused);
+    let factor = model.at_own(state).advance_own(&step, &mut unused);
     for (d, s) in predicted.displacement.iter_mut().zip(&step) {
         *d += factor * s;
     }

@@ -6,7 +6,6 @@ use super::continuation::Continuation;
 use super::driver::Driver;
 use super::functional::Functional;
 use super::functional::{Control, Deflection};
-use super::newton::StepSizeProbe;
 use super::rejection::Rejection;
 use super::settings::Newton;
 use super::stepping::{FIRST_GRADIENT, StepControl, TOO_LARGE};
@@ -19,7 +18,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             return None;
         }
         // No tangent displacement tells what touches.
-        if stepping.control == StepControl::Auto && self.workspace.model.terms().iter().any(|t| t.is_unilateral()) {
+        if stepping.control == StepControl::Auto && self.workspace.model.is_unilateral() {
             return None;
         }
         // Steps of the load are steps of time.
@@ -32,8 +31,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         }
         // At the first state, wherever the path has come to by now: a resumed run controls the same deflection.
         let start = &self.path.start;
-        let mut loads = vec![0.0; self.workspace.model.unknowns()];
-        self.workspace.model.load_slope(&start.displacement, &start.condensed, start.load, &mut loads);
+        let loads = self.workspace.model.at_own(start).load_slope();
         let total: f64 = loads.iter().map(|f| f.abs()).sum();
         if total == 0.0 && stepping.control == StepControl::Auto {
             // Driven by prescribed displacements alone.
@@ -52,7 +50,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let whole = stepping.control == StepControl::Auto && stepping.first >= 1.0;
         if whole && !follows {
             // The first step of the first attempt is the tangent displacement itself.
-            self.workspace.probe = StepSizeProbe::On;
+            self.probes = true;
             return if self.path.steps.is_empty() { None } else { self.driver_of_first_run() };
         }
         let before = self.workspace.iterations;
@@ -93,11 +91,12 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let before = self.workspace.iterations;
         let mut attempt = self.path.start.clone();
         let once = Newton { iterations: 1, ..self.newton() };
-        let given = self.workspace.newton(&once, &mut attempt, Control::Load(1.0), &mut (), self.scale, false);
+        let outcome = self.workspace.newton(&once, &mut attempt, &self.ahead(Control::Load(1.0), false), &mut ());
+        self.probes = false;
         // Counted by the first run.
         self.workspace.iterations = before;
-        match (given, std::mem::take(&mut self.workspace.probe)) {
-            (Err(Rejection::TooLarge), StepSizeProbe::TooLarge(answer)) => self.driver_after(&answer),
+        match outcome {
+            Err(Rejection::TooLarge(answer)) => self.driver_after(&answer),
             _ => None,
         }
     }
@@ -105,8 +104,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     /// What is controlled where the first step of the first attempt was too large.
     pub(super) fn driver_after(&self, answer: &[f64]) -> Option<(Driver, f64)> {
         let (model, start) = (self.workspace.model, &self.path.start);
-        let mut loads = vec![0.0; model.unknowns()];
-        model.load_slope(&start.displacement, &start.condensed, start.load, &mut loads);
+        let loads = model.at_own(start).load_slope();
         self.deflection(&loads, answer, 1.0, model.largest_gradient(answer))
     }
 }

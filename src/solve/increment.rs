@@ -1,13 +1,14 @@
 //! One step of all unknowns, and the linear systems behind it.
 
-use crate::assembly::System;
-use crate::boundary::Enforced;
+use crate::assembly::{Model, System};
+use crate::boundary::{Constraints, Enforced};
 use crate::error::{Cause, LinearError};
-use crate::linear::vector::{dot, norm};
+use crate::linear::vector::{dot, negate, norm};
 use crate::linear::{Factors, minimal_residuals};
 use crate::term::Zone;
 
 use super::functional::Control;
+use super::rejection::Rejection;
 use super::state::State;
 
 /// Linear solutions are refined until this relative residual: what is left of it is corrected by Newton's next
@@ -19,12 +20,8 @@ const SWEPT: f64 = 1e-6;
 
 /// Sweeps over the skew part that leave more than this part of the residual of the one before give way to minimal residuals.
 const SLOW: f64 = 0.5;
-/// An unknown load factor is settled once it changes by no more than this part: convergence is quadratic.
-const LOAD_SETTLED: f64 = 1e-6;
 /// What is left of prescribed values below this part of a step, or of the value, is rounding: they are met.
 pub(super) const MET: f64 = 1e-12;
-/// Load factors below this count as this one: a path may pass through zero.
-const LEAST_LOAD: f64 = 1e-3;
 
 /// A step of displacement, multipliers, load and condensed unknowns.
 pub(super) struct Increment {
@@ -56,6 +53,38 @@ impl Increment {
             load_pressures: Vec::new(),
             gradient: vec![0.0; unknowns],
         }
+    }
+
+    /// Solves for the increments under a control.
+    pub fn solve(
+        &mut self,
+        linear: &Linear<'_>,
+        control: Control<'_>,
+        state: &State,
+        buffers: &mut Buffers,
+    ) -> Result<(), Rejection> {
+        if let Control::Functional(..) = control {
+            linear.solve(true, buffers)?;
+            linear.enforced.recover(&buffers.solution, &buffers.slope, &mut self.load_step, &mut self.load_multipliers);
+            self.load_pressures.clone_from(&buffers.pressures);
+        }
+        linear.solve(false, buffers)?;
+        self.pressures.clone_from(&buffers.pressures);
+        linear.enforced.recover(&buffers.solution, &buffers.violation, &mut self.step, &mut self.multipliers);
+        self.meet_control(control, state)?;
+        Ok(())
+    }
+
+    /// Recovers the increments of the condensed unknowns; the largest part of the step that is admissible.
+    pub fn advance<const D: usize>(&mut self, model: &Model<D>, zones: &[Zone], state: &State) -> Result<f64, Cause> {
+        let here = model.at_own(state);
+        let bound = here.advance_own(&self.step, &mut self.condensed);
+        if !(bound > 0.0) {
+            return Err(Cause::StepLimited { factor: bound });
+        }
+        here.advance_load(self.load_change, &mut self.condensed);
+        here.take_pressures(zones, &self.pressures, &mut self.condensed);
+        Ok(bound)
     }
 
     /// Adds as much of the answer to the load as brings a controlled functional to its target.
@@ -96,12 +125,18 @@ impl Increment {
     }
 }
 
-/// Buffers of one linear solve.
+/// Right-hand sides of one linear solve, and buffers.
 #[derive(Default)]
 pub(super) struct Buffers {
     pub solution: Vec<f64>,
     pub rhs: Vec<f64>,
     pub load_rhs: Vec<f64>,
+    /// $g - Gd$.
+    pub violation: Vec<f64>,
+    /// $\partial g/\partial\lambda$.
+    pub slope: Vec<f64>,
+    /// Forces that neither the conditions nor the body balance, by reduced unknowns.
+    pub imbalance: Vec<f64>,
     /// Right-hand sides of pressures that are kept uncondensed, then their changes.
     pub pressures: Vec<[f64; 4]>,
     correction: Vec<f64>,
@@ -117,12 +152,37 @@ impl Buffers {
     pub fn new(equations: usize) -> Self {
         Buffers { zero_violation: vec![0.0; equations], unused: vec![0.0; equations], ..Buffers::default() }
     }
+
+    /// Forms the right-hand sides for increments under a control. The residual of the system changes its sign.
+    pub fn form(
+        &mut self,
+        enforced: &dyn Enforced,
+        system: &mut System,
+        equations: &Constraints,
+        state: &State,
+        control: Control<'_>,
+    ) {
+        enforced.imbalance(&system.residual, &state.multipliers, &mut self.imbalance);
+        equations.violation(&state.displacement, state.load, &mut self.violation);
+        negate(&mut system.residual);
+        enforced.restrict(&system.residual, &self.violation, system, &mut self.rhs);
+        if let Control::Functional(..) = control {
+            self.form_load(enforced, system, equations, state);
+        }
+    }
+
+    /// Forms the right-hand side for the answer to the load. The load slope of the system changes its sign.
+    pub fn form_load(&mut self, enforced: &dyn Enforced, system: &mut System, equations: &Constraints, state: &State) {
+        equations.load_slope(state.load, &mut self.slope);
+        negate(&mut system.load_slope);
+        enforced.restrict(&system.load_slope, &self.slope, system, &mut self.load_rhs);
+    }
 }
 
 /// A factorised reduced system with its matrix.
 pub(super) struct Linear<'a> {
     pub enforced: &'a dyn Enforced,
-    pub factors: &'a dyn Factors,
+    pub factors: Box<dyn Factors + 'a>,
     /// For the skew part.
     pub system: &'a System,
     /// The reduced matrix.
@@ -130,10 +190,16 @@ pub(super) struct Linear<'a> {
 }
 
 impl Linear<'_> {
+    /// Negative pivots less constraints; 0 where the solver does not know them.
+    pub fn unstable_modes(&self) -> usize {
+        let constraints = self.enforced.class().constraints();
+        self.factors.inertia().map_or(0, |inertia| inertia.negative.saturating_sub(constraints))
+    }
+
     /// Solves for a reduced right-hand side: the symmetric factors carry the symmetric part, sweeps of iterative
     /// refinement the skew part and what rounding left.
     pub fn solve(&self, load: bool, buffers: &mut Buffers) -> Result<(), LinearError> {
-        let Linear { enforced, factors, system, values } = *self;
+        let Linear { enforced, factors, system, values } = self;
         let symmetric = system.is_symmetric();
         let rhs = if load { &buffers.load_rhs } else { &buffers.rhs };
         buffers.solution.clone_from(rhs);
@@ -195,7 +261,7 @@ impl Linear<'_> {
     /// in the correction: where the skew part is no longer small beside the stiffness, as in slender bodies with free ends
     /// under following pressure, sweeps diverge.
     fn minimise(&self, from_zero: bool, load: bool, buffers: &mut Buffers) -> Result<(), LinearError> {
-        let Linear { enforced, factors, system, .. } = *self;
+        let Linear { enforced, factors, system, .. } = self;
         if from_zero {
             buffers.correction.clone_from(if load { &buffers.load_rhs } else { &buffers.rhs });
             buffers.solution.fill(0.0);
@@ -217,10 +283,4 @@ impl Linear<'_> {
         solution.iter_mut().zip(&found).for_each(|(x, v)| *x += v);
         Ok(())
     }
-}
-
-/// Whether an unknown load has come to rest.
-pub(super) fn settled(next: &Increment, state: &State) -> bool {
-    // The load of a nearly incompressible wall settles after its displacement.
-    next.load_change.abs() <= LOAD_SETTLED * state.load.abs().max(LEAST_LOAD)
 }

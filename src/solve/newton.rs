@@ -1,34 +1,21 @@
 //! One Newton solve: from a predicted state to an equilibrium under a control.
 
-use crate::assembly::{Assembler, Model, System, release};
-use crate::boundary::{Constraints, Enforced};
+use crate::assembly::{Assembler, Model, System};
+use crate::boundary::Constraints;
 use crate::error::Cause;
-use crate::linear::vector::{negate, norm};
-use crate::linear::{At, Factorizer, Inertia, Linearised, MatrixClass};
-use crate::term::{Product, Term, Zone};
+use crate::linear::Inertia;
 
-use super::active_set::{ActiveSetCycling, CYCLING_ITERATIONS, shift_diagonal};
+use super::active_set::ActiveSetCycling;
+use super::convergence::{Convergence, StepLength};
 use super::functional::Control;
-use super::increment::{Buffers, Increment, Linear, settled};
-use super::line_search::{Ahead, LineSearch, search};
+use super::increment::{Buffers, Increment, Linear};
 use super::path::{Iteration, MatrixUse, Observer};
 use super::rejection::Rejection;
 use super::reused_tangent::ReusedTangent;
 use super::settings::{Newton, TangentUpdate};
 use super::state::State;
-use super::stepping::TOO_LARGE;
+use super::tangent::Tangent;
 
-/// Step factors below this from the second iteration on mean that the attempt is too far away.
-const SMALL_FACTOR: f64 = 0.3;
-/// Small factors in a row before the attempt is given up.
-const SMALL_FACTORS: usize = 3;
-/// A predicted attempt whose increments grow beyond this multiple of the first one is too far away.
-const GROWN: f64 = 2.0;
-/// Increments below this part of the displacement may grow all the same.
-const GROWN_LEAST: f64 = 1e-2;
-/// Condensed unknowns are settled once none changes by more than this part of the largest of its term. Convergence is
-/// quadratic, but a pressure may be small beside the volumes it is held with.
-const CONDENSED_SETTLED: f64 = 1e-8;
 /// Increments below this part of the displacement are small enough to go on with the same matrix; after larger ones it
 /// seldom contracts where bulk moduli are large.
 const CLOSE: f64 = 1e-3;
@@ -38,242 +25,106 @@ pub(crate) struct Workspace<'a, const D: usize> {
     pub model: &'a Model<D>,
     pub equations: &'a Constraints,
     pub assembler: Assembler,
-    pub enforced: Box<dyn Enforced>,
-    pub factorizer: Box<dyn Factorizer>,
-    pub system: System,
+    pub tangent: Tangent<'a, D>,
     /// Forces alone, beside the matrix of an earlier state.
     pub forces: System,
-    pub values: Vec<f64>,
     pub iterations: usize,
     pub inertia: Option<Inertia>,
-    /// Whether the first step of the next attempt answers what a probe would be requested: where it is too large for the
-    /// load to lead, the attempt ends with `Rejection::TooLarge` and leaves it here.
-    pub probe: StepSizeProbe,
 }
 
-/// What is known of the tangent displacement to the load.
-#[derive(Default)]
-pub(crate) enum StepSizeProbe {
-    /// Nothing is requested.
-    #[default]
-    Off,
-    /// The next first step tells.
-    On,
-    /// It was too large.
-    TooLarge(Vec<f64>),
+/// What an attempt is to reach, and what is known of its first state.
+#[derive(Clone, Copy)]
+pub(super) struct Attempt<'a> {
+    pub control: Control<'a>,
+    /// The extent of the body \[length\].
+    pub extent: f64,
+    /// Whether the first state was predicted from others, so that increments must not grow.
+    pub predicted: bool,
+    /// The largest $|\nabla u|$ that the first step may have: beyond, the attempt ends with [`Rejection::TooLarge`].
+    pub largest_first_step: f64,
 }
 
 impl<const D: usize> Workspace<'_, D> {
     /// Iterates `state` to an equilibrium; on rejection the state is left where the attempt ended.
-    /// `near` says that the state was predicted from others, so that increments must not grow.
-    pub fn newton(
+    pub(super) fn newton(
         &mut self,
         settings: &Newton,
         state: &mut State,
-        control: Control<'_>,
+        attempt: &Attempt<'_>,
         observer: &mut dyn Observer,
-        scale: f64,
-        near: bool,
     ) -> Result<usize, Rejection> {
-        let unknowns = self.model.unknowns();
-        let mut buffers = Buffers::new(self.equations.len());
-        let (mut violation, mut slope) = (Vec::new(), Vec::new());
-        let mut next = Increment::new(state);
-        let mut imbalance = Vec::new();
+        let Workspace { model, equations, assembler, tangent, .. } = self;
+        let (model, equations, control) = (*model, *equations, attempt.control);
+        let unilateral = model.is_unilateral();
+        let mut cycling = ActiveSetCycling::new(unilateral);
+        let mut convergence = Convergence::new(settings, model, attempt.extent, attempt.predicted && !unilateral);
+        let (mut length, mut next, mut buffers) =
+            (StepLength::default(), Increment::new(state), Buffers::new(equations.len()));
         if let Control::Load(load) = control {
             state.load = load;
         }
-        let mut small = 0;
-        let (mut first, mut before) = (f64::INFINITY, f64::INFINITY);
-        let probed = matches!(std::mem::take(&mut self.probe), StepSizeProbe::On);
-        let unilateral = self.model.terms().iter().any(|term| term.is_unilateral());
-        let mut cycling = ActiveSetCycling::default();
-        let rounding = self.model.terms().iter().map(|term| term.rounding()[1].powi(2)).sum::<f64>().sqrt();
-        for number in 1..=CYCLING_ITERATIONS * settings.iterations {
-            if number > settings.iterations && !cycling.helped() {
-                break;
-            }
-            self.make_room();
-            let State { displacement, condensed, load, .. } = &*state;
-            self.assembler.assemble(self.model, displacement, condensed, *load, &mut self.system);
+        let mut number = 0;
+        while cycling.allows(number, settings.iterations) {
+            number += 1;
             self.iterations += 1;
-            if !self.system.scale.is_finite() {
-                return Err(Cause::NotFinite.into());
+            let linear = tangent.linearise(assembler, state, cycling.shift, |enforced, system| {
+                buffers.form(enforced, system, equations, state, control);
+            })?;
+            self.inertia = linear.factors.inertia();
+            if cycling.raise_shift(linear.unstable_modes() > 0) {
+                continue;
             }
-            self.enforced.imbalance(&self.system.residual, &state.multipliers, &mut imbalance);
-            let residual = (norm(&imbalance) - rounding).max(0.0) / self.system.scale.max(f64::MIN_POSITIVE);
-            self.equations.violation(&state.displacement, state.load, &mut violation);
-            if cycling.shift > 0.0 {
-                let diagonal = self.assembler.pattern().columns.split_last().map_or(&[][..], |(_, columns)| columns);
-                shift_diagonal(&mut self.system.values, diagonal, cycling.shift);
+            next.solve(&linear, control, state, &mut buffers)?;
+            if number == 1 && attempt.check_state(model, &next) {
+                return Err(Rejection::TooLarge(next.step));
             }
-            self.enforced.reduce(&self.system, &mut self.values);
-            negate(&mut self.system.residual);
-            self.enforced.restrict(&self.system.residual, &violation, &self.system, &mut buffers.rhs);
-            if let Control::Functional(..) = control {
-                self.equations.load_slope(state.load, &mut slope);
-                negate(&mut self.system.load_slope);
-                self.enforced.restrict(&self.system.load_slope, &slope, &self.system, &mut buffers.load_rhs);
-            }
-            self.system.release();
-            let (skew, zones) = (&self.system.skew, &self.system.zones);
-            let product = |zone: &Zone, x: &[f64], product: &mut Product| self.model.multiply_zone(zone, x, product);
-            let linearised = Linearised { values: &self.values, skew, zones, product: &product };
-            let here = At { displacement: &state.displacement, condensed: &state.condensed, load: state.load };
-            let factors = self.factorizer.factorize_at(linearised, here)?;
-            self.inertia = factors.inertia();
-            if unilateral {
-                let constraints = match self.enforced.class() {
-                    MatrixClass::Definite => 0,
-                    MatrixClass::Saddle { constraints } => constraints,
-                };
-                let unstable = self.inertia.is_some_and(|inertia| inertia.negative > constraints);
-                if cycling.raise_shift(unstable) {
-                    continue;
-                }
-            }
-            let linear =
-                Linear { enforced: &*self.enforced, factors: &*factors, system: &self.system, values: &self.values };
-            if let Control::Functional(..) = control {
-                linear.solve(true, &mut buffers)?;
-                linear.enforced.recover(&buffers.solution, &slope, &mut next.load_step, &mut next.load_multipliers);
-                next.load_pressures.clone_from(&buffers.pressures);
-            }
-            linear.solve(false, &mut buffers)?;
-            next.pressures.clone_from(&buffers.pressures);
-            linear.enforced.recover(&buffers.solution, &violation, &mut next.step, &mut next.multipliers);
-            next.meet_control(control, state)?;
-            if probed && number == 1 && self.model.largest_gradient(&next.step) > TOO_LARGE {
-                self.probe = StepSizeProbe::TooLarge(next.step);
-                return Err(Rejection::TooLarge);
-            }
-            let bound =
-                self.model.advance(&state.displacement, &state.condensed, state.load, &next.step, &mut next.condensed);
-            if !(bound > 0.0) {
-                return Err(Cause::StepLimited { factor: bound }.into());
-            }
-            let State { displacement, condensed, load, .. } = &*state;
-            self.model.advance_load(displacement, condensed, *load, next.load_change, &mut next.condensed);
-            self.model.take_pressures(&self.system.zones, &next.pressures, &mut next.condensed);
-            let factor = match (settings.search, control) {
-                (LineSearch::Slope, Control::Load(_)) => search(
-                    self.model,
-                    state,
-                    &self.system.residual,
-                    &Ahead { next: &next, violation: &violation },
-                    bound,
-                ),
-                _ => bound,
-            };
-            let damping = if unilateral { cycling.damping(norm(&next.step)) } else { 1.0 };
-            let factor = factor * damping;
+            let factor = length.choose(next.advance(model, &linear.system.zones, state)?, cycling.damping(&next.step));
             next.apply(factor, state);
-            // Below rounding of the body's own size an increment is nothing.
-            let size = norm(&state.displacement).max(1e-6 * scale * (unknowns as f64).sqrt());
-            let increment = norm(&next.step) / size;
-            if !increment.is_finite() {
-                return Err(Cause::NotFinite.into());
-            }
-            let flow = observer.iteration(&Iteration {
-                load: state.load,
-                number,
-                matrix: MatrixUse::Formed,
-                residual,
-                increment,
-                factor,
-            });
-            if self.model.is_ended_by(flow) {
+            convergence.record(&next.step, state)?;
+            let (residual, increment) =
+                (convergence.relative(&buffers.imbalance, linear.system.scale), convergence.increment);
+            let matrix = MatrixUse::Formed;
+            let seen = Iteration { load: state.load, number, matrix, residual, increment, factor };
+            if model.is_ended_by(observer.iteration(&seen)) {
                 return Err(Rejection::Stopped);
             }
-            let left = residual * (increment / before).min(1.0).powi(2).max(linear.factors.relative_residual());
-            before = increment;
-            if factor == damping
-                && cycling.shift == 0.0
-                && increment <= settings.tolerance
-                && left <= settings.forces_settled()
-                && settled(&next, state)
-                && condensed_change(self.model, &next, state) <= CONDENSED_SETTLED.max(settings.tolerance)
-            {
+            let settled = length.is_admissible() && cycling.shift == 0.0;
+            if settled && convergence.is_reached(model, &next, state, residual, linear.factors.relative_residual()) {
                 return Ok(number);
             }
-            if number == 1 {
-                first = increment;
-            } else if near && !unilateral && increment > (GROWN * first).max(GROWN_LEAST) {
-                return Err(Cause::Diverging { increment }.into());
-            }
-            if factor == 1.0
-                && !cycling.helped()
-                && increment <= CLOSE
-                && settings.tangent_update == TangentUpdate::Modified
-                && linear.factors.relative_residual() == 0.0
-            {
-                let mut kept = ReusedTangent {
-                    model: self.model,
-                    equations: self.equations,
-                    linear,
-                    assembler: &mut self.assembler,
-                    forces: &mut self.forces,
-                    settings,
-                    control,
-                };
-                if kept.settle(state, &mut next, &mut buffers, observer, size) {
+            convergence.check_growth()?;
+            if factor == 1.0 && !cycling.helped() && may_reuse(settings, increment, &linear) {
+                let forces = &mut self.forces;
+                let mut kept = ReusedTangent { model, equations, linear, assembler, forces, settings, control };
+                if kept.settle(state, &mut next, &mut buffers, observer, &convergence) {
                     return Ok(number);
                 }
             }
-            small = if number >= 2 && factor < SMALL_FACTOR { small + 1 } else { 0 };
-            if small >= SMALL_FACTORS {
-                return Err(Cause::StepLimited { factor }.into());
-            }
+            length.check(number)?;
         }
         Err(Cause::Iterations(settings.iterations).into())
     }
 
     /// Negative pivots less constraints at the last factorisation, where the solver knows them.
     pub fn unstable_modes(&self) -> Option<usize> {
-        let constraints = match self.enforced.class() {
-            MatrixClass::Definite => 0,
-            MatrixClass::Saddle { constraints } => constraints,
-        };
+        let constraints = self.tangent.enforced.class().constraints();
         self.inertia.map(|inertia| inertia.negative.saturating_sub(constraints))
-    }
-
-    /// Gives back what large matrices and factors took before, and asks for the place of the reduced matrix first: the
-    /// full one, which goes first, then lies above it and leaves no hole.
-    pub(super) fn make_room(&mut self) {
-        self.factorizer.release();
-        release(&mut self.values);
-        self.values.clear();
-        self.values.reserve_exact(self.enforced.pattern().entries());
     }
 
     /// The tangent displacement to the full load at a state: increments for a unit change of the load factor,
     /// with the tangent of that state (at rest: without any follower stiffness).
     pub fn tangent_displacement(&mut self, state: &State) -> Result<Vec<f64>, Rejection> {
-        self.make_room();
-        self.assembler.assemble(self.model, &state.displacement, &state.condensed, state.load, &mut self.system);
+        let mut buffers = Buffers::new(self.equations.len());
+        let equations = self.equations;
         self.iterations += 1;
-        if !self.system.scale.is_finite() {
-            return Err(Cause::NotFinite.into());
-        }
-        self.enforced.reduce(&self.system, &mut self.values);
-        let (mut violation, mut buffers) = (Vec::new(), Buffers::new(self.equations.len()));
-        self.equations.load_slope(state.load, &mut violation);
-        negate(&mut self.system.load_slope);
-        self.enforced.restrict(&self.system.load_slope, &violation, &self.system, &mut buffers.rhs);
-        self.system.release();
-        let (skew, zones) = (&self.system.skew, &self.system.zones);
-        let product = |zone: &Zone, x: &[f64], product: &mut Product| self.model.multiply_zone(zone, x, product);
-        let linearised = Linearised { values: &self.values, skew, zones, product: &product };
-        let here = At { displacement: &state.displacement, condensed: &state.condensed, load: state.load };
-        let factors = self.factorizer.factorize_at(linearised, here)?;
-        self.inertia = factors.inertia();
-        let linear =
-            Linear { enforced: &*self.enforced, factors: &*factors, system: &self.system, values: &self.values };
-        std::mem::swap(&mut buffers.rhs, &mut buffers.load_rhs);
+        let linear = self.tangent.linearise(&mut self.assembler, state, 0.0, |enforced, system| {
+            buffers.form_load(enforced, system, equations, state);
+        })?;
+        self.inertia = linear.factors.inertia();
         linear.solve(true, &mut buffers)?;
         let mut step = vec![0.0; self.model.unknowns()];
         let mut multipliers = vec![0.0; self.equations.len()];
-        linear.enforced.recover(&buffers.solution, &violation, &mut step, &mut multipliers);
+        linear.enforced.recover(&buffers.solution, &buffers.slope, &mut step, &mut multipliers);
         Ok(step)
     }
 
@@ -282,27 +133,21 @@ impl<const D: usize> Workspace<'_, D> {
         if self.equations.is_empty() {
             return;
         }
-        let residual = self.model.residual(&state.displacement, &state.condensed, state.load);
-        self.enforced.react(&residual, &mut state.multipliers);
+        let residual = self.model.at_own(&*state).residual();
+        self.tangent.enforced.react(&residual, &mut state.multipliers);
     }
 }
 
-/// The largest change of a condensed unknown beside the largest of its term: where the displacement is prescribed, pressures
-/// settle after it.
-fn condensed_change<const D: usize>(model: &Model<D>, next: &Increment, state: &State) -> f64 {
-    let largest = |v: &[f64]| v.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
-    let terms = next.condensed.iter().zip(&state.condensed).zip(model.terms());
-    // What is remembered is no unknown.
-    let unknowns = |all: &[f64], term: &dyn Term<D>| {
-        let internal_variables = term.internal_variables();
-        largest(if internal_variables.is_empty() { all } else { &all[..internal_variables.start] })
-    };
-    let mut sizes: Vec<f64> = terms.flat_map(|((step, all), term)| [largest(step), unknowns(all, &**term)]).collect();
-    if let Some(ranks) = model.ranks() {
-        ranks.largest(&mut sizes);
+impl Attempt<'_> {
+    /// Whether the first step is too large for what is controlled to lead.
+    fn check_state<const D: usize>(&self, model: &Model<D>, first: &Increment) -> bool {
+        self.largest_first_step.is_finite() && model.largest_gradient(&first.step) > self.largest_first_step
     }
-    let part =
-        |step: f64, all: f64, rounding: f64| if step <= rounding { 0.0 } else { step / all.max(f64::MIN_POSITIVE) };
-    let changes = sizes.chunks_exact(2).zip(model.terms());
-    changes.map(|(sizes, term)| part(sizes[0], sizes[1], term.rounding()[0])).fold(0.0, f64::max)
+}
+
+/// Whether the next iterations may go on with the matrix of this one.
+fn may_reuse(settings: &Newton, increment: f64, linear: &Linear<'_>) -> bool {
+    settings.tangent_update == TangentUpdate::Modified
+        && increment <= CLOSE
+        && linear.factors.relative_residual() == 0.0
 }

@@ -1,6 +1,6 @@
 //! Whether a recorded path belongs to the problem that is to go on with it.
 
-use crate::assembly::System;
+use crate::assembly::{StateRef, System};
 use crate::error::{Error, SolveError};
 use crate::linear::vector::norm;
 
@@ -24,12 +24,12 @@ impl<const D: usize> Continuation<'_, '_, D> {
         let assembler = &mut self.workspace.assembler;
         let strain: Vec<f64> =
             model.positions().iter().flat_map(|x| x.iter().map(|x| LEAST_STRAIN * x).collect::<Vec<_>>()).collect();
-        assembler.assemble_forces(model, &strain, &model.start(), 0.0, &mut forces);
+        assembler.assemble_forces(model, StateRef::new(&strain, &model.start(), 0.0), &mut forces)?;
         let least = forces.scale;
-        assembler.assemble_forces(model, &state.displacement, &state.condensed, state.load, &mut forces);
+        assembler.assemble_forces(model, state, &mut forces)?;
         let size = forces.scale.max(least);
         let mut left = Vec::new();
-        self.workspace.enforced.imbalance(&forces.residual, &state.multipliers, &mut left);
+        self.workspace.tangent.enforced.imbalance(&forces.residual, &state.multipliers, &mut left);
         let unbalanced = norm(&left) / size.max(f64::MIN_POSITIVE);
         if !(unbalanced <= BALANCED) {
             return refuse("relative to all forces its unbalanced ones are", unbalanced);
@@ -46,7 +46,7 @@ impl<const D: usize> Continuation<'_, '_, D> {
             return refuse("it misses the prescribed displacements by a part of", violation);
         }
 
-        let energy = model.energy(&state.displacement, &state.condensed, state.load);
+        let energy = model.at(state)?.energy();
         let off = (energy - step.energy).abs();
         let least = size * norm(&state.displacement);
         // Materials may leave energies undefined.

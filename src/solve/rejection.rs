@@ -9,8 +9,8 @@ pub(crate) enum Rejection {
     Failed(Cause),
     /// An observer broke off.
     Stopped,
-    /// The tangent displacement under the load is so large that a deflection should be controlled.
-    TooLarge,
+    /// The first step is so large that a deflection should be controlled in place of the load.
+    TooLarge(Vec<f64>),
 }
 
 /// Gained modes are followed up by this part of the smallest increment: with the default of that, down to Newton's

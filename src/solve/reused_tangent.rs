@@ -2,10 +2,11 @@
 
 use crate::assembly::{Assembler, Model, System};
 use crate::boundary::Constraints;
-use crate::linear::vector::norm;
+use crate::linear::vector::{negate, norm};
 
+use super::convergence::{Convergence, is_load_settled};
 use super::functional::Control;
-use super::increment::{Buffers, Increment, Linear, MET, settled};
+use super::increment::{Buffers, Increment, Linear, MET};
 use super::path::{Iteration, MatrixUse, Observer};
 use super::settings::Newton;
 use super::state::State;
@@ -42,29 +43,27 @@ impl<const D: usize> ReusedTangent<'_, D> {
         next: &mut Increment,
         buffers: &mut Buffers,
         observer: &mut dyn Observer,
-        size: f64,
+        convergence: &Convergence<'_>,
     ) -> bool {
+        let size = convergence.size;
         // The last two increments.
-        let mut before = [norm(&next.step) / size; 2];
-        let mut violation = Vec::new();
-        let mut imbalance = Vec::new();
-        let rounding = self.model.terms().iter().map(|term| term.rounding()[1].powi(2)).sum::<f64>().sqrt();
+        let mut before = [convergence.increment; 2];
         for number in 1.. {
-            let State { displacement, condensed, load, .. } = &*state;
-            self.assembler.assemble_forces(self.model, displacement, condensed, *load, self.forces);
-            self.equations.violation(&state.displacement, state.load, &mut violation);
+            self.assembler.forces_own(self.model, (&*state).into(), self.forces);
+            let violation = &mut buffers.violation;
+            self.equations.violation(&state.displacement, state.load, violation);
             // Violations of rows over a boundary are lengths times areas; a step is a length.
             violation
                 .iter_mut()
                 .zip(self.equations.equations())
                 .for_each(|(violation, equation)| *violation /= equation.measure());
-            if !self.forces.scale.is_finite() || norm(&violation) > MET * size {
+            if !self.forces.scale.is_finite() || norm(violation) > MET * size {
                 return false;
             }
             let Linear { enforced, .. } = self.linear;
-            enforced.imbalance(&self.forces.residual, &state.multipliers, &mut imbalance);
-            let residual = (norm(&imbalance) - rounding).max(0.0) / self.forces.scale.max(f64::MIN_POSITIVE);
-            self.forces.residual.iter_mut().for_each(|r| *r = -*r);
+            enforced.imbalance(&self.forces.residual, &state.multipliers, &mut buffers.imbalance);
+            let residual = convergence.relative(&buffers.imbalance, self.forces.scale);
+            negate(&mut self.forces.residual);
             enforced.project(&self.forces.residual, &mut buffers.rhs);
             if self.linear.solve(false, buffers).is_err() {
                 return false;
@@ -78,12 +77,9 @@ impl<const D: usize> ReusedTangent<'_, D> {
             if !(contraction <= WORST) {
                 return false;
             }
-            let State { displacement, condensed, load, .. } = &*state;
-            let bound = self.model.advance(displacement, condensed, *load, &next.step, &mut next.condensed);
-            if bound < 1.0 {
+            if !next.advance(self.model, &[], state).is_ok_and(|admissible| admissible >= 1.0) {
                 return false;
             }
-            self.model.advance_load(displacement, condensed, *load, next.load_change, &mut next.condensed);
             next.apply(1.0, state);
             let matrix = MatrixUse::ReusedTangent;
             // One that breaks off is heard at the next matrix.
@@ -92,7 +88,7 @@ impl<const D: usize> ReusedTangent<'_, D> {
             let forces = residual * (increment / before[1]).min(1.0);
             if increment <= LAST * self.settings.tolerance
                 && forces <= self.settings.forces_settled()
-                && settled(next, state)
+                && is_load_settled(next, state)
             {
                 return true;
             }

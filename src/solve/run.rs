@@ -8,8 +8,12 @@ use crate::error::{Error, Invalid, SolveError};
 use super::analysis::Analysis;
 use super::continuation::Continuation;
 use super::functional::Functional;
+use super::load_control::LoadSteps;
 use super::path::{EquilibriumPath, Observer};
+use super::path_control::PathSteps;
 use super::state::State;
+use super::step_loop::Outcome;
+use super::target_control::TargetSteps;
 
 impl Analysis {
     /// Follows the load factor from 0 to 1, starting at rest.
@@ -84,12 +88,15 @@ impl Analysis {
         }
         let mut run = Continuation::new(self, model, equations, path, observer)?;
         run.check_recorded()?;
-        let mut driver = match run.driver() {
-            None => run.load_control(),
-            driver => driver,
+        let mut control = match run.driver() {
+            Some((driver, first)) => Outcome::Instead(driver, first),
+            None => run.follow(&mut LoadSteps::new(&run)),
         };
-        while let Some((by, first)) = driver {
-            driver = run.unknown_load_control(&by, first);
+        while let Outcome::Instead(driver, first) = control {
+            control = match run.arc_taken_over(&driver) {
+                Some((arc, length)) => Outcome::Instead(arc, length),
+                None => run.follow(&mut PathSteps::new(&run, &driver, first)),
+            };
         }
         Ok(run.path)
     }
@@ -158,8 +165,10 @@ impl Analysis {
         let mut run = Continuation::new(self, model, equations, path, observer)?;
         run.check_recorded()?;
         let reached = run.control_state().map_or(0, |control_state| control_state.reached);
+        run.controlled = true;
         for (index, &target) in targets.iter().enumerate().skip(reached) {
-            if !run.reach(functional, index, target) {
+            let mut steps = TargetSteps::new(&run, functional, index, target);
+            if !matches!(run.follow(&mut steps), Outcome::Done) {
                 break;
             }
         }

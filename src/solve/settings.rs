@@ -1,7 +1,5 @@
 //! Settings of Newton's method.
 
-use super::line_search::LineSearch;
-
 /// Settings of Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Newton {
@@ -11,8 +9,6 @@ pub struct Newton {
     /// residual below 3e-10 of the forces or 0.03 of this, and changes of condensed unknowns and load are small beside them as
     /// well. Looser values lost the path of thin sheets.
     pub tolerance: f64,
-    /// Whether steps are shortened by what the residual does along them.
-    pub search: LineSearch,
     /// How often the matrix is formed and factorised.
     pub tangent_update: TangentUpdate,
 }
@@ -38,9 +34,9 @@ impl Newton {
 }
 
 impl Default for Newton {
-    /// 30 iterations, 1e-8, whole steps.
+    /// 30 iterations, 1e-8.
     fn default() -> Self {
-        Newton { iterations: 30, tolerance: 1e-8, search: LineSearch::Off, tangent_update: TangentUpdate::default() }
+        Newton { iterations: 30, tolerance: 1e-8, tangent_update: TangentUpdate::default() }
     }
 }
 

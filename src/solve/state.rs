@@ -1,6 +1,6 @@
 //! The state of an analysis.
 
-use crate::assembly::Model;
+use crate::assembly::{Model, StateRef};
 use crate::boundary::Constraints;
 use crate::error::SolveError;
 
@@ -18,6 +18,12 @@ pub struct State {
     pub load: f64,
 }
 
+impl<'a> From<&'a State> for StateRef<'a> {
+    fn from(state: &'a State) -> Self {
+        StateRef::new(&state.displacement, &state.condensed, state.load)
+    }
+}
+
 impl State {
     /// The state of a model at rest: no displacement, condensed unknowns to match, load factor 0.
     pub fn at_rest<const D: usize>(model: &Model<D>, equations: &Constraints) -> Self {
@@ -32,20 +38,10 @@ impl State {
     /// Refuses a state whose vectors are not as long as a model and its rows need them.
     ///
     /// # Errors
-    /// [`SolveError::Length`] with the vector.
+    /// [`SolveError::OtherModel`] with the vector.
     pub fn check_lengths<const D: usize>(&self, model: &Model<D>, equations: &Constraints) -> Result<(), SolveError> {
-        let check = |what, given, needed| {
-            if given == needed { Ok(()) } else { Err(SolveError::Length { what, given, needed }) }
-        };
-        check("displacement", self.displacement.len(), model.unknowns())?;
-        check("multipliers", self.multipliers.len(), equations.len())?;
-        let start = model.start();
-        // In all, then term by term: as many, shared out otherwise, would be read beyond their ends.
-        check("condensed unknowns", self.condensed.iter().map(Vec::len).sum(), start.iter().map(Vec::len).sum())?;
-        check("condensed unknowns", self.condensed.len(), start.len())?;
-        self.condensed
-            .iter()
-            .zip(&start)
-            .try_for_each(|(given, needed)| check("condensed unknowns", given.len(), needed.len()))
+        model.at(self)?;
+        let (given, needed) = (self.multipliers.len(), equations.len());
+        if given == needed { Ok(()) } else { Err(SolveError::OtherModel { what: "multipliers", given, needed }) }
     }
 }

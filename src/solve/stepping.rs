@@ -37,15 +37,6 @@ pub enum Following {
     Path,
 }
 
-/// How closely critical points are located.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Bracketing {
-    /// Between the two steps of the path.
-    Steps,
-    /// By bisection between the two steps, until their load factors differ by no more than this part.
-    Bisection(f64),
-}
-
 /// How the load is stepped.
 ///
 /// * The full load first, or, where the tangent displacement says that the load is a poor guide, a first deflection;
@@ -82,8 +73,6 @@ pub struct Stepping {
     /// larger steps are taken again with a smaller increment, and the next increment follows from it. Infinite takes steps as they
     /// come. Of consequence where a law relaxes ([`Viscoelastic`](crate::material::Viscoelastic)) alone.
     pub time_tolerance: f64,
-    /// How closely critical points are located where the path is followed.
-    pub bracketing: Bracketing,
 }
 
 impl Default for Stepping {
@@ -100,7 +89,6 @@ impl Default for Stepping {
             control: StepControl::Auto,
             follow: Following::Load,
             time_tolerance: 1e-4,
-            bracketing: Bracketing::Bisection(1e-3),
         }
     }
 }
@@ -142,15 +130,7 @@ impl Stepping {
                 .into());
             }
         }
-        match self.bracketing {
-            Bracketing::Bisection(value) if !(value > 0.0 && value.is_finite()) => Err(Invalid::new(
-                "width of the bracket of a critical point",
-                value,
-                "a part of the load above 0, for instance 1e-3",
-            )
-            .into()),
-            _ => Ok(()),
-        }
+        Ok(())
     }
 }
 

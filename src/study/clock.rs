@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use crate::assembly::Pattern;
+use crate::assembly::{Pattern, StateRef};
 use crate::error::LinearError;
-use crate::linear::{At, Factorizer, Factors, Inertia, LinearSolver, Linearised, MatrixClass};
+use crate::linear::{Factorizer, Factors, Inertia, LinearSolver, Linearised, MatrixClass};
 
 /// Seconds of one analysis by phase.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -128,7 +128,7 @@ impl Factorizer for TimedFactorizer {
     fn factorize_at<'a>(
         &'a mut self,
         system: Linearised<'a>,
-        at: At<'_>,
+        at: StateRef<'_>,
     ) -> Result<Box<dyn Factors + 'a>, LinearError> {
         let meter = &*self.meter;
         meter.factorizations.fetch_add(1, Ordering::Relaxed);

@@ -83,12 +83,9 @@ pub fn best_dilation<const D: usize>(
 /// changes with the load factor does work.
 ///
 /// # Errors
-/// Never for states of the problem itself; the potential of another's is NaN.
+/// For a state of another problem.
 pub fn potential<const D: usize>(problem: &Problem<D>, state: &State) -> Result<f64, Error> {
-    let energy = problem.energy(state);
-    if energy.is_nan() {
-        return Ok(energy);
-    }
+    let energy = problem.energy(state)?;
     // Follower pressures are polynomials of degree 3 at most in s: the rule is exact.
     let (abscissae, weights) = gauss_legendre(3)?;
     let mut element = Element::default();

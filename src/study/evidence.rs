@@ -123,7 +123,7 @@ impl<'a, const D: usize> Changes<'a, D> {
         let carry = Carry::new(problem, &coarse.problem)?;
         let before = carry.field(&old.displacement);
         let table = problem.body().table();
-        let pressures = match (problem.pressures(state), coarse.problem.pressures(old)) {
+        let pressures = match (problem.pressures(state)?, coarse.problem.pressures(old)?) {
             (Some(new), Some(old)) => difference(&new, &carry.at_points(&old)),
             _ => vec![0.0; table.len()],
         };
@@ -185,7 +185,7 @@ fn dual_pressures<const D: usize>(answer: &Answer<D>, dual: &[f64]) -> Option<Ve
     let largest = |field: &[f64]| field.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
     let size = largest(dual);
     if !(size > 0.0) {
-        return problem.pressures(state).map(|pressures| vec![0.0; pressures.len()]);
+        return problem.pressures(state).ok()?.map(|pressures| vec![0.0; pressures.len()]);
     }
     // What is condensed answers linearly to steps that limit nothing.
     let moved = largest(&state.displacement);
@@ -193,7 +193,7 @@ fn dual_pressures<const D: usize>(answer: &Answer<D>, dual: &[f64]) -> Option<Ve
     let answered = |scale: f64| {
         let step: Vec<f64> = dual.iter().map(|z| scale * z).collect();
         let mut condensed: Vec<Vec<f64>> = state.condensed.iter().map(|c| vec![0.0; c.len()]).collect();
-        problem.model().advance(&state.displacement, &state.condensed, state.load, &step, &mut condensed);
+        problem.model().at_own(state).advance_own(&step, &mut condensed);
         condensed.swap_remove(0)
     };
     let step: Vec<f64> = answered(scale).iter().zip(answered(0.0)).map(|(a, b)| (a - b) / scale).collect();

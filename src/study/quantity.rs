@@ -48,7 +48,7 @@ impl<const D: usize> Quantity<D> {
     /// ```
     /// use rkpm::study::Quantity;
     /// let hottest = Quantity::<2>::new("largest pressure", |problem, state| {
-    ///     Ok(problem.pressures(state).unwrap_or_default().into_iter().fold(f64::MIN, f64::max))
+    ///     Ok(problem.pressures(state)?.unwrap_or_default().into_iter().fold(f64::MIN, f64::max))
     /// });
     /// assert_eq!(hottest.name(), "largest pressure");
     /// ```
@@ -63,7 +63,7 @@ impl<const D: usize> Quantity<D> {
     /// at rest, rounding or not.
     pub fn energy() -> Self {
         let energy = |problem: &Problem<D>, state: &State| -> Result<f64, Error> {
-            Ok(if rests(problem, state) { 0.0 } else { problem.energy(state) })
+            Ok(if rests(problem, state) { 0.0 } else { problem.energy(state)? })
         };
         Quantity { kind: Kind::Energy, ..Quantity::new("energy", energy) }
     }
@@ -101,7 +101,7 @@ impl<const D: usize> Quantity<D> {
     /// The current volume of the body $\int J\\,\mathrm d\Omega$ \[length³; per unit thickness in plane strain\].
     pub fn volume() -> Self {
         let volume = |problem: &Problem<D>, state: &State| -> Result<f64, Error> {
-            let gradients = problem.deformation_gradients(state);
+            let gradients = problem.deformation_gradients(state)?;
             Ok(gradients.iter().zip(problem.weights()).map(|(f, w)| w * f.determinant()).sum())
         };
         Quantity { kind: Kind::Volume, ..Quantity::new("volume", volume) }

@@ -1,5 +1,5 @@
 use rkpm::prelude::*;
-use rkpm::solve::{Bracketing, Deflection, Following, Newton, State, Step, StepControl, StepControlState};
+use rkpm::solve::{Deflection, Following, Newton, State, Step, StepControl, StepControlState};
 
 use super::harness::Input;
 
@@ -56,7 +56,6 @@ pub fn states(input: &mut Input) {
         quick: input.count(0, 9),
         control: input.pick(&[StepControl::Auto, StepControl::Load, StepControl::ArcLength]),
         follow: input.pick(&[Following::Load, Following::Path]),
-        bracketing: Bracketing::Bisection(if input.once_in(8) { input.bad() } else { 1e-3 }),
         ..Stepping::default()
     };
     let scheme = Scheme::default().particles([3]).stepping(stepping).newton(newton);

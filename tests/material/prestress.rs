@@ -19,12 +19,12 @@ fn free_bodies_expand_without_stress() {
         for stress in problem.stresses(path.last()) {
             assert!(stress.norm() < 1e-8, "radial {radial}: {stress}");
         }
-        for f in problem.deformation_gradients(path.last()) {
+        for f in problem.deformation_gradients(path.last()).unwrap() {
             assert!((f - Matrix3::identity()).norm() < 1e-9, "the elastic part is none: {f}");
         }
         let u = problem.displacement(path.last(), &[1.0, 2.0].into()).unwrap();
         assert!((u[0] - 0.05).abs() < 1e-9 && (u[1] - 0.1).abs() < 1e-9, "{u}");
-        assert!(problem.energy(path.last()).abs() < 1e-9);
+        assert!(problem.energy(path.last()).unwrap().abs() < 1e-9);
     };
     let block = || Block::new([0.0, 0.0], [1.0, 2.0]);
     let sheet = Scene::new(block(), PlaneStress { thickness: 0.3 }, rubber());

@@ -110,7 +110,7 @@ fn the_sheared_cube_of_tetrahedra() {
             let path = problem.run(&mut ()).unwrap().completed().unwrap();
             let seconds = processor_seconds() - start;
             let (last, force) = (path.last(), problem.reaction(path.last(), "top").unwrap());
-            let found = [problem.energy(last), force[0], force[2]];
+            let found = [problem.energy(last).unwrap(), force[0], force[2]];
             let errors: Vec<f64> =
                 found.iter().zip([2672.3, 1793.8, 343.0]).map(|(a, b)| 100.0 * (a / b - 1.0)).collect();
             println!(

@@ -35,7 +35,7 @@ fn the_potential_counts_the_work_of_loads_that_follow() {
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
     let radius = 1.0 + problem.displacement(path.last(), &[1.0].into()).unwrap()[0];
     let work = pressure * 4.0 / 3.0 * std::f64::consts::PI * (radius.powi(3) - 1.0);
-    let found = problem.energy(path.last()) - potential(&problem, path.last()).unwrap();
+    let found = problem.energy(path.last()).unwrap() - potential(&problem, path.last()).unwrap();
     assert!((found / work - 1.0).abs() < 1e-9, "{found} {work}");
 }
 
@@ -72,7 +72,7 @@ fn smoothed_spheres_have_two_hoops() {
     assert!((volume / (4.0 / 3.0 * std::f64::consts::PI * 7.0) - 1.0).abs() < 1e-12, "{volume}");
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
     let exact = rkpm::nalgebra::Matrix3::<f64>::identity() * 1.3;
-    for f in problem.deformation_gradients(path.last()) {
+    for f in problem.deformation_gradients(path.last()).unwrap() {
         assert!((f - exact).norm() < 1e-9, "{f}");
     }
 }

@@ -291,7 +291,7 @@ fn prescribed_displacements_lead_beside_loads() {
     let energy = |control| {
         let scheme = Scheme::default().particles([21, 2]).stepping(Stepping { control, ..Stepping::default() });
         let problem = sheet.discretize(&scheme).unwrap();
-        problem.energy(problem.run(&mut ()).unwrap().completed().unwrap().last())
+        problem.energy(problem.run(&mut ()).unwrap().completed().unwrap().last()).unwrap()
     };
     let (auto, load) = (energy(StepControl::Auto), energy(StepControl::Load));
     assert!((auto / load - 1.0).abs() < 1e-12, "{auto} {load}");

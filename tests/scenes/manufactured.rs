@@ -81,7 +81,7 @@ fn errors(scheme: &Scheme, counts: [usize; 2]) -> [f64; 2] {
     counts.map(|n| {
         let problem = loaded().discretize(&scheme.clone().particles([n])).unwrap();
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
-        problem.energy(path.last()) / exact - 1.0
+        problem.energy(path.last()).unwrap() / exact - 1.0
     })
 }
 

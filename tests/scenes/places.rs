@@ -27,7 +27,7 @@ fn inclined_planes_of_symmetry_are_those_of_the_axes_turned() {
             let pulled = problem.reaction(path.last(), "pull").unwrap();
             let left = problem.reaction(path.last(), "left").unwrap();
             assert!((pulled + left).norm() < 1e-8 * pulled.norm());
-            (problem.energy(path.last()), Rotation2::new(-angle) * pulled)
+            (problem.energy(path.last()).unwrap(), Rotation2::new(-angle) * pulled)
         };
         let (energy, force) = answer(0.0);
         for angle in [0.3, 0.8, 2.0] {
@@ -51,7 +51,7 @@ fn cylindrical_directions_and_normals_agree_with_components() {
     let run = |scene: Scene<2>| {
         let problem = scene.discretize(&scheme).unwrap();
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
-        problem.energy(path.last())
+        problem.energy(path.last()).unwrap()
     };
     let body = || Scene::new(ring, PlaneStrain, rubber());
     let push = |direction| Condition::on(Side::Min).along(direction, 0.2);
@@ -83,7 +83,11 @@ fn parts_of_parts_and_total_forces() {
             let problem = scene.discretize(&scheme).unwrap();
             let path = problem.run(&mut ()).unwrap().completed().unwrap();
             let force = problem.reaction(path.last(), (1, Side::Min)).unwrap();
-            (problem.energy(path.last()), force, problem.moment(path.last(), (1, Side::Min), [0.0, 0.0]).unwrap()[2])
+            (
+                problem.energy(path.last()).unwrap(),
+                force,
+                problem.moment(path.last(), (1, Side::Min), [0.0, 0.0]).unwrap()[2],
+            )
         };
         let whole = run(body().traction((1, Side::Max), [0.1, 0.05]));
         let total = run(body().with(Load::force((1, Side::Max), [0.2, 0.1])));

@@ -63,7 +63,7 @@ fn strip_quantities(elements: usize) -> [f64; 2] {
         (x, x + problem.displacement(path.last(), &x).unwrap())
     };
     let (a, b) = (rim(90.0), rim(85.0));
-    [problem.energy(path.last()), (a.1 - b.1).norm() / (a.0 - b.0).norm()]
+    [problem.energy(path.last()).unwrap(), (a.1 - b.1).norm() / (a.0 - b.0).norm()]
 }
 
 /// Force on the moved end along its motion, and energy.
@@ -75,7 +75,7 @@ fn bracket_quantities(elements: usize) -> [f64; 2] {
     let scheme = Scheme::elements(2).particles([2 * elements + 1, 8 * elements + 1]);
     let problem = scene.discretize(&scheme).unwrap();
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
-    [problem.reaction(path.last(), (1, Side::Min)).unwrap()[1], problem.energy(path.last())]
+    [problem.reaction(path.last(), (1, Side::Min)).unwrap()[1], problem.energy(path.last()).unwrap()]
 }
 
 /// The finest level must be the committed value, its change from the level before the committed error.

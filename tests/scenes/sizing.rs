@@ -194,7 +194,7 @@ fn drawn_shapes_are_sized_too() {
     let counts: Vec<usize> = answer.levels.last().unwrap().counts.iter().map(|n| 2 * n).collect();
     let fine = scene.discretize(&Scheme::default().particles(counts)).unwrap();
     let path = fine.run(&mut ()).unwrap().completed().unwrap();
-    assert!((answer.values()[0] / fine.energy(path.last()) - 1.0).abs() < answer.bound);
+    assert!((answer.values()[0] / fine.energy(path.last()).unwrap() - 1.0).abs() < answer.bound);
 }
 
 /// A thin disk bonded to plates: one cell through it has nothing free, and what flows out between the plates varies across.

@@ -106,7 +106,7 @@ fn the_potential_finds_the_least_locked_dilation() {
         .traction((0, Side::Max), [1e-6, 0.0]);
     let problem = bar.discretize(&Scheme::default().particles([9, 3])).unwrap();
     let path = problem.run(&mut ()).unwrap().completed().unwrap();
-    let (pi, u) = (potential(&problem, path.last()).unwrap(), problem.energy(path.last()));
+    let (pi, u) = (potential(&problem, path.last()).unwrap(), problem.energy(path.last()).unwrap());
     assert!((pi / u + 1.0).abs() < 1e-4, "{pi} {u}");
 
     // Without a cure: the dilation of the smallest potential is the one of the smallest error in the bore.

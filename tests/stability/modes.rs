@@ -11,7 +11,7 @@ use rkpm::error::LinearError;
 use rkpm::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
 use rkpm::prelude::*;
 use rkpm::scene::ConstraintMethod;
-use rkpm::solve::{CriticalKind, EnclosedVolume, Following, Functional, LineSearch, Newton, State, Step, StepControl};
+use rkpm::solve::{CriticalKind, EnclosedVolume, Following, Functional, Newton, State, Step, StepControl};
 
 const RUBBER: [f64; 2] = [0.5, 1e5];
 
@@ -248,32 +248,6 @@ fn homogeneous_states_are_reached_at_once_and_tell_that_they_are_unstable() {
 }
 
 #[test]
-fn a_line_search_replaces_load_steps_where_the_displacements_are_alone() {
-    let bent_by = |field, search, constraint_method| {
-        let rubber = Rubber::neo_hookean(0.5, 100.0).unwrap();
-        let scene = Scene::new(Block::new([0.0; 2], [4.0, 1.0]), PlaneStrain, rubber)
-            .hold((0, Side::Min))
-            .traction((0, Side::Max), [0.0, -0.06]);
-        let mut scheme =
-            Scheme::default().particles([13, 4]).pressure_field(field, 2).constraint_method(constraint_method);
-        scheme = scheme.newton(Newton { search, iterations: 60, ..Newton::default() });
-        scheme = scheme.stepping(Stepping { control: StepControl::Load, ..Stepping::default() });
-        scene.discretize(&scheme).unwrap().run(&mut ()).unwrap().completed().unwrap()
-    };
-    let bent = |field, search| bent_by(field, search, ConstraintMethod::Transformation);
-    let [off, on] = [LineSearch::Off, LineSearch::Slope].map(|search| bent(PressureField::Displacement, search));
-    assert!(on.steps.len() < off.steps.len() && on.iterations < off.iterations);
-    assert!((on.steps.last().unwrap().energy / off.steps.last().unwrap().energy - 1.0).abs() < 1e-10);
-    // However the end is held, the slopes along steps are the same.
-    let tied = bent_by(PressureField::Displacement, LineSearch::Slope, ConstraintMethod::Multipliers);
-    assert_eq!((tied.steps.len(), tied.iterations), (on.steps.len(), on.iterations));
-    assert!((tied.steps.last().unwrap().energy / on.steps.last().unwrap().energy - 1.0).abs() < 1e-10);
-    // With pressures the potential is a saddle: the search leaves the steps alone, to the bit.
-    let [off, on] = [LineSearch::Off, LineSearch::Slope].map(|search| bent(PressureField::Linear, search));
-    assert_eq!(off, on);
-}
-
-#[test]
 fn steps_tell_how_far_they_can_be_trusted() {
     // The tube of §6.2, whose energy the uncured scheme misses by 4 % at r = 1 because it locks.
     let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5).unwrap();
@@ -447,7 +421,7 @@ fn work_is_stored_while_measures_change() {
         work += 0.5 * (now.1 + before.1) * (now.0 - before.0);
         before = now;
     }
-    let off = work / problem.energy(path.last()) - 1.0;
+    let off = work / problem.energy(path.last()).unwrap() - 1.0;
     assert!(off.abs() < 3e-4, "{off:.1e}");
 }
 
@@ -471,9 +445,9 @@ fn pulled_bodies_of_revolution_and_solids_are_stable() {
         let problem = scene.discretize(&Scheme::default().particles(counts).stepping(Stepping::equal(5))).unwrap();
         let path = problem.run(&mut ()).unwrap().completed().unwrap();
         assert!(path.steps.iter().all(|step| step.unstable == Some(0)));
-        let largest = problem.pressures(path.last()).unwrap().into_iter().fold(0.0, f64::max);
+        let largest = problem.pressures(path.last()).unwrap().unwrap().into_iter().fold(0.0, f64::max);
         assert!(largest > tension, "{largest}");
-        problem.energy(path.last())
+        problem.energy(path.last()).unwrap()
     }
     // Q2/P1 with 41 × 13 nodes, refined once: 30.555, from which 21 × 7 particles are 0.2 % off. In space with 13 × 13 × 5: 1.2376,
     // not refined; the default says 0.5 % more with 9 and with 13 particles a side.

@@ -5,11 +5,11 @@ use std::sync::{Arc, Mutex};
 
 use nalgebra::Matrix4;
 
-use crate::assembly::{Assembler, Pattern, Ranks, System};
+use crate::assembly::{Assembler, Pattern, Ranks, StateRef, System};
 use crate::error::LinearError;
 
 use super::super::multilevel::{BlockMatrix, Multilevel};
-use super::super::{At, Factorizer, Factors, Linearised};
+use super::super::{Factorizer, Factors, Linearised};
 use super::auxiliary::{Auxiliary, total};
 use super::convergence::ConvergenceHistory;
 use super::interpolation::Interpolation;
@@ -52,7 +52,7 @@ pub(super) struct KrylovFactorizer {
 
 impl KrylovFactorizer {
     /// The stiffness of the elements at a state.
-    fn stiffness(&mut self, at: At<'_>) -> Result<(), LinearError> {
+    fn stiffness(&mut self, at: StateRef<'_>) -> Result<(), LinearError> {
         let Auxiliary { model, term, places, cells, held, .. } = &self.auxiliary;
         let own: Vec<f64> = match &self.values_at {
             Some(values) => {
@@ -64,13 +64,14 @@ impl KrylovFactorizer {
             None => at.displacement.to_vec(),
         };
         let condensed = at.condensed.get(*term).map(|l| vec![l.clone()]).unwrap_or_default();
-        self.assembler.assemble(model, &own, &condensed, at.load, &mut self.system);
-        let mut wrong = [f64::from(u8::from(!self.system.values.iter().all(|v| v.is_finite())))];
+        let formed = self.assembler.assemble(model, StateRef::new(&own, &condensed, at.load), &mut self.system);
+        let finite = formed.is_ok() && self.system.values.iter().all(|v| v.is_finite());
+        let mut wrong = [f64::from(u8::from(!finite))];
         total(&self.ranks, &mut wrong);
         if wrong[0] > 0.0 {
             // Elements may turn over where averages over particles do not: those at rest are stiff in the same places.
             let rest = vec![0.0; own.len()];
-            self.assembler.assemble(model, &rest, &model.start(), 0.0, &mut self.system);
+            self.assembler.assemble_own(model, StateRef::new(&rest, &model.start(), 0.0), &mut self.system);
         }
         if self.preconditioner.is_some() {
             let first = &self.assembler.pattern().columns;
@@ -98,7 +99,11 @@ impl Factorizer for KrylovFactorizer {
         Err(LinearError::Library { what: "a Krylov iteration needs the state beside the matrix".into() })
     }
 
-    fn factorize_at<'a>(&'a mut self, at: Linearised<'a>, state: At<'_>) -> Result<Box<dyn Factors + 'a>, LinearError> {
+    fn factorize_at<'a>(
+        &'a mut self,
+        at: Linearised<'a>,
+        state: StateRef<'_>,
+    ) -> Result<Box<dyn Factors + 'a>, LinearError> {
         let ConvergenceHistory { first, last } = self.convergence.get();
         if first.is_none_or(|first| !(last <= STALE * first)) {
             self.stiffness(state)?;

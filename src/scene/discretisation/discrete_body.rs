@@ -143,14 +143,11 @@ impl<const D: usize> DiscreteBody<D> {
     fn reads(&self, state: &State) -> Result<(), SolveError> {
         let (given, needed) = (state.displacement.len(), self.nodes.end * D);
         let what = "displacement";
-        if given < needed { Err(SolveError::Length { what, given, needed }) } else { Ok(()) }
+        if given < needed { Err(SolveError::OtherModel { what, given, needed }) } else { Ok(()) }
     }
 
-    /// Deformation gradients at the points of the body's table; none for a state of another problem.
-    pub fn deformation_gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
-        if self.reads(state).is_err() {
-            return Vec::new();
-        }
+    /// Deformation gradients at the points of the body's table, for a state of this problem.
+    pub(crate) fn deformation_gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
         let points = 0..self.body.table().len();
         points.map(|point| self.body.deformation_gradient(point, &state.displacement)).collect()
     }

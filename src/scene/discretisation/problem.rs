@@ -175,15 +175,15 @@ impl<const D: usize> Problem<D> {
     /// A displacement vector as long as this problem has it.
     pub(crate) fn check_length(&self, state: &State) -> Result<(), SolveError> {
         let (given, needed) = (state.displacement.len(), self.model.unknowns());
-        if given == needed { Ok(()) } else { Err(SolveError::Length { what: "displacement", given, needed }) }
+        if given == needed { Ok(()) } else { Err(SolveError::OtherModel { what: "displacement", given, needed }) }
     }
 
-    /// Energy stored in a state, of the whole revolution for bodies of revolution; NaN for a state of another problem.
-    pub fn energy(&self, state: &State) -> f64 {
-        if state.check_lengths(&self.model, &self.equations).is_err() {
-            return f64::NAN;
-        }
-        self.model.energy(&state.displacement, &state.condensed, state.load)
+    /// Energy stored in a state, of the whole revolution for bodies of revolution.
+    ///
+    /// # Errors
+    /// [`SolveError::OtherModel`] for a state of another problem.
+    pub fn energy(&self, state: &State) -> Result<f64, Error> {
+        Ok(self.model.at(state)?.energy())
     }
 
     /// Time at a state, by the clock of the scene \[time\]; 0 without one.
@@ -201,22 +201,28 @@ impl<const D: usize> Problem<D> {
         self.discrete_bodies.iter().flat_map(|discrete_body| discrete_body.body.table().weights().iter().copied())
     }
 
-    /// Deformation gradients at the [`points`](Problem::points) of the bodies' tables; none for a state of another problem.
-    pub fn deformation_gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
-        if self.check_length(state).is_err() {
-            return Vec::new();
-        }
-        self.discrete_bodies.iter().flat_map(|discrete_body| discrete_body.deformation_gradients(state)).collect()
+    /// Deformation gradients at the [`points`](Problem::points) of the bodies' tables.
+    ///
+    /// # Errors
+    /// [`SolveError::OtherModel`] for a state of another problem.
+    pub fn deformation_gradients(&self, state: &State) -> Result<Vec<Matrix3<f64>>, Error> {
+        self.check_length(state)?;
+        Ok(self.discrete_bodies.iter().flat_map(|discrete_body| discrete_body.deformation_gradients(state)).collect())
     }
 
-    /// Hydrostatic pressures \[stress\] at the [`points`](Problem::points) of the bodies' tables, see [`Body::pressures`].
-    pub fn pressures(&self, state: &State) -> Option<Vec<f64>> {
+    /// Hydrostatic pressures \[stress\] at the [`points`](Problem::points) of the bodies' tables, see [`Body::pressures`]; none
+    /// where a law tells none.
+    ///
+    /// # Errors
+    /// [`SolveError::OtherModel`] for a state of another problem.
+    pub fn pressures(&self, state: &State) -> Result<Option<Vec<f64>>, Error> {
+        self.model.at(state)?;
         let each: Option<Vec<_>> = self
             .discrete_bodies
             .iter()
             .enumerate()
             .map(|(number, discrete_body)| discrete_body.pressures(number, state))
             .collect();
-        Some(each?.concat())
+        Ok(each.map(|each| each.concat()))
     }
 }

@@ -65,7 +65,7 @@ impl<const D: usize> Problem<D> {
         let mut values: Vec<f64> = match field {
             Field::Displacement => displacements.iter().map(|u| u.norm()).collect(),
             Field::LargestStretch => {
-                let gradients = self.at_particles(&self.deformation_gradients(state));
+                let gradients = self.at_particles(&self.deformation_gradients(state)?);
                 gradients.iter().map(|f| f.singular_values().max()).collect()
             }
             Field::MisesStress => {

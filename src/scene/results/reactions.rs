@@ -131,7 +131,7 @@ impl<const D: usize> Problem<D> {
         }
         let mut table = Table::new(header);
         for (step, state) in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).enumerate() {
-            let mut equation = vec![step as f64, state.load, self.energy(state)];
+            let mut equation = vec![step as f64, state.load, self.energy(state)?];
             for ((title, place), moved) in places.iter().zip(&moves) {
                 equation.extend(self.reaction(state, place.clone())?.iter());
                 if !axes.is_empty() {
@@ -247,7 +247,7 @@ impl<const D: usize> Problem<D> {
         let equations = self.equations.equations();
         let (given, needed) = (state.multipliers.len(), equations.len());
         if given != needed {
-            return Err(SolveError::Length { what: "multipliers", given, needed }.into());
+            return Err(SolveError::OtherModel { what: "multipliers", given, needed }.into());
         }
         let placed = self.placed_at(requested);
         if placed.is_empty() {

@@ -291,7 +291,7 @@ impl<'a, const D: usize> Recovery<'a, D> {
             let moves = problem.first().displacements_at(points, state)?;
             points.iter().zip(moves).map(|(x, u)| Ok(x + u)).collect()
         };
-        let gradients = problem.deformation_gradients(state);
+        let gradients = problem.deformation_gradients(state)?;
         let mut clusters = vec![Vec::new(); nodes];
         for cluster in 0..table.clusters().len() {
             for &node in table.clusters().nodes(cluster) {

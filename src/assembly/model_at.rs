@@ -1,0 +1,144 @@
+//! A model at a state: forces, and increments of the condensed unknowns.
+
+use crate::error::SolveError;
+use crate::parallel::{map_ranges, threads};
+use crate::term::Element;
+#[cfg(feature = "solve")]
+use crate::term::Zone;
+
+use super::model::{Model, SERIAL_BELOW};
+use super::state_ref::StateRef;
+
+/// A model at a state that fits it.
+#[derive(Clone, Copy)]
+pub struct ModelAt<'a, const D: usize> {
+    pub(super) model: &'a Model<D>,
+    pub(super) at: StateRef<'a>,
+}
+
+impl<const D: usize> Model<D> {
+    /// The model at a state.
+    ///
+    /// # Errors
+    /// [`SolveError::OtherModel`] for a state of another model.
+    pub fn at<'a>(&'a self, state: impl Into<StateRef<'a>>) -> Result<ModelAt<'a, D>, SolveError> {
+        let at = state.into();
+        self.check(at)?;
+        Ok(self.at_own(at))
+    }
+
+    /// The model at a state that is known to be one of its own.
+    pub(crate) fn at_own<'a>(&'a self, state: impl Into<StateRef<'a>>) -> ModelAt<'a, D> {
+        ModelAt { model: self, at: state.into() }
+    }
+}
+
+impl<const D: usize> ModelAt<'_, D> {
+    /// The residual $r$, without any matrix.
+    pub fn residual(self) -> Vec<f64> {
+        self.sum_forces(|force, _| force)
+    }
+
+    /// $\partial r/\partial\lambda$.
+    pub fn load_slope(self) -> Vec<f64> {
+        self.sum_forces(|_, change| change)
+    }
+
+    /// Sums what is taken of residual and load slope of every cluster, node by node.
+    fn sum_forces(self, take: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+        let mut sums = vec![0.0; self.model.unknowns()];
+        let mut element = Element::default();
+        for (number, term) in self.model.terms.iter().enumerate() {
+            for cluster in 0..term.clusters() {
+                let nodes = term.nodes(cluster);
+                let compact = term.fills_compact();
+                element.reset(if compact { 0 } else { nodes.len() * D }, false);
+                term.linearize(cluster, self.at.of_term(number), &mut element);
+                for a in 0..element.residual.len() / D {
+                    let node = if compact { nodes[element.compact[a] as usize] } else { nodes[a] };
+                    for i in 0..D {
+                        sums[node as usize * D + i] += take(element.residual[a * D + i], element.load_slope[a * D + i]);
+                    }
+                }
+            }
+        }
+        if let Some(ranks) = &self.model.ranks {
+            ranks.sum(&mut sums);
+        }
+        sums
+    }
+
+    /// Increments of the condensed unknowns for a displacement increment; the largest admissible step factor.
+    ///
+    /// # Errors
+    /// [`SolveError::OtherModel`] for increments of another model.
+    pub fn advance(self, step: &[f64], condensed_step: &mut [Vec<f64>]) -> Result<f64, SolveError> {
+        self.model.check(StateRef::new(step, condensed_step, 0.0))?;
+        Ok(self.advance_own(step, condensed_step))
+    }
+
+    /// As [`advance`](Self::advance), for increments that are known to be some of the model's own.
+    pub(crate) fn advance_own(self, step: &[f64], condensed_step: &mut [Vec<f64>]) -> f64 {
+        let ModelAt { model, at } = self;
+        let mut bound: f64 = 1.0;
+        // min() would drop a NaN.
+        let least = |bound: f64, limit: f64| if limit.is_nan() { 0.0 } else { bound.min(limit) };
+        let parallel = model.unknowns() >= SERIAL_BELOW && threads() > 1;
+        for (number, (term, condensed_step)) in model.terms.iter().zip(condensed_step).enumerate() {
+            let view = at.of_term(number);
+            if !parallel {
+                for cluster in 0..term.clusters() {
+                    bound =
+                        least(bound, term.advance(cluster, view, step, &mut condensed_step[term.condensed(cluster)]));
+                }
+                continue;
+            }
+            // One vector per run of clusters keeps the writes apart without unsafe code.
+            let runs = map_ranges(term.clusters(), 2, |clusters| {
+                let mut values = vec![0.0; clusters.clone().map(|c| term.condensed(c).len()).sum()];
+                let (mut bound, mut place): (f64, usize) = (1.0, 0);
+                for cluster in clusters.clone() {
+                    let count = term.condensed(cluster).len();
+                    bound = least(bound, term.advance(cluster, view, step, &mut values[place..place + count]));
+                    place += count;
+                }
+                (clusters, bound, values)
+            });
+            for (clusters, limit, values) in runs {
+                bound = least(bound, limit);
+                let mut place = 0;
+                for cluster in clusters {
+                    let range = term.condensed(cluster);
+                    condensed_step[range.clone()].copy_from_slice(&values[place..place + range.len()]);
+                    place += range.len();
+                }
+            }
+        }
+        match &model.ranks {
+            Some(ranks) => ranks.least(bound),
+            None => bound,
+        }
+    }
+
+    /// Adds what a change of the load factor does to the increments of the condensed unknowns.
+    #[cfg(feature = "solve")]
+    pub(crate) fn advance_load(self, load_step: f64, condensed_step: &mut [Vec<f64>]) {
+        for (number, (term, step)) in self.model.terms.iter().zip(condensed_step).enumerate() {
+            if load_step != 0.0 && term.is_unilateral() {
+                for cluster in 0..term.clusters() {
+                    term.advance_load(cluster, self.at.of_term(number), load_step, &mut step[term.condensed(cluster)]);
+                }
+            }
+        }
+    }
+
+    /// Replaces increments of pressures in those of the condensed unknowns by ones that were solved for.
+    #[cfg(feature = "solve")]
+    pub(crate) fn take_pressures(self, zones: &[Zone], pressures: &[[f64; 4]], condensed_step: &mut [Vec<f64>]) {
+        for (zone, pressures) in zones.iter().zip(pressures) {
+            let [term, cluster] = zone.owner.map(|k| k as usize);
+            let range = self.model.terms[term].condensed(cluster);
+            self.model.terms[term].take_pressures(cluster, pressures, &mut condensed_step[term][range]);
+        }
+    }
+}
