@@ -15,7 +15,7 @@ fn analyses<const D: usize>(c: &mut Criterion, name: &str, scene: &Scene<D>, cou
             support::on_threads(1, || {
                 b.iter(|| {
                     let problem = scene.discretize(&scheme).expect("a sound scene");
-                    problem.run(&mut ()).expect("a sound model").completed().expect("full load")
+                    problem.run().expect("a sound model").completed().expect("full load")
                 });
             });
         });

@@ -3,7 +3,7 @@
 mod support;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rkpm::assembly::System;
+use rkpm::assembly::{StateRef, System};
 use rkpm::prelude::*;
 use rkpm::solve::State;
 
@@ -25,7 +25,7 @@ fn assemble<const D: usize>(
             support::on_threads(threads, || {
                 let mut assembler = model.assembler();
                 let mut system = System::default();
-                b.iter(|| assembler.assemble(model, &d, &state.condensed, 1.0, &mut system));
+                b.iter(|| assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap());
             });
         });
     }

@@ -10,7 +10,7 @@ mod support;
 use std::time::Instant;
 
 use faer::{Accum, Mat, Par};
-use rkpm::assembly::{Model, System};
+use rkpm::assembly::{Model, StateRef, System};
 use rkpm::kinematics::Kinematics;
 use rkpm::prelude::*;
 use rkpm::solve::State;
@@ -87,10 +87,12 @@ fn kernel<const D: usize>(name: &str, kinematics: impl Kinematics<D>, counts: [u
     let mut assembler = model.assembler();
     let mut system = System::default();
     // The best of either, or a disturbed residual would flatter the difference.
-    let residual =
-        (0..SHORT_ROUNDS).map(|_| seconds(|| drop(model.residual(&d, &condensed, 1.0)))).fold(f64::INFINITY, f64::min);
-    let (share, speed) =
-        share(operations, || seconds(|| assembler.assemble(&model, &d, &condensed, 1.0, &mut system)) - residual);
+    let residual = (0..SHORT_ROUNDS)
+        .map(|_| seconds(|| drop(model.at(StateRef::new(&d, &condensed, 1.0)).unwrap().residual())))
+        .fold(f64::INFINITY, f64::min);
+    let (share, speed) = share(operations, || {
+        seconds(|| assembler.assemble(&model, StateRef::new(&d, &condensed, 1.0), &mut system).unwrap()) - residual
+    });
     println!("kernel_{name}_neighbours,{neighbours}");
     println!("kernel_{name}_gflops,{:.2}", speed * 1e-9);
     println!("kernel_{name}_of_dgemm,{share:.3}");
@@ -105,8 +107,9 @@ fn assembly<const D: usize>(name: &str, scene: &Scene<D>, scheme: &Scheme) {
     let mut assembler = model.assembler();
     let mut system = System::default();
     let neighbours = (0..table.len()).map(|p| table.nodes(p).len()).sum::<usize>() as f64 / table.len() as f64;
-    let (share, speed) =
-        share(operations(table), || seconds(|| assembler.assemble(model, &d, &state.condensed, 1.0, &mut system)));
+    let (share, speed) = share(operations(table), || {
+        seconds(|| assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap())
+    });
     println!("assembly_{name}_neighbours,{neighbours:.1}");
     println!("assembly_{name}_gflops,{:.2}", speed * 1e-9);
     println!("assembly_{name}_of_dgemm,{share:.3}");
@@ -125,7 +128,7 @@ fn iteration() {
     let (mut assemblies, mut factorisations) = (Vec::new(), Vec::new());
     for round in 0..5 {
         let start = Instant::now();
-        assembler.assemble(model, &d, &state.condensed, 1.0, &mut system);
+        assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap();
         assemblies.push(start.elapsed().as_secs_f64());
         let start = Instant::now();
         factorizer.factorize(if round % 2 == 0 { &values } else { &others }).expect("a regular matrix");
@@ -156,9 +159,9 @@ fn threads() {
             let mut assembler = model.assembler();
             let mut system = System::default();
             // The first assembly grows the buffers.
-            assembler.assemble(model, &d, &state.condensed, 1.0, &mut system);
+            assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap();
             let start = Instant::now();
-            assembler.assemble(model, &d, &state.condensed, 1.0, &mut system);
+            assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap();
             [tabulation, start.elapsed().as_secs_f64()]
         })
     };
@@ -201,7 +204,13 @@ fn slopes<const D: usize>(name: &str, scene: &Scene<D>, counts: &[usize]) {
         let mut assembler = model.assembler();
         let mut system = System::default();
         let assembly = median(
-            (0..3).map(|_| seconds(|| assembler.assemble(model, &d, &state.condensed, 1.0, &mut system))).collect(),
+            (0..3)
+                .map(|_| {
+                    seconds(|| {
+                        assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap()
+                    })
+                })
+                .collect(),
         );
         let mut turn = false;
         let factorisation = median(
@@ -246,7 +255,7 @@ fn memory<const D: usize>(name: &str, scene: &Scene<D>, n: usize) {
     let idle = peak().unwrap_or(f64::NAN);
     let problem = scene.discretize(&support::scheme(n)).expect("a scene");
     let tabulated = peak().unwrap_or(f64::NAN) - idle;
-    problem.run(&mut ()).expect("a model").completed().expect("full load");
+    problem.run().expect("a model").completed().expect("full load");
     let peak = peak().unwrap_or(f64::NAN) - idle;
     let (_, values, mut factorizer) = support::reduced(&problem);
     drop(factorizer.factorize(&values).expect("a regular matrix"));

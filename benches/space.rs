@@ -119,7 +119,7 @@ fn compare(schemes: &[(&str, Scheme)]) {
         let solve = |scheme: Scheme| {
             let start = Instant::now();
             let problem = scene.discretize(&scheme).ok()?;
-            let path = problem.run(&mut ()).ok()?.completed().ok()?;
+            let path = problem.run().ok()?.completed().ok()?;
             let seconds = start.elapsed().as_secs_f64();
             Some((measured.iter().map(|m| m.1(&problem, path.last())).collect::<Vec<_>>(), path.iterations, seconds))
         };
@@ -166,7 +166,7 @@ fn graded(power: f64, quarter: bool) -> Layout {
 /// Energy and forces on the upper face, iterations and most directions.
 fn forces(scene: &Scene<3>, scheme: &Scheme) -> Option<([f64; 3], usize, usize)> {
     let problem = scene.discretize(scheme).ok()?;
-    let path = problem.run(&mut ()).ok()?.completed().ok()?;
+    let path = problem.run().ok()?.completed().ok()?;
     let state = path.last();
     let found = [energy(&problem, state), force(&problem, state, 0), force(&problem, state, 2)];
     let krylov_iterations = problem.analysis().solver.krylov_iterations().into_iter().max().unwrap_or(0);
@@ -220,7 +220,7 @@ fn cube() {
         let start = Instant::now();
         let Ok(problem) = sheared(400_889.8).discretize(&scheme.particles([n])) else { continue };
         let tables = start.elapsed().as_secs_f64();
-        let Ok(Ok(path)) = problem.run(&mut ()).map(EquilibriumPath::completed) else {
+        let Ok(Ok(path)) = problem.run().map(EquilibriumPath::completed) else {
             println!("cube_{name}_{n},stalled");
             continue;
         };
@@ -249,7 +249,7 @@ fn iteration() {
                 continue;
             }
         };
-        let ended = problem.run(&mut ()).map(|path| path.completed().map(|p| p.iterations).map_err(|e| e.to_string()));
+        let ended = problem.run().map(|path| path.completed().map(|p| p.iterations).map_err(|e| e.to_string()));
         println!(
             "iteration_{n}_{ratio:e},{:?},{ended:?},{:.2} s",
             problem.analysis().solver.krylov_iterations(),

@@ -14,7 +14,7 @@ fn tube(c: &mut Criterion) {
         c.bench_function(name, |b| {
             b.iter(|| {
                 let problem = scene.discretize(&scheme).expect("a sound scene");
-                problem.run(&mut ()).expect("a sound model").completed().expect("full load")
+                problem.run().expect("a sound model").completed().expect("full load")
             });
         });
     }

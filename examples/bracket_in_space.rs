@@ -28,7 +28,7 @@ fn main() -> Result<(), rkpm::Error> {
     let mut answers = Vec::new();
     for mesh in [mesh.clone(), mesh.refined()?] {
         let problem = bracket(&mesh)?;
-        let path = problem.run(&mut progress::Progress::new())?.completed()?;
+        let path = problem.run_with(&mut progress::Progress::new())?.completed()?;
         let last = path.last();
         let force = problem.reaction(last, "top")?;
         println!(

@@ -67,7 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut chart = Chart::new("A bump stop").x("closure [mm]").y("force [N]");
     for spacing in [1.6, 1.2] {
         let problem = stop()?.discretize(&Scheme::default().spacing(spacing))?;
-        let path = problem.run(&mut ())?;
+        let path = problem.run()?;
         let particles = problem.cells().positions().len();
         let mut curve = vec![[0.0, 0.0]];
         let mut deepest: f64 = 0.0;

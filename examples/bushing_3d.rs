@@ -39,7 +39,7 @@ fn bushing(motion: Value<3, [f64; 3]>) -> Result<Scene<3>, rkpm::Error> {
 /// Force and moment on the inner sleeve, and what is left of them with the outer one and the ends.
 fn results(scene: &Scene<3>, with_ends: bool) -> Result<([f64; 3], f64, f64), rkpm::Error> {
     let problem = scene.discretize(&Scheme::default())?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     let last = path.last();
     let mut places = vec!["sleeve", "outer"];
     places.extend(with_ends.then_some("ends"));
@@ -87,7 +87,7 @@ fn main() -> Result<(), rkpm::Error> {
     // 30 % of the wall.
     let scene = bushing(Value::from([3.0, 0.0, 0.0]))?.prescribe("ends", 2, 0.0);
     let problem = scene.discretize(&Scheme::default().stepping(Stepping::equal(6)))?;
-    let path = problem.run(&mut progress::Progress::new())?.completed()?;
+    let path = problem.run_with(&mut progress::Progress::new())?.completed()?;
     let mut table = Table::new(["u [mm]", "F [N]"]);
     let mut curve = vec![(0.0, 0.0)];
     for step in &path.steps {

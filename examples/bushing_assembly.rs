@@ -107,7 +107,7 @@ pub struct Assembled {
 pub fn assemblies() -> Result<Vec<Assembled>, rkpm::Error> {
     let assemble = |column: Column| -> Result<Assembled, rkpm::Error> {
         let problem = bushing()?.discretize(&column.scheme.clone().particles(column.counts))?;
-        let path = problem.run(&mut ())?.completed()?;
+        let path = problem.run()?.completed()?;
         let rise = problem.displacement(path.last(), &[RING[1], RING[2]].into())?[1];
         Ok(Assembled { column, problem, path, rise })
     };
@@ -132,7 +132,7 @@ pub fn summary(assemblies: &[Assembled]) -> Result<Summary, Box<dyn Error>> {
     for counts in [[7, 8], [13, 15], [25, 29]] {
         let rise = |scene: &Scene<2>| -> Result<(f64, Problem<2>, EquilibriumPath), rkpm::Error> {
             let problem = scene.discretize(&Scheme::default().particles(counts))?;
-            let path = problem.run(&mut ())?.completed()?;
+            let path = problem.run()?.completed()?;
             let rise = problem.displacement(path.last(), &[RING[1], RING[2]].into())?[1];
             Ok((rise, problem, path))
         };

@@ -39,7 +39,7 @@ fn quantities(problem: &Problem<2>, state: &State) -> Result<[f64; 3], rkpm::Err
 
 fn run(scheme: &Scheme) -> Result<(Problem<2>, EquilibriumPath), rkpm::Error> {
     let problem = membrane()?.discretize(scheme)?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     Ok((problem, path))
 }
 

@@ -31,7 +31,7 @@ fn membrane(bulk_modulus: f64) -> Result<Scene<2>, rkpm::Error> {
 /// Deflections of the upper corner and of the middle of the right edge, and the energy stored.
 fn quantities(bulk_modulus: f64, scheme: &Scheme) -> Result<([f64; 3], usize), rkpm::Error> {
     let problem = membrane(bulk_modulus)?.discretize(scheme)?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     let deflection = |x: [f64; 2]| problem.displacement(path.last(), &x.into()).map(|u| u[1]);
     let found = [deflection([48.0, 60.0])?, deflection([48.0, 52.0])?, problem.energy(path.last())?];
     Ok((found, problem.cells().positions().len()))
@@ -102,7 +102,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// The cells at rest and under load.
 fn shape(out: &FilePath) -> Result<(), Box<dyn Error>> {
     let problem = membrane(BULK_MODULUS)?.discretize(&Scheme::default().particles([17]).seed(1))?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     let deformed = support::deformed(&problem, path.last())?;
     Chart::new("Cook's membrane, about 289 scattered particles")
         .x("x [mm]")

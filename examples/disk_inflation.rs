@@ -57,7 +57,7 @@ impl Inflation {
     /// Up to 0.207 MPa, or as far as the stepping of the scheme gets.
     fn run(held: Held, scheme: &Scheme) -> Result<Self, rkpm::Error> {
         let problem = disk(PRESSURE, held)?.discretize(scheme)?;
-        let path = problem.run(&mut ())?;
+        let path = problem.run()?;
         let states = std::iter::once(path.start).chain(path.steps.into_iter().map(|step| step.state));
         Ok(Inflation { problem, states: states.collect(), iterations: path.iterations })
     }
@@ -104,7 +104,7 @@ impl Inflation {
 /// Deflection of the lower centre at one pressure.
 fn deflection(pressure: f64, scheme: &Scheme) -> Result<f64, rkpm::Error> {
     let problem = disk(pressure, Held::Rim)?.discretize(scheme)?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     Ok(problem.displacement(path.last(), &[0.0, 0.0].into())?[1])
 }
 

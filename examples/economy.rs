@@ -107,7 +107,7 @@ fn cost<const D: usize>(name: &'static str, scene: &Scene<D>, scheme: &Scheme) -
     for _ in 0..7 {
         let start = Instant::now();
         let problem = scene.discretize(scheme)?;
-        let path = problem.run(&mut ())?.completed()?;
+        let path = problem.run()?.completed()?;
         seconds.push(start.elapsed().as_secs_f64());
         last = Some((problem, path));
     }
@@ -133,7 +133,7 @@ fn cost<const D: usize>(name: &'static str, scene: &Scene<D>, scheme: &Scheme) -
 /// Builds a scene, and runs it where requested; the iterations.
 fn count<const D: usize>(scene: &Scene<D>, scheme: &Scheme, run: bool) -> Result<usize, rkpm::Error> {
     let problem = scene.discretize(scheme)?;
-    Ok(if run { problem.run(&mut ())?.completed()?.iterations } else { 0 })
+    Ok(if run { problem.run()?.completed()?.iterations } else { 0 })
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

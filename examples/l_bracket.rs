@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut points = Vec::new();
     for count in [150, 600, 2400] {
         let problem = bracket()?.discretize(&scheme(count))?;
-        let path = problem.run(&mut ())?.completed()?;
+        let path = problem.run()?.completed()?;
         let reaction = problem.reaction(path.last(), "moved")?[1];
         summary.record(format!("reaction_{count}"), reaction, exact[0])?;
         summary.record(format!("energy_{count}"), problem.energy(path.last())?, exact[1])?;

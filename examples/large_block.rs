@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{count} particles, {} unknowns: tables in {tables:.1} s", problem.model().unknowns());
     println!("{:.2} GB so far", 1e-9 * peak());
     let mut progress = Progress { start: Instant::now(), last: 0.0, taken: Vec::new() };
-    let path = problem.run(&mut progress)?;
+    let path = problem.run_with(&mut progress)?;
     let krylov_iterations = problem.analysis().solver.krylov_iterations();
     println!("{:?}; directions {krylov_iterations:?}", path.ending);
     let mut summary = Summary::new();

@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut chart = Chart::new("A shaft pushed through a lip seal").x("way of the shaft [mm]").y("axial force [N]");
     for friction in [0.0, 0.3] {
         let problem = seal(friction)?.discretize(&Scheme::default().spacing(0.16))?;
-        let path = problem.run(&mut ())?;
+        let path = problem.run()?;
         let mut curve = vec![[0.0, 0.0]];
         let both = ["shaft at the tip", "shaft at the inside"];
         for step in &path.steps {

@@ -27,7 +27,7 @@ fn membrane(ratio: f64) -> Result<Scene<2>, rkpm::Error> {
 /// quantity alone may be right by chance.
 fn quantities(ratio: f64, scheme: &Scheme) -> Result<[f64; 3], rkpm::Error> {
     let problem = membrane(ratio)?.discretize(scheme)?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     let deflection = |x: [f64; 2]| problem.displacement(path.last(), &x.into()).map(|u| u[1]);
     Ok([deflection([48.0, 60.0])?, deflection([48.0, 52.0])?, problem.energy(path.last())?])
 }

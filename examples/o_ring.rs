@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let out = support::out_dir("o_ring");
     let (scene, groove) = seal()?;
     let problem = scene.discretize(&Scheme::default().particles([27]))?;
-    let path = problem.run(&mut ())?;
+    let path = problem.run()?;
     let mut summary = Summary::new();
     summary.note("particles", problem.cells().positions().len() as f64)?;
     summary.note("load", path.last().load)?;

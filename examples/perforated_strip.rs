@@ -58,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut summary = Summary::new();
     for count in [150, 590] {
         let problem = strip()?.discretize(&scheme(count))?;
-        let path = problem.run(&mut ())?.completed()?;
+        let path = problem.run()?.completed()?;
         // At most 600.
         let name = if count == 590 { 600 } else { count };
         summary.record(format!("energy_{name}"), problem.energy(path.last())?, exact[0])?;

@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut last = f64::NAN;
     for count in [9, 13, 17, 25, 33] {
         let problem = pad()?.discretize(&Scheme::default().particles([count, count]))?;
-        let path = problem.run(&mut ())?;
+        let path = problem.run()?;
         let mut curve = vec![[0.0, 0.0]];
         for step in &path.steps {
             let plate = problem.contact(&step.state, "plate")?;

@@ -58,7 +58,7 @@ fn last_force(
     steps: usize,
 ) -> Result<f64, Box<dyn Error>> {
     let problem = problem(&pad(material, course, line(duration)), Stepping::equal(steps))?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     Ok(force(&problem, path.last())?)
 }
 
@@ -69,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let hold = Amplitude::table(vec![(0.0, 0.0), (0.1, 1.0), (1.0, 1.0)])?;
     let clock = Amplitude::table(vec![(0.0, 0.0), (0.1, 0.0), (0.4, 1.0), (1.0, DURATION)])?;
     let held = problem(&pad(relaxing()?, hold, clock), Stepping::default())?;
-    let path = held.run(&mut ())?.completed()?;
+    let path = held.run()?.completed()?;
     let elastic = last_force(Rubber::neo_hookean(A10, BULK)?, Amplitude::Ramp, 1.0, 1)?;
     let mut course = Vec::new();
     let mut worst = (0.0, elastic, elastic);

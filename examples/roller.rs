@@ -43,7 +43,7 @@ fn squeeze(
     count: usize,
 ) -> Result<(Vec<f64>, Problem<2>, rkpm::solve::EquilibriumPath), rkpm::Error> {
     let problem = scene.discretize(&Scheme::default().particles([count]))?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     let mut forces = Vec::new();
     for closure in CLOSURES {
         let load = closure / CLOSURES[4];
@@ -108,7 +108,7 @@ fn iteration_cost(scene: &Scene<2>) -> Result<f64, rkpm::Error> {
             let mut problem = scene.discretize(&Scheme::default().particles([25]))?;
             problem.analysis_mut().newton.tangent_update = TangentUpdate::EveryIteration;
             let clock = Instant::now();
-            let path = problem.run(&mut ())?.completed()?;
+            let path = problem.run()?.completed()?;
             seconds[k] = clock.elapsed().as_secs_f64() / path.iterations as f64;
         }
         ratios.push(seconds[0] / seconds[1]);

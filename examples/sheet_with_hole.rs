@@ -80,7 +80,7 @@ fn of_solid(problem: &Problem<3>, state: &State) -> Result<[(&'static str, f64);
 fn main() -> Result<(), Box<dyn Error>> {
     let out = support::out_dir("sheet_with_hole");
     let model = solid()?.discretize(&Scheme::elements(2).particles([13, 25, 5]))?;
-    let path = model.run(&mut ())?.completed()?;
+    let path = model.run()?.completed()?;
     let reference = of_solid(&model, path.last())?;
 
     let mut summary = Summary::new();
@@ -92,7 +92,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut last = None;
     for (name, scheme) in schemes {
         let problem = sheet()?.discretize(&scheme)?;
-        let path = problem.run(&mut ())?.completed()?;
+        let path = problem.run()?.completed()?;
         for ((quantity, value), (_, exact)) in of_sheet(&problem, path.last())?.into_iter().zip(reference) {
             summary.record(format!("{quantity}_{name}"), value, exact)?;
         }
@@ -101,7 +101,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     // How far the solid model is from its own limit.
     let finer = solid()?.discretize(&Scheme::elements(2).particles([17, 33, 5]))?;
-    let path = finer.run(&mut ())?.completed()?;
+    let path = finer.run()?.completed()?;
     for ((quantity, value), (_, exact)) in of_solid(&finer, path.last())?.into_iter().zip(reference) {
         summary.record(format!("{quantity}_finer_solid"), value, exact)?;
     }

@@ -29,9 +29,9 @@ fn sheet() -> Result<Scene<2>, rkpm::Error> {
 }
 
 /// Cauchy stress σ₁₂ at the point of the body where it is farthest from `exact`.
-fn worst_stress(problem: &Problem<2>, state: &State, exact: f64) -> f64 {
-    let stresses = problem.stresses(state).into_iter().map(|stress| stress[(0, 1)]);
-    stresses.max_by(|a, b| (a - exact).abs().total_cmp(&(b - exact).abs())).unwrap_or(f64::NAN)
+fn worst_stress(problem: &Problem<2>, state: &State, exact: f64) -> Result<f64, rkpm::Error> {
+    let stresses = problem.stresses(state)?.into_iter().map(|stress| stress[(0, 1)]);
+    Ok(stresses.max_by(|a, b| (a - exact).abs().total_cmp(&(b - exact).abs())).unwrap_or(f64::NAN))
 }
 
 /// Stresses over the steps by one scheme, each at the point where it is farthest from the exact one.
@@ -43,9 +43,9 @@ struct Sheared {
 
 fn shear(scheme: Scheme, exact: &[f64]) -> Result<Sheared, rkpm::Error> {
     let problem = sheet()?.discretize(&scheme.particles([9, 3]).stepping(Stepping::equal(STEPS)))?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     let steps = path.steps.iter().zip(exact);
-    let stresses = steps.map(|(step, &exact)| worst_stress(&problem, &step.state, exact)).collect();
+    let stresses = steps.map(|(step, &exact)| worst_stress(&problem, &step.state, exact)).collect::<Result<_, _>>()?;
     Ok(Sheared { problem, path, stresses })
 }
 

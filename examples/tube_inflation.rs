@@ -35,7 +35,7 @@ fn tube(pressure: f64) -> Result<Scene<1>, rkpm::Error> {
 /// Runs the tube under a scheme; bore displacement, energy per radian and unit length, and the path.
 fn inflate(scheme: &Scheme) -> Result<(f64, f64, EquilibriumPath), rkpm::Error> {
     let problem = tube(PRESSURE)?.discretize(scheme)?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     let bore = problem.displacement(path.last(), &[INNER].into())?[0];
     let energy = problem.energy(path.last())? / (2.0 * PI);
     Ok((bore, energy, path))
@@ -109,7 +109,7 @@ fn stresses_at_bore(summary: &mut Summary, scheme: &Scheme, u_exact: f64) -> Res
     let hoop = -PRESSURE + 2.0 * slope * (square - inverse);
     for count in [PARTICLES, 2 * PARTICLES - 1] {
         let problem = tube(PRESSURE)?.discretize(&scheme.clone().particles([count]))?;
-        let path = problem.run(&mut ())?.completed()?;
+        let path = problem.run()?.completed()?;
         let stress = problem.stress(path.last(), &[INNER].into())?;
         summary.record(format!("stress_bore_{count}"), stress[(0, 0)] / -PRESSURE, 1.0)?;
         summary.record(format!("hoop_stress_bore_{count}"), stress[(1, 1)], hoop)?;
@@ -120,7 +120,7 @@ fn stresses_at_bore(summary: &mut Summary, scheme: &Scheme, u_exact: f64) -> Res
 /// Pressure against bore displacement in 23 equal steps, and the inflated tube for ParaView.
 fn pressure_curve(out: &FilePath, scheme: &Scheme, exact_p: &[f64], exact_u: &[f64]) -> Result<(), Box<dyn Error>> {
     let problem = tube(PRESSURE)?.discretize(&scheme.clone().stepping(Stepping::equal(23)))?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     let mut curve = Table::new(["p_MPa", "u_inner_cm", "u_inner_exact_cm"]);
     let mut points = Vec::new();
     let mut animation = PvdCollection::default();

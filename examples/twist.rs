@@ -41,7 +41,7 @@ fn torque(problem: &Problem<3>, state: &State) -> Result<f64, rkpm::Error> {
 }
 
 /// The largest |mean of J − 1| over the zones that share a pressure.
-fn volume_change(problem: &Problem<3>, state: &State) -> f64 {
+fn volume_change(problem: &Problem<3>, state: &State) -> Result<f64, rkpm::Error> {
     let gradients = problem.deformation_gradients(state)?;
     let table = problem.body().table();
     let zones = (0..table.clusters().len()).map(|zone| {
@@ -52,7 +52,7 @@ fn volume_change(problem: &Problem<3>, state: &State) -> f64 {
         }
         (change / volume).abs()
     });
-    zones.fold(0.0, f64::max)
+    Ok(zones.fold(0.0, f64::max))
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -61,9 +61,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let elements = Scheme::elements(2).particles([9, 9, 33]);
 
     let problem = column()?.discretize(&particles)?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     let reference = column()?.discretize(&elements)?;
-    let reference_path = reference.run(&mut ())?.completed()?;
+    let reference_path = reference.run()?.completed()?;
     let reference_torque = torque(&reference, reference_path.last())?;
 
     let mut summary = Summary::new();
@@ -73,7 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     summary.note("iterations", path.iterations as f64)?;
     summary.record("torque", torque(&problem, path.last())?, reference_torque)?;
     summary.note("torque_q2p1", reference_torque)?;
-    summary.note("zone_j", volume_change(&problem, path.last()))?;
+    summary.note("zone_j", volume_change(&problem, path.last())?)?;
     print!("{summary}");
     summary.write(out.join("summary.csv"))?;
 
@@ -92,7 +92,7 @@ fn torque_curve(
     reference_path: &EquilibriumPath,
 ) -> Result<(), Box<dyn Error>> {
     let problem = column()?.discretize(&particles.clone().stepping(Stepping::equal(12)))?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     let curve = |problem: &Problem<3>, path: &EquilibriumPath| -> Result<Vec<[f64; 2]>, rkpm::Error> {
         let states = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
         states.map(|state| Ok([180.0 * state.load, torque(problem, state)?])).collect()

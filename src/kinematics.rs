@@ -91,7 +91,7 @@ pub struct PlaneStrain;
 ///     .prescribe((1, Side::Min), 1, 0.0)
 ///     .prescribe((0, Side::Max), 0, 10.0);
 /// let problem = strip.discretize(&Scheme::default().particles([5, 3]))?;
-/// let path = problem.run(&mut ())?.completed()?;
+/// let path = problem.run()?.completed()?;
 /// let force = problem.reaction(path.last(), (0, Side::Max))?[0]; // N
 /// assert!((force - 0.4 * 8.0 * (2.0 - 0.25)).abs() < 1e-5);
 /// # Ok::<(), rkpm::Error>(())

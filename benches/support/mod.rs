@@ -1,7 +1,7 @@
 //! What the benches share: bodies of any size, and pools of threads.
 #![allow(dead_code)] // No bench needs all of it.
 
-use rkpm::assembly::{Model, System};
+use rkpm::assembly::{Model, StateRef, System};
 use rkpm::boundary::Enforced;
 use rkpm::linear::Factorizer;
 use rkpm::prelude::*;
@@ -62,7 +62,7 @@ pub fn reduced<const D: usize>(problem: &Problem<D>) -> (Box<dyn Enforced>, Vec<
     let mut enforced = bound(problem);
     let factorizer = problem.analysis().factorizer(model, &mut *enforced).expect("a sound pattern");
     let mut system = System::default();
-    model.assembler().assemble(model, &state.displacement, &state.condensed, 1.0, &mut system);
+    model.assembler().assemble(model, StateRef::new(&state.displacement, &state.condensed, 1.0), &mut system).unwrap();
     let mut values = Vec::new();
     enforced.reduce(&system, &mut values);
     (enforced, values, factorizer)

@@ -77,7 +77,7 @@ impl Observer for Until<'_> {
 fn follow(c10: f64, c01: f64, stretch: f64) -> Result<(Problem<1>, EquilibriumPath), rkpm::Error> {
     let stepping = Stepping { control: StepControl::ArcLength, ..Stepping::default() };
     let problem = shell(c10, c01, &Scheme::default().particles([9]).stepping(stepping))?;
-    let path = problem.run(&mut Until { problem: &problem, stretch })?;
+    let path = problem.run_with(&mut Until { problem: &problem, stretch })?;
     Ok((problem, path))
 }
 
@@ -129,7 +129,7 @@ pub fn run(out: &FilePath, summary: &mut Summary, stops: &mut Stops) -> Result<(
     // The load alone ends at the limit pressure.
     let stepping = Stepping { control: StepControl::Load, ..Stepping::default() };
     let problem = shell(0.5, 0.0, &Scheme::default().particles([9]).stepping(stepping))?;
-    let path = problem.run(&mut ())?;
+    let path = problem.run()?;
     summary.note("balloon_load_control_ends_at", path.last().load)?;
     stops.add("balloon", "default; load control", 1.0, &path)?;
     chart.write(out.join("balloon.svg"))?;

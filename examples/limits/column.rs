@@ -59,7 +59,7 @@ fn buckling(counts: [usize; 2], stops: &mut Stops) -> Result<Buckling, Box<dyn E
     let stepping = Stepping { follow: Following::Path, ..Stepping::default() };
     let scheme = Scheme::default().particles(counts).stepping(stepping);
     let problem = column(PRESSED * LENGTH, 0.0)?.discretize(&scheme)?;
-    let path = problem.run(&mut ())?;
+    let path = problem.run()?;
     stops.add("column, straight", &format!("default {} × {}", counts[0], counts[1]), PRESSED, &path)?;
     let point = path.critical_points().next().ok_or("the column does not buckle")?;
     if point.kind != CriticalKind::Bifurcation {
@@ -85,7 +85,7 @@ pub fn run(out: &FilePath, summary: &mut Summary, stops: &mut Stops) -> Result<(
         let stepping = Stepping { first: 0.05, largest: 0.05, follow: Following::Path, ..Stepping::default() };
         let scheme = Scheme::default().particles([5, 41]).stepping(stepping);
         let problem = column(0.2 * LENGTH, imperfection)?.discretize(&scheme)?;
-        let path = problem.run(&mut ())?;
+        let path = problem.run()?;
         stops.add("column, bent", &format!("default 5 × 41, imperfection {name}"), 0.2, &path)?;
         let states = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
         let curve = states.map(|state| Ok([0.2 * state.load, force(&problem, state)?]));

@@ -142,7 +142,7 @@ impl Given {
             let counts = self.counts.map(|n| refined * (n - 1) + 1);
             let lattice = Lattice::new(&Quadrilateral { corners: self.corners }, counts, &Layout::Regular)?;
             let problem = self.over(Arc::new(lattice), false)?.discretize(&Scheme::default())?;
-            match problem.run(&mut ())?.completed() {
+            match problem.run()?.completed() {
                 Ok(path) => return Ok(Some(problem.energy(path.last())?)),
                 Err(error) => println!("{}, refined by {refined}: {error}", self.name),
             }
@@ -196,7 +196,7 @@ pub fn run(out: &FilePath, summary: &mut Summary) -> Result<(), Box<dyn Error>> 
                         table.push(row.chain(none))?;
                         continue;
                     };
-                    let path = problem.run(&mut ())?;
+                    let path = problem.run()?;
                     let ratio = problem.energy(path.last())? / reference;
                     let whole = matches!(path.ending, Ending::Completed);
                     kept += usize::from(whole && (ratio - 1.0).abs() <= WITHIN);

@@ -41,13 +41,13 @@ fn both_ways(
     summary: &mut Summary,
     stops: &mut Stops,
 ) -> Result<EquilibriumPath, Box<dyn Error>> {
-    let path = scene.discretize(scheme)?.run(&mut ())?;
+    let path = scene.discretize(scheme)?.run()?;
     summary.note(row, scale * path.last().load)?;
     stops.add(row, title, scale, &path)?;
     let most = path.steps.iter().filter_map(|step| step.unstable).max().unwrap_or_default();
     summary.note(format!("{row}_most_unstable_modes"), most as f64)?;
     let stepping = Stepping { control: StepControl::ArcLength, steps: 200, ..Stepping::default() };
-    let path = scene.discretize(&scheme.clone().stepping(stepping))?.run(&mut ())?;
+    let path = scene.discretize(&scheme.clone().stepping(stepping))?.run()?;
     stops.add(row, &format!("{title}; arc length"), scale, &path)?;
     let limits: Vec<_> = path.critical_points().filter(|point| point.kind == CriticalKind::Limit).collect();
     let first = limits.first().map_or(f64::NAN, |point| scale * point.load());
@@ -75,7 +75,7 @@ fn along(path: &EquilibriumPath, scale: f64) -> Vec<[f64; 2]> {
 
 pub fn run(out: &FilePath, summary: &mut Summary, stops: &mut Stops) -> Result<(), Box<dyn Error>> {
     let default = Scheme::default().particles([11, 2]);
-    let path = disk()?.discretize(&default)?.run(&mut ())?;
+    let path = disk()?.discretize(&default)?.run()?;
     summary.note("disk_limit", PRESSURE * path.last().load)?;
     stops.add("disk_limit", "default 11 × 2", PRESSURE, &path)?;
     let gauss = Rule::Gauss { zones: Some(vec![10, 1]), points: Some(4) };
@@ -103,7 +103,7 @@ pub fn run(out: &FilePath, summary: &mut Summary, stops: &mut Stops) -> Result<(
         if seed == 1 {
             // The remedy: the default scheme on the same set.
             let scheme = Scheme::default().particles([9, 3]).layout(layout);
-            let path = sheet()?.discretize(&scheme)?.run(&mut ())?;
+            let path = sheet()?.discretize(&scheme)?.run()?;
             summary.note("bar_0.1_irregular_default", path.last().load)?;
             summary.note("bar_0.1_irregular_default_iterations", path.iterations as f64)?;
             stops.add("bar_0.1_irregular", "default, set 1", 1.0, &path)?;

@@ -123,12 +123,12 @@ pub fn run(out: &FilePath, summary: &mut Summary, stops: &mut Stops) -> Result<(
 
         // To the end in steps of the scheme's own choice.
         let problem = block(&scheme, COUNT, LAST)?;
-        let path = problem.run(&mut ())?;
+        let path = problem.run()?;
         stops.add("punch", title, LAST, &path)?;
         if path.ending != Ending::Completed {
             // By arcs: does it end at a limit point of its own equations?
             let stepping = Stepping { control: StepControl::ArcLength, steps: 30, ..Stepping::default() };
-            let path = block(&scheme.clone().stepping(stepping), COUNT, LAST)?.run(&mut ())?;
+            let path = block(&scheme.clone().stepping(stepping), COUNT, LAST)?.run()?;
             stops.add("punch", &format!("{title}; arc length"), LAST, &path)?;
             if let Some(point) = path.critical_points().find(|point| point.kind == CriticalKind::Limit) {
                 summary.note(format!("entangle_{name}_limit_point"), LAST * point.load())?;

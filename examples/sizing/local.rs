@@ -32,7 +32,7 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
     let series = |sizes: &[[usize; 2]]| -> Result<Vec<(usize, f64)>, Box<dyn Error>> {
         let errors = sizes.iter().map(|&counts| {
             let problem = case.scene.discretize(&Scheme::default().particles(counts))?;
-            let path = problem.run(&mut ())?.completed()?;
+            let path = problem.run()?.completed()?;
             let values =
                 case.requested.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
             Ok((counts[0] * counts[1], error(&values)))
@@ -153,7 +153,7 @@ fn best_of_all(case: &Case<2>, most: usize) -> Result<Ways, Box<dyn Error>> {
         let refined = cells.deepest() > 0;
         let problem = case.scene.with_cells(Arc::new(cells)).discretize(&Scheme::default())?;
         // A model that does not carry the whole load reaches nothing.
-        let Ok(path) = problem.run(&mut ())?.completed() else { continue };
+        let Ok(path) = problem.run()?.completed() else { continue };
         let values = case.requested.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
         let error = worst(&values, &case.exact);
         best = best.min(error);
@@ -263,6 +263,6 @@ fn reference(
         cells = cells.refined(&zones)?;
     }
     let problem = scene.with_cells(Arc::new(cells)).discretize(&Scheme::default())?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     requested.iter().map(|q| Ok(q.evaluate(&problem, path.last())?)).collect()
 }

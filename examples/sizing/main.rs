@@ -173,8 +173,7 @@ fn overhead<const D: usize>(case: &Case<D>) -> Result<f64, rkpm::Error> {
         let size = || case.scene.solve_within(&requested, Budget::default());
         let last: Answer<D> = size()?;
         let counts = last.levels.last().map(|level| level.counts.clone()).unwrap_or_default();
-        let direct =
-            || Ok(case.scene.discretize(&Scheme::default().particles(counts.clone()))?.run(&mut ())?.completed()?);
+        let direct = || Ok(case.scene.discretize(&Scheme::default().particles(counts.clone()))?.run()?.completed()?);
         // In turns, the fastest of each: a busy machine slows some of them, and none makes them faster.
         let (mut loops, mut directs) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..TURNS {
@@ -207,7 +206,7 @@ fn reduction(exact: f64, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
         let scheme = Scheme::default().particles([n + 1, 4 * n + 1]);
         let run = || {
             let problem = quarter()?.discretize(&scheme)?;
-            let path = problem.run(&mut ())?.completed()?;
+            let path = problem.run()?.completed()?;
             problem.displacement(path.last(), &[6.0, 0.0].into()).map(|u| u[0])
         };
         flat.push(((run()? / exact - 1.0).abs(), seconds(run)?));
@@ -225,7 +224,7 @@ fn reduction(exact: f64, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
         let scheme = Scheme::default().particles([n]);
         let run = || {
             let problem = radial.scene.discretize(&scheme)?;
-            let path = problem.run(&mut ())?.completed()?;
+            let path = problem.run()?.completed()?;
             problem.displacement(path.last(), &[6.0].into()).map(|u| u[0])
         };
         if (run()? / exact - 1.0).abs() <= error {

@@ -92,7 +92,7 @@ fn draw(family: &'static str, seed: u64) -> Result<Drawn, rkpm::Error> {
 /// Values of a scene under a scheme.
 fn values(drawn: &Drawn, scheme: &Scheme) -> Result<Vec<f64>, rkpm::Error> {
     let problem = drawn.scene.discretize(scheme)?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     drawn.requested.iter().map(|q| q.evaluate(&problem, path.last())).collect()
 }
 

@@ -61,7 +61,7 @@ pub fn is_child() -> Result<bool, Box<dyn Error>> {
     let mut journal = Journal::create(&file, &problem.at_rest())?.flush(Flush::System);
     let mut announce = Announce(std::io::stderr());
     announce.0.write_all(b"b")?;
-    let path = problem.run(&mut (&mut journal, &mut announce))?;
+    let path = problem.run_with(&mut (&mut journal, &mut announce))?;
     journal.close(&path)?;
     Ok(true)
 }
@@ -97,7 +97,7 @@ pub fn kill_and_resume(
 ) -> Result<Killed, Box<dyn Error>> {
     std::fs::create_dir_all(folder)?;
     let problem = problem()?;
-    let whole = problem.run(&mut ())?.completed()?;
+    let whole = problem.run()?.completed()?;
     let name = |k: usize| folder.join(format!("killed_{k}.jsonl"));
     let fresh = |k: usize| match std::fs::remove_file(name(k)) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),

@@ -9,7 +9,7 @@
 use std::process::ExitCode;
 use std::time::Instant;
 
-use rkpm::assembly::Ranks;
+use rkpm::assembly::{Ranks, StateRef};
 use rkpm::scene::SolverChoice;
 use rkpm_petsc::{Gamg, Mumps, Session, on_all_ranks};
 
@@ -43,14 +43,14 @@ fn run(session: &Session) -> Result<(), Box<dyn std::error::Error>> {
     let mut assembler = if solver == "gamg" || solver == "krylov" { model.assembler_free() } else { model.assembler() };
     let pattern = watch.lap();
     let mut system = Default::default();
-    assembler.assemble(model, &rest, &condensed, 0.0, &mut system);
+    assembler.assemble(model, StateRef::new(&rest, &condensed, 0.0), &mut system).unwrap();
     watch.lap();
-    assembler.assemble(model, &rest, &condensed, 0.0, &mut system);
+    assembler.assemble(model, StateRef::new(&rest, &condensed, 0.0), &mut system).unwrap();
     let assembly = watch.lap();
     let entries = assembler.pattern().entries() as f64;
     drop((assembler, system));
     watch.lap();
-    let path = problem.run(&mut ())?;
+    let path = problem.run()?;
     let whole = watch.lap();
     let peak = 1e-9 * peak();
     let phases = [tables, pattern, assembly, whole];

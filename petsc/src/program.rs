@@ -18,7 +18,7 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// fn main() -> std::process::ExitCode {
 ///     rkpm_petsc::on_all_ranks(|session| {
 ///         let problem = scene()?.discretize(&Scheme::default().solver(Mumps::new(session)))?;
-///         let path = problem.run(&mut ())?.completed()?;
+///         let path = problem.run()?.completed()?;
 ///         if session.rank() == 0 {
 ///             println!("{}", problem.energy(path.last())?);
 ///         }

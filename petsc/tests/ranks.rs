@@ -58,9 +58,9 @@ fn contract(session: &Session) -> Outcome {
 fn agrees<const D: usize>(session: &Session, scene: &Scene<D>, scheme: &Scheme, part: impl Into<Place<D>>) -> Outcome {
     let part = part.into();
     let alone = scene.discretize(scheme)?;
-    let expected = alone.run(&mut ())?.completed()?;
+    let expected = alone.run()?.completed()?;
     let shared = scene.discretize(&scheme.clone().solver(Mumps::new(session)))?;
-    let found = shared.run(&mut ())?.completed()?;
+    let found = shared.run()?.completed()?;
     let (a, b) = (expected.last(), found.last());
     let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let distance = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()));
@@ -69,8 +69,8 @@ fn agrees<const D: usize>(session: &Session, scene: &Scene<D>, scheme: &Scheme, 
     let energy = (energy / other - 1.0).abs();
     let (force, other) = (alone.reaction(a, part.clone())?, shared.reaction(b, part)?);
     let reaction = distance(force.as_slice(), other.as_slice()) / largest(force.as_slice());
-    let [j, other] = [(&alone, a), (&shared, b)]
-        .map(|(problem, state)| problem.model().smallest_jacobian(&state.displacement, &state.condensed, state.load));
+    let [j, other] =
+        [(&alone, a), (&shared, b)].map(|(problem, state)| problem.model().at(&state).unwrap().smallest_jacobian());
     let (Some((j, _)), Some((other, _))) = (j, other) else { return Err("no determinant".into()) };
     let jacobian = (j / other - 1.0).abs();
     if session.rank() == 0 {
@@ -214,9 +214,9 @@ fn iterated(session: &Session) -> Outcome {
         .prescribe((2, Side::Max), 2, 0.0);
     let scheme = Scheme::default().particles([9, 9, 5]);
     let alone = scene.discretize(&scheme)?;
-    let expected = alone.run(&mut ())?.completed()?;
+    let expected = alone.run()?.completed()?;
     let shared = scene.discretize(&scheme.solver(Gamg::new(session)))?;
-    let found = shared.run(&mut ())?.completed()?;
+    let found = shared.run()?.completed()?;
     let (a, b) = (expected.last(), found.last());
     let error = a.displacement.iter().zip(&b.displacement).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()));
     let energy = (alone.energy(a).unwrap() / shared.energy(b).unwrap() - 1.0).abs();

@@ -119,9 +119,9 @@ pub trait Enforcement: Send + Sync {
 ///     .hold(Side::Min)
 ///     .prescribe(Side::Max, 0, 0.1);
 /// let mut problem = pulled.discretize(&Scheme::default().particles([5, 3]))?;
-/// let exact = problem.run(&mut ())?.completed()?;
+/// let exact = problem.run()?.completed()?;
 /// problem.analysis_mut().enforcement = Box::new(Penalty(1e8));
-/// let penalised = problem.run(&mut ())?.completed()?;
+/// let penalised = problem.run()?.completed()?;
 /// let force = |path: &rkpm::solve::EquilibriumPath| problem.reaction(path.last(), Side::Max).map(|f| f[0]);
 /// assert!((force(&penalised)? / force(&exact)? - 1.0).abs() < 1e-5);
 /// # Ok::<(), rkpm::Error>(())

@@ -50,7 +50,7 @@ use super::{BoundaryCells, Lattice, Smoothing, Zones};
 /// let rubber = Rubber::neo_hookean(0.5, 10.0)?;
 /// let scene = Scene::new(Arc::new(bar), RadialCylinder, rubber).prescribe("wall", 0, 0.0).prescribe("grip", 0, 0.1);
 /// let problem = scene.discretize(&Scheme::default())?;
-/// let path = problem.run(&mut ())?.completed()?;
+/// let path = problem.run()?.completed()?;
 /// assert!((problem.displacement(path.last(), &[2.0].into())?[0] - 0.1).abs() < 1e-12);
 /// # Ok::<(), rkpm::Error>(())
 /// ```

@@ -19,7 +19,7 @@
 //! let tube = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, Rubber::neo_hookean(0.373, 1e5)?);
 //! let problem = tube.pressure(Side::Min, 0.1).discretize(&Scheme::default().particles([5]))?;
 //! let mut journal = Journal::create(&file, &problem.at_rest())?;
-//! let path = problem.run(&mut journal)?;
+//! let path = problem.run_with(&mut journal)?;
 //! journal.close(&path)?;
 //! assert_eq!(Journal::read(&file)?, path);
 //! // After a kill: what there is, and on.

@@ -9,7 +9,7 @@
 //! let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?; // MPa
 //! let tube = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, rubber).pressure(Side::Min, 0.46); // cm, MPa
 //! let problem = tube.discretize(&Scheme::default().particles([9]))?;
-//! let path = problem.run(&mut ())?.completed()?;
+//! let path = problem.run()?.completed()?;
 //! let bore = problem.displacement(path.last(), &[6.0].into())?[0];
 //! assert!((bore / 15.0023846431 - 1.0).abs() < 5e-6);
 //! # Ok::<(), rkpm::Error>(())

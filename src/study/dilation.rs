@@ -56,7 +56,7 @@ pub fn best_dilation<const D: usize>(
         let dilation = if global { Dilation::Global(r) } else { Dilation::Local(r) };
         let solve = || -> Result<f64, Error> {
             let problem = scene.discretize(&Scheme { dilation, ..scheme.clone() })?;
-            let path = problem.run(&mut ())?.completed()?;
+            let path = problem.run()?.completed()?;
             let value = potential(&problem, path.last())?;
             let needed = "energies and loads that are finite in the state reached";
             if value.is_finite() { Ok(value) } else { Err(Invalid::new("potential", value, needed).into()) }

@@ -89,7 +89,7 @@ pub(super) fn solve<const D: usize>(
     }
     let path = match corrected {
         Some(path) => path,
-        None => problem.run(&mut *limits)?.completed()?,
+        None => problem.run_with(&mut *limits)?.completed()?,
     };
     let values = requested.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
     for (value, quantity) in values.iter().zip(&tolerance.quantities) {

@@ -206,7 +206,7 @@ impl<const D: usize> WorkPrecision<D> {
         let discretized = start.elapsed().as_secs_f64();
         let inner = std::mem::replace(&mut problem.analysis_mut().solver, Box::new(crate::linear::Direct));
         problem.analysis_mut().solver = Box::new(Timed { inner, meter: meter.clone() });
-        let path = problem.run(&mut ())?;
+        let path = problem.run()?;
         let seconds = start.elapsed().as_secs_f64();
         run.phases = meter.phases(discretized, seconds - discretized);
         run.particles = problem.model().positions().len();

@@ -232,7 +232,7 @@ fn complete<const D: usize>(kind: &str, count: usize, particles: [usize; D], sce
             Err(error) => panic!("{kind} {seed}: {error}"),
         };
         all += 1;
-        let path = problem.run(&mut ()).unwrap();
+        let path = problem.run().unwrap();
         iterations += path.iterations;
         match &path.ending {
             Ending::Completed => complete += 1,

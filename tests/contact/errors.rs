@@ -73,7 +73,7 @@ fn surfaces_that_nothing_holds() {
     // Pushed away from the body for ever: the run stalls and says so.
     let surface = RigidSurface::plane([0.0, 2.0], [0.0, -1.0]).pushed([0.0, 1.0]);
     let scene = block().hold((1, Side::Min)).contact((1, Side::Max), surface);
-    let path = scene.discretize(&Scheme::default().particles([3])).unwrap().run(&mut ()).unwrap();
+    let path = scene.discretize(&Scheme::default().particles([3])).unwrap().run().unwrap();
     assert!(matches!(path.ending, Ending::Stalled(_)), "{:?}", path.ending);
 }
 
@@ -91,7 +91,7 @@ fn open_profiles_that_are_passed_at_their_end() {
     let scene = block().hold((1, Side::Min)).contact((1, Side::Max), surface);
     let problem = scene.discretize(&Scheme::default().particles([7])).unwrap();
     // The run ends before the first step that would lie beyond the end, and keeps its path.
-    let path = problem.run(&mut ()).unwrap();
+    let path = problem.run().unwrap();
     match &path.ending {
         Ending::Stalled(stalled) => {
             assert!(matches!(&stalled.cause, Cause::Refused(why) if why.contains("open end")), "{stalled}");

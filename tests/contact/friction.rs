@@ -16,7 +16,7 @@ fn block(friction: f64, along: &[(f64, f64)]) -> Scene<2> {
 
 fn run(scene: &Scene<2>) -> (Problem<2>, rkpm::solve::EquilibriumPath) {
     let problem = scene.discretize(&Scheme::default().particles([13, 7])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     (problem, path)
 }
 
@@ -90,7 +90,7 @@ fn units_do_not_matter() {
             .prescribe((1, Side::Max), 0, 0.2 * metre)
             .contact((1, Side::Min), floor);
         let problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let floor = problem.contact(path.last(), "floor").unwrap();
         (path.iterations, floor.force[0] / (metre * pascal))
     };
@@ -110,7 +110,7 @@ fn askew_in_space() {
         .prescribe((2, Side::Max), 1, 0.4)
         .contact((2, Side::Min), floor);
     let problem = scene.discretize(&Scheme::default().particles([4, 4, 3])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let floor = problem.contact(path.last(), "floor").unwrap();
     for point in floor.points.iter().filter(|p| p.is_active) {
         let along = (point.traction[0].powi(2) + point.traction[1].powi(2)).sqrt();

@@ -11,7 +11,7 @@ fn rubber() -> Rubber {
 
 fn solved<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> (Problem<D>, EquilibriumPath) {
     let problem = scene.discretize(scheme).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     (problem, path)
 }
 

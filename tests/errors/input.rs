@@ -29,7 +29,7 @@ fn coarse() -> Scheme {
 fn refusal<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Error {
     match scene.discretize(scheme) {
         Err(error) => error,
-        Ok(problem) => match problem.run(&mut ()) {
+        Ok(problem) => match problem.run() {
             Err(error) => error,
             Ok(path) => panic!("accepted, and ended with {:?}", path.ending),
         },
@@ -57,7 +57,7 @@ macro_rules! refused {
 #[test]
 fn the_sound_scene_runs() {
     // What all the tests below change one thing of.
-    sound().discretize(&coarse()).unwrap().run(&mut ()).unwrap().completed().unwrap();
+    sound().discretize(&coarse()).unwrap().run().unwrap().completed().unwrap();
 }
 
 #[test]
@@ -685,7 +685,7 @@ fn rows_that_conflict() {
         );
         // Equal conditions are taken once.
         let twice = sound().prescribe(Side::Max, 0, 0.1).prescribe((1, Side::Min), 1, 0.0);
-        twice.discretize(&scheme).unwrap().run(&mut ()).unwrap().completed().unwrap();
+        twice.discretize(&scheme).unwrap().run().unwrap().completed().unwrap();
     }
 }
 
@@ -746,7 +746,7 @@ fn rows_that_depend_on_each_other() {
         row.label = "the double of a row".into();
         problem.equations_mut().push(row).unwrap();
         let rows = problem.equations().len();
-        let error = problem.run(&mut ()).unwrap_err();
+        let error = problem.run().unwrap_err();
         let Error::Boundary(BoundaryError::Dependent { equation: row, .. }) = &error else { panic!("{error:?}") };
         assert!(*row == rows - 1 || *row == 3, "{error}");
         says(&error, &["depends on the rows", "remove the repeated condition"]);
@@ -755,7 +755,7 @@ fn rows_that_depend_on_each_other() {
         let (a, b) = (problem.equations().equations()[0].clone(), problem.equations().equations()[1].clone());
         let entries = a.entries.iter().chain(&b.entries).copied().collect();
         problem.equations_mut().push(ConstraintEquation { entries, label: "a sum of rows".into(), ..a }).unwrap();
-        let error = problem.run(&mut ()).unwrap_err();
+        let error = problem.run().unwrap_err();
         assert!(matches!(error, Error::Boundary(BoundaryError::Dependent { .. })), "{error:?}");
     }
     // A row of nothing is refused on the spot.
@@ -777,7 +777,7 @@ fn rows_that_depend_on_each_other() {
         .push(ConstraintEquation { entries: vec![(1000, 1.0)], label: "far row".into(), ..empty })
         .unwrap();
     refused!(
-        problem.run(&mut ()).unwrap_err(),
+        problem.run().unwrap_err(),
         Error::Boundary(BoundaryError::Unsuitable { .. }),
         ["far row", "beyond the 40 of the model"]
     );
@@ -790,7 +790,7 @@ fn rows_that_depend_on_each_other() {
         for row in held(ConstraintKind::AtParticles, constraint_method).equations().equations().iter().take(4) {
             problem.equations_mut().push(row.clone()).unwrap();
         }
-        let error = problem.run(&mut ()).unwrap_err();
+        let error = problem.run().unwrap_err();
         assert!(matches!(error, Error::Boundary(BoundaryError::Dependent { .. })), "{error:?}");
     }
     // Everything prescribed: nothing to solve.
@@ -807,7 +807,7 @@ fn rows_that_depend_on_each_other() {
     let mut problem = sound().discretize(&coarse()).unwrap();
     problem.analysis_mut().enforcement = Box::new(MixedTransformation { limit: 2 });
     refused!(
-        problem.run(&mut ()).unwrap_err(),
+        problem.run().unwrap_err(),
         Error::Boundary(BoundaryError::Unsuitable { .. }),
         ["the limit is 2", "Lagrange multipliers"]
     );
@@ -954,15 +954,15 @@ fn first_guesses() {
     short.displacement.pop();
     refused!(
         run(short).unwrap_err(),
-        Error::Solve(SolveError::Length { what: "displacement", given: 39, needed: 40 }),
-        ["displacement has 39 entries, the model 40"]
+        Error::Solve(SolveError::OtherModel { what: "displacement", given: 39, needed: 40 }),
+        ["another problem", "39 entries of displacement, here are 40"]
     );
     let mut short = rest(&problem);
     short.multipliers.push(0.0);
-    assert!(matches!(run(short).unwrap_err(), Error::Solve(SolveError::Length { what: "multipliers", .. })));
+    assert!(matches!(run(short).unwrap_err(), Error::Solve(SolveError::OtherModel { what: "multipliers", .. })));
     let mut short = rest(&problem);
     short.condensed[0].pop();
-    assert!(matches!(run(short).unwrap_err(), Error::Solve(SolveError::Length { what: "condensed unknowns", .. })));
+    assert!(matches!(run(short).unwrap_err(), Error::Solve(SolveError::OtherModel { what: "condensed unknowns", .. })));
     // Pressures and multipliers that are no numbers.
     for spoil in [|s: &mut State| s.condensed[0].fill(NAN), |s: &mut State| s.multipliers[0] = INFINITY] {
         let mut bad = rest(&problem);
@@ -985,11 +985,11 @@ fn local_unknowns_of_other_terms() {
     let mut swapped = rest(&loaded);
     swapped.condensed.reverse();
     let error = loaded.analysis().run_from(loaded.model(), loaded.equations(), swapped, &mut ()).unwrap_err();
-    assert!(matches!(error, Error::Solve(SolveError::Length { what: "condensed unknowns", .. })), "{error:?}");
+    assert!(matches!(error, Error::Solve(SolveError::OtherModel { what: "condensed unknowns", .. })), "{error:?}");
     let mut few = rest(&loaded);
     few.condensed.pop();
     let error = loaded.analysis().run_from(loaded.model(), loaded.equations(), few, &mut ()).unwrap_err();
-    assert!(matches!(error, Error::Solve(SolveError::Length { what: "condensed unknowns", .. })), "{error:?}");
+    assert!(matches!(error, Error::Solve(SolveError::OtherModel { what: "condensed unknowns", .. })), "{error:?}");
 }
 
 #[test]
@@ -1009,7 +1009,7 @@ fn settings() {
         let mut problem = sound().discretize(&coarse()).unwrap();
         problem.analysis_mut().newton = newton;
         problem.analysis_mut().stepping = stepping;
-        problem.run(&mut ()).unwrap_err()
+        problem.run().unwrap_err()
     };
     let (newton, stepping) = (Newton::default(), Stepping::default());
     for tolerance in [0.0, -1e-8, 1.0, NAN] {
@@ -1041,7 +1041,7 @@ fn pins_on_prescribed_faces() {
         let scheme = coarse().constraint_kind(rows);
         let run = |scene: Scene<2>| {
             let problem = scene.discretize(&scheme).unwrap();
-            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let path = problem.run().unwrap().completed().unwrap();
             (problem.equations().len(), path.last().displacement.clone())
         };
         // What the face says already is taken once, whether the pin comes before it or behind it.

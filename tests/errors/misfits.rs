@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use rkpm::assembly::{Pattern, System};
+use rkpm::assembly::{Pattern, StateRef, System};
 use rkpm::cells::{BoundaryCells, Cells, Refined, Scatter, Smoothing, Triangulation, Voronoi, Zones};
 use rkpm::check;
 use rkpm::error::{ApproximationError, GeometryError, SolveError};
@@ -106,7 +106,7 @@ fn terms_whose_nodes_fall_or_repeat() {
     let run = |pairs: Vec<[u32; 2]>| {
         let mut problem = scene.discretize(&Scheme::default().particles([5, 4])).unwrap();
         problem.add(Between(pairs));
-        (problem.model().terms().len() - 1, problem.run(&mut ()))
+        (problem.model().terms().len() - 1, problem.run())
     };
     assert!(run(vec![[0, 4], [5, 9]]).1.unwrap().completed().is_ok());
     for pairs in [vec![[0, 4], [9, 5]], vec![[0, 4], [5, 5]]] {
@@ -243,24 +243,14 @@ fn tables_asked_for_points_and_vectors_that_are_not_there() {
     model.add(body);
     let condensed = model.start();
     let cut: Vec<Vec<f64>> = condensed.iter().map(|l| l[1..].to_vec()).collect();
-    assert!(model.energy(&fits, &condensed, 0.0).abs() < 1e-12);
-    assert!(model.residual(&fits, &condensed, 0.0).iter().all(|r| r.abs() < 1e-12));
+    let here = model.at(StateRef::new(&fits, &condensed, 0.0)).unwrap();
+    assert!(here.energy().abs() < 1e-12 && here.residual().iter().all(|r| r.abs() < 1e-12));
     for (d, condensed) in [(&short, &condensed), (&vec![0.0; 41], &condensed), (&fits, &cut), (&fits, &vec![])] {
-        assert!(model.energy(d, condensed, 0.0).is_nan());
-        let residual = model.residual(d, condensed, 0.0);
-        assert!(residual.len() == 40 && residual.iter().all(|r| r.is_nan()));
-        let mut slope = vec![0.0; 40];
-        model.load_slope(d, condensed, 0.0, &mut slope);
-        assert!(slope.iter().all(|r| r.is_nan()));
-        assert!(model.smallest_jacobian(d, condensed, 0.0).unwrap().0.is_nan());
-        assert!(model.diagnostics(d, condensed, 0.0).jacobians.unwrap().iter().all(|j| j.is_nan()));
-        assert_eq!(model.advance(d, condensed, 0.0, &fits, &mut model.start()), 0.0);
+        assert!(is_refused(model.at(StateRef::new(d, condensed, 0.0))));
     }
-    assert!(model.largest_gradient(&short).is_nan());
-    assert_eq!(model.largest_gradient(&fits), 0.0);
-    assert_eq!(model.advance(&fits, &condensed, 0.0, &fits, &mut model.start()), 1.0);
+    assert_eq!(here.advance(&fits, &mut model.start()), Ok(1.0));
     for (step, mut out) in [(&short, model.start()), (&fits, cut.clone()), (&fits, vec![])] {
-        assert_eq!(model.advance(&fits, &condensed, 0.0, step, &mut out), 0.0);
+        assert!(is_refused(here.advance(step, &mut out)));
     }
 }
 
@@ -280,25 +270,26 @@ fn assemblers_asked_for_models_and_vectors_of_others() {
     let mine = model(20, 1);
     let (fits, condensed) = (vec![0.0; 40], mine.start());
     let (mut assembler, mut system) = (mine.assembler(), System::default());
-    assembler.assemble(&mine, &fits, &condensed, 0.0, &mut system);
+    assembler.assemble(&mine, StateRef::new(&fits, &condensed, 0.0), &mut system).unwrap();
     assert!(system.scale.is_finite() && system.residual.iter().chain(&system.values).all(|v| v.is_finite()));
-    let entries = system.values.len();
     // Bodies of another model, two for one, and none.
     for other in [model(20, 2), model(20, 0)] {
-        assembler.assemble(&other, &fits, &other.start(), 0.0, &mut system);
-        assert!(system.scale.is_nan() && system.residual.len() == 40 && system.values.len() == entries);
-        assert!(system.residual.iter().chain(&system.load_slope).chain(&system.values).all(|v| v.is_nan()));
+        assert!(is_refused(assembler.assemble(&other, StateRef::new(&fits, &other.start(), 0.0), &mut system)));
     }
     for (d, condensed) in [(&vec![0.0; 39], &condensed), (&fits, &vec![]), (&fits, &vec![vec![]])] {
-        assembler.assemble(&mine, &fits, &mine.start(), 0.0, &mut system);
-        assembler.assemble_forces(&mine, d, condensed, 0.0, &mut system);
-        assert!(system.scale.is_nan() && system.residual.iter().chain(&system.load_slope).all(|v| v.is_nan()));
-        assert!(system.values.iter().all(|v| v.is_finite()));
+        let state = StateRef::new(d, condensed, 0.0);
+        assert!(is_refused(assembler.assemble(&mine, state, &mut system)));
+        assert!(is_refused(assembler.assemble_forces(&mine, state, &mut system)));
     }
     // A body that reaches beyond the nodes of its model.
     let small = model(12, 1);
-    small.assembler().assemble(&small, &[0.0; 24], &small.start(), 0.0, &mut system);
-    assert!(system.residual.len() == 24 && system.residual.iter().all(|v| v.is_nan()));
+    let state = (vec![0.0; 24], small.start());
+    assert!(is_refused(small.assembler().assemble(&small, StateRef::new(&state.0, &state.1, 0.0), &mut system)));
+}
+
+/// Whether a state is said to be of another model.
+fn is_refused<T>(outcome: Result<T, SolveError>) -> bool {
+    matches!(outcome, Err(SolveError::OtherModel { .. }))
 }
 
 #[test]

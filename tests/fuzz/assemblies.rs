@@ -100,7 +100,7 @@ fn assembly<const D: usize>(input: &mut Input, kinematics: impl Kinematics<D> + 
         let _ = diagnosis.report().to_string();
     }
     let Ok(problem) = scene.discretize(&scheme) else { return };
-    let Ok(path) = problem.run(&mut ()) else { return };
+    let Ok(path) = problem.run() else { return };
     let state = path.last();
     let requested = place(input, bodies);
     let _ = (problem.reaction(state, requested.clone()), problem.moment(state, requested, [0.0; D]));

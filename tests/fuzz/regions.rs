@@ -104,7 +104,7 @@ pub fn shapes(input: &mut Input) {
     scheme = scheme.stepping(Stepping { smallest: 0.4, steps: 2, ..Stepping::default() });
     let _ = input.saw("part, component, value, scheme", (part, component, value, &scheme));
     let Ok(problem) = scene.discretize(&scheme) else { return };
-    let Ok(path) = problem.run(&mut ()) else { return };
+    let Ok(path) = problem.run() else { return };
     let _ = problem.vtk_grid(path.last()).map(|grid| grid.to_xml().is_ok());
     input.passed = path.completed().is_ok();
 }

@@ -135,7 +135,7 @@ fn scene<const D: usize>(input: &mut Input, kinematics: impl Kinematics<D> + 'st
         let _ = diagnosis.report().to_string();
     }
     let Ok(problem) = scene.discretize(&scheme) else { return };
-    let Ok(path) = problem.run(&mut ()) else { return };
+    let Ok(path) = problem.run() else { return };
     let state = path.last();
     let place = part::<D>(input);
     let _ = (problem.energy(state), problem.displacement(state, &max.into()), problem.particle_displacements(state));

@@ -11,7 +11,7 @@
 use std::alloc::{GlobalAlloc, Layout, System as Heap};
 use std::cell::Cell;
 
-use rkpm::assembly::System;
+use rkpm::assembly::{StateRef, System};
 use rkpm::prelude::*;
 use rkpm::solve::State;
 
@@ -65,13 +65,16 @@ fn assembles_without_allocation<const D: usize>(problem: &Problem<D>) {
     let d: Vec<f64> = (0..model.unknowns()).map(|i| 1e-4 * (i as f64).sin()).collect();
     let mut assembler = model.assembler();
     let mut system = System::default();
-    let (first, ()) = allocations(|| assembler.assemble(model, &d, &state.condensed, 0.5, &mut system));
+    let (first, ()) =
+        allocations(|| assembler.assemble(model, StateRef::new(&d, &state.condensed, 0.5), &mut system).unwrap());
     // The counter counts.
     assert!(first > 0);
-    let (again, ()) = allocations(|| assembler.assemble(model, &d, &state.condensed, 1.0, &mut system));
+    let (again, ()) =
+        allocations(|| assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap());
     let mut steps: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
-    let (advance, _) = allocations(|| model.advance(&d, &state.condensed, 1.0, &d, &mut steps));
-    let (energy, _) = allocations(|| model.energy(&d, &state.condensed, 1.0));
+    let (advance, _) =
+        allocations(|| model.at(StateRef::new(&d, &state.condensed, 1.0)).unwrap().advance(&d, &mut steps).unwrap());
+    let (energy, _) = allocations(|| model.at(StateRef::new(&d, &state.condensed, 1.0)).unwrap().energy());
     assert_eq!((again, advance, energy), (0, 0, 0), "{} unknowns", model.unknowns());
 }
 

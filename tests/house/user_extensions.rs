@@ -83,7 +83,7 @@ fn yeoh() -> Rubber {
 
 fn bore(scene: &Scene<1>, scheme: &Scheme) -> f64 {
     let problem = scene.discretize(scheme).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     problem.displacement(path.last(), &[6.0].into()).unwrap()[0]
 }
 
@@ -200,7 +200,7 @@ fn distance(a: &EquilibriumPath, b: &EquilibriumPath) -> f64 {
 #[test]
 fn a_tube_composed_by_hand_is_that_of_the_scene() {
     let scene = tube(yeoh(), 0.46).discretize(&Scheme::default().particles([9])).unwrap();
-    let by_scene = scene.run(&mut ()).unwrap().completed().unwrap();
+    let by_scene = scene.run().unwrap().completed().unwrap();
 
     let wall = Block::new([6.0], [8.0]).lattice([9]).unwrap();
     let rk = ReproducingKernel::new(wall.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
@@ -228,7 +228,7 @@ fn a_plane_block_composed_by_hand_is_that_of_the_scene() {
         .hold(Side::Min)
         .prescribe(Side::Max, 1, 0.3)
         .traction((1, Side::Max), [0.0, -0.01]);
-    let by_scene = scene.discretize(&scheme).unwrap().run(&mut ()).unwrap().completed().unwrap();
+    let by_scene = scene.discretize(&scheme).unwrap().run().unwrap().completed().unwrap();
 
     let lattice = block.lattice([9, 5]).unwrap();
     let rk = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
@@ -283,7 +283,7 @@ fn a_users_integrand_joins_the_terms_of_a_scene() {
             Some(k) => drop(problem.add(Pointwise::new(table, ElasticFoundation { stiffness: k }))),
             None => {}
         }
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let energy = path.steps.last().unwrap().energy;
         (path.last().displacement.clone(), energy)
     };
@@ -326,10 +326,10 @@ impl Factorizer for CountingFactorizer {
 #[test]
 fn a_users_solver_is_asked_once_per_iteration() {
     let mut problem = tube(yeoh(), 0.46).discretize(&Scheme::default().particles([9])).unwrap();
-    let expected = problem.run(&mut ()).unwrap().completed().unwrap();
+    let expected = problem.run().unwrap().completed().unwrap();
     let factorisations = Arc::new(AtomicUsize::new(0));
     problem.analysis_mut().solver = Box::new(Counting { inner: Direct, factorisations: factorisations.clone() });
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     // To the bit, and what the path counts as iterations are factorisations.
     assert_eq!(path, expected);
     assert_eq!(factorisations.load(Ordering::Relaxed), path.iterations);

@@ -192,7 +192,7 @@ fn a_quadratic_basis_gets_what_it_can_do() {
             .prescribe((1, Side::Max), 1, 0.0);
     let run = |rule: Rule, count: usize| {
         let problem = scene.discretize(&Scheme::default().order(2).rule(rule).particles([count])).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let error = Quantity::energy().evaluate(&problem, path.last()).unwrap() / exact - 1.0;
         (error.abs(), problem.body().table().len())
     };
@@ -237,7 +237,7 @@ fn scattered_particles_gain_as_much() {
             .prescribe("left", 0, 0.0);
     let error = |scheme: Scheme| {
         let problem = scene.discretize(&scheme.order(2).spacing(0.25)).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         (Quantity::energy().evaluate(&problem, path.last()).unwrap() / exact - 1.0).abs()
     };
     let averaged = error(Scheme::default().rule(Rule::Smoothed { parts: 3 }));

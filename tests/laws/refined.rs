@@ -41,7 +41,7 @@ fn homogeneous_fields_are_exact_on_both_sides_of_hanging_particles() {
                 .prescribe(Part::Whole, 0, Value::field(|x: &Point<2>| 0.1 * x[0] + 0.05 * x[1]))
                 .prescribe(Part::Whole, 1, Value::field(|x: &Point<2>| -0.02 * x[0] + 0.08 * x[1]));
             let problem = scene.discretize(&Scheme::default().order(order)).unwrap();
-            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let path = problem.run().unwrap().completed().unwrap();
             let largest = problem
                 .particle_displacements(path.last())
                 .unwrap()
@@ -150,7 +150,7 @@ fn errors_that_all_models_share_are_seen() {
                 .prescribe((1, Side::Max), 1, across);
         let force = Quantity::reaction((1, Side::Max), 1);
         let elements = scene.discretize(&Scheme::elements(2).particles([33])).unwrap();
-        let path = elements.run(&mut ()).unwrap().completed().unwrap();
+        let path = elements.run().unwrap().completed().unwrap();
         let exact = force.evaluate(&elements, path.last()).unwrap();
         for error in [0.005, 0.003] {
             let requested = Tolerance::of(force.clone(), error).and(Quantity::energy());

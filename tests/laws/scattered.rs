@@ -160,7 +160,7 @@ fn cook(bulk: f64) -> Scene<2> {
 /// Deflections of the corner and of the middle of the right side, energy.
 fn cook_quantities(bulk: f64, scheme: &Scheme) -> [f64; 3] {
     let problem = cook(bulk).discretize(scheme).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let u = |x: [f64; 2]| problem.displacement(path.last(), &x.into()).unwrap()[1];
     [u([48.0, 60.0]), u([48.0, 52.0]), problem.energy(path.last()).unwrap()]
 }
@@ -211,7 +211,7 @@ fn a_perforated_strip_is_stretched_to_twice_its_length() {
         .prescribe("end", 1, 0.0);
     let grading = |x: &[f64]| 0.3 + 0.7 * ((x[0].hypot(x[1]) - 2.0) / 4.0).clamp(0.0, 1.0);
     let problem = scene.discretize(&Scheme::default().particles([150, 1]).graded(grading)).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     // `tests/reference/perforated_strip.csv`, 1.2e-3; 150 particles come to within a few times that.
     let error = problem.energy(path.last()).unwrap() / 34.768606 - 1.0;
     assert!(error.abs() <= 5e-3, "{error}");

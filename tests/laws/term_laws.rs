@@ -5,7 +5,7 @@ use std::cell::Cell;
 
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestCaseError, TestRunner};
-use rkpm::assembly::System;
+use rkpm::assembly::{StateRef, System};
 use rkpm::cells::{Lattice, Layout};
 use rkpm::nalgebra::{Matrix3, Rotation2, Rotation3, SMatrix, Vector3};
 use rkpm::prelude::*;
@@ -161,7 +161,7 @@ fn settled_from<const D: usize>(model: &Model<D>, d: &[f64], load: f64, held: Op
     // of the exponents that a pressure asks for.
     for _ in 0..9 {
         let mut step: Vec<Vec<f64>> = condensed.iter().map(|l| vec![0.0; l.len()]).collect();
-        model.advance(d, &condensed, load, &zero, &mut step);
+        model.at(StateRef::new(d, &condensed, load)).unwrap().advance(&zero, &mut step).unwrap();
         for (condensed, step) in condensed.iter_mut().zip(&step) {
             condensed.iter_mut().zip(step).for_each(|(l, s)| *l += s);
         }
@@ -173,13 +173,13 @@ fn settled_from<const D: usize>(model: &Model<D>, d: &[f64], load: f64, held: Op
 }
 
 fn forces<const D: usize>(model: &Model<D>, d: &[f64], load: f64) -> Vec<f64> {
-    model.residual(d, &settled(model, d, load), load)
+    model.at(StateRef::new(d, &settled(model, d, load), load)).unwrap().residual()
 }
 
 fn assembled<const D: usize>(model: &Model<D>, d: &[f64], load: f64) -> (System, rkpm::assembly::Pattern) {
     let mut assembler = model.assembler();
     let mut system = System::default();
-    assembler.assemble(model, d, &settled(model, d, load), load, &mut system);
+    assembler.assemble(model, StateRef::new(d, &settled(model, d, load), load), &mut system).unwrap();
     (system, assembler.pattern().clone())
 }
 
@@ -218,11 +218,11 @@ fn direction<const D: usize>(random: &mut fastrand::Rng, unknowns: usize) -> Vec
 /// Forces and energy of a rigid motion vanish.
 fn is_free<const D: usize>(model: &Model<D>, d: &[f64]) -> Result<bool, TestCaseError> {
     let condensed = model.start();
-    let force = largest(&model.residual(d, &condensed, 0.0));
+    let force = largest(&model.at(StateRef::new(d, &condensed, 0.0)).unwrap().residual());
     let scale = stiffness(model, &vec![0.0; d.len()]) * largest(d);
     // 1e-10 of stiffness times motion, the bound requested; F comes out to ε times a few neighbours.
     prop_assert!(force <= 1e-10 * scale, "{force:e} of {scale:e}");
-    let energy = model.energy(d, &condensed, 0.0);
+    let energy = model.at(StateRef::new(d, &condensed, 0.0)).unwrap().energy();
     // The energy is quadratic about its minimum: rounding ε in F leaves ε² of it, and ε in the sums.
     prop_assert!(energy.abs() <= 1e-12 * scale * largest(d), "{energy:e}");
     Ok(true)
@@ -298,7 +298,7 @@ fn forces_turn_with_the_body() {
             // ε times a few neighbours in F times the stiffness, as for rigid motions.
             prop_assert!((f - Pt::<2>::new(g[0], g[1])).amax() <= 1e-11 * scale);
         }
-        let energy = |d: &[f64]| model.energy(d, &settled(&model, d, 0.0), 0.0);
+        let energy = |d: &[f64]| model.at(StateRef::new(d, &settled(&model, d, 0.0), 0.0)).unwrap().energy();
         // Sums of some hundred positive energies, each with the rounding of F times its stress.
         prop_assert!((energy(&d) - energy(&turned)).abs() <= 1e-11 * scale);
         Ok(true)
@@ -309,7 +309,7 @@ fn forces_turn_with_the_body() {
 
 /// Whether every point is well away from inversion, so that differences stay inside the material's domain.
 fn admissible<const D: usize>(model: &Model<D>, d: &[f64]) -> bool {
-    model.smallest_jacobian(d, &model.start(), 0.0).is_none_or(|(j, _)| j > 0.3)
+    model.at(StateRef::new(d, &model.start(), 0.0)).unwrap().smallest_jacobian().is_none_or(|(j, _)| j > 0.3)
 }
 
 /// The derivative of a vector function by central differences, once extrapolated (error h⁴).
@@ -339,14 +339,14 @@ fn derivatives_agree<const D: usize>(
     let held = |d: &[f64]| settled_from(&model, d, 0.0, Some(&base));
     let slope = derivative(step, |s| {
         let d = along(&d, s, &v);
-        vec![model.energy(&d, &held(&d), 0.0)]
+        vec![model.at(StateRef::new(&d, &held(&d), 0.0)).unwrap().energy()]
     })[0];
     let work: f64 = forces(&model, &d, 0.0).iter().zip(&v).map(|(f, v)| f * v).sum();
     // The energy sums over all points, a scale times a spacing each; rounding 1e-13 of it dominates.
     prop_assert!((slope - work).abs() <= 1e-9 * scale, "energy: {:e} of {scale:e}", slope - work);
     let expected = derivative(step, |s| {
         let d = along(&d, s, &v);
-        model.residual(&d, &held(&d), 0.0)
+        model.at(StateRef::new(&d, &held(&d), 0.0)).unwrap().residual()
     });
     let given = product(&model, &d, 0.0, &v);
     let error = expected.iter().zip(&given).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -389,7 +389,7 @@ fn forces_do_not_see_local_unknowns_twice() {
         let d = deformed(random, &lattice, 0.1);
         let settled = settled(&model, &d, 0.0);
         let direction: Vec<f64> = settled.iter().flatten().map(|_| signed(random)).collect();
-        let reference = model.residual(&d, &settled, 0.0);
+        let reference = model.at(StateRef::new(&d, &settled, 0.0)).unwrap().residual();
         let error = |size: f64| {
             let mut moved = settled.clone();
             for (local, change) in moved.iter_mut().flatten().zip(&direction) {
@@ -399,7 +399,7 @@ fn forces_do_not_see_local_unknowns_twice() {
             for (term, place) in exponents(&model) {
                 moved[term][place] = settled[term][place];
             }
-            let residual = model.residual(&d, &moved, 0.0);
+            let residual = model.at(StateRef::new(&d, &moved, 0.0)).unwrap().residual();
             residual.iter().zip(&reference).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
         };
         let (whole, half) = (error(1e-4), error(5e-5));
@@ -425,7 +425,7 @@ fn all_pressures_at_points_reach_the_solution_of_the_displacements() {
         let solve = |field| {
             let scheme = Scheme::default().particles([4]).pressure_field(field, 2);
             let problem = scene.discretize(&scheme).unwrap();
-            let path = problem.run(&mut ()).unwrap().completed().map_err(|e| TestCaseError::fail(e.to_string()))?;
+            let path = problem.run().unwrap().completed().map_err(|e| TestCaseError::fail(e.to_string()))?;
             Ok::<_, TestCaseError>((problem, path))
         };
         let (_, plain) = solve(PressureField::Displacement)?;
@@ -460,8 +460,8 @@ fn load_stiffness_agrees<const D: usize>(
     let v = direction::<D>(random, d.len());
     let load = 0.2 + random.f64();
     let (up, down) = (
-        model.residual(&along(&d, 1.0, &v), &model.start(), load),
-        model.residual(&along(&d, -1.0, &v), &model.start(), load),
+        model.at(StateRef::new(&along(&d, 1.0, &v), &model.start(), load)).unwrap().residual(),
+        model.at(StateRef::new(&along(&d, -1.0, &v), &model.start(), load)).unwrap().residual(),
     );
     let given = product(model, &d, load, &v);
     let scale = largest(&given).max(largest(&up));
@@ -474,8 +474,10 @@ fn load_stiffness_agrees<const D: usize>(
     }
     // ∂r/∂λ: all amplitudes here are straight lines near this load, so differences are exact again.
     let (system, _) = assembled(model, &d, load);
-    let (more, less) =
-        (model.residual(&d, &model.start(), load + 1e-3), model.residual(&d, &model.start(), load - 1e-3));
+    let (more, less) = (
+        model.at(StateRef::new(&d, &model.start(), load + 1e-3)).unwrap().residual(),
+        model.at(StateRef::new(&d, &model.start(), load - 1e-3)).unwrap().residual(),
+    );
     for i in 0..d.len() {
         let error = ((more[i] - less[i]) / 2e-3 - system.load_slope[i]).abs();
         // Rounding of the forces over the step, and of the forces a step further.
@@ -483,7 +485,7 @@ fn load_stiffness_agrees<const D: usize>(
         prop_assert!(error <= 1e-12 * scale / 1e-3, "load slope: {error:e} of {scale:e}");
     }
     // The assembler's forces are the model's.
-    let direct = model.residual(&d, &model.start(), load);
+    let direct = model.at(StateRef::new(&d, &model.start(), load)).unwrap().residual();
     for (a, b) in direct.iter().zip(&system.residual) {
         prop_assert!((a - b).abs() <= 1e-14 * scale);
     }
@@ -542,7 +544,7 @@ fn stiffness_of_foundations_and_dead_loads_is_the_derivative_of_their_forces() {
         // A foundation has an energy, ½ k∫|u|²: quadratic, so differences are exact.
         let d = deformed(random, &lattice, 0.3);
         let v = direction::<2>(random, d.len());
-        let energy = |s: f64| model.energy(&along(&d, s, &v), &model.start(), 0.0);
+        let energy = |s: f64| model.at(StateRef::new(&along(&d, s, &v), &model.start(), 0.0)).unwrap().energy();
         let work: f64 = forces(&model, &d, 0.0).iter().zip(&v).map(|(f, v)| f * v).sum();
         // Rounding of sums over some fifty points.
         prop_assert!((0.5 * (energy(1.0) - energy(-1.0)) - work).abs() <= 1e-13 * (energy(1.0) + energy(-1.0)));
@@ -560,7 +562,9 @@ fn radial_pressure_does_work_on_the_enclosed_volume() {
         let stretch = 0.5 + 1.5 * random.f64();
         let load = FollowerPressure { pressure: 0.7, amplitude: Amplitude::Constant };
         let d = coefficients(&lattice, |x| x * stretch);
-        let total = |model: &Model<1>| -model.residual(&d, &model.start(), 1.0).iter().sum::<f64>();
+        let total = |model: &Model<1>| {
+            -model.at(StateRef::new(&d, &model.start(), 1.0)).unwrap().residual().iter().sum::<f64>()
+        };
         let cylinder = total(&boundary_model(&lattice, &approximation, &RadialCylinder, Side::Min, load.clone()));
         let sphere = total(&boundary_model(&lattice, &approximation, &RadialSphere, Side::Min, load));
         let pi = std::f64::consts::PI;
@@ -590,7 +594,7 @@ fn follower_pressure_on_a_closed_boundary_has_no_resultant_and_no_moment() {
         let load = FollowerPressure { pressure: 1.0, amplitude: Amplitude::Constant };
         let model = boundary_model(&lattice, &approximation, &PlaneStrain, Part::Whole, load.clone());
         let d = quadratic(random, &lattice);
-        let f = model.residual(&d, &model.start(), 1.0);
+        let f = model.at(StateRef::new(&d, &model.start(), 1.0)).unwrap().residual();
         let scale = f.iter().map(|f| f.abs()).sum::<f64>();
         let sum = |i: usize| f.iter().skip(i).step_by(2).sum::<f64>();
         let moment: f64 = lattice
@@ -605,13 +609,13 @@ fn follower_pressure_on_a_closed_boundary_has_no_resultant_and_no_moment() {
         prop_assert!(moment.abs() <= 4.0 * tolerance, "{moment:e}");
         // The axial resultant of a closed body of revolution vanishes as well.
         let round = boundary_model(&lattice, &approximation, &Axisymmetric, Part::Whole, load.clone());
-        let f = round.residual(&d, &round.start(), 1.0);
+        let f = round.at(StateRef::new(&d, &round.start(), 1.0)).unwrap().residual();
         let axial: f64 = f.iter().skip(1).step_by(2).sum();
         // As above.
         prop_assert!(axial.abs() <= 1e-11 * f.iter().map(|f| f.abs()).sum::<f64>(), "{axial:e}");
         // One open face is not balanced: the law says something.
         let open = boundary_model(&lattice, &approximation, &PlaneStrain, Side::Min, load);
-        let f = open.residual(&vec![0.0; d.len()], &open.start(), 1.0);
+        let f = open.at(StateRef::new(&vec![0.0; d.len()], &open.start(), 1.0)).unwrap().residual();
         prop_assert!(f.iter().step_by(2).sum::<f64>().abs() > 0.1);
         Ok(true)
     });
@@ -623,7 +627,7 @@ fn follower_pressure_on_a_closed_boundary_has_no_resultant_and_no_moment() {
         let load = FollowerPressure { pressure: 1.0, amplitude: Amplitude::Constant };
         let model = boundary_model(&lattice, &approximation, &Solid, Part::Whole, load);
         let d = quadratic(random, &lattice);
-        let f = model.residual(&d, &model.start(), 1.0);
+        let f = model.at(StateRef::new(&d, &model.start(), 1.0)).unwrap().residual();
         let scale = f.iter().map(|f| f.abs()).sum::<f64>();
         let mut moment = Vector3::zeros();
         let mut sum = Vector3::zeros();
@@ -648,7 +652,7 @@ fn dead_loads_sum_to_force_times_measure() {
         let face = boundary_model(&lattice, &approximation, &PlaneStrain, (1, Side::Max), load.clone());
         let d = deformed(random, &lattice, 0.3);
         let total = |model: &Model<2>, i: usize| {
-            -model.residual(&d, &model.start(), 0.4).iter().skip(i).step_by(2).sum::<f64>()
+            -model.at(StateRef::new(&d, &model.start(), 0.4)).unwrap().residual().iter().skip(i).step_by(2).sum::<f64>()
         };
         // ΣΨ = 1 to rounding; the face has length 1, the outer face of the ring 2π·2·1.
         prop_assert!((total(&face, 0) - 0.4 * force[0]).abs() <= 1e-12);

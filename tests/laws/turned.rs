@@ -150,7 +150,7 @@ fn turned_beam(degrees: f64, scheme: &Scheme) -> (f64, f64) {
         .hold((0, Side::Min))
         .traction((0, Side::Max), [force[0], force[1]]);
     let problem = scene.discretize(scheme).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     (problem.displacement(path.last(), &place(20.0, 0.0)).unwrap().norm(), problem.energy(path.last()).unwrap())
 }
 

@@ -15,8 +15,8 @@ fn rubber() -> Rubber {
 fn free_bodies_expand_without_stress() {
     let run = |scene: &Scene<2>, radial: bool| {
         let problem = scene.discretize(&Scheme::default().particles([5, 5])).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
-        for stress in problem.stresses(path.last()) {
+        let path = problem.run().unwrap().completed().unwrap();
+        for stress in problem.stresses(path.last()).unwrap() {
             assert!(stress.norm() < 1e-8, "radial {radial}: {stress}");
         }
         for f in problem.deformation_gradients(path.last()).unwrap() {
@@ -41,9 +41,9 @@ fn held_bodies_are_pressed_by_their_expansion() {
         .prescribe(Part::Whole, 1, 0.0)
         .with_expansion(Value::field(|_: &Point<2>| STRETCH));
     let problem = scene.discretize(&Scheme::default().particles([5, 5])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let expected = 200.0 * (STRETCH.powi(-3) - 1.0);
-    for stress in problem.stresses(path.last()) {
+    for stress in problem.stresses(path.last()).unwrap() {
         assert!((stress - Matrix3::identity() * expected).norm() < 1e-8, "{stress}");
     }
     // The wall feels it on its area: Cauchy's stress times one.
@@ -79,7 +79,7 @@ fn stretched_bands_shrink_back() {
         .prescribe((1, Side::Min), 1, 0.0)
         .prescribe((2, Side::Min), 2, 0.0);
     let problem = scene.discretize(&Scheme::default().particles([3, 3, 3])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let u = problem.displacement(path.last(), &[1.0, 1.0, 1.0].into()).unwrap();
     let expected = Vector3::new(1.0 / 1.5, 1.0 / side, 1.0 / side) - Vector3::repeat(1.0);
     assert!((u - expected).norm() < 1e-8, "{u}");

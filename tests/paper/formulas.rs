@@ -120,11 +120,11 @@ fn full_transformation_interpolates_and_agrees() {
         .prescribe((0, Side::Max), 0, 0.6)
         .with(Load::force(Place::at([2.0, 1.0]), [0.0, 0.05]));
     let mut problem = scene.discretize(&scheme).unwrap();
-    let mixed = problem.run(&mut ()).unwrap().completed().unwrap();
+    let mixed = problem.run().unwrap().completed().unwrap();
     let rk =
         ReproducingKernel::new(problem.cells().particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
     problem.analysis_mut().enforcement = Box::new(FullTransformation::new(&rk).unwrap());
-    let full = problem.run(&mut ()).unwrap().completed().unwrap();
+    let full = problem.run().unwrap().completed().unwrap();
     // One space, one solution: the tolerance of Newton and rounding of the dense inverse.
     for (a, b) in mixed.last().displacement.iter().zip(&full.last().displacement) {
         assert!((a - b).abs() < 1e-10);
@@ -136,7 +136,7 @@ fn full_transformation_interpolates_and_agrees() {
     let scheme = Scheme::default().particles([7, 5]);
     let mut problem = scene.discretize(&scheme).unwrap();
     problem.analysis_mut().enforcement = Box::new(FullTransformation::new(&rk).unwrap());
-    assert!(problem.run(&mut ()).unwrap_err().to_string().contains("multipliers"));
+    assert!(problem.run().unwrap_err().to_string().contains("multipliers"));
 }
 
 /// A deformed state of a jittered cloud under a body in plain displacement form.
@@ -161,7 +161,7 @@ fn deformed(kinematics: impl Kinematics<2> + Copy) -> (ShapeTable<2>, Model<2>, 
 fn assembled(model: &Model<2>, state: &State) -> (Vec<f64>, DMatrix<f64>) {
     let mut assembler = model.assembler();
     let mut system = System::default();
-    assembler.assemble(model, &state.displacement, &state.condensed, state.load, &mut system);
+    assembler.assemble(model, state, &mut system).unwrap();
     let n = model.unknowns();
     let mut dense = DMatrix::zeros(n, n);
     for column in 0..n {

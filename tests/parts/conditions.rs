@@ -17,7 +17,7 @@ fn rubber() -> Rubber {
 
 fn run(scene: Scene<3>) -> (Problem<3>, EquilibriumPath) {
     let problem = scene.discretize(&Scheme::default()).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     (problem, path)
 }
 

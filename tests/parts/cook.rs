@@ -15,7 +15,7 @@ fn tip(mesh: &Mesh<3>, bulk: f64) -> f64 {
         .prescribe("sides", 2, 0.0)
         .traction("edge", [0.0, 6.25, 0.0]);
     let problem = scene.discretize(&Scheme::default()).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let tip = problem.displacement(path.last(), &Point::<3>::new(48.0, 60.0, 2.5)).unwrap()[1];
     println!("{} particles, {} iterations: {tip:.4} mm", mesh.points().len(), path.iterations);
     tip
@@ -27,7 +27,7 @@ fn tip_in_the_plane(bulk: f64) -> f64 {
         .hold((0, Side::Min))
         .traction((0, Side::Max), [0.0, 6.25]);
     let problem = scene.discretize(&Scheme::default().particles([49])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     problem.displacement(path.last(), &Point::<2>::new(48.0, 60.0)).unwrap()[1]
 }
 

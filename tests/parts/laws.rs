@@ -107,7 +107,7 @@ fn the_sheared_cube_of_tetrahedra() {
             let scheme = scheme().rule(rkpm::scene::Rule::Smoothed { parts });
             let problem = scene.discretize(&scheme).unwrap();
             let tabulated = processor_seconds() - start;
-            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let path = problem.run().unwrap().completed().unwrap();
             let seconds = processor_seconds() - start;
             let (last, force) = (path.last(), problem.reaction(path.last(), "top").unwrap());
             let found = [problem.energy(last).unwrap(), force[0], force[2]];

@@ -15,7 +15,7 @@ fn stretched() -> (Problem<2>, EquilibriumPath) {
         .prescribe(Part::Whole, 0, Value::field(|x: &Point<2>| 0.5 * x[0]))
         .prescribe(Part::Whole, 1, Value::field(|x: &Point<2>| 0.2 * x[1]));
     let problem = scene.discretize(&Scheme::default().particles([5, 4])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     (problem, path)
 }
 
@@ -32,7 +32,7 @@ fn the_potential_counts_the_work_of_loads_that_follow() {
     let (pressure, rubber) = (0.1, Rubber::neo_hookean(0.5, 10.0).unwrap());
     let scene = Scene::new(Block::new([1.0], [2.0]), RadialSphere, rubber).pressure(Side::Min, pressure);
     let problem = scene.discretize(&Scheme::default().particles([9])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let radius = 1.0 + problem.displacement(path.last(), &[1.0].into()).unwrap()[0];
     let work = pressure * 4.0 / 3.0 * std::f64::consts::PI * (radius.powi(3) - 1.0);
     let found = problem.energy(path.last()).unwrap() - potential(&problem, path.last()).unwrap();
@@ -70,7 +70,7 @@ fn smoothed_spheres_have_two_hoops() {
     let problem = scene.discretize(&Scheme::default().particles([9]).rule(Rule::Smoothed { parts: 2 })).unwrap();
     let volume: f64 = problem.body().table().weights().iter().sum();
     assert!((volume / (4.0 / 3.0 * std::f64::consts::PI * 7.0) - 1.0).abs() < 1e-12, "{volume}");
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let exact = rkpm::nalgebra::Matrix3::<f64>::identity() * 1.3;
     for f in problem.deformation_gradients(path.last()).unwrap() {
         assert!((f - exact).norm() < 1e-9, "{f}");
@@ -132,7 +132,7 @@ fn either_of_two_observers_ends_a_run() {
     );
     let problem = scene.discretize(&Scheme::default().particles([9]).stepping(Stepping::equal(5))).unwrap();
     for (first, second) in [(2, 4), (4, 2)] {
-        let path = problem.run(&mut (Patience(first), Patience(second))).unwrap();
+        let path = problem.run_with(&mut (Patience(first), Patience(second))).unwrap();
         assert_eq!(path.steps.len(), 2);
     }
 }

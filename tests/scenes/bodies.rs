@@ -76,7 +76,7 @@ fn patch<const D: usize>(
     let mut problem = scene.discretize(&Scheme::default()).unwrap();
     // What Newton's method leaves is not the question.
     problem.analysis_mut().newton.tolerance = 1e-13;
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let (mut error, mut size) = (0.0f64, 0.0f64);
     for (x, u) in problem.model().positions().iter().zip(problem.particle_displacements(path.last()).unwrap()) {
         error = error.max((u - gradient * x).norm());
@@ -121,7 +121,7 @@ fn in_line_bonds_leave_what_the_rule_leaves_in_one_body() {
                 .prescribe(Side::Min, 0, 0.2 * start)
                 .prescribe(Side::Max, 0, 0.2 * end);
             let problem = scene.discretize(&Scheme::default().particles([count])).unwrap();
-            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let path = problem.run().unwrap().completed().unwrap();
             let particles =
                 problem.model().positions().iter().zip(problem.particle_displacements(path.last()).unwrap());
             particles.map(|(x, u)| (u[0] - 0.2 * x[0]).abs()).fold(0.0, f64::max) / (0.2 * 2.3)
@@ -155,7 +155,7 @@ fn kinks_stay_sharp() {
         }
         let mut problem = scene.discretize(&Scheme::default()).unwrap();
         problem.analysis_mut().newton.tolerance = 1e-12;
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let stress = |rubber: &Rubber, stretch: f64| {
             let f = nalgebra::Matrix3::from_diagonal(&nalgebra::Vector3::new(1.0, stretch, 1.0));
             rubber.response(&f).stress[(1, 1)]
@@ -201,7 +201,7 @@ fn bodies_meet_at_a_point() {
             }
         }
         let problem = scene.discretize(&Scheme::default()).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         for (x, u) in problem.model().positions().iter().zip(problem.particle_displacements(path.last()).unwrap()) {
             assert!((u - gradient * x).norm() < 1e-11, "{counts:?} {x} {u}");
         }
@@ -221,7 +221,7 @@ fn faces_need_not_end_together() {
             .hold("ground")
             .with(Condition::on(Place::on((1, Side::Max)).of("stud")).displacement([0.1, 0.0]).named("push"));
         let problem = scene.discretize(&Scheme::default()).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let of = |name: &str| problem.reaction(path.last(), name).unwrap();
         let moment = |name: &str| problem.moment(path.last(), name, [0.0, 0.0]).unwrap()[2];
         assert!(of("push")[0] > 0.01);
@@ -230,7 +230,7 @@ fn faces_need_not_end_together() {
         assert!((moment("push") + moment("ground")).abs() < 1e-8 * moment("push").abs());
         // Apart they don't push each other.
         let apart = scene.clone().unbonded("stud", "base").discretize(&Scheme::default()).unwrap();
-        let alone = apart.run(&mut ()).unwrap().completed().unwrap();
+        let alone = apart.run().unwrap().completed().unwrap();
         assert!(apart.reaction(alone.last(), "push").unwrap().norm() < 1e-9);
         assert!(apart.reaction(alone.last(), "bond of base and stud").is_err());
         let bonded = rkpm::check::scene(&scene, &Scheme::default()).unwrap();
@@ -296,7 +296,7 @@ fn tube_in_line(n: usize, pressure: f64) -> [f64; 2] {
         .body("outer", Block::new([RADII[1]], [RADII[2]]), stiff)
         .pressure(Place::on(Side::Min).of("inner"), pressure);
     let problem = scene.discretize(&Scheme::default().particles([n])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     [problem.displacement(path.last(), &[RADII[0]].into()).unwrap()[0], problem.energy(path.last()).unwrap()]
 }
 
@@ -335,7 +335,7 @@ fn quarter<const D: usize>(kinematics: impl Kinematics<D> + 'static, n: usize, p
     let mut counts = vec![n, 2 * n - 1];
     counts.resize(D, 3);
     let problem = scene.discretize(&Scheme::default().particles(counts)).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let at = Point::<D>::from_fn(|i, _| if i == 0 { RADII[0] } else { 0.0 });
     let bore = problem.displacement(path.last(), &at).unwrap()[0];
     [bore, 4.0 * problem.energy(path.last()).unwrap() / if D == 3 { height } else { 1.0 }]
@@ -374,7 +374,7 @@ fn a_pad_between_stiff_plates_is_as_stiff_as_elements_say() {
             .hold(Place::on((1, Side::Min)).of("below"))
             .with(Condition::on(Place::on((1, Side::Max)).of("above")).displacement([0.2, -0.1]).named("plate"));
         let problem = scene.discretize(&scheme).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         problem.reaction(path.last(), "plate").unwrap()
     };
     let exact = force(Scheme::elements(2), [65, 17]);

@@ -67,7 +67,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 fn solved<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<(Problem<D>, State), TestCaseError> {
     let fail = |e: &dyn std::fmt::Display| TestCaseError::fail(e.to_string());
     let problem = scene.discretize(scheme).map_err(|e| fail(&e))?;
-    let path = problem.run(&mut ()).map_err(|e| fail(&e))?.completed().map_err(|e| fail(&e))?;
+    let path = problem.run().map_err(|e| fail(&e))?.completed().map_err(|e| fail(&e))?;
     let state = path.last().clone();
     Ok((problem, state))
 }
@@ -230,14 +230,14 @@ fn tube(material: Rubber, pressure: f64) -> Problem<1> {
 
 /// Counts iterations and breaks off after a number of steps.
 #[derive(Default)]
-struct StepSizeProbe {
+struct Stopper {
     iterations: usize,
     steps: usize,
     stop_after: Option<usize>,
     stop_within: Option<usize>,
 }
 
-impl Observer for StepSizeProbe {
+impl Observer for Stopper {
     fn iteration(&mut self, iteration: &Iteration) -> ControlFlow<()> {
         // Iterations with a reused tangent are not counted.
         self.iterations += usize::from(iteration.matrix == MatrixUse::Formed);
@@ -257,12 +257,12 @@ impl Observer for StepSizeProbe {
 fn an_observer_breaks_off_inside_a_step() {
     let mut problem = tube(rubber(1e5), 0.3);
     problem.analysis_mut().stepping = Stepping::equal(10);
-    let whole = problem.run(&mut ()).unwrap();
+    let whole = problem.run().unwrap();
     let within = whole.steps[0].iterations + whole.steps[1].iterations + 1;
-    let path = problem.run(&mut StepSizeProbe { stop_within: Some(within), ..StepSizeProbe::default() }).unwrap();
+    let path = problem.run_with(&mut Stopper { stop_within: Some(within), ..Stopper::default() }).unwrap();
     assert_eq!((path.ending.clone(), path.steps.len()), (Ending::Stopped, 2));
     assert_eq!(path.last(), &whole.steps[1].state);
-    let path = problem.run(&mut StepSizeProbe { stop_within: Some(1), ..StepSizeProbe::default() }).unwrap();
+    let path = problem.run_with(&mut Stopper { stop_within: Some(1), ..Stopper::default() }).unwrap();
     assert!(path.ending == Ending::Stopped && path.steps.is_empty() && path.iterations == 1);
 }
 
@@ -270,8 +270,8 @@ fn an_observer_breaks_off_inside_a_step() {
 fn an_observer_breaks_off_and_the_path_so_far_is_kept() {
     let mut problem = tube(rubber(1e5), 0.3);
     problem.analysis_mut().stepping = Stepping::equal(10);
-    let mut watch = StepSizeProbe { stop_after: Some(3), ..StepSizeProbe::default() };
-    let path = problem.run(&mut watch).unwrap();
+    let mut watch = Stopper { stop_after: Some(3), ..Stopper::default() };
+    let path = problem.run_with(&mut watch).unwrap();
     assert_eq!(path.ending, Ending::Stopped);
     assert_eq!((path.steps.len(), watch.steps), (3, 3));
     // Three tenths, added up.
@@ -280,8 +280,8 @@ fn an_observer_breaks_off_and_the_path_so_far_is_kept() {
     let error = path.completed().unwrap_err();
     assert!(error.to_string().contains("after 3 converged steps: an observer broke off"), "{error}");
     // Without the break the same analysis is complete.
-    let mut watch = StepSizeProbe::default();
-    let path = problem.run(&mut watch).unwrap().completed().unwrap();
+    let mut watch = Stopper::default();
+    let path = problem.run_with(&mut watch).unwrap().completed().unwrap();
     assert_eq!((path.steps.len(), watch.steps, path.last().load), (10, 10, 1.0));
     assert_eq!(path.steps.iter().map(|s| s.iterations).sum::<usize>(), path.iterations);
 }
@@ -290,7 +290,7 @@ fn an_observer_breaks_off_and_the_path_so_far_is_kept() {
 fn a_stalled_analysis_returns_the_path_so_far_and_why() {
     // A neo-Hookean tube carries p = µ ln(B/A) = 2 · 0.373 · ln(8/6) = 0.2146 MPa at most.
     let problem = tube(Rubber::neo_hookean(0.373, 1e5).unwrap(), 0.46);
-    let path = problem.run(&mut ()).unwrap();
+    let path = problem.run().unwrap();
     let Ending::Stalled(why) = path.ending.clone() else { panic!("{:?}", path.ending) };
     assert!(matches!(why.driven, Driven::ByLoads | Driven::ByControl) && why.largest_load >= why.load, "{why:?}");
     let bound = 2.0 * 0.373 * (8.0f64 / 6.0).ln() / 0.46;
@@ -317,7 +317,7 @@ fn a_stalled_analysis_returns_the_path_so_far_and_why() {
 fn a_body_left_free_stalls_and_says_so() {
     let scene =
         Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber(1e3)).traction(Side::Max, [0.1, 0.0]);
-    let path = scene.discretize(&Scheme::default().particles([5])).unwrap().run(&mut ()).unwrap();
+    let path = scene.discretize(&Scheme::default().particles([5])).unwrap().run().unwrap();
     let Ending::Stalled(why) = &path.ending else { panic!("{:?}", path.ending) };
     assert!(matches!(why.cause, Cause::Singular { at_start: true, .. }), "{why:?}");
 }
@@ -343,7 +343,7 @@ fn same_bits<const D: usize>(scene: &Scene<D>, scheme: &Scheme) {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             assert_eq!(rayon::current_num_threads(), threads);
-            let path = scene.discretize(scheme).unwrap().run(&mut ()).unwrap();
+            let path = scene.discretize(scheme).unwrap().run().unwrap();
             assert!(!path.steps.is_empty(), "{:?}", path.ending);
             bits(&path)
         })
@@ -413,14 +413,14 @@ fn the_axis_stays_where_it_is() {
 #[test]
 fn runs_start_at_most_where_they_end() {
     let problem = tube(Rubber::neo_hookean(0.5, 10.0).unwrap(), 0.01);
-    let beyond = State { load: 1.5, ..problem.run(&mut ()).unwrap().completed().unwrap().last().clone() };
+    let beyond = State { load: 1.5, ..problem.run().unwrap().completed().unwrap().last().clone() };
     let error = problem.analysis().run_from(problem.model(), problem.equations(), beyond, &mut ()).unwrap_err();
     assert!(error.to_string().contains("load factor of the first state"), "{error}");
     // Equal steps however many.
     let path = |steps| {
         let mut problem = tube(Rubber::neo_hookean(0.5, 10.0).unwrap(), 0.01);
         problem.analysis_mut().stepping = Stepping::equal(steps);
-        problem.run(&mut ()).unwrap().completed().unwrap().steps.len()
+        problem.run().unwrap().completed().unwrap().steps.len()
     };
     assert_eq!(path(20_000), 20_000);
 }

@@ -102,7 +102,7 @@ fn thin_sheets_are_led_by_their_deflection() {
         let stepping = Stepping { control, ..Stepping::default() };
         let problem =
             disk(0.0207, Amplitude::Ramp).discretize(&Scheme::default().particles([11, 2]).stepping(stepping)).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let deflection = problem.displacement(path.last(), &[0.0, 0.0].into()).unwrap()[1];
         (deflection, path.iterations)
     };
@@ -137,7 +137,7 @@ fn a_pressed_ring_is_stable_and_smooth() {
                 .prescribe((0, Side::Max), 0, -0.83)
                 .prescribe((1, Side::Min), 1, 0.0);
         let problem = ring.discretize(&Scheme::default().particles([n, m])).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         assert_eq!(path.steps.last().unwrap().inertia.unwrap().negative, 0);
         move |x: f64| problem.displacement(path.last(), &[x, 3.0].into()).unwrap()[1]
     };
@@ -161,7 +161,7 @@ fn a_pressed_ring_is_stable_and_smooth() {
 fn a_table_that_is_a_ramp_leads_like_one() {
     let by = |amplitude| {
         let problem = disk(0.0207, amplitude).discretize(&Scheme::default().particles([11, 2])).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         (path.steps[0].state.load, problem.displacement(path.last(), &[0.0, 0.0].into()).unwrap()[1])
     };
     let (first, deflection) = by(Amplitude::Ramp);
@@ -178,7 +178,7 @@ fn steps_stop_at_the_knots_of_tables() {
     let block = || Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold((0, Side::Min));
     let loads = |scene: Scene<2>, stepping| {
         let problem = scene.discretize(&Scheme::default().particles([5, 3]).stepping(stepping)).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let loads: Vec<f64> = path.steps.iter().map(|step| step.state.load).collect();
         let tip = |load: f64| {
             let state = path.steps.iter().map(|step| &step.state).find(|state| state.load == load).unwrap();
@@ -220,7 +220,7 @@ fn steps_stop_at_the_knots_of_tables() {
 fn overblown(stepping: Stepping) -> EquilibriumPath {
     let scene = Scene::new(Block::new([1.0], [2.0]), RadialSphere, Rubber::neo_hookean(0.5, 1e5).unwrap())
         .pressure(Side::Min, 5.0);
-    scene.discretize(&Scheme::default().particles([17]).stepping(stepping)).unwrap().run(&mut ()).unwrap()
+    scene.discretize(&Scheme::default().particles([17]).stepping(stepping)).unwrap().run().unwrap()
 }
 
 #[test]
@@ -249,7 +249,7 @@ fn stalls_say_where_the_path_turned_and_what_leads_on() {
         let mut problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
         problem.analysis_mut().newton = newton;
         problem.analysis_mut().stepping.smallest = 0.1;
-        let squeezed = problem.run(&mut ()).unwrap();
+        let squeezed = problem.run().unwrap();
         let Ending::Stalled(why) = &squeezed.ending else { panic!("{:?}", squeezed.ending) };
         assert_eq!(why.driven, if loaded { Driven::ByLoads } else { Driven::ByDisplacements });
         assert_eq!(why.cause, Cause::Iterations(2));
@@ -266,7 +266,7 @@ fn pressures_on_free_faces_converge_quadratically() {
         .hold((0, Side::Min))
         .pressure((1, Side::Min), 0.02);
     let problem = scene.discretize(&Scheme::default().particles([17, 5]).stepping(Stepping::equal(2))).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let tip = problem.displacement(path.last(), &[4.0, 0.5].into()).unwrap();
     assert!(tip[1] > 1.0 && path.iterations <= 12, "{} {tip}", path.iterations);
 }
@@ -280,8 +280,7 @@ fn prescribed_displacements_lead_beside_loads() {
         .prescribe((1, Side::Max), 0, 20.0)
         .prescribe((1, Side::Max), 1, 0.0)
         .with(Load::body_force([0.0, -1e-8]));
-    let path =
-        pad.discretize(&Scheme::default().particles([17, 5])).unwrap().run(&mut ()).unwrap().completed().unwrap();
+    let path = pad.discretize(&Scheme::default().particles([17, 5])).unwrap().run().unwrap().completed().unwrap();
     assert!(path.steps.len() == 1 && path.iterations <= 10, "{} {}", path.steps.len(), path.iterations);
     let sheet = Scene::new(Block::new([0.0, 0.0], [10.0, 0.1]), PlaneStrain, rubber())
         .hold((0, Side::Min))
@@ -291,7 +290,7 @@ fn prescribed_displacements_lead_beside_loads() {
     let energy = |control| {
         let scheme = Scheme::default().particles([21, 2]).stepping(Stepping { control, ..Stepping::default() });
         let problem = sheet.discretize(&scheme).unwrap();
-        problem.energy(problem.run(&mut ()).unwrap().completed().unwrap().last()).unwrap()
+        problem.energy(problem.run().unwrap().completed().unwrap().last()).unwrap()
     };
     let (auto, load) = (energy(StepControl::Auto), energy(StepControl::Load));
     assert!((auto / load - 1.0).abs() < 1e-12, "{auto} {load}");
@@ -304,7 +303,7 @@ fn increments_grow_up_to_the_largest_one() {
         .traction((0, Side::Max), [0.1, 0.0]);
     let stepping = Stepping { first: 0.1, largest: 0.2, growth: 2.0, ..Stepping::default() };
     let problem = scene.discretize(&Scheme::default().particles([5, 3]).stepping(stepping)).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let loads: Vec<f64> = path.steps.iter().map(|step| step.state.load).collect();
     assert_eq!(loads.len(), 6);
     assert!(loads.iter().zip([0.1, 0.3, 0.5, 0.7, 0.9, 1.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{loads:?}");
@@ -324,7 +323,7 @@ fn the_unit_of_length_changes_no_iteration() {
             .pressure((0, Side::Max), 0.1)
             .discretize(&Scheme::default().particles([9, 7]))
             .unwrap()
-            .run(&mut ())
+            .run()
             .unwrap()
             .completed()
             .unwrap();

@@ -137,7 +137,7 @@ fn dependent_rows_are_found_and_not_counted() {
             diagnosis.dependent
         );
         // What the run would stop at, one by one.
-        let refusal = scene.discretize(&scheme).unwrap().run(&mut ()).unwrap_err();
+        let refusal = scene.discretize(&scheme).unwrap().run().unwrap_err();
         assert!(matches!(refusal, Error::Boundary(BoundaryError::Dependent { .. })), "{refusal}");
     }
 }

@@ -35,11 +35,13 @@ fn stresses_balance_the_loads() {
     ];
     for (name, scene, scheme) in cases {
         let problem = scene.discretize(&scheme).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let state = path.last();
         let mut sum = rkpm::nalgebra::Matrix3::zeros();
         let gradients = problem.deformation_gradients(state).unwrap();
-        for ((stress, f), w) in problem.stresses(state).iter().zip(&gradients).zip(problem.body().table().weights()) {
+        for ((stress, f), w) in
+            problem.stresses(state).unwrap().iter().zip(&gradients).zip(problem.body().table().weights())
+        {
             sum += stress * (f.determinant() * w);
         }
         // Simpson's rule along the loaded edge: displacements are smooth there.
@@ -66,19 +68,19 @@ fn homogeneous_stresses_are_exact_at_points_and_particles() {
         .prescribe((0, Side::Max), 0, 1.0);
     let jittered = Layout::Jittered { amount: 0.2, seed: 1 };
     let problem = bar.discretize(&Scheme::default().particles([5, 3, 3]).layout(jittered)).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let state = path.last();
     let section = {
         let corner = problem.displacement(state, &[2.0, 1.0, 1.0].into()).unwrap();
         (1.0 + corner[1]) * (1.0 + corner[2])
     };
     let exact = problem.reaction(state, Side::Max).unwrap()[0] / section;
-    let points = problem.stresses(state);
+    let points = problem.stresses(state).unwrap();
     for stress in points.iter().chain(&problem.at_particles(&points)) {
         assert!((stress[(0, 0)] / exact - 1.0).abs() < 1e-9 && stress[(1, 1)].abs() < 1e-8 * exact, "{stress}");
     }
     let other = bar.discretize(&Scheme::default().particles([3, 3, 3])).unwrap();
-    assert!(other.stresses(state).is_empty() && other.vtk_grid(state).is_err());
+    assert!(other.stresses(state).is_err() && other.vtk_grid(state).is_err());
 }
 
 #[test]
@@ -105,7 +107,7 @@ fn grids_have_cells_around_and_fields_of_all_particles() {
         region(Partition::Voronoi),
     ];
     for problem in &problems {
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let grid = problem.vtk_grid(path.last()).unwrap();
         assert!(grid.to_xml().is_ok() && grid.cells.len() == problem.cells().drawn().len());
         assert_eq!(grid.points.len(), problem.cells().positions().len());
@@ -143,7 +145,7 @@ fn reactions_and_their_moments_balance_a_load() {
         .hold((2, Side::Min))
         .with(Load::force(Place::at(corner), force));
     let problem = block.discretize(&Scheme::default().particles([3, 3, 5])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let state = path.last();
     let at = problem.displacement(state, &corner.into()).unwrap() + Point::<3>::from(corner);
     assert!((at - Point::<3>::from(corner)).norm() > 0.1);
@@ -165,8 +167,8 @@ fn stresses_of_thin_beams_are_not_smeared_across() {
         .hold((0, Side::Min))
         .traction((0, Side::Max), [0.0, 0.02 / length]);
     let problem = scene.discretize(&Scheme::default().particles([21, 5])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
-    let stresses = problem.stresses(path.last());
+    let path = problem.run().unwrap().completed().unwrap();
+    let stresses = problem.stresses(path.last()).unwrap();
     let at_particles = problem.at_particles(&stresses);
     let at = Point::<2>::new(0.5 * length, 1.0);
     let particle = problem.cells().positions().iter().position(|x| (x - at).norm() < 1e-9).unwrap();

@@ -80,7 +80,7 @@ fn errors(scheme: &Scheme, counts: [usize; 2]) -> [f64; 2] {
     }
     counts.map(|n| {
         let problem = loaded().discretize(&scheme.clone().particles([n])).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         problem.energy(path.last()).unwrap() / exact - 1.0
     })
 }

@@ -34,7 +34,7 @@ fn a_rigid_turn_of_both_ends_turns_the_body() -> Result<(), rkpm::Error> {
         // Small turns: Newton from half a turn away may end in a wrinkled equilibrium.
         let scheme = Scheme::default().particles([4, 5]).constraint_kind(rows).stepping(Stepping::equal(8));
         let problem = turned(PI)?.discretize(&scheme)?;
-        let path = problem.run(&mut ())?.completed()?;
+        let path = problem.run()?.completed()?;
         for (x, u) in problem.cells().positions().iter().zip(problem.particle_displacements(path.last())?) {
             assert!((u + 2.0 * x).norm() < 1e-10, "{rows:?}: {x} moved by {u}");
         }
@@ -65,7 +65,7 @@ fn a_motion_in_proportion_is_a_field() -> Result<(), rkpm::Error> {
     for rows in [ConstraintKind::AtParticles, ConstraintKind::OverBoundary] {
         let scheme = Scheme::default().particles([4, 5]).constraint_kind(rows);
         let state = |scene: &Scene<2>| -> Result<Vec<f64>, rkpm::Error> {
-            Ok(scene.discretize(&scheme)?.run(&mut ())?.completed()?.last().displacement.clone())
+            Ok(scene.discretize(&scheme)?.run()?.completed()?.last().displacement.clone())
         };
         for (a, b) in state(&fields)?.iter().zip(state(&motions)?) {
             assert!((a - b).abs() < 1e-12, "{rows:?}: {a} and {b}");
@@ -123,7 +123,7 @@ fn pressures_are_those_of_the_volume_change() -> Result<(), rkpm::Error> {
     use PressureField::*;
     for field in [Displacement, Pointwise, Constant, Linear] {
         let problem = scene.discretize(&Scheme::default().particles([5, 5]).pressure_field(field, 2))?;
-        let path = problem.run(&mut ())?.completed()?;
+        let path = problem.run()?.completed()?;
         let pressures = problem.pressures(path.last()).unwrap().expect("this rubber can be split");
         let gradients = problem.deformation_gradients(path.last()).unwrap();
         assert_eq!(pressures.len(), problem.body().table().len());
@@ -145,7 +145,7 @@ fn twisted(degrees: f64, stepping: Stepping) -> Result<(Problem<3>, EquilibriumP
         .prescribe(end, 1, Value::motion(move |x: &Point<3>, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0)))
         .prescribe(end, 2, 0.0);
     let problem = scene.discretize(&Scheme::default().particles([3, 3, 7]).stepping(stepping))?;
-    let path = problem.run(&mut ())?.completed()?;
+    let path = problem.run()?.completed()?;
     Ok((problem, path))
 }
 
@@ -181,17 +181,17 @@ fn straight_ways_are_gone_in_one_step() -> Result<(), rkpm::Error> {
             .hold((1, Side::Min))
             .prescribe((1, Side::Max), 0, Value::motion(move |x: &Point<2>, load| (0.2 + 0.1 * x[0]) * way(load)))
             .prescribe((1, Side::Max), 1, Value::motion(move |_: &Point<2>, load| 0.1 * way(load)));
-        let path = scene.discretize(&Scheme::default().particles([4, 5]))?.run(&mut ())?.completed()?;
+        let path = scene.discretize(&Scheme::default().particles([4, 5]))?.run()?.completed()?;
         assert_eq!(path.steps.len(), 1);
     }
     // There and back is a way as well, and so is a hundred times around.
     let back = Amplitude::Function(std::sync::Arc::new(|load: f64| (PI * load).sin()));
     let scene = block()?.hold((1, Side::Min)).with(Condition::on((1, Side::Max)).component(0, 0.4).amplitude(back));
     let scene = scene.prescribe((1, Side::Max), 1, 0.0);
-    let path = scene.discretize(&Scheme::default().particles([4, 5]))?.run(&mut ())?.completed()?;
+    let path = scene.discretize(&Scheme::default().particles([4, 5]))?.run()?.completed()?;
     let energies: Vec<f64> = path.steps.iter().map(|step| step.energy).collect();
     assert!(energies.len() >= 2 && energies[0] > 0.01 && energies[energies.len() - 1] < 1e-12, "{energies:?}");
-    let path = turned(200.0 * PI)?.discretize(&Scheme::default().particles([4, 5]))?.run(&mut ())?.completed()?;
+    let path = turned(200.0 * PI)?.discretize(&Scheme::default().particles([4, 5]))?.run()?.completed()?;
     assert!(path.steps.len() >= 400, "{}", path.steps.len());
     Ok(())
 }

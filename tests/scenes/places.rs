@@ -23,7 +23,7 @@ fn inclined_planes_of_symmetry_are_those_of_the_axes_turned() {
                 .with(Condition::on((1, Side::Min)).along(Direction::Along([-3.0 * sin, 3.0 * cos]), 0.0))
                 .with(Condition::on(Side::Max).along(Direction::Along([cos, sin]), 0.4).named("pull"));
             let problem = scene.discretize(&scheme).unwrap();
-            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let path = problem.run().unwrap().completed().unwrap();
             let pulled = problem.reaction(path.last(), "pull").unwrap();
             let left = problem.reaction(path.last(), "left").unwrap();
             assert!((pulled + left).norm() < 1e-8 * pulled.norm());
@@ -50,7 +50,7 @@ fn cylindrical_directions_and_normals_agree_with_components() {
     let scheme = Scheme::default().particles([5, 9]);
     let run = |scene: Scene<2>| {
         let problem = scene.discretize(&scheme).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         problem.energy(path.last()).unwrap()
     };
     let body = || Scene::new(ring, PlaneStrain, rubber());
@@ -81,7 +81,7 @@ fn parts_of_parts_and_total_forces() {
         let top = || Place::on((1, Side::Max));
         let run = |scene: Scene<2>| {
             let problem = scene.discretize(&scheme).unwrap();
-            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let path = problem.run().unwrap().completed().unwrap();
             let force = problem.reaction(path.last(), (1, Side::Min)).unwrap();
             (
                 problem.energy(path.last()).unwrap(),
@@ -118,7 +118,7 @@ fn beddings_give_by_force_over_stiffness() {
     let body = || Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber());
     let run = |scene: Scene<2>| {
         let problem = scene.discretize(&Scheme::default().particles([7, 4])).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         problem.displacement(path.last(), &[1.0, 0.0].into()).unwrap()
     };
     let soft = run(body().with(Load::elastic_foundation((1, Side::Min), 1e-3)).traction((1, Side::Max), [1e-6, -2e-6]));
@@ -147,13 +147,13 @@ fn states_at_loads_are_equilibria_of_the_same_path() {
     };
     let scheme = Scheme::default().particles([9, 5]);
     let problem = scene(Amplitude::Ramp).discretize(&scheme).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let loads = [0.1, 0.35, 1.0];
     let stops = loads.iter().chain(&[0.0]).map(|&load| (load, load));
     let mut stops: Vec<(f64, f64)> = stops.collect();
     stops.sort_by(|a, b| a.0.total_cmp(&b.0));
     let stopping = scene(Amplitude::table(stops).unwrap()).discretize(&scheme).unwrap();
-    let stopped = stopping.run(&mut ()).unwrap().completed().unwrap();
+    let stopped = stopping.run().unwrap().completed().unwrap();
     for (state, load) in problem.states_at(&path, &loads).unwrap().iter().zip(loads) {
         let other = stopped.steps.iter().find(|step| step.state.load == load).unwrap();
         let same = stopping.reaction(&other.state, Side::Max).unwrap();

@@ -108,12 +108,12 @@ impl Factorizer for GatheredFactorizer {
 
 fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
     let alone = scene.discretize(scheme).unwrap();
-    let path = alone.run(&mut ()).unwrap().completed().unwrap();
+    let path = alone.run().unwrap().completed().unwrap();
     let expected = path.last();
     let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let distance = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()));
     let force = alone.reaction(expected, place.clone()).unwrap();
-    let stresses = alone.at_particles(&alone.stresses(expected));
+    let stresses = alone.at_particles(&alone.stresses(expected).unwrap());
     for count in [2, 3] {
         static FOLDERS: AtomicUsize = AtomicUsize::new(0);
         let number = FOLDERS.fetch_add(1, Ordering::Relaxed);
@@ -126,10 +126,10 @@ fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
                 scope.spawn(move || {
                     let solver = Gathered(DiscreteBody { rank, count, meeting });
                     let shared = scene.discretize(&scheme.clone().solver(solver)).unwrap();
-                    let found = shared.run(&mut ()).unwrap().completed().unwrap();
+                    let found = shared.run().unwrap().completed().unwrap();
                     let (state, expected) = (found.last(), path.last());
                     let other = shared.reaction(state, place).unwrap();
-                    let means = shared.at_particles(&shared.stresses(state));
+                    let means = shared.at_particles(&shared.stresses(state).unwrap());
                     let energy = shared.energy(state).unwrap() / alone.energy(expected).unwrap();
                     assert_eq!((found.iterations, found.steps.len()), (path.iterations, path.steps.len()));
                     let displacement = distance(&state.displacement, &expected.displacement);

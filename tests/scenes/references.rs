@@ -56,7 +56,7 @@ fn strip_quantities(elements: usize) -> [f64; 2] {
         }
     }
     let problem = scene.discretize(&Scheme::elements(2).particles(counts)).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let rim = |degrees: f64| {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let x = Point::<2>::new(2.0 * cos, 2.0 * sin);
@@ -74,7 +74,7 @@ fn bracket_quantities(elements: usize) -> [f64; 2] {
         .prescribe((1, Side::Min), 1, 2.0);
     let scheme = Scheme::elements(2).particles([2 * elements + 1, 8 * elements + 1]);
     let problem = scene.discretize(&scheme).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     [problem.reaction(path.last(), (1, Side::Min)).unwrap()[1], problem.energy(path.last()).unwrap()]
 }
 

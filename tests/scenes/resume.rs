@@ -68,7 +68,7 @@ fn resumes_everywhere(name: &str, whole: &EquilibriumPath, resume: impl Fn(Equil
 fn load_steps_resume_to_the_bit() {
     for constraint_method in [ConstraintMethod::Transformation, ConstraintMethod::Multipliers] {
         let problem = pulled(constraint_method);
-        let whole = problem.run(&mut ()).unwrap().completed().unwrap();
+        let whole = problem.run().unwrap().completed().unwrap();
         resumes_everywhere("load", &whole, |path| problem.resume(path, &mut ()).unwrap());
     }
 }
@@ -79,7 +79,7 @@ fn steps_after_rejections_resume_to_the_bit() {
     let mut problem = pulled(ConstraintMethod::Transformation);
     problem.analysis_mut().stepping = Stepping { first: 1.0, control: StepControl::Load, ..Stepping::default() };
     problem.analysis_mut().newton = Newton { iterations: 3, ..Newton::default() };
-    let whole = problem.run(&mut ()).unwrap().completed().unwrap();
+    let whole = problem.run().unwrap().completed().unwrap();
     assert!(whole.rejected > 0 && whole.rejected == whole.steps.iter().map(|s| s.rejected).sum::<usize>());
     resumes_everywhere("rejections", &whole, |path| problem.resume(path, &mut ()).unwrap());
 }
@@ -100,14 +100,14 @@ fn steps_around_a_turn_resume_to_the_bit() {
         )
         .discretize(&Scheme::default().particles([4, 5]))
         .unwrap();
-    let whole = problem.run(&mut ()).unwrap().completed().unwrap();
+    let whole = problem.run().unwrap().completed().unwrap();
     resumes_everywhere("turn", &whole, |path| problem.resume(path, &mut ()).unwrap());
 }
 
 #[test]
 fn deflection_control_resumes_to_the_bit() {
     let problem = killed::problem().unwrap();
-    let whole = problem.run(&mut ()).unwrap().completed().unwrap();
+    let whole = problem.run().unwrap().completed().unwrap();
     // The first step is a part of the load that no load stepping would take: the deflection is in control.
     assert!(whole.steps[0].state.load < 0.5 && whole.steps[0].control_state.increment > 0.0);
     resumes_everywhere("deflection", &whole, |path| problem.resume(path, &mut ()).unwrap());
@@ -121,7 +121,7 @@ fn a_beam_whose_first_step_was_too_far_resumes_to_the_bit() {
         .traction((0, Side::Max), [0.0, -0.02])
         .discretize(&Scheme::default().particles([11, 3]))
         .unwrap();
-    let whole = problem.run(&mut ()).unwrap().completed().unwrap();
+    let whole = problem.run().unwrap().completed().unwrap();
     let first = &whole.steps[0];
     assert!(first.state.load < 0.5 && first.control_state.increment > 0.0 && first.rejected == 0);
     resumes_everywhere("far", &whole, |path| problem.resume(path, &mut ()).unwrap());
@@ -135,7 +135,7 @@ fn arcs_that_took_over_from_a_deflection_resume_to_the_bit() {
         .pressure((1, Side::Min), 6e-4)
         .discretize(&Scheme::default().particles([21, 3]))
         .unwrap();
-    let whole = problem.run(&mut ()).unwrap().completed().unwrap();
+    let whole = problem.run().unwrap().completed().unwrap();
     let arcs = whole.steps.iter().filter(|step| step.control_state.arc).count();
     assert!(arcs > 1 && !whole.steps[0].control_state.arc, "{arcs} of {} steps", whole.steps.len());
     resumes_everywhere("arcs", &whole, |path| problem.resume(path, &mut ()).unwrap());
@@ -172,7 +172,7 @@ fn stalled_runs_stall_again_and_go_on_once_they_may() {
     let folder = folder("stalled");
     let file = folder.join("run.jsonl");
     let mut journal = Journal::create(&file, &problem.at_rest()).unwrap();
-    let stalled = problem.run(&mut journal).unwrap();
+    let stalled = problem.run_with(&mut journal).unwrap();
     assert!(matches!(stalled.ending, Ending::Stalled(_)));
     journal.close(&stalled).unwrap();
     // The same settings end it at the same place; more steps finish it, in the same file.
@@ -184,7 +184,7 @@ fn stalled_runs_stall_again_and_go_on_once_they_may() {
     let finished = problem.resume(so_far, &mut journal).unwrap().completed().unwrap();
     journal.close(&finished).unwrap();
     assert_eq!(Journal::read(&file).unwrap(), finished);
-    assert_eq!(differences(&finished, &problem.run(&mut ()).unwrap()), 0);
+    assert_eq!(differences(&finished, &problem.run().unwrap()), 0);
     // And a finished one stays as it is.
     assert_eq!(problem.resume(finished.clone(), &mut ()).unwrap(), finished);
 }
@@ -197,7 +197,7 @@ fn a_journal_torn_at_any_byte_holds_the_steps_before() {
     let stepping = Stepping { first: 0.3, ..Stepping::default() };
     let problem = tube.discretize(&Scheme::default().particles([3]).stepping(stepping)).unwrap();
     let mut journal = Journal::create(&file, &problem.at_rest()).unwrap();
-    let whole = problem.run(&mut journal).unwrap();
+    let whole = problem.run_with(&mut journal).unwrap();
     journal.close(&whole).unwrap();
     let bytes = fs::read(&file).unwrap();
     let torn = folder.join("torn.jsonl");
@@ -236,7 +236,7 @@ fn damage_within_a_journal_is_named() {
     let file = folder.join("run.jsonl");
     let problem = pulled(ConstraintMethod::Transformation);
     let mut journal = Journal::create(&file, &problem.at_rest()).unwrap();
-    problem.run(&mut journal).unwrap();
+    problem.run_with(&mut journal).unwrap();
     drop(journal);
     let sound = fs::read(&file).unwrap();
     let second = sound.iter().position(|&b| b == b'\n').unwrap() + 1;
@@ -292,7 +292,7 @@ fn every_number_reads_back_to_the_same_bits() {
 #[test]
 fn paths_that_do_not_fit_are_refused() {
     let problem = pulled(ConstraintMethod::Transformation);
-    let whole = problem.run(&mut ()).unwrap();
+    let whole = problem.run().unwrap();
     let refusal = |change: &dyn Fn(&mut EquilibriumPath)| {
         let mut path = whole.clone();
         path.steps.truncate(3);
@@ -307,7 +307,7 @@ fn paths_that_do_not_fit_are_refused() {
     ] {
         let error = refusal(change);
         assert!(
-            matches!(&error, Error::Solve(SolveError::Length { what: found, .. }) if *found == what),
+            matches!(&error, Error::Solve(SolveError::OtherModel { what: found, .. }) if *found == what),
             "{what}: {error}"
         );
     }
@@ -354,7 +354,7 @@ fn paths_of_other_scenes_are_refused() {
         let problem = |stiffness, pull, lift, length| {
             scene(stiffness, pull, lift, length).discretize(&equal(5).constraint_method(constraint_method)).unwrap()
         };
-        let whole = problem(0.5, 0.4, 0.05, 2.0).run(&mut ()).unwrap().completed().unwrap();
+        let whole = problem(0.5, 0.4, 0.05, 2.0).run().unwrap().completed().unwrap();
         let mut half = whole.clone();
         half.steps.truncate(3);
         half.ending = Ending::Interrupted;
@@ -392,7 +392,7 @@ fn paths_of_other_scenes_are_refused() {
     let back = block().hold(Side::Min).with(Load::traction(Side::Max, [0.2, 0.1]).amplitude(there_and_back));
     for scene in [moved, back, block().hold(Side::Min)] {
         let problem = scene.discretize(&equal(4)).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         assert_eq!(differences(&problem.resume(path.clone(), &mut ()).unwrap(), &path), 0);
     }
 }

@@ -27,7 +27,7 @@ fn a_moved_rigid_body_is_a_face_moved_the_same_way() {
     for scheme in schemes() {
         let solve = |scene: Scene<2>, place: Place<2>| {
             let problem = scene.discretize(&scheme).unwrap();
-            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let path = problem.run().unwrap().completed().unwrap();
             let (force, moment) = (
                 problem.reaction(path.last(), place.clone()).unwrap(),
                 problem.moment(path.last(), place, [0.0, 0.0]).unwrap()[2],
@@ -55,7 +55,7 @@ fn a_loaded_rigid_body_balances_the_opposite_face() {
             .with(Load::force(Place::at(at).of("plate"), force))
             .with(Load::moment("plate", [0.0, 0.0, moment]));
         let problem = scene.discretize(&scheme).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let state = path.last();
         let motion = problem.rigid_motion(state, "plate").unwrap();
         let rotation = motion.rotation;
@@ -76,7 +76,7 @@ fn a_loaded_rigid_body_balances_the_opposite_face() {
         let (centre, shift) = (motion.centre, motion.displacement);
         let way = Value::field(move |x: &Point<2>| (rotation * (x - centre) - (x - centre) + shift).into());
         let moved = block().with(Condition::on((1, Side::Max)).displacement(way)).discretize(&scheme).unwrap();
-        let same = moved.energy(moved.run(&mut ()).unwrap().completed().unwrap().last()).unwrap();
+        let same = moved.energy(moved.run().unwrap().completed().unwrap().last()).unwrap();
         assert!((same / problem.energy(state).unwrap() - 1.0).abs() < 1e-8, "{same}");
     }
 }
@@ -89,7 +89,7 @@ fn a_plate_in_space_turns_as_its_moment_asks() {
         .with(Load::force("plate", [0.02, 0.01, -0.05]))
         .with(Load::moment("plate", [0.005, -0.01, 0.05]));
     let problem = scene.discretize(&Scheme::default().particles([4])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let state = path.last();
     let motion = problem.rigid_motion(state, "plate").unwrap();
     assert!((motion.rotation.transpose() * motion.rotation - Matrix3::identity()).norm() < 1e-10);
@@ -115,7 +115,7 @@ fn points_of_rigid_bodies_leave_them_free_to_turn() {
     };
     let turned = |scene: Scene<2>| {
         let problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let pushed = problem.reaction(path.last(), "push").unwrap();
         assert!((problem.reaction(path.last(), "plate").unwrap() - pushed - Point::<2>::new(0.0, -0.05)).norm() < 1e-9);
         problem.rigid_motion(path.last(), "plate").unwrap().rotation[(1, 0)]

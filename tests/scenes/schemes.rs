@@ -47,7 +47,7 @@ fn all_that_makes_sense_runs_and_agrees() {
                         .constraint_method(constraint_method);
                     let name = format!("{rule_name} {field:?}/{size} {rows:?} {constraint_method:?}");
                     let problem = block().discretize(&scheme).unwrap_or_else(|e| panic!("{name}: {e}"));
-                    let path = problem.run(&mut ()).unwrap_or_else(|e| panic!("{name}: {e}"));
+                    let path = problem.run().unwrap_or_else(|e| panic!("{name}: {e}"));
                     assert_eq!(path.ending, Ending::Completed, "{name}");
                     of_strategies.push(problem.energy(path.last()).unwrap());
                 }
@@ -78,7 +78,7 @@ fn displacement_and_pointwise_pressures_are_one_solution() {
         let energy = |field| {
             let scheme = Scheme::default().particles([7, 4]).rule(rule.clone()).pressure_field(field, 1);
             let problem = block().discretize(&scheme).unwrap();
-            problem.energy(problem.run(&mut ()).unwrap().completed().unwrap().last()).unwrap()
+            problem.energy(problem.run().unwrap().completed().unwrap().last()).unwrap()
         };
         // Only the path of the iteration differs.
         let (a, b) = (energy(PressureField::Displacement), energy(PressureField::Pointwise));
@@ -114,13 +114,13 @@ fn conditions_of_all_kinematics_run_under_the_default() {
         1,
         0.2,
     );
-    let path = disc.discretize(&Scheme::default().particles([5, 5])).unwrap().run(&mut ()).unwrap();
+    let path = disc.discretize(&Scheme::default().particles([5, 5])).unwrap().run().unwrap();
     assert_eq!(path.ending, Ending::Completed);
     let cube = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber())
         .hold((2, Side::Min))
         .traction((2, Side::Max), [0.05, 0.0, 0.1]);
     let problem = cube.discretize(&Scheme::default().particles([4])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     // The support carries the dead load: 0.05 and 0.1 on a unit area.
     let reaction = problem.reaction(path.last(), (2, Side::Min)).unwrap();
     assert!((reaction - Point::<3>::new(-0.05, 0.0, -0.1)).norm() < 1e-9, "{reaction:?}");

@@ -141,12 +141,12 @@ fn what_is_not_reached_is_said_and_the_best_model_returned() {
 #[test]
 fn transferred_states_are_near() {
     let coarse = cook(1.0).discretize(&Scheme::default().particles([9])).unwrap();
-    let path = coarse.run(&mut ()).unwrap().completed().unwrap();
+    let path = coarse.run().unwrap().completed().unwrap();
     let fine = cook(1.0).discretize(&Scheme::default().particles([13])).unwrap();
     let guess = fine.transfer(&coarse, path.last()).unwrap();
     let corrected =
         fine.analysis().correct(fine.model(), fine.equations(), guess, &mut ()).unwrap().completed().unwrap();
-    let direct = fine.run(&mut ()).unwrap().completed().unwrap();
+    let direct = fine.run().unwrap().completed().unwrap();
     assert!(corrected.iterations <= 4 && corrected.iterations < direct.iterations);
     let distance = |k: usize| (corrected.last().displacement[k] - direct.last().displacement[k]).abs();
     // Both are converged to 1e-8 of the displacement, quadratically: the last increment is far smaller.
@@ -160,11 +160,11 @@ fn transferred_states_are_near() {
 fn no_load_case_is_stuck() {
     for factor in [1.0, 4.0, 10.0, 20.0] {
         let problem = cook(factor).discretize(&Scheme::default().particles([9])).unwrap();
-        problem.run(&mut ()).unwrap().completed().unwrap();
+        problem.run().unwrap().completed().unwrap();
     }
     let run = |pressure: f64, counts: [usize; 2]| {
         let problem = disk(pressure).discretize(&Scheme::default().particles(counts)).unwrap();
-        problem.run(&mut ()).unwrap().completed().unwrap().iterations
+        problem.run().unwrap().completed().unwrap().iterations
     };
     for pressure in [0.0207, 0.05175, 0.1035] {
         run(pressure, [11, 2]);
@@ -173,7 +173,7 @@ fn no_load_case_is_stuck() {
     for pressure in [0.05175, 0.1035] {
         run(pressure, [41, 3]);
     }
-    tube().discretize(&Scheme::default().particles([9])).unwrap().run(&mut ()).unwrap().completed().unwrap();
+    tube().discretize(&Scheme::default().particles([9])).unwrap().run().unwrap().completed().unwrap();
 }
 
 /// Drawn shapes are sized like blocks: a pulled strip with a hole against a model of four times its particles.
@@ -193,7 +193,7 @@ fn drawn_shapes_are_sized_too() {
     assert!(answer.reached(), "{:?} {:?}", answer.verdict, answer.levels);
     let counts: Vec<usize> = answer.levels.last().unwrap().counts.iter().map(|n| 2 * n).collect();
     let fine = scene.discretize(&Scheme::default().particles(counts)).unwrap();
-    let path = fine.run(&mut ()).unwrap().completed().unwrap();
+    let path = fine.run().unwrap().completed().unwrap();
     assert!((answer.values()[0] / fine.energy(path.last()).unwrap() - 1.0).abs() < answer.bound);
 }
 
@@ -209,7 +209,7 @@ fn thin_bonded_bodies_get_cells_across() {
     let answer = mount.solve_within(&Tolerance::of(force(), 0.02), Budget::default()).unwrap();
     assert!(answer.reached() && answer.levels[0].counts == [7, 3], "{:?}", answer.levels);
     let fine = mount.discretize(&Scheme::default().particles([81, 17])).unwrap();
-    let path = fine.run(&mut ()).unwrap().completed().unwrap();
+    let path = fine.run().unwrap().completed().unwrap();
     let exact = force().evaluate(&fine, path.last()).unwrap();
     let error = (answer.values()[0] / exact - 1.0).abs();
     assert!(error < answer.bound, "{error} {}", answer.bound);

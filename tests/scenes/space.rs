@@ -36,7 +36,7 @@ fn turned(scene: Scene<3>, angle: f64) -> Scene<3> {
 
 fn solved(scene: &Scene<3>, scheme: &Scheme) -> (Problem<3>, State, usize) {
     let problem = scene.discretize(scheme).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let state = path.last().clone();
     (problem, state, path.iterations)
 }

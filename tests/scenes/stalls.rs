@@ -28,7 +28,7 @@ fn block(material: impl Material + 'static) -> Scene<2> {
 }
 
 fn run(scene: &Scene<2>, scheme: Scheme) -> EquilibriumPath {
-    scene.discretize(&scheme.particles([9, 5])).unwrap().run(&mut ()).unwrap()
+    scene.discretize(&scheme.particles([9, 5])).unwrap().run().unwrap()
 }
 
 /// The whole load in one step, which may not be halved.
@@ -137,7 +137,7 @@ fn loads_beyond_a_limit_point_are_not_followed_unasked() {
     let sphere = Scene::new(Block::new([1.0], [1.1]), RadialSphere, rubber).pressure(Side::Min, 1.0);
     let stepping = Stepping { control: StepControl::Auto, ..Stepping::default() };
     let problem = sphere.discretize(&Scheme::default().particles([9]).stepping(stepping)).unwrap();
-    let path = problem.run(&mut ()).unwrap();
+    let path = problem.run().unwrap();
     assert_eq!(cause(&path), Cause::LimitPoint);
     // 2 µ h/R (λ⁻¹ − λ⁻⁷) is largest at λ = 7^(1/6): 0.12 for the thin shell; the wall of a tenth carries as much to a few per cent.
     let largest = path.steps.iter().map(|step| step.state.load).fold(0.0, f64::max);
@@ -176,7 +176,7 @@ fn gained_modes_are_not_taken_unseen() {
         .with(Load::traction((1, Side::Max), [0.0, -0.3]).amplitude(at_once));
     let along = Stepping { control: StepControl::Load, follow: Following::Path, ..Stepping::default() };
     let problem = column.discretize(&Scheme::default().particles([3, 17]).stepping(along)).unwrap();
-    let path = problem.run(&mut ()).unwrap();
+    let path = problem.run().unwrap();
     let Cause::Unstable { before, after } = cause(&path) else { panic!("{:?}", path.ending) };
     assert!(before == 0 && after > 0 && path.last().load < 0.5, "{before} {after}");
 }
@@ -194,7 +194,7 @@ fn folded_states_are_not_taken() {
         .prescribe((1, Side::Min), 1, 0.0)
         .prescribe((1, Side::Max), 0, Value::field(move |x: &Point<2>| radius(x[0]) * angle.cos() - x[0]))
         .prescribe((1, Side::Max), 1, Value::field(move |x: &Point<2>| radius(x[0]) * angle.sin() - 1.0));
-    let path = bent.discretize(&at_once().particles([8])).unwrap().run(&mut ()).unwrap();
+    let path = bent.discretize(&at_once().particles([8])).unwrap().run().unwrap();
     let Cause::Folded { before, after } = cause(&path) else { panic!("{:?}", path.ending) };
     assert!(after > before, "{before} {after}");
 }
@@ -204,7 +204,7 @@ fn folded_states_are_not_taken() {
 fn growing_increments_end_an_attempt() {
     let sphere = Scene::new(Block::new([1.0], [1.5]), RadialSphere, rubber()).pressure(Side::Min, 1.0);
     let equal = Stepping { control: StepControl::Load, first: 0.1, smallest: 0.1, growth: 1.0, ..Stepping::default() };
-    let path = sphere.discretize(&Scheme::default().particles([9]).stepping(equal)).unwrap().run(&mut ()).unwrap();
+    let path = sphere.discretize(&Scheme::default().particles([9]).stepping(equal)).unwrap().run().unwrap();
     let Cause::Diverging { increment } = cause(&path) else { panic!("{:?}", path.ending) };
     assert!(increment > 0.1 && path.steps.len() > 2, "{increment} {}", path.steps.len());
 }

@@ -65,7 +65,7 @@ impl Vessel {
             Scene::new(block, RadialSphere, rubber)
         };
         let problem = scene.pressure(Side::Min, self.pressure).discretize(scheme).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let field = problem.stress_field(path.last()).unwrap();
         let c = self.solve();
         let (mut errors, mut largest) = ([0.0f64; 3], 0.0f64);
@@ -125,7 +125,7 @@ fn free_surfaces_carry_no_traction() {
     let jittered = Scheme::default().layout(Layout::Jittered { amount: 0.3, seed: 3 });
     for scheme in [Scheme::default(), jittered] {
         let problem = scene.discretize(&scheme.particles([17])).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let field = problem.stress_field(path.last()).unwrap();
         let largest = field.at_particles().unwrap().iter().map(Matrix3::norm).fold(0.0, f64::max);
         for (from, to) in [(CORNERS[0], CORNERS[1]), (CORNERS[3], CORNERS[2])] {
@@ -154,7 +154,7 @@ fn stresses_balance_body_forces() {
         .with(Load::body_force([0.0, -weight]));
     for scheme in [Scheme::default(), Scheme::elements(2)] {
         let problem = scene.discretize(&scheme.particles([5, 9])).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let field = problem.stress_field(path.last()).unwrap();
         for y in [0.0, 0.3, 1.1, 1.75, 2.0] {
             let stress = field.at(&[0.4, y].into()).unwrap();
@@ -172,7 +172,7 @@ fn stresses_are_found_beside_point_loads_and_not_outside() {
         .hold((0, Side::Min))
         .with(Load::force(Place::at([2.0, 0.5]), [0.02, 0.0]));
     let problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let stress = problem.stress(path.last(), &[1.0, 0.5].into()).unwrap();
     // Twice a half width away from the force the section still carries more in its middle.
     assert!((1.0..1.3).contains(&(stress[(0, 0)] / 0.02)), "{stress}");

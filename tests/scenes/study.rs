@@ -105,7 +105,7 @@ fn the_potential_finds_the_least_locked_dilation() {
         .hold((0, Side::Min))
         .traction((0, Side::Max), [1e-6, 0.0]);
     let problem = bar.discretize(&Scheme::default().particles([9, 3])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let (pi, u) = (potential(&problem, path.last()).unwrap(), problem.energy(path.last()).unwrap());
     assert!((pi / u + 1.0).abs() < 1e-4, "{pi} {u}");
 
@@ -114,7 +114,7 @@ fn the_potential_finds_the_least_locked_dilation() {
     let best = best_dilation(&tube(), &Scheme::paper(1.0).particles([9]), &dilations).unwrap();
     let error = |r: f64| {
         let problem = tube().discretize(&Scheme::paper(r).particles([9])).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         (problem.displacement(path.last(), &[6.0].into()).unwrap()[0] / 15.0023846431 - 1.0).abs()
     };
     let least = dilations.into_iter().min_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap();
@@ -136,7 +136,7 @@ fn reactions_are_those_of_one_place_or_name() {
         .prescribe("end", 1, 0.1)
         .with(Condition::on("end").component(0, 0.2).named("pull"));
     let problem = scene.discretize(&Scheme::default().spacing(0.25)).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let of = |label: &str| problem.reaction(path.last(), label);
     let (pulled, held) = (of("end").unwrap()[0], of("end2").unwrap()[0]);
     assert!(pulled > 0.1 && (pulled + held).abs() < 1e-8 * pulled, "{pulled} {held}");
@@ -162,7 +162,7 @@ fn reactions_are_those_of_one_place_or_name() {
     assert!(matches!(about, Err(Error::Geometry(GeometryError::Unsuited { .. }))));
     let mut other = path.last().clone();
     other.multipliers.pop();
-    assert!(matches!(problem.reaction(&other, "end"), Err(Error::Solve(SolveError::Length { .. }))));
+    assert!(matches!(problem.reaction(&other, "end"), Err(Error::Solve(SolveError::OtherModel { .. }))));
 
     // A question without an answer is not answered by zero, whose bound would be zero too.
     for (label, component) in [("ende", 0), ("pull", 1), ("end", 7)] {

@@ -11,7 +11,7 @@ use rkpm::error::LinearError;
 use rkpm::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
 use rkpm::prelude::*;
 use rkpm::scene::ConstraintMethod;
-use rkpm::solve::{CriticalKind, EnclosedVolume, Following, Functional, Newton, State, Step, StepControl};
+use rkpm::solve::{CriticalKind, EnclosedVolume, Following, Functional, State, Step, StepControl};
 
 const RUBBER: [f64; 2] = [0.5, 1e5];
 
@@ -58,7 +58,7 @@ fn pumped(stretch: f64) -> f64 {
 #[test]
 fn arcs_pass_the_limit_point_of_a_balloon_where_the_load_can_not() {
     let (problem, volume) = shell(StepControl::ArcLength);
-    let path = problem.run(&mut Until(&volume, pumped(4.0))).unwrap();
+    let path = problem.run_with(&mut Until(&volume, pumped(4.0))).unwrap();
     assert_eq!(path.ending, Ending::Stopped);
     let volumes: Vec<f64> = path.steps.iter().map(|s| volume.value(&s.state.displacement)).collect();
     let rest = State::at_rest(problem.model(), problem.equations());
@@ -90,7 +90,7 @@ fn arcs_pass_the_limit_point_of_a_balloon_where_the_load_can_not() {
 
     // The load alone comes close to the limit point and says that it ends there.
     let (problem, _) = shell(StepControl::Load);
-    let path = problem.run(&mut ()).unwrap();
+    let path = problem.run().unwrap();
     assert!(matches!(path.ending, Ending::Stalled(_)));
     assert!(path.last().load < largest * (1.0 + 1e-4) && path.last().load > 0.95 * largest);
 }
@@ -98,7 +98,7 @@ fn arcs_pass_the_limit_point_of_a_balloon_where_the_load_can_not() {
 #[test]
 fn a_run_by_arcs_is_resumed_with_the_same_bits() {
     let (problem, volume) = shell(StepControl::ArcLength);
-    let whole = problem.run(&mut Until(&volume, pumped(3.0))).unwrap();
+    let whole = problem.run_with(&mut Until(&volume, pumped(3.0))).unwrap();
     for kept in [1, 2, whole.steps.len() - 1] {
         let mut path = whole.clone();
         path.steps.truncate(kept);
@@ -115,7 +115,7 @@ fn column(constraint_method: ConstraintMethod) -> (Problem<2>, EquilibriumPath) 
     let stepping = Stepping { follow: Following::Path, ..Stepping::default() };
     let scheme = Scheme::default().particles([5, 41]).constraint_method(constraint_method).stepping(stepping);
     let problem = scene.discretize(&scheme).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     (problem, path)
 }
 
@@ -197,11 +197,11 @@ fn large_steps_do_not_land_on_false_equilibria() {
     // who see the signs of the pivots nor those who see uneven volumes alone take such a state.
     for (particles, turns) in [(5, 0.35), (8, 0.4), (8, 0.5), (9, 0.3), (9, 0.5)] {
         let mut problem = turned_block(particles, turns);
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         assert!(path.steps.iter().all(|step| step.unstable == Some(0) && step.energy < 1e-9));
         assert!(path.steps.last().unwrap().energy < 1e-20);
         problem.analysis_mut().solver = Box::new(Blind(Direct));
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         // Steps follow the way of the edge, a quarter of a turn at most each.
         assert!(path.steps.len() >= 2);
         assert!(path.steps.iter().all(|step| step.unstable.is_none() && step.critical.is_empty()));
@@ -224,7 +224,7 @@ fn a_column_that_is_not_quite_straight_stays_on_its_stable_branch() {
             ..Stepping::default()
         });
         let problem = scene.discretize(&scheme).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         assert!(path.steps.iter().all(|step| step.unstable == Some(0)), "{control:?}");
         problem.displacement(path.last(), &[0.5 + 1e-3, 5.0].into()).unwrap()[0]
     };
@@ -242,7 +242,7 @@ fn homogeneous_states_are_reached_at_once_and_tell_that_they_are_unstable() {
         .prescribe(Side::Max, 0, -0.9)
         .prescribe(Place::at([0.0, 0.0]), 1, 0.0);
     let problem = scene.discretize(&Scheme::default().particles([9, 3])).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     assert_eq!((path.steps.len(), path.critical_points().count()), (1, 0));
     assert!(path.steps[0].unstable.unwrap() > 0);
 }
@@ -254,7 +254,7 @@ fn steps_tell_how_far_they_can_be_trusted() {
     let tube = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, rubber).pressure(Side::Min, 0.46);
     let last = |scheme: Scheme| {
         let problem = tube.discretize(&scheme.particles([9])).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         path.steps.last().unwrap().clone()
     };
     let cured = last(Scheme::default());
@@ -287,7 +287,7 @@ fn the_first_arc_follows_the_load() {
     let limit = |first: f64| {
         let stepping = Stepping { control: StepControl::ArcLength, steps: 40, first, ..Stepping::default() };
         let problem = scene.discretize(&Scheme::default().particles([41, 3]).stepping(stepping)).unwrap();
-        let path = problem.run(&mut ()).unwrap();
+        let path = problem.run().unwrap();
         assert!(path.steps[0].state.load > 0.0, "{}", path.steps[0].state.load);
         path.critical_points().find(|point| point.kind == CriticalKind::Limit).map(|point| point.load())
     };
@@ -320,7 +320,7 @@ fn large_steps_do_not_fold_bent_blocks() {
         let scene = bent(rubber, angle);
         let energy = |stepping: Stepping| {
             let problem = scene.discretize(&Scheme::default().particles([n]).stepping(stepping)).unwrap();
-            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let path = problem.run().unwrap().completed().unwrap();
             (path.steps.last().unwrap().energy, path.steps.last().unwrap().unstable, path.rejected)
         };
         let small = energy(Stepping { first: 0.1, largest: 0.1, ..Stepping::default() });
@@ -347,7 +347,7 @@ fn few_of_many_bent_blocks_differ_from_small_steps() {
                 let scene = bent(rubber.clone(), angle);
                 let energy = |stepping: Stepping| {
                     let scheme = Scheme::default().particles([n]).stepping(stepping);
-                    let path = scene.discretize(&scheme).unwrap().run(&mut ()).unwrap();
+                    let path = scene.discretize(&scheme).unwrap().run().unwrap();
                     path.steps.last().filter(|step| step.state.load == 1.0).map(|step| step.energy)
                 };
                 let small = energy(Stepping { first: 0.1, largest: 0.1, ..Stepping::default() });
@@ -395,7 +395,7 @@ fn pulled_bodies_do_not_tear_up_inside_their_macro_cells() {
             let size = 1.0 / f64::from(steps);
             let stepping = Stepping { first: size, largest: size, ..Stepping::default() };
             let problem = scene.discretize(&scheme.clone().stepping(stepping)).unwrap();
-            let path = problem.run(&mut ()).unwrap().completed().unwrap();
+            let path = problem.run().unwrap().completed().unwrap();
             assert!(path.steps.iter().all(|step| step.unstable == Some(0)));
             assert!(path.iterations <= 16 + 4 * path.steps.len(), "{}", path.iterations);
             forces.push(problem.reaction(path.last(), top.clone()).unwrap()[1]);
@@ -413,7 +413,7 @@ fn work_is_stored_while_measures_change() {
     let (scene, top) = pulled_pad(false);
     let stepping = Stepping { first: 0.01, largest: 0.01, ..Stepping::default() };
     let problem = scene.discretize(&Scheme::default().particles([33, 7]).stepping(stepping)).unwrap();
-    let path = problem.run(&mut ()).unwrap().completed().unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
     let force = |state: &State| problem.reaction(state, top.clone()).unwrap()[1];
     let (mut work, mut before) = (0.0, (0.0, 0.0));
     for step in &path.steps {
@@ -443,7 +443,7 @@ fn pulled_bodies_of_revolution_and_solids_are_stable() {
         .prescribe((2, Side::Max), 2, 0.1);
     fn run<const D: usize>(scene: &Scene<D>, counts: &[usize], tension: f64) -> f64 {
         let problem = scene.discretize(&Scheme::default().particles(counts).stepping(Stepping::equal(5))).unwrap();
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         assert!(path.steps.iter().all(|step| step.unstable == Some(0)));
         let largest = problem.pressures(path.last()).unwrap().unwrap().into_iter().fold(0.0, f64::max);
         assert!(largest > tension, "{largest}");
@@ -504,7 +504,7 @@ fn following_pressure_rolls_a_free_strip_up() {
     let by_load = Stepping { first: 0.05, control: StepControl::Load, ..Stepping::default() };
     for constraint_method in [ConstraintMethod::Transformation, ConstraintMethod::Multipliers] {
         let problem = rolled(6e-4, constraint_method, by_load);
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let (tip, rod) = (tip(&problem, &path), rod(6e-4));
         // Measured: 0.04 of the length 20.
         assert!((tip - rod).norm() < 0.08 && path.iterations <= 60, "{tip} {rod}, {} iterations", path.iterations);
@@ -512,7 +512,7 @@ fn following_pressure_rolls_a_free_strip_up() {
     let steps = [by_load, Stepping { control: StepControl::ArcLength, ..by_load }, Stepping::default()];
     let tips = steps.map(|stepping| {
         let problem = rolled(3e-3, ConstraintMethod::Auto, stepping);
-        let path = problem.run(&mut ()).unwrap().completed().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         tip(&problem, &path)
     });
     assert!((tips[0] - Point::<2>::new(-2.636, -0.611)).norm() < 0.08, "{}", tips[0]);

@@ -22,7 +22,7 @@ fn pad(by: f64) -> Scene<2> {
 
 fn solved(scene: &Scene<2>, scheme: &Scheme) -> (Problem<2>, State) {
     let problem = scene.discretize(scheme).unwrap();
-    let state = problem.run(&mut ()).unwrap().completed().unwrap().last().clone();
+    let state = problem.run().unwrap().completed().unwrap().last().clone();
     (problem, state)
 }
 
@@ -119,7 +119,7 @@ fn units_change_nothing() {
     {
         let run = |length: f64, stress: f64| {
             let problem = scene(length, stress).discretize(&scheme.clone().particles(*counts)).unwrap();
-            problem.run(&mut ()).unwrap().completed().unwrap()
+            problem.run().unwrap().completed().unwrap()
         };
         // The first in mm and MPa.
         let first = run(1.0, 1.0);

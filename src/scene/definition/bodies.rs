@@ -32,7 +32,7 @@ impl<const D: usize> Scene<D> {
     ///     .hold(Place::on((1, Side::Min)).of("lower"))
     ///     .with(Condition::on(Place::on((1, Side::Max)).of("upper")).displacement([2.0, 0.0]).named("shear"));
     /// let problem = scene.discretize(&Scheme::default().particles([11, 3]))?;
-    /// let path = problem.run(&mut ())?.completed()?;
+    /// let path = problem.run()?.completed()?;
     /// let force = problem.reaction(path.last(), "shear")?[0];
     /// assert!((force / (1.0 * 2.0 / 4.0 * 20.0) - 1.0).abs() < 0.1); // N/mm, less than µγA at the free ends
     /// # Ok::<(), rkpm::Error>(())

@@ -104,7 +104,7 @@ impl<const D: usize> fmt::Display for Direction<D> {
 ///     .with(Condition::on((1, Side::Max)).along(Direction::Normal, 0.0))
 ///     .with(Condition::on(Side::Max).displacement(Value::field(|x: &Point<2>| [-0.1 * x[0], -0.1 * x[1]])));
 /// let problem = scene.discretize(&Scheme::default().particles([5, 9]))?;
-/// let path = problem.run(&mut ())?.completed()?;
+/// let path = problem.run()?.completed()?;
 /// let [on_bore, outside] = [problem.reaction(path.last(), "bore")?, problem.reaction(path.last(), Side::Max)?];
 /// assert!(on_bore[0] > 0.0 && outside[0] < 0.0);
 /// # let _ = turn;

@@ -24,7 +24,7 @@ impl<const D: usize> Scene<D> {
     ///     .prescribe("axis", 0, 0.0)
     ///     .contact("outer", RigidSurface::plane([0.0, 0.2], [0.0, -1.0]).moving([0.0, -0.025]).named("plate"));
     /// let problem = roller.discretize(&Scheme::default().particles([8]))?;
-    /// let path = problem.run(&mut ())?.completed()?;
+    /// let path = problem.run()?.completed()?;
     /// let plate = problem.contact(path.last(), "plate")?;
     /// let width = plate.extent; // m, of this half
     /// assert!(plate.force[1] < 0.0 && width > 0.04 && width < 0.1);

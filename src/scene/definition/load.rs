@@ -20,7 +20,7 @@ use crate::scene::{Place, Value};
 ///     .with(Load::body_force([0.0, -0.01]))
 ///     .with(Load::force(Place::on(Side::Max).within(|x: &Point<2>| (x[1] - 1.5).abs() < 0.5), [-0.02, 0.0]));
 /// let problem = scene.discretize(&Scheme::default().particles([5, 13]))?;
-/// let path = problem.run(&mut ())?.completed()?;
+/// let path = problem.run()?.completed()?;
 /// assert!(problem.displacement(path.last(), &[0.5, 0.0].into())?[1] < 0.0);
 /// # Ok::<(), rkpm::Error>(())
 /// ```
@@ -113,7 +113,7 @@ impl<const D: usize> Load<D> {
     ///     .prescribe(Side::Min, 0, 0.0)
     ///     .with(Load::integrand((1, Side::Min), Wall(50.0)))
     ///     .prescribe((1, Side::Max), 1, -0.1);
-    /// let path = block.discretize(&Scheme::default().particles([5, 5]))?.run(&mut ())?.completed()?;
+    /// let path = block.discretize(&Scheme::default().particles([5, 5]))?.run()?.completed()?;
     /// # let _ = path;
     /// # Ok::<(), rkpm::Error>(())
     /// ```

@@ -23,7 +23,7 @@ impl<const D: usize> Scene<D> {
     ///     .with(Condition::on(Place::at([1.0, 2.0]).of("plate")).component(0, 0.5).named("push"))
     ///     .with(Load::force("plate", [0.0, -0.1]));
     /// let problem = block.discretize(&Scheme::default().particles([9, 9]))?;
-    /// let path = problem.run(&mut ())?.completed()?;
+    /// let path = problem.run()?.completed()?;
     /// let plate = problem.rigid_motion(path.last(), "plate")?;
     /// assert!(plate.rotation[(0, 1)] > 0.01); // it leans forward
     /// assert!((problem.reaction(path.last(), "plate")?[1] + 0.1).abs() < 1e-9);

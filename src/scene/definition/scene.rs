@@ -78,7 +78,7 @@ impl<const D: usize> Scene<D> {
     ///     .hold("left")
     ///     .traction("right", [0.0, 0.01]);
     /// let problem = scene.discretize(&Scheme::default().spacing(0.25).seed(7))?;
-    /// let path = problem.run(&mut ())?.completed()?;
+    /// let path = problem.run()?.completed()?;
     /// assert!(problem.displacement(path.last(), &[4.0, 0.5].into())?[1] > 0.1);
     /// # Ok::<(), rkpm::Error>(())
     /// ```
@@ -90,7 +90,7 @@ impl<const D: usize> Scene<D> {
     ///     .hold("base")
     ///     .with(Condition::on("insert").displacement([0.0, 0.0, -4.0]));
     /// let problem = scene.discretize(&Scheme::default())?;
-    /// let path = problem.run(&mut ())?.completed()?;
+    /// let path = problem.run()?.completed()?;
     /// println!("{:.0} N", problem.reaction(path.last(), "insert")?[2]);
     /// # Ok::<(), rkpm::Error>(())
     /// ```
@@ -175,7 +175,7 @@ impl<const D: usize> Scene<D> {
     ///     .prescribe("top", 0, 0.2)
     ///     .prescribe("top", 1, 0.0);
     /// let problem = block.discretize(&Scheme::default().particles([7, 3]))?;
-    /// let path = problem.run(&mut ())?.completed()?;
+    /// let path = problem.run()?.completed()?;
     /// assert!((problem.reaction(path.last(), "top")? + problem.reaction(path.last(), "bottom")?).norm() < 1e-9);
     /// # Ok::<(), rkpm::Error>(())
     /// ```
@@ -223,7 +223,7 @@ impl<const D: usize> Scene<D> {
     ///     .prescribe((1, Side::Min), 1, 0.0)
     ///     .with_expansion(1.02);
     /// let problem = block.discretize(&Scheme::default().particles([5, 3]))?;
-    /// let path = problem.run(&mut ())?.completed()?;
+    /// let path = problem.run()?.completed()?;
     /// let rise = problem.displacement(path.last(), &[1.0, 1.0].into())?[1];
     /// assert!((rise - 0.0612).abs() < 1e-3); // the volume grows by 1.02³ - 1
     /// # Ok::<(), rkpm::Error>(())
@@ -247,7 +247,7 @@ impl<const D: usize> Scene<D> {
     ///     .hold((1, Side::Min))
     ///     .with(Condition::on((1, Side::Max)).displacement([0.2, 0.0]).amplitude(hold))
     ///     .over_time(10.0);
-    /// let path = pad.discretize(&Scheme::default().particles([5, 3]))?.run(&mut ())?.completed()?;
+    /// let path = pad.discretize(&Scheme::default().particles([5, 3]))?.run()?.completed()?;
     /// assert!(path.steps.len() > 5);
     /// # Ok::<(), rkpm::Error>(())
     /// ```

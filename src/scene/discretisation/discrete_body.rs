@@ -146,8 +146,16 @@ impl<const D: usize> DiscreteBody<D> {
         if given < needed { Err(SolveError::OtherModel { what, given, needed }) } else { Ok(()) }
     }
 
-    /// Deformation gradients at the points of the body's table, for a state of this problem.
-    pub(crate) fn deformation_gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
+    /// Deformation gradients at the points of the body's table.
+    ///
+    /// # Errors
+    /// [`SolveError::OtherModel`] for a state of another problem.
+    pub fn deformation_gradients(&self, state: &State) -> Result<Vec<Matrix3<f64>>, SolveError> {
+        self.reads(state)?;
+        Ok(self.gradients(state))
+    }
+
+    fn gradients(&self, state: &State) -> Vec<Matrix3<f64>> {
         let points = 0..self.body.table().len();
         points.map(|point| self.body.deformation_gradient(point, &state.displacement)).collect()
     }
@@ -160,7 +168,7 @@ impl<const D: usize> DiscreteBody<D> {
 
     /// Cauchy stresses at the points of the body's table.
     pub(crate) fn stresses(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
-        let gradients = self.deformation_gradients(state);
+        let gradients = self.gradients(state);
         let Some(condensed) = state.condensed.get(number) else { return Vec::new() };
         let view = View { displacement: &state.displacement, condensed, load: state.load };
         let pressures = self.pressures(number, state);

@@ -116,7 +116,15 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// As [`Analysis::run`]; a stalled analysis returns its path.
-    pub fn run(&self, observer: &mut dyn Observer) -> Result<EquilibriumPath, Error> {
+    pub fn run(&self) -> Result<EquilibriumPath, Error> {
+        self.run_with(&mut ())
+    }
+
+    /// As [`run`](Problem::run), watched by an observer, which may end the analysis.
+    ///
+    /// # Errors
+    /// As [`run`](Problem::run).
+    pub fn run_with(&self, observer: &mut dyn Observer) -> Result<EquilibriumPath, Error> {
         self.analysis.run(&self.model, &self.equations, observer)
     }
 
@@ -207,7 +215,9 @@ impl<const D: usize> Problem<D> {
     /// [`SolveError::OtherModel`] for a state of another problem.
     pub fn deformation_gradients(&self, state: &State) -> Result<Vec<Matrix3<f64>>, Error> {
         self.check_length(state)?;
-        Ok(self.discrete_bodies.iter().flat_map(|discrete_body| discrete_body.deformation_gradients(state)).collect())
+        let each: Result<Vec<_>, SolveError> =
+            self.discrete_bodies.iter().map(|body| body.deformation_gradients(state)).collect();
+        Ok(each?.concat())
     }
 
     /// Hydrostatic pressures \[stress\] at the [`points`](Problem::points) of the bodies' tables, see [`Body::pressures`]; none

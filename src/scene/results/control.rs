@@ -61,7 +61,7 @@ impl<const D: usize> Problem<D> {
     ///     .hold(Side::Min)
     ///     .prescribe(Side::Max, 0, 1.0);
     /// let problem = block.discretize(&Scheme::default().particles([9, 5]))?;
-    /// let path = problem.run(&mut ())?.completed()?;
+    /// let path = problem.run()?.completed()?;
     /// for state in problem.states_at(&path, &[0.25, 0.5, 0.75])? {
     ///     println!("{}: {:.4} N/mm", state.load, problem.reaction(&state, Side::Max)?[0]);
     /// }

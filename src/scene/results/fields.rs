@@ -16,7 +16,7 @@ use crate::table::ShapeTable;
 use crate::scene::Problem;
 
 impl<const D: usize> Problem<D> {
-    /// Cauchy stresses $\sigma$ \[stress\] at the [`points`](Problem::points) of the bodies' tables; none for a state of another problem.
+    /// Cauchy stresses $\sigma$ \[stress\] at the [`points`](Problem::points) of the bodies' tables.
     ///
     /// $$\sigma = \operatorname{dev}\big(J^{-1}\\,\mathbf P\\,\mathbf F^{\mathsf T}\big) + p\\,\mathbf 1$$
     /// with the [`pressures`](Problem::pressures) $p$ of the scheme: those that balance the loads. The volumetric law at a
@@ -30,28 +30,26 @@ impl<const D: usize> Problem<D> {
     ///     .prescribe((1, Side::Min), 1, 0.0)
     ///     .traction((0, Side::Max), [0.3, 0.0]); // MPa
     /// let problem = scene.discretize(&Scheme::default().particles([9, 5]))?;
-    /// let path = problem.run(&mut ())?.completed()?;
-    /// for stress in problem.stresses(path.last()) {
+    /// let path = problem.run()?.completed()?;
+    /// for stress in problem.stresses(path.last())? {
     ///     assert!(stress[(1, 1)].abs() < 1e-9); // free sides
     ///     assert!(stress[(0, 0)] > 0.3); // the section gets thinner
     /// }
     /// # Ok::<(), rkpm::Error>(())
     /// ```
-    pub fn stresses(&self, state: &State) -> Vec<Matrix3<f64>> {
-        compiled!(D: (problem: &Problem<D> = self; state: &State = state) -> Vec<Matrix3<f64>> {
+    ///
+    /// # Errors
+    /// [`SolveError::OtherModel`](crate::error::SolveError::OtherModel) for a state of another problem.
+    pub fn stresses(&self, state: &State) -> Result<Vec<Matrix3<f64>>, Error> {
+        compiled!(D: (problem: &Problem<D> = self; state: &State = state) -> Result<Vec<Matrix3<f64>>, Error> {
             problem.cauchy_stresses(state)
         })
     }
 
-    fn cauchy_stresses(&self, state: &State) -> Vec<Matrix3<f64>> {
-        if self.check_length(state).is_err() {
-            return Vec::new();
-        }
-        self.discrete_bodies
-            .iter()
-            .enumerate()
-            .flat_map(|(number, discrete_body)| discrete_body.stresses(number, state))
-            .collect()
+    fn cauchy_stresses(&self, state: &State) -> Result<Vec<Matrix3<f64>>, Error> {
+        self.model.at(state)?;
+        let bodies = self.discrete_bodies.iter().enumerate();
+        Ok(bodies.flat_map(|(number, body)| body.stresses(number, state)).collect())
     }
 
     /// Values at the [`points`](Problem::points) $P$ of the bodies' tables, one for each, averaged at the particles, one for each,
@@ -86,7 +84,7 @@ impl<const D: usize> Problem<D> {
     /// # let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
     /// #     .hold((0, Side::Min)).prescribe((0, Side::Max), 0, 0.4);
     /// let problem = scene.discretize(&Scheme::default().particles([9, 5]))?;
-    /// let path = problem.run(&mut ())?.completed()?;
+    /// let path = problem.run()?.completed()?;
     /// # let directory = std::env::temp_dir().join("rkpm-fields");
     /// problem.vtk_grid(path.last())?.write(directory.join("pulled.vtu"))?;
     /// # Ok::<(), rkpm::Error>(())
@@ -128,7 +126,7 @@ impl<const D: usize> Problem<D> {
         let ratios: Option<Vec<f64>> = cells.iter().map(|cell| volume_ratio(cell, &positions, &current)).collect();
         let mut stresses = match self.recovers() {
             true => self.stress_field(state)?.at_particles()?,
-            false => self.at_particles(&self.stresses(state)),
+            false => self.at_particles(&self.stresses(state)?),
         };
         stresses.resize(positions.len(), Matrix3::zeros());
         let mean = |stress: &Matrix3<f64>| stress.trace() / 3.0;

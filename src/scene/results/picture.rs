@@ -48,7 +48,7 @@ impl<const D: usize> Problem<D> {
     /// use rkpm::scene::Field;
     /// # let scene = Scene::new(Block::new([0.0; 3], [2.0, 1.0, 1.0]), Solid, Rubber::neo_hookean(0.5, 1e3)?).hold((0, Side::Min));
     /// let problem = scene.discretize(&Scheme::default().particles([5, 3, 3]))?;
-    /// let path = problem.run(&mut ())?.completed()?;
+    /// let path = problem.run()?.completed()?;
     /// # let directory = std::env::temp_dir().join("rkpm-pictures");
     /// problem.picture(path.last(), Field::LargestStretch)?.title("A bar").write(directory.join("bar.svg"))?;
     /// # Ok::<(), rkpm::Error>(())
@@ -61,7 +61,7 @@ impl<const D: usize> Problem<D> {
         let positions = &self.model().positions()[..displacements.len()];
         let mut current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
         let mean = |stress: &Matrix3<f64>| stress.trace() / 3.0;
-        let stresses = || self.at_particles(&self.stresses(state));
+        let stresses = || Ok::<_, Error>(self.at_particles(&self.stresses(state)?));
         let mut values: Vec<f64> = match field {
             Field::Displacement => displacements.iter().map(|u| u.norm()).collect(),
             Field::LargestStretch => {
@@ -70,9 +70,9 @@ impl<const D: usize> Problem<D> {
             }
             Field::MisesStress => {
                 let deviator = |s: &Matrix3<f64>| (1.5f64).sqrt() * (s - Matrix3::identity() * mean(s)).norm();
-                stresses().iter().map(deviator).collect()
+                stresses()?.iter().map(deviator).collect()
             }
-            Field::MeanStress => stresses().iter().map(mean).collect(),
+            Field::MeanStress => stresses()?.iter().map(mean).collect(),
         };
         let mut faces = contact_surface(&self.drawn_cells(), positions);
         for shape in self.rigid_shapes(state) {

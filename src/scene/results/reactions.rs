@@ -90,7 +90,7 @@ impl<const D: usize> Problem<D> {
     ///     .hold("bottom")
     ///     .with(Condition::on((1, Side::Max)).displacement([0.2, 0.0]).named("push"));
     /// let problem = pad.discretize(&Scheme::default().particles([9, 3]))?;
-    /// let path = problem.run(&mut ())?.completed()?;
+    /// let path = problem.run()?.completed()?;
     /// let history = problem.history(&path)?;
     /// assert_eq!(history.header[3], "bottom: force_0");
     /// assert_eq!(history.equations.len(), 1 + path.steps.len());
@@ -178,7 +178,7 @@ impl<const D: usize> Problem<D> {
     ///     .hold((1, Side::Min))
     ///     .with(Condition::on((1, Side::Max)).displacement([0.2, 0.0]).named("push"));
     /// let problem = pad.discretize(&Scheme::default().particles([9, 3]))?;
-    /// let path = problem.run(&mut ())?.completed()?;
+    /// let path = problem.run()?.completed()?;
     /// let directory = std::env::temp_dir().join("rkpm-written");
     /// problem.write(&path, directory.join("pad.pvd"))?;
     /// assert!(directory.join("pad_0001.vtu").exists() && directory.join("pad.csv").exists());

@@ -154,7 +154,7 @@ impl<const D: usize> Problem<D> {
     /// let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?; // MPa
     /// let tube = Scene::new(Block::new([6.0], [8.0]), RadialCylinder, rubber).pressure(Side::Min, 0.46); // cm, MPa
     /// let problem = tube.discretize(&Scheme::default().particles([9]))?;
-    /// let path = problem.run(&mut ())?.completed()?;
+    /// let path = problem.run()?.completed()?;
     /// let bore = problem.stress(path.last(), &[6.0].into())?;
     /// assert!((bore[(0, 0)] + 0.46).abs() < 0.005);
     /// # Ok::<(), rkpm::Error>(())
@@ -304,7 +304,7 @@ impl<'a, const D: usize> Recovery<'a, D> {
             problem,
             displacement,
             components,
-            stresses: problem.stresses(state),
+            stresses: problem.stresses(state)?,
             current: moved(table.positions())?,
             jacobians: gradients.iter().map(Matrix3::determinant).collect(),
             body_force: None,
