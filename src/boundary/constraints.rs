@@ -30,6 +30,11 @@ impl Constraints {
         &self.equations
     }
 
+    /// The constraint equations, to change what they prescribe.
+    pub(crate) fn equations_mut(&mut self) -> impl Iterator<Item = &mut ConstraintEquation> {
+        self.equations.iter_mut()
+    }
+
     /// Load factors inside $(0, 1)$ at which prescribed values have break points: steps of the load stop there.
     pub fn break_points(&self) -> Vec<f64> {
         self.equations

@@ -3,6 +3,7 @@
 //! Nothing is tuned: pressures are iterates of Newton's method, and where they come to rest gaps are closed to rounding.
 
 mod chain;
+mod chains;
 mod contact_surface;
 mod faces;
 mod facets;
@@ -30,7 +31,8 @@ pub use shapes::{Ball, Cone, Cylinder, Plane};
 pub use surface::{Nearest, Surface};
 pub use triangulated::Triangulated;
 
-pub(crate) use contact_surface::ContactSurface;
+pub(crate) use chains::chains;
+pub(crate) use contact_surface::{ContactSurface, Trace};
 pub(crate) use obstacle::{RigidContact, Stiffness};
 pub(crate) use pair::PairContact;
 pub(crate) use rigid_dof::{ArtificialSpring, RigidBodyDof};

@@ -35,6 +35,8 @@ pub struct RigidSurface<const D: usize> {
     pub(crate) shape: Arc<dyn Surface<D>>,
     pub(crate) name: String,
     pub(crate) drive: Drive<D>,
+    /// Where it has gone before the run \[length\].
+    pub(crate) start: Point<D>,
     pub(crate) friction: f64,
 }
 
@@ -54,7 +56,13 @@ impl<const D: usize> RigidSurface<D> {
     }
 
     fn named_shape(shape: impl Surface<D> + 'static, name: &str) -> Self {
-        RigidSurface { shape: Arc::new(shape), name: name.into(), drive: Drive::Fixed, friction: 0.0 }
+        RigidSurface {
+            shape: Arc::new(shape),
+            name: name.into(),
+            drive: Drive::Fixed,
+            start: Point::zeros(),
+            friction: 0.0,
+        }
     }
 
     /// A plane through a point \[length\]; the rigid body lies behind it, opposite to the normal.
@@ -151,15 +159,30 @@ impl<const D: usize> RigidSurface<D> {
         }
     }
 
+    /// Stays where it has come to at load factor 1, pushed by the force that it has there.
+    pub(crate) fn stay(&mut self) {
+        match &mut self.drive {
+            Drive::Fixed => {}
+            Drive::Moved { by, amplitude } => {
+                self.start += *by * amplitude.evaluate(1.0).0;
+                self.drive = Drive::Fixed;
+            }
+            Drive::Pushed { amplitude, .. } => {
+                let value = amplitude.evaluate(1.0).0;
+                *amplitude = Amplitude::Table(vec![(0.0, value), (1.0, value)]);
+            }
+        }
+    }
+
     /// Where it has gone at a load factor; `travel` is its own unknown where it is pushed.
     pub(crate) fn placed(&self, load: f64, travel: f64) -> Placed<D> {
         match &self.drive {
-            Drive::Fixed => Placed { offset: Point::zeros(), slope: Point::zeros() },
+            Drive::Fixed => Placed { offset: self.start, slope: Point::zeros() },
             Drive::Moved { by, amplitude } => {
                 let (value, slope) = amplitude.evaluate(load);
-                Placed { offset: by * value, slope: by * slope }
+                Placed { offset: self.start + by * value, slope: by * slope }
             }
-            Drive::Pushed { along, .. } => Placed { offset: along * travel, slope: Point::zeros() },
+            Drive::Pushed { along, .. } => Placed { offset: self.start + along * travel, slope: Point::zeros() },
         }
     }
 

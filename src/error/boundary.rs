@@ -78,6 +78,28 @@ pub enum BoundaryError {
         /// The name.
         name: String,
     },
+    /// Two bodies lie in each other.
+    #[error("bodies {first} and {second} overlap, at X = {at:?} for instance: move one of them, or cut it")]
+    Overlap {
+        /// The one.
+        first: String,
+        /// The other.
+        second: String,
+        /// A point in both.
+        at: Vec<f64>,
+    },
+    /// A name is empty.
+    #[error("{what} has an empty name: give it one, by which results can be requested")]
+    Nameless {
+        /// What is called so.
+        what: &'static str,
+    },
+    /// Two stages share a name.
+    #[error("two stages are called {name}: give each a name of its own")]
+    StageTwice {
+        /// The name.
+        name: String,
+    },
     /// A face does not say of which body it is.
     #[error("{what}: say of which body, by Place::of; there are: {known}")]
     Ambiguous {
@@ -121,6 +143,18 @@ pub enum BoundaryError {
         what: String,
         /// The nearest particle.
         nearest: Vec<f64>,
+    },
+    /// A load acts on nothing.
+    #[error(
+        "{what} acts on no point of integration; its part lies between X = {low:?} and {high:?}: let the predicate hold there"
+    )]
+    NoFacet {
+        /// The load.
+        what: String,
+        /// The least coordinates of the part.
+        low: Vec<f64>,
+        /// The largest ones.
+        high: Vec<f64>,
     },
     /// No row comes from the condition requested.
     #[error("no condition acts on {requested}; conditions act on: {known}")]

@@ -21,6 +21,17 @@ pub enum ContactError {
         /// Where, in the body at rest.
         at: Vec<f64>,
     },
+    /// No facet of the part looks at the surface.
+    #[error(
+        "{contact}: the part looks away from the surface, at X = {at:?} and everywhere: name the part of the boundary that \
+         faces it, or turn the normal of the surface round"
+    )]
+    FacesAway {
+        /// The contact.
+        contact: String,
+        /// A point of the part.
+        at: Vec<f64>,
+    },
     /// A coefficient of friction, a motion or a force of a rigid surface is NaN, infinite or out of its range.
     #[error(transparent)]
     Invalid(#[from] Invalid),

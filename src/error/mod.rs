@@ -8,6 +8,7 @@ mod contact;
 #[cfg(feature = "fit")]
 mod fit;
 mod geometry;
+mod incompatible;
 mod invalid;
 mod linear;
 mod material;
@@ -23,6 +24,7 @@ pub use contact::ContactError;
 #[cfg(feature = "fit")]
 pub use fit::FitError;
 pub use geometry::GeometryError;
+pub use incompatible::Incompatible;
 pub use invalid::Invalid;
 pub use linear::LinearError;
 pub use material::MaterialError;
@@ -41,6 +43,9 @@ pub enum Error {
     /// A number that can't be, whatever it was given to.
     #[error(transparent)]
     Invalid(#[from] Invalid),
+    /// Two choices that do not go together.
+    #[error(transparent)]
+    Incompatible(#[from] Incompatible),
     /// Geometry, cells, rules.
     #[error(transparent)]
     Geometry(GeometryError),

@@ -89,6 +89,8 @@ impl Outline {
 
     /// A full circle.
     pub fn circle(name: &str, centre: [f64; 2], radius: f64) -> Self {
+        // A radius that is none leaves no point to start from, which is refused with all others that are not finite.
+        let radius = if radius > 0.0 { radius } else { f64::NAN };
         let start = [centre[0] + radius, centre[1]];
         Outline::at(start).arc(name, start, centre, Turn::Left)
     }
@@ -102,7 +104,11 @@ impl Outline {
             let to = edge.to;
             let numbers = [from[0], from[1], to[0], to[1]];
             if numbers.iter().chain(edge.arc.iter().flat_map(|(c, _)| c)).any(|x| !x.is_finite()) {
-                return Err(wrong("a corner or centre is not finite", to, "give finite coordinates"));
+                return Err(wrong(
+                    "a corner or centre is not finite, or a radius not above zero",
+                    to,
+                    "give finite coordinates and radii above zero",
+                ));
             }
             let (start, end) = (Point::<2>::from(from), Point::<2>::from(to));
             let curve = match edge.arc {

@@ -23,7 +23,7 @@ impl From<bool> for ExistenceVerdict {
 
 /// One of the conditions (5.6)–(5.13).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Condition {
+pub struct ExistenceCondition {
     /// The paper's equation number, such as "5.10".
     pub equation: &'static str,
     /// Whether it holds.
@@ -39,7 +39,7 @@ pub struct Condition {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExistenceReport {
     /// One entry per equation, (5.6) to (5.13) in order.
-    pub conditions: Vec<Condition>,
+    pub conditions: Vec<ExistenceCondition>,
     /// The largest exponent $\alpha_i$ of (5.7), or $\beta/2$ where there are only $b_i$.
     pub alpha: Option<f64>,
     /// The largest exponent $\beta_i$ of (5.7), or $\alpha/2$ where there are only $a_i$.
@@ -106,7 +106,7 @@ impl fmt::Display for ExistenceReport {
 pub fn existence(distortional: &RivlinPolynomial, volumetric: &dyn VolumetricEnergy) -> ExistenceReport {
     let mut conditions = Vec::with_capacity(8);
     let mut note = |equation, verdict: ExistenceVerdict, detail: String| {
-        conditions.push(Condition { equation, verdict, detail });
+        conditions.push(ExistenceCondition { equation, verdict, detail });
     };
 
     note("5.6", ExistenceVerdict::Holds, "a polynomial in tr(AᵀA) and tr(BᵀB), A = J^(-1/3) F, B = adj A".into());

@@ -42,6 +42,11 @@ pub trait InternalVariables: Send + Sync {
     /// Writes the internal variables at rest; zero unless said.
     fn start(&self, _memory: &mut [f64]) {}
 
+    /// The part of the stress at rest that is left of a strain held for ever, 1 where nothing relaxes: stabilisations follow it.
+    fn relaxed(&self) -> f64 {
+        1.0
+    }
+
     /// The energy whose derivatives are the stress and the tangent at the end of a step \[stress\].
     fn energy(&self, f: &Matrix3<f64>, internal_variables: &[f64], elapsed: f64) -> f64;
 

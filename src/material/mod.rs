@@ -64,7 +64,7 @@ use nalgebra::Matrix3;
 use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components, determinant_hessian};
 
 pub use carroll::Carroll;
-pub use existence::{Condition, ExistenceReport, ExistenceVerdict, existence};
+pub use existence::{ExistenceCondition, ExistenceReport, ExistenceVerdict, existence};
 pub use foam::{FoamTerm, OgdenFoam};
 pub use gent::{Gent, GentGent};
 pub use homogeneous::{HomogeneousState, Mode};

@@ -190,6 +190,10 @@ impl<M: Material> InternalVariables for Viscoelastic<M> {
         6 * (1 + self.prony.branches.len()) + 1
     }
 
+    fn relaxed(&self) -> f64 {
+        self.prony.relaxation(f64::INFINITY)
+    }
+
     fn energy(&self, f: &Matrix3<f64>, internal_variables: &[f64], elapsed: f64) -> f64 {
         let (part, isochoric) = self.part();
         let (factor, held) = self.step(internal_variables, elapsed);

@@ -18,6 +18,7 @@
 mod definition;
 mod discretisation;
 mod results;
+mod stages;
 
 pub use definition::condition::{Condition, Direction};
 pub use definition::geometry::Geometry;
@@ -39,3 +40,4 @@ pub use results::contact_state::{ContactPoint, ContactState};
 pub use results::picture::Field;
 pub use results::recovery::StressField;
 pub use results::rigid_motion::RigidMotion;
+pub use stages::{Observers, StagePath, Stages, history};

@@ -1,5 +1,7 @@
 //! Lagrange finite elements on lattices: the second implementer of [`Approximation`], to compare with.
 
+#[cfg(feature = "solve")]
+use crate::cells::BoundaryCells;
 use crate::cells::{Lattice, Locator, Zones, determinant, ravel, unravel};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Bounds, Part, Point, Side};
@@ -9,6 +11,9 @@ use super::{Approximation, ShapeFunctions};
 
 /// How far the box around an element reaches beyond its nodes, in parts of their extent.
 const MARGIN: f64 = 0.25;
+
+/// Parts of an edge between its ends and its middle node: at a quarter the map of the edge is singular in an end.
+const QUARTER: f64 = 0.26;
 
 /// Lagrange elements on a lattice of nodes: order 1 (2-node lines, 4-node quadrilaterals, 8-node
 /// bricks) or order 2 (3, 9, 27 nodes), isoparametric.
@@ -37,7 +42,23 @@ pub struct ElementPoints<const D: usize> {
 impl<const D: usize> ElementPoints<D> {
     /// The points where a predicate of their position holds.
     pub fn retained(self, holds: impl Fn(&Point<D>) -> bool) -> Self {
-        let (points, numbers) = self.points.chosen(&|k: usize, points: &Points<D>| holds(&points.positions[k]));
+        self.chosen(&|k: usize, points: &Points<D>| holds(&points.positions[k]))
+    }
+
+    /// The groups whose middle a predicate holds for.
+    #[cfg(feature = "solve")]
+    fn faces_within(self, holds: &dyn Fn(&Point<D>) -> bool) -> Self {
+        let mut kept = vec![false; self.points.positions.len()];
+        for group in self.points.groups.windows(2) {
+            let range = group[0]..group[1];
+            let middle = self.points.positions[range.clone()].iter().sum::<Point<D>>() / range.len().max(1) as f64;
+            kept[range].fill(holds(&middle));
+        }
+        self.chosen(&|k: usize, _: &Points<D>| kept[k])
+    }
+
+    fn chosen(self, choice: &dyn Fn(usize, &Points<D>) -> bool) -> Self {
+        let (points, numbers) = self.points.chosen(choice);
         let elements = numbers.iter().map(|&k| self.elements[k]).collect();
         let local = numbers.iter().map(|&k| self.local[k]).collect();
         ElementPoints { points, elements, local }
@@ -77,7 +98,37 @@ impl<const D: usize> FiniteElements<D> {
             });
         }
         let elements = cells.map(|c| c / order);
-        Ok(FiniteElements { lattice, order, elements, locator: Locator::default() })
+        let elements = FiniteElements { lattice, order, elements, locator: Locator::default() };
+        match elements.misplaced_middle() {
+            Some(at) => Err(GeometryError::Shape {
+                what: "a middle node of an element of order 2 lies near a quarter of its edge or beyond, where its map is singular",
+                at: at.as_slice().to_vec(),
+                remedy: "put the nodes of elements first and their middle nodes halfway between",
+            }),
+            None => Ok(elements),
+        }
+    }
+
+    /// A middle node, along a line of the lattice, that leaves the middle part of its edge.
+    fn misplaced_middle(&self) -> Option<Point<D>> {
+        if self.order == 1 {
+            return None;
+        }
+        let (positions, counts) = (self.lattice.positions(), self.lattice.counts());
+        let wrong = |node: usize| {
+            let index = unravel(node, &counts);
+            (0..D).filter(|&axis| index[axis] % 2 == 1).any(|axis| {
+                let end = |step: usize| {
+                    let mut index = index;
+                    index[axis] = index[axis] - 1 + step;
+                    positions[self.lattice.node(index)]
+                };
+                let (edge, part) = (end(2) - end(0), positions[node] - end(0));
+                let along = part.dot(&edge) / edge.norm_squared();
+                !(along > QUARTER && along < 1.0 - QUARTER)
+            })
+        };
+        (0..positions.len()).find(|&node| wrong(node)).map(|node| positions[node])
     }
 
     /// The lattice of nodes.
@@ -135,7 +186,46 @@ impl<const D: usize> FiniteElements<D> {
     /// # Errors
     /// Where the part does not exist or the number of points is impossible.
     pub fn boundary(&self, part: &Part, n: usize) -> Result<ElementPoints<D>, GeometryError> {
-        let (abscissae, weights) = gauss_legendre(n)?;
+        self.faces_by(part, &gauss_legendre(n)?)
+    }
+
+    /// The same faces, those whose middle a predicate holds for, with linear trace functions of the nodes: `n` points per direction on
+    /// each piece of a face between nodes.
+    ///
+    /// # Errors
+    /// As [`boundary`](FiniteElements::boundary).
+    #[cfg(feature = "solve")]
+    pub(crate) fn contact_boundary(
+        &self,
+        part: &Part,
+        n: usize,
+        holds: &dyn Fn(&Point<D>) -> bool,
+    ) -> Result<(BoundaryCells<D>, ElementPoints<D>), GeometryError> {
+        let (points, weights) = gauss_legendre(n)?;
+        let (order, pieces) = (self.order as f64, 0..self.order);
+        let rule = (
+            pieces.clone().flat_map(|piece| points.iter().map(move |x| (piece as f64 + x) / order)).collect(),
+            pieces.flat_map(|_| weights.iter().map(move |w| w / order)).collect(),
+        );
+        let found = self.faces_by(part, &rule)?.faces_within(holds);
+        let trace = |(&element, local): (&usize, &Point<D>)| {
+            let nodes = self.element_nodes(element).enumerate();
+            let value = |k: usize| -> f64 {
+                let place = unravel(k, &[self.order + 1; D]);
+                (0..D).map(|i| (1.0 - (local[i] * order - place[i] as f64).abs()).max(0.0)).product()
+            };
+            nodes.map(|(k, node)| (node as u32, value(k))).filter(|trace| trace.1 > 0.0).collect()
+        };
+        let traces = found.elements.iter().zip(&found.local).map(trace).collect();
+        Ok((BoundaryCells { points: found.points.clone(), traces }, found))
+    }
+
+    fn faces_by(
+        &self,
+        part: &Part,
+        (abscissae, weights): &(Vec<f64>, Vec<f64>),
+    ) -> Result<ElementPoints<D>, GeometryError> {
+        let n = abscissae.len();
         let mut out = ElementPoints { points: Points::empty(), elements: Vec::new(), local: Vec::new() };
         for (axis, side) in self.lattice.faces(part)? {
             let end = f64::from(side == Side::Max);

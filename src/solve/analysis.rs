@@ -2,7 +2,7 @@
 
 use crate::assembly::Model;
 use crate::boundary::{Constraints, Enforced, Enforcement, MixedTransformation, check_unknowns};
-use crate::error::{Error, Invalid, LinearError, SolveError};
+use crate::error::{Error, Incompatible, Invalid, LinearError, SolveError};
 use crate::geometry::Morton;
 use crate::linear::{Direct, Factorizer, LinearSolver, after_their_rows, banded, minimum_degree, nested_dissection};
 
@@ -10,7 +10,7 @@ use super::newton::Workspace;
 use super::path::EquilibriumPath;
 use super::settings::Newton;
 use super::state::State;
-use super::stepping::Stepping;
+use super::stepping::{StepControl, Stepping};
 use super::tangent::Tangent;
 
 /// What is missing where every displacement is prescribed.
@@ -68,6 +68,10 @@ impl Analysis {
             return Err(SolveError::Empty { what: "terms", remedy: "add at least a body" }.into());
         }
         check_terms(model)?;
+        if self.stepping.control == StepControl::ArcLength && model.is_timed() {
+            let remedy = "steps of the load are steps of time: take StepControl::Auto, or the elastic law alone";
+            return Err(Incompatible::new("StepControl::ArcLength", "a law that relaxes", remedy).into());
+        }
         check_unknowns(equations.equations(), model.unknowns())?;
         check_state(model, equations, &path.start)?;
         for step in path.steps.iter().rev().take(2) {

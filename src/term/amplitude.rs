@@ -84,6 +84,22 @@ impl Amplitude {
         pairs.iter().map(|p| p.0).filter(|&load| load > 0.0 && load < 1.0).collect()
     }
 
+    /// The same with a value added to it.
+    #[cfg(feature = "solve")]
+    pub(crate) fn later(&self, by: f64) -> Self {
+        match self {
+            Amplitude::Ramp => Amplitude::Table(vec![(0.0, by), (1.0, by + 1.0)]),
+            Amplitude::Constant => Amplitude::Table(vec![(0.0, by + 1.0), (1.0, by + 1.0)]),
+            Amplitude::Table(pairs) => {
+                Amplitude::Table(pairs.iter().map(|&(load, value)| (load, value + by)).collect())
+            }
+            Amplitude::Function(function) => {
+                let function = function.clone();
+                Amplitude::Function(Arc::new(move |load| function(load) + by))
+            }
+        }
+    }
+
     /// Whether the value may be any function of the load factor.
     #[cfg(feature = "solve")]
     pub(crate) fn is_function(&self) -> bool {

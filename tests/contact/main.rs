@@ -3,6 +3,7 @@
 mod drawn;
 mod errors;
 mod friction;
+mod meshes;
 mod pairs;
 mod rigid;
 mod surfaces;

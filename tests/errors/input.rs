@@ -1095,23 +1095,19 @@ fn conditions_that_say_nothing() {
             refused!(
                 refusal(&scene, &coarse().constraint_kind(rows)),
                 Error::Boundary(BoundaryError::Direction { .. }),
-                ["guide", "no direction at X = ["]
+                ["guide", "direction is undefined at X = ["]
             );
         }
     }
     // Parts of parts that hold nothing.
     let nowhere = || on_top().within(|x: &Point<2>| x[0] > 5.0);
     for rows in [ConstraintKind::AtParticles, ConstraintKind::OverBoundary] {
-        for scene in [
-            sound().with(Condition::on(nowhere()).component(1, 0.1)),
-            sound().with(Load::pressure(nowhere(), 0.1)),
-            sound().with(Load::force(nowhere(), [0.0, 0.1])),
-        ] {
-            refused!(
-                refusal(&scene, &coarse().constraint_kind(rows)),
-                Error::Boundary(BoundaryError::Empty { .. }),
-                ["some of face (1, Max)"]
-            );
+        let condition = sound().with(Condition::on(nowhere()).component(1, 0.1));
+        let error = refusal(&condition, &coarse().constraint_kind(rows));
+        refused!(error, Error::Boundary(BoundaryError::Empty { .. }), ["some of face (1, Max)"]);
+        for load in [Load::pressure(nowhere(), 0.1), Load::force(nowhere(), [0.0, 0.1])] {
+            let error = refusal(&sound().with(load), &coarse().constraint_kind(rows));
+            refused!(error, Error::Boundary(BoundaryError::NoFacet { .. }), ["some of face (1, Max)"]);
         }
     }
 }

@@ -103,6 +103,22 @@ fn sudden_shear_relaxes_by_its_prony_series() {
     }
 }
 
+/// Between the steps of a run as well: exact where the shear is held, whatever lies between the steps.
+#[test]
+fn states_between_steps_relax_as_well() {
+    let hold = Amplitude::table(vec![(0.0, 0.0), (0.1, 1.0), (1.0, 1.0)]).unwrap();
+    let clock = Amplitude::table(vec![(0.0, 0.0), (0.1, 0.0), (1.0, 2.0)]).unwrap();
+    let stepping = Stepping { time_tolerance: f64::INFINITY, ..Stepping::default() };
+    let problem = problem(&sheared(relaxing(3), hold, clock), stepping);
+    let path = problem.run().unwrap().completed().unwrap();
+    let prony = Prony::of_instantaneous(pairs(3)).unwrap();
+    for state in problem.states_at(&path, &[0.15, 0.2, 0.4, 0.7]).unwrap() {
+        let expected = 2.0 * A10 * SHEAR * prony.relaxation(problem.time(&state));
+        let error = shear_stress(&problem, &state) / expected - 1.0;
+        assert!(error.abs() < 1e-8, "{}: {error:e}", state.load);
+    }
+}
+
 /// Two periods and a half of a sine over two seconds and a half.
 fn sine() -> Amplitude {
     Amplitude::Function(Arc::new(|load| (std::f64::consts::TAU * 2.5 * load).sin()))
@@ -158,6 +174,25 @@ fn fast_and_slow_are_the_two_elastic_laws() {
     let problem = problem(&scene, Stepping::equal(2));
     let path = problem.run().unwrap().completed().unwrap();
     assert!((shear_stress(&problem, path.last()) / (1.75 * 2.0 * A10 * SHEAR) - 1.0).abs() < 1e-8);
+}
+
+/// Bonded, where pressures vary and the stabilisation of the scheme has its part: after a long time the relaxed law under the same
+/// scheme.
+#[test]
+fn a_bonded_disc_relaxes_to_the_relaxed_law() {
+    let force = |material: Arc<dyn Material>, clock: Amplitude| {
+        let disc = Scene::new(Block::new([0.0, 0.0], [4.0, 1.0]), Axisymmetric, material)
+            .prescribe((0, Side::Min), 0, 0.0)
+            .hold((1, Side::Min))
+            .with(Condition::on((1, Side::Max)).displacement([0.0, -0.1]).named("top"))
+            .with_clock(clock);
+        let problem = disc.discretize(&Scheme::default().particles([9, 5])).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        problem.reaction(path.last(), "top").unwrap()[1]
+    };
+    let relaxed = force(Arc::new(Rubber::neo_hookean(0.4 * A10, BULK).unwrap()), seconds(1.0));
+    let found = force(Arc::new(relaxing(3)), seconds(1e16));
+    assert!((found / relaxed - 1.0).abs() < 1e-8, "{found} beside {relaxed}");
 }
 
 /// A small dead load, put on suddenly, on a body nearly incompressible: it creeps by the compliance of the standard solid.

@@ -94,6 +94,28 @@ fn global_supports_take_the_largest_spacing() {
     assert_eq!(problem.shape_functions(&[0.45, 0.5].into()).unwrap().nodes.len(), 15);
 }
 
+/// Elements of order 2 on uneven layouts: their middle nodes stand halfway, whatever the layout says of them, and given ones
+/// near a quarter of their edge are refused.
+#[test]
+fn elements_have_their_middle_nodes_halfway() {
+    let graded = |power: f64| Layout::Graded(std::sync::Arc::new(move |_, t: f64| t.powf(power)));
+    let rubber = || Rubber::neo_hookean(0.5, 500.0).unwrap();
+    let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+        .hold((1, Side::Min))
+        .traction((1, Side::Max), [0.1, 0.0]);
+    let energy = |scheme: Scheme| {
+        let problem = scene.discretize(&scheme).unwrap();
+        problem.energy(problem.run().unwrap().completed().unwrap().last()).unwrap()
+    };
+    let even = energy(Scheme::elements(2).particles([17, 17]));
+    let uneven = energy(Scheme::elements(2).particles([17, 17]).layout(graded(2.0)));
+    assert!((uneven / even - 1.0).abs() < 0.01, "{uneven} beside {even}");
+    let cells = Lattice::new(&Block::new([0.0, 0.0], [1.0, 1.0]), [5, 5], &graded(2.0)).unwrap();
+    let given = Scene::new(rkpm::scene::Geometry::cells(std::sync::Arc::new(cells)), PlaneStrain, rubber());
+    let error = given.discretize(&Scheme::elements(2)).err().unwrap().to_string();
+    assert!(error.contains("middle node") && error.contains("halfway"), "{error}");
+}
+
 /// The paper's rule: particles per direction in a zone, and two.
 #[test]
 fn zones_of_the_paper_have_as_many_points_as_it_says() {

@@ -16,6 +16,7 @@ mod rigid;
 mod schemes;
 mod sizing;
 mod space;
+mod stages;
 mod stalls;
 mod stress;
 mod study;

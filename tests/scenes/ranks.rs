@@ -255,6 +255,24 @@ fn a_lattice_is_shared() {
 }
 
 #[test]
+fn contact_is_refused_on_several_ranks() {
+    let meeting = Arc::new(ContactPair { gate: Barrier::new(1), values: Mutex::new(vec![Vec::new(); 2]) });
+    let scheme = Scheme::default().particles([5, 5]).solver(Gathered(DiscreteBody { rank: 0, count: 2, meeting }));
+    let block = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber(1e3)).hold((1, Side::Min));
+    let upper = |scene: Scene<2>| scene.body("upper", Block::new([0.0, 1.5], [1.0, 2.0]), rubber(1e3));
+    let two = upper(Scene::assembly(PlaneStrain).body("lower", Block::new([0.0, 0.0], [1.0, 1.0]), rubber(1e3)));
+    let [below, above] = [Place::on((1, Side::Max)).of("lower"), Place::on((1, Side::Min)).of("upper")];
+    for scene in [
+        block.clone().contact((1, Side::Max), RigidSurface::plane([0.0, 1.5], [0.0, -1.0])),
+        block.contact_itself((1, Side::Max), "itself"),
+        two.contact_between(below, above, "joint"),
+    ] {
+        let error = scene.discretize(&scheme).err().unwrap().to_string();
+        assert!(error.contains("ranks") && error.contains("no contacts"), "{error}");
+    }
+}
+
+#[test]
 fn a_pressure_that_follows_is_shared() {
     let scene = Scene::new(Block::new([0.0, 0.0], [6.0, 1.0]), PlaneStrain, rubber(1e3))
         .hold((0, Side::Min))

@@ -1,6 +1,7 @@
 //! A tolerance in, a sufficient model out: promises kept, budgets respected, nothing stuck.
 #![cfg(feature = "solve")]
 
+use rkpm::material::{Prony, Viscoelastic};
 use rkpm::prelude::*;
 use rkpm::study::{Budget, Level, Progress, Quantity, Tolerance, Verdict};
 
@@ -262,4 +263,21 @@ fn searches_are_watched_and_broken_off() {
         cook(1.0).solve_within_observed(&[Scheme::default()], &requested, Budget::default(), &mut watch).unwrap();
     assert!(!answer.reached() && watch.iterations == 0 && watch.models == answer.levels.len() && watch.models > 0);
     assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("broke off")), "{:?}", answer.verdict);
+}
+
+/// A law that remembers comes to its last state by its whole history in every model: the answer is a plain run of its own problem.
+#[test]
+fn laws_that_remember_run_their_history() {
+    let prony = Prony::of_instantaneous([(0.5, 2.0)]).unwrap();
+    let rubber = Viscoelastic::new(Rubber::neo_hookean(0.5, 500.0).unwrap(), prony);
+    let pad = Scene::new(Block::new([0.0, 0.0], [4.0, 1.0]), PlaneStrain, rubber)
+        .hold((1, Side::Min))
+        .with(Condition::on((1, Side::Max)).displacement([0.3, 0.0]).named("top"))
+        .over_time(2.0);
+    let tolerance = Tolerance::of(Quantity::reaction("top", 0), 0.05);
+    let answer = pad.solve_within(&tolerance, Budget::default()).unwrap();
+    assert!(answer.reached() && answer.levels.len() > 1);
+    let path = answer.problem.run().unwrap().completed().unwrap();
+    let expected = answer.problem.reaction(path.last(), "top").unwrap()[0];
+    assert!((answer.values()[0] / expected - 1.0).abs() < 1e-9, "{} beside {expected}", answer.values()[0]);
 }

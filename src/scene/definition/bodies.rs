@@ -48,6 +48,8 @@ impl<const D: usize> Scene<D> {
             loads: Vec::new(),
             names: Vec::new(),
             rigids: Vec::new(),
+            started: None,
+            absent: Vec::new(),
             contacts: Vec::new(),
             contact_pairs: Vec::new(),
         }

@@ -42,7 +42,7 @@ impl From<Region> for Geometry<2> {
     fn from(region: Region) -> Self {
         let scattering = move |scheme: &Scheme| -> Result<Arc<dyn Cells<2>>, Error> {
             let grading = |x: &Point<2>| scheme.grading.as_ref().map_or(1.0, |grading| grading(x.as_slice()));
-            let triangles = match &scheme.resolution {
+            let triangles = match &scheme.resolution_or_default() {
                 Resolution::Spacing(h) => Triangulation::scattered(&region, |x| h * grading(x), &scheme.scatter)?,
                 Resolution::Counts(counts) => {
                     let counts: [usize; 2] = per_axis(counts, "particle counts")?;

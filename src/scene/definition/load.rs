@@ -280,6 +280,28 @@ impl Integrand for Shared {
     }
 }
 
+/// An integrand at load factor 1, whatever the load factor is.
+pub(crate) struct AtFullLoad(pub Arc<dyn Integrand>);
+
+impl Integrand for AtFullLoad {
+    fn sparsity(&self) -> Sparsity {
+        self.0.sparsity()
+    }
+
+    fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
+        self.0.evaluate(&PointState { load: 1.0, ..*at }, flux);
+        flux.force_by_load = Vector3::zeros();
+    }
+
+    fn is_symmetric(&self) -> bool {
+        self.0.is_symmetric()
+    }
+
+    fn needs_normals(&self) -> bool {
+        self.0.needs_normals()
+    }
+}
+
 /// A dead load that is the same everywhere.
 pub(crate) fn dead<const D: usize>(force: &[f64; D], amplitude: &Amplitude) -> DeadLoad {
     DeadLoad { force: pad(force), amplitude: amplitude.clone() }

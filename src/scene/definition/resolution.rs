@@ -6,9 +6,19 @@ use crate::geometry::{Domain, Point};
 use super::scheme::Scheme;
 use super::scheme_choices::Resolution;
 
+/// Particles along each axis where a scheme does not say.
+const COUNT: usize = 9;
+
+impl Scheme {
+    /// How many particles, said or not.
+    pub(super) fn resolution_or_default(&self) -> Resolution {
+        self.resolution.clone().unwrap_or_else(|| Resolution::Counts(vec![COUNT]))
+    }
+}
+
 /// Particles along each axis.
 pub(crate) fn counts<const D: usize>(domain: &dyn Domain<D>, scheme: &Scheme) -> Result<[usize; D], Error> {
-    match &scheme.resolution {
+    match &scheme.resolution_or_default() {
         Resolution::Counts(counts) => per_axis(counts, "particle counts"),
         Resolution::Spacing(spacing) => {
             if !(*spacing > 0.0 && spacing.is_finite()) {

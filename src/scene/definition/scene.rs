@@ -62,6 +62,10 @@ pub struct Scene<const D: usize> {
     pub(crate) names: Vec<(String, Place<D>)>,
     /// Rigid bodies and the parts tied to them.
     pub(crate) rigids: Vec<(String, Place<D>)>,
+    /// The time at which a later stage begins; none in a first one.
+    pub(crate) started: Option<f64>,
+    /// Names that a stage asked for and nothing has.
+    pub(crate) absent: Vec<String>,
 }
 
 impl<const D: usize> Scene<D> {
@@ -164,6 +168,32 @@ impl<const D: usize> Scene<D> {
         self
     }
 
+    /// The same without the conditions, loads and contacts of a name, for a later stage of [`Stages`](super::super::Stages).
+    pub fn without(mut self, name: &str) -> Self {
+        let count = |scene: &Self| {
+            scene.conditions.len() + scene.loads.len() + scene.contacts.len() + scene.contact_pairs.len()
+        };
+        let before = count(&self);
+        self.conditions.retain(|condition| condition.name.as_deref() != Some(name));
+        self.loads.retain(|load| load.name.as_deref() != Some(name));
+        self.contacts.retain(|contact| contact.surface.name != name);
+        self.contact_pairs.retain(|pair| pair.name != name);
+        if count(&self) == before {
+            // Refused with the names that there are.
+            self.absent.push(name.to_string());
+        }
+        self
+    }
+
+    /// The same with the rigid surface of a name moving on by a vector \[length\] from where it is.
+    pub fn move_on(mut self, name: &str, by: [f64; D]) -> Self {
+        match self.contacts.iter_mut().find(|contact| contact.surface.name == name) {
+            Some(contact) => contact.surface = contact.surface.clone().moving(by),
+            None => self.absent.push(name.to_string()),
+        }
+        self
+    }
+
     /// Gives a place a name, which conditions, loads and results then go by; one that the cells know already is hidden.
     ///
     /// ```
@@ -258,7 +288,10 @@ impl<const D: usize> Scene<D> {
     /// The same with time as any function of the load factor that does not fall: a table (0, 0), (0.1, 0), (0.5, 1), (1, 1000) loads suddenly
     /// by a tenth, then takes a second for the next part and a thousand for the rest. Steps stop at its pairs.
     pub fn with_clock(mut self, clock: Amplitude) -> Self {
-        self.clock = Some(clock);
+        self.clock = Some(match self.started {
+            None => clock,
+            Some(time) => clock.later(time),
+        });
         self
     }
 }

@@ -30,8 +30,8 @@ use super::scheme_choices::{
 pub struct Scheme {
     /// Which shape functions.
     pub(crate) approximation: ApproximationChoice,
-    /// How many particles.
-    pub(crate) resolution: Resolution,
+    /// How many particles; 9 along each axis where it is not said.
+    pub(crate) resolution: Option<Resolution>,
     /// How they are spaced.
     pub(crate) layout: Layout,
     /// How particles are scattered over planar regions.
@@ -103,7 +103,7 @@ impl Default for Scheme {
     fn default() -> Self {
         Scheme {
             approximation: ApproximationChoice::Particles,
-            resolution: Resolution::Counts(vec![9]),
+            resolution: None,
             layout: Layout::Regular,
             scatter: Scatter::default(),
             grading: None,
@@ -156,19 +156,19 @@ impl Scheme {
 
     /// Sets how many particles, by a [`Resolution`].
     pub fn resolution(mut self, resolution: Resolution) -> Self {
-        self.resolution = resolution;
+        self.resolution = Some(resolution);
         self
     }
 
     /// Sets the particles along each axis; one number stands for all axes.
     pub fn particles(mut self, counts: impl Into<Vec<usize>>) -> Self {
-        self.resolution = Resolution::Counts(counts.into());
+        self.resolution = Some(Resolution::Counts(counts.into()));
         self
     }
 
     /// Sets the largest spacing of particles \[length\].
     pub fn spacing(mut self, spacing: f64) -> Self {
-        self.resolution = Resolution::Spacing(spacing);
+        self.resolution = Some(Resolution::Spacing(spacing));
         self
     }
 

@@ -1,11 +1,14 @@
 //! What of a scene no scheme could serve.
 
 use crate::contact::ContactError;
-use crate::error::{BoundaryError, Error};
+use crate::error::{BoundaryError, Error, Invalid};
+use crate::geometry::Part;
+use crate::material::{initial_bulk_modulus, initial_shear_modulus};
 use crate::term::Amplitude;
 
 use super::condition::Direction;
 use super::load::LoadKind;
+use super::place::Spot;
 use super::scene::Scene;
 use super::value::Value;
 
@@ -13,6 +16,10 @@ impl<const D: usize> Scene<D> {
     /// Refuses conditions and loads that no scheme could serve.
     pub(crate) fn validate(&self) -> Result<(), Error> {
         self.validate_bodies()?;
+        names(self)?;
+        if let Some(name) = self.absent.first() {
+            return Err(BoundaryError::UnknownCondition { requested: name.clone(), known: known(self) }.into());
+        }
         for condition in &self.conditions {
             let what = condition.name.clone().unwrap_or_else(|| condition.place.to_string());
             condition.amplitude.validate()?;
@@ -49,10 +56,76 @@ impl<const D: usize> Scene<D> {
                 return Err(BoundaryError::Value { what: load.label(), value, load: 1.0 }.into());
             }
         }
+        sizes(self)?;
         contacts(self)?;
         crate::kinematics::hoop_components(&*self.kinematics)?;
         Ok(())
     }
+}
+
+/// The names of conditions, loads and contacts.
+fn known<const D: usize>(scene: &Scene<D>) -> String {
+    let conditions = scene.conditions.iter().filter_map(|condition| condition.name.clone());
+    let loads = scene.loads.iter().filter_map(|load| load.name.clone());
+    let contacts = scene.contacts.iter().map(|contact| contact.surface.name.clone());
+    let all = conditions.chain(loads).chain(contacts).chain(scene.contact_pairs.iter().map(|pair| pair.name.clone()));
+    all.collect::<Vec<_>>().join("; ")
+}
+
+/// Refuses empty names.
+fn names<const D: usize>(scene: &Scene<D>) -> Result<(), BoundaryError> {
+    let conditions = scene.conditions.iter();
+    let places = conditions.clone().map(|c| &c.place).chain(scene.loads.iter().map(|l| &l.place));
+    let places = places.chain(scene.contacts.iter().map(|c| &c.place)).chain(scene.rigids.iter().map(|r| &r.1));
+    let places = places.chain(scene.contact_pairs.iter().flat_map(|m| std::iter::once(&m.first).chain(&m.second)));
+    let parts = places.chain(scene.names.iter().map(|n| &n.1)).filter_map(|place| match &place.spot {
+        Spot::Part(Part::Named(name)) => Some(("the place of a condition, a load or a contact", name)),
+        _ => None,
+    });
+    let all = (scene.bodies.iter().map(|body| ("a body", &body.name)))
+        .chain(conditions.filter_map(|c| c.name.as_ref().map(|name| ("a condition", name))))
+        .chain(scene.loads.iter().filter_map(|l| l.name.as_ref().map(|name| ("a load", name))))
+        .chain(scene.contacts.iter().map(|c| ("a rigid surface", &c.surface.name)))
+        .chain(scene.contact_pairs.iter().map(|m| ("a contact", &m.name)))
+        .chain(scene.names.iter().map(|(name, _)| ("a place", name)))
+        .chain(scene.rigids.iter().map(|(name, _)| ("a rigid body", name)));
+    match all.chain(parts).find(|(_, name)| name.trim().is_empty()) {
+        Some((what, _)) => Err(BoundaryError::Nameless { what }),
+        None => Ok(()),
+    }
+}
+
+/// Bulk over shear modulus beyond which changes of volume are lost in rounding: $10^{-16}k$ is a stress.
+const STIFFEST: f64 = 1e12;
+/// Loads over the stiffest modulus of a scene beyond which nothing elastic could carry them.
+const LARGEST_LOAD: f64 = 1e3;
+
+/// Refuses laws and loads whose sizes can't be meant.
+fn sizes<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
+    let mut stiffest: f64 = 0.0;
+    for body in &scene.bodies {
+        let (shear, bulk) = (initial_shear_modulus(&*body.material), initial_bulk_modulus(&*body.material));
+        stiffest = stiffest.max(shear).max(bulk);
+        if shear > 0.0 && bulk / shear > STIFFEST {
+            let needed = "at most 1e12, where changes of volume begin to be lost in rounding; 1e5 is incompressible to all purposes";
+            let what = format!("bulk over shear modulus of body {}", body.name);
+            return Err(Invalid::new(what, bulk / shear, needed).into());
+        }
+    }
+    for load in scene.loads.iter().filter(|load| matches!(load.place.spot, Spot::Part(_))) {
+        let size = match &load.kind {
+            LoadKind::Dead(Value::Constant(traction)) => traction.iter().map(|t| t * t).sum::<f64>().sqrt(),
+            LoadKind::Pressure(Value::Constant(pressure)) => pressure.abs(),
+            _ => continue,
+        };
+        if size > LARGEST_LOAD * stiffest {
+            let needed = "nothing elastic carries more than a thousand times its stiffest modulus: check the units";
+            return Err(
+                Invalid::new(format!("{} over the stiffest modulus", load.label()), size / stiffest, needed).into()
+            );
+        }
+    }
+    Ok(())
 }
 
 /// Refuses an amplitude that is no number at load factors of a run.

@@ -11,10 +11,11 @@ use crate::contact::{
 use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
 use crate::material::{initial_bulk_modulus, initial_shear_modulus};
+use crate::shape::FiniteElements;
 use crate::table::ShapeTable;
 
 use super::discrete_body::DiscreteBody;
-use super::facet_rule::FacetRule;
+use super::facet_rule::{FacetRule, Facets};
 use crate::scene::definition::contact_definition::{Contact, ContactDefinition, ContactPair, Law};
 use crate::scene::definition::place::{Place, Spot};
 use crate::scene::definition::scene::Scene;
@@ -72,7 +73,10 @@ pub(crate) fn add<const D: usize>(
             rigid_dof,
             stiffness: Stiffness::of(shear, bulk),
         };
-        starts_outside(&law, model.unknowns(), contact)?;
+        if scene.started.is_none() {
+            looks_at(&law, model.unknowns(), contact)?;
+            starts_outside(&law, model.unknowns(), contact)?;
+        }
         let law = Arc::new(law);
         let name = contact.surface.name.clone();
         contacts.push(Contact { name, term: model.terms().len(), law: Law::Rigid(law.clone()) });
@@ -108,6 +112,26 @@ pub(crate) fn add<const D: usize>(
         model.add(artificial_spring(model.positions(), volume, shear));
     }
     Ok(contacts)
+}
+
+/// Cosine of the angle between the outward normals of a part and of the surface nearest to it above which they look the same
+/// way: the part would have to turn by more than 60° before they could touch.
+const SAME_WAY: f64 = 0.5;
+
+/// Refuses a surface that no facet of the part looks at: it would be met from behind, through the body.
+fn looks_at<const D: usize>(
+    law: &RigidContact<D>,
+    unknowns: usize,
+    contact: &ContactDefinition<D>,
+) -> Result<(), Error> {
+    let placed = law.placed(&vec![0.0; unknowns], 0.0);
+    let (positions, normals) = (law.contact_surface.table.positions(), law.contact_surface.table.normals());
+    let away =
+        |(x, normal): (&Point<D>, &Point<D>)| placed.nearest(&*law.surface.shape, x).normal.dot(normal) > SAME_WAY;
+    if !positions.is_empty() && positions.iter().zip(normals).all(away) {
+        return Err(ContactError::FacesAway { contact: contact.label(), at: positions[0].as_slice().to_vec() }.into());
+    }
+    Ok(())
 }
 
 /// Refuses a body that begins inside its surface.
@@ -235,12 +259,21 @@ pub(crate) fn contact_definition<const D: usize>(
         let of = scene.bodies_at(&place, || format!("contact of {place}"), all, |_| true)?;
         let body = of.first().copied().unwrap_or(0);
         let (discrete_body, rule) = (&discrete_bodies[body], rules[body]);
-        let whole = discrete_body.cells.contact_boundary(part, rule.parts, rule.gauss)?;
-        let mut contact_surface = whole.within(&|x| place.holds(x));
-        let table = discrete_body
-            .approximation
-            .tabulate(&contact_surface.points, kinematics)?
-            .shifted(discrete_body.nodes.start, total);
+        let (mut contact_surface, table) = match (discrete_body.facets, discrete_body.cells.lattice()) {
+            // Faces of elements run beside a curved boundary.
+            (Some(Facets::OfElements { order, gauss }), Some(lattice)) => {
+                let elements = FiniteElements::new(lattice.clone(), order)?;
+                let (contact_surface, points) = elements.contact_boundary(part, gauss, &|x| place.holds(x))?;
+                (contact_surface, ShapeTable::of_elements(&elements, &points, kinematics)?)
+            }
+            _ => {
+                let whole = discrete_body.cells.contact_boundary(part, rule.parts, rule.gauss)?;
+                let contact_surface = whole.within(&|x| place.holds(x));
+                let table = discrete_body.approximation.tabulate(&contact_surface.points, kinematics)?;
+                (contact_surface, table)
+            }
+        };
+        let table = table.shifted(discrete_body.nodes.start, total);
         contact_surface.traces.iter_mut().flatten().for_each(|trace| trace.0 += discrete_body.nodes.start as u32);
         Ok((contact_surface, table))
     };

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::boundary::Constraints;
 use crate::cells::Cells;
 use crate::error::{BoundaryError, Error, GeometryError};
-use crate::geometry::Part;
+use crate::geometry::{Part, Point};
 use crate::linear::Krylov;
 use crate::material::{FreeThickness, Material};
 use crate::quadrature::Points;
@@ -140,6 +140,19 @@ pub(crate) fn clocked<const D: usize>(
     Ok(body.with_clock(clock.clone()))
 }
 
+/// The refusal of a load whose place selects nothing, with the boundary particles that it is among.
+fn empty<const D: usize>(definition: &BodyInput<'_, D>, what: String, place: &Place<D>) -> BoundaryError {
+    let part = match &place.spot {
+        Spot::Part(part) => part.clone(),
+        _ => Part::Whole,
+    };
+    let positions = definition.cells.positions();
+    let nodes = definition.cells.boundary_nodes(&part).unwrap_or_default();
+    let start: [Point<D>; 2] = [Point::repeat(f64::INFINITY), Point::repeat(f64::NEG_INFINITY)];
+    let [low, high] = nodes.iter().fold(start, |[l, h], &node| [l.inf(&positions[node]), h.sup(&positions[node])]);
+    BoundaryError::NoFacet { what, low: low.as_slice().to_vec(), high: high.as_slice().to_vec() }
+}
+
 /// The tables of the loads on a body.
 pub(crate) fn load_tables<const D: usize, A: Approximation<D>>(
     definition: &BodyInput<'_, D>,
@@ -173,8 +186,7 @@ pub(crate) fn load_tables<const D: usize, A: Approximation<D>>(
         let mut points = [table.weights().len() as f64];
         definition.sharing.total(&mut points);
         if points[0] == 0.0 {
-            let nearest = definition.cells.positions().first().map(|x| x.as_slice().to_vec()).unwrap_or_default();
-            return Err(BoundaryError::Empty { what: load.label(), nearest }.into());
+            return Err(empty(definition, load.label(), place).into());
         }
         built.push((*number, definition.among_all(table)));
     }

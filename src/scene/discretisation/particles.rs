@@ -53,7 +53,8 @@ pub(crate) fn particles<const D: usize>(
     let ties = definition.tied(&mut equations, &approximation, rule)?;
     // Several bodies are solved by factors.
     // Factors leave out parts of the matrix of contact, which sweeps over them put right.
-    let alone = scene.bodies.len() == 1 && scene.rigids.is_empty() && scene.contacts.is_empty();
+    let untouched = scene.contacts.is_empty() && scene.contact_pairs.is_empty();
+    let alone = scene.bodies.len() == 1 && scene.rigids.is_empty() && untouched;
     let krylov = match alone {
         true => super::space::krylov(scene, scheme, &**cells, &approximation, &body, &equations, sharing)?,
         false => None,

@@ -32,7 +32,7 @@ impl Sharing {
         if ranks.is_some() && !all.iter().all(|(own, _)| by_zones(own)) {
             return refused("a rule over cells: the default, sub-cells or Gauss points");
         }
-        if ranks.is_some() && !scene.contacts.is_empty() {
+        if ranks.is_some() && !(scene.contacts.is_empty() && scene.contact_pairs.is_empty()) {
             return refused("no contacts: solve it on one rank");
         }
         Ok(Sharing(ranks))

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::Cells;
-use crate::error::{Error, Invalid, SolveError};
+use crate::error::{Error, Incompatible, SolveError};
 use crate::geometry::Point;
 use crate::linear::{Auxiliary, Krylov};
 use crate::material::Material;
@@ -101,12 +101,12 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         return Ok(None);
     }
     let requested = scheme.solver_choice == SolverChoice::Krylov || preconditioner.is_some();
-    let refused = |reason: &'static str| match requested {
-        true => Err(Invalid::new("solution by iteration", D as f64, reason).into()),
+    let refused = |with: &'static str, remedy: &'static str| match requested {
+        true => Err(Incompatible::new("solution by Krylov iteration", with, remedy).into()),
         false => Ok(None),
     };
     let Some(lattice) = cells.lattice().filter(|_| D == 3) else {
-        return refused("iterate on lattices in space; elsewhere factors are cheap: take Solving::Auto");
+        return refused("cells that are no lattice in space", "factors are cheap there: take Solving::Auto");
     };
     if preconditioner.is_none() && !iterates(scheme, &lattice.counts()) {
         return Ok(None);
@@ -119,9 +119,7 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
     let zones = sharing.zones(cells, cells.zones(size));
     let projected = matches!(body.field(), PressureField::Constant | PressureField::Linear);
     if !projected || body.table().clusters().len() + 1 != zones.offsets.len() {
-        return refused(
-            "iterate with pressures that are projected on zones of cells: take the default rule and volume",
-        );
+        return refused("pressures that are not projected on zones of cells", "take the default rule and volume");
     }
     let elements = FiniteElements::new(lattice.clone(), 1)?;
     let table = ShapeTable::of_elements(&elements, &elements.gauss_in(2, &zones)?, &*scene.kinematics)?;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::contact::{ContactError, PairContact};
+use crate::contact::{ContactError, PairContact, Trace, chains};
 use crate::error::{Error, OutputError};
 use crate::geometry::Point;
 use crate::output::Table;
@@ -146,7 +146,7 @@ impl<const D: usize> Problem<D> {
                 slips: is_active && friction.norm() >= (1.0 - 1e-6) * law.surface.friction * nominal,
             });
         }
-        found.extent = if D == 3 { contact_definition(&found.points, &sizes) } else { width(&found.points) };
+        found.extent = along(&mut found.points, &law.contact_surface.traces, &sizes);
         Ok(found)
     }
 
@@ -231,13 +231,17 @@ impl<const D: usize> Problem<D> {
                 slips: is_active,
             });
         }
-        found.force = pressed.total * if swapped { -1.0 } else { 1.0 };
-        let carrying = law.contact_surfaces[0].traces.len();
-        found.extent = if D == 3 {
-            contact_definition(&found.points, &sizes[..carrying])
-        } else {
-            width(&found.points[..carrying])
+        found.force = match law.contact_surfaces.len() {
+            // What a part does to itself is nothing in all.
+            1 => pressed.forces.iter().sum(),
+            _ => pressed.total * if swapped { -1.0 } else { 1.0 },
         };
+        let mut beside = found.points.split_off(law.contact_surfaces[0].traces.len());
+        found.extent = along(&mut found.points, &law.contact_surfaces[0].traces, &sizes);
+        if let Some(contact_surface) = law.contact_surfaces.get(1) {
+            along(&mut beside, &contact_surface.traces, &sizes[found.points.len()..]);
+        }
+        found.points.extend(beside);
         Ok(found)
     }
 
@@ -248,6 +252,21 @@ impl<const D: usize> Problem<D> {
             ContactError::Unknown { requested: name.to_string(), known }
         })
     }
+}
+
+/// Puts points into their order along the boundary, and tells how much of it touches.
+fn along<const D: usize>(points: &mut Vec<ContactPoint<D>>, traces: &[Trace], sizes: &[f64]) -> f64 {
+    if D == 3 {
+        return contact_definition(points, sizes);
+    }
+    let chains = chains(traces);
+    *points = chains.iter().flatten().map(|&trace| points[trace]).collect();
+    let mut first = 0;
+    let widths = chains.iter().map(|chain| {
+        first += chain.len();
+        width(&points[first - chain.len()..first])
+    });
+    widths.sum()
 }
 
 /// The sum of what touches.

@@ -90,7 +90,8 @@ impl<const D: usize> Problem<D> {
         let (mut low, mut aim) = (before.clone(), load);
         // Where the straight line between two steps is too far from the path, nearer states come first.
         for attempt in 0..=HALVINGS {
-            let path = self.analysis.correct(&self.model, &self.equations, interpolated(&low, behind, aim), &mut ())?;
+            let guess = self.interpolated(&low, behind, aim);
+            let path = self.analysis.correct(&self.model, &self.equations, guess, &mut ())?;
             if path.steps.is_empty() && attempt < HALVINGS {
                 aim = 0.5 * (low.load + aim);
                 continue;
@@ -103,20 +104,27 @@ impl<const D: usize> Problem<D> {
         }
         Ok(low)
     }
+
+    /// The state on the straight line between two at a load factor, which remembers what the one before does: the step to it
+    /// begins there.
+    fn interpolated(&self, before: &State, behind: &State, load: f64) -> State {
+        let length = behind.load - before.load;
+        let part = if length == 0.0 { 1.0 } else { (load - before.load) / length };
+        let mix = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + part * (b - a)).collect() };
+        let mut condensed: Vec<Vec<f64>> =
+            before.condensed.iter().zip(&behind.condensed).map(|(a, b)| mix(a, b)).collect();
+        for (term, (condensed, before)) in self.model.terms().iter().zip(condensed.iter_mut().zip(&before.condensed)) {
+            let remembered = term.internal_variables();
+            condensed[remembered.clone()].copy_from_slice(&before[remembered]);
+        }
+        State {
+            displacement: mix(&before.displacement, &behind.displacement),
+            condensed,
+            multipliers: mix(&before.multipliers, &behind.multipliers),
+            load,
+        }
+    }
 }
 
 /// Nearer states that are looked for before a state between two steps is given up.
 const HALVINGS: usize = 12;
-
-/// The state on the straight line between two at a load factor.
-fn interpolated(before: &State, behind: &State, load: f64) -> State {
-    let length = behind.load - before.load;
-    let part = if length == 0.0 { 1.0 } else { (load - before.load) / length };
-    let mix = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + part * (b - a)).collect() };
-    State {
-        displacement: mix(&before.displacement, &behind.displacement),
-        condensed: before.condensed.iter().zip(&behind.condensed).map(|(a, b)| mix(a, b)).collect(),
-        multipliers: mix(&before.multipliers, &behind.multipliers),
-        load,
-    }
-}

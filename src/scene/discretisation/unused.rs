@@ -1,0 +1,131 @@
+//! Settings of a scheme that no body of a scene could follow.
+
+use std::sync::Arc;
+
+use crate::cells::{Layout, Scatter};
+use crate::error::Incompatible;
+
+use crate::scene::definition::scene::Scene;
+use crate::scene::definition::scheme::Scheme;
+use crate::scene::definition::scheme_choices::{ApproximationChoice, Dilation, Partition};
+use crate::scene::definition::source::{BodyOf, Source};
+
+/// A setting, whether a scheme has it otherwise than another one, and which bodies follow it.
+struct Setting<const D: usize> {
+    name: &'static str,
+    differs: fn(&Scheme, &Scheme) -> bool,
+    /// Bodies over given cells are documented to leave it out.
+    left_out: bool,
+    follows: fn(&Source<D>, &Scheme) -> bool,
+    /// What it does not go with, where that is not the body's source.
+    with: Option<&'static str>,
+    remedy: &'static str,
+}
+
+fn settings<const D: usize>() -> [Setting<D>; 6] {
+    let scattered: fn(&Source<D>, &Scheme) -> bool = |source, _| matches!(source, Source::Scattered(_));
+    let of_particles: fn(&Source<D>, &Scheme) -> bool =
+        |_, scheme| scheme.approximation == ApproximationChoice::Particles;
+    [
+        Setting {
+            name: "a number or spacing of particles",
+            differs: |a, b| a.resolution != b.resolution,
+            left_out: true,
+            follows: |source, _| matches!(source, Source::Domain(_) | Source::Scattered(_)),
+            with: None,
+            remedy: "particles are the nodes of a mesh: mesh the part finer, or call Mesh::refined",
+        },
+        Setting {
+            name: "Scheme::layout",
+            differs: |a, b| !same_layout(&a.layout, &b.layout),
+            left_out: true,
+            follows: |source, _| matches!(source, Source::Domain(_)),
+            with: None,
+            remedy: "layouts are those of blocks and mapped blocks; over regions Scheme::graded says where particles are finer",
+        },
+        Setting {
+            name: "Scheme::graded",
+            differs: |a, b| match (&a.grading, &b.grading) {
+                (Some(a), Some(b)) => !Arc::ptr_eq(a, b),
+                (a, b) => a.is_some() != b.is_some(),
+            },
+            left_out: false,
+            follows: scattered,
+            with: None,
+            remedy: "it is for planar regions; blocks take Scheme::layout with Layout::Graded, meshes are graded by the mesher",
+        },
+        Setting {
+            name: "Scheme::seed or Scheme::scatter",
+            differs: |a, b| a.scatter != b.scatter,
+            left_out: false,
+            follows: scattered,
+            with: None,
+            remedy: "only planar regions have scattered particles; Layout::Jittered has a seed of its own",
+        },
+        Setting {
+            name: "Scheme::partition",
+            differs: |a, b| a.partition != b.partition,
+            left_out: false,
+            follows: scattered,
+            with: None,
+            remedy: "only planar regions have a choice of cells",
+        },
+        Setting {
+            name: "Scheme::dilation or Scheme::rcond_limit",
+            differs: |a, b| a.dilation != b.dilation || a.rcond_limit != b.rcond_limit,
+            left_out: false,
+            follows: of_particles,
+            with: Some("finite elements"),
+            remedy: "finite elements have no supports: leave it out, or take Functions::Particles",
+        },
+    ]
+}
+
+fn same_layout(a: &Layout, b: &Layout) -> bool {
+    match (a, b) {
+        (Layout::Regular, Layout::Regular) => true,
+        (Layout::Graded(a), Layout::Graded(b)) => Arc::ptr_eq(a, b),
+        (Layout::Jittered { amount, seed }, Layout::Jittered { amount: other, seed: others }) => {
+            amount == other && seed == others
+        }
+        _ => false,
+    }
+}
+
+/// What is not set.
+fn plain(scheme: &Scheme) -> Scheme {
+    Scheme {
+        resolution: None,
+        layout: Layout::Regular,
+        grading: None,
+        scatter: Scatter::default(),
+        partition: Partition::default(),
+        dilation: Dilation::Auto,
+        rcond_limit: None,
+        ..scheme.clone()
+    }
+}
+
+/// Refuses settings of a scheme that no body of the scene follows, and those of a body's own scheme that it does not
+/// follow itself; `own` are the schemes of the bodies.
+pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, scheme: &Scheme, own: &[Scheme]) -> Result<(), Incompatible> {
+    let plain = plain(scheme);
+    for Setting { name, differs, left_out, follows, with, remedy } in settings::<D>() {
+        let taken = |body: &BodyOf<D>, scheme: &Scheme| {
+            follows(&body.source, scheme) || left_out && matches!(body.source, Source::Cells(_))
+        };
+        let all = || scene.bodies.iter().zip(own);
+        let of_scene = differs(scheme, &plain) && !all().any(|(body, own)| taken(body, own));
+        let of_body = all().find(|(body, own)| differs(own, scheme) && !taken(body, own));
+        if let Some((body, _)) = of_body.or_else(|| all().next().filter(|_| of_scene)) {
+            let source = match &body.source {
+                Source::Domain(_) => "a block or mapped block",
+                Source::Cells(_) => "given cells",
+                Source::Scattered(_) => "a planar region",
+                Source::Mesh(_) => "a mesh",
+            };
+            return Err(Incompatible::new(name, with.unwrap_or(source), remedy));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,180 @@
+//! How a stage begins where the one before ended.
+
+use crate::boundary::{ConstraintEquation, Constraints};
+use crate::error::{Error, Incompatible};
+use crate::geometry::Point;
+use crate::scene::Problem;
+use crate::scene::definition::contact_definition::Law;
+use crate::solve::State;
+use crate::term::{Amplitude, Element, Term, View};
+
+/// Iterations of conjugate gradients for the forces that conditions carry; each condition takes a few.
+const MOST: usize = 2000;
+/// What they leave of the forces along the conditions.
+const LEFT: f64 = 1e-13;
+
+/// The first state of a stage, with conditions that begin where the body is and forces that fall with the load factor.
+pub(super) fn start<const D: usize>(
+    before: &Problem<D>,
+    state: &State,
+    problem: &mut Problem<D>,
+) -> Result<State, Error> {
+    let mut next = problem.at_rest();
+    carry_displacement(before, state, problem, &mut next)?;
+    for body in 0..problem.discrete_bodies.len() {
+        next.condensed[body].clone_from(&state.condensed[body]);
+    }
+    for contact in &problem.contacts {
+        let same = before.contacts.iter().find(|other| other.name == contact.name).map(|other| other.term);
+        let given = same.map(|term| &state.condensed[term]);
+        if let Some(given) = given.filter(|given| given.len() == next.condensed[contact.term].len()) {
+            next.condensed[contact.term].clone_from(given);
+        }
+    }
+    begin_at(&mut problem.equations, &next.displacement);
+    let residual = problem.model.at(&next)?.residual();
+    let equations = problem.equations.equations();
+    next.multipliers = carried(equations, &residual);
+    let mut left = residual;
+    for (equation, multiplier) in equations.iter().zip(&next.multipliers) {
+        equation.entries.iter().for_each(|&(k, c)| left[k] += c * multiplier);
+    }
+    let nodes: Vec<[u32; 1]> = (0..problem.model.positions().len() as u32).map(|node| [node]).collect();
+    problem.model.add_whole(Fading::<D> { nodes, forces: left });
+    next.condensed = pad(next.condensed, problem.model.start());
+    Ok(next)
+}
+
+/// The same with the condensed unknowns of terms that were added.
+fn pad(mut condensed: Vec<Vec<f64>>, start: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let known = condensed.len();
+    condensed.extend(start.into_iter().skip(known));
+    condensed
+}
+
+/// Takes over the displacements of particles, of surfaces that are pushed, and of rigid bodies.
+fn carry_displacement<const D: usize>(
+    before: &Problem<D>,
+    state: &State,
+    problem: &Problem<D>,
+    next: &mut State,
+) -> Result<(), Error> {
+    let particles = |problem: &Problem<D>| problem.discrete_bodies.iter().map(|body| body.nodes.len()).sum::<usize>();
+    let count = particles(problem);
+    let (old, new): (&[Point<D>], &[Point<D>]) = (before.model.positions(), problem.model.positions());
+    if particles(before) != count || old[..count] != new[..count] {
+        let remedy = "a stage changes conditions, loads and contacts alone: give bodies and places of other particles from the start";
+        return Err(Incompatible::new("a stage with other particles", "the stage before", remedy).into());
+    }
+    next.displacement[..D * count].copy_from_slice(&state.displacement[..D * count]);
+    let mut take = |to: usize, from: usize, nodes: usize| {
+        let values = &state.displacement[D * from..D * (from + nodes)];
+        next.displacement[D * to..D * (to + nodes)].copy_from_slice(values);
+    };
+    let pushed = |problem: &Problem<D>, name: &str| {
+        problem.contacts.iter().find(|contact| contact.name == name).and_then(|contact| match &contact.law {
+            Law::Rigid(law) => law.rigid_dof,
+            Law::Pair(..) => None,
+        })
+    };
+    for contact in &problem.contacts {
+        if let (Some(to), Some(from)) = (pushed(problem, &contact.name), pushed(before, &contact.name)) {
+            take(to as usize, from as usize, 1);
+        }
+    }
+    for frame in &problem.frames {
+        match before.frames.iter().find(|other| other.name == frame.name) {
+            Some(other) => take(frame.first, other.first, D + 1),
+            None => {
+                let remedy = "tie parts to rigid bodies in the first stage; hold or load them in later ones";
+                return Err(Incompatible::new(format!("rigid body {}", frame.name), "a later stage", remedy).into());
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Lets prescribed values begin where the body is: what they are off by at load factor 0 falls with the load factor.
+fn begin_at(equations: &mut Constraints, displacement: &[f64]) {
+    let mut off = Vec::new();
+    equations.violation(displacement, 0.0, &mut off);
+    for (equation, off) in equations.equations_mut().zip(off) {
+        let (target, amplitude) = (equation.target, equation.amplitude.clone());
+        let value = move |load: f64| target * amplitude.evaluate(load).0 - off * (1.0 - load);
+        equation.amplitude = match &equation.amplitude {
+            // Straight lines stay straight.
+            Amplitude::Ramp | Amplitude::Constant => Amplitude::Table(vec![(0.0, value(0.0)), (1.0, value(1.0))]),
+            Amplitude::Table(pairs) => {
+                let inner = pairs.iter().map(|pair| pair.0).filter(|load| *load > 0.0 && *load < 1.0);
+                let loads = std::iter::once(0.0).chain(inner).chain([1.0]);
+                Amplitude::Table(loads.map(|load| (load, value(load))).collect())
+            }
+            Amplitude::Function(_) => Amplitude::Function(std::sync::Arc::new(value)),
+        };
+        equation.target = 1.0;
+    }
+}
+
+/// The multipliers that leave least of forces, $\min_\mu|f + G^T\mu|$, by conjugate gradients on $GG^T$ from zero.
+fn carried(equations: &[ConstraintEquation], forces: &[f64]) -> Vec<f64> {
+    let rows = |x: &[f64]| -> Vec<f64> {
+        equations.iter().map(|equation| equation.entries.iter().map(|&(k, c)| c * x[k]).sum()).collect()
+    };
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let mut left = forces.to_vec();
+    let mut multipliers = vec![0.0; equations.len()];
+    let mut along: Vec<f64> = rows(&left).iter().map(|r| -r).collect();
+    let mut step = along.clone();
+    let mut size = dot(&along, &along);
+    let first = size;
+    for _ in 0..MOST {
+        if !(size > LEFT * LEFT * first) {
+            break;
+        }
+        let mut change = vec![0.0; forces.len()];
+        for (equation, step) in equations.iter().zip(&step) {
+            equation.entries.iter().for_each(|&(k, c)| change[k] += c * step);
+        }
+        let part = size / dot(&change, &change);
+        left.iter_mut().zip(&change).for_each(|(left, change)| *left += part * change);
+        multipliers.iter_mut().zip(&step).for_each(|(multiplier, step)| *multiplier += part * step);
+        along = rows(&left).iter().map(|r| -r).collect();
+        let next = dot(&along, &along);
+        let ratio = next / size;
+        step.iter_mut().zip(&along).for_each(|(step, along)| *step = along + ratio * *step);
+        size = next;
+    }
+    multipliers
+}
+
+/// Forces $(1 - \lambda)\\,f_0$ that a stage takes away.
+struct Fading<const D: usize> {
+    nodes: Vec<[u32; 1]>,
+    forces: Vec<f64>,
+}
+
+impl<const D: usize> Term<D> for Fading<D> {
+    fn clusters(&self) -> usize {
+        self.nodes.len()
+    }
+
+    fn nodes(&self, cluster: usize) -> &[u32] {
+        &self.nodes[cluster]
+    }
+
+    fn has_matrix(&self) -> bool {
+        false
+    }
+
+    fn matrix_follows_load(&self) -> bool {
+        false
+    }
+
+    fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
+        for i in 0..D {
+            let force = self.forces[cluster * D + i];
+            out.residual[i] -= (1.0 - view.load) * force;
+            out.load_slope[i] += force;
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! The scene in which a stage has ended, held as it is.
+
+use std::sync::Arc;
+
+use crate::scene::Scene;
+use crate::scene::definition::load::{AtFullLoad, LoadKind};
+use crate::term::Amplitude;
+
+/// A scene whose conditions, loads and surfaces stay as they are at load factor 1, and whose clock stands at a time.
+pub(super) fn held<const D: usize>(mut scene: Scene<D>, time: f64) -> Scene<D> {
+    let hold = |amplitude: &mut Amplitude| {
+        let value = amplitude.evaluate(1.0).0;
+        *amplitude = Amplitude::Table(vec![(0.0, value), (1.0, value)]);
+    };
+    scene.conditions.iter_mut().for_each(|condition| hold(&mut condition.amplitude));
+    for load in &mut scene.loads {
+        hold(&mut load.amplitude);
+        if let LoadKind::Integrand(integrand) = &load.kind {
+            load.kind = LoadKind::Integrand(Arc::new(AtFullLoad(integrand.clone())));
+        }
+    }
+    scene.contacts.iter_mut().for_each(|contact| contact.surface.stay());
+    scene.started = Some(time);
+    scene.clock = scene.clock.map(|_| Amplitude::Table(vec![(0.0, time), (1.0, time)]));
+    scene
+}

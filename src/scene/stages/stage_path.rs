@@ -1,0 +1,45 @@
+//! What a stage has come to.
+
+use crate::error::Error;
+use crate::output::Table;
+use crate::scene::Problem;
+use crate::solve::EquilibriumPath;
+
+/// A stage that was run: its name, its problem, and its path from load factor 0.
+pub struct StagePath<const D: usize> {
+    /// The name of the stage.
+    pub name: String,
+    /// The scene of the stage under the scheme, of which results are asked.
+    pub problem: Problem<D>,
+    /// The path.
+    pub path: EquilibriumPath,
+}
+
+/// The tables of [`Problem::history`] of stages in one: the number of the stage, counted from 0, stands first; places that a stage
+/// does not know are NaN in its rows.
+///
+/// # Errors
+/// As [`Problem::history`].
+pub fn history<const D: usize>(stages: &[StagePath<D>]) -> Result<Table, Error> {
+    let each = stages.iter().map(|stage| stage.problem.history(&stage.path)).collect::<Result<Vec<_>, _>>()?;
+    let mut header = vec!["stage".to_string()];
+    for name in each.iter().flat_map(|table| &table.header) {
+        if !header.contains(name) {
+            header.push(name.clone());
+        }
+    }
+    let mut whole = Table::new(header.clone());
+    for (number, table) in each.iter().enumerate() {
+        let places: Vec<Option<usize>> =
+            header.iter().map(|name| table.header.iter().position(|own| own == name)).collect();
+        for values in &table.rows {
+            let value = |(k, place): (usize, &Option<usize>)| match place {
+                Some(place) => values[*place].clone(),
+                None => if k == 0 { number as f64 } else { f64::NAN }.into(),
+            };
+            let row: Vec<crate::output::Cell> = places.iter().enumerate().map(value).collect();
+            whole.push(row)?;
+        }
+    }
+    Ok(whole)
+}

@@ -1,0 +1,111 @@
+//! Contact on meshes, by elements on curved blocks, and of a body with itself, beside the same by other means.
+
+use rkpm::geometry::Mapped;
+use rkpm::mesh::CellShape;
+use rkpm::prelude::*;
+use rkpm::solve::EquilibriumPath;
+
+fn rubber() -> Rubber {
+    Rubber::mooney_rivlin(0.293, 0.177, 1410.0).unwrap()
+}
+
+fn solved<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> (Problem<D>, EquilibriumPath) {
+    let problem = scene.discretize(scheme).unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
+    (problem, path)
+}
+
+/// A rectangle of 6 × 2 pressed by 5 % between plates without friction touches along its whole width, in whatever order its file
+/// lists the cells.
+#[test]
+fn widths_do_not_depend_on_the_order_of_a_file() {
+    let (along, up) = (12, 4);
+    let points = (0..(along + 1) * (up + 1))
+        .map(|k| Point::<2>::new((k % (along + 1)) as f64 * 0.5, (k / (along + 1)) as f64 * 0.5))
+        .collect();
+    let cell = |k: usize| {
+        let first = k % along + k / along * (along + 1);
+        [first, first + 1, first + along + 2, first + along + 1]
+    };
+    // 7 is prime to 48.
+    let cells = (0..along * up).flat_map(|k| cell(k * 7 % (along * up))).collect();
+    let top: Vec<usize> =
+        (0..along).map(|k| k * 5 % along).flat_map(|k| [k, k + 1].map(|k| k + up * (along + 1))).collect();
+    let lines = (CellShape::Line, top);
+    let mesh = Mesh::new(points, &[(CellShape::Quadrangle, cells), lines], &[("top".into(), (48..60).collect())]);
+    let floor = RigidSurface::plane([0.0, 0.0], [0.0, 1.0]);
+    let plate = RigidSurface::plane([0.0, 2.0], [0.0, -1.0]).moving([0.0, -0.1]).named("plate");
+    let scene = Scene::new(mesh.unwrap(), PlaneStrain, rubber())
+        .contact("top", plate)
+        .contact(Place::on(rkpm::geometry::Part::Whole).within(|x: &Point<2>| x[1] < 1e-9), floor);
+    let (problem, path) = solved(&scene, &Scheme::default());
+    let plate = problem.contact(path.last(), "plate").unwrap();
+    let width = 6.0 / 0.95;
+    assert!((plate.extent / width - 1.0).abs() < 2e-3, "{} of {width}", plate.extent);
+    let rises = plate.points.windows(2).map(|pair| pair[1].position[0] - pair[0].position[0]);
+    let signs: Vec<f64> = rises.map(f64::signum).collect();
+    assert!(signs.iter().all(|sign| *sign == signs[0]), "points are not in order along the boundary");
+}
+
+/// A quarter of a thick ring squeezed by a plate: elements of either order beside particles.
+#[test]
+fn elements_on_a_curved_block() {
+    let ring = Mapped(|unit: &Point<2>| {
+        let (radius, angle) = (1.0 + unit[0], 0.5 * std::f64::consts::PI * unit[1]);
+        Point::<2>::new(radius * angle.cos(), radius * angle.sin())
+    });
+    let scene = Scene::new(ring, PlaneStrain, rubber())
+        .prescribe((1, Side::Min), 1, 0.0)
+        .prescribe((1, Side::Max), 0, 0.0)
+        .contact((0, Side::Max), RigidSurface::plane([0.0, 2.0], [0.0, -1.0]).moving([0.0, -0.2]).named("plate"));
+    let force = |scheme: Scheme| {
+        let (problem, path) = solved(&scene, &scheme);
+        -problem.contact(path.last(), "plate").unwrap().force[1]
+    };
+    let particles = force(Scheme::default().particles([7, 21]));
+    for order in [1, 2] {
+        let elements = force(Scheme::elements(order).particles([7, 21]));
+        println!("order {order}: {elements} beside {particles} of particles");
+        assert!((elements / particles - 1.0).abs() < 0.02, "order {order}: {elements} beside {particles}");
+    }
+}
+
+/// A clamp whose slot closes on itself is, by symmetry, its half on a rigid floor.
+#[test]
+fn a_slot_that_closes_on_itself() {
+    let whole = Outline::at([0.0, -0.5]).line("bottom", [2.0, -0.5]).line("tip", [2.0, -0.1]).line("slot", [0.6, -0.1]);
+    let whole = whole.line("slot", [0.6, 0.1]).line("slot", [2.0, 0.1]).line("tip", [2.0, 0.5]).line("top", [0.0, 0.5]);
+    let half = Outline::at([0.0, 0.0]).line("axis", [0.6, 0.0]).line("slot", [0.6, 0.1]).line("slot", [2.0, 0.1]);
+    let half = half.line("tip", [2.0, 0.5]).line("top", [0.0, 0.5]).close("left");
+    let end = |name: &'static str| Place::on(name).within(|x: &Point<2>| x[0] > 1.4);
+    let region = |outline| Region::new(outline).unwrap();
+    let pressed = |scene: Scene<2>| scene.with(Condition::on(end("top")).component(1, -0.16).named("top"));
+    let full = pressed(Scene::new(region(whole.close("left")), PlaneStrain, rubber()).prescribe("left", 0, 0.0))
+        .with(Condition::on(end("bottom")).component(1, 0.16))
+        .contact_itself("slot", "slot");
+    let half = pressed(Scene::new(region(half), PlaneStrain, rubber()).prescribe("left", 0, 0.0))
+        .prescribe("axis", 1, 0.0)
+        .contact("slot", RigidSurface::plane([0.0, 0.0], [0.0, 1.0]).named("slot"));
+    let scheme = Scheme::default().spacing(0.08).seed(1);
+    let found = [full, half].map(|scene| {
+        let (problem, path) = solved(&scene, &scheme);
+        let slot = problem.contact(path.last(), "slot").unwrap();
+        let touched: f64 = slot.points.iter().map(|point| point.force[1].max(0.0)).sum();
+        (problem.reaction(path.last(), "top").unwrap()[1], touched, slot.force.norm())
+    });
+    println!("whole and half: {found:?}");
+    let [(force, touched, total), (expected, floor, _)] = found;
+    assert!(touched > 0.0 && total < 1e-9 * touched, "forces of a body on itself leave {total:e}");
+    // Particles of the two are drawn apart, about five across each arm.
+    assert!((force / expected - 1.0).abs() < 0.06 && (touched / floor - 1.0).abs() < 0.06);
+}
+
+/// Contact with itself takes factors, whatever is requested: parts of its matrix are left out of them.
+#[test]
+fn contact_with_itself_takes_factors() {
+    let cube = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber()).hold((2, Side::Min));
+    let krylov = Scheme::default().particles([5]).solver_choice(rkpm::scene::SolverChoice::Krylov);
+    assert!(cube.discretize(&krylov).unwrap().analysis().solver.keeps_pressures());
+    let touching = cube.contact_itself((2, Side::Max), "itself");
+    assert!(!touching.discretize(&krylov).unwrap().analysis().solver.keeps_pressures());
+}

@@ -1,0 +1,153 @@
+//! What no body could follow, or no scheme serve, is refused: with both sides, the place and the remedy.
+#![cfg(feature = "solve")]
+
+use rkpm::error::{BoundaryError, ContactError, GeometryError, Incompatible};
+use rkpm::material::{Prony, Viscoelastic};
+use rkpm::mesh::CellShape;
+use rkpm::prelude::*;
+use rkpm::scene::{Partition, SolverChoice};
+use rkpm::solve::StepControl;
+use rkpm::term::PressureField;
+
+fn rubber() -> Rubber {
+    Rubber::neo_hookean(0.5, 1e3).unwrap()
+}
+
+fn block() -> Scene<2> {
+    Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold((1, Side::Min))
+}
+
+fn region() -> Region {
+    let outline = Outline::at([0.0, 0.0]).line("bottom", [2.0, 0.0]).line("right", [2.0, 1.0]).line("top", [0.0, 1.0]);
+    Region::new(outline.close("left")).unwrap()
+}
+
+fn mesh() -> Mesh<2> {
+    let points = (0..9).map(|k| Point::<2>::new((k % 3) as f64, (k / 3) as f64)).collect();
+    let cells = [0, 1, 3, 4].iter().flat_map(|&k| [k, k + 1, k + 4, k + 3]).collect();
+    Mesh::new(points, &[(CellShape::Quadrangle, cells)], &[]).unwrap()
+}
+
+fn refusal<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Error {
+    scene.discretize(scheme).err().expect("a refusal")
+}
+
+#[test]
+fn settings_that_no_body_follows() {
+    let (drawn, meshed) = (Scene::new(region(), PlaneStrain, rubber()), Scene::new(mesh(), PlaneStrain, rubber()));
+    let graded = || Scheme::default().graded(|x| 1.0 + x[0]);
+    let layout = Layout::Jittered { amount: 0.1, seed: 1 };
+    for (scene, scheme, what, with) in [
+        (block(), graded(), "Scheme::graded", "block"),
+        (meshed.clone(), graded(), "Scheme::graded", "mesh"),
+        (meshed.clone(), Scheme::default().particles([5]), "particles", "mesh"),
+        (meshed.clone(), Scheme::default().spacing(0.3), "spacing", "mesh"),
+        (meshed.clone(), Scheme::default().layout(layout.clone()), "Scheme::layout", "mesh"),
+        (meshed.clone(), Scheme::default().seed(3), "Scheme::seed", "mesh"),
+        (drawn, Scheme::default().layout(layout), "Scheme::layout", "region"),
+        (block(), Scheme::default().seed(3), "Scheme::seed", "block"),
+        (block(), Scheme::default().partition(Partition::Voronoi), "Scheme::partition", "block"),
+        (block(), Scheme::elements(2).dilation(1.2), "Scheme::dilation", "finite elements"),
+    ] {
+        let error = refusal(&scene, &scheme);
+        let Error::Incompatible(found) = &error else { panic!("{error}") };
+        assert!(found.what.contains(what) && found.with.contains(with), "{error}");
+    }
+    // What another body follows is no mistake; what the body's own scheme asks for is.
+    let both = Scene::assembly(PlaneStrain)
+        .body("part", mesh(), rubber())
+        .body("block", Block::new([0.0, 2.0], [2.0, 3.0]), rubber())
+        .hold(Place::on((1, Side::Max)).of("block"));
+    assert!(both.discretize(&Scheme::default().particles([5, 3])).is_ok());
+    let own = both.scheme_of("part", |scheme| scheme.particles([7]));
+    assert!(matches!(refusal(&own, &Scheme::default()), Error::Incompatible(_)));
+}
+
+#[test]
+fn numbers_that_are_none() {
+    let count = |scheme: &Scheme, what: &str| match refusal(&block(), scheme) {
+        Error::Geometry(GeometryError::Count { what: found, .. }) => assert!(found.contains(what), "{found}"),
+        error => panic!("{error}"),
+    };
+    count(&Scheme::default().order(0), "order of the basis");
+    count(&Scheme::default().rule(Rule::Smoothed { parts: 1000 }), "sub-cells");
+    count(&Scheme::default().pressure_field(PressureField::Linear, 1_000_000_000), "pressure zone");
+    for radius in [-0.5, 0.0, f64::NAN] {
+        let error = Region::new(Outline::circle("rim", [0.0, 0.0], radius)).unwrap_err();
+        assert!(error.to_string().contains("radius not above zero"), "{error}");
+    }
+}
+
+#[test]
+fn names_that_are_empty() {
+    let named = |scene: Scene<2>| match refusal(&scene, &Scheme::default().particles([5, 3])) {
+        Error::Boundary(BoundaryError::Nameless { what }) => what,
+        error => panic!("{error}"),
+    };
+    assert_eq!(named(block().hold("")), "the place of a condition, a load or a contact");
+    assert_eq!(named(block().name(" ", (0, Side::Min))), "a place");
+    assert_eq!(named(block().rigid("", (0, Side::Min))), "a rigid body");
+    let plane = RigidSurface::plane([0.0, 1.5], [0.0, -1.0]).named("");
+    assert_eq!(named(block().contact((1, Side::Max), plane)), "a rigid surface");
+    let nameless = Scene::assembly(PlaneStrain).body("", Block::new([0.0, 0.0], [1.0, 1.0]), rubber());
+    assert_eq!(named(nameless), "a body");
+}
+
+#[test]
+fn bodies_that_overlap() {
+    let two = |low: f64| {
+        Scene::assembly(PlaneStrain)
+            .body("lower", Block::new([0.0, 0.0], [2.0, 1.0]), rubber())
+            .body("upper", Block::new([0.0, low], [2.0, low + 1.0]), rubber())
+            .hold(Place::on((1, Side::Min)).of("lower"))
+    };
+    let scheme = Scheme::default().particles([5, 5]);
+    assert!(two(1.0).discretize(&scheme).is_ok());
+    let error = refusal(&two(0.5), &scheme);
+    assert!(matches!(&error, Error::Boundary(BoundaryError::Overlap { first, .. }) if first == "lower"), "{error}");
+    assert!(rkpm::check::scene(&two(0.5), &scheme).is_err());
+}
+
+#[test]
+fn surfaces_that_are_not_faced() {
+    // Behind the block, seen from its upper face.
+    let below = RigidSurface::plane([0.0, -0.5], [0.0, 1.0]).moving([0.0, 0.6]);
+    let scheme = Scheme::default().particles([5, 3]);
+    let error = refusal(&block().contact((1, Side::Max), below.clone()), &scheme);
+    assert!(matches!(error, Error::Contact(ContactError::FacesAway { .. })), "{error}");
+    assert!(rkpm::check::scene(&block().contact((1, Side::Max), below), &scheme).is_err());
+}
+
+#[test]
+fn runs_that_a_law_cannot_follow() {
+    let law = Viscoelastic::new(rubber(), Prony::of_instantaneous([(0.4, 2.0)]).unwrap());
+    let pad = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, law)
+        .hold((1, Side::Min))
+        .traction((1, Side::Max), [0.01, 0.0])
+        .over_time(10.0);
+    let stepping = Stepping { control: StepControl::ArcLength, ..Stepping::default() };
+    let problem = pad.discretize(&Scheme::default().particles([5, 3]).stepping(stepping)).unwrap();
+    let error = problem.run().unwrap_err();
+    assert!(matches!(&error, Error::Incompatible(Incompatible { what, .. }) if what.contains("ArcLength")), "{error}");
+}
+
+#[test]
+fn sizes_that_can_not_be_meant() {
+    let scheme = Scheme::default().particles([5, 3]);
+    let law = Rubber::neo_hookean(0.5, 1e15).unwrap();
+    let stiff = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, law).hold((1, Side::Min));
+    let error = refusal(&stiff, &scheme).to_string();
+    assert!(error.contains("bulk over shear modulus") && error.contains("rounding"), "{error}");
+    let error = refusal(&block().traction((1, Side::Max), [1e9, 0.0]), &scheme).to_string();
+    assert!(error.contains("traction") && error.contains("units"), "{error}");
+}
+
+#[test]
+fn messages_that_say_what_is_wrong() {
+    let krylov = Scene::new(mesh(), PlaneStrain, rubber());
+    let error = refusal(&krylov, &Scheme::default().solver_choice(SolverChoice::Krylov)).to_string();
+    assert!(error.contains("Krylov") && error.contains("no lattice in space"), "{error}");
+    let nowhere = Place::on((1, Side::Max)).within(|x: &Point<2>| x[0] > 3.0);
+    let error = refusal(&block().pressure(nowhere, 0.1), &Scheme::default().particles([5, 3])).to_string();
+    assert!(error.contains("[0.0, 1.0]") && error.contains("[2.0, 1.0]"), "{error}");
+}
