@@ -51,7 +51,7 @@ impl<const D: usize> Support<D> {
 }
 
 /// Refuses a normalised dilation $r \le \tfrac12$ (6.1), where particles see only themselves.
-pub fn check_dilation(r: f64) -> Result<(), ApproximationError> {
+pub(crate) fn check_dilation(r: f64) -> Result<(), ApproximationError> {
     if r > 0.5 && r.is_finite() { Ok(()) } else { Err(ApproximationError::Dilation { r }) }
 }
 

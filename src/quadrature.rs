@@ -98,7 +98,7 @@ impl<const D: usize> Points<D> {
     }
 
     /// The points where a predicate of their position holds, group by group; groups that hold none are left out.
-    pub fn retained(self, holds: impl Fn(&Point<D>) -> bool) -> Self {
+    pub(crate) fn retained(self, holds: impl Fn(&Point<D>) -> bool) -> Self {
         self.chosen(&|k: usize, points: &Points<D>| holds(&points.positions[k])).0
     }
 

@@ -66,7 +66,7 @@ pub fn add_determinant_hessian(tangent: &mut Tangent, f: &Matrix3<f64>, s: f64) 
 /// $\partial^2 J/\partial F_c\\,\partial F_d$ for two components numbered row by row: one entry of
 /// [`add_determinant_hessian`] for callers that need few.
 #[inline(always)]
-pub fn determinant_hessian(f: &Matrix3<f64>, c: usize, d: usize) -> f64 {
+pub(crate) fn determinant_hessian(f: &Matrix3<f64>, c: usize, d: usize) -> f64 {
     let (i, j, k, l) = (c / 3, c % 3, d / 3, d % 3);
     if i == k || j == l {
         return 0.0;
@@ -78,7 +78,7 @@ pub fn determinant_hessian(f: &Matrix3<f64>, c: usize, d: usize) -> f64 {
 
 /// As [`add_determinant_hessian`] in a few components $c = 3i + J$, row by row into `tangent`.
 #[inline(always)]
-pub fn add_hessian_in(components: &[usize], tangent: &mut [f64], f: &Matrix3<f64>, s: f64) {
+pub(crate) fn add_hessian_in(components: &[usize], tangent: &mut [f64], f: &Matrix3<f64>, s: f64) {
     let n = components.len();
     if components.iter().copied().eq(0..9) {
         // The four entries of each row that are not zero.

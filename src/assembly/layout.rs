@@ -16,7 +16,7 @@ pub(super) struct NodeColumns {
 
 impl NodeColumns {
     /// Of a complete model; pressures of zones kept `uncondensed`, the rest of the matrices of such terms left to their points where `free`.
-    pub fn new<const D: usize>(model: &Model<D>, uncondensed: bool, free: bool) -> Self {
+    pub(crate) fn new<const D: usize>(model: &Model<D>, uncondensed: bool, free: bool) -> Self {
         let nodes = model.positions.len();
         // Clusters that hold each node, so that a column is the union of its clusters' nodes.
         let mut holders: Vec<Vec<(u32, u32)>> = vec![Vec::new(); nodes];
@@ -65,7 +65,7 @@ impl NodeColumns {
     }
 
     /// The pattern over all components.
-    pub fn pattern<const D: usize>(&self) -> Pattern {
+    pub(crate) fn pattern<const D: usize>(&self) -> Pattern {
         let (mut columns, mut all) = (vec![0], Vec::with_capacity(self.rows.len() * D * D));
         for column in 0..self.first.len() - 1 {
             let rows = self.column(column);
@@ -85,7 +85,7 @@ impl NodeColumns {
     }
 
     /// For each term and cluster its first place, and for each pair of a cluster's nodes the place of the block in its column.
-    pub fn places<const D: usize>(
+    pub(crate) fn places<const D: usize>(
         &self,
         model: &Model<D>,
         uncondensed: bool,

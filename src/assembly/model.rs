@@ -74,7 +74,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Adds a term that this process knows as a whole: where ranks share the clusters, the first of them alone sums it.
-    pub fn add_whole(&mut self, term: impl Term<D> + 'static) -> &mut Self {
+    pub(crate) fn add_whole(&mut self, term: impl Term<D> + 'static) -> &mut Self {
         if self.ranks().is_some_and(|ranks| ranks.rank() > 0) { self.add(RemoteTerm(term)) } else { self.add(term) }
     }
 
@@ -84,7 +84,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// The first term, and its cluster, whose nodes do not rise: nothing can be solved with it.
-    pub fn unsorted(&self) -> Option<[usize; 2]> {
+    pub(crate) fn unsorted(&self) -> Option<[usize; 2]> {
         self.unsorted
     }
 

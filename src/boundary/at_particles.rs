@@ -10,7 +10,7 @@ use super::constraints::Constraints;
 use super::equation::{ConstraintEquation, check_component};
 use super::over_boundary::rounding;
 use super::prescribed_directions::{PrescribedDirection, is_redundant, own_component};
-use super::row_values::{Along, Motion, Value, along_axis, moved, scaled};
+use super::row_values::{Along, Value, along_axis, scaled};
 
 impl Constraints {
     /// Conditions $u_i(X_J) = g(X_J)\\,a(\lambda)$ at particles: the constraint equations $\Psi_I(X_J)$ of the paper's
@@ -31,23 +31,6 @@ impl Constraints {
     ) -> Result<(), Error> {
         check_component(component, D, label)?;
         self.collocate(approximation, particles, &[], &along_axis(component), &scaled(target, amplitude), label)
-    }
-
-    /// Conditions $u_i(X_J) = g(X_J, \lambda)$ at particles: as [`at_particles`](Constraints::at_particles)
-    /// for values that do not grow in proportion, such as those of a rotation.
-    ///
-    /// # Errors
-    /// As [`at_particles`](Constraints::at_particles).
-    pub fn motion_at_particles<const D: usize, A: Approximation<D>>(
-        &mut self,
-        approximation: &A,
-        particles: &[usize],
-        component: usize,
-        motion: &Motion<D>,
-        label: &str,
-    ) -> Result<(), Error> {
-        check_component(component, D, label)?;
-        self.collocate(approximation, particles, &[], &along_axis(component), &moved(motion), label)
     }
 
     /// Conditions $e(X_J)\\cdot u(X_J) = g$ at particles, with the outward normals there where they are known.

@@ -33,13 +33,13 @@ pub(super) struct Group {
 
 impl Group {
     /// Sorts the coupled unknowns for [`place_of`](Group::place_of).
-    pub fn index(&mut self) {
+    pub(crate) fn index(&mut self) {
         self.coupled_places = self.coupled.iter().zip(0..).map(|(&unknown, place)| (unknown, place)).collect();
         self.coupled_places.sort_unstable();
     }
 
     /// The place of an unknown among the coupled ones, where it is by construction.
-    pub fn place_of(&self, unknown: u32) -> usize {
+    pub(crate) fn place_of(&self, unknown: u32) -> usize {
         let at = self.coupled_places.partition_point(|&(other, _)| other < unknown);
         self.coupled_places[at].1 as usize
     }

@@ -49,7 +49,7 @@ const ONE_PLACE: f64 = 1e-9;
 
 impl Mesh {
     /// Triangulates particles with the given boundary pieces.
-    pub fn new(positions: Vec<Point<2>>, pieces: Vec<Piece>) -> Result<Self, GeometryError> {
+    pub(crate) fn new(positions: Vec<Point<2>>, pieces: Vec<Piece>) -> Result<Self, GeometryError> {
         let refuse = |what, particle: usize, remedy| {
             let at = positions.get(particle).map(|x| x.as_slice().to_vec()).unwrap_or_default();
             Err(GeometryError::Shape { what, at, remedy })
@@ -126,7 +126,7 @@ impl Mesh {
     }
 
     /// Lets the edges on arcs follow them, where their triangles keep their orientation.
-    pub fn bend(&mut self, region: &Region) {
+    pub(crate) fn bend(&mut self, region: &Region) {
         let outer = (0..self.edges.len()).filter(|&edge| self.beside[edge][1] == NONE);
         let known: HashMap<[u32; 2], usize> = outer.map(|edge| (sorted(self.edges[edge]), edge)).collect();
         let mut bulges = vec![Point::<2>::zeros(); self.edges.len()];
@@ -153,27 +153,27 @@ impl Mesh {
     }
 
     /// Whether any edge follows an arc.
-    pub fn is_curved(&self) -> bool {
+    pub(crate) fn is_curved(&self) -> bool {
         !self.curved.is_empty()
     }
 
     /// How far the middle of the edge between two particles stands off its chord.
-    pub fn bulge(&self, a: u32, b: u32) -> Point<2> {
+    pub(crate) fn bulge(&self, a: u32, b: u32) -> Point<2> {
         self.curved.get(&sorted([a, b])).map_or_else(Point::<2>::zeros, |&edge| self.bulges[edge as usize])
     }
 
     /// Curved edges and their bulges.
-    pub fn curved(&self) -> impl Iterator<Item = (usize, Point<2>)> {
+    pub(crate) fn curved(&self) -> impl Iterator<Item = (usize, Point<2>)> {
         self.bulges.iter().copied().enumerate().filter(|(_, bulge)| *bulge != Point::<2>::zeros())
     }
 
     /// Bulges of a triangle's sides, side k from corner k to the next.
-    pub fn sides(&self, triangle: usize) -> [Point<2>; 3] {
+    pub(crate) fn sides(&self, triangle: usize) -> [Point<2>; 3] {
         self.triangle_edges[triangle].map(|edge| self.bulges[edge as usize])
     }
 
     /// Given particles in a region: those on its lines and arcs become the boundary.
-    pub fn of_particles(region: &Region, positions: &[Point<2>]) -> Result<Self, GeometryError> {
+    pub(crate) fn of_particles(region: &Region, positions: &[Point<2>]) -> Result<Self, GeometryError> {
         let refuse =
             |what, at: &Point<2>, remedy| Err(GeometryError::Shape { what, at: at.as_slice().to_vec(), remedy });
         // Coordinates written with nine digits still lie on the boundary.
@@ -231,7 +231,7 @@ impl Mesh {
     }
 
     /// Neighbours of each particle, in compressed rows.
-    pub fn neighbours(&self) -> (Vec<usize>, Vec<u32>) {
+    pub(crate) fn neighbours(&self) -> (Vec<usize>, Vec<u32>) {
         let mut offsets = vec![0usize; self.positions.len() + 1];
         for &particle in self.edges.iter().flatten() {
             offsets[particle as usize + 1] += 1;
@@ -251,7 +251,7 @@ impl Mesh {
     }
 
     /// Triangles around each particle, in compressed rows.
-    pub fn stars(&self) -> (Vec<usize>, Vec<u32>) {
+    pub(crate) fn stars(&self) -> (Vec<usize>, Vec<u32>) {
         let mut offsets = vec![0usize; self.positions.len() + 1];
         for &particle in self.triangles.iter().flatten() {
             offsets[particle as usize + 1] += 1;
@@ -271,7 +271,7 @@ impl Mesh {
     }
 
     /// Whether each particle is on the boundary.
-    pub fn on_boundary(&self) -> Vec<bool> {
+    pub(crate) fn on_boundary(&self) -> Vec<bool> {
         let mut on = vec![false; self.positions.len()];
         for (edge, beside) in self.edges.iter().zip(&self.beside) {
             if beside[1] == NONE {
@@ -283,7 +283,7 @@ impl Mesh {
     }
 
     /// Corners of a triangle.
-    pub fn corners(&self, triangle: usize) -> [Point<2>; 3] {
+    pub(crate) fn corners(&self, triangle: usize) -> [Point<2>; 3] {
         self.triangles[triangle].map(|p| self.positions[p as usize])
     }
 }

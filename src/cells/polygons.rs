@@ -25,17 +25,17 @@ pub(crate) struct Polygons {
 }
 
 impl Polygons {
-    pub fn new(vertices: Vec<Point<2>>) -> Self {
+    pub(crate) fn new(vertices: Vec<Point<2>>) -> Self {
         Polygons { vertices, corners: Vec::new(), offsets: vec![0], groups: vec![0], bulges: HashMap::new() }
     }
 
-    pub fn push(&mut self, corners: impl IntoIterator<Item = u32>) {
+    pub(crate) fn push(&mut self, corners: impl IntoIterator<Item = u32>) {
         self.corners.extend(corners);
         self.offsets.push(self.corners.len());
     }
 
     /// Moves a chain of vertices at equal parts of a chord onto its parabola, whose pieces follow it.
-    pub fn bend(&mut self, chain: &[u32], bulge: &Point<2>) {
+    pub(crate) fn bend(&mut self, chain: &[u32], bulge: &Point<2>) {
         let parts = chain.len() - 1;
         for (k, ends) in chain.windows(2).enumerate() {
             if k > 0 {
@@ -47,16 +47,16 @@ impl Polygons {
         }
     }
 
-    pub fn bulge(&self, a: u32, b: u32) -> Point<2> {
+    pub(crate) fn bulge(&self, a: u32, b: u32) -> Point<2> {
         self.bulges.get(&(a.min(b), a.max(b))).copied().unwrap_or_else(Point::<2>::zeros)
     }
 
-    pub fn close_group(&mut self) {
+    pub(crate) fn close_group(&mut self) {
         self.groups.push(self.offsets.len() - 1);
     }
 
     /// Sub-cells with `gauss` points on each edge; an edge between two polygons is stored once.
-    pub fn smoothing(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
+    pub(crate) fn smoothing(&self, gauss: usize) -> Result<Smoothing<2>, GeometryError> {
         // Curved sides take one point more: the patch test stays exact on parabolas in bodies of revolution too.
         let gauss = on_facets(gauss, !self.bulges.is_empty());
         let (abscissae, weights) = gauss_legendre(gauss)?;

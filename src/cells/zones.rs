@@ -99,7 +99,7 @@ pub(super) struct Graph {
 
 impl Graph {
     /// Particles are beside those with which they share one of the sets.
-    pub fn sharing<S: Iterator<Item = u32> + Clone>(count: usize, sets: impl Iterator<Item = S>) -> Self {
+    pub(crate) fn sharing<S: Iterator<Item = u32> + Clone>(count: usize, sets: impl Iterator<Item = S>) -> Self {
         let mut rows: Vec<Vec<u32>> = vec![Vec::new(); count];
         for set in sets {
             for own in set.clone() {
@@ -117,7 +117,7 @@ impl Graph {
     }
 
     /// The particles beside one.
-    pub fn row(&self, particle: usize) -> &[u32] {
+    pub(crate) fn row(&self, particle: usize) -> &[u32] {
         &self.entries[self.offsets[particle]..self.offsets[particle + 1]]
     }
 }

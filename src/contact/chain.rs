@@ -50,7 +50,7 @@ pub(super) struct Laid {
 
 impl Chain {
     /// `particles` are those of the trace functions.
-    pub fn new(chords: Vec<Chord>, particles: &[u32], two: bool) -> Self {
+    pub(crate) fn new(chords: Vec<Chord>, particles: &[u32], two: bool) -> Self {
         let mut of_trace = vec![Vec::new(); particles.len()];
         for (k, chord) in chords.iter().enumerate() {
             for (end, trace) in chord.traces.iter().enumerate() {
@@ -82,14 +82,14 @@ impl Chain {
     }
 
     /// Two chords at a state.
-    pub fn facing(&self, laid: &Laid, chord: usize, other: usize) -> Facing {
+    pub(crate) fn facing(&self, laid: &Laid, chord: usize, other: usize) -> Facing {
         let (mine, its) = (&self.chords[chord], &self.chords[other]);
         let traces = [mine.traces[0], mine.traces[1], its.traces[0], its.traces[1]].map(|trace| trace as usize);
         Facing { ends: traces.map(|trace| laid.ends[trace]), sign: mine.sign, measure: mine.measure }
     }
 
     /// Finds what faces each chord that carries pressures.
-    pub fn laid(&self, ends: Vec<Point<2>>) -> Laid {
+    pub(crate) fn laid(&self, ends: Vec<Point<2>>) -> Laid {
         let boxes = self.chords.iter().map(|chord| {
             let [a, b] = chord.traces.map(|trace| ends[trace as usize]);
             [a.zip_map(&b, f64::min), a.zip_map(&b, f64::max)]

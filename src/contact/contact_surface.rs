@@ -39,7 +39,7 @@ pub(crate) struct Trace {
 impl Trace {
     /// Places of the nodes of the k-th point.
     #[inline]
-    pub fn local(&self, k: usize) -> &[u16] {
+    pub(crate) fn local(&self, k: usize) -> &[u16] {
         &self.local[self.first[k] as usize..self.first[k + 1] as usize]
     }
 }
@@ -49,7 +49,7 @@ impl<const D: usize> ContactSurface<D> {
     ///
     /// # Errors
     /// Where cells and table do not fit together.
-    pub fn new(cells: &BoundaryCells<D>, table: ShapeTable<D>, extra: Option<u32>) -> Result<Self, Error> {
+    pub(crate) fn new(cells: &BoundaryCells<D>, table: ShapeTable<D>, extra: Option<u32>) -> Result<Self, Error> {
         cells.validate(table.node_count())?;
         // The trace functions of each particle, with the normal that each began with: one for each face at a corner.
         let mut of_particle: Vec<Vec<(u32, Point<D>)>> = vec![Vec::new(); table.node_count()];
@@ -108,7 +108,7 @@ impl<const D: usize> ContactSurface<D> {
 
     /// The displacement that a vector of coefficients gives at a point.
     #[inline]
-    pub fn displacement(&self, point: u32, step: &[f64]) -> Point<D> {
+    pub(crate) fn displacement(&self, point: u32, step: &[f64]) -> Point<D> {
         let point = point as usize;
         let mut u = Point::zeros();
         for (&node, &value) in self.table.nodes(point).iter().zip(self.table.values(point)) {

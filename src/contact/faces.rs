@@ -39,7 +39,7 @@ fn solid<const D: usize>(x: &Point<D>) -> Point<3> {
 
 impl Faces {
     /// Facets of three or four corners; others, and those without all their trace functions, touch nothing.
-    pub fn new<const D: usize>(
+    pub(crate) fn new<const D: usize>(
         contact_surfaces: &[ContactSurface<D>],
         cells: &[&BoundaryCells<D>],
         ends: &[Point<D>],
@@ -123,7 +123,7 @@ impl Faces {
     }
 
     /// Finds what is opposite of each point, given positions of the triangles' corners, and of the points with their normals.
-    pub fn laid(&self, corners: Vec<[Point<3>; 3]>, points: &[(Point<3>, Point<3>)]) -> LaidFaces {
+    pub(crate) fn laid(&self, corners: Vec<[Point<3>; 3]>, points: &[(Point<3>, Point<3>)]) -> LaidFaces {
         let sorted = Sorted::new(&self.triangles, corners);
         let opposite = points.iter().enumerate().map(|(point, (x, outward))| {
             let mine = self.facet_of.get(point).copied().unwrap_or(u32::MAX);
@@ -150,7 +150,7 @@ impl Faces {
     }
 
     /// The gap of a point over a triangle.
-    pub fn gap(&self, triangle: usize, point: &Point<3>, corners: &[Point<3>; 3]) -> Gap {
+    pub(crate) fn gap(&self, triangle: usize, point: &Point<3>, corners: &[Point<3>; 3]) -> Gap {
         gap(point, corners, self.triangles[triangle].sign)
     }
 }

@@ -61,7 +61,7 @@ pub(super) struct Sorted {
 
 impl Sorted {
     /// Triangles with their corners now.
-    pub fn new(triangles: &[Triangle], corners: Vec<[Point<3>; 3]>) -> Self {
+    pub(crate) fn new(triangles: &[Triangle], corners: Vec<[Point<3>; 3]>) -> Self {
         let mut low = Point::<3>::repeat(f64::INFINITY);
         let mut total = 0.0;
         for triangle in &corners {
@@ -92,7 +92,7 @@ impl Sorted {
     }
 
     /// How far from a point triangles are found.
-    pub fn reach(&self) -> f64 {
+    pub(crate) fn reach(&self) -> f64 {
         (REACH - 1) as f64 * self.size
     }
 
@@ -101,7 +101,7 @@ impl Sorted {
     }
 
     /// The triangle over which a point with an outward normal has the smallest gap, among those that may.
-    pub fn nearest(&self, x: &Point<3>, outward: &Point<3>, may: impl Fn(usize, f64) -> bool) -> Option<usize> {
+    pub(crate) fn nearest(&self, x: &Point<3>, outward: &Point<3>, may: impl Fn(usize, f64) -> bool) -> Option<usize> {
         let middle = self.bin(x);
         let mut best: Option<(f64, usize)> = None;
         for ring in 0..=REACH as i32 {

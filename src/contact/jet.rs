@@ -13,12 +13,12 @@ pub(super) struct Jet<const N: usize> {
 }
 
 impl<const N: usize> Jet<N> {
-    pub fn constant(value: f64) -> Self {
+    pub(crate) fn constant(value: f64) -> Self {
         Jet { value, slope: SVector::zeros(), curve: SMatrix::zeros() }
     }
 
     /// The coordinate of an index.
-    pub fn variable(value: f64, index: usize) -> Self {
+    pub(crate) fn variable(value: f64, index: usize) -> Self {
         let mut jet = Jet::constant(value);
         jet.slope[index] = 1.0;
         jet
@@ -30,12 +30,12 @@ impl<const N: usize> Jet<N> {
         Jet { value, slope: self.slope * first, curve }
     }
 
-    pub fn reciprocal(self) -> Self {
+    pub(crate) fn reciprocal(self) -> Self {
         let inverse = 1.0 / self.value;
         self.chain(inverse, -inverse * inverse, 2.0 * inverse.powi(3))
     }
 
-    pub fn root(self) -> Self {
+    pub(crate) fn root(self) -> Self {
         let root = self.value.sqrt();
         self.chain(root, 0.5 / root, -0.25 / (root * self.value))
     }

@@ -69,7 +69,7 @@ impl Facing {
     }
 
     /// The mean gap under the trace function of end `end`, 0 or 1, over an overlap.
-    pub fn mean_gap(&self, overlap: &Overlap, end: usize) -> MeanGap {
+    pub(crate) fn mean_gap(&self, overlap: &Overlap, end: usize) -> MeanGap {
         let Frame { normal, opposite } = self.frame();
         let place = |end: End| match end {
             End::At(place) => Jet::constant(place),

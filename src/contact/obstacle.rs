@@ -24,7 +24,7 @@ const PROXIMAL_BULK: f64 = 1e2;
 
 impl Stiffness {
     /// What rounding of coordinates up to `extent` makes of the pressures of trace functions and of the norm of their forces.
-    pub fn rounding<'a>(&self, traces: impl Iterator<Item = &'a Trace>, extent: f64) -> [f64; 2] {
+    pub(crate) fn rounding<'a>(&self, traces: impl Iterator<Item = &'a Trace>, extent: f64) -> [f64; 2] {
         let (mut most, mut forces) = (0.0f64, 0.0);
         for trace in traces {
             let pressure = ROUNDED * f64::EPSILON * extent / trace.width * self.proximal;
@@ -35,7 +35,7 @@ impl Stiffness {
     }
 
     /// For a body of the given initial moduli.
-    pub fn of(shear: f64, bulk: f64) -> Self {
+    pub(crate) fn of(shear: f64, bulk: f64) -> Self {
         Stiffness { proximal: PROXIMAL_SHEAR * shear + PROXIMAL_BULK * bulk.max(0.0), decisive: shear }
     }
 }

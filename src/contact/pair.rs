@@ -89,7 +89,7 @@ pub(crate) struct ContactPair {
 
 impl<const D: usize> PairContact<D> {
     /// Faces of one or two parts.
-    pub fn new(
+    pub(crate) fn new(
         contact_surfaces: Vec<ContactSurface<D>>,
         faces: &[&BoundaryCells<D>],
         positions: &[Point<D>],
@@ -193,7 +193,7 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// Part and trace function in it.
-    pub fn trace(&self, trace: usize) -> (usize, usize) {
+    pub(crate) fn trace(&self, trace: usize) -> (usize, usize) {
         if trace < self.carrying { (0, trace) } else { (1, trace - self.carrying) }
     }
 
@@ -201,7 +201,7 @@ impl<const D: usize> PairContact<D> {
         self.contact_surfaces[0].traces[trace].width
     }
 
-    pub fn is_active(&self, trace: usize, pressure: f64, gap: f64) -> bool {
+    pub(crate) fn is_active(&self, trace: usize, pressure: f64, gap: f64) -> bool {
         pressure > self.stiffness.decisive / self.width(trace) * gap
     }
 
@@ -274,7 +274,7 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// Gaps and forces at a state.
-    pub fn pressed(&self, displacement: &[f64], condensed: &[f64]) -> Pressed<D> {
+    pub(crate) fn pressed(&self, displacement: &[f64], condensed: &[f64]) -> Pressed<D> {
         let state = self.now(displacement);
         let mut found = Pressed {
             gaps: vec![f64::INFINITY; self.traces],
@@ -304,7 +304,7 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// How deep the faces are in each other at rest, and where.
-    pub fn deepest_at_rest(&self, unknowns: usize) -> Option<(f64, Point<D>)> {
+    pub(crate) fn deepest_at_rest(&self, unknowns: usize) -> Option<(f64, Point<D>)> {
         let state = self.now(&vec![0.0; unknowns]);
         let deep = |trace: usize| (-self.overlap(trace, &state, |_| {}).gap, self.movers.rest[trace]);
         (0..self.carrying).map(deep).max_by(|a, b| a.0.total_cmp(&b.0))

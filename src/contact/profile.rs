@@ -81,7 +81,7 @@ impl Profile {
     }
 
     /// Whether it ends where it starts.
-    pub fn is_closed(&self) -> bool {
+    pub(crate) fn is_closed(&self) -> bool {
         !self.curves.is_empty() && (self.end() - self.start).norm() <= ROUNDING * self.length()
     }
 

@@ -94,7 +94,7 @@ impl<const D: usize> RigidSurface<D> {
     }
 
     /// Is pushed by a force times an amplitude.
-    pub fn pushed_along(mut self, force: [f64; D], amplitude: Amplitude) -> Self {
+    pub(crate) fn pushed_along(mut self, force: [f64; D], amplitude: Amplitude) -> Self {
         let force = Point::<D>::from(force);
         let size = force.norm();
         self.drive = Drive::Pushed { along: force / size, force: size, amplitude };
@@ -105,11 +105,6 @@ impl<const D: usize> RigidSurface<D> {
     pub fn friction(mut self, coefficient: f64) -> Self {
         self.friction = coefficient;
         self
-    }
-
-    /// Whether it stays where it is.
-    pub fn is_fixed(&self) -> bool {
-        self.drive == Drive::Fixed
     }
 
     /// Refuses surfaces that bound no body and motions that are none.
@@ -197,7 +192,7 @@ impl<const D: usize> RigidSurface<D> {
 
 impl<const D: usize> Placed<D> {
     /// Gap, normal and curvature at a current position.
-    pub fn nearest(&self, shape: &dyn Surface<D>, x: &Point<D>) -> Nearest<D> {
+    pub(crate) fn nearest(&self, shape: &dyn Surface<D>, x: &Point<D>) -> Nearest<D> {
         shape.nearest(&(x - self.offset))
     }
 }

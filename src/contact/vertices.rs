@@ -15,14 +15,14 @@ pub(super) struct Movers<const D: usize> {
 }
 
 impl<const D: usize> Movers<D> {
-    pub fn push(&mut self, combination: Combination, rest: Point<D>, owners: Vec<(u32, f64)>) {
+    pub(crate) fn push(&mut self, combination: Combination, rest: Point<D>, owners: Vec<(u32, f64)>) {
         self.combinations.push(combination);
         self.rest.push(rest);
         self.owners.push(owners);
     }
 
     /// Adds the mean of some, and says where it is.
-    pub fn push_mean(&mut self, of: &[u32]) -> u32 {
+    pub(crate) fn push_mean(&mut self, of: &[u32]) -> u32 {
         if let [one] = of {
             return *one;
         }
@@ -46,7 +46,7 @@ pub(super) struct Means<const D: usize> {
 }
 
 impl<const D: usize> Means<D> {
-    pub fn of(contact_surface: &ContactSurface<D>) -> Self {
+    pub(crate) fn of(contact_surface: &ContactSurface<D>) -> Self {
         let mut over: Vec<Vec<(u32, f64)>> = vec![Vec::new(); contact_surface.table.len()];
         let mut at = Vec::with_capacity(contact_surface.traces.len());
         for (k, trace) in contact_surface.traces.iter().enumerate() {
@@ -70,7 +70,7 @@ impl<const D: usize> Means<D> {
     }
 
     /// The vertex of a trace function as a combination of displacements, and where it is at rest.
-    pub fn vertex(
+    pub(crate) fn vertex(
         &self,
         contact_surface: &ContactSurface<D>,
         positions: &[Point<D>],

@@ -43,13 +43,13 @@ pub(super) struct End {
 }
 
 impl End {
-    pub fn cost(&self) -> f64 {
+    pub(crate) fn cost(&self) -> f64 {
         self.residuals.iter().map(|r| r * r).sum()
     }
 }
 
 impl<'a> Residuals<'a> {
-    pub fn new(family: &'a dyn Family, coefficients: Vec<Coefficient>, data: &TestData, modulus: f64) -> Self {
+    pub(crate) fn new(family: &'a dyn Family, coefficients: Vec<Coefficient>, data: &TestData, modulus: f64) -> Self {
         let units = coefficients.iter().map(|c| if c.is_stress { modulus } else { 1.0 }).collect();
         let seen = data.tests().iter().filter(|t| family.is_compressible() || t.mode != Mode::Volumetric);
         let points = seen
@@ -62,7 +62,7 @@ impl<'a> Residuals<'a> {
     }
 
     /// Residuals at values of the coefficients; NaN where the law has no answer.
-    pub fn at(&self, values: &[f64]) -> Vec<f64> {
+    pub(crate) fn at(&self, values: &[f64]) -> Vec<f64> {
         let Ok(law) = self.family.build(values) else { return vec![f64::NAN; self.points.len()] };
         let residual = |&(mode, stretch, stress, factor): &(Mode, f64, f64, f64)| {
             (predict(&law, self.family.is_compressible(), mode, stretch) - stress) * factor
@@ -71,7 +71,7 @@ impl<'a> Residuals<'a> {
     }
 
     /// $\partial r/\partial c$ by central differences; zero columns where the law has no answer on either side.
-    pub fn jacobian(&self, values: &[f64]) -> DMatrix<f64> {
+    pub(crate) fn jacobian(&self, values: &[f64]) -> DMatrix<f64> {
         let mut jacobian = DMatrix::zeros(self.points.len(), values.len());
         for c in 0..values.len() {
             let step = STEP * values[c].abs().max(1e-4 * self.units[c]);
@@ -116,7 +116,7 @@ impl<'a> Residuals<'a> {
     }
 
     /// Follows one random start to its end; `None` where the law answers at no start that was tried.
-    pub fn follow(&self, random: &mut Rng) -> Option<End> {
+    pub(crate) fn follow(&self, random: &mut Rng) -> Option<End> {
         const TRIES: usize = 200;
         let finite = |free: &Vec<f64>| self.at(&self.values(free)).iter().all(|r| r.is_finite());
         let start = (0..TRIES).map(|_| self.start(random)).find(finite)?;

@@ -14,7 +14,7 @@ impl<const D: usize> Morton<D> {
     const BITS: u32 = 63 / D as u32;
 
     /// The curve through a cube around points; through the origin where there are none.
-    pub fn through(points: &[Point<D>]) -> Self {
+    pub(crate) fn through(points: &[Point<D>]) -> Self {
         let first = points.first().copied().unwrap_or_else(Point::zeros);
         let (low, high) = points.iter().fold((first, first), |(low, high), x| (low.inf(x), high.sup(x)));
         let extent = (high - low).max().max(f64::MIN_POSITIVE);
@@ -23,7 +23,7 @@ impl<const D: usize> Morton<D> {
     }
 
     /// The place of a point along the curve.
-    pub fn place(&self, x: &Point<D>) -> u64 {
+    pub(crate) fn place(&self, x: &Point<D>) -> u64 {
         let at: [u64; D] = std::array::from_fn(|i| ((x[i] - self.low[i]) * self.density).max(0.0) as u64);
         let bits = Self::BITS.min(32);
         let mut place = 0;

@@ -29,19 +29,19 @@ const RESIDUAL: f64 = 1e-2;
 
 impl<'a> Matrix<'a> {
     /// As the library takes it.
-    pub fn lower(self) -> SparseColMatRef<'a, u32, f64> {
+    pub(crate) fn lower(self) -> SparseColMatRef<'a, u32, f64> {
         let n = self.columns.len() - 1;
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, self.columns, None, self.rows);
         SparseColMatRef::new(pattern, self.values)
     }
 
     /// Whether a row can belong to a multiplier: its diagonal is zero, or negative where a solver of others smooths it.
-    pub fn is_multiplier(&self, row: usize) -> bool {
+    pub(crate) fn is_multiplier(&self, row: usize) -> bool {
         self.values[self.columns[row] as usize] <= 0.0
     }
 
     /// The number of such rows.
-    pub fn multipliers(&self) -> usize {
+    pub(crate) fn multipliers(&self) -> usize {
         (1..self.columns.len()).filter(|row| self.is_multiplier(row - 1)).count()
     }
 
@@ -75,7 +75,7 @@ impl Default for Memory {
 }
 
 impl Memory {
-    pub fn reserve(&mut self, request: StackReq) -> Result<&mut MemStack, LinearError> {
+    pub(crate) fn reserve(&mut self, request: StackReq) -> Result<&mut MemStack, LinearError> {
         let bytes = request.unaligned_bytes_required();
         if self.bytes < bytes {
             // The old buffer is given back before the new one is requested.

@@ -48,7 +48,7 @@ impl Krylov {
 
     /// With a solver of one's own in place of a multilevel cycle: of the stiffness of the elements, about. Where ranks share the
     /// model, one that works on all of them.
-    pub fn with_cycle(mut self, preconditioner: Arc<dyn LinearSolver>) -> Self {
+    pub(crate) fn with_cycle(mut self, preconditioner: Arc<dyn LinearSolver>) -> Self {
         self.preconditioner = Some(preconditioner);
         self
     }

@@ -41,7 +41,7 @@ impl Mode {
     }
 
     /// The principal stretches of an incompressible body; those of [`Volumetric`](Mode::Volumetric) are all $\lambda$.
-    pub fn incompressible(self, stretch: f64) -> [f64; 3] {
+    pub(crate) fn incompressible(self, stretch: f64) -> [f64; 3] {
         let lateral = self.lateral(stretch, 1.0);
         self.stretches(stretch, lateral)
     }

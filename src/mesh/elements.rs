@@ -25,23 +25,23 @@ pub(crate) struct Elements {
 }
 
 impl Elements {
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.shapes.len()
     }
 
-    pub fn reserve(&mut self, count: usize, corners: usize) {
+    pub(crate) fn reserve(&mut self, count: usize, corners: usize) {
         self.shapes.reserve_exact(count);
         self.ends.reserve_exact(count);
         self.corners.reserve_exact(count * corners);
     }
 
-    pub fn push(&mut self, shape: CellShape, corners: impl IntoIterator<Item = u32>) {
+    pub(crate) fn push(&mut self, shape: CellShape, corners: impl IntoIterator<Item = u32>) {
         self.corners.extend(corners);
         self.shapes.push(shape);
         self.ends.push(self.corners.len() as u32);
     }
 
-    pub fn shape(&self, element: usize) -> CellShape {
+    pub(crate) fn shape(&self, element: usize) -> CellShape {
         self.shapes[element]
     }
 
@@ -50,24 +50,24 @@ impl Elements {
         end - self.shapes[element].corner_count()..end
     }
 
-    pub fn corners(&self, element: usize) -> &[u32] {
+    pub(crate) fn corners(&self, element: usize) -> &[u32] {
         &self.corners[self.range(element)]
     }
 
-    pub fn corners_mut(&mut self, element: usize) -> &mut [u32] {
+    pub(crate) fn corners_mut(&mut self, element: usize) -> &mut [u32] {
         let range = self.range(element);
         &mut self.corners[range]
     }
 
-    pub fn all_corners(&self) -> &[u32] {
+    pub(crate) fn all_corners(&self) -> &[u32] {
         &self.corners
     }
 
-    pub fn all_corners_mut(&mut self) -> &mut [u32] {
+    pub(crate) fn all_corners_mut(&mut self) -> &mut [u32] {
         &mut self.corners
     }
 
-    pub fn shrink(&mut self) {
+    pub(crate) fn shrink(&mut self) {
         self.shapes.shrink_to_fit();
         self.ends.shrink_to_fit();
         self.corners.shrink_to_fit();

@@ -28,7 +28,7 @@ type Faces = &'static [&'static [usize]];
 
 impl CellShape {
     /// Dimension of the cell.
-    pub fn dimension(self) -> usize {
+    pub(crate) fn dimension(self) -> usize {
         match self {
             CellShape::Vertex => 0,
             CellShape::Line => 1,
@@ -38,7 +38,7 @@ impl CellShape {
     }
 
     /// Number of corners.
-    pub fn corner_count(self) -> usize {
+    pub(crate) fn corner_count(self) -> usize {
         match self {
             CellShape::Vertex => 1,
             CellShape::Line => 2,

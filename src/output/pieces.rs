@@ -57,7 +57,10 @@ impl VtkGrid {
     ///
     /// # Errors
     /// As [`to_xml`](Self::to_xml).
-    pub fn index_of_pieces<N: AsRef<str>>(&self, pieces: impl IntoIterator<Item = N>) -> Result<String, OutputError> {
+    pub(crate) fn index_of_pieces<N: AsRef<str>>(
+        &self,
+        pieces: impl IntoIterator<Item = N>,
+    ) -> Result<String, OutputError> {
         self.check()?;
         let mut xml = String::from(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PUnstructuredGrid GhostLevel=\"0\">\n",

@@ -41,7 +41,7 @@ pub struct ElementPoints<const D: usize> {
 
 impl<const D: usize> ElementPoints<D> {
     /// The points where a predicate of their position holds.
-    pub fn retained(self, holds: impl Fn(&Point<D>) -> bool) -> Self {
+    pub(crate) fn retained(self, holds: impl Fn(&Point<D>) -> bool) -> Self {
         self.chosen(&|k: usize, points: &Points<D>| holds(&points.positions[k]))
     }
 

@@ -34,7 +34,7 @@ pub(crate) trait Sink {
 impl Panel {
     /// Hands all columns to `sink`, rows of earlier blocks of eight left out.
     #[inline]
-    pub fn multiply<K: Sink>(&mut self, sink: &mut K) {
+    pub(crate) fn multiply<K: Sink>(&mut self, sink: &mut K) {
         #[cfg(all(feature = "solve", target_arch = "x86_64"))]
         match pulp::x86::Arch::new() {
             pulp::x86::Arch::V4(simd) => {

@@ -36,7 +36,7 @@ pub(super) struct Crossed {
 
 impl Crossed {
     /// The quadrangle, counter-clockwise seen from outside.
-    pub fn outward(&self) -> [u32; 4] {
+    pub(crate) fn outward(&self) -> [u32; 4] {
         let [a, b, c, d] = self.sheets;
         if self.rises { [a, b, c, d] } else { [d, c, b, a] }
     }
@@ -58,7 +58,7 @@ pub(super) struct Sheet {
 }
 
 impl Sheet {
-    pub fn new(middle: Point<3>) -> Self {
+    pub(crate) fn new(middle: Point<3>) -> Self {
         Sheet { middle, crossed: Vec::new(), surfaces: Vec::new(), fixed: false, drawn_back: 0 }
     }
 

@@ -22,7 +22,7 @@ pub(super) enum Node {
 }
 
 impl Node {
-    pub fn complement(self) -> Self {
+    pub(crate) fn complement(self) -> Self {
         let all = |members: Vec<Node>| members.into_iter().map(Node::complement).collect();
         match self {
             Node::Surface { surface, flipped, name } => Node::Surface { surface, flipped: !flipped, name },
@@ -31,7 +31,7 @@ impl Node {
         }
     }
 
-    pub fn moved(self, by: &Rotation3<f64>, to: &Point<3>) -> Self {
+    pub(crate) fn moved(self, by: &Rotation3<f64>, to: &Point<3>) -> Self {
         let all = |members: Vec<Node>| members.into_iter().map(|node| node.moved(by, to)).collect();
         match self {
             Node::Surface { surface, flipped, name } => Node::Surface { surface: surface.moved(by, to), flipped, name },
@@ -40,7 +40,7 @@ impl Node {
         }
     }
 
-    pub fn named(&mut self, given: &Arc<str>) {
+    pub(crate) fn named(&mut self, given: &Arc<str>) {
         match self {
             Node::Surface { name, .. } => *name = name.take().or_else(|| Some(given.clone())),
             Node::Union(members) | Node::Intersection(members) => members.iter_mut().for_each(|node| node.named(given)),
@@ -78,7 +78,7 @@ pub(super) struct Value {
 
 impl Program {
     /// `size` is that of the shape.
-    pub fn new(node: &Node, size: f64) -> Self {
+    pub(crate) fn new(node: &Node, size: f64) -> Self {
         let mut program =
             Program { surfaces: Vec::new(), names: Vec::new(), root: Op::Least { sign: 1.0, members: Vec::new() } };
         program.root = program.op(node, size);
@@ -116,7 +116,7 @@ impl Program {
     }
 
     /// The value at a point, negative inside.
-    pub fn at(&self, x: &Point<3>) -> Value {
+    pub(crate) fn at(&self, x: &Point<3>) -> Value {
         self.of(&self.root, x)
     }
 

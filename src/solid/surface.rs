@@ -68,7 +68,7 @@ fn split(way: Point<3>, axis: &Point<3>) -> (f64, Point<3>) {
 }
 
 impl Surface {
-    pub fn value(&self, x: &Point<3>) -> f64 {
+    pub(crate) fn value(&self, x: &Point<3>) -> f64 {
         match self {
             Surface::Plane { point, normal } => normal.dot(&(x - point)),
             Surface::Sphere { centre, radius } => (x - centre).norm() - radius,
@@ -85,7 +85,7 @@ impl Surface {
         }
     }
 
-    pub fn gradient(&self, x: &Point<3>) -> Point<3> {
+    pub(crate) fn gradient(&self, x: &Point<3>) -> Point<3> {
         let unit = |x: Point<3>| x.try_normalize(0.0).unwrap_or_default();
         match self {
             Surface::Plane { normal, .. } => *normal,
@@ -106,7 +106,7 @@ impl Surface {
     }
 
     /// Turned about the origin, then shifted.
-    pub fn moved(mut self, by: &Rotation3<f64>, to: &Point<3>) -> Self {
+    pub(crate) fn moved(mut self, by: &Rotation3<f64>, to: &Point<3>) -> Self {
         let place = |x: &mut Point<3>| *x = by * *x + to;
         match &mut self {
             Surface::Plane { point, normal: axis } | Surface::Cylinder { point, axis, .. } => {
@@ -127,7 +127,7 @@ impl Surface {
     }
 
     /// Whether another surface has the same zeros, to rounding.
-    pub fn is_same(&self, other: &Surface, size: f64) -> bool {
+    pub(crate) fn is_same(&self, other: &Surface, size: f64) -> bool {
         let near = |a: &Point<3>, b: &Point<3>| (a - b).norm() <= 1e-9 * size;
         match (self, other) {
             (Surface::Plane { point, normal }, Surface::Plane { point: p, normal: n }) => {

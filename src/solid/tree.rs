@@ -80,7 +80,7 @@ fn solid_angle(x: &Point<3>, corners: &[Point<3>; 3]) -> f64 {
 }
 
 impl Tree {
-    pub fn new(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Self {
+    pub(crate) fn new(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Self {
         let corners_of = |facet: u32| facets[facet as usize].map(|vertex| vertices[vertex as usize]);
         let centres: Vec<Point<3>> =
             (0..facets.len() as u32).map(|f| corners_of(f).iter().sum::<Point<3>>() / 3.0).collect();
@@ -147,7 +147,7 @@ impl Tree {
     }
 
     /// The winding number of the facets about a point.
-    pub fn winding_number(&self, x: &Point<3>) -> f64 {
+    pub(crate) fn winding_number(&self, x: &Point<3>) -> f64 {
         let mut far = 0.0;
         let mut near = 0.0;
         let enter = |node: &Node| {
@@ -167,7 +167,7 @@ impl Tree {
     }
 
     /// The nearest facet, its nearest point and the distance; `None` without facets.
-    pub fn closest(&self, x: &Point<3>) -> Option<(u32, Point<3>, f64)> {
+    pub(crate) fn closest(&self, x: &Point<3>) -> Option<(u32, Point<3>, f64)> {
         let mut best: Option<(f64, u32, Point<3>)> = None;
         let mut stack = [(0.0, 0u32); DEPTH];
         let mut height = usize::from(!self.nodes.is_empty());
@@ -203,7 +203,7 @@ impl Tree {
     }
 
     /// Calls `visit` for the facets whose boxes meet a box.
-    pub fn for_each_in(&self, low: &Point<3>, high: &Point<3>, mut visit: impl FnMut(u32)) {
+    pub(crate) fn for_each_in(&self, low: &Point<3>, high: &Point<3>, mut visit: impl FnMut(u32)) {
         let meets = |min: &Point<3>, max: &Point<3>| (0..3).all(|i| min[i] <= high[i] && max[i] >= low[i]);
         self.walk(
             |node| meets(&node.low, &node.high),

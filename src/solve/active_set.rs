@@ -39,22 +39,22 @@ pub(super) struct ActiveSetCycling {
 
 impl ActiveSetCycling {
     /// For a model whose terms act from one side only, or for one without such terms.
-    pub fn new(unilateral: bool) -> Self {
+    pub(crate) fn new(unilateral: bool) -> Self {
         ActiveSetCycling { unilateral, ..ActiveSetCycling::default() }
     }
 
     /// Whether an attempt of so many iterations may take another one.
-    pub fn allows(&self, taken: usize, iterations: usize) -> bool {
+    pub(crate) fn allows(&self, taken: usize, iterations: usize) -> bool {
         taken < if self.helped() { CYCLING_ITERATIONS * iterations } else { iterations }
     }
 
     /// Whether anything is done.
-    pub fn helped(&self) -> bool {
+    pub(crate) fn helped(&self) -> bool {
         self.shift > 0.0 || self.halvings > 0
     }
 
     /// Notes whether the matrix is indefinite; whether the shift has grown so that the matrix is to be formed anew.
-    pub fn raise_shift(&mut self, unstable: bool) -> bool {
+    pub(crate) fn raise_shift(&mut self, unstable: bool) -> bool {
         if !self.unilateral {
             return false;
         }
@@ -67,7 +67,7 @@ impl ActiveSetCycling {
     }
 
     /// What to take of an increment.
-    pub fn damping(&mut self, step: &[f64]) -> f64 {
+    pub(crate) fn damping(&mut self, step: &[f64]) -> f64 {
         if !self.unilateral {
             return 1.0;
         }

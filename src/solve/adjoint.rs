@@ -20,7 +20,7 @@ pub(crate) struct Dual {
 
 impl<const D: usize> Workspace<'_, D> {
     /// The solutions $z$ of dual problems at a state, by one matrix.
-    pub fn duals(&mut self, state: &State, requested: &[Dual]) -> Result<Vec<Vec<f64>>, Rejection> {
+    pub(crate) fn duals(&mut self, state: &State, requested: &[Dual]) -> Result<Vec<Vec<f64>>, Rejection> {
         let mut sides = vec![Vec::new(); requested.len()];
         let linear = self.tangent.linearise(&mut self.assembler, state, 0.0, |enforced, system| {
             // The transpose of the skew part.

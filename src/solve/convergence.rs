@@ -43,7 +43,7 @@ pub(super) struct Convergence<'a> {
 
 impl<'a> Convergence<'a> {
     /// `extent` is the size of the body \[length\]; `falling` whether growing increments end the attempt.
-    pub fn new<const D: usize>(settings: &'a Newton, model: &Model<D>, extent: f64, falling: bool) -> Self {
+    pub(crate) fn new<const D: usize>(settings: &'a Newton, model: &Model<D>, extent: f64, falling: bool) -> Self {
         Convergence {
             settings,
             // Below rounding of the body's own size an increment is nothing.
@@ -58,12 +58,12 @@ impl<'a> Convergence<'a> {
     }
 
     /// A norm of unbalanced forces beside that of all forces.
-    pub fn relative(&self, imbalance: &[f64], scale: f64) -> f64 {
+    pub(crate) fn relative(&self, imbalance: &[f64], scale: f64) -> f64 {
         (norm(imbalance) - self.rounding).max(0.0) / scale.max(f64::MIN_POSITIVE)
     }
 
     /// Takes note of the step that has led to a state.
-    pub fn record(&mut self, step: &[f64], state: &State) -> Result<(), Cause> {
+    pub(crate) fn record(&mut self, step: &[f64], state: &State) -> Result<(), Cause> {
         self.size = norm(&state.displacement).max(self.least);
         let increment = norm(step) / self.size;
         if !increment.is_finite() {
@@ -79,7 +79,7 @@ impl<'a> Convergence<'a> {
 
     /// Whether the last step was the last one needed: it is small, and so is what it leaves of the residual that it was found
     /// for. That falls with the square of the rate, or by no more than the linear solution has left of it.
-    pub fn is_reached<const D: usize>(
+    pub(crate) fn is_reached<const D: usize>(
         &self,
         model: &Model<D>,
         next: &Increment,
@@ -95,7 +95,7 @@ impl<'a> Convergence<'a> {
     }
 
     /// Ends attempts whose increments grow although they were predicted.
-    pub fn check_growth(&self) -> Result<(), Cause> {
+    pub(crate) fn check_growth(&self) -> Result<(), Cause> {
         if self.falling && self.increment > (GROWN * self.first).max(GROWN_LEAST) {
             return Err(Cause::Diverging { increment: self.increment });
         }
@@ -114,19 +114,19 @@ pub(super) struct StepLength {
 
 impl StepLength {
     /// The factor for a step whose largest admissible part is given.
-    pub fn choose(&mut self, admissible: f64, damping: f64) -> f64 {
+    pub(crate) fn choose(&mut self, admissible: f64, damping: f64) -> f64 {
         self.damping = damping;
         self.factor = admissible * damping;
         self.factor
     }
 
     /// Whether the step limiter has let the whole step pass.
-    pub fn is_admissible(&self) -> bool {
+    pub(crate) fn is_admissible(&self) -> bool {
         self.factor == self.damping
     }
 
     /// Ends attempts whose steps are cut again and again.
-    pub fn check(&mut self, number: usize) -> Result<(), Cause> {
+    pub(crate) fn check(&mut self, number: usize) -> Result<(), Cause> {
         self.small = if number >= 2 && self.factor < SMALL_FACTOR { self.small + 1 } else { 0 };
         if self.small >= SMALL_FACTORS {
             return Err(Cause::StepLimited { factor: self.factor });

@@ -40,7 +40,7 @@ pub(super) struct Increment {
 }
 
 impl Increment {
-    pub fn new(state: &State) -> Self {
+    pub(crate) fn new(state: &State) -> Self {
         let (unknowns, equations) = (state.displacement.len(), state.multipliers.len());
         Increment {
             step: vec![0.0; unknowns],
@@ -56,7 +56,7 @@ impl Increment {
     }
 
     /// Solves for the increments under a control.
-    pub fn solve(
+    pub(crate) fn solve(
         &mut self,
         linear: &Linear<'_>,
         control: Control<'_>,
@@ -76,7 +76,12 @@ impl Increment {
     }
 
     /// Recovers the increments of the condensed unknowns; the largest part of the step that is admissible.
-    pub fn advance<const D: usize>(&mut self, model: &Model<D>, zones: &[Zone], state: &State) -> Result<f64, Cause> {
+    pub(crate) fn advance<const D: usize>(
+        &mut self,
+        model: &Model<D>,
+        zones: &[Zone],
+        state: &State,
+    ) -> Result<f64, Cause> {
         let here = model.at_own(state);
         let bound = here.advance_own(&self.step, &mut self.condensed);
         if !(bound > 0.0) {
@@ -88,7 +93,7 @@ impl Increment {
     }
 
     /// Adds as much of the answer to the load as brings a controlled functional to its target.
-    pub fn meet_control(&mut self, control: Control<'_>, state: &State) -> Result<(), Cause> {
+    pub(crate) fn meet_control(&mut self, control: Control<'_>, state: &State) -> Result<(), Cause> {
         let Control::Functional(functional, target) = control else { return Ok(()) };
         functional.gradient(&state.displacement, &mut self.gradient);
         let along = dot(&self.gradient, &self.load_step);
@@ -110,7 +115,7 @@ impl Increment {
     }
 
     /// Takes `factor` of the step.
-    pub fn apply(&self, factor: f64, state: &mut State) {
+    pub(crate) fn apply(&self, factor: f64, state: &mut State) {
         for (d, s) in state.displacement.iter_mut().zip(&self.step) {
             *d += factor * s;
         }
@@ -149,12 +154,12 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
-    pub fn new(equations: usize) -> Self {
+    pub(crate) fn new(equations: usize) -> Self {
         Buffers { zero_violation: vec![0.0; equations], unused: vec![0.0; equations], ..Buffers::default() }
     }
 
     /// Forms the right-hand sides for increments under a control. The residual of the system changes its sign.
-    pub fn form(
+    pub(crate) fn form(
         &mut self,
         enforced: &dyn Enforced,
         system: &mut System,
@@ -172,7 +177,13 @@ impl Buffers {
     }
 
     /// Forms the right-hand side for the answer to the load. The load slope of the system changes its sign.
-    pub fn form_load(&mut self, enforced: &dyn Enforced, system: &mut System, equations: &Constraints, state: &State) {
+    pub(crate) fn form_load(
+        &mut self,
+        enforced: &dyn Enforced,
+        system: &mut System,
+        equations: &Constraints,
+        state: &State,
+    ) {
         equations.load_slope(state.load, &mut self.slope);
         negate(&mut system.load_slope);
         enforced.restrict(&system.load_slope, &self.slope, system, &mut self.load_rhs);
@@ -191,14 +202,14 @@ pub(super) struct Linear<'a> {
 
 impl Linear<'_> {
     /// Negative pivots less constraints; 0 where the solver does not know them.
-    pub fn unstable_modes(&self) -> usize {
+    pub(crate) fn unstable_modes(&self) -> usize {
         let constraints = self.enforced.class().constraints();
         self.factors.inertia().map_or(0, |inertia| inertia.negative.saturating_sub(constraints))
     }
 
     /// Solves for a reduced right-hand side: the symmetric factors carry the symmetric part, sweeps of iterative
     /// refinement the skew part and what rounding left.
-    pub fn solve(&self, load: bool, buffers: &mut Buffers) -> Result<(), LinearError> {
+    pub(crate) fn solve(&self, load: bool, buffers: &mut Buffers) -> Result<(), LinearError> {
         let Linear { enforced, factors, system, values } = self;
         let symmetric = system.is_symmetric();
         let rhs = if load { &buffers.load_rhs } else { &buffers.rhs };

@@ -106,14 +106,14 @@ impl<const D: usize> Workspace<'_, D> {
     }
 
     /// Negative pivots less constraints at the last factorisation, where the solver knows them.
-    pub fn unstable_modes(&self) -> Option<usize> {
+    pub(crate) fn unstable_modes(&self) -> Option<usize> {
         let constraints = self.tangent.enforced.class().constraints();
         self.inertia.map(|inertia| inertia.negative.saturating_sub(constraints))
     }
 
     /// The tangent displacement to the full load at a state: increments for a unit change of the load factor,
     /// with the tangent of that state (at rest: without any follower stiffness).
-    pub fn tangent_displacement(&mut self, state: &State) -> Result<Vec<f64>, Rejection> {
+    pub(crate) fn tangent_displacement(&mut self, state: &State) -> Result<Vec<f64>, Rejection> {
         let mut buffers = Buffers::new(self.equations.len());
         let equations = self.equations;
         self.iterations += 1;
@@ -129,7 +129,7 @@ impl<const D: usize> Workspace<'_, D> {
     }
 
     /// Writes the multipliers of a converged state, for strategies whose multipliers are no unknowns.
-    pub fn react(&mut self, state: &mut State) {
+    pub(crate) fn react(&mut self, state: &mut State) {
         if self.equations.is_empty() {
             return;
         }

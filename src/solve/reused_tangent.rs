@@ -37,7 +37,7 @@ impl<const D: usize> ReusedTangent<'_, D> {
     ///
     /// The contraction is that of two steps together: where pressures are condensed every other step mends what the
     /// one before has left, and single steps tell nothing.
-    pub fn settle(
+    pub(crate) fn settle(
         &mut self,
         state: &mut State,
         next: &mut Increment,

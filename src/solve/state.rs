@@ -39,7 +39,11 @@ impl State {
     ///
     /// # Errors
     /// [`SolveError::OtherModel`] with the vector.
-    pub fn check_lengths<const D: usize>(&self, model: &Model<D>, equations: &Constraints) -> Result<(), SolveError> {
+    pub(crate) fn check_lengths<const D: usize>(
+        &self,
+        model: &Model<D>,
+        equations: &Constraints,
+    ) -> Result<(), SolveError> {
         model.at(self)?;
         let (given, needed) = (self.multipliers.len(), equations.len());
         if given == needed { Ok(()) } else { Err(SolveError::OtherModel { what: "multipliers", given, needed }) }

@@ -11,10 +11,13 @@ use super::increment::Linear;
 use super::rejection::Rejection;
 use super::state::State;
 
+/// The product of a zone's condensed unknowns with a vector.
+type Multiply<'a> = Box<dyn Fn(&Zone, &[f64], &mut Product) + Sync + 'a>;
+
 /// Conditions and solver bound to the pattern of a model; buffers are kept from one state to the next.
 pub(crate) struct Tangent<'a, const D: usize> {
     model: &'a Model<D>,
-    product: Box<dyn Fn(&Zone, &[f64], &mut Product) + Sync + 'a>,
+    product: Multiply<'a>,
     pub enforced: Box<dyn Enforced>,
     factorizer: Box<dyn Factorizer>,
     system: System,
@@ -22,7 +25,7 @@ pub(crate) struct Tangent<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Tangent<'a, D> {
-    pub fn new(model: &'a Model<D>, enforced: Box<dyn Enforced>, factorizer: Box<dyn Factorizer>) -> Self {
+    pub(crate) fn new(model: &'a Model<D>, enforced: Box<dyn Enforced>, factorizer: Box<dyn Factorizer>) -> Self {
         let product = Box::new(|zone: &Zone, x: &[f64], product: &mut Product| model.multiply_zone(zone, x, product));
         Tangent { model, product, enforced, factorizer, system: System::default(), values: Vec::new() }
     }

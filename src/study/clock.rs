@@ -44,29 +44,29 @@ pub(super) struct Meter {
 
 impl Meter {
     /// Seconds by phase, of an analysis that took `run` seconds after `discretize` seconds of preparation.
-    pub fn phases(&self, discretize: f64, run: f64) -> Phases {
+    pub(crate) fn phases(&self, discretize: f64, run: f64) -> Phases {
         let seconds = |counter: &AtomicU64| counter.load(Ordering::Relaxed) as f64 * 1e-9;
         let (analyze, factorize, solve) = (seconds(&self.analyze), seconds(&self.factorize), seconds(&self.solve));
         Phases { discretize, analyze, factorize, solve, assemble: (run - analyze - factorize - solve).max(0.0) }
     }
 
     /// Matrices that were factorised.
-    pub fn factorizations(&self) -> usize {
+    pub(crate) fn factorizations(&self) -> usize {
         self.factorizations.load(Ordering::Relaxed) as usize
     }
 
     /// Right-hand sides that were solved for.
-    pub fn solutions(&self) -> usize {
+    pub(crate) fn solutions(&self) -> usize {
         self.solutions.load(Ordering::Relaxed) as usize
     }
 
     /// Unknowns of the systems that were solved.
-    pub fn unknowns(&self) -> usize {
+    pub(crate) fn unknowns(&self) -> usize {
         self.unknowns.load(Ordering::Relaxed) as usize
     }
 
     /// Entries of their lower triangles.
-    pub fn entries(&self) -> usize {
+    pub(crate) fn entries(&self) -> usize {
         self.entries.load(Ordering::Relaxed) as usize
     }
 }

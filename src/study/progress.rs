@@ -60,25 +60,25 @@ pub(super) struct Limits<'a> {
 }
 
 impl<'a> Limits<'a> {
-    pub fn new(watch: &'a mut dyn Progress) -> Self {
+    pub(crate) fn new(watch: &'a mut dyn Progress) -> Self {
         Limits { watch, spent: 0.0, allowed: f64::INFINITY, times: RUNAWAY, each: 0.0, exceeded: false }
     }
 
     /// Before a model that will be the last, or not; nothing is known to limit the first one.
-    pub fn begin(&mut self, last: bool) {
+    pub(crate) fn begin(&mut self, last: bool) {
         self.times = if last { RUNAWAY_LAST } else { RUNAWAY };
         self.exceeded = false;
     }
 
     /// Once the unknowns of the model are known.
-    pub fn counts(&mut self, unknowns: usize) {
+    pub(crate) fn counts(&mut self, unknowns: usize) {
         self.each = (unknowns as f64).powf(1.5);
         let most = (self.times * self.spent).max(FREE).max(LEAST * self.each);
         self.allowed = if self.spent > 0.0 { self.spent + most } else { f64::INFINITY };
     }
 
     /// Counts one more matrix of the current model.
-    pub fn matrix(&mut self) {
+    pub(crate) fn matrix(&mut self) {
         self.spent += self.each;
     }
 }

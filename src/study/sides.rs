@@ -36,7 +36,7 @@ pub(super) struct Sides<const D: usize> {
 }
 
 impl<const D: usize> Sides<D> {
-    pub fn of(scene: &Scene<D>, scheme: &Scheme) -> Result<Self, Error> {
+    pub(crate) fn of(scene: &Scene<D>, scheme: &Scheme) -> Result<Self, Error> {
         if scene.is_scattered() {
             let (first, thin) = (1.0 / FIRST_ALONG, 0.0);
             return Ok(Sides { lengths: [1.0; D], first, thin, fewest: 1.0, scattered: true, elements: false });
@@ -71,12 +71,12 @@ impl<const D: usize> Sides<D> {
         self.lengths.iter().map(cells).collect()
     }
 
-    pub fn counts(&self, fineness: f64) -> Vec<usize> {
+    pub(crate) fn counts(&self, fineness: f64) -> Vec<usize> {
         self.cells(fineness).into_iter().map(|cells| cells + 1).collect()
     }
 
     /// Particles along each axis with twice the cells; as many for drawn shapes.
-    pub fn halved(&self, fineness: f64) -> Vec<usize> {
+    pub(crate) fn halved(&self, fineness: f64) -> Vec<usize> {
         if self.scattered {
             return self.counts(fineness);
         }
@@ -84,13 +84,13 @@ impl<const D: usize> Sides<D> {
     }
 
     /// The mean spacing of counts, in parts of the body.
-    pub fn spacing(&self, counts: &[usize]) -> f64 {
+    pub(crate) fn spacing(&self, counts: &[usize]) -> f64 {
         let cells: f64 = counts.iter().map(|&n| (n - 1) as f64).product();
         cells.powf(-1.0 / D as f64)
     }
 
     /// The scheme with so many particles, spaced as it suits.
-    pub fn scheme(&self, scheme: &Scheme, counts: &[usize]) -> Scheme {
+    pub(crate) fn scheme(&self, scheme: &Scheme, counts: &[usize]) -> Scheme {
         let scheme = scheme.clone().particles(counts);
         if !(self.elements && D > 1 && matches!(scheme.layout, Layout::Regular)) {
             return scheme;

@@ -74,7 +74,7 @@ pub(super) struct Even<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Even<'a, D> {
-    pub fn new(scene: &'a Scene<D>, scheme: &'a Scheme) -> Result<Self, crate::Error> {
+    pub(crate) fn new(scene: &'a Scene<D>, scheme: &'a Scheme) -> Result<Self, crate::Error> {
         Ok(Even { scene, scheme, sides: Sides::of(scene, scheme)?, fineness: 1.0 })
     }
 

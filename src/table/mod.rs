@@ -241,7 +241,7 @@ impl<const D: usize> ShapeTable<D> {
     }
 
     /// Number of nodes of the approximation.
-    pub fn node_count(&self) -> usize {
+    pub(crate) fn node_count(&self) -> usize {
         self.node_count
     }
 
@@ -258,7 +258,7 @@ impl<const D: usize> ShapeTable<D> {
     }
 
     /// Whether values are stored: not in smoothed tables.
-    pub fn has_values(&self) -> bool {
+    pub(crate) fn has_values(&self) -> bool {
         !self.values.is_empty()
     }
 

@@ -14,7 +14,7 @@ impl<const D: usize> ShapeTable<D> {
     ///
     /// # Errors
     /// Where the stretch is not finite or not above zero.
-    pub fn expanding(mut self, stretch: impl Fn(&Point<D>) -> f64) -> Result<Self, Error> {
+    pub(crate) fn expanding(mut self, stretch: impl Fn(&Point<D>) -> f64) -> Result<Self, Error> {
         let factors: Vec<f64> = self.positions.iter().map(stretch).collect();
         if let Some(point) = factors.iter().position(|s| !(*s > 0.0 && s.is_finite())) {
             let at = self.positions[point].as_slice().to_vec();

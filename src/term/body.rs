@@ -66,7 +66,12 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 
     /// As [`new`](Body::new) with the measure of volume that projected fields project.
-    pub fn projecting(table: ShapeTable<D>, material: M, field: PressureField, measure: ProjectedMeasure) -> Self {
+    pub(crate) fn projecting(
+        table: ShapeTable<D>,
+        material: M,
+        field: PressureField,
+        measure: ProjectedMeasure,
+    ) -> Self {
         let adapted = measure == ProjectedMeasure::Adapted;
         let stabilisation = match field {
             PressureField::Constant | PressureField::Linear => {

@@ -72,7 +72,7 @@ impl<const D: usize, M: Material> Body<D, M> {
     ///
     /// A first guess for a state whose pressures are known from another model; empty where pressures are no
     /// unknowns.
-    pub fn condensed_of(&self, pressure: impl Fn(&Point<D>) -> f64) -> Vec<f64> {
+    pub(crate) fn condensed_of(&self, pressure: impl Fn(&Point<D>) -> f64) -> Vec<f64> {
         let clusters = self.table.clusters();
         let total = clusters.len().checked_sub(1).map_or(0, |last| self.condensed(last).end);
         let mut condensed = vec![0.0; total];

@@ -81,7 +81,7 @@ impl<const D: usize, M: Material> Body<D, M> {
 
     /// Values of the orthonormal zone functions $\varphi_k$ of the point's cluster, $\int\varphi_k\varphi_l = \delta_{kl}$;
     /// empty where pressures are not projected. A cluster of too few points has zeros in place of the last ones.
-    pub fn zone_functions(&self, point: usize) -> &[f64] {
+    pub(crate) fn zone_functions(&self, point: usize) -> &[f64] {
         self.phi(point)
     }
 

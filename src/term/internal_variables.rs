@@ -20,7 +20,7 @@ pub(super) struct Recall<'a> {
 impl<'a> Recall<'a> {
     /// Internal variables of a point.
     #[inline]
-    pub fn at(&self, point: usize) -> &'a [f64] {
+    pub(crate) fn at(&self, point: usize) -> &'a [f64] {
         &self.points[point * self.each..(point + 1) * self.each]
     }
 }

@@ -44,13 +44,8 @@ pub struct Zone {
 }
 
 impl Zone {
-    /// Number of functions.
-    pub fn functions<const D: usize>(&self) -> usize {
-        self.slopes.len() / (D * self.nodes.len()).max(1)
-    }
-
     /// $C x$ for a vector over all unknowns.
-    pub fn gather<const D: usize>(&self, x: &[f64]) -> [f64; FUNCTIONS] {
+    pub(crate) fn gather<const D: usize>(&self, x: &[f64]) -> [f64; FUNCTIONS] {
         let mut sums = [0.0; FUNCTIONS];
         let size = D * self.nodes.len();
         for (sum, row) in sums.iter_mut().zip(self.slopes.chunks_exact(size.max(1))) {
@@ -86,7 +81,7 @@ impl Zone {
     }
 
     /// $H$ with a unit diagonal for functions that the zone lacks.
-    pub fn regular_hessian(&self) -> Matrix4<f64> {
+    pub(crate) fn regular_hessian(&self) -> Matrix4<f64> {
         let mut hessian = Matrix4::from_fn(|k, l| self.hessian[k][l]);
         for k in 0..FUNCTIONS {
             if hessian[(k, k)] == 0.0 {

@@ -25,7 +25,7 @@ pub(super) struct Jet {
 
 impl VolumetricMeasure {
     /// The measure with $q = 1/m$, $m$ = `roots` from 1 to 3.
-    pub fn roots(roots: usize) -> Self {
+    pub(crate) fn roots(roots: usize) -> Self {
         match roots {
             0 | 1 => VolumetricMeasure::Volume,
             2 => VolumetricMeasure::Square,
@@ -35,7 +35,7 @@ impl VolumetricMeasure {
 
     /// The measure whose $q$ is a part of the way from this one's to 1.
     #[inline(always)]
-    pub fn towards_volume(self, part: f64) -> Self {
+    pub(crate) fn towards_volume(self, part: f64) -> Self {
         // Nothing of it is by far the usual case.
         if part <= 0.0 || self == VolumetricMeasure::Volume {
             return self;
@@ -58,7 +58,7 @@ impl VolumetricMeasure {
 
     /// $G$ at a determinant; NaN below zero.
     #[inline(always)]
-    pub fn of(self, j: f64) -> Jet {
+    pub(crate) fn of(self, j: f64) -> Jet {
         let power = match self {
             VolumetricMeasure::Volume => return Jet { value: j, slope: 1.0, curvature: 0.0 },
             VolumetricMeasure::Square => j.sqrt(),
@@ -73,7 +73,7 @@ impl VolumetricMeasure {
 
     /// $\hat U$, the energy as a function of $G$: $\hat U(G(J)) = U(J)$.
     #[inline(always)]
-    pub fn energy(self, volumetric: &dyn VolumetricEnergy, measure: f64) -> Volumetric {
+    pub(crate) fn energy(self, volumetric: &dyn VolumetricEnergy, measure: f64) -> Volumetric {
         let q = self.exponent();
         let power = 1.0 + q * (measure - 1.0);
         // dJ/dG and d²J/dG² of J = powerᵐ, m = 1/q.

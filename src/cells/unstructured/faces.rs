@@ -43,7 +43,7 @@ pub(super) struct Piece {
 }
 
 impl Faces {
-    pub fn new<const D: usize>(mesh: &Mesh<D>) -> Result<Self, MeshError> {
+    pub(crate) fn new<const D: usize>(mesh: &Mesh<D>) -> Result<Self, MeshError> {
         let mut faces = Faces {
             corners: Vec::new(),
             beside: Vec::new(),
@@ -84,38 +84,38 @@ impl Faces {
     }
 
     /// Number of facets on faces: one at each corner of each.
-    pub fn facet_count(&self) -> usize {
+    pub(crate) fn facet_count(&self) -> usize {
         self.facets.last().map_or(0, |end| *end as usize)
     }
 
     /// Face `side` of a cell.
-    pub fn of(&self, cell: usize, side: usize) -> usize {
+    pub(crate) fn of(&self, cell: usize, side: usize) -> usize {
         self.of_cells[self.starts[cell] as usize + side] as usize
     }
 
     /// Cells on both sides; on the boundary the second is [`NONE`].
-    pub fn beside(&self, face: usize) -> [u32; 2] {
+    pub(crate) fn beside(&self, face: usize) -> [u32; 2] {
         self.beside[face]
     }
 
-    pub fn corners(&self, face: usize) -> &[u32] {
+    pub(crate) fn corners(&self, face: usize) -> &[u32] {
         let count = (self.facets[face + 1] - self.facets[face]) as usize;
         &self.corners[face][..count]
     }
 
     /// The facet of a face at one of its corners.
-    pub fn facet(&self, face: usize, corner: u32) -> usize {
+    pub(crate) fn facet(&self, face: usize, corner: u32) -> usize {
         let place = self.corners(face).iter().position(|c| *c == corner).unwrap_or(0);
         self.facets[face] as usize + place
     }
 
     /// Faces on the boundary.
-    pub fn boundary(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn boundary(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.beside.len()).filter(|&face| self.beside[face][1] == NONE)
     }
 
     /// Unit normal of a face, outward of the first cell beside it.
-    pub fn normal<const D: usize>(&self, points: &[Point<D>], face: usize) -> Point<D> {
+    pub(crate) fn normal<const D: usize>(&self, points: &[Point<D>], face: usize) -> Point<D> {
         let corners = self.corners(face);
         let x = |k: usize| points[corners[k] as usize];
         if D == 2 {

@@ -20,20 +20,20 @@ pub(super) struct Bytes<'a> {
 }
 
 impl<'a> Bytes<'a> {
-    pub fn new(bytes: &'a [u8]) -> Self {
+    pub(crate) fn new(bytes: &'a [u8]) -> Self {
         Bytes { bytes, at: 0, section: "MeshFormat", writing: Writing::Text }
     }
 
-    pub fn at(&self) -> usize {
+    pub(crate) fn at(&self) -> usize {
         self.at
     }
 
-    pub fn is_text(&self) -> bool {
+    pub(crate) fn is_text(&self) -> bool {
         self.writing == Writing::Text
     }
 
     /// Names the section for messages.
-    pub fn enter(&mut self, section: &'static str) {
+    pub(crate) fn enter(&mut self, section: &'static str) {
         self.section = section;
     }
 
@@ -41,7 +41,7 @@ impl<'a> Bytes<'a> {
         MeshError::Truncated { section: self.section, at: self.at }
     }
 
-    pub fn malformed(&self, section: &'static str, what: String) -> MeshError {
+    pub(crate) fn malformed(&self, section: &'static str, what: String) -> MeshError {
         MeshError::Malformed { section, at: self.at, what }
     }
 
@@ -56,7 +56,7 @@ impl<'a> Bytes<'a> {
     }
 
     /// The next word between blanks.
-    pub fn word(&mut self) -> Result<&'a [u8], MeshError> {
+    pub(crate) fn word(&mut self) -> Result<&'a [u8], MeshError> {
         self.skip_blank();
         let start = self.at;
         let rest = &self.bytes[start..];
@@ -69,7 +69,7 @@ impl<'a> Bytes<'a> {
     }
 
     /// The name of the section that begins next; none at the end of the file.
-    pub fn section(&mut self) -> Result<Option<Vec<u8>>, MeshError> {
+    pub(crate) fn section(&mut self) -> Result<Option<Vec<u8>>, MeshError> {
         self.skip_blank();
         if self.at == self.bytes.len() {
             return Ok(None);
@@ -81,7 +81,7 @@ impl<'a> Bytes<'a> {
     }
 
     /// Reads the end of a section.
-    pub fn end_of(&mut self, name: &[u8]) -> Result<(), MeshError> {
+    pub(crate) fn end_of(&mut self, name: &[u8]) -> Result<(), MeshError> {
         let word = self.word()?;
         if word.strip_prefix(b"$End") == Some(name) {
             return Ok(());
@@ -90,7 +90,7 @@ impl<'a> Bytes<'a> {
     }
 
     /// Skips a section that is not read.
-    pub fn skip_to_end_of(&mut self, name: &[u8]) -> Result<(), MeshError> {
+    pub(crate) fn skip_to_end_of(&mut self, name: &[u8]) -> Result<(), MeshError> {
         let end = [b"$End", name].concat();
         let rest = &self.bytes[self.at..];
         let mut from = 0;
@@ -107,7 +107,7 @@ impl<'a> Bytes<'a> {
     }
 
     /// Turns to binary numbers: reads the one that tells the order of bytes.
-    pub fn binary(&mut self) -> Result<(), MeshError> {
+    pub(crate) fn binary(&mut self) -> Result<(), MeshError> {
         // The line ends; what follows is binary.
         self.end_line()?;
         let one = self.take::<4>()?;
@@ -122,7 +122,7 @@ impl<'a> Bytes<'a> {
     }
 
     /// Goes beyond the end of the line, where binary numbers begin.
-    pub fn end_line(&mut self) -> Result<(), MeshError> {
+    pub(crate) fn end_line(&mut self) -> Result<(), MeshError> {
         match self.bytes[self.at..].iter().position(|b| *b == b'\n') {
             Some(end) => {
                 self.at += end + 1;
@@ -141,7 +141,7 @@ impl<'a> Bytes<'a> {
     }
 
     /// An integer written as text, whatever the rest is.
-    pub fn text_integer(&mut self) -> Result<i64, MeshError> {
+    pub(crate) fn text_integer(&mut self) -> Result<i64, MeshError> {
         let word = self.word()?;
         let (digits, negative) = match word {
             [b'-', rest @ ..] => (rest, true),
@@ -172,7 +172,7 @@ impl<'a> Bytes<'a> {
 
     /// An integer; 32 bits where it is binary.
     #[inline]
-    pub fn int(&mut self) -> Result<i64, MeshError> {
+    pub(crate) fn int(&mut self) -> Result<i64, MeshError> {
         match self.writing {
             Writing::Text => self.text_integer(),
             Writing::Binary => Ok(i64::from(i32::from_le_bytes(self.take()?))),
@@ -182,7 +182,7 @@ impl<'a> Bytes<'a> {
 
     /// A count or number of 64 bits.
     #[inline]
-    pub fn size(&mut self) -> Result<u64, MeshError> {
+    pub(crate) fn size(&mut self) -> Result<u64, MeshError> {
         match self.writing {
             Writing::Text => {
                 let value = self.text_integer()?;
@@ -195,7 +195,7 @@ impl<'a> Bytes<'a> {
 
     /// A real number.
     #[inline]
-    pub fn real(&mut self) -> Result<f64, MeshError> {
+    pub(crate) fn real(&mut self) -> Result<f64, MeshError> {
         match self.writing {
             Writing::Text => {
                 let word = self.word()?;
@@ -208,7 +208,7 @@ impl<'a> Bytes<'a> {
     }
 
     /// A count of things that take at least so many bytes each: what the file can't hold is no count.
-    pub fn count_of(&self, count: u64, text: usize, binary: usize) -> Result<usize, MeshError> {
+    pub(crate) fn count_of(&self, count: u64, text: usize, binary: usize) -> Result<usize, MeshError> {
         let each = if self.is_text() { text } else { binary };
         let left = self.bytes.len() - self.at;
         match usize::try_from(count) {
@@ -219,7 +219,7 @@ impl<'a> Bytes<'a> {
     }
 
     /// A name in quotation marks.
-    pub fn quoted(&mut self) -> Result<String, MeshError> {
+    pub(crate) fn quoted(&mut self) -> Result<String, MeshError> {
         self.skip_blank();
         let rest = &self.bytes[self.at..];
         let line = &rest[..rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len())];

@@ -24,7 +24,7 @@ pub enum Partition {
 }
 
 /// A relative spacing of particles as a function of position.
-pub type Grading = Arc<dyn Fn(&[f64]) -> f64 + Send + Sync>;
+pub(crate) type Grading = Arc<dyn Fn(&[f64]) -> f64 + Send + Sync>;
 
 /// How supports follow from the spacing: $a_i = 2 r d_i$ (6.1).
 #[derive(Debug, Clone, Copy, PartialEq)]

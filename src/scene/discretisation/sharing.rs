@@ -21,7 +21,11 @@ impl Sharing {
     ///
     /// # Errors
     /// For rules whose points are not those of zones of cells, and for contact.
-    pub fn of<const D: usize>(scene: &Scene<D>, scheme: &Scheme, all: &BodyCells<D>) -> Result<Self, GeometryError> {
+    pub(crate) fn of<const D: usize>(
+        scene: &Scene<D>,
+        scheme: &Scheme,
+        all: &BodyCells<D>,
+    ) -> Result<Self, GeometryError> {
         let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).filter(|ranks| ranks.count() > 1);
         let by_zones = |own: &Scheme| match own.rule {
             Rule::Auto => true,
@@ -39,12 +43,12 @@ impl Sharing {
     }
 
     /// The ranks.
-    pub fn ranks(&self) -> Option<Arc<dyn Ranks>> {
+    pub(crate) fn ranks(&self) -> Option<Arc<dyn Ranks>> {
         self.0.clone()
     }
 
     /// The least of the points of the smallest zones of a body, of those that have any: 0 where none has.
-    pub fn fewest(&self, mine: usize) -> Option<usize> {
+    pub(crate) fn fewest(&self, mine: usize) -> Option<usize> {
         let ranks = self.0.as_ref()?;
         // A rank without zones asks for nothing.
         let fewest = ranks.least(if mine > 0 { mine as f64 } else { f64::INFINITY });
@@ -52,14 +56,14 @@ impl Sharing {
     }
 
     /// Replaces values by their sums over the ranks.
-    pub fn total(&self, values: &mut [f64]) {
+    pub(crate) fn total(&self, values: &mut [f64]) {
         if let Some(ranks) = &self.0 {
             ranks.sum(values);
         }
     }
 
     /// This rank's zones.
-    pub fn zones<const D: usize>(&self, cells: &dyn Cells<D>, zones: Zones) -> Zones {
+    pub(crate) fn zones<const D: usize>(&self, cells: &dyn Cells<D>, zones: Zones) -> Zones {
         let Some(ranks) = &self.0 else { return zones };
         let curve = Morton::through(cells.positions());
         zones.share(ranks.rank(), ranks.count(), |cell| {
@@ -73,7 +77,7 @@ impl Sharing {
     ///
     /// # Errors
     /// As [`Cells::smoothing`].
-    pub fn smoothing<const D: usize>(
+    pub(crate) fn smoothing<const D: usize>(
         &self,
         cells: &dyn Cells<D>,
         [parts, gauss]: [usize; 2],
@@ -84,7 +88,7 @@ impl Sharing {
     }
 
     /// This rank's zones of numbered cells that follow each other in space.
-    pub fn run(&self, zones: Zones) -> Zones {
+    pub(crate) fn run(&self, zones: Zones) -> Zones {
         match &self.0 {
             Some(ranks) => zones.share(ranks.rank(), ranks.count(), u64::from),
             None => zones,
@@ -92,7 +96,7 @@ impl Sharing {
     }
 
     /// This rank's points of faces of elements.
-    pub fn element_points<const D: usize>(&self, points: ElementPoints<D>) -> ElementPoints<D> {
+    pub(crate) fn element_points<const D: usize>(&self, points: ElementPoints<D>) -> ElementPoints<D> {
         match &self.0 {
             Some(ranks) => points.share(ranks.rank(), ranks.count()),
             None => points,
@@ -100,7 +104,7 @@ impl Sharing {
     }
 
     /// This rank's points of a boundary, of other zones than those of cells, or of a single force.
-    pub fn points<const D: usize>(&self, points: Points<D>) -> Points<D> {
+    pub(crate) fn points<const D: usize>(&self, points: Points<D>) -> Points<D> {
         match &self.0 {
             Some(ranks) => points.share(ranks.rank(), ranks.count()),
             None => points,
