@@ -2,6 +2,7 @@
 
 use crate::assembly::Pattern;
 use crate::error::LinearError;
+use crate::parallel::{for_each_mut, map_with};
 
 use super::{Direct, Factorizer, Factors, LinearSolver, MatrixClass};
 
@@ -11,6 +12,8 @@ type Block = [f64; BLOCK * BLOCK];
 
 /// Nodes up to which a level is factorised: some thousand unknowns with 81 entries a row take milliseconds.
 const COARSEST: usize = 1500;
+/// Rows that one thread at a time multiplies.
+const ROWS: usize = 2048;
 /// Sweeps before and after the coarser level.
 const SWEEPS: usize = 2;
 
@@ -118,6 +121,30 @@ impl BlockMatrix {
         let range = self.starts[row]..self.starts[row + 1];
         let at = self.columns[range.clone()].binary_search(&(row as u32)).ok()?;
         Some(&self.values[range.start + at])
+    }
+
+    /// Rows cut where no row of a part sees further than the parts beside it: even parts may be relaxed at the same time, and odd
+    /// ones.
+    fn parts(&self) -> Vec<usize> {
+        let far = |row: usize| {
+            let columns = &self.columns[self.starts[row]..self.starts[row + 1]];
+            columns.iter().map(|&column| row.abs_diff(column as usize)).max().unwrap_or(0)
+        };
+        let reach = (0..self.rows()).map(far).max().unwrap_or(0).max(1);
+        let count = (self.rows() / reach).max(1);
+        (0..=count).map(|part| self.rows() * part / count).collect()
+    }
+
+    /// $b - A x$.
+    fn residuals(&self, b: &[f64], x: &[f64]) -> Vec<f64> {
+        let mut left = vec![0.0; self.rows() * BLOCK];
+        let mut pieces: Vec<&mut [f64]> = left.chunks_mut(BLOCK * ROWS).collect();
+        for_each_mut(&mut pieces, |piece, left| {
+            for (row, left) in (piece * ROWS..).zip(left.as_chunks_mut::<BLOCK>().0) {
+                *left = self.residual(row, b, x);
+            }
+        });
+        left
     }
 
     /// $b - A x$ in one row of blocks.
@@ -241,6 +268,8 @@ fn multilinear(points: &[[f64; 3]], cells: [usize; 3]) -> Transfer {
 
 struct Level {
     matrix: BlockMatrix,
+    /// Where the parts of its rows start, and the end.
+    parts: Vec<usize>,
     inverse: Vec<Block>,
     transfer: Transfer,
     /// Nodes of the next level.
@@ -277,7 +306,8 @@ impl Multilevel {
             cells = coarser;
             let inverse = (0..matrix.rows()).map(|row| inverted(matrix.diagonal(row))).collect();
             let n = matrix.rows() * BLOCK;
-            levels.push(Level { matrix, inverse, transfer, coarse: next, right: vec![0.0; n], x: vec![0.0; n] });
+            let parts = matrix.parts();
+            levels.push(Level { matrix, parts, inverse, transfer, coarse: next, right: vec![0.0; n], x: vec![0.0; n] });
             matrix = coarse;
         }
         let (pattern, values) = matrix.lower();
@@ -306,13 +336,11 @@ impl Cycles<'_> {
             level.right.copy_from_slice(&right);
             level.x.fill(0.0);
             for _ in 0..SWEEPS {
-                for row in 0..level.matrix.rows() {
-                    level.relax(row);
-                }
+                level.sweep(false);
             }
             right = vec![0.0; level.coarse * BLOCK];
-            for row in 0..level.matrix.rows() {
-                let left = level.matrix.residual(row, &level.right, &level.x);
+            let left = level.matrix.residuals(&level.right, &level.x);
+            for (row, left) in left.as_chunks::<BLOCK>().0.iter().enumerate() {
                 for (node, weight) in level.transfer.row(row) {
                     for i in 0..BLOCK {
                         right[node * BLOCK + i] += weight * left[i];
@@ -330,9 +358,7 @@ impl Cycles<'_> {
                 }
             }
             for _ in 0..SWEEPS {
-                for row in (0..level.matrix.rows()).rev() {
-                    level.relax(row);
-                }
+                level.sweep(true);
             }
             right.clear();
             right.extend_from_slice(&level.x);
@@ -343,15 +369,43 @@ impl Cycles<'_> {
 }
 
 impl Level {
-    /// One step of Gauss and Seidel.
-    #[inline(always)]
-    fn relax(&mut self, row: usize) {
-        let left = self.matrix.residual(row, &self.right, &self.x);
-        let inverse = &self.inverse[row];
-        for i in 0..BLOCK {
-            self.x[row * BLOCK + i] +=
-                inverse[i * BLOCK] * left[0] + inverse[i * BLOCK + 1] * left[1] + inverse[i * BLOCK + 2] * left[2];
+    /// One sweep of Gauss and Seidel, over the even parts and then the odd ones, or the other way round.
+    fn sweep(&mut self, backward: bool) {
+        for colour in if backward { [1, 0] } else { [0, 1] } {
+            let all: Vec<usize> = (colour..self.parts.len() - 1).step_by(2).collect();
+            let done = map_with(all.len(), 2, || (), |(), k| self.relaxed(all[k], backward));
+            for (&part, x) in all.iter().zip(done) {
+                self.x[BLOCK * self.parts[part]..][..x.len()].copy_from_slice(&x);
+            }
         }
+    }
+
+    /// What a sweep makes of one part.
+    fn relaxed(&self, part: usize, backward: bool) -> Vec<f64> {
+        let own = self.parts[part]..self.parts[part + 1];
+        let mut mine = self.x[BLOCK * own.start..BLOCK * own.end].to_vec();
+        let BlockMatrix { starts, columns, values } = &self.matrix;
+        for k in 0..own.len() {
+            let row = if backward { own.end - 1 - k } else { own.start + k };
+            let mut left = [self.right[row * BLOCK], self.right[row * BLOCK + 1], self.right[row * BLOCK + 2]];
+            let range = starts[row]..starts[row + 1];
+            for (&column, block) in columns[range.clone()].iter().zip(&values[range]) {
+                let column = column as usize;
+                let x = match own.contains(&column) {
+                    true => &mine[(column - own.start) * BLOCK..][..BLOCK],
+                    false => &self.x[column * BLOCK..][..BLOCK],
+                };
+                for i in 0..BLOCK {
+                    left[i] -= block[i * BLOCK] * x[0] + block[i * BLOCK + 1] * x[1] + block[i * BLOCK + 2] * x[2];
+                }
+            }
+            let inverse = &self.inverse[row];
+            for (i, x) in mine[(row - own.start) * BLOCK..][..BLOCK].iter_mut().enumerate() {
+                *x +=
+                    inverse[i * BLOCK] * left[0] + inverse[i * BLOCK + 1] * left[1] + inverse[i * BLOCK + 2] * left[2];
+            }
+        }
+        mine
     }
 }
 

@@ -203,7 +203,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
                     let (i, s) = components.places[a];
                     for b in 0..count {
                         let (j, t) = components.places[b];
-                        let value = weight * tangent[a * count + b];
+                        let value = (weight * tangent[a * count + b]) as f32;
                         match 3 * s + i {
                             row @ 0..8 => packed.0[3 * t + j][row] = value,
                             _ => packed.1 = value,

@@ -138,16 +138,16 @@ fn contracted<A: Arithmetic>((columns, corner): &Tangent, gradient: &[f64; 9]) -
     let mut sums = [[0.0; 8]; 2];
     for (k, (column, factor)) in columns.iter().zip(gradient).enumerate() {
         for l in 0..8 {
-            sums[k % 2][l] = A::multiply_add(column[l], *factor, sums[k % 2][l]);
+            sums[k % 2][l] = A::multiply_add(f64::from(column[l]), *factor, sums[k % 2][l]);
         }
     }
     let mut stress = [0.0; 9];
     let mut last = [0.0; 8];
     for l in 0..8 {
         stress[l] = sums[0][l] + sums[1][l];
-        last[l] = columns[8][l] * gradient[l];
+        last[l] = f64::from(columns[8][l]) * gradient[l];
     }
-    stress[8] = A::multiply_add(*corner, gradient[8], total(&last));
+    stress[8] = A::multiply_add(f64::from(*corner), gradient[8], total(&last));
     stress
 }
 

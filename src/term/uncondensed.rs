@@ -8,8 +8,9 @@ use crate::simd::LANES;
 pub(crate) const FUNCTIONS: usize = 4;
 
 /// A symmetric tangent, rows and columns $3s + i$ for component $i$ and slot $s$: nine columns without their last row, which fill
-/// registers, and the last diagonal entry.
-pub(crate) type Tangent = ([[f64; 8]; 9], f64);
+/// registers, and the last diagonal entry. In single precision, for they are most of what a large model keeps: solutions are
+/// sought to 1e-5 at best, and Newton's method takes the residual from the state.
+pub(crate) type Tangent = ([[f32; 8]; 9], f32);
 
 /// The product of a zone's matrix with a vector, and the working memory behind it.
 #[derive(Debug, Clone, Default)]

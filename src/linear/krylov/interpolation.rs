@@ -4,9 +4,13 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::assembly::Ranks;
+use crate::parallel::for_each_mut;
 
 use super::super::vector::dot;
 use super::auxiliary::Auxiliary;
+
+/// Rows that one thread at a time multiplies.
+const ROWS: usize = 2048;
 
 /// Solutions with the values of shape functions at particles, by a polynomial of fixed degree.
 pub(super) struct Interpolation {
@@ -31,16 +35,19 @@ struct Sparse {
 impl Sparse {
     /// $y = x - A z$ for three components of each node.
     fn residual(&self, x: &[f64], z: &[f64], y: &mut [f64]) {
-        for row in 0..self.starts.len().saturating_sub(1) {
-            let mut sum = [x[3 * row], x[3 * row + 1], x[3 * row + 2]];
-            for k in self.starts[row]..self.starts[row + 1] {
-                let z = &z[3 * self.columns[k] as usize..][..3];
-                for i in 0..3 {
-                    sum[i] -= self.values[k] * z[i];
+        let mut pieces: Vec<&mut [f64]> = y[..3 * self.starts.len().saturating_sub(1)].chunks_mut(3 * ROWS).collect();
+        for_each_mut(&mut pieces, |piece, y| {
+            for (row, y) in (piece * ROWS..).zip(y.as_chunks_mut::<3>().0) {
+                let mut sum = [x[3 * row], x[3 * row + 1], x[3 * row + 2]];
+                for k in self.starts[row]..self.starts[row + 1] {
+                    let z = &z[3 * self.columns[k] as usize..][..3];
+                    for i in 0..3 {
+                        sum[i] -= self.values[k] * z[i];
+                    }
                 }
+                *y = sum;
             }
-            y[3 * row..3 * row + 3].copy_from_slice(&sum);
-        }
+        });
     }
 
     /// $y \mathrel{-}= A^T z$.

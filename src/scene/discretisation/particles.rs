@@ -51,11 +51,7 @@ pub(crate) fn particles<const D: usize>(
     let rule = over_boundary.then_some(facets);
     let (mut equations, placed) = equations(scene, definition.conditions, &**cells, &approximation, rule, refused)?;
     let ties = definition.tied(&mut equations, &approximation, rule)?;
-    // Several bodies are solved by factors.
-    // Factors leave out parts of the matrix of contact, which sweeps over them put right.
-    let untouched = scene.contacts.is_empty() && scene.contact_pairs.is_empty();
-    let alone = scene.bodies.len() == 1 && scene.rigids.is_empty() && untouched;
-    let krylov = match alone {
+    let krylov = match super::space::is_one_body(scene) {
         true => super::space::krylov(scene, scheme, &**cells, &approximation, &body, &equations, sharing)?,
         false => None,
     };

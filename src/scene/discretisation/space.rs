@@ -20,9 +20,6 @@ use super::unmeasured::Unmeasured;
 use crate::scene::Scene;
 use crate::scene::{ApproximationChoice, Dilation, PressureScheme, Scheme, SolverChoice};
 
-/// Part of the memory at hand that factors may take.
-const ROOM: f64 = 0.6;
-
 /// Half the width of a band that takes as many operations as nested dissection does, in layers of particles: counted for
 /// cubes with 9, 13 and 17 a side, where the factors of 2187, 6591 and 14 739 unknowns take 0.9, 11.5 and 73 times 1e9.
 const REACH: f64 = 2.6;
@@ -32,7 +29,13 @@ const REACH: f64 = 2.6;
 /// and tell whether states are stable, with 13 (1.7e6) 3.1 times.
 const WORTH: f64 = 1e6;
 
-/// Whether a lattice of particles is solved by iteration.
+/// Whether a scene's matrix is that of one body: with several, rigid ones or contact it is solved by factors.
+pub(crate) fn is_one_body<const D: usize>(scene: &Scene<D>) -> bool {
+    scene.bodies.len() == 1 && scene.rigids.is_empty() && scene.contacts.is_empty() && scene.contact_pairs.is_empty()
+}
+
+/// Whether a lattice of particles is solved by iteration where its scene allows for it: by the problem alone, whatever else
+/// the machine does.
 pub(crate) fn iterates(scheme: &Scheme, counts: &[usize]) -> bool {
     if counts.len() != 3 || scheme.approximation != ApproximationChoice::Particles {
         return false;
@@ -45,8 +48,7 @@ pub(crate) fn iterates(scheme: &Scheme, counts: &[usize]) -> bool {
             counts.sort_by(f64::total_cmp);
             let unknowns = 3.0 * counts.iter().product::<f64>();
             let band = (3.0 * counts[0] * counts[1] * REACH).min(unknowns);
-            let room = super::memory::at_hand().map_or(f64::INFINITY, |room| ROOM * room as f64);
-            band * band > WORTH || 8.0 * unknowns * band > room
+            band * band > WORTH
         }
     }
 }
@@ -55,7 +57,7 @@ pub(crate) fn iterates(scheme: &Scheme, counts: &[usize]) -> bool {
 ///
 /// # Errors
 /// [`SolveError::Memory`] with the bytes that the model would take and the size that fits.
-pub(crate) fn refuse(scheme: &Scheme, counts: &[usize]) -> Result<(), SolveError> {
+pub(crate) fn refuse(scheme: &Scheme, counts: &[usize], one_body: bool) -> Result<(), SolveError> {
     let limit = scheme.memory.or_else(super::memory::at_hand);
     let (Some(limit), 3, ApproximationChoice::Particles) = (limit, counts.len(), scheme.approximation) else {
         return Ok(());
@@ -67,8 +69,8 @@ pub(crate) fn refuse(scheme: &Scheme, counts: &[usize]) -> Result<(), SolveError
     // Each of several ranks takes its share.
     let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).map_or(1, |ranks| ranks.count()) as f64;
     let preconditioner = scheme.solver.as_ref().is_some_and(|solver| solver.preconditioner(&[]).is_some());
-    let takes =
-        |counts: &[usize]| super::memory::needed(counts, reach, preconditioner || iterates(scheme, counts)) / ranks;
+    let by_iteration = |counts: &[usize]| preconditioner || one_body && iterates(scheme, counts);
+    let takes = |counts: &[usize]| super::memory::needed(counts, reach, by_iteration(counts)) / ranks;
     let (needed, limit) = (takes(counts), limit as f64);
     if !(needed > limit) {
         return Ok(());
