@@ -3,6 +3,7 @@
 use crate::assembly::{Pattern, System};
 use crate::error::BoundaryError;
 use crate::linear::MatrixClass;
+use crate::simd::{Arithmetic, Task, dispatch};
 
 use super::elimination::{Group, eliminate};
 use super::{Constraints, Enforced, Enforcement, pattern_fits};
@@ -169,6 +170,53 @@ impl Bound {
     }
 }
 
+/// Rows and columns whose sums fill the registers.
+const TILE: [usize; 2] = [4, 16];
+
+/// Adds $W^T Y$, for $W$ of `n` and $Y$ of `width` columns, by rows.
+struct Product<'a> {
+    w: &'a [f64],
+    n: usize,
+    y: &'a [f64],
+    width: usize,
+    block: &'a mut [f64],
+}
+
+impl Task for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arithmetic>(self) {
+        let Product { w, n, y, width, block } = self;
+        for column in (0..width).step_by(TILE[1]) {
+            let across = TILE[1].min(width - column);
+            for row in (0..n).step_by(TILE[0]) {
+                let down = TILE[0].min(n - row);
+                let mut sums = [[0.0; TILE[1]]; TILE[0]];
+                for (w, y) in w.chunks_exact(n).zip(y.chunks_exact(width)) {
+                    let (mut factors, mut numbers) = ([0.0; TILE[0]], [0.0; TILE[1]]);
+                    if [down, across] == TILE {
+                        factors.copy_from_slice(&w[row..row + TILE[0]]);
+                        numbers.copy_from_slice(&y[column..column + TILE[1]]);
+                    } else {
+                        factors[..down].copy_from_slice(&w[row..row + down]);
+                        numbers[..across].copy_from_slice(&y[column..column + across]);
+                    }
+                    for (sums, factor) in sums.iter_mut().zip(factors) {
+                        for (sum, number) in sums.iter_mut().zip(numbers) {
+                            *sum = A::multiply_add(factor, number, *sum);
+                        }
+                    }
+                }
+                for (k, sums) in sums[..down].iter().enumerate() {
+                    let target = &mut block[(row + k) * width + column..][..across];
+                    target.iter_mut().zip(sums).for_each(|(target, sum)| *target += sum);
+                }
+            }
+        }
+    }
+}
+
 impl Enforced for Bound {
     fn pattern(&self) -> &Pattern {
         &self.reduced
@@ -227,17 +275,7 @@ impl Enforced for Bound {
             let (n, width) = (group.free.len(), group.coupled.len());
             block.clear();
             block.resize(n * width, 0.0);
-            for p in 0..group.pivots.len() {
-                let source = &y[p * width..(p + 1) * width];
-                for s in 0..n {
-                    let w = group.w[p * n + s];
-                    if w != 0.0 {
-                        for (b, y) in block[s * width..(s + 1) * width].iter_mut().zip(source) {
-                            *b += w * y;
-                        }
-                    }
-                }
-            }
+            dispatch(Product { w: &group.w, n, y, width, block: &mut block });
             for s in 0..n {
                 for k in 0..width {
                     let twice = if group.free[s] == group.coupled[k] { 2.0 } else { 1.0 };

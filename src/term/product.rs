@@ -84,22 +84,32 @@ fn eight(slot: &[f64], have: usize) -> [f64; LANES] {
 #[inline(always)]
 fn gradient<A: Arithmetic>(row: &[f64], n: usize, moved: &[Vec<[f64; LANES]>; 3]) -> [f64; 9] {
     let mut sums = [[[0.0; LANES]; 3]; 3];
-    let mut add = |k: usize, have: usize| {
-        let u: [&[f64; LANES]; 3] = std::array::from_fn(|i| &moved[i][k]);
-        for s in 0..3 {
-            let g = eight(&row[s * n + k * LANES..(s + 1) * n], have);
-            for i in 0..3 {
-                for l in 0..LANES {
-                    sums[s][i][l] = A::multiply_add(u[i][l], g[l], sums[s][i][l]);
-                }
-            }
-        }
-    };
-    (0..n / LANES).for_each(|k| add(k, LANES));
+    for k in 0..n / LANES {
+        add_gradient::<A>(row, n, moved, (k, LANES), &mut sums);
+    }
     if !n.is_multiple_of(LANES) {
-        add(n / LANES, n % LANES);
+        add_gradient::<A>(row, n, moved, (n / LANES, n % LANES), &mut sums);
     }
     std::array::from_fn(|k| total(&sums[k / 3][k % 3]))
+}
+
+/// What eight nodes, of which the table has `have`, add to the gradient of a displacement.
+#[inline(always)]
+fn add_gradient<A: Arithmetic>(
+    row: &[f64],
+    n: usize,
+    moved: &[Vec<[f64; LANES]>; 3],
+    (k, have): (usize, usize),
+    sums: &mut [[[f64; LANES]; 3]; 3],
+) {
+    for s in 0..3 {
+        let g = eight(&row[s * n + k * LANES..(s + 1) * n], have);
+        for i in 0..3 {
+            for l in 0..LANES {
+                sums[s][i][l] = A::multiply_add(moved[i][k][l], g[l], sums[s][i][l]);
+            }
+        }
+    }
 }
 
 /// Writes the forces of stresses at some points on `N` times eight nodes, of which the table has `have`.
