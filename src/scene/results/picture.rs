@@ -2,13 +2,12 @@
 
 use std::collections::{HashMap, HashSet};
 
-use nalgebra::Matrix3;
-
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::mesh::CellShape;
 use crate::output::{Picture, VtkCell};
 use crate::solve::State;
+use crate::tensor::{mean, von_mises};
 
 use super::fields::vtk_cell;
 use crate::scene::Problem;
@@ -60,7 +59,6 @@ impl<const D: usize> Problem<D> {
         let displacements = self.particle_displacements(state)?;
         let positions = &self.model().positions()[..displacements.len()];
         let mut current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
-        let mean = |stress: &Matrix3<f64>| stress.trace() / 3.0;
         let stresses = || Ok::<_, Error>(self.at_particles(&self.stresses(state)?));
         let mut values: Vec<f64> = match field {
             Field::Displacement => displacements.iter().map(|u| u.norm()).collect(),
@@ -68,10 +66,7 @@ impl<const D: usize> Problem<D> {
                 let gradients = self.at_particles(&self.deformation_gradients(state)?);
                 gradients.iter().map(|f| f.singular_values().max()).collect()
             }
-            Field::MisesStress => {
-                let deviator = |s: &Matrix3<f64>| (1.5f64).sqrt() * (s - Matrix3::identity() * mean(s)).norm();
-                stresses()?.iter().map(deviator).collect()
-            }
+            Field::MisesStress => stresses()?.iter().map(von_mises).collect(),
             Field::MeanStress => stresses()?.iter().map(mean).collect(),
         };
         let mut faces = contact_surface(&self.drawn_cells(), positions);
