@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::contact::{PairContact, RigidContact, RigidSurface};
+use crate::contact::{Interference, PairContact, RigidContact, RigidSurface};
+use crate::error::{Error, GeometryError};
 
 use super::place::Place;
 
@@ -19,12 +20,51 @@ impl<const D: usize> ContactDefinition<D> {
     }
 }
 
-/// Two parts of the boundary that may touch each other, or one that may touch itself.
+/// Two parts of the boundary that may touch each other, of one body or of two, or one that may touch itself.
+///
+/// ```
+/// use rkpm::prelude::*;
+/// // A bush whose bore is drawn smaller than the shaft that it is pressed on.
+/// let pair = ContactPair::between("shaft", "bore", "fit").interference(0.5);
+/// # let _: ContactPair<2> = pair;
+/// ```
 #[derive(Clone)]
-pub(crate) struct ContactPair<const D: usize> {
-    pub first: Place<D>,
-    pub second: Option<Place<D>>,
-    pub name: String,
+pub struct ContactPair<const D: usize> {
+    pub(crate) first: Place<D>,
+    pub(crate) second: Option<Place<D>>,
+    pub(crate) name: String,
+    pub(crate) interference: Option<Interference>,
+}
+
+impl<const D: usize> ContactPair<D> {
+    /// Two parts, whose contact goes by a name.
+    pub fn between(first: impl Into<Place<D>>, second: impl Into<Place<D>>, name: &str) -> Self {
+        ContactPair { second: Some(second.into()), ..ContactPair::itself(first, name) }
+    }
+
+    /// A part that may touch itself where it folds.
+    pub fn itself(place: impl Into<Place<D>>, name: &str) -> Self {
+        ContactPair { first: place.into(), second: None, name: name.into(), interference: None }
+    }
+
+    /// Lets the parts begin inside each other: the overlap is resolved while the load factor goes from 0 to `until`.
+    pub fn interference(mut self, until: f64) -> Self {
+        self.interference = Some(Interference::new(until));
+        self
+    }
+
+    /// Refuses stages that are none.
+    pub(super) fn validate(&self) -> Result<(), Error> {
+        let contact = format!("contact {}", self.name);
+        if let Some(interference) = &self.interference {
+            interference.validate(&contact)?;
+            if self.second.is_none() {
+                let needed = "two parts of the boundary";
+                return Err(GeometryError::Unsuited { what: "interference of a part with itself", needed }.into());
+            }
+        }
+        Ok(())
+    }
 }
 
 /// A contact in a problem.
