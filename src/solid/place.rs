@@ -222,7 +222,7 @@ fn relabel(crossed: &mut [Crossed], sheets: &mut [Sheet]) {
 
 /// The edge or corner of a level set within a cell, where its normals tell one.
 fn crease(program: &Program, surface: u32, crossed: &[Crossed], own: &[u32], mean: &Point<3>) -> Option<Point<3>> {
-    let Surface::Field { .. } = program.surfaces[surface as usize] else { return None };
+    let Surface::Field { creased: true, .. } = program.surfaces[surface as usize] else { return None };
     let normals: Vec<(Point<3>, Point<3>)> = own
         .iter()
         .map(|&k| (crossed[k as usize].at, program.surfaces[surface as usize].gradient(&crossed[k as usize].at)))

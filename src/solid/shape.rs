@@ -10,7 +10,7 @@ use crate::geometry::{Block, Point};
 use super::closed::Solid3;
 use super::contour::contour;
 use super::program::Node;
-use super::surface::Surface;
+use super::surface::{Field, Surface};
 
 /// How often a surface that came out wrong is drawn on a finer grid, and by how much finer.
 const TRIES: usize = 4;
@@ -140,13 +140,48 @@ impl Shape {
     /// The points of a block where a function is negative; it should be smooth, and about as steep everywhere near its zeros.
     /// Edges within it come out sharp to the second order of the spacing.
     pub fn level_set(min: [f64; 3], max: [f64; 3], f: impl Fn(&Point<3>) -> f64 + Send + Sync + 'static) -> Self {
+        Self::field(min, max, Arc::new(f), true)
+    }
+
+    fn field(min: [f64; 3], max: [f64; 3], field: Field, creased: bool) -> Self {
         let step = 1e-5 * (Point::from(max) - Point::from(min)).amax();
         let (turn, shift) = (Rotation3::identity(), Point::zeros());
         let mut shape = Self::block(min, max);
         if let Node::Intersection(sides) = &mut shape.node {
-            sides.insert(0, leaf(Surface::Field { field: Arc::new(f), turn, shift, step }));
+            sides.insert(0, leaf(Surface::Field { field, turn, shift, step, creased }));
         }
         shape
+    }
+
+    /// Where a stack of voxels is above a threshold, as from a scan: their counts and sizes \[length\] along the axes, and their
+    /// values, axis 0 fastest. The stack begins at the origin; values are those at the middles of voxels and linear between
+    /// them, so that the surface has no steps where they change gradually.
+    ///
+    /// # Errors
+    /// Where values and counts do not fit, sizes are not positive, or all voxels are on one side of the threshold
+    /// ([`SolidError::Empty`]).
+    pub fn voxels(
+        counts: [usize; 3],
+        sizes: [f64; 3],
+        values: Vec<f64>,
+        threshold: f64,
+    ) -> Result<Self, GeometryError> {
+        let total = counts.iter().try_fold(1usize, |product, &count| product.checked_mul(count));
+        if total != Some(values.len()) {
+            let (what, needed) = ("values of voxels", "give as many as the counts along the axes multiply to");
+            return Err(GeometryError::Count { what, count: values.len(), needed });
+        }
+        if let Some(invalid) = needs(&sizes.map(|size| ("size of a voxel", size))) {
+            return Err(invalid.into());
+        }
+        let above = values.iter().filter(|value| **value > threshold).count();
+        if above == 0 || above == values.len() {
+            let (what, remedy) = ("all voxels are on one side of the threshold", "choose one between their values");
+            return Err(SolidError::Empty { what, remedy }.into());
+        }
+        let end = std::array::from_fn(|i| counts[i] as f64 * sizes[i]);
+        let field = move |x: &Point<3>| threshold - interpolated(&counts, &sizes, &values, x);
+        Ok(Self::field([0.0; 3], end, Arc::new(field), false))
     }
 
     /// Both shapes together.
@@ -255,4 +290,20 @@ impl Shape {
         };
         Err(SolidError::Coarse { at, spacing }.into())
     }
+}
+
+/// The value at a point, trilinear between the middles of voxels and constant beyond.
+fn interpolated(counts: &[usize; 3], sizes: &[f64; 3], values: &[f64], x: &Point<3>) -> f64 {
+    let at: [f64; 3] = std::array::from_fn(|i| (x[i] / sizes[i] - 0.5).clamp(0.0, (counts[i] - 1) as f64));
+    let low = at.map(|at| at as usize);
+    let value = |corner: usize| {
+        let place: [usize; 3] = std::array::from_fn(|i| (low[i] + (corner >> i & 1)).min(counts[i] - 1));
+        values[place[0] + counts[0] * (place[1] + counts[1] * place[2])]
+    };
+    let weight = |corner: usize| -> f64 {
+        let part = |i: usize| at[i] - low[i] as f64;
+        (0..3).map(|i| if corner >> i & 1 == 1 { part(i) } else { 1.0 - part(i) }).product()
+    };
+    // What counts for nothing may be no number.
+    (0..8).map(|corner| (weight(corner), corner)).filter(|(w, _)| *w > 0.0).map(|(w, corner)| w * value(corner)).sum()
 }

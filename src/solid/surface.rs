@@ -39,12 +39,13 @@ pub(super) enum Surface {
         major: f64,
         minor: f64,
     },
-    /// A given function, turned and then shifted; differences over `step` are its slopes.
+    /// A given function, turned and then shifted; differences over `step` are its slopes. It may have edges within it.
     Field {
         field: Field,
         turn: Rotation3<f64>,
         shift: Point<3>,
         step: f64,
+        creased: bool,
     },
 }
 

@@ -138,6 +138,33 @@ fn level_sets_keep_their_creases() {
 }
 
 #[test]
+fn voxels_above_a_threshold_are_a_solid() {
+    // A ball of radius 1 with a bubble, cut by an end of the stack: gray values, and black and white.
+    let distance = |x: &Point<3>| (x.norm() - 1.0).max(0.5 - (x - Point::<3>::new(0.2, 0.1, 0.0)).norm());
+    let counts = [50, 60, 40];
+    let stack = |value: &dyn Fn(f64) -> f64| -> Vec<f64> {
+        let at = |k: usize| [k % 50, k / 50 % 60, k / 3000].map(|i| 0.05 * (i as f64 + 0.5));
+        (0..50 * 60 * 40).map(|k| value(distance(&(Point::from(at(k)) - Point::<3>::new(1.2, 1.5, 0.8))))).collect()
+    };
+    let cap = PI * 0.04 * (3.0 - 0.2) / 3.0;
+    let volume = 4.0 * PI / 3.0 * (1.0 - 0.125) - cap;
+    for (values, tolerance) in [(stack(&|d| -d), 2e-3), (stack(&|d| f64::from(d < 0.0) - 0.5), 1e-2)] {
+        let solid = Shape::voxels(counts, [0.05; 3], values, 0.0).unwrap().solid(0.05).unwrap();
+        assert!((solid.volume() / volume - 1.0).abs() < tolerance, "{} {volume}", solid.volume());
+        assert!(!solid.contains(&[1.4, 1.6, 0.8].into()) && solid.contains(&[0.4, 1.5, 0.8].into()));
+    }
+    let one = Shape::voxels([2, 2, 2], [1.0; 3], vec![1.0; 8], 0.5);
+    assert!(matches!(one, Err(GeometryError::Solid(SolidError::Empty { .. }))));
+    assert!(matches!(Shape::voxels([2, 2, 2], [1.0; 3], vec![1.0; 7], 0.5), Err(GeometryError::Count { .. })));
+    assert!(matches!(Shape::voxels([1, 1, 2], [0.0; 3], vec![0.0, 1.0], 0.5), Err(GeometryError::Invalid(_))));
+    // Noise has specks, necks and cavities of all sizes.
+    let mut random = fastrand::Rng::with_seed(11);
+    let noise: Vec<f64> = (0..8000).map(|_| random.f64()).collect();
+    let solid = Shape::voxels([20; 3], [1.0; 3], noise, 0.55).unwrap().solid(0.9).unwrap();
+    assert!(solid.volume() > 1000.0 && solid.volume() < 5000.0, "{}", solid.volume());
+}
+
+#[test]
 fn shapes_that_can_not_be_are_refused() {
     let bad = [
         Shape::sphere([0.0; 3], -1.0),
