@@ -1,6 +1,7 @@
 //! Certificates: what a scheme, and each piece of one's own, must pass.
 //!
 //! * [`scene`]: what stands between a scene and its solution, before it is solved.
+//! * [`surface`]: what stands between a surface of triangles and a solid.
 //! * [`patch_test`]: are homogeneous fields reproduced?
 //! * [`spurious_modes`]: does the integration rule see every deformation?
 //! * [`inf_sup`]: are the pressures stable?
@@ -36,6 +37,7 @@ mod scene;
 mod shape;
 mod solver;
 mod stability;
+mod surface;
 mod term;
 
 pub use cover::UncoveredRegion;
@@ -47,6 +49,7 @@ pub use scene::{Diagnosis, scene};
 pub use shape::{basis, kernel};
 pub use solver::solver;
 pub use stability::{Stability, spurious_modes};
+pub use surface::surface;
 pub use term::term;
 
 use std::fmt;

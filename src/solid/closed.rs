@@ -162,16 +162,8 @@ impl Solid3 {
 
     /// Turns closed parts outwards, those within others inwards.
     fn outward(self) -> Result<Self, GeometryError> {
-        let (part, count) = orient::parts(&self.facets);
-        // The largest facet of each part tells which side of it is inside.
-        let mut widest = vec![(0.0, 0); count];
-        for (k, &part) in part.iter().enumerate() {
-            let area = normal(&self.vertices, self.facets[k]).norm();
-            if !(area <= widest[part as usize].0) {
-                widest[part as usize] = (area, k);
-            }
-        }
-        let inner: Vec<i64> = widest.iter().map(|&(_, facet)| self.sides(facet)[1]).collect();
+        let (part, widest) = self.widest_of_parts();
+        let inner: Vec<i64> = widest.iter().map(|&facet| self.sides(facet)[1]).collect();
         let mut solid = self;
         if inner.iter().any(|inner| *inner < 1) {
             let mut facets = std::mem::take(&mut solid.facets);
@@ -180,14 +172,27 @@ impl Solid3 {
             }
             solid = Self::measured(std::mem::take(&mut solid.vertices), facets);
         }
-        match widest.iter().find(|(_, facet)| solid.sides(*facet) != [0, 1]) {
+        match widest.iter().find(|facet| solid.sides(**facet) != [0, 1]) {
             None => Ok(solid),
-            Some(&(_, facet)) => Err(SolidError::Nested { at: solid.centre(facet).into() }.into()),
+            Some(&facet) => Err(SolidError::Nested { at: solid.centre(facet).into() }.into()),
         }
     }
 
+    /// The connected part of each facet, and the largest facet of each part, which tells which side of it is inside.
+    pub(super) fn widest_of_parts(&self) -> (Vec<u32>, Vec<usize>) {
+        let (part, count) = orient::parts(&self.facets);
+        let mut widest = vec![(0.0, 0); count];
+        for (k, &part) in part.iter().enumerate() {
+            let area = normal(&self.vertices, self.facets[k]).norm();
+            if !(area <= widest[part as usize].0) {
+                widest[part as usize] = (area, k);
+            }
+        }
+        (part, widest.into_iter().map(|(_, facet)| facet).collect())
+    }
+
     /// How often the surface winds about points just in front of and just behind a facet.
-    fn sides(&self, facet: usize) -> [i64; 2] {
+    pub(super) fn sides(&self, facet: usize) -> [i64; 2] {
         let corners = self.corners(facet);
         let size = normal(&self.vertices, self.facets[facet]).norm().sqrt();
         let height = 1e-3 * size.min(2.0 * size * size / corners.iter().map(|x| (x - corners[0]).norm()).sum::<f64>());
@@ -196,7 +201,7 @@ impl Solid3 {
     }
 
     /// Normals, tree, area and volume of facets that face outwards.
-    fn measured(vertices: Vec<Point<3>>, facets: Vec<[u32; 3]>) -> Self {
+    pub(super) fn measured(vertices: Vec<Point<3>>, facets: Vec<[u32; 3]>) -> Self {
         let (mut low, mut high) = (Point::<3>::repeat(f64::INFINITY), Point::<3>::repeat(f64::NEG_INFINITY));
         for &vertex in facets.iter().flatten() {
             (low, high) = (low.inf(&vertices[vertex as usize]), high.sup(&vertices[vertex as usize]));
@@ -319,7 +324,7 @@ fn normal(vertices: &[Point<3>], facet: [u32; 3]) -> Point<3> {
 }
 
 /// The largest coordinate of vertices in use; refuses what can't be computed with.
-fn checked(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Result<f64, GeometryError> {
+pub(super) fn checked(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Result<f64, GeometryError> {
     if facets.is_empty() {
         let (what, remedy) = ("the surface has no facets", "give a closed surface");
         return Err(SolidError::Empty { what, remedy }.into());

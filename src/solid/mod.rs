@@ -8,6 +8,7 @@ mod contour;
 mod crossing;
 mod edges;
 mod features;
+mod flaws;
 mod orient;
 mod place;
 mod program;
@@ -20,5 +21,6 @@ mod weld;
 
 pub use closed::{Closest, Solid3};
 pub use features::Features;
+pub use flaws::SurfaceFlaws;
 pub use select::Select;
 pub use shape::Shape;

@@ -83,6 +83,12 @@ pub(super) fn agree(vertices: &[Point<3>], facets: &mut [Facet]) -> Result<(), S
 /// Adds facets over small openings, and refuses large ones and edges where walls meet.
 pub(super) fn close(vertices: &[Point<3>], facets: &mut Vec<Facet>) -> Result<(), SolidError> {
     let halves = half_edges(facets.iter().map(|facet| facet.corners));
+    let total: f64 = facets.iter().map(|facet| area(facet.corners.map(|v| vertices[v as usize]))).sum();
+    let open = by_edge(&halves).filter(|group| group.len() == 1).count();
+    if open > facets.len() {
+        let at = vertices[facets[0].corners[0] as usize].into();
+        return Err(SolidError::Open { edges: open, area: total, at });
+    }
     // Edges as a closing facet runs along them.
     let mut next: HashMap<u32, Vec<u32>> = HashMap::new();
     let mut starts = Vec::new();
@@ -101,7 +107,6 @@ pub(super) fn close(vertices: &[Point<3>], facets: &mut Vec<Facet>) -> Result<()
     if starts.is_empty() {
         return Ok(());
     }
-    let total: f64 = facets.iter().map(|facet| area(facet.corners.map(|v| vertices[v as usize]))).sum();
     let mut worst = (0.0, starts[0]);
     let mut added = Vec::new();
     for &start in &starts {

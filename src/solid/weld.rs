@@ -53,21 +53,7 @@ impl std::hash::Hash for Cell {
 /// Gives vertices within `tolerance` of an earlier one that stays its number; unused ones go.
 /// Facets left with two corners go too.
 pub(super) fn weld(vertices: &[Point<3>], facets: &[[u32; 3]], tolerance: f64) -> (Vec<Point<3>>, Vec<Facet>) {
-    // Places of the same bits first: most vertices of files.
-    let bits = |x: &Point<3>| Cell([0, 1, 2].map(|i| (x[i] + 0.0).to_bits() as i64));
-    let mut seen: Places<Cell> = Places::default();
-    let mut unique: Vec<Point<3>> = Vec::new();
-    let mut number = vec![u32::MAX; vertices.len()];
-    for &vertex in facets.iter().flatten() {
-        let (number, x) = (&mut number[vertex as usize], &vertices[vertex as usize]);
-        if *number == u32::MAX {
-            *number = *seen.entry(bits(x)).or_insert_with(|| {
-                unique.push(*x);
-                unique.len() as u32 - 1
-            });
-        }
-    }
-    drop(seen);
+    let (unique, number) = same_bits(vertices, facets);
     let mut root: Vec<u32> = (0..unique.len() as u32).collect();
     if tolerance > 0.0 {
         join_near(&unique, tolerance, &mut root);
@@ -88,6 +74,34 @@ pub(super) fn weld(vertices: &[Point<3>], facets: &[[u32; 3]], tolerance: f64) -
         (a != b && b != c && c != a).then_some(Facet { corners, origin: origin as u32 })
     });
     (kept, welded.collect())
+}
+
+/// Vertices of different bits in the order of facets, and the number of each vertex in use.
+fn same_bits(vertices: &[Point<3>], facets: &[[u32; 3]]) -> (Vec<Point<3>>, Vec<u32>) {
+    const NONE: u32 = u32::MAX;
+    let bits = |x: &Point<3>| [0, 1, 2].map(|i| (x[i] + 0.0).to_bits());
+    let mut unique: Vec<Point<3>> = Vec::new();
+    let mut number = vec![NONE; vertices.len()];
+    // An open table of a quarter of the memory of a map: files may be large.
+    let mut table = vec![NONE; (2 * vertices.len().min(3 * facets.len())).next_power_of_two()];
+    for &vertex in facets.iter().flatten() {
+        if number[vertex as usize] != NONE {
+            continue;
+        }
+        let x = &vertices[vertex as usize];
+        let mut hash = Mixed::default();
+        bits(x).iter().for_each(|&word| hash.write_u64(word));
+        let mut slot = hash.finish() as usize & (table.len() - 1);
+        while table[slot] != NONE && bits(&unique[table[slot] as usize]) != bits(x) {
+            slot = (slot + 1) & (table.len() - 1);
+        }
+        if table[slot] == NONE {
+            table[slot] = unique.len() as u32;
+            unique.push(*x);
+        }
+        number[vertex as usize] = table[slot];
+    }
+    (unique, number)
 }
 
 /// The representative of a set, shortening the way to it.

@@ -1,5 +1,8 @@
 //! Solids within closed surfaces: reading, closing, inside and outside, names, features.
 
+mod damaged;
+#[path = "../parts/memory.rs"]
+mod memory;
 mod shapes;
 mod surfaces;
 
@@ -61,6 +64,19 @@ pub fn binary_stl(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Vec<u8> {
         out.extend([0; 2]);
     }
     out
+}
+
+/// The text of an ASCII STL of one section, "all".
+pub fn ascii_stl(vertices: &[Point<3>], facets: &[[u32; 3]]) -> String {
+    let mut text = String::from("solid all\n");
+    for facet in facets {
+        text += "facet normal 0 0 nan\n outer loop\n";
+        for x in facet.map(|v| vertices[v as usize]) {
+            text += &format!("  vertex {:e} {} {}\n", x[0], x[1], x[2]);
+        }
+        text += " endloop\nendfacet\n";
+    }
+    text + "endsolid all\n"
 }
 
 /// A point in the cube of half side `half`.

@@ -2,9 +2,9 @@
 
 use rkpm::error::{GeometryError, SolidError};
 use rkpm::geometry::Point;
-use rkpm::solid::{Select, Solid3};
+use rkpm::solid::{Select, Solid3, SurfaceFlaws};
 
-use super::{binary_stl, cube, drawn, sphere};
+use super::{ascii_stl, binary_stl, cube, drawn, sphere};
 
 /// The refusal of a surface.
 fn refusal(vertices: Vec<Point<3>>, facets: Vec<[u32; 3]>) -> SolidError {
@@ -166,19 +166,8 @@ fn features_are_the_edges_of_a_cube() {
 fn binary_and_ascii_files_are_the_same_solid() {
     let (vertices, facets) = sphere(2);
     let binary = Solid3::parse_stl(&binary_stl(&vertices, &facets)).unwrap();
-    let mut text = String::new();
-    for (name, half) in [("lower half", &facets[..160]), ("upper", &facets[160..])] {
-        text += &format!("solid {name}\n");
-        for facet in half {
-            text += "facet normal 0 0 nan\n outer loop\n";
-            facet.iter().for_each(|&v| {
-                let x = vertices[v as usize];
-                text += &format!("  vertex {:e} {} {}\n", x[0], x[1], x[2]);
-            });
-            text += " endloop\nendfacet\n";
-        }
-        text += "endsolid\n";
-    }
+    let [lower, upper] = [&facets[..160], &facets[160..]].map(|half| ascii_stl(&vertices, half));
+    let text = lower.replace("\nendsolid all", "\nendsolid").replace("solid all", "solid lower half") + &upper;
     let ascii = Solid3::parse_stl(text.as_bytes()).unwrap();
     assert_eq!(ascii.facets(), binary.facets());
     assert!((ascii.volume() - binary.volume()).abs() < 1e-6);
@@ -191,4 +180,23 @@ fn the_bunny_is_closed() {
     println!("volume {:.6}, area {:.6}", bunny.volume(), bunny.area());
     // By the divergence theorem over the facets as they stand in the file, in double precision.
     assert!((bunny.volume() - 194.288_371).abs() < 1e-6);
+}
+
+#[test]
+fn flaws_are_values_with_places() {
+    let find = |(vertices, facets): (Vec<Point<3>>, Vec<[u32; 3]>)| SurfaceFlaws::of(&vertices, &facets).unwrap();
+    assert!(find(sphere(2)).is_empty());
+    let (vertices, mut facets) = cube();
+    facets[0].swap(0, 1);
+    facets.pop();
+    facets.push([0, 1, 1]);
+    let flaws = find((vertices, facets));
+    assert_eq!((flaws.open.len(), flaws.turned.len(), flaws.flat.as_slice()), (3, 2, &[11][..]));
+    assert!(flaws.open.iter().flatten().all(|x| x[2] == 1.0));
+    let flaws = find(both(cube(), shifted(cube(), [0.7, 0.4, 0.3], 0.8)));
+    assert!(!flaws.crossing.is_empty() && flaws.crossing.iter().all(|(pair, at)| pair[1] >= 12 && at.amax() < 1.51));
+    assert_eq!(find(both(cube(), shifted(cube(), [0.1, 0.0, 0.0], 0.25))).nested.len(), 1);
+    let (vertices, mut facets) = cube();
+    facets.iter_mut().for_each(|facet| facet.reverse());
+    assert_eq!(find((vertices, facets)).inside_out.len(), 1);
 }

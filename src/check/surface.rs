@@ -1,0 +1,43 @@
+//! Surfaces of triangles: what keeps them from enclosing a solid.
+
+use crate::error::GeometryError;
+use crate::geometry::Point;
+use crate::solid::SurfaceFlaws;
+
+use super::{Finding, Report};
+
+/// Whether facets, three vertices each, enclose a solid as they are; [`SurfaceFlaws`] has the same as values.
+///
+/// [`Solid3::new`](crate::solid::Solid3::new) mends small openings, facets without area and facets that face the wrong way.
+///
+/// ```
+/// use rkpm::geometry::Point;
+/// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Point::<3>::from);
+/// let report = rkpm::check::surface(&corners, &[[0, 2, 1], [0, 1, 3], [1, 2, 3]])?; // one side is missing
+/// assert_eq!(report.finding("edges bound two facets").map(|finding| finding.violation), Some(3.0));
+/// # Ok::<(), rkpm::Error>(())
+/// ```
+///
+/// # Errors
+/// For facets that name no vertex, and numbers that are not finite.
+pub fn surface(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Result<Report, GeometryError> {
+    let flaws = SurfaceFlaws::of(vertices, facets)?;
+    let middle = |edge: &[Point<3>; 2]| (edge[0] + edge[1]) * 0.5;
+    let middles = |edges: &[[Point<3>; 2]]| edges.iter().map(middle).collect::<Vec<_>>();
+    let crossings = flaws.crossing.iter().map(|(_, at)| *at).collect();
+    let flat = flaws.flat.iter().map(|&facet| vertices[facets[facet][0] as usize]).collect();
+    let laws = [
+        ("edges bound two facets", middles(&flaws.open)),
+        ("neighbours face the same way", middles(&flaws.turned)),
+        ("edges bound no more than two facets", middles(&flaws.branching)),
+        ("facets do not cross", crossings),
+        ("facets have areas", flat),
+        ("parts face outwards", flaws.inside_out),
+        ("no part lies within another that faces the same way", flaws.nested),
+    ];
+    let findings = laws.into_iter().map(|(law, places)| {
+        let at = places.first().map_or_else(String::new, |at| format!("X = {:?}", at.as_slice()));
+        Finding { law, violation: places.len() as f64, tolerance: 0.0, at }
+    });
+    Ok(Report { findings: findings.collect(), ..Report::default() })
+}
