@@ -42,7 +42,7 @@ impl<const D: usize> Friction<D> {
     }
 
     /// What the trace function does along the surface.
-    pub fn stick_slip(&self) -> StickSlip<D> {
+    pub(crate) fn stick_slip(&self) -> StickSlip<D> {
         let slip = self.along(&self.slip);
         let requested = self.along(&self.traction) - slip * self.decisive;
         let size = requested.norm();
@@ -55,7 +55,7 @@ impl<const D: usize> Friction<D> {
 
     /// Adds force and stiffness of friction; `moves` are places of unknowns with the slip times area that they make, `slope` that of
     /// the gap times area.
-    pub fn add(&self, moves: &[(usize, Point<D>)], slope: &[f64], out: &mut Element) {
+    pub(crate) fn add(&self, moves: &[(usize, Point<D>)], slope: &[f64], out: &mut Element) {
         let size = slope.len();
         let (proximal, friction) = (self.proximal, self.coefficient);
         let force = self.pressure - proximal * self.gap;
@@ -119,7 +119,7 @@ impl<const D: usize> Friction<D> {
     }
 
     /// The traction after a step that changes the gap and the slip.
-    pub fn next(&self, gap_change: f64, moved: &Point<D>) -> Point<D> {
+    pub(crate) fn next(&self, gap_change: f64, moved: &Point<D>) -> Point<D> {
         match self.stick_slip() {
             StickSlip::Stick(slip) => self.along(&self.traction) - (slip + self.along(moved)) * self.proximal,
             StickSlip::Slip(direction, turn) => {
@@ -133,7 +133,7 @@ impl<const D: usize> Friction<D> {
     }
 
     /// What a change of the load factor adds to the traction.
-    pub fn next_by_load(&self, load_step: f64) -> Point<D> {
+    pub(crate) fn next_by_load(&self, load_step: f64) -> Point<D> {
         match self.stick_slip() {
             StickSlip::Stick(_) => self.along(&self.slip_by_load) * (-self.proximal * load_step),
             StickSlip::Slip(direction, _) => {

@@ -13,13 +13,13 @@ pub(crate) struct Interference {
 
 impl Interference {
     /// An interference that is resolved at a load factor.
-    pub fn new(until: f64) -> Self {
+    pub(crate) fn new(until: f64) -> Self {
         Interference { until, resolved: false }
     }
 
     /// What is added to a gap that is `at_rest` at rest, and its change with the load factor: $(1 - s)\\,\max(-g_0, 0)$ with
     /// $s = \min(\lambda/\lambda_e, 1)$.
-    pub fn shift(&self, at_rest: f64, load: f64) -> [f64; 2] {
+    pub(crate) fn shift(&self, at_rest: f64, load: f64) -> [f64; 2] {
         if self.resolved || load >= self.until {
             return [0.0; 2];
         }
@@ -28,7 +28,7 @@ impl Interference {
     }
 
     /// Refuses stages that are none.
-    pub fn validate(&self, contact: &str) -> Result<(), Invalid> {
+    pub(crate) fn validate(&self, contact: &str) -> Result<(), Invalid> {
         if self.until > 0.0 && self.until <= 1.0 {
             return Ok(());
         }

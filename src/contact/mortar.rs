@@ -73,7 +73,7 @@ impl Facing {
     }
 
     /// The outward normal of the first chord.
-    pub fn normal(&self) -> Point<2> {
+    pub(crate) fn normal(&self) -> Point<2> {
         let along = self.ends[1] - self.ends[0];
         Point::<2>::new(along[1], -along[0]) * (self.sign / along.norm())
     }

@@ -15,7 +15,7 @@ pub(crate) struct RollingSpring<const D: usize> {
 
 impl<const D: usize> RollingSpring<D> {
     /// The force that it takes \[force\]: none where the motion that it holds is neutral.
-    pub fn force(&self, displacement: &[f64]) -> f64 {
+    pub(crate) fn force(&self, displacement: &[f64]) -> f64 {
         let each = self.nodes.iter().zip(&self.weights);
         let moved = |(&node, weight): (&u32, &Point<D>)| {
             (0..D).map(|i| weight[i] * displacement[node as usize * D + i]).sum::<f64>()

@@ -115,7 +115,7 @@ impl<const D: usize> RigidContact<D> {
     }
 
     /// The contact of a boundary part with a surface.
-    pub fn new(
+    pub(crate) fn new(
         contact_surface: ContactSurface<D>,
         surface: RigidSurface<D>,
         rigid_dof: Option<u32>,
