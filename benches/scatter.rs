@@ -28,7 +28,8 @@ fn main() {
             let cells = Triangulation::about(&region, count, |_| 1.0, &Default::default()).expect("cells");
             let placed = start.elapsed().as_secs_f64();
             let particles = cells.positions().len();
-            let scene = Scene::new(std::sync::Arc::new(cells), PlaneStrain, rubber.clone()).hold("left");
+            let scene =
+                Scene::new(Geometry::cells(std::sync::Arc::new(cells)), PlaneStrain, rubber.clone()).hold("left");
             let start = Instant::now();
             let problem = scene.discretize(&Scheme::default()).expect("a sound scene");
             let tabled = start.elapsed().as_secs_f64();
