@@ -6,6 +6,7 @@
 
 mod boundary;
 mod brick;
+mod cut;
 mod edges;
 mod lattice;
 mod lattice_particles;
@@ -26,6 +27,7 @@ mod zones;
 
 pub use boundary::BoundaryCells;
 pub(crate) use brick::{determinant, ravel, unravel};
+pub use cut::CutLattice;
 pub use lattice::Lattice;
 pub use layout::Layout;
 pub(crate) use locator::Locator;

@@ -71,6 +71,12 @@ pub trait Cells<const D: usize>: Send + Sync {
         (0..self.cell_count()).map(|cell| self.corners(cell)).collect()
     }
 
+    /// What is drawn of bodies whose surface does not lie between particles: the vertices of the surface \[length\], and its facets by
+    /// them, counter-clockwise seen from outside. They move as the body does there. By default there is none.
+    fn drawn_surface(&self) -> Option<(Vec<Point<D>>, Vec<Vec<usize>>)> {
+        None
+    }
+
     /// The distance from a particle to its neighbours \[length\]: on lattices and refined ones the length of
     /// [`spacings`](Cells::spacings), the diagonal of a cell.
     fn local_spacing(&self, particle: usize) -> f64;

@@ -64,7 +64,7 @@ impl Polygons {
         let mut smoothing = Smoothing {
             facet_points: Vec::new(),
             facet_areas: Vec::new(),
-            points_per_facet: gauss,
+            facet_offsets: Vec::new(),
             cells: Vec::with_capacity(self.offsets.len() - 1),
             interior: Vec::with_capacity(self.offsets.len() - 1),
             centres: Vec::with_capacity(self.offsets.len() - 1),
@@ -117,6 +117,7 @@ impl Polygons {
             smoothing.centres.push(centre / area);
             smoothing.interior.push(interior);
         }
+        smoothing.facet_offsets = Smoothing::<2>::even_offsets(known.len(), gauss);
         Ok(smoothing)
     }
 }

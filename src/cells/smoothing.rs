@@ -1,5 +1,7 @@
 //! Smoothed sub-cells and boundary cells, sharing their facet points.
 
+use std::ops::Range;
+
 use crate::error::GeometryError;
 use crate::geometry::{Part, Point, Side};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
@@ -19,8 +21,8 @@ pub struct Smoothing<const D: usize> {
     pub facet_points: Vec<Point<D>>,
     /// $n\\,\mathrm dA$ at each facet point, in the direction in which the facet is stored.
     pub facet_areas: Vec<Point<D>>,
-    /// Facet points per facet.
-    pub points_per_facet: usize,
+    /// Offsets of the points of each facet: they rise from 0 to the number of facet points.
+    pub facet_offsets: Vec<usize>,
     /// Facets of each sub-cell with the sign that turns the stored direction outward.
     pub cells: Vec<Vec<(u32, f64)>>,
     /// Interior points of each sub-cell and their weights, exact to degree 2; for hoop strains and gradients that vary.
@@ -41,31 +43,69 @@ impl<const D: usize> Smoothing<D> {
             groups: (0..=cells.len()).collect(),
             facet_points: Vec::new(),
             facet_areas: Vec::new(),
-            points_per_facet: self.points_per_facet,
+            facet_offsets: vec![0],
         };
-        some.take_facets(&self.facet_points, &self.facet_areas);
+        some.take_facets(self);
         some
+    }
+
+    /// Number of facets.
+    pub fn facet_count(&self) -> usize {
+        self.facet_offsets.len().saturating_sub(1)
+    }
+
+    /// The places of the points of a facet; none for a facet that does not exist.
+    pub fn facet(&self, facet: usize) -> Range<usize> {
+        match self.facet_offsets.get(facet..facet.saturating_add(2)) {
+            Some(&[first, end]) => first..end,
+            _ => 0..0,
+        }
+    }
+
+    /// Offsets of facets with the same number of points each.
+    pub(super) fn even_offsets(facets: usize, points: usize) -> Vec<usize> {
+        (0..=facets).map(|facet| facet * points).collect()
+    }
+
+    /// Without sub-cells and facets.
+    pub(super) fn empty() -> Self {
+        Smoothing {
+            facet_points: Vec::new(),
+            facet_areas: Vec::new(),
+            facet_offsets: vec![0],
+            cells: Vec::new(),
+            interior: Vec::new(),
+            centres: Vec::new(),
+            groups: vec![0],
+        }
     }
 
     /// The same without facets that no sub-cell has: those of cells that other ranks hold.
     #[cfg(feature = "solve")]
     pub(crate) fn pruned(mut self) -> Self {
-        let (points, areas) = (std::mem::take(&mut self.facet_points), std::mem::take(&mut self.facet_areas));
-        self.take_facets(&points, &areas);
+        let all = Smoothing {
+            facet_points: std::mem::take(&mut self.facet_points),
+            facet_areas: std::mem::take(&mut self.facet_areas),
+            facet_offsets: std::mem::replace(&mut self.facet_offsets, vec![0]),
+            ..Smoothing::empty()
+        };
+        self.take_facets(&all);
         self
     }
 
     /// Takes what its sub-cells name of facets, and numbers them anew.
-    fn take_facets(&mut self, points: &[Point<D>], areas: &[Point<D>]) {
-        let each = self.points_per_facet;
+    fn take_facets(&mut self, all: &Self) {
         let mut number = std::collections::HashMap::new();
         for (facet, _) in self.cells.iter_mut().flatten() {
-            let own = *facet as usize * each..(*facet as usize + 1) * each;
-            let (Some(at), Some(areas)) = (points.get(own.clone()), areas.get(own)) else { continue };
+            let own = all.facet(*facet as usize);
+            let (Some(at), Some(areas)) = (all.facet_points.get(own.clone()), all.facet_areas.get(own)) else {
+                continue;
+            };
             *facet = *number.entry(*facet).or_insert_with(|| {
                 self.facet_points.extend_from_slice(at);
                 self.facet_areas.extend_from_slice(areas);
-                (self.facet_points.len() / each) as u32 - 1
+                self.facet_offsets.push(self.facet_points.len());
+                self.facet_offsets.len() as u32 - 2
             });
         }
     }
@@ -78,13 +118,17 @@ impl<const D: usize> Smoothing<D> {
     pub fn validate(&self) -> Result<(), GeometryError> {
         let wrong = |what, count, needed| Err(GeometryError::Count { what, count, needed });
         let (points, cells) = (self.facet_points.len(), self.cells.len());
-        if self.points_per_facet == 0 || !points.is_multiple_of(self.points_per_facet) {
-            return wrong("facet points", points, "give each facet as many as `points_per_facet` says");
+        let rise = |offsets: &[usize], least: usize, end| {
+            let rise = offsets.windows(2).all(|w| w[1].checked_sub(w[0]).is_some_and(|own| own >= least));
+            rise && offsets.first() == Some(&0) && offsets.last() == Some(&end)
+        };
+        if !rise(&self.facet_offsets, 1, points) {
+            return wrong("facet points", points, "offsets of facets rise from 0 to the number of facet points");
         }
         if self.facet_areas.len() != points {
             return wrong("facet areas", self.facet_areas.len(), "give one for each facet point");
         }
-        let facets = points / self.points_per_facet;
+        let facets = self.facet_count();
         if let Some(&(facet, _)) = self.cells.iter().flatten().find(|f| f.0 as usize >= facets) {
             return wrong("facet of a sub-cell", facet as usize, "name facets that exist, counted from 0");
         }
@@ -93,8 +137,7 @@ impl<const D: usize> Smoothing<D> {
                 return wrong(what, count, "give one for each sub-cell");
             }
         }
-        let rise = self.groups.windows(2).all(|w| w[0] <= w[1]);
-        if !rise || self.groups.first() != Some(&0) || self.groups.last() != Some(&cells) {
+        if !rise(&self.groups, 0, cells) {
             return wrong("groups of sub-cells", self.groups.len(), "offsets rise from 0 to the number of sub-cells");
         }
         self.check_closure()
@@ -105,8 +148,7 @@ impl<const D: usize> Smoothing<D> {
         for (facets, centre) in self.cells.iter().zip(&self.centres) {
             let (mut sum, mut size) = (Point::<D>::zeros(), 0.0);
             for &(facet, sign) in facets {
-                let first = facet as usize * self.points_per_facet;
-                for area in &self.facet_areas[first..first + self.points_per_facet] {
+                for area in &self.facet_areas[self.facet(facet as usize)] {
                     sum += area * sign;
                     size += area.norm();
                 }
@@ -128,11 +170,13 @@ impl<const D: usize> Smoothing<D> {
     pub fn volumes(&self) -> Vec<f64> {
         let volume = |facets: &Vec<(u32, f64)>| {
             // Measured from a point of the sub-cell: about a distant origin the fluxes are large and cancel.
-            let first = facets.first().map_or(0, |f| (f.0 as usize).saturating_mul(self.points_per_facet));
+            let first = facets.first().map_or(0..0, |f| self.facet(f.0 as usize)).start;
             let origin = self.facet_points.get(first).copied().unwrap_or_else(Point::zeros);
             let flux = |&(facet, sign): &(u32, f64)| -> f64 {
-                let first = (facet as usize).saturating_mul(self.points_per_facet);
-                let points = first..first.saturating_add(self.points_per_facet);
+                let points = self.facet(facet as usize);
+                if points.is_empty() {
+                    return f64::NAN;
+                }
                 match (self.facet_points.get(points.clone()), self.facet_areas.get(points)) {
                     (Some(at), Some(areas)) => {
                         at.iter().zip(areas).map(|(x, area)| sign * (x - origin).dot(area)).sum()
@@ -226,10 +270,11 @@ impl<const D: usize> Lattice<D> {
         // Exact to degree 2, and on curved cells, whose maps have a higher degree, to the hoops of linear fields.
         let rule = gauss_legendre(2 + usize::from(self.is_curved()))?;
         let sub_shape = [parts; D];
+        let facets = facet_points.len() / points_per_facet;
         let mut smoothing = Smoothing {
             facet_points,
             facet_areas,
-            points_per_facet,
+            facet_offsets: Smoothing::<D>::even_offsets(facets, points_per_facet),
             cells: Vec::new(),
             interior: Vec::new(),
             centres: Vec::new(),

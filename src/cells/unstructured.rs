@@ -210,10 +210,11 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
 
     fn zones(&self, size: usize) -> Zones {
         let cells: Vec<&[u32]> = (0..self.cell_count()).map(|cell| self.mesh.cell(cell).1).collect();
-        let beside = |cell: usize| -> Box<dyn Iterator<Item = u32> + '_> {
-            let sides = self.mesh.cell(cell).0.faces().len();
-            let around = (0..sides).flat_map(move |side| self.faces.beside(self.faces.of(cell, side)));
-            Box::new(around.filter(move |&other| other != faces::NONE && other as usize != cell))
+        let beside = |cell: usize| -> Box<dyn Iterator<Item = (u32, f64)> + '_> {
+            let faces = (0..self.mesh.cell(cell).0.faces().len()).map(move |side| self.faces.of(cell, side));
+            let around = faces.flat_map(move |face| self.faces.beside(face).map(|other| (other, face)));
+            let others = around.filter(move |&(other, _)| other != faces::NONE && other as usize != cell);
+            Box::new(others.map(|(other, face)| (other, self.faces.measure(self.mesh.points(), face))))
         };
         stars(&cells, &self.around, &self.on_boundary, size, beside)
     }
@@ -258,7 +259,7 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
         let mut smoothing = Smoothing {
             facet_points: vec![Point::zeros(); facets * points_per_facet],
             facet_areas: vec![Point::zeros(); facets * points_per_facet],
-            points_per_facet,
+            facet_offsets: Smoothing::<D>::even_offsets(facets, points_per_facet),
             cells: Vec::new(),
             interior: Vec::new(),
             centres: Vec::new(),

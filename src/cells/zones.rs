@@ -1,6 +1,7 @@
 //! Zones of cells that share a pressure: any, those of lattices and those of triangles.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::ops::AddAssign;
 
 use crate::error::GeometryError;
 
@@ -224,13 +225,13 @@ fn seeds_of(mesh: &Mesh, size: usize) -> Vec<u32> {
 const INNER: f64 = 3.0;
 
 /// Groups the cells of any mesh into zones: stars of inner particles that share no cell, `around` having the particles that
-/// share cells; each cell that is left joins the smallest zone beside it, and zones with few inner particles join others.
+/// share cells and `beside` the cells beside one with the measure of the side between; each cell that is left joins the smallest zone beside it, and zones with few inner particles join others.
 pub(super) fn stars<'a>(
     cells: &[&[u32]],
     around: &Graph,
     on_boundary: &[bool],
     size: usize,
-    beside: impl Fn(usize) -> Box<dyn Iterator<Item = u32> + 'a>,
+    beside: impl Fn(usize) -> Box<dyn Iterator<Item = (u32, f64)> + 'a>,
 ) -> Zones {
     if size <= 1 {
         return Zones::single(cells.len());
@@ -248,7 +249,7 @@ pub(super) fn stars<'a>(
     // No cell holds two seeds.
     let seed_of = |corners: &&[u32]| corners.iter().find_map(|&c| Some(seeded[c as usize]).filter(|z| *z != NONE));
     let zone_of = cells.iter().map(|corners| seed_of(corners).unwrap_or(NONE)).collect();
-    let zones = grow(zone_of, seeds.len(), &beside);
+    let zones = grow(zone_of, seeds.len(), |cell| Box::new(beside(cell).map(|side| side.0)));
     let mut zone_of = vec![0u32; cells.len()];
     for (zone, range) in zones.offsets.windows(2).enumerate() {
         for &cell in &zones.cells[range[0]..range[1]] {
@@ -277,49 +278,73 @@ fn far(around: &Graph, seeds: &[u32]) -> Vec<bool> {
     far
 }
 
-/// Joins zones with fewer than [`INNER`] inner particles to the poorest zone beside them: with the whole boundary held there
+/// Joins zones with fewer than [`INNER`] inner particles to others: with the whole boundary held there
 /// would be as many pressures as displacements.
 fn join_poor<'a>(
     zone_of: &mut [u32],
     zones: usize,
     cells: &[&[u32]],
     free: &[bool],
-    beside: impl Fn(usize) -> Box<dyn Iterator<Item = u32> + 'a>,
+    beside: impl Fn(usize) -> Box<dyn Iterator<Item = (u32, f64)> + 'a>,
 ) -> Zones {
     // A particle counts in parts for the zones of the cells around it.
     let mut around = vec![0u32; free.len()];
     for &corner in cells.iter().copied().flatten() {
         around[corner as usize] += 1;
     }
-    let mut near: Vec<BTreeSet<u32>> = vec![BTreeSet::new(); zones];
+    let mut sides: Vec<BTreeMap<u32, f64>> = vec![BTreeMap::new(); zones];
     let mut inner = vec![0.0f64; zones];
     for (cell, corners) in cells.iter().enumerate() {
         let own = zone_of[cell];
         for &corner in corners.iter().filter(|c| free[**c as usize]) {
             inner[own as usize] += 1.0 / f64::from(around[corner as usize]);
         }
-        near[own as usize].extend(beside(cell).map(|other| zone_of[other as usize]).filter(|other| *other != own));
-    }
-    // In steps that rounding does not change.
-    let rank = |inner: f64| (1e6 * inner).round() as u64;
-    let mut into: Vec<u32> = (0..zones as u32).collect();
-    let mut open: BTreeSet<(u64, u32)> =
-        (0..zones).filter(|&zone| inner[zone] < INNER - 1e-6).map(|zone| (rank(inner[zone]), zone as u32)).collect();
-    while let Some((_, zone)) = open.pop_first() {
-        let poorest = near[zone as usize].iter().copied().min_by_key(|&other| (rank(inner[other as usize]), other));
-        let Some(other) = poorest else { continue };
-        open.remove(&(rank(inner[other as usize]), other));
-        into[zone as usize] = other;
-        inner[other as usize] += inner[zone as usize];
-        for beyond in std::mem::take(&mut near[zone as usize]) {
-            near[beyond as usize].remove(&zone);
-            if beyond != other {
-                near[beyond as usize].insert(other);
-                near[other as usize].insert(beyond);
+        for (other, side) in beside(cell) {
+            let other = zone_of[other as usize];
+            if other != own {
+                *sides[own as usize].entry(other).or_default() += side;
             }
         }
-        if inner[other as usize] < INNER - 1e-6 {
-            open.insert((rank(inner[other as usize]), other));
+    }
+    let kept = join_by_sides(zone_of, inner, sides, |inner| *inner, INNER);
+    collect(zone_of, kept)
+}
+
+/// Joins zones that have less than `least` of inner particles to the zone with which they share the largest side, the poorest first:
+/// strips along a boundary whose inner particles stand in one layer would leave pressures across them unseen. `sides` has the
+/// measures shared, `worth` says how many particles what a zone has is worth; the number of zones that are left.
+pub(super) fn join_by_sides<T: Clone + AddAssign>(
+    zone_of: &mut [u32],
+    mut inner: Vec<T>,
+    mut sides: Vec<BTreeMap<u32, f64>>,
+    worth: impl Fn(&T) -> f64,
+    least: f64,
+) -> usize {
+    let zones = inner.len();
+    // In steps that rounding does not change.
+    let rank = |worth: f64| (1e6 * worth).round() as u64;
+    let mut into: Vec<u32> = (0..zones as u32).collect();
+    let ranks = inner.iter().map(|inner| rank(worth(inner))).zip(0u32..);
+    let mut open: BTreeSet<(u64, u32)> = ranks.filter(|own| own.0 < rank(least)).collect();
+    while let Some((_, zone)) = open.pop_first() {
+        // The first of those that rounding may tell apart.
+        let largest = sides[zone as usize].values().copied().fold(0.0, f64::max);
+        let longest = sides[zone as usize].iter().find(|side| *side.1 >= (1.0 - 1e-6) * largest).map(|side| *side.0);
+        let Some(other) = longest else { continue };
+        open.remove(&(rank(worth(&inner[other as usize])), other));
+        into[zone as usize] = other;
+        let own = inner[zone as usize].clone();
+        inner[other as usize] += own;
+        for (beyond, side) in std::mem::take(&mut sides[zone as usize]) {
+            sides[beyond as usize].remove(&zone);
+            if beyond != other {
+                *sides[beyond as usize].entry(other).or_default() += side;
+                *sides[other as usize].entry(beyond).or_default() += side;
+            }
+        }
+        let both = rank(worth(&inner[other as usize]));
+        if both < rank(least) {
+            open.insert((both, other));
         }
     }
     let mut number = vec![NONE; zones];
@@ -335,7 +360,7 @@ fn join_poor<'a>(
         }
         *zone = number[last as usize];
     }
-    collect(zone_of, kept as usize)
+    kept as usize
 }
 
 /// Groups triangles into zones: stars of inner particles that are at least `size` edges apart, each triangle that is

@@ -72,6 +72,20 @@ pub enum GeometryError {
         /// What to do.
         remedy: &'static str,
     },
+    /// A wall is thinner than particles of a spacing can follow.
+    #[error(
+        "a wall of thickness {thickness:e} at X = {at:?} is thinner than half the particle spacing {spacing:e}: give a spacing of at most {needed:e}"
+    )]
+    ThinWall {
+        /// Its thickness \[length\].
+        thickness: f64,
+        /// Where.
+        at: Vec<f64>,
+        /// The particle spacing \[length\].
+        spacing: f64,
+        /// A spacing that follows it \[length\].
+        needed: f64,
+    },
     /// The cells can't serve what is requested of them.
     #[error("{what}: these cells can't serve it, it needs {needed}")]
     Unsuited {

@@ -39,8 +39,7 @@ impl Surroundings {
         cell: usize,
         nodes: &mut Vec<u32>,
     ) -> Option<Likeness> {
-        let each = smoothing.points_per_facet;
-        let points = |facet: u32| facet as usize * each..(facet as usize + 1) * each;
+        let points = |facet: u32| smoothing.facet(facet as usize);
         let facets = &smoothing.cells[cell];
         let (mut low, mut high) = (Point::<D>::repeat(f64::INFINITY), Point::<D>::repeat(f64::NEG_INFINITY));
         for at in facets.iter().flat_map(|&(facet, _)| &smoothing.facet_points[points(facet)]) {
@@ -52,7 +51,7 @@ impl Surroundings {
         let width = (high - low).amax();
         self.numbers.push(width.ln());
         for &(facet, sign) in facets {
-            let size = smoothing.facet_areas[facet as usize * each].norm();
+            let size = smoothing.facet_areas[points(facet).start].norm();
             self.numbers.push(size.ln());
             for (at, area) in smoothing.facet_points[points(facet)].iter().zip(&smoothing.facet_areas[points(facet)]) {
                 for k in 0..D {

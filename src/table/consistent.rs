@@ -77,7 +77,7 @@ pub(super) fn consistent<const D: usize, const Q: usize, A: Approximation<D>>(
                 measured.at(centre)?;
                 for &(facet, sign) in &smoothing.cells[cell] {
                     let (nodes, sums, _) = facets.get(facet as usize);
-                    let from = smoothing.facet_points[facet as usize * smoothing.points_per_facet] - centre;
+                    let from = smoothing.facet_points[smoothing.facet(facet as usize).start] - centre;
                     list.add([[0.0; Q]; 4], nodes, |a, sum| {
                         for j in 0..D {
                             let moments: [f64; Q] = shifted(&std::array::from_fn(|k| sums[a][k][j]), &from);

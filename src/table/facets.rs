@@ -45,7 +45,7 @@ impl<const D: usize, const Q: usize> Facets<D, Q> {
         smoothing: &Smoothing<D>,
         measured: &Measured<'_, D, impl Kinematics<D> + ?Sized>,
     ) -> Result<Self, Error> {
-        let count = smoothing.facet_points.len() / smoothing.points_per_facet.max(1);
+        let count = smoothing.facet_count();
         let dimension = (1 + measured.hoops) as f64;
         // Radii count from the axis. Other coordinates count from the body: far from the origin the parts of a small
         // cell would be large and cancel.
@@ -63,10 +63,11 @@ impl<const D: usize, const Q: usize> Facets<D, Q> {
             let mut psi = ShapeFunctions::default();
             let mut list = List::default();
             for facet in range.clone() {
-                let first = facet * smoothing.points_per_facet;
+                let own = smoothing.facet(facet);
+                let first = own.start;
                 let mut volume = 0.0;
                 list.clear();
-                for point in first..first + smoothing.points_per_facet {
+                for point in own {
                     let at = &smoothing.facet_points[point];
                     approximation.evaluate_values(at, &mut scratch, &mut psi)?;
                     check_values(&psi, approximation.nodes().len(), at)?;

@@ -41,9 +41,8 @@ fn shared<const D: usize, A: Approximation<D>>(
             measured.at(&smoothing.centres[cell])?;
             let mut volume = 0.0;
             for &(facet, sign) in &smoothing.cells[cell] {
-                let first = facet as usize * smoothing.points_per_facet;
                 let mut part = 0.0;
-                for point in first..first + smoothing.points_per_facet {
+                for point in smoothing.facet(facet as usize) {
                     let at = &smoothing.facet_points[point];
                     part += (at[0] - origin) * smoothing.facet_areas[point][0] * measured.at(at)?;
                 }

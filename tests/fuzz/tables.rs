@@ -173,7 +173,8 @@ fn spoilt_smoothing<const D: usize>(input: &mut Input, smoothing: &mut Smoothing
     spoil(input, &mut smoothing.centres);
     groups(input, &mut smoothing.groups);
     if input.once_in(5) {
-        smoothing.points_per_facet = input.count(1, 3);
+        let factor = input.index(4);
+        smoothing.facet_offsets.iter_mut().for_each(|offset| *offset = *offset * factor / 2);
     }
     if input.once_in(4) && !smoothing.cells.is_empty() {
         smoothing.cells[0] = vec![(input.index(12) as u32, input.number(-1.0, 1.0))];

@@ -151,7 +151,7 @@ fn lattice_off_axis() -> Lattice<2> {
 #[test]
 fn straight_domains_keep_straight_cells() {
     // Two points on each facet of straight cells, three on those of curved ones.
-    let facets = |lattice: &Lattice<2>| lattice.smoothing(2, 2, &lattice.zones(1)).unwrap().points_per_facet;
+    let facets = |lattice: &Lattice<2>| lattice.smoothing(2, 2, &lattice.zones(1)).unwrap().facet(0).len();
     let corners = [[0.0, 0.0], [48.0, 44.0], [48.0, 60.0], [0.0, 44.0]];
     let jittered = Layout::Jittered { amount: 0.3, seed: 1 };
     let straight = Lattice::new(&Quadrilateral { corners }, [5, 6], &jittered).unwrap();

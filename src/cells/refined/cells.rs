@@ -103,7 +103,7 @@ impl Cells<2> for Refined {
         let mut out = Smoothing {
             facet_points: Vec::new(),
             facet_areas: Vec::new(),
-            points_per_facet: gauss,
+            facet_offsets: Vec::new(),
             cells: Vec::new(),
             interior: Vec::new(),
             centres: Vec::new(),
@@ -122,6 +122,7 @@ impl Cells<2> for Refined {
                 out.facet_areas.push(Point::<2>::new(along[1], -along[0]) * *w);
             }
         }
+        out.facet_offsets = Smoothing::<2>::even_offsets(facets.ends.len(), gauss);
         Ok(out)
     }
 

@@ -116,11 +116,21 @@ impl Faces {
 
     /// Unit normal of a face, outward of the first cell beside it.
     pub(crate) fn normal<const D: usize>(&self, points: &[Point<D>], face: usize) -> Point<D> {
+        self.area(points, face).normalize()
+    }
+
+    /// Area of a face, length in the plane.
+    pub(crate) fn measure<const D: usize>(&self, points: &[Point<D>], face: usize) -> f64 {
+        self.area(points, face).norm()
+    }
+
+    /// The normal of a face as long as its measure.
+    fn area<const D: usize>(&self, points: &[Point<D>], face: usize) -> Point<D> {
         let corners = self.corners(face);
         let x = |k: usize| points[corners[k] as usize];
         if D == 2 {
             let along = x(1) - x(0);
-            return Point::<D>::from_fn(|i, _| if i == 0 { along[1] } else { -along[0] }).normalize();
+            return Point::<D>::from_fn(|i, _| if i == 0 { along[1] } else { -along[0] });
         }
         let [p, q] = match corners.len() {
             3 => [x(1) - x(0), x(2) - x(0)],
@@ -128,8 +138,8 @@ impl Faces {
             _ => [x(2) - x(0), x(3) - x(1)],
         };
         let [p, q] = [p, q].map(|v| Vector3::from_fn(|i, _| v[i]));
-        let normal = p.cross(&q).normalize();
-        Point::<D>::from_fn(|i, _| normal[i])
+        let area = p.cross(&q) * 0.5;
+        Point::<D>::from_fn(|i, _| area[i])
     }
 
     /// Connected faces of the boundary with the same names and without edges between them.

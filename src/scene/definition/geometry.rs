@@ -1,11 +1,12 @@
-//! The geometry of bodies: images of a unit cube, regions of the plane, meshes, given cells.
+//! The geometry of bodies: images of a unit cube, regions of the plane, meshes, solids, given cells.
 
 use std::sync::Arc;
 
-use crate::cells::{Cells, Triangulation, Voronoi};
+use crate::cells::{Cells, CutLattice, Triangulation, Voronoi};
 use crate::error::Error;
-use crate::geometry::{Domain, Point, Region};
+use crate::geometry::{Block, Domain, Point, Region};
 use crate::mesh::Mesh;
+use crate::solid::Solid3;
 
 use super::resolution::per_axis;
 use super::source::Source;
@@ -13,7 +14,7 @@ use crate::scene::{Partition, Resolution, Scheme};
 
 /// The geometry of a body, for [`Scene::new`](crate::scene::Scene::new) and [`Scene::body`](crate::scene::Scene::body): the image of a
 /// unit cube ([`Domain`], a block for instance), a [`Region`] of the plane, over which the scheme scatters its particles, a
-/// [`Mesh`], at whose nodes they are, or given particles and [`Cells`], for which the scheme's resolution and layout are left out.
+/// [`Mesh`], at whose nodes they are, a [`Solid3`], through which the scheme lays a lattice, or given particles and [`Cells`], for which the scheme's resolution and layout are left out.
 #[derive(Clone)]
 pub struct Geometry<const D: usize> {
     pub(crate) source: Source<D>,
@@ -68,5 +69,36 @@ impl<const D: usize> From<Mesh<D>> for Geometry<D> {
 impl<const D: usize> From<&Mesh<D>> for Geometry<D> {
     fn from(mesh: &Mesh<D>) -> Self {
         Geometry::from(mesh.clone())
+    }
+}
+
+impl From<Solid3> for Geometry<3> {
+    fn from(solid: Solid3) -> Self {
+        let lattice = move |scheme: &Scheme| -> Result<Arc<dyn Cells<3>>, Error> {
+            let spacing = match &scheme.resolution_or_default() {
+                Resolution::Spacing(spacing) => *spacing,
+                // As many along the longest side as are asked for, or as few as any axis allows.
+                Resolution::Counts(counts) => {
+                    let counts: [usize; 3] = per_axis(counts, "particle counts")?;
+                    let Block { min, max } = solid.bounds();
+                    let sides: [f64; 3] = std::array::from_fn(|i| max[i] - min[i]);
+                    let even = counts.iter().all(|count| *count == counts[0]);
+                    let own = |i: usize| sides[i] / (counts[i].max(2) - 1) as f64;
+                    let spacings = [own(0), own(1), own(2)];
+                    match even {
+                        true => spacings.iter().copied().fold(0.0, f64::max),
+                        false => spacings.iter().copied().fold(f64::INFINITY, f64::min),
+                    }
+                }
+            };
+            Ok(Arc::new(CutLattice::new(&solid, spacing)?))
+        };
+        Geometry { source: Source::Scattered(Arc::new(lattice)) }
+    }
+}
+
+impl From<&Solid3> for Geometry<3> {
+    fn from(solid: &Solid3) -> Self {
+        Geometry::from(solid.clone())
     }
 }

@@ -123,13 +123,28 @@ impl<const D: usize> Problem<D> {
             of_body.resize(positions.len(), (self.discrete_bodies.len() + number) as f64);
             of_cell.resize(cells.len(), (self.discrete_bodies.len() + number) as i64);
         }
+        let rigid_end = positions.len();
+        let surfaces = self.drawn_surfaces(state)?;
+        for surface in &surfaces {
+            let first = positions.len();
+            positions.extend_from_slice(&surface.points);
+            displacements.extend_from_slice(&surface.displacements);
+            cells.extend(surface.facets.iter().map(|facet| match facet[..] {
+                [a, b, c] => VtkCell::Triangle([first + a, first + b, first + c]),
+                _ => VtkCell::Polygon(facet.iter().map(|corner| first + corner).collect()),
+            }));
+            of_body.resize(positions.len(), surface.body as f64);
+            of_cell.resize(cells.len(), surface.body as i64);
+        }
         let current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
         let ratios: Option<Vec<f64>> = cells.iter().map(|cell| volume_ratio(cell, &positions, &current)).collect();
         let mut stresses = match self.recovers() {
             true => self.stress_field(state)?.at_particles()?,
             false => self.at_particles(&self.stresses(state)?),
         };
-        stresses.resize(positions.len(), Matrix3::zeros());
+        let at_particles = stresses.clone();
+        stresses.resize(rigid_end, Matrix3::zeros());
+        stresses.extend(surfaces.iter().flat_map(|surface| surface.interpolated(&at_particles)));
         let mut grid = VtkGrid::new(&current, cells);
         grid.point_data.extend([
             VtkField::vectors("displacement", &displacements),

@@ -8,4 +8,5 @@ pub(super) mod picture;
 pub(super) mod reactions;
 pub(super) mod recovery;
 pub(super) mod rigid_motion;
+pub(super) mod surface;
 pub(super) mod transfer;

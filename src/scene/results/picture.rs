@@ -87,6 +87,13 @@ impl<const D: usize> Problem<D> {
             current.extend(points.iter().zip(&shape.displacements).map(|(x, u)| x + u));
             values.resize(current.len(), f64::NAN);
         }
+        let particles = values[..displacements.len()].to_vec();
+        for surface in self.drawn_surfaces(state)? {
+            let first = current.len();
+            current.extend(surface.points.iter().zip(&surface.displacements).map(|(x, u)| x + u));
+            values.extend(surface.interpolated(&particles));
+            faces.extend(surface.facets.iter().map(|facet| facet.iter().map(|corner| first + corner).collect()));
+        }
         let picture = Picture::new(&current, faces).coloured(field.label(), values);
         Ok(if D == 3 { picture.closed() } else { picture })
     }

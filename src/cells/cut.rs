@@ -1,0 +1,661 @@
+//! A lattice of particles in a closed surface, its bricks cut by the surface.
+
+mod features;
+mod frame;
+mod parts;
+mod placing;
+mod polygon;
+mod rules;
+mod sections;
+mod split;
+mod traces;
+mod zoning;
+
+use std::collections::BTreeMap;
+
+use nalgebra::Matrix3;
+
+use crate::error::{ApproximationError, GeometryError, Invalid};
+use crate::geometry::{Part, Point};
+use crate::particles::{Particles, Support, check_dilation};
+use crate::quadrature::{Points, check_point_count};
+use crate::solid::Solid3;
+
+use super::zones::{collect, join_by_sides};
+use super::{BoundaryCells, Cells, Smoothing, Zones};
+use features::Features;
+use frame::{Frame, dominant_axes};
+use parts::{NONE, Parts, each_triangle};
+use placing::{Placed, Placing};
+use rules::Rules;
+use sections::{Grid, Sections};
+use split::{ByBrick, Split};
+use traces::Traces;
+use zoning::{FREE, Inner};
+
+/// Bricks between particles along each axis.
+const STEP: i32 = 2;
+/// Cosine beyond which two facets are the sides of a wall: those of an edge sharper than 10° are none.
+const OPPOSITE: f64 = 0.985;
+/// Rounding of the columns of a rotation.
+const ROTATION: f64 = 1e-9;
+/// Distance from free particles beyond which those on the surface count as free, in bricks: a body is thin there.
+const THIN: f64 = 5.0;
+
+/// A lattice of particles in a closed surface: particles near the surface lie on its corners, sharp edges and faces, and bricks between
+/// particles are cut by it exactly.
+///
+/// Cells are the connected parts of bricks; sub-cells those of bricks of half the spacing, small ones joined to their neighbours. Away
+/// from the surface all is as in a [`Lattice`](super::Lattice).
+///
+/// ```
+/// use rkpm::cells::{Cells, CutLattice};
+/// use rkpm::geometry::Point;
+/// use rkpm::solid::Solid3;
+/// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Point::<3>::from);
+/// let solid = Solid3::new(corners.to_vec(), vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])?;
+/// let cells = CutLattice::new(&solid, 0.2)?;
+/// let volume: f64 = cells.smoothing(2, 2, &cells.zones(2))?.volumes().iter().sum();
+/// assert!((volume - 1.0 / 6.0).abs() < 1e-14);
+/// # Ok::<(), rkpm::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct CutLattice {
+    frame: Frame,
+    grid: Grid,
+    split: Split,
+    by_brick: ByBrick,
+    sections: Sections,
+    /// Sub-cells: parts of bricks of half a spacing, small ones joined to their neighbours.
+    parts: Parts,
+    /// The sub-cells of each cell.
+    cells: Vec<Vec<u32>>,
+    features: Features,
+    placed: Placed,
+    positions: Vec<Point<3>>,
+    names: Vec<(String, Vec<u32>)>,
+}
+
+impl CutLattice {
+    /// A lattice of a spacing \[length\] in a solid, its axes along the largest plane faces, where there are some.
+    ///
+    /// # Errors
+    /// For a spacing that is not positive or too small, and where it is too wide for the solid.
+    pub fn new(solid: &Solid3, spacing: f64) -> Result<Self, GeometryError> {
+        Self::of_solid(solid, spacing, dominant_axes(solid.vertices(), solid.facets()))
+    }
+
+    /// The same with axes of one's own, the columns of a rotation.
+    ///
+    /// # Errors
+    /// As [`new`](CutLattice::new), and for a matrix that is no rotation.
+    pub fn with_axes(solid: &Solid3, spacing: f64, axes: Matrix3<f64>) -> Result<Self, GeometryError> {
+        let off = (axes.transpose() * axes - Matrix3::identity()).norm().max((axes.determinant() - 1.0).abs());
+        if !(off < ROTATION) {
+            let (what, needed) =
+                ("distance of the axes of a lattice from a rotation", "give orthogonal unit columns, right-handed");
+            return Err(Invalid::new(what, off, needed).into());
+        }
+        Self::of_solid(solid, spacing, Some(axes))
+    }
+
+    fn of_solid(solid: &Solid3, spacing: f64, axes: Option<Matrix3<f64>>) -> Result<Self, GeometryError> {
+        if !(spacing > 0.0 && spacing.is_finite()) {
+            return Err(Invalid::new("particle spacing", spacing, "give a finite length above zero").into());
+        }
+        let (vertices, facets) = (solid.vertices(), solid.facets());
+        let named = |name: &str| Ok((name.to_string(), solid.facets_of(name)?.to_vec()));
+        let names = solid.names().map(named).collect::<Result<Vec<(String, Vec<u32>)>, GeometryError>>()?;
+        let (frame, grid) = Frame::around(vertices, axes, spacing)?;
+        let corners: Vec<Point<3>> = vertices.iter().map(|x| frame.local(x)).collect();
+        let split = Split::new(&corners, facets);
+        let by_brick = ByBrick::new(&split, grid.len(), |place| grid.brick(place));
+        let sections = Sections::new(&split, grid);
+        let parts = Parts::new(&split, &by_brick, &sections).joined(&sections);
+        let step = |brick: u32| {
+            let [i, j, k] = grid.place(brick as usize).map(|at| (at / STEP) as usize);
+            let [n, m, _] = grid.counts.map(|count| count / STEP as usize);
+            i + n * (j + m * k)
+        };
+        let (cell_of, count) = parts.connected(step);
+        let mut cells: Vec<Vec<u32>> = vec![Vec::new(); count];
+        cell_of.iter().enumerate().for_each(|(part, cell)| cells[*cell as usize].push(part as u32));
+        let features = Features::new(&corners, facets, &marks(facets.len(), &names));
+        let placed = Placing { split: &split, by_brick: &by_brick, grid, features: &features }.place(&sections);
+        let positions = placed.positions.iter().map(|u| frame.place(u)).collect();
+        let lattice =
+            CutLattice { frame, grid, split, by_brick, sections, parts, cells, features, placed, positions, names };
+        lattice.check()?;
+        Ok(lattice)
+    }
+
+    fn check(&self) -> Result<(), GeometryError> {
+        if self.positions.len() < 4 || self.cells.is_empty() {
+            let needed = "give a narrower spacing: four at least are needed";
+            return Err(GeometryError::Count { what: "particles in a part", count: self.positions.len(), needed });
+        }
+        if let Some((thickness, at)) = self.thinnest() {
+            let (spacing, thickness) = (f64::from(STEP) * self.frame.size, thickness * self.frame.size);
+            let at = self.frame.place(&at).as_slice().to_vec();
+            return Err(GeometryError::ThinWall { thickness, at, spacing, needed: 2.0 * thickness });
+        }
+        Ok(())
+    }
+
+    /// The thinnest wall below half a spacing, in bricks, and where: between facets that look away from each other.
+    fn thinnest(&self) -> Option<(f64, Point<3>)> {
+        let normal = |patch: u32| self.features.normals[self.split.patches[patch as usize].facet as usize];
+        let area = |patch: u32| {
+            let [a, b, c] = self.patch(patch);
+            parts::cross(&(b - a), &(c - a)).norm()
+        };
+        let placing = self.placing();
+        let mut thinnest: Option<(f64, Point<3>)> = None;
+        for brick in 0..self.grid.len() {
+            let largest = self.by_brick.patches(brick).iter().copied();
+            let Some(patch) = largest.max_by(|a, b| area(*a).total_cmp(&area(*b)).then(b.cmp(a))) else { continue };
+            let (from, inward) = (self.patch(patch).iter().sum::<Point<3>>() / 3.0, -normal(patch));
+            let to = from + inward;
+            for other in placing.near(&from, 1.0).filter(|other| normal(*other).dot(&inward) > OPPOSITE) {
+                let corners = self.patch(other);
+                let thickness = (corners[0] - from).dot(&normal(other)) / inward.dot(&normal(other));
+                if thickness > 0.0 && thickness < thinnest.map_or(1.0, |known| known.0) && crosses(&from, &to, &corners)
+                {
+                    thinnest = Some((thickness, from));
+                }
+            }
+        }
+        thinnest
+    }
+
+    fn placing(&self) -> Placing<'_> {
+        Placing { split: &self.split, by_brick: &self.by_brick, grid: self.grid, features: &self.features }
+    }
+
+    /// Corners of a patch.
+    fn patch(&self, patch: u32) -> [Point<3>; 3] {
+        self.split.patches[patch as usize].corners.map(|corner| self.split.points[corner as usize])
+    }
+
+    /// Bricks per side of a spacing that a sub-cell has; refuses other numbers of sub-cells.
+    fn check_parts(parts: usize) -> Result<(), GeometryError> {
+        let needed = match parts {
+            1 | 2 => return Ok(()),
+            0 => "at least 1 is needed",
+            _ => {
+                "cells of a cut lattice are taken whole or in halves, which counts as 2 parts: take a basis of order 1"
+            }
+        };
+        Err(GeometryError::Count { what: "sub-cells per direction", count: parts, needed })
+    }
+
+    /// Points of a section with $n\,\mathrm dA$ along its axis.
+    fn on_section(&self, rules: &Rules, section: u32, mut with: impl FnMut(Point<3>, Point<3>)) {
+        let own = &self.sections.sections[section as usize];
+        if own.triangles.is_empty() {
+            let [a, b, _, d] = self.sections.corners(own).map(|corner| self.sections.point(&self.split, corner));
+            rules.on_face(&a, &[b - a, d - a], with);
+        } else {
+            for corners in &self.sections.triangles[own.triangles.clone()] {
+                rules.on_triangle(&corners.map(|corner| self.sections.point(&self.split, corner)), &mut with);
+            }
+        }
+    }
+
+    /// Points inside a sub-cell with their weights, in coordinates of the lattice.
+    fn in_part(&self, rules: &Rules, part: u32, mut with: impl FnMut(Point<3>, f64)) {
+        let part = &self.parts.parts[part as usize];
+        for &(section, sign) in &part.sections {
+            each_triangle(&self.sections, section, |[a, b, c]| {
+                let base = if sign > 0.0 { [a, b, c] } else { [a, c, b] };
+                let base = base.map(|corner| self.sections.point(&self.split, corner));
+                rules.in_tetrahedron(&part.centre, &base, &mut with);
+            });
+        }
+        for &patch in &part.patches {
+            rules.in_tetrahedron(&part.centre, &self.patch(patch), &mut with);
+        }
+    }
+
+    /// Whether the surface leaves a cell alone: one whole brick between eight particles' places.
+    fn is_whole(&self, cell: usize) -> bool {
+        let own = &self.cells[cell];
+        own.len() == 8 && own.iter().all(|&part| self.is_whole_part(part))
+    }
+
+    fn is_whole_part(&self, part: u32) -> bool {
+        let part = &self.parts.parts[part as usize];
+        part.patches.is_empty() && part.volume == 1.0
+    }
+
+    /// The place of the lowest particle of the brick that a cell lies in.
+    fn lowest(&self, cell: usize) -> [i32; 3] {
+        let brick = self.parts.parts[self.cells[cell][0] as usize].brick;
+        self.grid.place(brick as usize).map(|at| at / STEP * STEP)
+    }
+
+    /// The pieces of the surface that a part has, curved ones first: plain ones take back from conditions what they share with them.
+    fn pieces(&self, part: &Part) -> Result<Vec<u32>, GeometryError> {
+        let mut found: Vec<u32> = match part {
+            Part::Whole => (0..self.features.curved.len() as u32).collect(),
+            Part::Named(name) => {
+                let named = self.names.iter().filter(|known| known.0 == *name).flat_map(|known| &known.1);
+                named.map(|&facet| self.features.pieces[facet as usize]).collect()
+            }
+            Part::Face { .. } => Vec::new(),
+        };
+        if found.is_empty() {
+            let names: Vec<&str> = self.names.iter().map(|known| known.0.as_str()).collect();
+            let known = match names.is_empty() {
+                true => "no named parts, but the whole boundary, and some of it by Place::within".to_string(),
+                false => format!("{}, and the whole boundary", names.join(", ")),
+            };
+            return Err(GeometryError::UnknownPart { part: part.to_string(), known });
+        }
+        found.sort_unstable_by_key(|&piece| (!self.features.curved[piece as usize], piece));
+        found.dedup();
+        Ok(found)
+    }
+
+    /// The boundary cells of pieces, each with its trace functions.
+    fn traces(
+        &self,
+        part: &Part,
+        [parts, gauss]: [usize; 2],
+        positive: bool,
+    ) -> Result<Vec<BoundaryCells<3>>, GeometryError> {
+        if parts == 0 {
+            Self::check_parts(parts)?;
+        }
+        let (rules, finer) = (Rules::new(gauss)?, parts.div_ceil(STEP as usize));
+        check_point_count(self.split.patches.len(), finer.saturating_mul(gauss).saturating_pow(2))?;
+        let pieces = self.pieces(part)?;
+        let mut place = vec![usize::MAX; self.features.curved.len()];
+        pieces.iter().enumerate().for_each(|(at, piece)| place[*piece as usize] = at);
+        let mut patches: Vec<Vec<u32>> = vec![Vec::new(); pieces.len()];
+        for brick in 0..self.grid.len() {
+            for &patch in self.by_brick.patches(brick) {
+                let piece = self.features.pieces[self.split.patches[patch as usize].facet as usize];
+                if let Some(own) = patches.get_mut(place[piece as usize]) {
+                    own.push(patch);
+                }
+            }
+        }
+        let mut on_piece: Vec<Vec<(u32, Point<3>)>> = vec![Vec::new(); self.features.curved.len()];
+        for (particle, on) in self.placed.on.iter().enumerate() {
+            // On the rim between two curved pieces a particle carries functions of one of them.
+            let first = on.iter().find(|(piece, _)| self.features.curved[*piece as usize]).map(|own| own.0);
+            for &(piece, normal) in on {
+                if positive || !self.features.curved[piece as usize] || first == Some(piece) {
+                    on_piece[piece as usize].push((particle as u32, normal));
+                }
+            }
+        }
+        let area = self.frame.size * self.frame.size;
+        let mut all = Vec::with_capacity(pieces.len());
+        for (piece, patches) in pieces.into_iter().zip(patches) {
+            let curved = self.features.curved[piece as usize];
+            let traces = Traces::new(&self.placed.positions, std::mem::take(&mut on_piece[piece as usize]), curved);
+            let mut cells = BoundaryCells { points: Points::empty(), traces: Vec::new() };
+            for group in patches.chunk_by(|a, b| self.brick_of(*a) == self.brick_of(*b)) {
+                for &patch in group {
+                    let normal = self.features.normals[self.split.patches[patch as usize].facet as usize];
+                    let turned = self.frame.turned(&normal);
+                    pieces_of(&self.patch(patch), finer, |corners| {
+                        rules.on_triangle(&corners, |at, own| {
+                            cells.points.positions.push(self.frame.place(&at));
+                            cells.points.weights.push(own.norm() * area);
+                            cells.points.normals.push(turned);
+                            cells.traces.push(traces.at(&at, &normal, positive));
+                        });
+                    });
+                }
+                cells.points.close_group();
+            }
+            all.push(cells);
+        }
+        Ok(all)
+    }
+
+    fn brick_of(&self, patch: u32) -> [i32; 3] {
+        self.split.patches[patch as usize].brick
+    }
+
+    /// Hands out the shares of free particles in sub-cells: those inside, and where a body is thin those on its surface.
+    fn free(&self, mut with: impl FnMut(u32, &Point<3>, f64)) {
+        let inner = self.placed.positions.iter().zip(&self.placed.on).filter(|(_, on)| on.is_empty());
+        let mut cubes: BTreeMap<[i32; 3], Vec<Point<3>>> = BTreeMap::new();
+        let cube = |x: &Point<3>| -> [i32; 3] { std::array::from_fn(|i| (x[i] / THIN).floor() as i32) };
+        inner.for_each(|(x, _)| cubes.entry(cube(x)).or_default().push(*x));
+        let is_thin = |x: &Point<3>| {
+            let c = cube(x);
+            (0..27).all(|k| {
+                let near = [c[0] + k % 3 - 1, c[1] + k / 3 % 3 - 1, c[2] + k / 9 - 1];
+                cubes.get(&near).is_none_or(|all| all.iter().all(|y| (x - y).norm() > THIN))
+            })
+        };
+        let mut by_brick: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for (number, part) in self.parts.parts.iter().enumerate() {
+            by_brick.entry(part.brick).or_default().push(number as u32);
+        }
+        for (x, on) in self.placed.positions.iter().zip(&self.placed.on) {
+            if !on.is_empty() && !is_thin(x) {
+                continue;
+            }
+            let near = (0..8).filter_map(|k| {
+                let at: [i32; 3] = std::array::from_fn(|i| ((x[i] - 0.5).floor() as i32 + ((k >> i) & 1)).max(0));
+                by_brick.get(&(self.grid.brick(at) as u32))
+            });
+            let near: Vec<u32> = near.flatten().copied().collect();
+            let whole: f64 = near.iter().map(|&part| self.parts.parts[part as usize].volume).sum();
+            for part in near {
+                with(part, x, self.parts.parts[part as usize].volume / whole);
+            }
+        }
+    }
+}
+
+/// Marks of facets by the names that they have.
+fn marks(facets: usize, names: &[(String, Vec<u32>)]) -> Vec<u32> {
+    let mut marks = vec![0u32; facets];
+    let mut known: BTreeMap<(u32, usize), u32> = BTreeMap::new();
+    for (number, (_, own)) in names.iter().enumerate() {
+        for &facet in own {
+            let next = known.len() as u32 + 1;
+            let mark = &mut marks[facet as usize];
+            *mark = *known.entry((*mark, number)).or_insert(next);
+        }
+    }
+    marks
+}
+
+/// A triangle cut into so many parts along each edge.
+fn pieces_of([a, b, c]: &[Point<3>; 3], parts: usize, mut with: impl FnMut([Point<3>; 3])) {
+    if parts == 1 {
+        return with([*a, *b, *c]);
+    }
+    let at = |i: usize, j: usize| a + (b - a) * (i as f64 / parts as f64) + (c - a) * (j as f64 / parts as f64);
+    for i in 0..parts {
+        for j in 0..parts - i {
+            with([at(i, j), at(i + 1, j), at(i, j + 1)]);
+            if i + j + 1 < parts {
+                with([at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+            }
+        }
+    }
+}
+
+impl Cells<3> for CutLattice {
+    fn positions(&self) -> &[Point<3>] {
+        &self.positions
+    }
+
+    fn cell_count(&self) -> usize {
+        self.cells.len()
+    }
+
+    fn corners(&self, cell: usize) -> Vec<usize> {
+        let lowest = self.lowest(cell);
+        let around = (0..8).filter_map(|k| {
+            let at: [i32; 3] = std::array::from_fn(|i| lowest[i] + STEP * ((k >> i) & 1));
+            self.placed.at.get(&at).map(|particle| *particle as usize)
+        });
+        let around: Vec<usize> = around.collect();
+        if !around.is_empty() {
+            return around;
+        }
+        let centre = self.parts.parts[self.cells[cell][0] as usize].centre;
+        let distance = |particle: &usize| (self.placed.positions[*particle] - centre).norm_squared();
+        let nearest = (0..self.positions.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.into_iter().collect()
+    }
+
+    fn drawn(&self) -> Vec<Vec<usize>> {
+        Vec::new()
+    }
+
+    fn drawn_surface(&self) -> Option<(Vec<Point<3>>, Vec<Vec<usize>>)> {
+        let facets = self.split.patches.iter().map(|patch| patch.corners.map(|corner| corner as usize).to_vec());
+        Some((self.split.points.iter().map(|u| self.frame.place(u)).collect(), facets.collect()))
+    }
+
+    fn local_spacing(&self, particle: usize) -> f64 {
+        self.spacings(particle).norm()
+    }
+
+    fn spacings(&self, particle: usize) -> Point<3> {
+        let spacing = f64::from(STEP) * self.frame.size;
+        Point::<3>::repeat(if particle < self.positions.len() { spacing } else { f64::NAN })
+    }
+
+    fn particles(&self, r: f64) -> Result<Particles<3>, ApproximationError> {
+        check_dilation(r)?;
+        let half = 2.0 * r * f64::from(STEP) * self.frame.size;
+        let support = match self.frame.axes {
+            None => Support::Box(Point::<3>::repeat(half)),
+            Some(axes) => Support::Parallelepiped(axes * half),
+        };
+        Particles::new(self.positions.clone(), vec![support; self.positions.len()])
+    }
+
+    fn particles_global(&self, r: f64) -> Result<Particles<3>, ApproximationError> {
+        self.particles(r)
+    }
+
+    fn is_thin(&self) -> bool {
+        // Zones have particles of the surface in their middle where there are no others.
+        false
+    }
+
+    fn zones(&self, size: usize) -> Zones {
+        if size <= 1 {
+            return Zones::single(self.cells.len());
+        }
+        let width = size * STEP as usize;
+        let block = |brick: u32| {
+            let [i, j, k] = self.grid.place(brick as usize).map(|at| at as usize / width);
+            let [n, m, _] = self.grid.counts.map(|count| count.div_ceil(width));
+            i + n * (j + m * k)
+        };
+        let (zone_of, count) = self.parts.connected(block);
+        let mut inner = vec![Inner::default(); count];
+        for (part, zone) in self.parts.parts.iter().zip(&zone_of) {
+            inner[*zone as usize].add_part(part);
+        }
+        self.free(|part, x, share| inner[zone_of[part as usize] as usize].free.add(x, share));
+        let mut sides: Vec<BTreeMap<u32, f64>> = vec![BTreeMap::new(); count];
+        for (section, beside) in self.sections.sections.iter().zip(&self.parts.beside) {
+            if beside.contains(&NONE) {
+                continue;
+            }
+            let [a, b] = beside.map(|part| zone_of[part as usize]);
+            if a != b {
+                *sides[a as usize].entry(b).or_default() += section.area.abs();
+                *sides[b as usize].entry(a).or_default() += section.area.abs();
+            }
+        }
+        let mut of_cell: Vec<u32> = self.cells.iter().map(|parts| zone_of[parts[0] as usize]).collect();
+        let kept = join_by_sides(&mut of_cell, inner, sides, Inner::worth, FREE);
+        collect(&of_cell, kept)
+    }
+
+    fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<3>, GeometryError> {
+        zones.validate(self.cells.len())?;
+        let whole = Rules::new(n)?;
+        check_point_count(self.cells.len(), n.saturating_pow(3))?;
+        // Cut sub-cells are far smaller than bricks, and made of tetrahedra.
+        let part = Rules::new(n.div_ceil(4))?;
+        let measure = self.frame.size.powi(3);
+        let mut points = Points::empty();
+        for zone in zones.offsets.windows(2) {
+            for &cell in &zones.cells[zone[0]..zone[1]] {
+                let mut add = |at: Point<3>, weight: f64| {
+                    points.positions.push(self.frame.place(&at));
+                    points.weights.push(weight * measure);
+                };
+                if self.is_whole(cell as usize) {
+                    let corner = Point::<3>::from(self.lowest(cell as usize).map(f64::from));
+                    whole.in_brick(&corner, f64::from(STEP), &mut add);
+                    continue;
+                }
+                for &own in &self.cells[cell as usize] {
+                    match self.is_whole_part(own) {
+                        true => {
+                            let centre = self.parts.parts[own as usize].centre;
+                            part.in_brick(&(centre - Point::<3>::repeat(0.5)), 1.0, &mut add);
+                        }
+                        false => self.in_part(&part, own, &mut add),
+                    }
+                }
+            }
+            points.close_group();
+        }
+        Ok(points)
+    }
+
+    fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<3>, GeometryError> {
+        zones.validate(self.cells.len())?;
+        Self::check_parts(parts)?;
+        let rules = Rules::new(gauss)?;
+        check_point_count(self.sections.sections.len(), gauss.saturating_pow(2))?;
+        let area = self.frame.size * self.frame.size;
+        let mut out = Smoothing {
+            facet_points: Vec::new(),
+            facet_areas: Vec::new(),
+            facet_offsets: vec![0],
+            cells: Vec::new(),
+            interior: Vec::new(),
+            centres: Vec::new(),
+            groups: vec![0],
+        };
+        // Facets are sections and then the surfaces of sub-cells; those that nobody asks for are not made.
+        let mut of_section: Vec<u32> = vec![NONE; self.sections.sections.len()];
+        let volume_rule = Rules::new(2)?;
+        for zone in zones.offsets.windows(2) {
+            for &cell in &zones.cells[zone[0]..zone[1]] {
+                let own = &self.cells[cell as usize];
+                let runs: Vec<&[u32]> = if parts == 1 { vec![&own[..]] } else { own.chunks(1).collect() };
+                for run in runs {
+                    let mut facets: Vec<(u32, f64)> = Vec::with_capacity(7);
+                    for &part in run {
+                        let own = &self.parts.parts[part as usize];
+                        for &(section, sign) in &own.sections {
+                            let other = self.parts.beside[section as usize][usize::from(sign > 0.0)];
+                            if other != NONE && run.contains(&other) {
+                                continue;
+                            }
+                            if of_section[section as usize] == NONE {
+                                of_section[section as usize] = out.facet_count() as u32;
+                                self.on_section(&rules, section, |at, n| self.add_point(&mut out, at, n * area));
+                                out.facet_offsets.push(out.facet_points.len());
+                            }
+                            facets.push((of_section[section as usize], sign));
+                        }
+                        if own.patches.is_empty() {
+                            continue;
+                        }
+                        facets.push((out.facet_count() as u32, 1.0));
+                        for &patch in &own.patches {
+                            rules.on_triangle(&self.patch(patch), |at, n| self.add_point(&mut out, at, n * area));
+                        }
+                        out.facet_offsets.push(out.facet_points.len());
+                    }
+                    let mut interior = Vec::new();
+                    if parts == 1 {
+                        let measure = self.frame.size.powi(3);
+                        let mut add =
+                            |at: Point<3>, weight: f64| interior.push((self.frame.place(&at), weight * measure));
+                        if self.is_whole(cell as usize) {
+                            let corner = Point::<3>::from(self.lowest(cell as usize).map(f64::from));
+                            volume_rule.in_brick(&corner, f64::from(STEP), &mut add);
+                        } else {
+                            run.iter().for_each(|&part| self.in_part(&volume_rule, part, &mut add));
+                        }
+                    }
+                    let volume: f64 = run.iter().map(|&part| self.parts.parts[part as usize].volume).sum();
+                    let moment = run.iter().map(|&part| &self.parts.parts[part as usize]);
+                    let moment = moment.map(|part| part.centre * part.volume).sum::<Point<3>>();
+                    out.centres.push(self.frame.place(&(moment / volume)));
+                    out.cells.push(facets);
+                    out.interior.push(interior);
+                }
+            }
+            out.groups.push(out.cells.len());
+        }
+        Ok(out)
+    }
+
+    fn nodal_cells(&self, _gauss: usize) -> Result<Smoothing<3>, GeometryError> {
+        Err(GeometryError::Unsuited { what: "nodal integration", needed: "a lattice or scattered particles" })
+    }
+
+    fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<3>, GeometryError> {
+        Ok(joined(self.boundary_pieces(part, parts, gauss)?))
+    }
+
+    fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<3>>, GeometryError> {
+        self.traces(part, [parts, gauss], false)
+    }
+
+    fn contact_boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<3>, GeometryError> {
+        Ok(joined(self.traces(part, [parts, gauss], true)?))
+    }
+
+    fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
+        let mut pieces = self.pieces(part)?;
+        pieces.sort_unstable();
+        let on = |particle: &usize| self.placed.on[*particle].iter().any(|own| pieces.binary_search(&own.0).is_ok());
+        Ok((0..self.positions.len()).filter(on).collect())
+    }
+
+    fn contains(&self, at: &Point<3>) -> bool {
+        self.holds(&self.frame.local(at))
+    }
+}
+
+impl CutLattice {
+    fn add_point(&self, out: &mut Smoothing<3>, at: Point<3>, area: Point<3>) {
+        out.facet_points.push(self.frame.place(&at));
+        out.facet_areas.push(self.frame.turned(&area));
+    }
+
+    /// Whether a place lies in the solid, or within a tenth of a spacing of its surface.
+    fn holds(&self, u: &Point<3>) -> bool {
+        const SLACK: f64 = 0.2;
+        if !(0..3).all(|i| u[i] >= 0.0 && u[i] < self.grid.counts[i] as f64 - 1.0) {
+            return false;
+        }
+        let placing = self.placing();
+        if placing.near(u, SLACK).any(|patch| (placing::nearest(u, &self.patch(patch)) - u).norm() <= SLACK) {
+            return true;
+        }
+        let place: [i32; 3] = std::array::from_fn(|i| u[i].floor() as i32);
+        // The surface between the place and a corner of its brick; lines through edges of facets are outvoted.
+        let votes = (0..8).map(|k| {
+            let node: [i32; 3] = std::array::from_fn(|i| place[i] + ((k >> i) & 1));
+            let end = Point::<3>::from(node.map(f64::from));
+            let patches = self.by_brick.patches(self.grid.brick(place)).iter();
+            let crossed = patches.filter(|&&patch| crosses(u, &end, &self.patch(patch))).count();
+            self.sections.is_inside(self.grid.node(node)) != (crossed % 2 == 1)
+        });
+        votes.filter(|inside| *inside).count() > 4
+    }
+}
+
+/// Whether a line between two points goes through a triangle.
+fn crosses(from: &Point<3>, to: &Point<3>, [a, b, c]: &[Point<3>; 3]) -> bool {
+    let volume =
+        |p: &Point<3>, q: &Point<3>, r: &Point<3>, s: &Point<3>| (q - p).dot(&parts::cross(&(r - p), &(s - p)));
+    let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| volume(from, to, p, q) > 0.0);
+    sides[0] == sides[1] && sides[1] == sides[2] && (volume(from, a, b, c) > 0.0) != (volume(to, a, b, c) > 0.0)
+}
+
+/// Boundary cells of several pieces.
+fn joined(pieces: Vec<BoundaryCells<3>>) -> BoundaryCells<3> {
+    let mut all = BoundaryCells { points: Points::empty(), traces: Vec::new() };
+    for piece in pieces {
+        all.points.append(piece.points);
+        all.traces.extend(piece.traces);
+    }
+    all
+}

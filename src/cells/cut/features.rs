@@ -1,0 +1,126 @@
+//! Sharp edges, corners and smooth pieces of a closed surface.
+
+use std::collections::{BTreeMap, HashMap};
+
+use crate::geometry::Point;
+
+use super::parts::cross;
+
+/// Cosine of the angle between facets beyond which the edge between them is sharp, 40°.
+const SHARP: f64 = 0.766;
+/// Difference of unit normals below which a piece is flat.
+const FLAT: f64 = 1e-9;
+
+/// A sharp edge between corners, or around.
+#[derive(Debug, Clone)]
+pub(super) struct Crease {
+    pub(super) points: Vec<Point<3>>,
+    pub(super) closed: bool,
+}
+
+/// Sharp edges, corners and the smooth pieces between them.
+#[derive(Debug, Clone)]
+pub(super) struct Features {
+    pub(super) creases: Vec<Crease>,
+    pub(super) corners: Vec<Point<3>>,
+    /// The piece of each facet.
+    pub(super) pieces: Vec<u32>,
+    /// Whether the facets of a piece have different normals.
+    pub(super) curved: Vec<bool>,
+    /// Unit normals of facets.
+    pub(super) normals: Vec<Point<3>>,
+}
+
+impl Features {
+    /// Facets with the same mark and no sharp edge between them are one piece.
+    pub(super) fn new(points: &[Point<3>], facets: &[[u32; 3]], marks: &[u32]) -> Self {
+        let normal = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|corner| points[corner as usize]);
+            let area = cross(&(b - a), &(c - a));
+            area / area.norm().max(f64::MIN_POSITIVE)
+        };
+        let normals: Vec<Point<3>> = facets.iter().map(normal).collect();
+        let mut edges: HashMap<(u32, u32), Vec<u32>> = HashMap::with_capacity(facets.len() * 3 / 2);
+        for (facet, corners) in facets.iter().enumerate() {
+            for k in 0..3 {
+                let (a, b) = (corners[k], corners[(k + 1) % 3]);
+                edges.entry((a.min(b), a.max(b))).or_default().push(facet as u32);
+            }
+        }
+        let mut sharp: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        let mut beside: Vec<Vec<u32>> = vec![Vec::new(); facets.len()];
+        for (&(a, b), around) in &edges {
+            let is_sharp = match around[..] {
+                [first, second] => {
+                    let [first, second] = [first, second].map(|facet| facet as usize);
+                    let is_sharp = normals[first].dot(&normals[second]) < SHARP;
+                    if !is_sharp && marks[first] == marks[second] {
+                        beside[first].push(second as u32);
+                        beside[second].push(first as u32);
+                    }
+                    is_sharp
+                }
+                _ => true,
+            };
+            if is_sharp {
+                sharp.entry(a).or_default().push(b);
+                sharp.entry(b).or_default().push(a);
+            }
+        }
+        let mut pieces = vec![u32::MAX; facets.len()];
+        let mut curved = Vec::new();
+        for first in 0..facets.len() {
+            if pieces[first] != u32::MAX {
+                continue;
+            }
+            let number = curved.len() as u32;
+            let (mut open, mut bent) = (vec![first as u32], false);
+            pieces[first] = number;
+            while let Some(facet) = open.pop() {
+                bent |= (normals[facet as usize] - normals[first]).norm() > FLAT;
+                for &other in &beside[facet as usize] {
+                    if pieces[other as usize] == u32::MAX {
+                        pieces[other as usize] = number;
+                        open.push(other);
+                    }
+                }
+            }
+            curved.push(bent);
+        }
+        sharp.values_mut().for_each(|others| others.sort_unstable());
+        let turns = |at: u32, others: &[u32]| {
+            let direction = |other: u32| (points[other as usize] - points[at as usize]).normalize();
+            others.len() != 2 || direction(others[0]).dot(&-direction(others[1])) < SHARP
+        };
+        let ends: Vec<u32> = sharp.iter().filter(|(at, others)| turns(**at, others)).map(|(at, _)| *at).collect();
+        let corners = ends.iter().map(|&end| points[end as usize]).collect();
+        Features { creases: creases(points, &sharp, &ends), corners, pieces, curved, normals }
+    }
+}
+
+/// Sharp edges joined end to end between corners.
+fn creases(points: &[Point<3>], sharp: &BTreeMap<u32, Vec<u32>>, corners: &[u32]) -> Vec<Crease> {
+    let is_corner = |at: u32| corners.binary_search(&at).is_ok();
+    let mut seen: HashMap<(u32, u32), ()> = HashMap::new();
+    let mut found = Vec::new();
+    for &first in corners.iter().chain(sharp.keys()) {
+        for &second in &sharp[&first] {
+            if seen.contains_key(&(first.min(second), first.max(second))) {
+                continue;
+            }
+            let mut path = vec![first];
+            let (mut from, mut to) = (first, second);
+            while seen.insert((from.min(to), from.max(to)), ()).is_none() {
+                path.push(to);
+                if is_corner(to) {
+                    break;
+                }
+                let Some(&next) = sharp[&to].iter().find(|&&next| next != from) else { break };
+                (from, to) = (to, next);
+            }
+            let closed = path.len() > 2 && path[0] == path[path.len() - 1] && !is_corner(first);
+            found.push(Crease { points: path.iter().map(|&at| points[at as usize]).collect(), closed });
+        }
+    }
+    found
+}

@@ -1,0 +1,127 @@
+//! Where a lattice lies in a part: its axes and its origin.
+
+use nalgebra::Matrix3;
+
+use crate::error::GeometryError;
+use crate::geometry::Point;
+
+use super::parts::cross;
+use super::sections::Grid;
+
+/// Bricks between particles along each axis.
+const STEP: usize = 2;
+/// Part of the surface that a direction's facets take at least to make it an axis.
+const DOMINANT: f64 = 0.05;
+/// Cosine between normals of one direction.
+const ALIKE: f64 = 1.0 - 1e-9;
+/// How far the first plane stands before the first corner, in bricks: planar faces across an axis then lie beside planes of particles,
+/// and on none.
+const BEFORE: f64 = 0.02;
+/// Distance from a plane below which a corner counts as on it, in bricks.
+const CLEAR: f64 = 1e-7;
+/// Bricks beyond which a lattice is refused: a mistyped spacing.
+const MOST: f64 = 2e8;
+
+/// Axes, origin and size of bricks: $x = o + A u s$ with the coordinates $u$ of the lattice.
+#[derive(Debug, Clone)]
+pub(super) struct Frame {
+    /// None for the axes of space.
+    pub(super) axes: Option<Matrix3<f64>>,
+    pub(super) origin: Point<3>,
+    pub(super) size: f64,
+}
+
+impl Frame {
+    /// Coordinates of the lattice at a place.
+    pub(super) fn local(&self, x: &Point<3>) -> Point<3> {
+        let away = (x - self.origin) / self.size;
+        self.axes.map_or(away, |axes| axes.tr_mul(&away))
+    }
+
+    /// The place of coordinates of the lattice.
+    pub(super) fn place(&self, u: &Point<3>) -> Point<3> {
+        self.origin + self.turned(u) * self.size
+    }
+
+    /// A direction of the lattice in space.
+    pub(super) fn turned(&self, u: &Point<3>) -> Point<3> {
+        self.axes.map_or(*u, |axes| axes * u)
+    }
+
+    /// A lattice around a part, the first axis along the largest plane faces, and the bricks that hold it.
+    pub(super) fn around(
+        vertices: &[Point<3>],
+        axes: Option<Matrix3<f64>>,
+        spacing: f64,
+    ) -> Result<(Self, Grid), GeometryError> {
+        let size = spacing / STEP as f64;
+        let mut frame = Frame { axes, origin: Point::<3>::zeros(), size };
+        let mut shift = Point::<3>::zeros();
+        let mut counts = [0; 3];
+        for axis in 0..3 {
+            let mut along: Vec<f64> = vertices.iter().map(|x| frame.local(x)[axis]).collect();
+            along.sort_by(f64::total_cmp);
+            let (low, high) = (along[0], along[along.len() - 1]);
+            let bricks = ((high - low).ceil() + 6.0) / STEP as f64;
+            if !(bricks.powi(3) < MOST) {
+                let needed = "give a wider spacing: the lattice would have more bricks than fit into memory";
+                return Err(GeometryError::Count { what: "bricks along a part", count: bricks as usize, needed });
+            }
+            // Distances to planes, of the corners that are nearest to one.
+            let clearance = |before: f64| {
+                let off = |x: &f64| {
+                    let u = x - low + before;
+                    (u - u.round()).abs()
+                };
+                along.iter().map(off).fold(f64::INFINITY, f64::min)
+            };
+            let tries = (0..64).map(|k| BEFORE * (1.0 + 0.618 * f64::from(k)));
+            let before = tries.clone().find(|before| clearance(*before) > CLEAR);
+            let before = before
+                .unwrap_or_else(|| tries.max_by(|a, b| clearance(*a).total_cmp(&clearance(*b))).unwrap_or(BEFORE));
+            // Blocks of two bricks per direction begin at the part; a block before it, and room for the upper ends of faces.
+            shift[axis] = low - before - (2 * STEP) as f64;
+            counts[axis] = ((high - shift[axis]).floor() as usize + 2).next_multiple_of(STEP);
+        }
+        frame.origin = frame.turned(&shift) * size;
+        Ok((frame, Grid { counts }))
+    }
+}
+
+/// Axes along the largest plane faces; none where those of space are as good.
+pub(super) fn dominant_axes(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Option<Matrix3<f64>> {
+    let mut directions: Vec<(Point<3>, f64)> = Vec::new();
+    let mut areas: Vec<(Point<3>, f64)> = facets
+        .iter()
+        .map(|facet| {
+            let [a, b, c] = facet.map(|corner| vertices[corner as usize]);
+            let area = cross(&(b - a), &(c - a)) * 0.5;
+            (area / area.norm().max(f64::MIN_POSITIVE), area.norm())
+        })
+        .collect();
+    let whole: f64 = areas.iter().map(|facet| facet.1).sum();
+    // Large facets first: directions of more than a share of the surface show among few.
+    areas.sort_by(|a, b| b.1.total_cmp(&a.1));
+    for (normal, area) in areas {
+        match directions.iter().position(|known| known.0.dot(&normal).abs() > ALIKE) {
+            Some(known) => directions[known].1 += area,
+            None if directions.len() < 256 => directions.push((normal, area)),
+            None => {}
+        }
+    }
+    directions.retain(|direction| direction.1 > DOMINANT * whole);
+    directions.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let first = directions.first()?.0;
+    let unit = |k: usize| Point::<3>::from_fn(|i, _| f64::from(u8::from(i == k)));
+    let across = |x: &Point<3>| x - first * first.dot(x);
+    let second = directions.iter().map(|direction| direction.0).find(|normal| normal.dot(&first).abs() < 1e-6);
+    let flattest = (0..3).min_by(|&a, &b| first[a].abs().total_cmp(&first[b].abs())).unwrap_or(0);
+    let second = across(&second.unwrap_or_else(|| unit(flattest))).normalize();
+    let third = cross(&first, &second);
+    let axes = [first, second, third];
+    // Planes across the axes of space need no other ones.
+    if axes.iter().all(|axis| axis.amax() > 1.0 - 1e-12) {
+        return None;
+    }
+    Some(Matrix3::from_columns(&axes))
+}

@@ -1,0 +1,286 @@
+//! Connected parts of a solid in the bricks of a lattice, small ones joined to their neighbours.
+
+use std::collections::HashMap;
+
+use crate::geometry::Point;
+
+use super::sections::Sections;
+use super::split::{ByBrick, Split};
+
+/// No part beside a section.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Volume below which a part joins a neighbour, as a part of its brick: smaller ones turn over under large compression.
+const SMALL: f64 = 0.1;
+
+/// A connected part of the solid in one brick, or several that were joined.
+#[derive(Debug, Clone)]
+pub(super) struct Part {
+    /// The brick that it lies in; that of the largest of several.
+    pub(super) brick: u32,
+    pub(super) volume: f64,
+    pub(super) centre: Point<3>,
+    /// Sections around it, with the sign that turns them outward; none inside.
+    pub(super) sections: Vec<(u32, f64)>,
+    /// Patches of the surface around it.
+    pub(super) patches: Vec<u32>,
+}
+
+/// All parts, and those below and above each section.
+#[derive(Debug, Clone)]
+pub(super) struct Parts {
+    pub(super) parts: Vec<Part>,
+    pub(super) beside: Vec<[u32; 2]>,
+}
+
+/// Areas and centres are those of triangles: $\int n\,\mathrm dA$ and the moments that the divergence theorem needs.
+fn triangle(corners: &[Point<3>; 3], sign: f64, origin: &Point<3>) -> (f64, Point<3>) {
+    let [a, b, c] = corners.map(|corner| corner - origin);
+    // Of the tetrahedron to the origin.
+    let volume = sign * a.dot(&cross(&b, &c)) / 6.0;
+    (volume, (a + b + c) * (volume / 4.0))
+}
+
+/// The vector product.
+pub(super) fn cross(a: &Point<3>, b: &Point<3>) -> Point<3> {
+    Point::<3>::new(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+}
+
+/// The set that a member belongs to.
+fn root(sets: &mut [u32], mut member: u32) -> u32 {
+    while sets[member as usize] != member {
+        sets[member as usize] = sets[sets[member as usize] as usize];
+        member = sets[member as usize];
+    }
+    member
+}
+
+impl Parts {
+    pub(super) fn new(split: &Split, by_brick: &ByBrick, sections: &Sections) -> Self {
+        let grid = sections.grid;
+        let mut all = Parts { parts: Vec::new(), beside: vec![[NONE; 2]; sections.sections.len()] };
+        for brick in 0..grid.len() {
+            let place = grid.place(brick);
+            if by_brick.patches(brick).is_empty() {
+                if sections.is_inside(grid.node(place)) {
+                    let around = around(sections, brick, place);
+                    let centre = Point::<3>::from(place.map(|at| f64::from(at) + 0.5));
+                    all.push(Part { brick: brick as u32, volume: 1.0, centre, sections: around, patches: Vec::new() });
+                }
+                continue;
+            }
+            for part in cut(split, sections, brick as u32, by_brick.patches(brick)) {
+                all.push(part);
+            }
+        }
+        all
+    }
+
+    fn push(&mut self, part: Part) {
+        for &(section, sign) in &part.sections {
+            self.beside[section as usize][usize::from(sign < 0.0)] = self.parts.len() as u32;
+        }
+        self.parts.push(part);
+    }
+
+    /// Joins parts of less than a tenth of a brick to the neighbour with the largest common section.
+    pub(super) fn joined(mut self, sections: &Sections) -> Self {
+        let count = self.parts.len();
+        let mut sets: Vec<u32> = (0..count as u32).collect();
+        let mut volumes: Vec<f64> = self.parts.iter().map(|part| part.volume).collect();
+        let mut members: HashMap<u32, Vec<u32>> = HashMap::new();
+        let mut small: Vec<u32> = (0..count as u32).filter(|&part| volumes[part as usize] < SMALL).collect();
+        small.sort_by(|&a, &b| volumes[a as usize].total_cmp(&volumes[b as usize]).then(a.cmp(&b)));
+        for part in small {
+            let own = root(&mut sets, part);
+            if volumes[own as usize] >= SMALL {
+                continue;
+            }
+            let mut areas: Vec<(u32, f64)> = Vec::new();
+            let all = members.get(&own).cloned().unwrap_or_else(|| vec![own]);
+            for &(section, sign) in all.iter().flat_map(|&member| &self.parts[member as usize].sections) {
+                let other = self.beside[section as usize][usize::from(sign > 0.0)];
+                if other == NONE {
+                    continue;
+                }
+                let other = root(&mut sets, other);
+                let area = sections.sections[section as usize].area.abs();
+                match areas.iter_mut().find(|known| known.0 == other) {
+                    Some(known) => known.1 += area,
+                    None if other != own => areas.push((other, area)),
+                    None => {}
+                }
+            }
+            let largest = areas.iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+            let Some(&(other, _)) = largest else { continue };
+            let (into, from) =
+                if volumes[other as usize] >= volumes[own as usize] { (other, own) } else { (own, other) };
+            sets[from as usize] = into;
+            volumes[into as usize] += volumes[from as usize];
+            let moved = members.remove(&from).unwrap_or_else(|| vec![from]);
+            members.entry(into).or_insert_with(|| vec![into]).extend(moved);
+        }
+        self.merge(sets)
+    }
+
+    /// One part for each set, the sections inside left out.
+    fn merge(&mut self, mut sets: Vec<u32>) -> Self {
+        let mut number = vec![NONE; self.parts.len()];
+        let mut merged: Vec<Part> = Vec::with_capacity(self.parts.len());
+        for part in 0..self.parts.len() as u32 {
+            if root(&mut sets, part) == part {
+                number[part as usize] = merged.len() as u32;
+                merged.push(Part { sections: Vec::new(), patches: Vec::new(), ..self.parts[part as usize].clone() });
+            }
+        }
+        let of: Vec<u32> = (0..sets.len() as u32).map(|part| number[root(&mut sets, part) as usize]).collect();
+        for (place, part) in std::mem::take(&mut self.parts).into_iter().enumerate() {
+            let into = &mut merged[of[place] as usize];
+            if number[place] == NONE {
+                let whole = into.volume + part.volume;
+                into.centre = (into.centre * into.volume + part.centre * part.volume) / whole;
+                into.volume = whole;
+            }
+            into.patches.extend(part.patches);
+            into.sections.extend(part.sections.into_iter().filter(|&(section, sign)| {
+                let other = self.beside[section as usize][usize::from(sign > 0.0)];
+                other == NONE || of[other as usize] != of[place]
+            }));
+        }
+        for beside in &mut self.beside {
+            beside.iter_mut().filter(|part| **part != NONE).for_each(|part| *part = of[*part as usize]);
+        }
+        Parts { parts: merged, beside: std::mem::take(&mut self.beside) }
+    }
+
+    /// Connected parts within blocks of bricks, and how many.
+    pub(super) fn connected(&self, block: impl Fn(u32) -> usize) -> (Vec<u32>, usize) {
+        let mut sets: Vec<u32> = (0..self.parts.len() as u32).collect();
+        let blocks: Vec<usize> = self.parts.iter().map(|part| block(part.brick)).collect();
+        for &[below, above] in &self.beside {
+            if below != NONE && above != NONE && blocks[below as usize] == blocks[above as usize] {
+                let (a, b) = (root(&mut sets, below), root(&mut sets, above));
+                sets[a.max(b) as usize] = a.min(b);
+            }
+        }
+        let mut number = vec![NONE; self.parts.len()];
+        let mut count = 0;
+        for part in 0..self.parts.len() as u32 {
+            if root(&mut sets, part) == part {
+                number[part as usize] = count;
+                count += 1;
+            }
+        }
+        ((0..self.parts.len() as u32).map(|part| number[root(&mut sets, part) as usize]).collect(), count as usize)
+    }
+}
+
+/// The sections on the faces of a brick, with the signs that turn them outward.
+fn around(sections: &Sections, brick: usize, place: [i32; 3]) -> Vec<(u32, f64)> {
+    let mut around = Vec::with_capacity(6);
+    for axis in 0..3 {
+        around.extend(sections.on(axis, brick).map(|section| (section as u32, -1.0)));
+        let mut above = place;
+        above[axis] += 1;
+        around.extend(sections.on(axis, sections.grid.brick(above)).map(|section| (section as u32, 1.0)));
+    }
+    around
+}
+
+/// The connected parts of the solid in a brick that the surface cuts.
+fn cut(split: &Split, sections: &Sections, brick: u32, patches: &[u32]) -> Vec<Part> {
+    let place = sections.grid.place(brick as usize);
+    let around = around(sections, brick as usize, place);
+    // Elements are patches and then sections; those that share a corner are connected.
+    let count = patches.len() + around.len();
+    let mut sets: Vec<u32> = (0..count as u32).collect();
+    let mut corners: Vec<(u32, u32)> = Vec::new();
+    for (element, &patch) in patches.iter().enumerate() {
+        corners.extend(split.patches[patch as usize].corners.map(|corner| (corner, element as u32)));
+    }
+    for (element, &(section, _)) in around.iter().enumerate() {
+        let element = (patches.len() + element) as u32;
+        let section = &sections.sections[section as usize];
+        match section.triangles.is_empty() {
+            true => corners.extend(sections.corners(section).map(|corner| (corner, element))),
+            false => {
+                let all = sections.triangles[section.triangles.clone()].iter().flatten();
+                corners.extend(all.map(|&corner| (corner, element)));
+            }
+        }
+    }
+    corners.sort_unstable();
+    for pair in corners.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+        let (a, b) = (root(&mut sets, pair[0].1), root(&mut sets, pair[1].1));
+        sets[a.max(b) as usize] = a.min(b);
+    }
+    let middle = Point::<3>::from(place.map(|at| f64::from(at) + 0.5));
+    let mut parts: Vec<Part> = Vec::new();
+    let mut number: HashMap<u32, usize> = HashMap::new();
+    for element in 0..count {
+        let set = root(&mut sets, element as u32);
+        let own = *number.entry(set).or_insert_with(|| {
+            let (sections, patches) = (Vec::new(), Vec::new());
+            parts.push(Part { brick, volume: 0.0, centre: Point::<3>::zeros(), sections, patches });
+            parts.len() - 1
+        });
+        let part = &mut parts[own];
+        let mut add = |corners: [u32; 3], sign: f64| {
+            let (volume, moment) = triangle(&corners.map(|corner| sections.point(split, corner)), sign, &middle);
+            part.volume += volume;
+            part.centre += moment;
+        };
+        match element.checked_sub(patches.len()) {
+            None => {
+                add(split.patches[patches[element] as usize].corners, 1.0);
+                part.patches.push(patches[element]);
+            }
+            Some(place) => {
+                let (section, sign) = around[place];
+                each_triangle(sections, section, |corners| add(corners, sign));
+                part.sections.push((section, sign));
+            }
+        }
+    }
+    enclosed(parts, split, &middle)
+}
+
+/// Hands out the triangles of a section.
+pub(super) fn each_triangle(sections: &Sections, section: u32, mut with: impl FnMut([u32; 3])) {
+    let section = &sections.sections[section as usize];
+    if section.triangles.is_empty() {
+        let [a, b, c, d] = sections.corners(section);
+        with([a, b, c]);
+        with([a, c, d]);
+    } else {
+        sections.triangles[section.triangles.clone()].iter().for_each(|corners| with(*corners));
+    }
+}
+
+/// Surfaces of voids joined to the parts around them, and centres from moments.
+fn enclosed(mut parts: Vec<Part>, split: &Split, middle: &Point<3>) -> Vec<Part> {
+    while parts.len() > 1 {
+        let Some(void) = parts.iter().position(|part| part.volume < 0.0) else { break };
+        let hole = parts.remove(void);
+        // The largest other part has it, but for parts within parts within a single brick.
+        let Some(around) = parts.iter_mut().max_by(|a, b| a.volume.total_cmp(&b.volume)) else { break };
+        around.volume += hole.volume;
+        around.centre += hole.centre;
+        around.sections.extend(hole.sections);
+        around.patches.extend(hole.patches);
+    }
+    for part in &mut parts {
+        // Parts without volume to speak of take the mean of their corners.
+        part.centre = match part.volume > 1e-9 {
+            true => middle + part.centre / part.volume,
+            false => {
+                let corners = part.patches.iter().flat_map(|&patch| split.patches[patch as usize].corners);
+                let (sum, count) = corners.fold((Point::<3>::zeros(), 0), |(sum, count), corner| {
+                    (sum + split.points[corner as usize], count + 1)
+                });
+                if count > 0 { sum / f64::from(count) } else { *middle }
+            }
+        };
+    }
+    parts
+}

@@ -1,0 +1,203 @@
+//! Particles of a lattice that a surface cuts: on corners, along sharp edges, on faces, inside.
+
+use std::collections::HashMap;
+
+use crate::geometry::Point;
+
+use super::features::{Crease, Features};
+use super::sections::{Grid, Sections};
+use super::split::{ByBrick, Split};
+
+/// Bricks between particles along each axis.
+const STEP: i32 = 2;
+/// Half the spacing of particles, in bricks: those that the surface is nearer to are moved onto it, and of two particles that
+/// are closer one goes.
+const HALF: f64 = 1.0;
+/// Distance within which a particle lies on a facet.
+const ON: f64 = 1e-6;
+
+/// Particles, in units of bricks.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Placed {
+    pub(super) positions: Vec<Point<3>>,
+    /// The pieces of the surface that a particle lies on, with their unit normals there; none inside.
+    pub(super) on: Vec<Vec<(u32, Point<3>)>>,
+    /// The particle of each place of the lattice.
+    pub(super) at: HashMap<[i32; 3], u32>,
+}
+
+/// The nearest point of a triangle.
+pub(super) fn nearest(x: &Point<3>, [a, b, c]: &[Point<3>; 3]) -> Point<3> {
+    let (ab, ac, ap) = (b - a, c - a, x - a);
+    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return *a;
+    }
+    let bp = x - b;
+    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return *b;
+    }
+    let cp = x - c;
+    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return *c;
+    }
+    let (va, vb, vc) = (d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2);
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    let whole = va + vb + vc;
+    if whole > 0.0 { a + ab * (vb / whole) + ac * (vc / whole) } else { *a }
+}
+
+/// Points by the unit cube that they lie in.
+#[derive(Default)]
+struct Hash(HashMap<[i32; 3], Vec<u32>>);
+
+impl Hash {
+    fn cube(x: &Point<3>) -> [i32; 3] {
+        std::array::from_fn(|i| x[i].floor() as i32)
+    }
+
+    fn add(&mut self, x: &Point<3>, number: u32) {
+        self.0.entry(Self::cube(x)).or_default().push(number);
+    }
+
+    /// Whether a point is closer than half a spacing.
+    fn is_taken(&self, x: &Point<3>, all: &[Point<3>]) -> bool {
+        let cube = Self::cube(x);
+        (0..27).any(|k| {
+            let near = [cube[0] + k % 3 - 1, cube[1] + k / 3 % 3 - 1, cube[2] + k / 9 - 1];
+            let inside = |number: &u32| (all[*number as usize] - x).norm() < HALF * (1.0 - 1e-9);
+            self.0.get(&near).is_some_and(|numbers| numbers.iter().any(inside))
+        })
+    }
+}
+
+/// Places of particles along a sharp edge, evenly, its ends left out.
+fn along(crease: &Crease) -> Vec<Point<3>> {
+    let lengths: Vec<f64> = crease.points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
+    let whole: f64 = lengths.iter().sum();
+    let intervals = (whole / f64::from(STEP) - 0.25).ceil().max(if crease.closed { 3.0 } else { 1.0 }) as usize;
+    let first = usize::from(!crease.closed);
+    let mut places = Vec::with_capacity(intervals);
+    let (mut segment, mut before) = (0, 0.0);
+    for k in first..intervals {
+        let at = whole * k as f64 / intervals as f64;
+        while segment + 1 < lengths.len() && before + lengths[segment] < at {
+            before += lengths[segment];
+            segment += 1;
+        }
+        let share = ((at - before) / lengths[segment].max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        places.push(crease.points[segment] * (1.0 - share) + crease.points[segment + 1] * share);
+    }
+    places
+}
+
+/// What places particles.
+pub(super) struct Placing<'a> {
+    pub(super) split: &'a Split,
+    pub(super) by_brick: &'a ByBrick,
+    pub(super) grid: Grid,
+    pub(super) features: &'a Features,
+}
+
+impl Placing<'_> {
+    /// Patches in the bricks that a cube around a point meets.
+    pub(super) fn near<'a>(&'a self, x: &Point<3>, half: f64) -> impl Iterator<Item = u32> + 'a {
+        let low: [i32; 3] = std::array::from_fn(|i| ((x[i] - half).floor() as i32).max(0));
+        let high: [i32; 3] = std::array::from_fn(|i| ((x[i] + half).ceil() as i32).min(self.grid.counts[i] as i32));
+        let bricks = (low[2]..high[2])
+            .flat_map(move |k| (low[1]..high[1]).flat_map(move |j| (low[0]..high[0]).map(move |i| [i, j, k])));
+        bricks.flat_map(|place| self.by_brick.patches(self.grid.brick(place)).iter().copied())
+    }
+
+    fn corners(&self, patch: u32) -> [Point<3>; 3] {
+        self.split.patches[patch as usize].corners.map(|corner| self.split.points[corner as usize])
+    }
+
+    /// The pieces of the surface that a point lies on, with their mean unit normals there.
+    fn pieces(&self, x: &Point<3>) -> Vec<(u32, Point<3>)> {
+        let mut found: Vec<(u32, Point<3>, Vec<u32>)> = Vec::new();
+        for patch in self.near(x, ON) {
+            if (nearest(x, &self.corners(patch)) - x).norm() > ON {
+                continue;
+            }
+            let facet = self.split.patches[patch as usize].facet;
+            let (piece, normal) = (self.features.pieces[facet as usize], self.features.normals[facet as usize]);
+            match found.iter_mut().find(|known| known.0 == piece) {
+                Some(known) if known.2.contains(&facet) => {}
+                Some(known) => {
+                    known.1 += normal;
+                    known.2.push(facet);
+                }
+                None => found.push((piece, normal, vec![facet])),
+            }
+        }
+        found.sort_by_key(|known| known.0);
+        found.into_iter().map(|(piece, normal, _)| (piece, normal / normal.norm().max(f64::MIN_POSITIVE))).collect()
+    }
+
+    /// Particles on corners, along sharp edges, and those of the lattice: inside, or moved onto the surface where it is nearer than
+    /// half a spacing; of two that are closer than that the later one goes, those from outside come last.
+    pub(super) fn place(&self, sections: &Sections) -> Placed {
+        let mut placed = Placed::default();
+        let mut hash = Hash::default();
+        let mut add = |placed: &mut Placed, at: Point<3>, on: Vec<(u32, Point<3>)>| {
+            if hash.is_taken(&at, &placed.positions) {
+                return None;
+            }
+            let number = placed.positions.len() as u32;
+            hash.add(&at, number);
+            placed.positions.push(at);
+            placed.on.push(on);
+            Some(number)
+        };
+        let edges = self.features.creases.iter().flat_map(along);
+        for at in self.features.corners.iter().copied().chain(edges) {
+            add(&mut placed, at, self.pieces(&at));
+        }
+        let mut inner: Vec<[i32; 3]> = Vec::new();
+        let mut near: [Vec<([i32; 3], Point<3>)>; 2] = [Vec::new(), Vec::new()];
+        let counts = self.grid.counts.map(|count| count as i32);
+        for k in (0..=counts[2]).step_by(STEP as usize) {
+            for j in (0..=counts[1]).step_by(STEP as usize) {
+                for i in (0..=counts[0]).step_by(STEP as usize) {
+                    let place = [i, j, k];
+                    let inside = sections.is_inside(self.grid.node(place));
+                    let x = Point::<3>::from(place.map(f64::from));
+                    let mut least = (HALF, None);
+                    for patch in self.near(&x, HALF) {
+                        let at = nearest(&x, &self.corners(patch));
+                        if (at - x).norm() < least.0 {
+                            least = ((at - x).norm(), Some(at));
+                        }
+                    }
+                    match least.1 {
+                        Some(at) => near[usize::from(!inside)].push((place, at)),
+                        None if inside => inner.push(place),
+                        None => {}
+                    }
+                }
+            }
+        }
+        for (place, at) in near.into_iter().flatten() {
+            if let Some(number) = add(&mut placed, at, self.pieces(&at)) {
+                placed.at.insert(place, number);
+            }
+        }
+        for place in inner {
+            if let Some(number) = add(&mut placed, Point::<3>::from(place.map(f64::from)), Vec::new()) {
+                placed.at.insert(place, number);
+            }
+        }
+        placed
+    }
+}

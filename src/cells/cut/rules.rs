@@ -1,0 +1,86 @@
+//! Integration rules on faces and patches of cut bricks.
+
+use crate::error::GeometryError;
+use crate::geometry::Point;
+use crate::quadrature::gauss_legendre;
+
+use super::parts::cross;
+
+/// Length below which a triangle takes a single point, in bricks: a sixth of the spacing.
+const TINY: f64 = 0.33;
+
+/// Rules with so many points per direction.
+pub(super) struct Rules {
+    line: (Vec<f64>, Vec<f64>),
+    /// Coordinates along two edges of a triangle, and parts of its area.
+    triangle: Vec<([f64; 2], f64)>,
+}
+
+impl Rules {
+    pub(super) fn new(gauss: usize) -> Result<Self, GeometryError> {
+        let line = gauss_legendre(gauss)?;
+        let triangle = match gauss {
+            1 => vec![([1.0 / 3.0; 2], 1.0)],
+            2 => [[1.0, 1.0], [4.0, 1.0], [1.0, 4.0]].map(|at| (at.map(|x| x / 6.0), 1.0 / 3.0)).to_vec(),
+            _ => {
+                let pairs = line.0.iter().zip(&line.1);
+                let all = pairs.clone().flat_map(|(x, v)| pairs.clone().map(move |(y, w)| ((*x, *v), (*y, *w))));
+                all.map(|((x, v), (y, w))| ([x, y * (1.0 - x)], 2.0 * v * w * (1.0 - x))).collect()
+            }
+        };
+        Ok(Rules { line, triangle })
+    }
+
+    /// Points on a triangle with $n\,\mathrm dA$.
+    pub(super) fn on_triangle(&self, [a, b, c]: &[Point<3>; 3], mut with: impl FnMut(Point<3>, Point<3>)) {
+        let area = cross(&(b - a), &(c - a)) * 0.5;
+        let longest = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
+        if longest < TINY * TINY {
+            return with((a + b + c) / 3.0, area);
+        }
+        for &([s, t], share) in &self.triangle {
+            with(a + (b - a) * s + (c - a) * t, area * share);
+        }
+    }
+
+    /// Points on a parallelogram by two of its edges, with $n\,\mathrm dA$.
+    pub(super) fn on_face(&self, corner: &Point<3>, [p, q]: &[Point<3>; 2], mut with: impl FnMut(Point<3>, Point<3>)) {
+        let area = cross(p, q);
+        for (t, w) in self.line.0.iter().zip(&self.line.1) {
+            for (s, v) in self.line.0.iter().zip(&self.line.1) {
+                with(corner + p * *s + q * *t, area * (v * w));
+            }
+        }
+    }
+
+    /// Points in a brick of unit edges from a corner.
+    pub(super) fn in_brick(&self, corner: &Point<3>, size: f64, mut with: impl FnMut(Point<3>, f64)) {
+        let line = || self.line.0.iter().zip(&self.line.1);
+        for (z, w) in line() {
+            for (y, v) in line() {
+                for (x, u) in line() {
+                    with(corner + Point::<3>::new(*x, *y, *z) * size, u * v * w * size.powi(3));
+                }
+            }
+        }
+    }
+
+    /// Points in a tetrahedron, its measure signed.
+    pub(super) fn in_tetrahedron(&self, apex: &Point<3>, base: &[Point<3>; 3], mut with: impl FnMut(Point<3>, f64)) {
+        let [a, b, c] = base.map(|corner| corner - apex);
+        let measure = a.dot(&cross(&b, &c));
+        if self.line.0.len() == 1 {
+            return with(apex + (a + b + c) / 4.0, measure / 6.0);
+        }
+        let line = || self.line.0.iter().zip(&self.line.1);
+        for (x, u) in line() {
+            for (y, v) in line() {
+                for (z, w) in line() {
+                    // From the apex on, by two collapses.
+                    let at = (a + (b - a) * *y + (c - b) * (y * z)) * *x;
+                    with(apex + at, measure * u * v * w * x * x * y);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,333 @@
+//! Sections of a solid on the planes of a lattice, face by face.
+
+use std::ops::Range;
+
+use crate::geometry::Point;
+
+use super::polygon::{Corner, area, holds, triangles};
+use super::split::Split;
+
+/// Bricks of unit size from the origin on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grid {
+    pub(super) counts: [usize; 3],
+}
+
+impl Grid {
+    /// Number of bricks.
+    pub(super) fn len(&self) -> usize {
+        self.counts.iter().product()
+    }
+
+    /// The number of a brick.
+    pub(super) fn brick(&self, at: [i32; 3]) -> usize {
+        at[0] as usize + self.counts[0] * (at[1] as usize + self.counts[1] * at[2] as usize)
+    }
+
+    /// The place of a brick.
+    pub(super) fn place(&self, brick: usize) -> [i32; 3] {
+        let [n, m, _] = self.counts;
+        [(brick % n) as i32, (brick / n % m) as i32, (brick / n / m) as i32]
+    }
+
+    /// The number of a corner between bricks.
+    pub(super) fn node(&self, at: [i32; 3]) -> usize {
+        let [n, m, _] = self.counts;
+        at[0] as usize + (n + 1) * (at[1] as usize + (m + 1) * at[2] as usize)
+    }
+
+    /// The place of a corner between bricks.
+    pub(super) fn node_place(&self, node: usize) -> [i32; 3] {
+        let [n, m, _] = self.counts.map(|count| count + 1);
+        [(node % n) as i32, (node / n % m) as i32, (node / n / m) as i32]
+    }
+
+    fn nodes(&self) -> usize {
+        self.counts.iter().map(|count| count + 1).product()
+    }
+}
+
+/// A connected part of the solid's section on a face between two bricks, the normal along the axis.
+#[derive(Debug, Clone)]
+pub(super) struct Section {
+    pub(super) axis: u8,
+    /// The brick above the face.
+    pub(super) brick: u32,
+    /// Its triangles among those of all sections; none for a whole face.
+    pub(super) triangles: Range<usize>,
+    pub(super) area: f64,
+}
+
+/// The sections on all faces.
+#[derive(Debug, Clone)]
+pub(super) struct Sections {
+    pub(super) grid: Grid,
+    /// Number of points of the split surface: corners between bricks are counted behind them.
+    first_node: u32,
+    pub(super) sections: Vec<Section>,
+    /// Triangles by their corners: points of the split surface and corners between bricks.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// Offsets of the sections on the lower face of each brick, axis by axis.
+    offsets: Vec<u32>,
+    /// Whether the corners between bricks lie in the solid.
+    inside: Vec<bool>,
+}
+
+/// An edge of a section: axis, brick above the face, and its ends, the solid on their left.
+type Edge = (u8, u32, u32, u32);
+
+impl Sections {
+    pub(super) fn new(split: &Split, grid: Grid) -> Self {
+        let mut edges: Vec<Edge> = Vec::new();
+        for patch in &split.patches {
+            for axis in 0..3 {
+                for k in 0..3 {
+                    let (from, to) = (patch.corners[k], patch.corners[(k + 1) % 3]);
+                    if [from, to].iter().all(|end| split.on[*end as usize][axis] == patch.brick[axis]) {
+                        edges.push((axis as u8, grid.brick(patch.brick) as u32, from, to));
+                    }
+                }
+            }
+        }
+        edges.sort_unstable();
+        let mut sections = Sections {
+            grid,
+            first_node: split.points.len() as u32,
+            sections: Vec::new(),
+            triangles: Vec::new(),
+            offsets: Vec::with_capacity(3 * grid.len() + 1),
+            inside: Vec::new(),
+        };
+        sections.mark_nodes(split, &edges);
+        let mut next = 0;
+        for axis in 0..3 {
+            for brick in 0..grid.len() {
+                sections.offsets.push(sections.sections.len() as u32);
+                let first = next;
+                while next < edges.len() && (edges[next].0, edges[next].1) == (axis, brick as u32) {
+                    next += 1;
+                }
+                let place = grid.place(brick);
+                if next > first {
+                    sections.cut(split, axis as usize, place, &edges[first..next]);
+                } else if sections.inside[grid.node(place)] {
+                    let triangles = sections.triangles.len()..sections.triangles.len();
+                    sections.sections.push(Section { axis, brick: brick as u32, triangles, area: 1.0 });
+                }
+            }
+        }
+        sections.offsets.push(sections.sections.len() as u32);
+        sections
+    }
+
+    /// The sections on the lower face of a brick.
+    pub(super) fn on(&self, axis: usize, brick: usize) -> Range<usize> {
+        let face = axis * self.grid.len() + brick;
+        self.offsets[face] as usize..self.offsets[face + 1] as usize
+    }
+
+    /// Whether a corner between bricks lies in the solid.
+    pub(super) fn is_inside(&self, node: usize) -> bool {
+        self.inside[node]
+    }
+
+    /// The place of a corner of sections.
+    pub(super) fn point(&self, split: &Split, corner: u32) -> Point<3> {
+        match split.points.get(corner as usize) {
+            Some(point) => *point,
+            None => Point::from(self.grid.node_place((corner - self.first_node) as usize).map(f64::from)),
+        }
+    }
+
+    /// The corners of a whole face, around its axis.
+    pub(super) fn corners(&self, section: &Section) -> [u32; 4] {
+        let (place, [b, c]) = (self.grid.place(section.brick as usize), others(section.axis as usize));
+        [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[along, across]| {
+            let mut at = place;
+            at[b] += along;
+            at[c] += across;
+            self.first_node + self.grid.node(at) as u32
+        })
+    }
+
+    /// Marks the corners between bricks that lie in the solid: along lines of the last axis the surface is crossed at points of
+    /// two planes, and the section's edge there tells whether the line enters or leaves.
+    fn mark_nodes(&mut self, split: &Split, edges: &[Edge]) {
+        self.inside = vec![false; self.grid.nodes()];
+        let mut crossings: Vec<(usize, i32, i32)> = Vec::new();
+        for &(axis, brick, from, to) in edges.iter().filter(|edge| edge.0 == 0) {
+            let mut place = self.grid.place(brick as usize);
+            for (end, step) in [(from, 1), (to, -1)] {
+                if split.on[end as usize][1] == place[1] {
+                    let height = split.points[end as usize][2].floor() as i32;
+                    place[2] = 0;
+                    crossings.push((self.grid.node(place), height, step));
+                }
+            }
+            debug_assert_eq!(axis, 0);
+        }
+        crossings.sort_unstable();
+        let layer = (self.grid.counts[0] + 1) * (self.grid.counts[1] + 1);
+        for line in crossings.chunk_by(|a, b| a.0 == b.0) {
+            let mut depth = 0;
+            for pair in line.windows(2) {
+                depth += pair[0].2;
+                if depth > 0 {
+                    (pair[0].1 + 1..=pair[1].1)
+                        .for_each(|height| self.inside[line[0].0 + layer * height as usize] = true);
+                }
+            }
+        }
+    }
+
+    /// The sections on the lower face of a brick that the surface cuts.
+    fn cut(&mut self, split: &Split, axis: usize, place: [i32; 3], edges: &[Edge]) {
+        let [b, c] = others(axis);
+        let corner = |point: u32| -> Corner {
+            let x = self.point(split, point);
+            (point, [x[b] - f64::from(place[b]), x[c] - f64::from(place[c])])
+        };
+        let mut loops: Vec<Vec<u32>> = Vec::new();
+        let mut paths: Vec<Vec<u32>> = Vec::new();
+        chains(edges, |path, closed| if closed { loops.push(path) } else { paths.push(path) });
+        let around = self.perimeter(axis, place);
+        let parameter = |point: u32| -> f64 {
+            let on = split.on[point as usize];
+            let (_, [x, y]) = corner(point);
+            if on[c] == place[c] {
+                x
+            } else if on[b] == place[b] + 1 {
+                1.0 + y
+            } else if on[c] == place[c] + 1 {
+                3.0 - x
+            } else {
+                4.0 - y
+            }
+        };
+        let closed = self.linked(paths, &around, parameter);
+        loops.extend(closed);
+        let mut outer: Vec<(Vec<Corner>, Vec<Vec<Corner>>)> = Vec::new();
+        let mut holes: Vec<Vec<Corner>> = Vec::new();
+        for polygon in loops {
+            let polygon: Vec<Corner> = polygon.into_iter().map(corner).collect();
+            match polygon.len() > 2 && area(&polygon) < 0.0 {
+                true => holes.push(polygon),
+                false => outer.push((polygon, Vec::new())),
+            }
+        }
+        for hole in holes {
+            let around = outer.iter().enumerate().filter(|(_, other)| holds(&other.0, hole[0].1));
+            let smallest = around.min_by(|x, y| area(&x.1.0).total_cmp(&area(&y.1.0))).map(|(place, _)| place);
+            match smallest {
+                Some(place) => outer[place].1.push(hole),
+                // Rounding of a section without width.
+                None => outer.push((hole, Vec::new())),
+            }
+        }
+        for (polygon, holes) in outer {
+            let whole =
+                holes.iter().map(|hole| area(hole)).sum::<f64>() + if polygon.len() > 2 { area(&polygon) } else { 0.0 };
+            let first = self.triangles.len();
+            self.triangles.extend(triangles(polygon, holes));
+            let triangles = first..self.triangles.len();
+            if !triangles.is_empty() {
+                let brick = self.grid.brick(place) as u32;
+                self.sections.push(Section { axis: axis as u8, brick, triangles, area: 0.5 * whole });
+            }
+        }
+    }
+
+    /// The corners of a face around it, and whether they lie in the solid.
+    fn perimeter(&self, axis: usize, place: [i32; 3]) -> [(u32, bool); 4] {
+        let brick = self.grid.brick(place) as u32;
+        let section = Section { axis: axis as u8, brick, triangles: 0..0, area: 1.0 };
+        self.corners(&section).map(|corner| (corner, self.inside[(corner - self.first_node) as usize]))
+    }
+
+    /// Paths through a face linked along its perimeter to loops, counterclockwise. Where paths end and begin takes turns;
+    /// points that rounding has put in the other order are taken in turn too.
+    fn linked(&self, paths: Vec<Vec<u32>>, around: &[(u32, bool); 4], parameter: impl Fn(u32) -> f64) -> Vec<Vec<u32>> {
+        if paths.is_empty() {
+            return if around[0].1 { vec![around.map(|corner| corner.0).to_vec()] } else { Vec::new() };
+        }
+        // Parameter, path, whether it begins.
+        let mut events: Vec<(f64, usize, bool)> = Vec::with_capacity(2 * paths.len());
+        for (number, path) in paths.iter().enumerate() {
+            events.push((parameter(path[0]), number, true));
+            events.push((parameter(path[path.len() - 1]), number, false));
+        }
+        events.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        let mut begins = around[0].1;
+        for k in 0..events.len() {
+            if let Some(other) = (k..events.len()).find(|&other| events[other].2 == begins) {
+                events[k..=other].rotate_right(1);
+            }
+            begins = !begins;
+        }
+        // Where each path leads to, with the corners in between.
+        let mut next: Vec<(usize, Vec<u32>)> = vec![(usize::MAX, Vec::new()); paths.len()];
+        for (k, &(from, path, begins)) in events.iter().enumerate() {
+            if begins {
+                continue;
+            }
+            let (to, follower, _) = events[(k + 1) % events.len()];
+            let wraps = k + 1 == events.len();
+            let corners = (0..8).filter(|&side| {
+                let at = side as f64;
+                if wraps { at > from && at <= to + 4.0 && side >= 1 } else { at > from && at <= to && side < 4 }
+            });
+            next[path] = (follower, corners.map(|side: usize| around[side % 4].0).collect());
+        }
+        let mut seen = vec![false; paths.len()];
+        let mut loops = Vec::new();
+        for first in 0..paths.len() {
+            let mut polygon = Vec::new();
+            let mut path = first;
+            while path != usize::MAX && !std::mem::replace(&mut seen[path], true) {
+                polygon.extend_from_slice(&paths[path]);
+                polygon.extend_from_slice(&next[path].1);
+                path = next[path].0;
+            }
+            if !polygon.is_empty() {
+                loops.push(polygon);
+            }
+        }
+        loops
+    }
+}
+
+/// The axes that follow one.
+pub(super) fn others(axis: usize) -> [usize; 2] {
+    [(axis + 1) % 3, (axis + 2) % 3]
+}
+
+/// Edges joined end to end: hands out each path with whether it is closed.
+fn chains(edges: &[Edge], mut found: impl FnMut(Vec<u32>, bool)) {
+    // Edges are sorted by where they begin.
+    let mut used = vec![false; edges.len()];
+    let mut ends: Vec<u32> = edges.iter().map(|edge| edge.3).collect();
+    ends.sort_unstable();
+    let follower = |point: u32, used: &[bool]| {
+        let first = edges.partition_point(|edge| edge.2 < point);
+        (first..edges.len()).take_while(|&k| edges[k].2 == point).find(|&k| !used[k])
+    };
+    let starts = |k: &usize| ends.binary_search(&edges[*k].2).is_err();
+    let order: Vec<usize> = (0..edges.len()).filter(starts).chain(0..edges.len()).collect();
+    for first in order {
+        if used[first] {
+            continue;
+        }
+        let mut path = vec![edges[first].2];
+        let mut next = Some(first);
+        while let Some(edge) = next {
+            used[edge] = true;
+            path.push(edges[edge].3);
+            next = follower(edges[edge].3, &used);
+        }
+        let closed = path.first() == path.last();
+        if closed {
+            path.pop();
+        }
+        found(path, closed);
+    }
+}

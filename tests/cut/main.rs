@@ -1,0 +1,158 @@
+//! Laws of cut lattices on drawn shapes.
+
+use std::sync::Arc;
+
+use rkpm::nalgebra::{Matrix3, Rotation3, Vector3};
+
+use rkpm::cells::CutLattice;
+use rkpm::check::patch_test_of;
+use rkpm::geometry::Point;
+use rkpm::prelude::*;
+
+type Shape = (Vec<Point<3>>, Vec<[u32; 3]>);
+
+/// A box of these sides.
+fn block(sides: [f64; 3]) -> Shape {
+    let points = (0..8).map(|k| Point::<3>::from_fn(|i, _| if (k >> i) & 1 == 1 { sides[i] } else { 0.0 })).collect();
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    (points, quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect())
+}
+
+/// Rings of points around the third axis between two ends.
+fn turned(profile: &[[f64; 2]], count: u32) -> Shape {
+    let mut points = Vec::new();
+    let rings = profile.len() as u32;
+    for [radius, height] in profile {
+        for k in 0..count {
+            let angle = f64::from(k) / f64::from(count) * std::f64::consts::TAU;
+            points.push(Point::<3>::new(radius * angle.cos(), radius * angle.sin(), *height));
+        }
+    }
+    let at = |ring: u32, k: u32| ring * count + k % count;
+    let mut facets = Vec::new();
+    for ring in 0..rings - 1 {
+        for k in 0..count {
+            facets.push([at(ring, k), at(ring, k + 1), at(ring + 1, k + 1)]);
+            facets.push([at(ring, k), at(ring + 1, k + 1), at(ring + 1, k)]);
+        }
+    }
+    let ends = points.len() as u32;
+    points.push(Point::<3>::new(0.0, 0.0, profile[0][1]));
+    points.push(Point::<3>::new(0.0, 0.0, profile[profile.len() - 1][1]));
+    for k in 0..count {
+        facets.push([ends, at(0, k + 1), at(0, k)]);
+        facets.push([ends + 1, at(rings - 1, k), at(rings - 1, k + 1)]);
+    }
+    (points, facets)
+}
+
+fn ball(radius: f64, count: u32) -> Shape {
+    let ring = |k: u32| {
+        let angle = f64::from(k) / f64::from(count / 2) * std::f64::consts::PI;
+        [radius * angle.sin(), -radius * angle.cos()]
+    };
+    let mut shape = turned(&(1..count / 2).map(ring).collect::<Vec<_>>(), count);
+    let ends = shape.0.len() - 2;
+    shape.0[ends][2] = -radius;
+    shape.0[ends + 1][2] = radius;
+    shape
+}
+
+fn cylinder(radius: f64, height: f64, count: u32) -> Shape {
+    turned(&[[radius, 0.0], [radius, height]], count)
+}
+
+/// The shape turned and shifted as drawn.
+fn moved(mut shape: Shape, random: &mut fastrand::Rng) -> Shape {
+    let mut draw = || random.f64() - 0.5;
+    let turn = Rotation3::from_scaled_axis(Vector3::new(draw(), draw(), draw()) * 4.0);
+    let shift = Point::<3>::new(draw(), draw(), draw());
+    shape.0.iter_mut().for_each(|x| *x = turn * *x + shift);
+    shape
+}
+
+fn volume((points, facets): &Shape) -> f64 {
+    let at = |k: u32| points[k as usize] - points[0];
+    facets.iter().map(|f| at(f[0]).dot(&at(f[1]).cross(&at(f[2]))) / 6.0).sum()
+}
+
+fn lattice(shape: &Shape, spacing: f64, axes: Option<Matrix3<f64>>) -> CutLattice {
+    let solid = Solid3::new(shape.0.clone(), shape.1.clone()).unwrap();
+    match axes {
+        Some(axes) => CutLattice::with_axes(&solid, spacing, axes),
+        None => CutLattice::new(&solid, spacing),
+    }
+    .unwrap()
+}
+
+fn drawn() -> Vec<(&'static str, Shape)> {
+    let mut random = fastrand::Rng::with_seed(7);
+    let mut all = vec![("block", block([1.0, 1.0, 1.0]))];
+    all.push(("turned block", moved(block([1.0, 0.8, 1.3]), &mut random)));
+    all.push(("ball", moved(ball(0.6, 24), &mut random)));
+    all.push(("cylinder", moved(cylinder(0.5, 1.0, 24), &mut random)));
+    all
+}
+
+/// Axes of no plane of a shape.
+fn askew(random: &mut fastrand::Rng) -> Matrix3<f64> {
+    let mut draw = || 4.0 * random.f64() - 2.0;
+    *Rotation3::from_scaled_axis(Vector3::new(draw(), draw(), draw())).matrix()
+}
+
+#[test]
+fn sub_cells_are_closed_and_fill_the_solid() {
+    let mut random = fastrand::Rng::with_seed(3);
+    for (name, shape) in drawn() {
+        for axes in [None, Some(askew(&mut random)), Some(askew(&mut random))] {
+            let cells = lattice(&shape, 0.23, axes);
+            for parts in [1, 2] {
+                let smoothing = cells.smoothing(parts, 2, &cells.zones(2)).unwrap();
+                smoothing.validate().unwrap();
+                let total: f64 = smoothing.volumes().iter().sum();
+                assert!((total / volume(&shape) - 1.0).abs() < 1e-12, "{name} {total} {}", volume(&shape));
+                assert!(smoothing.volumes().iter().all(|v| *v > 0.0));
+            }
+            let gauss: f64 = cells.gauss(4).unwrap().weights.iter().sum();
+            assert!((gauss / volume(&shape) - 1.0).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn homogeneous_fields_are_exact() {
+    let gradient = Matrix3::new(0.1, 0.05, -0.03, 0.02, -0.08, 0.04, 0.06, -0.02, 0.05);
+    for (name, shape) in drawn() {
+        let cells = Arc::new(lattice(&shape, 0.23, None));
+        let scene = Scene::new(Geometry::cells(cells), Solid, Rubber::neo_hookean(0.5, 5e3).unwrap());
+        let patch = patch_test_of(&scene, &gradient, &Scheme::default()).unwrap().error;
+        assert!(patch < 1e-10, "{name}: {patch:e}");
+    }
+}
+
+#[test]
+fn a_cylinder_between_its_ends() {
+    let (points, facets) = cylinder(0.5, 1.0, 24);
+    let solid = Solid3::new(points, facets).unwrap();
+    let ends = [([0.0; 3], [0.0, 0.0, -1.0]), ([0.0, 0.0, 1.0], [0.0, 0.0, 1.0])];
+    let solid = ["base", "top"]
+        .iter()
+        .zip(ends)
+        .fold(solid, |solid, (name, (at, normal))| solid.name(name, Select::plane(at, normal)).unwrap());
+    let scene = Scene::new(&solid, Solid, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold("base")
+        .with(Condition::on("top").displacement([0.2, 0.0, -0.1]).named("top"));
+    let problem = scene.discretize(&Scheme::default().spacing(0.2)).unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
+    let [base, top] = ["base", "top"].map(|name| problem.reaction(path.last(), name).unwrap());
+    assert!((base + top).norm() < 1e-9 * top.norm(), "{base} {top}");
+    // Halfway up the middle moves half of it, but for the bulge.
+    let middle = problem.displacement(path.last(), &[0.0, 0.0, 0.5].into()).unwrap();
+    assert!((middle - Point::<3>::new(0.1, 0.0, -0.05)).norm() < 5e-3, "{middle}");
+    let grid = problem.vtk_grid(path.last()).unwrap();
+    let highest = grid.points.iter().map(|x| x[2]).fold(0.0, f64::max);
+    assert!((highest - 0.9).abs() < 0.02 && !grid.cells.is_empty(), "{highest}");
+    problem.picture(path.last(), rkpm::scene::Field::MisesStress).unwrap().to_svg().unwrap();
+    let unknown = scene.clone().hold("side").discretize(&Scheme::default().spacing(0.2)).err().unwrap();
+    assert!(unknown.to_string().contains("base, top"), "{unknown}");
+}
