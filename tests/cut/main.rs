@@ -1,11 +1,13 @@
 //! Laws of cut lattices on drawn shapes.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use rkpm::nalgebra::{Matrix3, Rotation3, Vector3};
 
 use rkpm::cells::CutLattice;
-use rkpm::check::patch_test_of;
+use rkpm::check::{inf_sup, patch_test_of, spurious_modes};
+use rkpm::error::GeometryError;
 use rkpm::geometry::Point;
 use rkpm::prelude::*;
 
@@ -120,13 +122,54 @@ fn sub_cells_are_closed_and_fill_the_solid() {
 }
 
 #[test]
-fn homogeneous_fields_are_exact() {
+fn homogeneous_fields_are_exact_and_neither_modes_nor_pressures_are_spurious() {
+    let mut random = fastrand::Rng::with_seed(3);
     let gradient = Matrix3::new(0.1, 0.05, -0.03, 0.02, -0.08, 0.04, 0.06, -0.02, 0.05);
     for (name, shape) in drawn() {
-        let cells = Arc::new(lattice(&shape, 0.23, None));
-        let scene = Scene::new(Geometry::cells(cells), Solid, Rubber::neo_hookean(0.5, 5e3).unwrap());
-        let patch = patch_test_of(&scene, &gradient, &Scheme::default()).unwrap().error;
-        assert!(patch < 1e-10, "{name}: {patch:e}");
+        let cells = Arc::new(lattice(&shape, 0.26, Some(askew(&mut random))));
+        let scene = |bulk| Scene::new(Geometry::cells(cells.clone()), Solid, Rubber::neo_hookean(0.5, bulk).unwrap());
+        let scheme = Scheme::default();
+        let patch = patch_test_of(&scene(5e3), &gradient, &scheme).unwrap().error;
+        let beta = inf_sup(&scene(1e3), &scheme).unwrap().constant;
+        let theta = spurious_modes(&scene(5.0 / 6.0), &scheme).unwrap().smallest;
+        assert!(patch < 1e-10 && beta > 0.15 && theta > 0.3, "{name}: {patch:e} {beta} {theta}");
+    }
+}
+
+#[test]
+fn pieces_of_the_boundary_have_functions_that_sum_to_one_and_to_the_normal() {
+    let mut random = fastrand::Rng::with_seed(5);
+    for (name, shape) in drawn() {
+        let cells = lattice(&shape, 0.2, Some(askew(&mut random)));
+        let smoothing = cells.smoothing(2, 2, &cells.zones(2)).unwrap();
+        let bits = |x: &Point<3>| [x[0].to_bits(), x[1].to_bits(), x[2].to_bits()];
+        let known: HashSet<[u64; 3]> = smoothing.facet_points.iter().map(bits).collect();
+        let (mut area, mut flux) = (0.0, 0.0);
+        for piece in cells.boundary_pieces(&Part::Whole, 2, 2).unwrap() {
+            piece.validate(cells.positions().len()).unwrap();
+            for ((at, weight), traces) in piece.points.positions.iter().zip(&piece.points.weights).zip(&piece.traces) {
+                assert!((traces.iter().map(|f| f.1).sum::<f64>() - 1.0).abs() < 1e-10, "{name}");
+                // Those of the smoothing.
+                assert!(known.contains(&bits(at)));
+                area += weight;
+            }
+            let normals = piece.points.positions.iter().zip(&piece.points.normals).zip(&piece.points.weights);
+            flux += normals.map(|((x, n), w)| x.dot(n) * w).sum::<f64>();
+        }
+        assert!((flux / 3.0 / volume(&shape) - 1.0).abs() < 1e-12 && area > 1.0, "{name}");
+    }
+}
+
+#[test]
+fn walls_that_particles_cannot_follow_are_refused_with_the_place() {
+    let (points, facets) = block([1.0, 1.0, 0.05]);
+    let solid = Solid3::new(points, facets).unwrap();
+    let error = CutLattice::new(&solid, 0.25).unwrap_err();
+    let GeometryError::ThinWall { thickness, needed, .. } = error else { panic!("{error}") };
+    assert!((thickness - 0.05).abs() < 1e-12 && (needed - 0.1).abs() < 1e-12);
+    assert!(CutLattice::new(&solid, 0.099).is_ok());
+    for spacing in [0.0, -1.0, f64::NAN, 1e-9] {
+        assert!(CutLattice::new(&solid, spacing).is_err());
     }
 }
 
