@@ -1,6 +1,6 @@
 //! Measures of a state: energy, gradients, determinants, and how far it can be trusted.
 
-use crate::term::{StateDiagnostics, Term};
+use crate::term::StateDiagnostics;
 
 use super::model_at::ModelAt;
 use super::{Model, Ranks};
@@ -71,7 +71,7 @@ impl<const D: usize> ModelAt<'_, D> {
 
     /// The error that a step of time has left in the stress, relative to the stress (root of the mean squares over the body): from
     /// the condensed unknowns `before` of a step earlier, where the loads had no break point since, to those at its end, whose memory
-    /// is still that of its beginning; see [`Term::time_error`].
+    /// is still that of its beginning; see [`Term::time_error`](crate::term::Term::time_error).
     #[cfg(feature = "solve")]
     pub(crate) fn time_error(self, before: Option<&[Vec<f64>]>) -> f64 {
         let mut sums = [0.0; 2];
@@ -107,7 +107,7 @@ impl<const D: usize> Model<D> {
     /// The largest $|\nabla u|$ of a displacement at any point.
     #[cfg(feature = "solve")]
     pub(crate) fn largest_gradient(&self, displacement: &[f64]) -> f64 {
-        let of_term = |term: &dyn Term<D>| {
+        let of_term = |term: &dyn crate::term::Term<D>| {
             (0..term.clusters()).map(|c| term.largest_gradient(c, displacement)).fold(0.0, f64::max)
         };
         let mine = self.terms.iter().map(|term| of_term(&**term)).fold(0.0, f64::max);
