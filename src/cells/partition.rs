@@ -48,7 +48,7 @@ use super::{BoundaryCells, Lattice, Smoothing, Zones};
 /// }
 /// let bar = Bar(Block::new([0.0], [2.0]).lattice([5])?);
 /// let rubber = Rubber::neo_hookean(0.5, 10.0)?;
-/// let scene = Scene::new(Arc::new(bar), RadialCylinder, rubber).prescribe("wall", 0, 0.0).prescribe("grip", 0, 0.1);
+/// let scene = Scene::new(Geometry::cells(Arc::new(bar)), RadialCylinder, rubber).prescribe("wall", 0, 0.0).prescribe("grip", 0, 0.1);
 /// let problem = scene.discretize(&Scheme::default())?;
 /// let path = problem.run()?.completed()?;
 /// assert!((problem.displacement(path.last(), &[2.0].into())?[0] - 0.1).abs() < 1e-12);

@@ -206,7 +206,7 @@ mod tests {
             |cause: Cause, largest_load: f64, driven| Stalled { cause, load: 0.5, largest_load, driven }.to_string();
         let iterations = Cause::Iterations(30);
         assert!(text(iterations.clone(), 0.5, Driven::ByLoads).contains("StepControl::ArcLength"));
-        assert!(text(iterations.clone(), 0.5, Driven::ByDisplacements).contains("no load grows"));
+        assert!(text(iterations.clone(), 0.5, Driven::ByDisplacements).contains("Stepping::smallest"));
         // Beyond a limit point the remedy is another one.
         let passed = text(iterations, 0.7, Driven::ByLoads);
         assert!(passed.contains("limit point") && passed.contains("0.700000") && !passed.contains("ArcLength"));

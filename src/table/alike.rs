@@ -101,7 +101,9 @@ fn factor(k: u64) -> f64 {
 pub(super) fn sources(all: &[Likeness]) -> Vec<u32> {
     // Numbers that may be the same stand in one drawer or in two that touch.
     const WIDTH: f64 = 1e3 * ROUNDING;
-    let mut drawers: HashMap<i64, Vec<u32>> = HashMap::new();
+    // The last sub-cell of each drawer, and the one in the same drawer before each.
+    let mut drawers: HashMap<i64, u32> = HashMap::with_capacity(all.len());
+    let mut earlier: Vec<Option<u32>> = vec![None; all.len()];
     let like = |a: &Likeness, b: &Likeness| {
         a.nodes == b.nodes && a.sums.iter().zip(&b.sums).all(|(a, b)| (a - b).abs() <= ROUNDING)
     };
@@ -109,12 +111,12 @@ pub(super) fn sources(all: &[Likeness]) -> Vec<u32> {
         let place = own.sums[0] / WIDTH;
         let near = 2.0 * ROUNDING / WIDTH;
         for drawer in [place - near, place + near].map(|x| x.floor() as i64) {
-            let known = drawers.get(&drawer).into_iter().flatten().find(|&&other| like(&all[other as usize], own));
-            if let Some(&known) = known {
+            let mut others = std::iter::successors(drawers.get(&drawer).copied(), |&other| earlier[other as usize]);
+            if let Some(known) = others.find(|&other| like(&all[other as usize], own)) {
                 return known;
             }
         }
-        drawers.entry(place.floor() as i64).or_default().push(cell as u32);
+        earlier[cell] = drawers.insert(place.floor() as i64, cell as u32);
         cell as u32
     };
     all.iter().enumerate().map(source).collect()

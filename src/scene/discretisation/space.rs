@@ -108,7 +108,7 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         false => Ok(None),
     };
     let Some(lattice) = cells.lattice().filter(|_| D == 3) else {
-        return refused("cells that are no lattice in space", "factors are cheap there: take Solving::Auto");
+        return refused("cells that are no lattice in space", "factors are cheap there: take SolverChoice::Auto");
     };
     if preconditioner.is_none() && !iterates(scheme, &lattice.counts()) {
         return Ok(None);

@@ -76,7 +76,7 @@ fn settings<const D: usize>() -> [Setting<D>; 6] {
             left_out: false,
             follows: of_particles,
             with: Some("finite elements"),
-            remedy: "finite elements have no supports: leave it out, or take Functions::Particles",
+            remedy: "finite elements have no supports: leave it out, or take ApproximationChoice::Particles",
         },
     ]
 }
