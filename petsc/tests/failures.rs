@@ -170,7 +170,7 @@ fn drive_in(all: &Path) -> Outcome<()> {
         let other = launch("other", &folder, RANKS)?;
         let given = String::from_utf8_lossy(&other.stderr).into_owned();
         ensure(
-            !other.status.success() && given.contains("none of this problem"),
+            !other.status.success() && given.contains("does not belong to this problem"),
             format!("{way}: another scene went on\n{given}"),
         )?;
         let resumed = launch("resumed", &folder, RANKS)?;
