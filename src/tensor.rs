@@ -30,6 +30,12 @@ pub fn from_components(v: &Vector9) -> Matrix3<f64> {
     Matrix3::from_row_slice(v.as_slice())
 }
 
+/// Von Mises' equivalent of a Cauchy stress, $\sqrt{\tfrac32}\,|\operatorname{dev}\sigma|$ \[stress\].
+#[cfg(feature = "solve")]
+pub(crate) fn von_mises(stress: &Matrix3<f64>) -> f64 {
+    (1.5f64).sqrt() * (stress - Matrix3::identity() * (stress.trace() / 3.0)).norm()
+}
+
 /// $\operatorname{cof} F = \partial J/\partial F = J F^{-T}$, defined for singular $F$ too.
 #[inline]
 pub fn cofactor(f: &Matrix3<f64>) -> Matrix3<f64> {

@@ -14,6 +14,7 @@ use crate::solve::State;
 use crate::table::ShapeTable;
 
 use crate::scene::Problem;
+use crate::tensor::von_mises;
 
 impl<const D: usize> Problem<D> {
     /// Cauchy stresses $\sigma$ \[stress\] at the [`points`](Problem::points) of the bodies' tables.
@@ -130,13 +131,12 @@ impl<const D: usize> Problem<D> {
         };
         stresses.resize(positions.len(), Matrix3::zeros());
         let mean = |stress: &Matrix3<f64>| stress.trace() / 3.0;
-        let mises = |stress: &Matrix3<f64>| (1.5f64).sqrt() * (stress - Matrix3::identity() * mean(stress)).norm();
         let mut grid = VtkGrid::new(&current, cells);
         grid.point_data.extend([
             VtkField::vectors("displacement", &displacements),
             VtkField::tensors("Cauchy stress", &stresses),
             VtkField::scalars("mean stress", stresses.iter().map(mean)),
-            VtkField::scalars("von Mises stress", stresses.iter().map(mises)),
+            VtkField::scalars("von Mises stress", stresses.iter().map(von_mises)),
         ]);
         if of_body.last() != Some(&0.0) {
             grid.point_data.push(VtkField::scalars("body", of_body));

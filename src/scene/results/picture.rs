@@ -12,6 +12,7 @@ use crate::solve::State;
 
 use super::fields::vtk_cell;
 use crate::scene::Problem;
+use crate::tensor::von_mises;
 
 /// A field of a state that a picture shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,10 +69,7 @@ impl<const D: usize> Problem<D> {
                 let gradients = self.at_particles(&self.deformation_gradients(state)?);
                 gradients.iter().map(|f| f.singular_values().max()).collect()
             }
-            Field::MisesStress => {
-                let deviator = |s: &Matrix3<f64>| (1.5f64).sqrt() * (s - Matrix3::identity() * mean(s)).norm();
-                stresses()?.iter().map(deviator).collect()
-            }
+            Field::MisesStress => stresses()?.iter().map(von_mises).collect(),
             Field::MeanStress => stresses()?.iter().map(mean).collect(),
         };
         let mut faces = contact_surface(&self.drawn_cells(), positions);
