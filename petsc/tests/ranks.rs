@@ -70,7 +70,7 @@ fn agrees<const D: usize>(session: &Session, scene: &Scene<D>, scheme: &Scheme, 
     let (force, other) = (alone.reaction(a, part.clone())?, shared.reaction(b, part)?);
     let reaction = distance(force.as_slice(), other.as_slice()) / largest(force.as_slice());
     let [j, other] =
-        [(&alone, a), (&shared, b)].map(|(problem, state)| problem.model().at(&state).unwrap().smallest_jacobian());
+        [(&alone, a), (&shared, b)].map(|(problem, state)| problem.model().at(state).unwrap().smallest_jacobian());
     let (Some((j, _)), Some((other, _))) = (j, other) else { return Err("no determinant".into()) };
     let jacobian = (j / other - 1.0).abs();
     if session.rank() == 0 {

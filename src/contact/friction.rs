@@ -1,7 +1,7 @@
 //! Coulomb's friction at a trace function of a rigid contact.
 
 use crate::geometry::Point;
-use crate::term::{Element, Term, View};
+use crate::term::{Element, History, View};
 
 use super::RigidContact;
 use super::obstacle::LocalContact;
@@ -11,7 +11,7 @@ impl<const D: usize> RigidContact<D> {
     /// What a touching trace function does along the surface.
     pub(super) fn stick_slip(&self, trace: usize, condensed: &[f64], local_contact: &LocalContact<D>) -> StickSlip<D> {
         let (pressure, traction) = self.pressure(trace, condensed);
-        let first = self.internal_variables().start + trace * D;
+        let first = self.variables().start + trace * D;
         let was = Point::<D>::from_fn(|i, _| condensed[first + i]);
         let along = |v: Point<D>| v - local_contact.normal * local_contact.normal.dot(&v);
         let (slip, decisive) = (along(local_contact.beside - was), self.decisive(trace));

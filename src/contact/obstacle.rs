@@ -1,7 +1,7 @@
 //! Contact of a body with a rigid surface.
 
 use crate::geometry::Point;
-use crate::term::{Element, Term, View};
+use crate::term::{CondensedUnknowns, Element, History, Term, Unilateral, View};
 
 use super::contact_surface::Trace;
 use super::rigid::{Drive, Placed};
@@ -199,39 +199,6 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         self.surface.break_points()
     }
 
-    fn is_unilateral(&self) -> bool {
-        true
-    }
-
-    fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
-        let stride = self.stride();
-        cluster * stride..(cluster + 1) * stride
-    }
-
-    fn internal_variables(&self) -> std::ops::Range<usize> {
-        let traces = self.contact_surface.traces.len();
-        let first = traces * self.stride();
-        // Where each trace function was beside the surface; without friction that does not matter.
-        first..first + if self.rubs() { traces * D } else { 0 }
-    }
-
-    fn start_internal_variables(&self, internal_variables: &mut [f64]) {
-        let offset = self.surface.placed(0.0, 0.0).offset;
-        for was in internal_variables.chunks_exact_mut(D) {
-            was.iter_mut().zip(&offset).for_each(|(was, offset)| *was = -offset);
-        }
-    }
-
-    fn update_history(&self, view: View<'_>, next: &mut [f64]) {
-        for (trace, now) in next.chunks_exact_mut(D).enumerate() {
-            now.copy_from_slice(self.local_contact(trace, &view, |_, _, _| {}).beside.as_slice());
-        }
-    }
-
-    fn rounding(&self) -> [f64; 2] {
-        self.stiffness.rounding(self.contact_surface.traces.iter(), self.contact_surface.extent)
-    }
-
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
         let trace = &self.contact_surface.traces[cluster];
         let size = trace.nodes.len() * D;
@@ -341,6 +308,53 @@ impl<const D: usize> Term<D> for RigidContact<D> {
             condensed_step[1..1 + D].iter_mut().zip((next - traction).iter()).for_each(|(s, t)| *s = *t);
         }
         1.0
+    }
+
+    fn condensed(&self) -> Option<&dyn CondensedUnknowns> {
+        Some(self)
+    }
+
+    fn history(&self) -> Option<&dyn History> {
+        Some(self)
+    }
+
+    fn unilateral(&self) -> Option<&dyn Unilateral> {
+        Some(self)
+    }
+}
+
+impl<const D: usize> CondensedUnknowns for RigidContact<D> {
+    fn unknowns(&self, cluster: usize) -> std::ops::Range<usize> {
+        let stride = self.stride();
+        cluster * stride..(cluster + 1) * stride
+    }
+}
+
+impl<const D: usize> History for RigidContact<D> {
+    fn variables(&self) -> std::ops::Range<usize> {
+        let traces = self.contact_surface.traces.len();
+        let first = traces * self.stride();
+        // Where each trace function was beside the surface; without friction that does not matter.
+        first..first + if self.rubs() { traces * D } else { 0 }
+    }
+
+    fn start_variables(&self, variables: &mut [f64]) {
+        let offset = self.surface.placed(0.0, 0.0).offset;
+        for was in variables.chunks_exact_mut(D) {
+            was.iter_mut().zip(&offset).for_each(|(was, offset)| *was = -offset);
+        }
+    }
+
+    fn update(&self, view: View<'_>, next: &mut [f64]) {
+        for (trace, now) in next.chunks_exact_mut(D).enumerate() {
+            now.copy_from_slice(self.local_contact(trace, &view, |_, _, _| {}).beside.as_slice());
+        }
+    }
+}
+
+impl<const D: usize> Unilateral for RigidContact<D> {
+    fn rounding(&self) -> [f64; 2] {
+        self.stiffness.rounding(self.contact_surface.traces.iter(), self.contact_surface.extent)
     }
 
     fn advance_load(&self, cluster: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {

@@ -1,6 +1,6 @@
 //! Contact of two parts as a term of the potential.
 
-use crate::term::{Element, Term, View};
+use crate::term::{CondensedUnknowns, Element, Protocol, Term, Unilateral, View};
 
 use super::obstacle::TOO_FAR;
 use super::pair::{PairContact, Piece};
@@ -12,23 +12,6 @@ impl<const D: usize> Term<D> for PairContact<D> {
 
     fn nodes(&self, _: usize) -> &[u32] {
         &self.nodes
-    }
-
-    fn is_unilateral(&self) -> bool {
-        true
-    }
-
-    fn fills_compact(&self) -> bool {
-        true
-    }
-
-    fn rounding(&self) -> [f64; 2] {
-        let extent = self.contact_surfaces.iter().map(|contact_surface| contact_surface.extent).fold(0.0, f64::max);
-        self.stiffness.rounding(self.contact_surfaces[0].traces.iter(), extent)
-    }
-
-    fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
-        cluster..cluster + 1
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
@@ -123,5 +106,36 @@ impl<const D: usize> Term<D> for PairContact<D> {
         // What has nothing opposite goes no further than the search saw.
         let direction = self.moved(&self.movers.combinations[cluster], step).norm();
         if direction > state.reach { state.reach / direction } else { 1.0 }
+    }
+
+    fn condensed(&self) -> Option<&dyn CondensedUnknowns> {
+        Some(self)
+    }
+
+    fn unilateral(&self) -> Option<&dyn Unilateral> {
+        Some(self)
+    }
+
+    fn protocol(&self) -> &dyn Protocol {
+        self
+    }
+}
+
+impl<const D: usize> CondensedUnknowns for PairContact<D> {
+    fn unknowns(&self, cluster: usize) -> std::ops::Range<usize> {
+        cluster..cluster + 1
+    }
+}
+
+impl<const D: usize> Unilateral for PairContact<D> {
+    fn rounding(&self) -> [f64; 2] {
+        let extent = self.contact_surfaces.iter().map(|contact_surface| contact_surface.extent).fold(0.0, f64::max);
+        self.stiffness.rounding(self.contact_surfaces[0].traces.iter(), extent)
+    }
+}
+
+impl<const D: usize> Protocol for PairContact<D> {
+    fn fills_compact(&self) -> bool {
+        true
     }
 }

@@ -11,10 +11,13 @@ use super::increment::Linear;
 use super::rejection::Rejection;
 use super::state::State;
 
+/// The product of a zone's own matrix with a vector, as [`Model::multiply_zone`].
+type Multiply<'a> = dyn Fn(&Zone, &[f64], &mut Product) + Sync + 'a;
+
 /// Conditions and solver bound to the pattern of a model; buffers are kept from one state to the next.
 pub(crate) struct Tangent<'a, const D: usize> {
     model: &'a Model<D>,
-    product: Box<dyn Fn(&Zone, &[f64], &mut Product) + Sync + 'a>,
+    product: Box<Multiply<'a>>,
     pub enforced: Box<dyn Enforced>,
     factorizer: Box<dyn Factorizer>,
     system: System,

@@ -93,7 +93,7 @@ impl<const D: usize> Problem<D> {
     /// let path = problem.run()?.completed()?;
     /// let history = problem.history(&path)?;
     /// assert_eq!(history.header[3], "bottom: force_0");
-    /// assert_eq!(history.equations.len(), 1 + path.steps.len());
+    /// assert_eq!(history.rows.len(), 1 + path.steps.len());
     /// # Ok::<(), rkpm::Error>(())
     /// ```
     ///
