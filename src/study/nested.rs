@@ -74,7 +74,7 @@ pub(super) fn solve<const D: usize>(
     let mut wasted = 0;
     let mut corrected = None;
     // What remembers comes to its last state by its whole history.
-    let remembers = problem.model().terms().iter().any(|term| !term.internal_variables().is_empty());
+    let remembers = problem.model().terms().iter().any(|term| !crate::term::variables_range(&**term).is_empty());
     if let Some(coarser) = coarser.filter(|_| !remembers) {
         let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
         let tight = problem.analysis().newton.tolerance;

@@ -114,7 +114,7 @@ impl<const D: usize> Problem<D> {
         let mut condensed: Vec<Vec<f64>> =
             before.condensed.iter().zip(&behind.condensed).map(|(a, b)| mix(a, b)).collect();
         for (term, (condensed, before)) in self.model.terms().iter().zip(condensed.iter_mut().zip(&before.condensed)) {
-            let remembered = term.internal_variables();
+            let remembered = crate::term::variables_range(&**term);
             condensed[remembered.clone()].copy_from_slice(&before[remembered]);
         }
         State {
