@@ -65,7 +65,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut summary = Summary::new();
     let mut table = Table::new(["particles", "closure_mm", "force_N", "contact_width_mm", "contact_peak_MPa"]);
     let mut chart = Chart::new("A bump stop").x("closure [mm]").y("force [N]");
-    for spacing in [1.6, 1.2] {
+    let mut penetration: f64 = 0.0;
+    for (spacing, size) in [(1.6, 182), (1.2, 301), (0.84, 600)] {
         let problem = stop()?.discretize(&Scheme::default().spacing(spacing))?;
         let path = problem.run()?;
         let particles = problem.cells().positions().len();
@@ -80,7 +81,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             deepest = deepest.max(depth(&groove.points));
         }
         let groove = problem.contact(path.last(), "groove")?;
-        let name = |what: &str| format!("{what}_{particles}");
+        let name = |what: &str| format!("{what}_{size}");
+        // What part of the way was reached: 1 at 70 % of the height.
+        summary.note(name("reached"), path.last().load)?;
+        summary.note(name("particles"), particles as f64)?;
+        penetration = penetration.max(deepest / (OUTER - BORE));
         summary.note(name("height"), 1.0 - 0.3 * path.last().load)?;
         summary.note(name("force_N"), -problem.reaction(path.last(), "top")?[1])?;
         summary.note(name("steps"), path.steps.len() as f64)?;
@@ -102,6 +107,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .size(460, 720)
             .write(out.join(format!("shape_{particles}.svg")))?;
     }
+    summary.note("penetration", penetration)?;
     print!("{summary}");
     summary.write(out.join("summary.csv"))?;
     table.write(out.join("forces.csv"))?;

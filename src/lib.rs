@@ -146,7 +146,7 @@ pub mod prelude {
     pub use crate::quadrature::Points;
     #[cfg(feature = "solve")]
     pub use crate::scene::{
-        Condition, Dilation, Direction, Geometry, Load, Place, Problem, Rule, Scene, Scheme, Value,
+        Condition, ContactPair, Dilation, Direction, Geometry, Load, Place, Problem, Rule, Scene, Scheme, Value,
     };
     pub use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
     pub use crate::solid::{Select, Shape, Solid3};

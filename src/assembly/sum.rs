@@ -94,6 +94,10 @@ impl<const D: usize> Sum<'_, D> {
                 term.linearize(cluster, self.at, element);
                 gathered.scale += element.residual.iter().map(|force| force * force).sum::<f64>();
                 self.add_compact(cluster, nodes, element);
+                if has_matrix && !element.coupling.is_empty() {
+                    let few: Vec<u32> = element.compact.iter().map(|&place| nodes[place as usize]).collect();
+                    collect_coupling::<D>(&few, element, &mut gathered.coupling);
+                }
                 continue;
             }
             if has_matrix && lower && !free {

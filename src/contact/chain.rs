@@ -34,6 +34,8 @@ pub(super) struct Chain {
     beside: Vec<Vec<u32>>,
     /// Whether chords touch those of the other part alone.
     two: bool,
+    /// How much deeper than usual a chord may lie behind another one \[length\].
+    pub deeper: f64,
     /// The first chord and those after it of each trace function: at most two.
     pub of_trace: Vec<Vec<(u32, usize)>>,
 }
@@ -78,7 +80,7 @@ impl Chain {
                 ring
             })
             .collect();
-        Chain { chords, beside, two, of_trace }
+        Chain { chords, beside, two, deeper: 0.0, of_trace }
     }
 
     /// Two chords at a state.
@@ -139,7 +141,7 @@ impl Chain {
                 let gaps = points.map(|y| (y - a).dot(&normal));
                 let at = |place: f64| gaps[0] + (gaps[1] - gaps[0]) * (place - places[0]) / (places[1] - places[0]);
                 let gap = at(0.5 * (from + to));
-                if gap < -BEHIND * length.max(size) || gap < 0.0 && !self.two && self.through(mine, its) {
+                if gap < -BEHIND * length.max(size) - self.deeper || gap < 0.0 && !self.two && self.through(mine, its) {
                     continue;
                 }
                 covered += to - from;

@@ -23,6 +23,8 @@ pub(super) struct Faces {
     /// The facet of each point of the part that carries pressures.
     facet_of: Vec<u32>,
     two: bool,
+    /// How much deeper than usual a point may lie behind a triangle \[length\].
+    pub deeper: f64,
 }
 
 /// Faces at a state.
@@ -45,7 +47,7 @@ impl Faces {
         ends: &[Point<D>],
     ) -> Self {
         let two = contact_surfaces.len() > 1;
-        let mut faces = Faces { triangles: Vec::new(), facets: Vec::new(), facet_of: Vec::new(), two };
+        let mut faces = Faces { triangles: Vec::new(), facets: Vec::new(), facet_of: Vec::new(), two, deeper: 0.0 };
         let mut traces_of: Vec<Vec<u32>> = Vec::new();
         let mut first = 0u32;
         for (part, (contact_surface, cells)) in contact_surfaces.iter().zip(cells).enumerate() {
@@ -135,7 +137,7 @@ impl Faces {
                 let Some(facet) = self.facets.get(mine as usize) else { return false };
                 facet.beside.binary_search(&its).is_err() && !(gap < 0.0 && self.through(mine, its))
             };
-            let found = sorted.nearest(x, outward, may)?;
+            let found = sorted.nearest(x, outward, self.deeper, may)?;
             // Of two facets that face each other the one that comes first carries the pressures.
             (self.two || self.triangles[found].facet > mine).then_some(found as u32)
         });

@@ -32,6 +32,19 @@ pub(super) struct Gap {
     pub curve: SMatrix<f64, LOCAL, LOCAL>,
 }
 
+impl Gap {
+    /// The normal of the triangle, towards the point.
+    pub fn normal(&self) -> Point<3> {
+        self.slope.fixed_rows::<3>(0).into()
+    }
+
+    /// What point and corners move the place of contact by.
+    pub fn shares(&self) -> [f64; 4] {
+        let normal = self.normal();
+        std::array::from_fn(|k| self.slope.fixed_rows::<3>(3 * k).dot(&normal).abs())
+    }
+}
+
 /// The distance of a point from the plane of a triangle.
 pub(super) fn gap(point: &Point<3>, ends: &[Point<3>; 3], sign: f64) -> Gap {
     let of =
@@ -101,7 +114,13 @@ impl Sorted {
     }
 
     /// The triangle over which a point with an outward normal has the smallest gap, among those that may.
-    pub fn nearest(&self, x: &Point<3>, outward: &Point<3>, may: impl Fn(usize, f64) -> bool) -> Option<usize> {
+    pub fn nearest(
+        &self,
+        x: &Point<3>,
+        outward: &Point<3>,
+        deeper: f64,
+        may: impl Fn(usize, f64) -> bool,
+    ) -> Option<usize> {
         let middle = self.bin(x);
         let mut best: Option<(f64, usize)> = None;
         for ring in 0..=REACH as i32 {
@@ -116,7 +135,7 @@ impl Sorted {
                         let bin = [middle[0] + i, middle[1] + j, middle[2] + l];
                         for &k in self.bins.get(&bin).into_iter().flatten() {
                             let k = k as usize;
-                            let Some(gap) = self.over(k, x, outward) else { continue };
+                            let Some(gap) = self.over(k, x, outward, deeper) else { continue };
                             if best.is_none_or(|(least, _)| gap.abs() < least) && may(k, gap) {
                                 best = Some((gap.abs(), k));
                             }
@@ -129,7 +148,7 @@ impl Sorted {
     }
 
     /// The distance of a point over a triangle that it is opposite to.
-    fn over(&self, k: usize, x: &Point<3>, outward: &Point<3>) -> Option<f64> {
+    fn over(&self, k: usize, x: &Point<3>, outward: &Point<3>, deeper: f64) -> Option<f64> {
         let ([a, b, c], normal) = (&self.corners[k], &self.normals[k]);
         if outward.dot(normal) > FACING {
             return None;
@@ -142,7 +161,7 @@ impl Sorted {
         let inside = eta.min(zeta).min(1.0 - eta - zeta) >= -BEYOND;
         let gap = away.dot(normal);
         let size = first.norm().max(second.norm());
-        (inside && gap >= -BEHIND * size).then_some(gap)
+        (inside && gap >= -BEHIND * size - deeper).then_some(gap)
     }
 }
 

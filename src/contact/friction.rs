@@ -1,89 +1,91 @@
-//! Coulomb's friction at a trace function of a rigid contact.
+//! Coulomb's friction at a trace function in contact, with a rigid surface or another face.
 
 use crate::geometry::Point;
-use crate::term::{Element, Term, View};
+use crate::term::Element;
 
-use super::RigidContact;
-use super::obstacle::LocalContact;
 use super::stick_slip::StickSlip;
 
-impl<const D: usize> RigidContact<D> {
-    /// What a touching trace function does along the surface.
-    pub(super) fn stick_slip(&self, trace: usize, condensed: &[f64], local_contact: &LocalContact<D>) -> StickSlip<D> {
-        let (pressure, traction) = self.pressure(trace, condensed);
-        let first = self.internal_variables().start + trace * D;
-        let was = Point::<D>::from_fn(|i, _| condensed[first + i]);
-        let along = |v: Point<D>| v - local_contact.normal * local_contact.normal.dot(&v);
-        let (slip, decisive) = (along(local_contact.beside - was), self.decisive(trace));
-        let requested = along(traction) - slip * decisive;
+/// Steps of the load go no further where there is friction, which knows where a body comes from.
+const FRICTION_STEP: f64 = 0.1;
+
+/// The farthest load factor of a step with friction: equal parts of the way, the last of which ends where it does.
+pub(super) fn friction_step(from: f64, to: f64) -> f64 {
+    let parts = ((to - from) / FRICTION_STEP - 1e-9).ceil();
+    if parts > 1.0 { from + (to - from) / parts } else { to }
+}
+
+/// A trace function that touches, and all that friction asks of it.
+pub(super) struct Friction<const D: usize> {
+    pub coefficient: f64,
+    /// $\varepsilon$ \[stress/length\].
+    pub proximal: f64,
+    /// $c$ \[stress/length\].
+    pub decisive: f64,
+    pub normal: Point<D>,
+    pub pressure: f64,
+    pub traction: Point<D>,
+    pub gap: f64,
+    /// Change of the gap with the load factor.
+    pub gap_by_load: f64,
+    /// What the slope of the gap is summed over, as an area.
+    pub gap_area: f64,
+    /// Mean displacement beside the other surface since the last converged state, and its change with the load factor.
+    pub slip: Point<D>,
+    pub slip_by_load: Point<D>,
+    /// What the slip is summed over, as an area.
+    pub area: f64,
+}
+
+impl<const D: usize> Friction<D> {
+    fn along(&self, v: &Point<D>) -> Point<D> {
+        v - self.normal * self.normal.dot(v)
+    }
+
+    /// What the trace function does along the surface.
+    pub fn stick_slip(&self) -> StickSlip<D> {
+        let slip = self.along(&self.slip);
+        let requested = self.along(&self.traction) - slip * self.decisive;
         let size = requested.norm();
-        if size <= self.surface.friction * (pressure - decisive * local_contact.gap) {
+        if size <= self.coefficient * (self.pressure - self.decisive * self.gap) {
             StickSlip::Stick(slip)
         } else {
-            StickSlip::Slip(requested / size, decisive / size)
+            StickSlip::Slip(requested / size, self.decisive / size)
         }
     }
 
-    /// Adds force and stiffness of friction at a trace function whose normal force is `pressure` $-\ \varepsilon\bar g$.
-    pub(super) fn add_friction(
-        &self,
-        cluster: usize,
-        view: &View<'_>,
-        local_contact: &LocalContact<D>,
-        slope: &[f64],
-        out: &mut Element,
-    ) {
-        let trace = &self.contact_surface.traces[cluster];
-        let (n, size) = (trace.nodes.len(), trace.nodes.len() * D);
-        let (pressure, traction) = self.pressure(cluster, view.condensed);
-        let (proximal, friction) = (self.proximal(cluster), self.surface.friction);
-        let force = pressure - proximal * local_contact.gap;
-        // Mean displacement: ∫ΘΨ_a along each component, and the travel of the surface.
-        let mut values = vec![0.0; n];
-        for (k, &(point, weight)) in trace.points.iter().enumerate() {
-            for (&l, value) in trace.local(k).iter().zip(self.contact_surface.table.values(point as usize)) {
-                values[l as usize] += weight * value;
-            }
-        }
-        // (place, how the unknown there moves the trace function beside the surface).
-        let mut moves: Vec<(usize, Point<D>)> = Vec::with_capacity(size);
-        let unit = |i: usize| Point::<D>::from_fn(|j, _| f64::from(u8::from(i == j)));
-        let travel = self.rigid_dof.zip(self.surface.free_direction());
-        for (a, value) in values.iter().enumerate() {
-            if *value != 0.0 {
-                moves.extend((0..D).map(|i| (a * D + i, unit(i) * *value)));
-            }
-        }
-        moves.extend(travel.map(|(_, along)| (size - D, along * -trace.area)));
-        let along = |v: &Point<D>| v - local_contact.normal * local_contact.normal.dot(v);
-        let placed = self.placed(view.displacement, view.load);
-        match self.stick_slip(cluster, view.condensed, local_contact) {
+    /// Adds force and stiffness of friction; `moves` are places of unknowns with the slip times area that they make, `slope` that of
+    /// the gap times area.
+    pub fn add(&self, moves: &[(usize, Point<D>)], slope: &[f64], out: &mut Element) {
+        let size = slope.len();
+        let (proximal, friction) = (self.proximal, self.coefficient);
+        let force = self.pressure - proximal * self.gap;
+        match self.stick_slip() {
             StickSlip::Stick(slip) => {
-                let held = along(&traction) - slip * proximal;
-                let by_load = along(&placed.slope) * proximal;
-                for (place, by) in &moves {
+                let held = self.along(&self.traction) - slip * proximal;
+                let by_load = self.along(&self.slip_by_load) * proximal;
+                for (place, by) in moves {
                     out.residual[*place] -= by.dot(&held);
-                    out.load_slope[*place] -= by.dot(&by_load);
+                    out.load_slope[*place] += by.dot(&by_load);
                 }
-                self.add_along(&moves, &local_contact.normal, None, proximal / trace.area, size, out);
+                self.add_along(moves, None, proximal / self.area, size, out);
             }
             StickSlip::Slip(direction, turn) => {
                 let held = direction * (friction * force);
-                let by_load = direction * (friction * proximal * local_contact.by_load);
-                for (place, by) in &moves {
+                let by_load = direction * (friction * proximal * self.gap_by_load);
+                for (place, by) in moves {
                     out.residual[*place] -= by.dot(&held);
                     out.load_slope[*place] += by.dot(&by_load);
                 }
                 if !out.with_matrix {
                     return;
                 }
-                let turning = (friction * force * turn).clamp(0.0, proximal) / trace.area;
-                self.add_along(&moves, &local_contact.normal, Some(direction), turning, size, out);
+                let turning = (friction * force * turn).clamp(0.0, proximal) / self.area;
+                self.add_along(moves, Some(direction), turning, size, out);
                 out.coupling.resize(size * size, 0.0);
                 for (column, by_gap) in out.coupling.chunks_exact_mut(size).zip(slope) {
-                    let factor = friction * proximal / trace.area * by_gap;
+                    let factor = friction * proximal / self.gap_area * by_gap;
                     if factor != 0.0 {
-                        for (place, by) in &moves {
+                        for (place, by) in moves {
                             column[*place] += factor * by.dot(&direction);
                         }
                     }
@@ -96,7 +98,6 @@ impl<const D: usize> RigidContact<D> {
     fn add_along(
         &self,
         moves: &[(usize, Point<D>)],
-        normal: &Point<D>,
         but: Option<Point<D>>,
         factor: f64,
         size: usize,
@@ -106,13 +107,37 @@ impl<const D: usize> RigidContact<D> {
             return;
         }
         for (b, by) in moves {
-            let mut held = by - normal * normal.dot(by);
+            let mut held = self.along(by);
             if let Some(but) = &but {
                 held -= but * but.dot(&held);
             }
             let column = &mut out.matrix[b * size..][..size];
             for (a, other) in moves {
                 column[*a] += factor * other.dot(&held);
+            }
+        }
+    }
+
+    /// The traction after a step that changes the gap and the slip.
+    pub fn next(&self, gap_change: f64, moved: &Point<D>) -> Point<D> {
+        match self.stick_slip() {
+            StickSlip::Stick(slip) => self.along(&self.traction) - (slip + self.along(moved)) * self.proximal,
+            StickSlip::Slip(direction, turn) => {
+                let mut turned = self.along(moved);
+                turned -= direction * direction.dot(&turned);
+                let next = (self.pressure - self.proximal * (self.gap + gap_change)).max(0.0);
+                let limit = self.proximal / (self.coefficient * self.pressure).max(f64::MIN_POSITIVE);
+                (direction - turned * turn.min(limit)) * (self.coefficient * next)
+            }
+        }
+    }
+
+    /// What a change of the load factor adds to the traction.
+    pub fn next_by_load(&self, load_step: f64) -> Point<D> {
+        match self.stick_slip() {
+            StickSlip::Stick(_) => self.along(&self.slip_by_load) * (-self.proximal * load_step),
+            StickSlip::Slip(direction, _) => {
+                direction * (-self.coefficient * self.proximal * self.gap_by_load * load_step)
             }
         }
     }

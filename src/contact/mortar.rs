@@ -44,6 +44,10 @@ pub(super) struct MeanGap {
     pub value: f64,
     /// $\int N_a\\,\mathrm d\Gamma$ over the overlap.
     pub area: f64,
+    /// $\int N_a N_k\,\mathrm d\Gamma$ of the four ends: what they move it by.
+    pub shares: [f64; 4],
+    /// Gradient of the area.
+    pub area_slope: SVector<f64, LOCAL>,
     pub slope: SVector<f64, LOCAL>,
     pub curve: SMatrix<f64, LOCAL, LOCAL>,
 }
@@ -68,6 +72,12 @@ impl Facing {
         Frame { normal: [along[1] * by_length, along[0] * by_length * -1.0], opposite }
     }
 
+    /// The outward normal of the first chord.
+    pub fn normal(&self) -> Point<2> {
+        let along = self.ends[1] - self.ends[0];
+        Point::<2>::new(along[1], -along[0]) * (self.sign / along.norm())
+    }
+
     /// The mean gap under the trace function of end `end`, 0 or 1, over an overlap.
     pub fn mean_gap(&self, overlap: &Overlap, end: usize) -> MeanGap {
         let Frame { normal, opposite } = self.frame();
@@ -85,17 +95,27 @@ impl Facing {
                 sum + normal[i] * away
             })
         });
-        let (mut gap, mut area) = (Jet::constant(0.0), 0.0);
+        let (mut gap, mut area, mut shares) = (Jet::constant(0.0), Jet::constant(0.0), [0.0; 4]);
         for at in GAUSS {
             let xi = from + width * at;
             let eta = (xi - opposite[0]) * across;
             let traces = [one - xi, xi];
             let measure = traces[0] * self.measure[0] + traces[1] * self.measure[1];
             let weight = width * measure * traces[end] * 0.5;
-            area += weight.value;
+            area = area + weight;
+            for (share, part) in shares.iter_mut().zip([traces[0], traces[1], one - eta, eta]) {
+                *share += weight.value * part.value;
+            }
             gap = gap + weight * (gaps[0] * (one - eta) + gaps[1] * eta);
         }
-        MeanGap { value: gap.value, area, slope: gap.slope, curve: gap.curve }
+        MeanGap {
+            value: gap.value,
+            area: area.value,
+            shares,
+            area_slope: area.slope,
+            slope: gap.slope,
+            curve: gap.curve,
+        }
     }
 }
 

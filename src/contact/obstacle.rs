@@ -4,8 +4,8 @@ use crate::geometry::Point;
 use crate::term::{Element, Term, View};
 
 use super::contact_surface::Trace;
+use super::friction::{Friction, friction_step};
 use super::rigid::{Drive, Placed};
-use super::stick_slip::StickSlip;
 use super::{ContactError, ContactSurface, Nearest, RigidSurface};
 
 /// How stiff a contact answers between two iterations, from the stiffness of the body and the size of a trace function.
@@ -49,9 +49,6 @@ pub(super) const TOO_FAR: f64 = 0.5;
 /// Largest curvature times width that the matrix knows: to a trace function what is rounder is a corner, which no tangent describes.
 const SHARPEST: f64 = 4.0;
 
-/// Steps of the load go no further where there is friction, which knows where a body comes from.
-const FRICTION_STEP: f64 = 0.1;
-
 /// Unilateral contact of a part of the boundary with a rigid surface, with Coulomb's friction or without.
 ///
 /// With the mean gap of a trace function, $\bar g_J = \int\Theta_J\\,g(x)\\,\mathrm d\Gamma/A_J$, and its pressure $\pi_J$ per
@@ -73,6 +70,8 @@ pub(crate) struct RigidContact<const D: usize> {
     /// The node whose first component is the travel of a surface that is pushed.
     pub rigid_dof: Option<u32>,
     pub stiffness: Stiffness,
+    /// Mean gap of each trace function at rest, where an interference is resolved.
+    pub at_rest: Vec<f64>,
 }
 
 /// What a trace function knows of the surface at a state.
@@ -109,6 +108,35 @@ impl<const D: usize> RigidContact<D> {
         (condensed[first], traction)
     }
 
+    /// What an interference adds to the gap of a trace function, and its change with the load factor.
+    fn shift(&self, trace: usize, load: f64) -> [f64; 2] {
+        let at_rest = self.at_rest.get(trace).copied().unwrap_or(0.0);
+        self.surface.interference.map_or([0.0; 2], |interference| interference.shift(at_rest, load))
+    }
+
+    /// The contact of a boundary part with a surface.
+    pub fn new(
+        contact_surface: ContactSurface<D>,
+        surface: RigidSurface<D>,
+        rigid_dof: Option<u32>,
+        stiffness: Stiffness,
+    ) -> Self {
+        let mut contact = RigidContact { contact_surface, surface, rigid_dof, stiffness, at_rest: Vec::new() };
+        if let Some(interference) = contact.surface.interference.take() {
+            let (table, all) = (&contact.contact_surface.table, contact.contact_surface.traces.len());
+            let unknowns = D * contact.rigid_dof.map_or(0, |node| node as usize + 1).max(table.node_count());
+            let rest = vec![0.0; unknowns];
+            let view = View { displacement: &rest, condensed: &[], load: 0.0 };
+            let gaps = (0..all).map(|trace| {
+                let gap = contact.local_contact(trace, &view, |_, _, _| {}).gap;
+                interference.at_rest(gap, contact.contact_surface.traces[trace].width)
+            });
+            contact.at_rest = gaps.collect();
+            contact.surface.interference = Some(interference);
+        }
+        contact
+    }
+
     /// Visits the points of a trace function.
     pub(crate) fn local_contact(
         &self,
@@ -116,7 +144,7 @@ impl<const D: usize> RigidContact<D> {
         view: &View<'_>,
         mut visit: impl FnMut(usize, f64, &Nearest<D>),
     ) -> LocalContact<D> {
-        let trace = &self.contact_surface.traces[trace];
+        let (index, trace) = (trace, &self.contact_surface.traces[trace]);
         let placed = self.placed(view.displacement, view.load);
         let (mut gap, mut by_load) = (0.0, 0.0);
         let (mut normal, mut beside) = (Point::<D>::zeros(), Point::<D>::zeros());
@@ -131,9 +159,10 @@ impl<const D: usize> RigidContact<D> {
             visit(k, weight, &found);
         }
         let length = normal.norm();
+        let [shift, shift_by_load] = self.shift(index, view.load);
         LocalContact {
-            gap: gap / trace.area,
-            by_load: by_load / trace.area,
+            gap: gap / trace.area + shift,
+            by_load: by_load / trace.area + shift_by_load,
             normal: if length > 0.0 { normal / length } else { normal },
             beside: beside / trace.area - placed.offset,
         }
@@ -151,6 +180,49 @@ impl<const D: usize> RigidContact<D> {
 
     pub(crate) fn is_active(&self, trace: usize, pressure: f64, gap: f64) -> bool {
         pressure > self.decisive(trace) * gap
+    }
+
+    /// What friction asks of a trace function that touches.
+    fn friction(&self, trace: usize, view: &View<'_>, local_contact: &LocalContact<D>) -> Friction<D> {
+        let (pressure, traction) = self.pressure(trace, view.condensed);
+        let first = self.internal_variables().start + trace * D;
+        let was = Point::<D>::from_fn(|i, _| view.condensed[first + i]);
+        let area = self.contact_surface.traces[trace].area;
+        Friction {
+            coefficient: self.surface.friction,
+            proximal: self.proximal(trace),
+            decisive: self.decisive(trace),
+            normal: local_contact.normal,
+            pressure,
+            traction,
+            gap: local_contact.gap,
+            gap_by_load: local_contact.by_load,
+            gap_area: area,
+            slip: local_contact.beside - was,
+            slip_by_load: -self.placed(view.displacement, view.load).slope,
+            area,
+        }
+    }
+
+    /// How unknowns of a trace function move it beside the surface, times its area: displacements by $\int\Theta\Psi_a$, and the travel of the
+    /// surface.
+    fn moves(&self, trace: usize) -> Vec<(usize, Point<D>)> {
+        let trace = &self.contact_surface.traces[trace];
+        let mut values = vec![0.0; trace.nodes.len()];
+        for (k, &(point, weight)) in trace.points.iter().enumerate() {
+            for (&l, value) in trace.local(k).iter().zip(self.contact_surface.table.values(point as usize)) {
+                values[l as usize] += weight * value;
+            }
+        }
+        let mut moves: Vec<(usize, Point<D>)> = Vec::with_capacity(values.len() * D);
+        let unit = |i: usize| Point::<D>::from_fn(|j, _| f64::from(u8::from(i == j)));
+        for (a, value) in values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+            moves.extend((0..D).map(|i| (a * D + i, unit(i) * *value)));
+        }
+        if let (Some(_), Some(along)) = (self.rigid_dof, self.surface.free_direction()) {
+            moves.push(((trace.nodes.len() - 1) * D, along * -trace.area));
+        }
+        moves
     }
 
     /// Where a trace function that touches lies beyond an open end of the surface.
@@ -196,7 +268,9 @@ impl<const D: usize> Term<D> for RigidContact<D> {
     }
 
     fn break_points(&self) -> Vec<f64> {
-        self.surface.break_points()
+        let mut found = self.surface.break_points();
+        found.extend(self.surface.interference.map(|interference| interference.until));
+        found
     }
 
     fn is_unilateral(&self) -> bool {
@@ -304,7 +378,7 @@ impl<const D: usize> Term<D> for RigidContact<D> {
             }
         }
         if self.rubs() {
-            self.add_friction(cluster, &view, &local_contact, &slope, out);
+            self.friction(cluster, &view, &local_contact).add(&self.moves(cluster), &slope, out);
         }
         out.scratch = slope;
     }
@@ -327,17 +401,7 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         let proximal = self.proximal(cluster);
         condensed_step[0] = -proximal * (local_contact.gap + change);
         if self.rubs() {
-            let along = |v: Point<D>| v - local_contact.normal * local_contact.normal.dot(&v);
-            let next = match self.stick_slip(cluster, view.condensed, &local_contact) {
-                StickSlip::Stick(slip) => along(traction) - (slip + along(moved)) * proximal,
-                StickSlip::Slip(direction, turn) => {
-                    let mut turned = along(moved);
-                    turned -= direction * direction.dot(&turned);
-                    let next = (pressure + condensed_step[0]).max(0.0);
-                    let limit = proximal / (self.surface.friction * pressure).max(f64::MIN_POSITIVE);
-                    (direction - turned * turn.min(limit)) * (self.surface.friction * next)
-                }
-            };
+            let next = self.friction(cluster, &view, &local_contact).next(change, &moved);
             condensed_step[1..1 + D].iter_mut().zip((next - traction).iter()).for_each(|(s, t)| *s = *t);
         }
         1.0
@@ -354,13 +418,7 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         if !self.rubs() {
             return;
         }
-        let moved = self.placed(view.displacement, view.load).slope * -load_step;
-        let next = match self.stick_slip(cluster, view.condensed, &local_contact) {
-            StickSlip::Stick(_) => (moved - local_contact.normal * local_contact.normal.dot(&moved)) * -proximal,
-            StickSlip::Slip(direction, _) => {
-                direction * (-self.surface.friction * proximal * local_contact.by_load * load_step)
-            }
-        };
+        let next = self.friction(cluster, &view, &local_contact).next_by_load(load_step);
         condensed_step[1..1 + D].iter_mut().zip(&next).for_each(|(step, more)| *step += more);
     }
 
@@ -373,9 +431,7 @@ impl<const D: usize> Term<D> for RigidContact<D> {
     }
 
     fn farthest_load(&self, from: f64, to: f64) -> f64 {
-        // Equal parts of the way, the last of which ends where it does.
-        let parts = if self.rubs() { ((to - from) / FRICTION_STEP - 1e-9).ceil() } else { 1.0 };
-        let to = if parts > 1.0 { from + (to - from) / parts } else { to };
+        let to = if self.rubs() { friction_step(from, to) } else { to };
         let depth = 0.5 * self.surface.shape.depth();
         let Drive::Moved { by, amplitude } = &self.surface.drive else { return to };
         if !depth.is_finite() {

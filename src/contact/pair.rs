@@ -7,12 +7,14 @@ use nalgebra::{DMatrix, DVector, Matrix3};
 use crate::cells::BoundaryCells;
 use crate::geometry::Point;
 use crate::tensor::cofactor;
+use crate::term::View;
 
 use super::chain::{Chain, Chord, Laid};
 use super::faces::{Faces, LaidFaces};
 use super::facets::Triangle;
+use super::interference::Interference;
 use super::obstacle::Stiffness;
-use super::vertices::{Combination, Means, Movers};
+use super::vertices::{Combination, Means, Movers, merged};
 use super::{ContactSurface, facets, mortar};
 
 /// What faces what.
@@ -38,7 +40,7 @@ pub(super) struct State<const D: usize> {
 }
 
 /// A part of the gap of a trace function times its area, over points that move: the coordinates of one after the other.
-pub(super) struct Piece {
+pub(super) struct Piece<const D: usize> {
     pub(super) movers: Vec<u32>,
     /// Whether a mover is of the face that carries pressures.
     pub(super) carries: fn(usize) -> bool,
@@ -46,9 +48,15 @@ pub(super) struct Piece {
     pub(super) area: f64,
     pub(super) slope: DVector<f64>,
     pub(super) curve: DMatrix<f64>,
+    /// Gradient of the area.
+    pub(super) area_slope: DVector<f64>,
+    /// What each mover moves the trace function by, times area.
+    pub(super) shares: Vec<f64>,
+    /// A unit normal of the faces.
+    pub(super) normal: Point<D>,
 }
 
-/// Unilateral contact without friction between two boundary parts, or of a part with itself.
+/// Unilateral contact between two boundary parts, or of a part with itself, with Coulomb's friction or without.
 ///
 /// Both faces are chains of chords, or triangles, between vertices. A vertex is not the particle, but follows from the means
 /// $\bar x_K = \int\Theta_K\\,x\\,\mathrm d\Gamma/A_K$ over the facet points of its own body,
@@ -63,9 +71,13 @@ pub(super) struct Piece {
 /// begin and end: exact whether particles match or not. In space the integral is the sum over the facet points of the face that
 /// carries pressures, each with its distance from a triangle: exact where particles match.
 /// The law between pressure and $\bar g_J = G_J/\int N_J\\,\mathrm d\Gamma$ is that of rigid surfaces, with all derivatives of the gap.
+///
+/// Friction: the mean slip of a trace function is that of the material points which faced each other at the last converged state,
+/// $$s_J = \frac1{A_J}\int N_J\\,\big(\Delta x - \Delta y\big)\mathrm d\Gamma$$
+/// along its mean normal there, so that it is linear in displacements within a step. The law is that of rigid surfaces.
 pub(crate) struct PairContact<const D: usize> {
     pub contact_surfaces: Vec<ContactSurface<D>>,
-    pub stiffness: Stiffness,
+    pub law: PairLaw,
     pub(super) geometry: Geometry,
     /// Nodes of all clusters: those that any point of the boundary parts sees.
     pub(super) nodes: Vec<u32>,
@@ -77,12 +89,40 @@ pub(crate) struct PairContact<const D: usize> {
     pub(super) carrying: usize,
     /// The faces at the state that was looked at last: all trace functions of an iteration see the same one.
     pub(super) last: Mutex<Option<Arc<State<D>>>>,
+    /// What slips beside what since the last converged state.
+    held: Mutex<Option<Arc<Held<D>>>>,
+    /// Mean gap of each trace function that carries pressures at rest, where an interference is resolved.
+    at_rest: Vec<f64>,
+}
+
+/// The law between two faces.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PairLaw {
+    pub stiffness: Stiffness,
+    /// Coulomb's coefficient.
+    pub friction: f64,
+    pub interference: Option<Interference>,
+}
+
+/// The slips of all trace functions that carry pressures, from a converged state on; none where nothing was opposite.
+pub(super) struct Held<const D: usize> {
+    internal_variables: Vec<f64>,
+    pub(super) slips: Vec<Option<Slip<D>>>,
+}
+
+/// The slip of a trace function as a combination of displacements, times area.
+pub(super) struct Slip<const D: usize> {
+    pub(super) weights: Combination,
+    pub(super) normal: Point<D>,
+    pub(super) area: f64,
 }
 
 /// What a trace function knows of what is opposite.
 pub(crate) struct ContactPair {
     /// $\bar g_J$ \[length\], infinite where nothing is opposite.
     pub gap: f64,
+    /// Its change with the load factor.
+    pub by_load: f64,
     /// $\int N_J\\,\mathrm d\Gamma$ over what has something opposite.
     pub area: f64,
 }
@@ -93,7 +133,7 @@ impl<const D: usize> PairContact<D> {
         contact_surfaces: Vec<ContactSurface<D>>,
         faces: &[&BoundaryCells<D>],
         positions: &[Point<D>],
-        stiffness: Stiffness,
+        law: PairLaw,
     ) -> Self {
         let two = contact_surfaces.len() > 1;
         let particles: Vec<u32> = contact_surfaces
@@ -145,7 +185,96 @@ impl<const D: usize> PairContact<D> {
             Geometry::Plane(Chain::new(chords(&contact_surfaces, faces, &rest), &particles, two))
         };
         let carrying = contact_surfaces[0].traces.len();
-        PairContact { contact_surfaces, stiffness, geometry, nodes, movers, traces, carrying, last: Mutex::new(None) }
+        let (last, held, at_rest) = (Mutex::new(None), Mutex::new(None), Vec::new());
+        let mut pair =
+            PairContact { contact_surfaces, law, geometry, nodes, movers, traces, carrying, last, held, at_rest };
+        if let Some(interference) = pair.law.interference.take() {
+            pair.deepen(if interference.amount.is_none() { f64::INFINITY } else { 0.0 });
+            let unknowns = pair.nodes.last().map_or(0, |last| (*last as usize + 1) * D);
+            let state = pair.now(&vec![0.0; unknowns]);
+            let gaps = (0..pair.carrying).map(|trace| {
+                let gap = pair.overlap(trace, &state, 0.0, |_| {}).gap;
+                interference.at_rest(gap, pair.width(trace))
+            });
+            let gaps: Vec<f64> = gaps.collect();
+            pair.deepen(gaps.iter().fold(0.0, |deepest: f64, gap| deepest.max(-gap)));
+            pair.at_rest = gaps;
+            pair.law.interference = Some(interference);
+        }
+        pair
+    }
+
+    /// Looks for faces deeper behind others than usual.
+    fn deepen(&mut self, by: f64) {
+        match &mut self.geometry {
+            Geometry::Plane(chain) => chain.deeper = by,
+            Geometry::Space(faces, ..) => faces.deeper = by,
+        }
+        self.last = Mutex::new(None);
+    }
+
+    pub(super) fn rubs(&self) -> bool {
+        self.law.friction > 0.0
+    }
+
+    /// Condensed unknowns of a trace function: its pressure, and with friction its traction.
+    pub(super) fn stride(&self) -> usize {
+        if self.rubs() { 1 + D } else { 1 }
+    }
+
+    /// Pressure and tangential traction of a trace function.
+    pub fn pressure(&self, trace: usize, condensed: &[f64]) -> (f64, Point<D>) {
+        let first = trace * self.stride();
+        let traction = if self.rubs() { Point::from_fn(|i, _| condensed[first + 1 + i]) } else { Point::zeros() };
+        (condensed[first], traction)
+    }
+
+    /// What slips beside what since the last converged state, with the displacements of the nodes there.
+    pub(super) fn held(&self, condensed: &[f64]) -> Arc<Held<D>> {
+        let internal_variables = &condensed[self.carrying * self.stride()..];
+        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(held) = held.as_ref().filter(|held| held.internal_variables == internal_variables) {
+            return held.clone();
+        }
+        let mut displacement = vec![0.0; self.nodes.last().map_or(0, |last| (*last as usize + 1) * D)];
+        for (&node, was) in self.nodes.iter().zip(internal_variables.chunks_exact(D)) {
+            displacement[node as usize * D..][..D].copy_from_slice(was);
+        }
+        let state = self.found(&displacement);
+        let slips = (0..self.carrying).map(|trace| self.slip(trace, &state)).collect();
+        let new = Arc::new(Held { internal_variables: internal_variables.to_vec(), slips });
+        *held = Some(new.clone());
+        new
+    }
+
+    /// The slip of a trace function from a state on.
+    fn slip(&self, trace: usize, state: &State<D>) -> Option<Slip<D>> {
+        let (mut weights, mut normal) = (Combination::new(), Point::<D>::zeros());
+        let overlap = self.overlap(trace, state, 0.0, |piece| {
+            for (k, (&mover, share)) in piece.movers.iter().zip(&piece.shares).enumerate() {
+                let own = (piece.carries)(k);
+                let sign = if own { 1.0 } else { -1.0 };
+                let of = &self.movers.combinations[mover as usize];
+                weights.extend(of.iter().map(|&(place, value)| (place, sign * share * value)));
+            }
+            normal += piece.normal * piece.area;
+        });
+        let length = normal.norm();
+        let found = overlap.gap.is_finite() && length > 0.0;
+        found.then(|| Slip { weights: merged(weights), normal: normal / length, area: overlap.area })
+    }
+
+    /// The mean displacement of a trace function beside what is opposite, since the last converged state.
+    pub(super) fn slipped(&self, slip: &Slip<D>, displacement: &[f64], condensed: &[f64]) -> Point<D> {
+        let internal_variables = &condensed[self.carrying * self.stride()..];
+        let mut sum = Point::<D>::zeros();
+        for &(place, value) in &slip.weights {
+            let (first, was) = (self.nodes[place as usize] as usize * D, place as usize * D);
+            for i in 0..D {
+                sum[i] += value * (displacement[first + i] - internal_variables[was + i]);
+            }
+        }
+        sum / slip.area
     }
 
     /// The faces at a state.
@@ -154,6 +283,13 @@ impl<const D: usize> PairContact<D> {
         if let Some(state) = last.as_ref().filter(|state| state.displacement == displacement) {
             return state.clone();
         }
+        let state = Arc::new(self.found(displacement));
+        *last = Some(state.clone());
+        state
+    }
+
+    /// Finds the faces at a state.
+    fn found(&self, displacement: &[f64]) -> State<D> {
         let all = self.movers.rest.iter().zip(&self.movers.combinations);
         let places: Vec<Point<D>> = all.map(|(x, of)| x + self.moved(of, displacement)).collect();
         let (opposite, reach) = match &self.geometry {
@@ -175,9 +311,7 @@ impl<const D: usize> PairContact<D> {
                 (Opposite::Space(laid), reach)
             }
         };
-        let state = Arc::new(State { displacement: displacement.to_vec(), places, opposite, reach });
-        *last = Some(state.clone());
-        state
+        State { displacement: displacement.to_vec(), places, opposite, reach }
     }
 
     /// A combination of coefficients.
@@ -202,17 +336,29 @@ impl<const D: usize> PairContact<D> {
     }
 
     pub fn is_active(&self, trace: usize, pressure: f64, gap: f64) -> bool {
-        pressure > self.stiffness.decisive / self.width(trace) * gap
+        pressure > self.decisive(trace) * gap
+    }
+
+    pub(super) fn decisive(&self, trace: usize) -> f64 {
+        self.law.stiffness.decisive / self.width(trace)
     }
 
     pub(super) fn proximal(&self, trace: usize) -> f64 {
-        self.stiffness.proximal / self.width(trace)
+        self.law.stiffness.proximal / self.width(trace)
     }
 
     /// Visits the pieces of the gap of a trace function that carries pressures.
-    pub(super) fn overlap(&self, trace: usize, state: &State<D>, mut visit: impl FnMut(Piece)) -> ContactPair {
+    pub(super) fn overlap(
+        &self,
+        trace: usize,
+        state: &State<D>,
+        load: f64,
+        mut visit: impl FnMut(Piece<D>),
+    ) -> ContactPair {
         let (mut gap, mut area) = (0.0, 0.0);
-        let mut take = |piece: Piece| {
+        let at_rest = self.at_rest.get(trace).copied().unwrap_or(0.0);
+        let [shift, by_load] = self.law.interference.map_or([0.0; 2], |all| all.shift(at_rest, load));
+        let mut take = |piece: Piece<D>| {
             gap += piece.value;
             area += piece.area;
             visit(piece);
@@ -221,7 +367,8 @@ impl<const D: usize> PairContact<D> {
             (Geometry::Plane(chain), Opposite::Plane(laid)) => {
                 for &(chord, end) in &chain.of_trace[trace] {
                     for overlap in &laid.facing[chord as usize] {
-                        let found = chain.facing(laid, chord as usize, overlap.other as usize).mean_gap(overlap, end);
+                        let facing = chain.facing(laid, chord as usize, overlap.other as usize);
+                        let (found, normal) = (facing.mean_gap(overlap, end), padded(&facing.normal()));
                         let [a, b] = chain.chords[chord as usize].traces;
                         let [c, d] = chain.chords[overlap.other as usize].traces;
                         take(Piece {
@@ -229,8 +376,11 @@ impl<const D: usize> PairContact<D> {
                             carries: |k| k < 2,
                             value: found.value,
                             area: found.area,
-                            slope: DVector::from_column_slice(found.slope.as_slice()),
+                            slope: DVector::from_column_slice((found.slope + found.area_slope * shift).as_slice()),
                             curve: DMatrix::from_column_slice(mortar::LOCAL, mortar::LOCAL, found.curve.as_slice()),
+                            area_slope: DVector::from_column_slice(found.area_slope.as_slice()),
+                            shares: found.shares.to_vec(),
+                            normal,
                         });
                     }
                 }
@@ -254,6 +404,9 @@ impl<const D: usize> PairContact<D> {
                             facets::LOCAL,
                             (found.curve * weight).as_slice(),
                         ),
+                        area_slope: DVector::zeros(facets::LOCAL),
+                        shares: found.shares().map(|share| weight * share).to_vec(),
+                        normal: padded(&-found.normal()),
                     });
                 }
             }
@@ -261,40 +414,58 @@ impl<const D: usize> PairContact<D> {
         }
         // What has less than rounding opposite has nothing.
         let least = f64::EPSILON * self.contact_surfaces[0].traces[trace].area;
-        ContactPair { gap: if area > least { gap / area } else { f64::INFINITY }, area }
+        ContactPair { gap: if area > least { gap / area + shift } else { f64::INFINITY }, by_load, area }
     }
 
-    /// The change of a piece by a step.
-    pub(super) fn change(&self, piece: &Piece, step: &[f64]) -> f64 {
-        let along = |(k, mover): (usize, &u32)| {
+    /// The change of a piece and of its area by a step.
+    pub(super) fn change(&self, piece: &Piece<D>, step: &[f64]) -> [f64; 2] {
+        let mut change = [0.0; 2];
+        for (k, mover) in piece.movers.iter().enumerate() {
             let by = self.moved(&self.movers.combinations[*mover as usize], step);
-            (0..D).map(|i| piece.slope[k * D + i] * by[i]).sum::<f64>()
+            for i in 0..D {
+                change[0] += piece.slope[k * D + i] * by[i];
+                change[1] += piece.area_slope[k * D + i] * by[i];
+            }
+        }
+        change
+    }
+
+    /// How a step opens a piece whose overlap stays as it is, times area.
+    pub(super) fn opening(&self, piece: &Piece<D>, step: &[f64]) -> f64 {
+        let along = |(k, mover): (usize, &u32)| {
+            let by = piece.normal.dot(&self.moved(&self.movers.combinations[*mover as usize], step)) * piece.shares[k];
+            if (piece.carries)(k) { -by } else { by }
         };
         piece.movers.iter().enumerate().map(along).sum()
     }
 
     /// Gaps and forces at a state.
-    pub fn pressed(&self, displacement: &[f64], condensed: &[f64]) -> Pressed<D> {
-        let state = self.now(displacement);
+    pub fn pressed(&self, view: &View<'_>) -> Pressed<D> {
+        let state = self.now(view.displacement);
         let mut found = Pressed {
             gaps: vec![f64::INFINITY; self.traces],
             forces: vec![Point::<D>::zeros(); self.traces],
+            slides: vec![false; self.traces],
             total: Point::zeros(),
         };
         for trace in 0..self.carrying {
             let mut pieces = Vec::new();
-            let overlap = self.overlap(trace, &state, |piece| pieces.push(piece));
+            let overlap = self.overlap(trace, &state, view.load, |piece| pieces.push(piece));
             found.gaps[trace] = overlap.gap;
-            if !self.is_active(trace, condensed[trace], overlap.gap) {
+            let (pressure, traction) = self.pressure(trace, view.condensed);
+            if !self.is_active(trace, pressure, overlap.gap) {
                 continue;
             }
+            found.slides[trace] = traction.norm() >= (1.0 - 1e-6) * self.law.friction * pressure;
             for piece in pieces {
                 for (k, &mover) in piece.movers.iter().enumerate() {
-                    let force = Point::<D>::from_fn(|i, _| condensed[trace] * piece.slope[k * D + i]);
+                    let own = (piece.carries)(k);
+                    let rubbed = traction * (if own { 1.0 } else { -1.0 } * piece.shares[k]);
+                    let force = Point::<D>::from_fn(|i, _| pressure * piece.slope[k * D + i]) + rubbed;
                     for &(owner, part) in &self.movers.owners[mover as usize] {
                         found.forces[owner as usize] += force * part;
                     }
-                    if (piece.carries)(k) {
+                    if own {
                         found.total += force;
                     }
                 }
@@ -303,10 +474,25 @@ impl<const D: usize> PairContact<D> {
         found
     }
 
+    /// The work of friction between two converged states \[force·length\], each with its load, the mean traction times the slip.
+    pub fn friction_work(&self, before: &View<'_>, after: &View<'_>) -> f64 {
+        if !self.rubs() {
+            return 0.0;
+        }
+        // From the state before on: the memory of that state is its own.
+        let held = self.held(before.condensed);
+        let each = held.slips.iter().enumerate().filter_map(|(trace, slip)| {
+            let slip = slip.as_ref()?;
+            let [now, was] = [after, before].map(|view| self.pressure(trace, view.condensed).1);
+            Some(-0.5 * slip.area * (now + was).dot(&self.slipped(slip, after.displacement, before.condensed)))
+        });
+        each.sum()
+    }
+
     /// How deep the faces are in each other at rest, and where.
     pub fn deepest_at_rest(&self, unknowns: usize) -> Option<(f64, Point<D>)> {
         let state = self.now(&vec![0.0; unknowns]);
-        let deep = |trace: usize| (-self.overlap(trace, &state, |_| {}).gap, self.movers.rest[trace]);
+        let deep = |trace: usize| (-self.overlap(trace, &state, 0.0, |_| {}).gap, self.movers.rest[trace]);
         (0..self.carrying).map(deep).max_by(|a, b| a.0.total_cmp(&b.0))
     }
 }
@@ -317,6 +503,8 @@ pub(crate) struct Pressed<const D: usize> {
     pub gaps: Vec<f64>,
     /// Forces on all trace functions.
     pub forces: Vec<Point<D>>,
+    /// Whether a trace function that carries pressures slides.
+    pub slides: Vec<bool>,
     /// That on what carries pressures, which is the opposite of that on the others.
     pub total: Point<D>,
 }

@@ -1,9 +1,11 @@
 //! Contact of two parts as a term of the potential.
 
+use crate::geometry::Point;
 use crate::term::{Element, Term, View};
 
+use super::friction::{Friction, friction_step};
 use super::obstacle::TOO_FAR;
-use super::pair::{PairContact, Piece};
+use super::pair::{ContactPair, PairContact, Piece, Slip};
 
 impl<const D: usize> Term<D> for PairContact<D> {
     fn clusters(&self) -> usize {
@@ -18,36 +20,60 @@ impl<const D: usize> Term<D> for PairContact<D> {
         true
     }
 
+    fn break_points(&self) -> Vec<f64> {
+        self.law.interference.iter().map(|interference| interference.until).collect()
+    }
+
     fn fills_compact(&self) -> bool {
         true
     }
 
     fn rounding(&self) -> [f64; 2] {
         let extent = self.contact_surfaces.iter().map(|contact_surface| contact_surface.extent).fold(0.0, f64::max);
-        self.stiffness.rounding(self.contact_surfaces[0].traces.iter(), extent)
+        self.law.stiffness.rounding(self.contact_surfaces[0].traces.iter(), extent)
     }
 
     fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
-        cluster..cluster + 1
+        let stride = self.stride();
+        cluster * stride..(cluster + 1) * stride
+    }
+
+    fn internal_variables(&self) -> std::ops::Range<usize> {
+        let first = self.carrying * self.stride();
+        // Displacements of all nodes, from which slips are counted; without friction they do not matter.
+        first..first + if self.rubs() { self.nodes.len() * D } else { 0 }
+    }
+
+    fn update_history(&self, view: View<'_>, next: &mut [f64]) {
+        for (&node, now) in self.nodes.iter().zip(next.chunks_exact_mut(D)) {
+            now.copy_from_slice(&view.displacement[node as usize * D..][..D]);
+        }
+    }
+
+    fn farthest_load(&self, from: f64, to: f64) -> f64 {
+        if self.rubs() { friction_step(from, to) } else { to }
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
-        let pressure = view.condensed[cluster];
+        let (pressure, _) = self.pressure(cluster, view.condensed);
         let state = self.now(view.displacement);
-        let mut pieces: Vec<Piece> = Vec::new();
-        let overlap = self.overlap(cluster, &state, |piece| pieces.push(piece));
+        let mut pieces: Vec<Piece<D>> = Vec::new();
+        let overlap = self.overlap(cluster, &state, view.load, |piece| pieces.push(piece));
         if !self.is_active(cluster, pressure, overlap.gap) {
             return;
         }
         let of = |mover: u32| &self.movers.combinations[mover as usize];
         let all = pieces.iter().flat_map(|piece| &piece.movers);
         let mut used: Vec<u16> = all.flat_map(|&mover| of(mover)).map(|entry| entry.0).collect();
+        let held = self.rubs().then(|| self.held(view.condensed));
+        let slip = held.as_ref().and_then(|held| held.slips[cluster].as_ref());
+        used.extend(slip.iter().flat_map(|slip| &slip.weights).map(|entry| entry.0));
         used.sort_unstable();
         used.dedup();
         out.reset_compact::<D>(&used);
         let size = used.len() * D;
         let local = |place: u16| used.partition_point(|&u| u < place);
-        let mut slope = vec![0.0; size];
+        let (mut slope, mut by_area) = (vec![0.0; size], vec![0.0; size]);
         let mut half: Vec<f64> = Vec::new();
         for piece in &pieces {
             // (place in the element, factor) of each mover.
@@ -60,39 +86,23 @@ impl<const D: usize> Term<D> for PairContact<D> {
                 for &(place, value) in of {
                     for i in 0..D {
                         slope[place * D + i] += value * piece.slope[k * D + i];
+                        by_area[place * D + i] += value * piece.area_slope[k * D + i];
                     }
                 }
             }
-            if !(out.with_matrix && pressure > 0.0) {
-                continue;
-            }
-            // −π Tᵀ (∂²G) T, one side after the other.
-            let rows = piece.curve.nrows();
-            half.clear();
-            half.resize(rows * size, 0.0);
-            for (k, of) in points.iter().enumerate() {
-                for i in 0..D {
-                    let column = piece.curve.column(k * D + i);
-                    for &(place, value) in of {
-                        let target = &mut half[(place * D + i) * rows..][..rows];
-                        target.iter_mut().zip(column.iter()).for_each(|(t, c)| *t -= pressure * value * c);
-                    }
-                }
-            }
-            for (column, from) in out.matrix.chunks_exact_mut(size).zip(half.chunks_exact(rows)) {
-                for (k, of) in points.iter().enumerate() {
-                    for &(place, value) in of {
-                        for i in 0..D {
-                            column[place * D + i] += value * from[k * D + i];
-                        }
-                    }
-                }
+            if out.with_matrix && pressure > 0.0 {
+                add_curvature::<D>(piece, &points, pressure, &mut half, out);
             }
         }
+        // The force of the pressure is that of a potential; what pulls a gap back is no change of the overlap.
         let proximal = self.proximal(cluster);
-        let force = pressure - proximal * overlap.gap;
+        out.residual.iter_mut().zip(&slope).for_each(|(r, s)| *r -= pressure * s);
+        slope.iter_mut().zip(&by_area).for_each(|(s, a)| *s -= overlap.gap * a);
         for (r, s) in out.residual.iter_mut().zip(&slope) {
-            *r -= force * s;
+            *r += proximal * overlap.gap * s;
+        }
+        for (l, s) in out.load_slope.iter_mut().zip(&slope) {
+            *l += proximal * overlap.by_load * s;
         }
         if out.with_matrix {
             for (column, b) in out.matrix.chunks_exact_mut(size).zip(&slope) {
@@ -102,26 +112,122 @@ impl<const D: usize> Term<D> for PairContact<D> {
                 }
             }
         }
+        if let Some(slip) = slip {
+            let mut moves: Vec<(usize, Point<D>)> = Vec::with_capacity(size);
+            for &(place, value) in &slip.weights {
+                let along = |i: usize| Point::<D>::from_fn(|j, _| if i == j { value } else { 0.0 });
+                moves.extend((0..D).map(|i| (local(place) * D + i, along(i))));
+            }
+            self.friction(cluster, &view, &overlap, slip).add(&moves, &slope, out);
+        }
     }
 
     fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
-        let pressure = view.condensed[cluster];
+        let (pressure, traction) = self.pressure(cluster, view.condensed);
         let state = self.now(view.displacement);
-        let mut change = 0.0;
-        let overlap = self.overlap(cluster, &state, |piece| change += self.change(&piece, step));
-        let (gap, change) = (overlap.gap, change / overlap.area);
+        let (mut change, mut opening) = ([0.0; 2], 0.0);
+        let overlap = self.overlap(cluster, &state, view.load, |piece| {
+            let [gap, area] = self.change(&piece, step);
+            change = [change[0] + gap, change[1] + area];
+            opening += self.opening(&piece, step);
+        });
+        let (gap, opening) = (overlap.gap, opening / overlap.area);
+        let change = (change[0] - gap * change[1]) / overlap.area;
+        let set = |traction_step: Point<D>, condensed_step: &mut [f64]| {
+            condensed_step[1..].iter_mut().zip(&traction_step).for_each(|(s, t)| *s = *t);
+        };
         if self.is_active(cluster, pressure, gap) {
             condensed_step[0] = -self.proximal(cluster) * (gap + change);
+            if self.rubs() {
+                let held = self.held(view.condensed);
+                let next = held.slips[cluster].as_ref().map_or_else(Point::zeros, |slip| {
+                    let moved = self.moved(&slip.weights, step) / slip.area;
+                    self.friction(cluster, &view, &overlap, slip).next(change, &moved)
+                });
+                set(next - traction, condensed_step);
+            }
             return 1.0;
         }
         condensed_step[0] = -pressure;
+        set(-traction, condensed_step);
         let width = self.width(cluster);
         if gap.is_finite() {
             let most = TOO_FAR * width;
-            return if gap + change < -most && change < 0.0 { ((gap + most) / -change).min(1.0) } else { 1.0 };
+            // An overlap that grows changes the mean gap, but takes nothing further in.
+            return if gap + opening < -most && opening < 0.0 { ((gap + most) / -opening).min(1.0) } else { 1.0 };
         }
         // What has nothing opposite goes no further than the search saw.
         let direction = self.moved(&self.movers.combinations[cluster], step).norm();
         if direction > state.reach { state.reach / direction } else { 1.0 }
+    }
+
+    fn advance_load(&self, cluster: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {
+        if self.law.interference.is_none() || load_step == 0.0 {
+            return;
+        }
+        let (pressure, _) = self.pressure(cluster, view.condensed);
+        let overlap = self.overlap(cluster, &self.now(view.displacement), view.load, |_| {});
+        if !self.is_active(cluster, pressure, overlap.gap) {
+            return;
+        }
+        condensed_step[0] -= self.proximal(cluster) * overlap.by_load * load_step;
+        let held = self.rubs().then(|| self.held(view.condensed));
+        if let Some(slip) = held.as_ref().and_then(|held| held.slips[cluster].as_ref()) {
+            let more = self.friction(cluster, &view, &overlap, slip).next_by_load(load_step);
+            condensed_step[1..].iter_mut().zip(&more).for_each(|(s, t)| *s += *t);
+        }
+    }
+}
+
+/// Adds $-\pi\,T^{\mathsf T}(\partial^2 G)\,T$ of a piece, one side after the other; `points` has for each mover places in the element and
+/// factors.
+fn add_curvature<const D: usize>(
+    piece: &Piece<D>,
+    points: &[Vec<(usize, f64)>],
+    pressure: f64,
+    half: &mut Vec<f64>,
+    out: &mut Element,
+) {
+    let (size, rows) = (out.residual.len(), piece.curve.nrows());
+    half.clear();
+    half.resize(rows * size, 0.0);
+    for (k, of) in points.iter().enumerate() {
+        for i in 0..D {
+            let column = piece.curve.column(k * D + i);
+            for &(place, value) in of {
+                let target = &mut half[(place * D + i) * rows..][..rows];
+                target.iter_mut().zip(column.iter()).for_each(|(t, c)| *t -= pressure * value * c);
+            }
+        }
+    }
+    for (column, from) in out.matrix.chunks_exact_mut(size).zip(half.chunks_exact(rows)) {
+        for (k, of) in points.iter().enumerate() {
+            for &(place, value) in of {
+                for i in 0..D {
+                    column[place * D + i] += value * from[k * D + i];
+                }
+            }
+        }
+    }
+}
+
+impl<const D: usize> PairContact<D> {
+    /// What friction asks of a trace function that touches.
+    fn friction(&self, trace: usize, view: &View<'_>, overlap: &ContactPair, slip: &Slip<D>) -> Friction<D> {
+        let (pressure, traction) = self.pressure(trace, view.condensed);
+        Friction {
+            coefficient: self.law.friction,
+            proximal: self.proximal(trace),
+            decisive: self.decisive(trace),
+            normal: slip.normal,
+            pressure,
+            traction,
+            gap: overlap.gap,
+            gap_by_load: overlap.by_load,
+            gap_area: overlap.area,
+            slip: self.slipped(slip, view.displacement, view.condensed),
+            slip_by_load: Point::zeros(),
+            area: slip.area,
+        }
     }
 }

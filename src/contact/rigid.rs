@@ -7,6 +7,7 @@ use crate::geometry::Point;
 use crate::mesh::Mesh;
 use crate::term::Amplitude;
 
+use super::interference::Interference;
 use super::{Ball, Cone, ContactError, Cylinder, Nearest, Plane, Profile, Surface, Triangulated};
 
 /// How a rigid surface moves.
@@ -38,6 +39,7 @@ pub struct RigidSurface<const D: usize> {
     /// Where it has gone before the run \[length\].
     pub(crate) start: Point<D>,
     pub(crate) friction: f64,
+    pub(crate) interference: Option<Interference>,
 }
 
 /// A rigid surface at one load factor, as a point sees it.
@@ -62,6 +64,7 @@ impl<const D: usize> RigidSurface<D> {
             drive: Drive::Fixed,
             start: Point::zeros(),
             friction: 0.0,
+            interference: None,
         }
     }
 
@@ -107,6 +110,20 @@ impl<const D: usize> RigidSurface<D> {
         self
     }
 
+    /// Lets the body begin inside the surface: the overlap is resolved while the load factor goes from 0 to `until`.
+    ///
+    pub fn interference(mut self, until: f64) -> Self {
+        self.interference = Some(Interference::new(None, until));
+        self
+    }
+
+    /// Presses the body, which is drawn to the size of the surface, away from it by a distance \[length\] while the load factor goes
+    /// from 0 to `until`: a bush on a shaft that is thicker by so much.
+    pub fn shrink_fit(mut self, by: f64, until: f64) -> Self {
+        self.interference = Some(Interference::new(Some(by), until));
+        self
+    }
+
     /// Whether it stays where it is.
     pub fn is_fixed(&self) -> bool {
         self.drive == Drive::Fixed
@@ -123,6 +140,9 @@ impl<const D: usize> RigidSurface<D> {
                 "give a finite number from 0 on",
             )
             .into());
+        }
+        if let Some(interference) = &self.interference {
+            interference.validate(&contact)?;
         }
         let bad = |v: f64| !v.is_finite();
         let unfit = |what: &str, value| {

@@ -101,7 +101,7 @@ impl<const D: usize> Means<D> {
 }
 
 /// A combination with each node once.
-fn merged(mut combination: Combination) -> Combination {
+pub(super) fn merged(mut combination: Combination) -> Combination {
     combination.sort_by_key(|entry| entry.0);
     combination.dedup_by(|second, first| {
         let same = second.0 == first.0;

@@ -21,6 +21,7 @@ mod results;
 mod stages;
 
 pub use definition::condition::{Condition, Direction};
+pub use definition::contact_definition::ContactPair;
 pub use definition::geometry::Geometry;
 pub use definition::load::Load;
 pub use definition::place::Place;
@@ -37,6 +38,7 @@ pub use discretisation::discrete_body::DiscreteBody;
 pub use discretisation::ownership::{LocalOwnership, TermOwnership};
 pub use discretisation::problem::Problem;
 pub use results::contact_state::{ContactPoint, ContactState};
+pub use results::neutral_motion::NeutralMotion;
 pub use results::picture::Field;
 pub use results::recovery::StressField;
 pub use results::rigid_motion::RigidMotion;

@@ -1,9 +1,11 @@
 //! Contact: laws of the surfaces, of the pressures, and scenes with known answers.
 
-mod drawn;
 mod errors;
 mod friction;
+mod friction_between;
+mod interference;
 mod meshes;
 mod pairs;
 mod rigid;
+mod rolling;
 mod surfaces;

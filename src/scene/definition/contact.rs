@@ -37,14 +37,40 @@ impl<const D: usize> Scene<D> {
 
     /// Lets two boundary parts touch each other, of one body or of two, without friction; results are found by the name. A mortar method
     /// that passes the patch test whether particles match or not; the part that has more facets carries the pressures.
-    pub fn contact_between(mut self, first: impl Into<Place<D>>, second: impl Into<Place<D>>, name: &str) -> Self {
-        self.contact_pairs.push(ContactPair { first: first.into(), second: Some(second.into()), name: name.into() });
-        self
+    pub fn contact_between(self, first: impl Into<Place<D>>, second: impl Into<Place<D>>, name: &str) -> Self {
+        self.contact_pair(ContactPair::between(first, second, name))
     }
 
     /// Lets a boundary part touch itself where it folds, without friction; results are found by the name.
-    pub fn contact_itself(mut self, place: impl Into<Place<D>>, name: &str) -> Self {
-        self.contact_pairs.push(ContactPair { first: place.into(), second: None, name: name.into() });
+    pub fn contact_itself(self, place: impl Into<Place<D>>, name: &str) -> Self {
+        self.contact_pair(ContactPair::itself(place, name))
+    }
+
+    /// Lets two boundary parts that are drawn into each other touch without friction: the overlap is resolved along the load.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// let rubber = Rubber::neo_hookean(0.5, 500.0)?;
+    /// // Blocks of a height of 1 that overlap by 0.1 between fixed ends: each gives by the half of it.
+    /// let (top, bottom) = ((1, Side::Max), (1, Side::Min));
+    /// let scene = Scene::assembly(PlaneStrain)
+    ///     .body("lower", Block::new([0.0, 0.0], [1.0, 1.0]), rubber.clone())
+    ///     .body("upper", Block::new([0.0, 0.9], [1.0, 1.9]), rubber)
+    ///     .prescribe(Place::on(bottom).of("lower"), 1, 0.0)
+    ///     .prescribe(Place::on(top).of("upper"), 1, 0.0)
+    ///     .press_fit(Place::on(top).of("lower"), Place::on(bottom).of("upper"), "fit");
+    /// let problem = scene.discretize(&Scheme::default().particles([4, 4]))?;
+    /// let path = problem.run()?.completed()?;
+    /// assert!(problem.contact(path.last(), "fit")?.force[1] < -0.05);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn press_fit(self, first: impl Into<Place<D>>, second: impl Into<Place<D>>, name: &str) -> Self {
+        self.contact_pair(ContactPair::between(first, second, name).interference(1.0))
+    }
+
+    /// Lets boundary parts touch each other as a [`ContactPair`] says.
+    pub fn contact_pair(mut self, pair: ContactPair<D>) -> Self {
+        self.contact_pairs.push(pair);
         self
     }
 }

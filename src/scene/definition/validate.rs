@@ -142,6 +142,7 @@ fn contacts<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
     for contact in &scene.contacts {
         contact.surface.validate(&contact.label())?;
     }
+    scene.contact_pairs.iter().try_for_each(|pair| pair.validate())?;
     let rigid = scene.contacts.iter().map(|contact| &contact.surface.name);
     let names: Vec<&String> = rigid.chain(scene.contact_pairs.iter().map(|contact_pair| &contact_pair.name)).collect();
     match names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)) {

@@ -6,7 +6,7 @@ use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::BoundaryCells;
 use crate::contact::{
-    ArtificialSpring, ContactError, ContactSurface, Drive, PairContact, RigidBodyDof, RigidContact, Stiffness,
+    ArtificialSpring, ContactError, ContactSurface, Drive, PairContact, PairLaw, RigidBodyDof, RigidContact, Stiffness,
 };
 use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
@@ -67,13 +67,8 @@ pub(crate) fn add<const D: usize>(
             next as u32 - 1
         });
         let contact_surface = ContactSurface::new(&cells, table, rigid_dof)?;
-        let law = RigidContact {
-            contact_surface,
-            surface: contact.surface.clone(),
-            rigid_dof,
-            stiffness: Stiffness::of(shear, bulk),
-        };
-        if scene.started.is_none() {
+        let law = RigidContact::new(contact_surface, contact.surface.clone(), rigid_dof, Stiffness::of(shear, bulk));
+        if scene.started.is_none() && law.surface.interference.is_none() {
             looks_at(&law, model.unknowns(), contact)?;
             starts_outside(&law, model.unknowns(), contact)?;
         }
@@ -98,8 +93,12 @@ pub(crate) fn add<const D: usize>(
         let faces: Vec<&BoundaryCells<D>> = found.iter().map(|face| &face.0).collect();
         let contact_surface = |face: &Face<D>| ContactSurface::new(&face.0, face.1.clone(), None);
         let bodies = found.iter().map(contact_surface).collect::<Result<_, _>>()?;
-        let law = PairContact::new(bodies, &faces, positions, Stiffness::of(shear, bulk));
-        separate_at_rest(&law, model.unknowns(), contact_pair)?;
+        let (friction, interference) = (contact_pair.friction, contact_pair.interference);
+        let law = PairLaw { stiffness: Stiffness::of(shear, bulk), friction, interference };
+        let law = PairContact::new(bodies, &faces, positions, law);
+        if interference.is_none() {
+            separate_at_rest(&law, model.unknowns(), contact_pair)?;
+        }
         let law = Arc::new(law);
         let name = contact_pair.name.clone();
         contacts.push(Contact { name, term: model.terms().len(), law: Law::Pair(law.clone(), swapped) });

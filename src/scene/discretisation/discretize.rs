@@ -21,6 +21,7 @@ use super::conditions::{Placed, Refused, particle_at};
 use super::contact::{contact_definition, rigid_dof_count, rigid_dofs};
 use super::discrete_body::DiscreteBody;
 use super::elements::elements;
+use super::neutral::hold_rolling;
 use super::one_body::{BodyInput, BuiltBody};
 use super::particles::particles;
 use super::problem::Problem;
@@ -208,11 +209,22 @@ fn finish<const D: usize>(
     }
     let contacts =
         contact_definition(scene, all, (&discrete_bodies, &rules), &equations, &particle_positions, &mut model)?;
+    let rolling = hold_rolling(scene, &discrete_bodies, &equations, &contacts, &mut model);
     rigid::held(scene, &frames, &equations, model.positions())?;
     let elements = discrete_bodies.len() == 1 && scheme.approximation == ApproximationChoice::Elements;
     let few = equations.len() <= TRANSFORMATION_ROWS || elements;
     let analysis = analysis_of(scheme, !bonded && frames.is_empty() && few, krylov)?;
-    Ok(Problem { model, equations, analysis, discrete_bodies, contacts, frames, placed, names: scene.names.clone() })
+    Ok(Problem {
+        model,
+        equations,
+        analysis,
+        discrete_bodies,
+        contacts,
+        rolling,
+        frames,
+        placed,
+        names: scene.names.clone(),
+    })
 }
 
 /// The analysis of a scheme, by transformation where that is chosen, or left to choose and `transformable`.

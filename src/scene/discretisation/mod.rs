@@ -15,6 +15,7 @@ pub(super) mod frame_terms;
 pub(super) mod interface;
 pub(super) mod interface_moments;
 pub(super) mod memory;
+pub(super) mod neutral;
 pub(super) mod one_body;
 pub(super) mod overlap;
 pub(super) mod ownership;

@@ -16,6 +16,7 @@ use crate::term::{Body, Term};
 use super::conditions::Placed;
 use super::discrete_body::DiscreteBody;
 use super::frame::Frame;
+use super::neutral::Rolling;
 use crate::scene::Place;
 use crate::scene::definition::contact_definition::Contact;
 
@@ -30,6 +31,8 @@ pub struct Problem<const D: usize> {
     pub(crate) discrete_bodies: Vec<DiscreteBody<D>>,
     /// What touches what.
     pub(crate) contacts: Vec<Contact<D>>,
+    /// Bodies that are free to roll.
+    pub(crate) rolling: Vec<Rolling<D>>,
     /// The frames of the rigid bodies.
     pub(crate) frames: Vec<Frame<D>>,
     /// The conditions and their rows.

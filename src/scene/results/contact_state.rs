@@ -157,7 +157,10 @@ impl<const D: usize> Problem<D> {
     /// As [`contact`](Problem::contact).
     pub fn friction_work(&self, path: &EquilibriumPath, name: &str) -> Result<f64, Error> {
         let contact = self.contact_named(name)?;
-        let Law::Rigid(law) = &contact.law else { return Ok(0.0) };
+        let law = match &contact.law {
+            Law::Rigid(law) => law,
+            Law::Pair(law, _) => return self.pair_friction_work(law, contact.term, path),
+        };
         let mut work = 0.0;
         let mut before: Option<Vec<(Point<D>, Point<D>)>> = None;
         for state in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)) {
@@ -179,6 +182,14 @@ impl<const D: usize> Problem<D> {
         Ok(work)
     }
 
+    /// The same between two parts.
+    fn pair_friction_work(&self, law: &PairContact<D>, term: usize, path: &EquilibriumPath) -> Result<f64, Error> {
+        let states: Vec<&State> =
+            std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).collect();
+        states.iter().try_for_each(|state| state.check_lengths(&self.model, &self.equations))?;
+        Ok(states.windows(2).map(|pair| law.friction_work(&seen(pair[0], term), &seen(pair[1], term))).sum())
+    }
+
     /// The same of two parts of the boundary: the force is that on the part named first; boundary particles of the part that carries the
     /// pressures, then those of the other.
     fn pair_contact(
@@ -195,7 +206,7 @@ impl<const D: usize> Problem<D> {
             travel: Point::zeros(),
             points: Vec::with_capacity(law.traces),
         };
-        let pressed = law.pressed(&state.displacement, condensed);
+        let pressed = law.pressed(&View { displacement: &state.displacement, condensed, load: state.load });
         let mut sizes = Vec::new();
         for (all, &force) in pressed.forces.iter().enumerate() {
             let (side, trace) = law.trace(all);
@@ -228,7 +239,7 @@ impl<const D: usize> Problem<D> {
                 traction,
                 force,
                 is_active,
-                slips: is_active,
+                slips: is_active && (law.law.friction == 0.0 || pressed.slides[all]),
             });
         }
         found.force = match law.contact_surfaces.len() {
@@ -267,6 +278,11 @@ fn along<const D: usize>(points: &mut Vec<ContactPoint<D>>, traces: &[Trace], si
         width(&points[first - chain.len()..first])
     });
     widths.sum()
+}
+
+/// What a term sees of a state.
+fn seen(state: &State, term: usize) -> View<'_> {
+    View { displacement: &state.displacement, condensed: &state.condensed[term], load: state.load }
 }
 
 /// The sum of what touches.

@@ -20,6 +20,9 @@ pub(super) fn held<const D: usize>(mut scene: Scene<D>, time: f64) -> Scene<D> {
         }
     }
     scene.contacts.iter_mut().for_each(|contact| contact.surface.stay());
+    let surfaces = scene.contacts.iter_mut().filter_map(|contact| contact.surface.interference.as_mut());
+    let pairs = scene.contact_pairs.iter_mut().filter_map(|pair| pair.interference.as_mut());
+    surfaces.chain(pairs).for_each(|interference| interference.resolved = true);
     scene.started = Some(time);
     scene.clock = scene.clock.map(|_| Amplitude::Table(vec![(0.0, time), (1.0, time)]));
     scene

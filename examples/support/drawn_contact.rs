@@ -1,11 +1,10 @@
-//! Scenes drawn at random: bodies, gaps, corners, ways and surfaces as they come.
+//! Scenes of contact drawn at random: bodies, gaps, corners, paths, friction and surfaces as they come.
 
 use rkpm::contact::Profile;
 use rkpm::prelude::*;
-use rkpm::solve::Ending;
 
-/// Draws of numbers in [0, 1).
-struct Draw(u64);
+/// Draws of numbers in [0, 1); and whether surfaces that are drawn into the body resolve the overlap first.
+struct Draw(u64, bool);
 
 impl Draw {
     fn next(&mut self) -> f64 {
@@ -20,8 +19,8 @@ impl Draw {
     }
 }
 
-fn draws(seed: u64) -> Draw {
-    let mut draw = Draw(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
+fn draws(seed: u64, fit: bool) -> Draw {
+    let mut draw = Draw(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1, fit);
     for _ in 0..10 {
         draw.next();
     }
@@ -78,8 +77,8 @@ fn driven(draw: &mut Draw, tool: RigidSurface<2>, way: f64, wide: f64) -> RigidS
 
 /// A block, a half disc, or a block with rounded shoulders, held at its base or free to slide there between two walls, and one to four
 /// surfaces that come at it from above and from the sides. Rigid bodies do not overlap each other, and rubber has somewhere to go.
-pub fn in_the_plane(seed: u64) -> Scene<2> {
-    let mut draw = draws(seed);
+pub fn in_the_plane(seed: u64, fit: bool) -> Scene<2> {
+    let mut draw = draws(seed, fit);
     let rubber = rubber(&mut draw);
     let (wide, high) = (draw.between(0.6, 2.0), draw.between(0.6, 1.4));
     let (outline, half) = match (3.0 * draw.next()) as usize {
@@ -116,6 +115,7 @@ pub fn in_the_plane(seed: u64) -> Scene<2> {
         let at = (at + draw.between(-0.1, 0.1)) * half;
         let tool = tool(&mut draw, high + gap, at, size * half, surfaces < 3);
         let tool = driven(&mut draw, tool, way, half);
+        let tool = rough(&mut draw, tool);
         scene = scene.contact("rim", tool.named(&format!("top {k}")));
     }
     // From the sides.
@@ -131,8 +131,8 @@ pub fn in_the_plane(seed: u64) -> Scene<2> {
 }
 
 /// A disc, a ring with a rectangular section or an O-ring, between a floor and one or two surfaces of revolution.
-pub fn of_revolution(seed: u64) -> Scene<2> {
-    let mut draw = draws(seed);
+pub fn of_revolution(seed: u64, fit: bool) -> Scene<2> {
+    let mut draw = draws(seed, fit);
     let rubber = rubber(&mut draw);
     let bore = if draw.next() < 0.5 { 0.0 } else { draw.between(0.3, 1.0) };
     let (wide, high) = (draw.between(0.6, 1.4), draw.between(0.5, 1.2));
@@ -177,6 +177,7 @@ pub fn of_revolution(seed: u64) -> Scene<2> {
     } else {
         lid.moving([0.0, -way])
     };
+    let lid = rough(&mut draw, lid);
     scene = scene.contact("rim", lid.named("lid"));
     if sleeve {
         let gap = if draw.next() < 0.5 { 0.0 } else { draw.between(0.0, 0.3) };
@@ -187,8 +188,8 @@ pub fn of_revolution(seed: u64) -> Scene<2> {
 }
 
 /// A block on a held base under a plane, a sphere, a cylinder or a cone.
-fn in_space(seed: u64) -> Scene<3> {
-    let mut draw = draws(seed);
+pub fn in_space(seed: u64, fit: bool) -> Scene<3> {
+    let mut draw = draws(seed, fit);
     let rubber = rubber(&mut draw);
     let size = [draw.between(0.8, 1.6), draw.between(0.8, 1.6), draw.between(0.5, 1.0)];
     let high = size[2];
@@ -210,46 +211,87 @@ fn in_space(seed: u64) -> Scene<3> {
         } else {
             tool.moving([tilt[0] * way, tilt[1] * way, -0.7 * way])
         };
+        let tool = rough(&mut draw, tool);
         scene = scene.contact((2, Side::Max), tool.named(&format!("surface {k}")));
     }
     scene
 }
 
-/// Runs a kind of scenes, and says how many of them complete.
-fn complete<const D: usize>(kind: &str, count: usize, particles: [usize; D], scene: fn(u64) -> Scene<D>) -> usize {
-    let (mut complete, mut all, mut refused, mut seed) = (0, 0, 0, 0);
-    let mut iterations = 0;
-    while all < count {
-        seed += 1;
-        let scheme = Scheme::default().particles(particles).seed(seed);
-        let problem = match scene(seed).discretize(&scheme) {
-            Ok(problem) => problem,
-            // A surface that is drawn into the body is no scene.
-            Err(rkpm::Error::Contact(_)) => {
-                refused += 1;
-                continue;
-            }
-            Err(error) => panic!("{kind} {seed}: {error}"),
-        };
-        all += 1;
-        let path = problem.run().unwrap();
-        iterations += path.iterations;
-        match &path.ending {
-            Ending::Completed => complete += 1,
-            other => println!("{kind} {seed}: load {:.3}, {} steps: {other:?}", path.last().load, path.steps.len()),
-        }
-    }
-    println!("{kind}: {complete} of {all} complete in {iterations} factorisations, {refused} drawn into the body");
-    complete
+/// Friction from 0 to 1 on every other surface.
+fn coefficient(draw: &mut Draw) -> f64 {
+    if draw.next() < 0.5 { 0.0 } else { draw.next() }
 }
 
-/// `cargo test --release --all-features --test contact drawn -- --ignored --nocapture`
-#[test]
-#[ignore = "200 scenes take minutes"]
-fn drawn_scenes_complete() {
-    let found = complete("plane", 120, [11, 11], in_the_plane)
-        + complete("revolution", 50, [9, 9], of_revolution)
-        + complete("space", 30, [6, 6, 4], in_space);
-    // What docs/measurements/contact.md measured; 196 were wanted.
-    assert!(found >= 195, "{found} of 200");
+fn rough<const D: usize>(draw: &mut Draw, tool: RigidSurface<D>) -> RigidSurface<D> {
+    let coefficient = coefficient(draw);
+    let tool = tool.friction(coefficient);
+    if draw.1 { tool.interference(0.2) } else { tool }
+}
+
+/// Two bodies of a plane: a block, and another one or a disc above, beside its middle, that comes down and aside.
+pub fn pair_in_the_plane(seed: u64) -> Scene<2> {
+    let mut draw = draws(seed, false);
+    let (lower, upper) = (rubber(&mut draw), rubber(&mut draw));
+    let (wide, high) = (draw.between(0.8, 1.5), draw.between(0.6, 1.2));
+    let (gap, path) = approach(&mut draw, 0.6 * high);
+    let (at, half) = (draw.between(-0.3, 0.3) * wide, draw.between(0.3, 0.7) * wide);
+    let y = high + gap;
+    let floor = Outline::at([-wide, 0.0]).line("base", [wide, 0.0]).line("flank", [wide, high]);
+    let floor = floor.line("face", [-wide, high]).close("flank");
+    let above = if draw.next() < 0.5 {
+        let block = Outline::at([at - half, y]).line("other", [at + half, y]).line("side", [at + half, y + half]);
+        block.line("roof", [at - half, y + half]).close("side")
+    } else {
+        let disc = Outline::at([at - half, y + half]);
+        disc.arc("other", [at + half, y + half], [at, y + half], Turn::Left).close("roof")
+    };
+    let aside = draw.between(-0.3, 0.3) * path;
+    let pair = ContactPair::between("face", "other", "joint").friction(coefficient(&mut draw));
+    Scene::assembly(PlaneStrain)
+        .body("lower", Region::new(floor).unwrap(), lower)
+        .body("upper", Region::new(above).unwrap(), upper)
+        .hold("base")
+        .with(Condition::on("roof").displacement([aside, -path]))
+        .contact_pair(pair)
+}
+
+/// A block with a round groove in one flank, pressed until the groove may close on itself.
+pub fn itself_in_the_plane(seed: u64) -> Scene<2> {
+    let mut draw = draws(seed, false);
+    let rubber = rubber(&mut draw);
+    let (wide, high) = (draw.between(0.5, 1.0), draw.between(1.0, 2.0));
+    let (radius, middle) = (draw.between(0.1, 0.2) * high, 0.5 * high);
+    let outline = Outline::at([0.0, 0.0])
+        .line("base", [wide, 0.0])
+        .line("flank", [wide, middle - radius])
+        .arc("flank", [wide, middle + radius], [wide, middle], Turn::Right)
+        .line("flank", [wide, high])
+        .line("roof", [0.0, high])
+        .close("back");
+    let pair = ContactPair::itself("flank", "groove").friction(coefficient(&mut draw));
+    Scene::new(Region::new(outline).unwrap(), PlaneStrain, rubber)
+        .hold("base")
+        .prescribe("roof", 1, -draw.between(0.15, 0.35) * high)
+        .prescribe("roof", 0, 0.0)
+        .contact_pair(pair)
+}
+
+/// Two blocks in space, the upper one beside the middle of the lower one, turned by nothing, moved down and aside.
+pub fn pair_in_space(seed: u64) -> Scene<3> {
+    let mut draw = draws(seed, false);
+    let (lower, upper) = (rubber(&mut draw), rubber(&mut draw));
+    let size = [draw.between(0.8, 1.4), draw.between(0.8, 1.4), draw.between(0.4, 0.8)];
+    let from = [draw.between(0.0, 0.4) * size[0], draw.between(0.0, 0.4) * size[1]];
+    let to = [from[0] + draw.between(0.4, 0.6) * size[0], from[1] + draw.between(0.4, 0.6) * size[1]];
+    let (gap, path) = approach(&mut draw, 0.5 * size[2]);
+    let z = size[2] + gap;
+    let aside = [draw.between(-0.3, 0.3) * path, draw.between(-0.3, 0.3) * path];
+    let face = |side: Side, body: &str| -> Place<3> { Place::on((2, side)).of(body) };
+    let pair = ContactPair::between(face(Side::Max, "lower"), face(Side::Min, "upper"), "joint");
+    Scene::assembly(Solid)
+        .body("lower", Block::new([0.0; 3], size), lower)
+        .body("upper", Block::new([from[0], from[1], z], [to[0], to[1], z + 0.5]), upper)
+        .hold(face(Side::Min, "lower"))
+        .with(Condition::on(face(Side::Max, "upper")).displacement([aside[0], aside[1], -path]))
+        .contact_pair(pair.friction(coefficient(&mut draw)))
 }

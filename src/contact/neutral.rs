@@ -1,0 +1,54 @@
+//! What holds a round body that is free to roll.
+
+use crate::geometry::Point;
+use crate::term::{Element, Term, View};
+
+/// A spring between two opposite places of a round body, along its circumference: the mean displacements of two trace functions,
+/// $e = t_A\cdot\bar u_A + t_B\cdot\bar u_B$ with the tangents $t_A = -t_B$, so that it takes no part in translations.
+pub(crate) struct RollingSpring<const D: usize> {
+    pub nodes: Vec<u32>,
+    /// What each node moves the ends by.
+    pub weights: Vec<Point<D>>,
+    /// Force per elongation.
+    pub stiffness: f64,
+}
+
+impl<const D: usize> RollingSpring<D> {
+    /// The force that it takes \[force\]: none where the motion that it holds is neutral.
+    pub fn force(&self, displacement: &[f64]) -> f64 {
+        let each = self.nodes.iter().zip(&self.weights);
+        let moved = |(&node, weight): (&u32, &Point<D>)| {
+            (0..D).map(|i| weight[i] * displacement[node as usize * D + i]).sum::<f64>()
+        };
+        self.stiffness * each.map(moved).sum::<f64>()
+    }
+}
+
+impl<const D: usize> Term<D> for RollingSpring<D> {
+    fn clusters(&self) -> usize {
+        1
+    }
+
+    fn nodes(&self, _: usize) -> &[u32] {
+        &self.nodes
+    }
+
+    fn matrix_follows_load(&self) -> bool {
+        false
+    }
+
+    fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
+        let force = self.force(view.displacement);
+        let weights: Vec<f64> = self.weights.iter().flat_map(|weight| weight.iter().copied()).collect();
+        out.residual.iter_mut().zip(&weights).for_each(|(r, w)| *r += force * w);
+        if out.with_matrix {
+            for (column, b) in out.matrix.chunks_exact_mut(weights.len()).zip(&weights) {
+                column.iter_mut().zip(&weights).for_each(|(entry, a)| *entry += self.stiffness * a * b);
+            }
+        }
+    }
+
+    fn energy(&self, _: usize, view: View<'_>) -> f64 {
+        0.5 * self.force(view.displacement).powi(2) / self.stiffness
+    }
+}

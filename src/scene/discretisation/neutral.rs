@@ -1,0 +1,150 @@
+//! Round bodies that are free to roll between surfaces without friction.
+//!
+//! The shape of such a body between its surfaces stays as it is while the material runs round: a neutral motion, which the particles
+//! turn into one that is next to neutral, and which Newton's method follows for hundreds of iterations to a place that means nothing.
+
+use std::sync::Arc;
+
+use crate::assembly::Model;
+use crate::boundary::Constraints;
+use crate::contact::{ContactSurface, RollingSpring};
+use crate::geometry::Point;
+use crate::material::initial_shear_modulus;
+
+use super::discrete_body::DiscreteBody;
+use crate::scene::definition::contact_definition::{Contact, Law};
+use crate::scene::definition::scene::Scene;
+
+/// Difference of radii, as a part of them, up to which particles lie on one circle.
+const ROUND: f64 = 1e-6;
+/// Moments of the shape beside those of a round one: of the order of the square of the spacing.
+const EVEN: f64 = 1e-2;
+
+/// A body that is free to roll, and what holds it.
+pub(crate) struct Rolling<const D: usize> {
+    pub body: String,
+    pub radius: f64,
+    pub spring: Arc<RollingSpring<D>>,
+}
+
+/// Adds what holds the rolling of round bodies that touch surfaces without friction alone, in the plane.
+pub(crate) fn hold_rolling<const D: usize>(
+    scene: &Scene<D>,
+    bodies: &[DiscreteBody<D>],
+    equations: &Constraints,
+    contacts: &[Contact<D>],
+    model: &mut Model<D>,
+) -> Vec<Rolling<D>> {
+    if D != 2 || contacts.is_empty() || !scene.kinematics.hoop_components().is_empty() || !scene.loads.is_empty() {
+        return Vec::new();
+    }
+    let held = |body: &DiscreteBody<D>| {
+        let all = equations.equations().iter().flat_map(|equation| &equation.entries);
+        all.into_iter().any(|&(unknown, _)| body.nodes.contains(&(unknown / D)))
+    };
+    let free = bodies.iter().filter(|body| !held(body));
+    let found: Vec<Rolling<D>> = free.filter_map(|body| rolling(body, contacts, model)).collect();
+    found.iter().for_each(|rolling| {
+        model.add(rolling.spring.clone());
+    });
+    found
+}
+
+/// The contact surfaces of a body, unless one of them has friction.
+fn smooth<'a, const D: usize>(
+    body: &DiscreteBody<D>,
+    contacts: &'a [Contact<D>],
+) -> Option<Vec<&'a ContactSurface<D>>> {
+    let mut found = Vec::new();
+    for contact in contacts {
+        let (surfaces, friction) = match &contact.law {
+            Law::Rigid(law) => (std::slice::from_ref(&law.contact_surface), law.surface.friction),
+            Law::Pair(law, _) => (&law.contact_surfaces[..], law.law.friction),
+        };
+        for surface in surfaces {
+            let own = surface.traces.first().is_some_and(|trace| body.nodes.contains(&(trace.particle as usize)));
+            match (own, friction > 0.0) {
+                (true, true) => return None,
+                (true, false) => found.push(surface),
+                _ => {}
+            }
+        }
+    }
+    Some(found)
+}
+
+/// What holds a body that is round and touched from outside by surfaces without friction.
+fn rolling<const D: usize>(body: &DiscreteBody<D>, contacts: &[Contact<D>], model: &Model<D>) -> Option<Rolling<D>> {
+    let surfaces = smooth(body, contacts)?;
+    let surface = *surfaces.first()?;
+    let at = |trace: usize| model.positions()[surface.traces[trace].particle as usize];
+    let count = surface.traces.len();
+    let centre = circumcentre(&at(0), &at(count / 3), &at(2 * count / 3))?;
+    let radius = (at(0) - centre).norm();
+    let on_circle = |surface: &&ContactSurface<D>| {
+        let off = |particle: u32| ((model.positions()[particle as usize] - centre).norm() / radius - 1.0).abs();
+        surface.traces.iter().all(|trace| off(trace.particle) < ROUND)
+    };
+    if count < 6 || !surfaces.iter().all(on_circle) || !is_even(body, &centre) {
+        return None;
+    }
+    // Where surfaces are farthest away, and opposite of it.
+    let distance = |x: &Point<D>| {
+        let rigid = contacts.iter().filter_map(|contact| match &contact.law {
+            Law::Rigid(law) => Some(law.surface.placed(0.0, 0.0).nearest(&*law.surface.shape, x).gap),
+            Law::Pair(..) => None,
+        });
+        rigid.fold(f64::INFINITY, f64::min)
+    };
+    let first = (0..count).max_by(|&a, &b| distance(&at(a)).total_cmp(&distance(&at(b))))?;
+    let opposite = centre * 2.0 - at(first);
+    let second = (0..count).min_by(|&a, &b| (at(a) - opposite).norm().total_cmp(&(at(b) - opposite).norm()))?;
+    if (at(second) - opposite).norm() > radius {
+        return None;
+    }
+    let across = at(first) - at(second);
+    let tangent = Point::<D>::from_fn(|i, _| if i == 0 { -across[1] } else { across[0] }) / across.norm();
+    let mut weights: Vec<(u32, f64)> = Vec::new();
+    for (trace, sign) in [(first, 1.0), (second, -1.0)] {
+        let trace = &surface.traces[trace];
+        for (k, &(point, weight)) in trace.points.iter().enumerate() {
+            let values = trace.local(k).iter().zip(surface.table.values(point as usize));
+            weights.extend(values.map(|(&l, value)| (trace.nodes[l as usize], sign * weight * value / trace.area)));
+        }
+    }
+    weights.sort_by_key(|entry| entry.0);
+    weights.dedup_by(|second, first| {
+        let same = second.0 == first.0;
+        first.1 += if same { second.1 } else { 0.0 };
+        same
+    });
+    let (nodes, weights) = weights.into_iter().map(|(node, value)| (node, tangent * value)).unzip();
+    let stiffness = initial_shear_modulus(&**body.body.material());
+    let spring = Arc::new(RollingSpring { nodes, weights, stiffness });
+    Some(Rolling { body: body.name.clone(), radius, spring })
+}
+
+/// The centre of the circle through three points of the plane.
+fn circumcentre<const D: usize>(a: &Point<D>, b: &Point<D>, c: &Point<D>) -> Option<Point<D>> {
+    let (p, q) = (b - a, c - a);
+    let twice = 2.0 * (p[0] * q[1] - p[1] * q[0]);
+    let (p2, q2) = (p.norm_squared(), q.norm_squared());
+    let away = [(q[1] * p2 - p[1] * q2) / twice, (p[0] * q2 - q[0] * p2) / twice];
+    away.iter().all(|x| x.is_finite()).then(|| a + Point::<D>::from_fn(|i, _| away[i]))
+}
+
+/// Whether the body is as heavy on all sides: its moments $\int r^m e^{im\varphi}\,\mathrm d\Omega$ vanish.
+fn is_even<const D: usize>(body: &DiscreteBody<D>, centre: &Point<D>) -> bool {
+    let table = body.body.table();
+    let (mut moments, mut sizes) = ([[0.0f64; 2]; 6], [0.0f64; 6]);
+    for (x, weight) in table.positions().iter().zip(table.weights()) {
+        let away = x - centre;
+        let (mut real, mut imaginary) = (1.0, 0.0);
+        for (moment, size) in moments.iter_mut().zip(&mut sizes) {
+            (real, imaginary) = (real * away[0] - imaginary * away[1], real * away[1] + imaginary * away[0]);
+            *moment = [moment[0] + weight * real, moment[1] + weight * imaginary];
+            *size += weight * f64::hypot(real, imaginary);
+        }
+    }
+    moments.iter().zip(&sizes).all(|(moment, size)| f64::hypot(moment[0], moment[1]) < EVEN * size)
+}
