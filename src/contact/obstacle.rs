@@ -92,19 +92,20 @@ impl<const D: usize> RigidContact<D> {
         self.surface.placed(load, travel)
     }
 
-    pub(crate) fn rubs(&self) -> bool {
+    pub(crate) fn has_friction(&self) -> bool {
         self.surface.friction > 0.0
     }
 
     /// Condensed unknowns of a trace function: its pressure, and with friction its traction.
     pub(super) fn stride(&self) -> usize {
-        if self.rubs() { 1 + D } else { 1 }
+        if self.has_friction() { 1 + D } else { 1 }
     }
 
     /// Pressure and tangential traction of a trace function.
     pub(crate) fn pressure(&self, trace: usize, condensed: &[f64]) -> (f64, Point<D>) {
         let first = trace * self.stride();
-        let traction = if self.rubs() { Point::from_fn(|i, _| condensed[first + 1 + i]) } else { Point::zeros() };
+        let traction =
+            if self.has_friction() { Point::from_fn(|i, _| condensed[first + 1 + i]) } else { Point::zeros() };
         (condensed[first], traction)
     }
 
@@ -283,7 +284,7 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         let traces = self.contact_surface.traces.len();
         let first = traces * self.stride();
         // Where each trace function was beside the surface; without friction that does not matter.
-        first..first + if self.rubs() { traces * D } else { 0 }
+        first..first + if self.has_friction() { traces * D } else { 0 }
     }
 
     fn start_internal_variables(&self, internal_variables: &mut [f64]) {
@@ -374,7 +375,7 @@ impl<const D: usize> Term<D> for RigidContact<D> {
                 }
             }
         }
-        if self.rubs() {
+        if self.has_friction() {
             self.friction(cluster, &view, &local_contact).add(&self.moves(cluster), &slope, out);
         }
         out.scratch = slope;
@@ -386,7 +387,7 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         condensed_step.fill(0.0);
         if !self.is_active(cluster, pressure, local_contact.gap) {
             condensed_step[0] = -pressure;
-            if self.rubs() {
+            if self.has_friction() {
                 condensed_step[1..1 + D].iter_mut().zip(&traction).for_each(|(s, t)| *s = -t);
             }
             let most = TOO_FAR * self.contact_surface.traces[cluster].width;
@@ -397,7 +398,7 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         }
         let proximal = self.proximal(cluster);
         condensed_step[0] = -proximal * (local_contact.gap + change);
-        if self.rubs() {
+        if self.has_friction() {
             let next = self.friction(cluster, &view, &local_contact).next(change, &moved);
             condensed_step[1..1 + D].iter_mut().zip((next - traction).iter()).for_each(|(s, t)| *s = *t);
         }
@@ -412,7 +413,7 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         }
         let proximal = self.proximal(cluster);
         condensed_step[0] -= proximal * local_contact.by_load * load_step;
-        if !self.rubs() {
+        if !self.has_friction() {
             return;
         }
         let next = self.friction(cluster, &view, &local_contact).next_by_load(load_step);
@@ -428,7 +429,7 @@ impl<const D: usize> Term<D> for RigidContact<D> {
     }
 
     fn farthest_load(&self, from: f64, to: f64) -> f64 {
-        let to = if self.rubs() { friction_step(from, to) } else { to };
+        let to = if self.has_friction() { friction_step(from, to) } else { to };
         let depth = 0.5 * self.surface.shape.depth();
         let Drive::Moved { by, amplitude } = &self.surface.drive else { return to };
         if !depth.is_finite() {

@@ -211,19 +211,20 @@ impl<const D: usize> PairContact<D> {
         self.last = Mutex::new(None);
     }
 
-    pub(super) fn rubs(&self) -> bool {
+    pub(super) fn has_friction(&self) -> bool {
         self.law.friction > 0.0
     }
 
     /// Condensed unknowns of a trace function: its pressure, and with friction its traction.
     pub(super) fn stride(&self) -> usize {
-        if self.rubs() { 1 + D } else { 1 }
+        if self.has_friction() { 1 + D } else { 1 }
     }
 
     /// Pressure and tangential traction of a trace function.
     pub(crate) fn pressure(&self, trace: usize, condensed: &[f64]) -> (f64, Point<D>) {
         let first = trace * self.stride();
-        let traction = if self.rubs() { Point::from_fn(|i, _| condensed[first + 1 + i]) } else { Point::zeros() };
+        let traction =
+            if self.has_friction() { Point::from_fn(|i, _| condensed[first + 1 + i]) } else { Point::zeros() };
         (condensed[first], traction)
     }
 
@@ -468,7 +469,7 @@ impl<const D: usize> PairContact<D> {
 
     /// The work of friction between two converged states \[force·length\], each with its load, the mean traction times the slip.
     pub(crate) fn friction_work(&self, before: &View<'_>, after: &View<'_>) -> f64 {
-        if !self.rubs() {
+        if !self.has_friction() {
             return 0.0;
         }
         // From the state before on: the memory of that state is its own.

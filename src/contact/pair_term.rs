@@ -41,7 +41,7 @@ impl<const D: usize> Term<D> for PairContact<D> {
     fn internal_variables(&self) -> std::ops::Range<usize> {
         let first = self.carrying * self.stride();
         // Displacements of all nodes, from which slips are counted; without friction they do not matter.
-        first..first + if self.rubs() { self.nodes.len() * D } else { 0 }
+        first..first + if self.has_friction() { self.nodes.len() * D } else { 0 }
     }
 
     fn update_history(&self, view: View<'_>, next: &mut [f64]) {
@@ -51,7 +51,7 @@ impl<const D: usize> Term<D> for PairContact<D> {
     }
 
     fn farthest_load(&self, from: f64, to: f64) -> f64 {
-        if self.rubs() { friction_step(from, to) } else { to }
+        if self.has_friction() { friction_step(from, to) } else { to }
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
@@ -65,7 +65,7 @@ impl<const D: usize> Term<D> for PairContact<D> {
         let of = |mover: u32| &self.movers.combinations[mover as usize];
         let all = pieces.iter().flat_map(|piece| &piece.movers);
         let mut used: Vec<u16> = all.flat_map(|&mover| of(mover)).map(|entry| entry.0).collect();
-        let held = self.rubs().then(|| self.held(view.condensed));
+        let held = self.has_friction().then(|| self.held(view.condensed));
         let slip = held.as_ref().and_then(|held| held.slips[cluster].as_ref());
         used.extend(slip.iter().flat_map(|slip| &slip.weights).map(|entry| entry.0));
         used.sort_unstable();
@@ -133,7 +133,7 @@ impl<const D: usize> Term<D> for PairContact<D> {
         };
         if self.is_active(cluster, pressure, gap) {
             condensed_step[0] = -self.proximal(cluster) * (gap + change);
-            if self.rubs() {
+            if self.has_friction() {
                 let held = self.held(view.condensed);
                 let next = held.slips[cluster].as_ref().map_or_else(Point::zeros, |slip| {
                     let moved = self.moved(&slip.weights, step) / slip.area;
@@ -166,7 +166,7 @@ impl<const D: usize> Term<D> for PairContact<D> {
             return;
         }
         condensed_step[0] -= self.proximal(cluster) * overlap.by_load * load_step;
-        let held = self.rubs().then(|| self.held(view.condensed));
+        let held = self.has_friction().then(|| self.held(view.condensed));
         if let Some(slip) = held.as_ref().and_then(|held| held.slips[cluster].as_ref()) {
             let more = self.friction(cluster, &view, &overlap, slip).next_by_load(load_step);
             condensed_step[1..].iter_mut().zip(&more).for_each(|(s, t)| *s += *t);

@@ -1,4 +1,4 @@
-//! Contacts that open and close by active-set cycling: Newton's method between two states that lead to each other.
+//! Cycling of the active set of a contact: Newton's method between two states that lead to each other.
 
 use crate::linear::vector::norm;
 

@@ -180,7 +180,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     /// Rejects a state that was found slowly, far from the current one, and whose changes of volume are far less even: folds
     /// between points cost little where pressures are projected, and stable states have them as well.
     fn unfolded(&self, attempt: &State, iterations: usize) -> Result<(), Rejection> {
-        // What touches by active-set cycling may fold in steps that are small for all else.
+        // Where the active set of a contact cycles, fields may fold in steps that are small for all else.
         let unilateral = self.workspace.model.is_unilateral();
         let least = if unilateral { FOLD_STEP_IN_CONTACT } else { FOLD_STEP };
         if iterations < FOLD_ITERATIONS || (attempt.load - self.state.load).abs() <= least {

@@ -149,7 +149,7 @@ pub(super) const SLOW: usize = 10;
 pub(super) const FOLD_ITERATIONS: usize = 7;
 /// The part of the load over which such attempts go at least.
 pub(super) const FOLD_STEP: f64 = 0.13;
-/// The same where bodies touch: what touches by active-set cycling may fold in steps that are small for all else.
+/// The same where bodies touch: where the active set cycles, fields may fold in steps that are small for all else.
 pub(super) const FOLD_STEP_IN_CONTACT: f64 = 0.01;
 /// How many times less even the volume ratios have become in a folded field: the largest over the smallest.
 pub(super) const FOLDED: f64 = 1.8;

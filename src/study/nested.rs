@@ -73,9 +73,9 @@ pub(super) fn solve<const D: usize>(
     let requested: Vec<&Quantity<D>> = tolerance.quantities.iter().chain([&energy]).collect();
     let mut wasted = 0;
     let mut corrected = None;
-    // What remembers comes to its last state by its whole history.
-    let remembers = problem.model().terms().iter().any(|term| !term.internal_variables().is_empty());
-    if let Some(coarser) = coarser.filter(|_| !remembers) {
+    // Laws with internal variables reach their last state by their whole history.
+    let has_history = problem.model().terms().iter().any(|term| !term.internal_variables().is_empty());
+    if let Some(coarser) = coarser.filter(|_| !has_history) {
         let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
         let tight = problem.analysis().newton.tolerance;
         problem.analysis_mut().newton.tolerance = tight.max(ALGEBRAIC * tolerance.error);

@@ -99,10 +99,10 @@ fn factor(k: u64) -> f64 {
 
 /// For each sub-cell the first one that it is like.
 pub(super) fn sources(all: &[Likeness]) -> Vec<u32> {
-    // Numbers that may be the same stand in one drawer or in two that touch.
+    // Numbers that may be the same stand in one bin or in two that touch.
     const WIDTH: f64 = 1e3 * ROUNDING;
-    // The last sub-cell of each drawer, and the one in the same drawer before each.
-    let mut drawers: HashMap<i64, u32> = HashMap::with_capacity(all.len());
+    // The last sub-cell of each bin, and the one in the same bin before each.
+    let mut bins: HashMap<i64, u32> = HashMap::with_capacity(all.len());
     let mut earlier: Vec<Option<u32>> = vec![None; all.len()];
     let like = |a: &Likeness, b: &Likeness| {
         a.nodes == b.nodes && a.sums.iter().zip(&b.sums).all(|(a, b)| (a - b).abs() <= ROUNDING)
@@ -110,13 +110,13 @@ pub(super) fn sources(all: &[Likeness]) -> Vec<u32> {
     let source = |(cell, own): (usize, &Likeness)| {
         let place = own.sums[0] / WIDTH;
         let near = 2.0 * ROUNDING / WIDTH;
-        for drawer in [place - near, place + near].map(|x| x.floor() as i64) {
-            let mut others = std::iter::successors(drawers.get(&drawer).copied(), |&other| earlier[other as usize]);
+        for bin in [place - near, place + near].map(|x| x.floor() as i64) {
+            let mut others = std::iter::successors(bins.get(&bin).copied(), |&other| earlier[other as usize]);
             if let Some(known) = others.find(|&other| like(&all[other as usize], own)) {
                 return known;
             }
         }
-        earlier[cell] = drawers.insert(place.floor() as i64, cell as u32);
+        earlier[cell] = bins.insert(place.floor() as i64, cell as u32);
         cell as u32
     };
     all.iter().enumerate().map(source).collect()

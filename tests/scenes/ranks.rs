@@ -20,31 +20,31 @@ const TOLERANCE: f64 = 1e-10;
 
 /// What threads sum together.
 #[derive(Debug)]
-struct ContactPair {
+struct Exchange {
     gate: Barrier,
     values: Mutex<Vec<Vec<f64>>>,
 }
 
 #[derive(Debug, Clone)]
-struct DiscreteBody {
+struct Rank {
     rank: usize,
     count: usize,
-    meeting: Arc<ContactPair>,
+    exchange: Arc<Exchange>,
 }
 
-impl DiscreteBody {
+impl Rank {
     fn meet(&self, values: &mut [f64], join: fn(f64, f64) -> f64) {
-        self.meeting.values.lock().unwrap()[self.rank] = values.to_vec();
-        self.meeting.gate.wait();
-        let all = self.meeting.values.lock().unwrap().clone();
+        self.exchange.values.lock().unwrap()[self.rank] = values.to_vec();
+        self.exchange.gate.wait();
+        let all = self.exchange.values.lock().unwrap().clone();
         for (k, value) in values.iter_mut().enumerate() {
             *value = all.iter().map(|own| own[k]).reduce(join).unwrap();
         }
-        self.meeting.gate.wait();
+        self.exchange.gate.wait();
     }
 }
 
-impl Ranks for DiscreteBody {
+impl Ranks for Rank {
     fn rank(&self) -> usize {
         self.rank
     }
@@ -63,10 +63,10 @@ impl Ranks for DiscreteBody {
 }
 
 /// Factors of the matrix that all have summed, on each of them.
-struct Gathered(DiscreteBody);
+struct Gathered(Rank);
 
 struct GatheredFactorizer {
-    member: DiscreteBody,
+    rank: Rank,
     pattern: Pattern,
     whole: Pattern,
     inner: Box<dyn Factorizer>,
@@ -83,8 +83,8 @@ impl LinearSolver for Gathered {
         let size = pattern.size() as u32;
         let whole = Pattern::from_columns((0..size).map(|column| (column..size).collect()).collect());
         let inner = Direct.analyze(&whole, class, None)?;
-        let (member, pattern) = (self.0.clone(), pattern.clone());
-        Ok(Box::new(GatheredFactorizer { member, pattern, whole, inner, values: Vec::new() }))
+        let (rank, pattern) = (self.0.clone(), pattern.clone());
+        Ok(Box::new(GatheredFactorizer { rank, pattern, whole, inner, values: Vec::new() }))
     }
 
     fn ranks(&self) -> Option<Arc<dyn Ranks>> {
@@ -101,7 +101,7 @@ impl Factorizer for GatheredFactorizer {
                 self.values[place] += values[self.pattern.columns[column] + k];
             }
         }
-        self.member.sum(&mut self.values);
+        self.rank.sum(&mut self.values);
         self.inner.factorize(&self.values)
     }
 }
@@ -118,13 +118,13 @@ fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
         static FOLDERS: AtomicUsize = AtomicUsize::new(0);
         let number = FOLDERS.fetch_add(1, Ordering::Relaxed);
         let folder = std::env::temp_dir().join(format!("rkpm-scene-on-ranks-{}-{number}", std::process::id()));
-        let meeting = Arc::new(ContactPair { gate: Barrier::new(count), values: Mutex::new(vec![Vec::new(); count]) });
+        let exchange = Arc::new(Exchange { gate: Barrier::new(count), values: Mutex::new(vec![Vec::new(); count]) });
         let points: usize = thread::scope(|scope| {
             let run = |rank| {
-                let (meeting, place) = (meeting.clone(), place.clone());
+                let (exchange, place) = (exchange.clone(), place.clone());
                 let (path, force, alone, stresses, folder) = (&path, &force, &alone, &stresses, &folder);
                 scope.spawn(move || {
-                    let solver = Gathered(DiscreteBody { rank, count, meeting });
+                    let solver = Gathered(Rank { rank, count, exchange });
                     let shared = scene.discretize(&scheme.clone().solver(solver)).unwrap();
                     let found = shared.run().unwrap().completed().unwrap();
                     let (state, expected) = (found.last(), path.last());
@@ -256,8 +256,8 @@ fn a_lattice_is_shared() {
 
 #[test]
 fn contact_is_refused_on_several_ranks() {
-    let meeting = Arc::new(ContactPair { gate: Barrier::new(1), values: Mutex::new(vec![Vec::new(); 2]) });
-    let scheme = Scheme::default().particles([5, 5]).solver(Gathered(DiscreteBody { rank: 0, count: 2, meeting }));
+    let exchange = Arc::new(Exchange { gate: Barrier::new(1), values: Mutex::new(vec![Vec::new(); 2]) });
+    let scheme = Scheme::default().particles([5, 5]).solver(Gathered(Rank { rank: 0, count: 2, exchange }));
     let block = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber(1e3)).hold((1, Side::Min));
     let upper = |scene: Scene<2>| scene.body("upper", Block::new([0.0, 1.5], [1.0, 2.0]), rubber(1e3));
     let two = upper(Scene::assembly(PlaneStrain).body("lower", Block::new([0.0, 0.0], [1.0, 1.0]), rubber(1e3)));

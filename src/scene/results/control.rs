@@ -105,7 +105,7 @@ impl<const D: usize> Problem<D> {
         Ok(low)
     }
 
-    /// The state on the straight line between two at a load factor, which remembers what the one before does: the step to it
+    /// The state on the straight line between two at a load factor, with the internal variables of the one before: the step to it
     /// begins there.
     fn interpolated(&self, before: &State, behind: &State, load: f64) -> State {
         let length = behind.load - before.load;
