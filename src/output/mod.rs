@@ -7,7 +7,8 @@
 //! | [`VtkGrid`] | `.vtu` | fields on particles and cells, for ParaView |
 //! | pieces of a [`VtkGrid`] | `.pvtu` and `.vtu` | the same from several ranks |
 //! | [`PvdCollection`] | `.pvd` | the `.vtu` files of a path in time or load |
-//! | [`Picture`] | `.svg` | bodies seen from outside, coloured by a field |
+//! | `Picture` | `.svg` | bodies seen from outside, coloured by a field |
+//! | `Page` | `.html` | a body to be turned with the mouse, moving through its steps |
 //! | `Chart` | `.svg` | curves, work against precision, deformed shapes |
 //! | `Journal` | `.jsonl` | a run while it runs, to be read and resumed |
 //!
@@ -16,13 +17,14 @@
 //! wrong with the data or with the disk is an [`OutputError`]. Only a journal is written as it grows, and
 //! never over another one.
 //!
-//! Charts need the feature `chart`, journals `serde`.
+//! Charts and pictures need the feature `chart`, journals `serde`.
 
 #[cfg(feature = "chart")]
 pub mod chart;
 pub mod csv;
 #[cfg(feature = "serde")]
 pub mod journal;
+#[cfg(feature = "chart")]
 mod picture;
 mod pieces;
 pub mod vtk;
@@ -32,7 +34,8 @@ pub use chart::{Chart, Series};
 pub use csv::{Cell, Summary, SummaryRow, Table};
 #[cfg(feature = "serde")]
 pub use journal::{Flush, Journal};
-pub use picture::Picture;
+#[cfg(feature = "chart")]
+pub use picture::{Page, Picture};
 pub use vtk::{PvdCollection, PvdEntry, VtkCell, VtkField, VtkGrid, VtkValues};
 
 use crate::error::OutputError;
@@ -47,6 +50,7 @@ fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     std::fs::write(path, text).map_err(refused)
 }
 
+#[cfg(feature = "chart")]
 /// A number with as many digits as its range needs.
 fn short(value: f64, range: f64) -> String {
     let size = range.abs().max(1e-300);

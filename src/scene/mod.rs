@@ -39,6 +39,7 @@ pub use discretisation::ownership::{LocalOwnership, TermOwnership};
 pub use discretisation::problem::Problem;
 pub use results::contact_state::{ContactPoint, ContactState};
 pub use results::neutral_motion::NeutralMotion;
+#[cfg(feature = "chart")]
 pub use results::picture::Field;
 pub use results::recovery::StressField;
 pub use results::rigid_motion::RigidMotion;

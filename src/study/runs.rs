@@ -1,7 +1,8 @@
 //! The runs of a study: their table, front and chart.
 
-use crate::output::chart::{Colour, Marker, Series, Stroke};
-use crate::output::{Cell, Chart, Table};
+#[cfg(feature = "chart")]
+use crate::output::chart::{Chart, Colour, Marker, Series, Stroke};
+use crate::output::{Cell, Table};
 
 use super::clock::Phases;
 

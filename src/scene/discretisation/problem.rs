@@ -173,6 +173,7 @@ impl<const D: usize> Problem<D> {
             .weighted(&discrete_body.approximation.values_at_node(node - discrete_body.nodes.start)?, state))
     }
 
+    #[cfg(feature = "chart")]
     /// The cells of all bodies that are drawn, by their particles among all.
     pub(crate) fn drawn_cells(&self) -> Vec<Vec<usize>> {
         let of = |discrete_body: &DiscreteBody<D>| {

@@ -4,6 +4,7 @@ pub(super) mod contact_state;
 pub(super) mod control;
 pub(super) mod fields;
 pub(super) mod neutral_motion;
+#[cfg(feature = "chart")]
 pub(super) mod picture;
 pub(super) mod reactions;
 pub(super) mod recovery;

@@ -5,11 +5,13 @@ use std::collections::{HashMap, HashSet};
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::mesh::CellShape;
-use crate::output::{Picture, VtkCell};
-use crate::solve::State;
+use crate::output::{Page, Picture, VtkCell};
+use crate::shape::ShapeFunctions;
+use crate::solve::{EquilibriumPath, State};
 use crate::tensor::{mean, von_mises};
 
 use super::fields::vtk_cell;
+use super::rigid_motion::RigidShape;
 use crate::scene::Problem;
 
 /// A field of a state that a picture shows.
@@ -39,8 +41,8 @@ impl Field {
 }
 
 impl<const D: usize> Problem<D> {
-    /// A picture of a state: the body from outside in its current position, coloured by a field; volumes of a mesh that are
-    /// rigid bodies are grey.
+    /// A picture of a state: the body from outside in its current position, coloured by a field. Faces are divided, and their
+    /// points move by the shape functions; volumes of a mesh that are rigid bodies are grey.
     ///
     /// ```
     /// use rkpm::prelude::*;
@@ -57,11 +59,9 @@ impl<const D: usize> Problem<D> {
     /// For a state of another problem.
     pub fn picture(&self, state: &State, field: Field) -> Result<Picture, Error> {
         let displacements = self.particle_displacements(state)?;
-        let positions = &self.model().positions()[..displacements.len()];
-        let mut current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
         let stresses = || Ok::<_, Error>(self.at_particles(&self.stresses(state)?));
-        let mut values: Vec<f64> = match field {
-            Field::Displacement => displacements.iter().map(|u| u.norm()).collect(),
+        let at_particles: Vec<f64> = match field {
+            Field::Displacement => Vec::new(),
             Field::LargestStretch => {
                 let gradients = self.at_particles(&self.deformation_gradients(state)?);
                 gradients.iter().map(|f| f.singular_values().max()).collect()
@@ -69,33 +69,219 @@ impl<const D: usize> Problem<D> {
             Field::MisesStress => stresses()?.iter().map(von_mises).collect(),
             Field::MeanStress => stresses()?.iter().map(mean).collect(),
         };
+        let positions = &self.model().positions()[..displacements.len()];
+        let mut drawn = Drawn::default();
         let mut faces = contact_surface(&self.drawn_cells(), positions);
         for shape in self.rigid_shapes(state) {
-            let (first, points) = (current.len(), shape.mesh.points());
-            let mut own = contact_surface(&shape.cells, points);
-            // What is bonded is inside.
-            let place = |corners: &[usize], x: &[Point<D>]| {
-                let mut place: Vec<[u64; 3]> = corners.iter().map(|&c| bits(&x[c])).collect();
-                place.sort_unstable();
-                place
-            };
-            let [bonded, rigid]: [HashSet<_>; 2] =
-                [(&faces, positions), (&own, points)].map(|(all, x)| all.iter().map(|face| place(face, x)).collect());
-            faces.retain(|face| face.iter().any(|&c| c >= positions.len()) || !rigid.contains(&place(face, positions)));
-            own.retain(|face| !bonded.contains(&place(face, points)));
-            faces.extend(own.into_iter().map(|face| face.into_iter().map(|corner| first + corner).collect()));
-            current.extend(points.iter().zip(&shape.displacements).map(|(x, u)| x + u));
-            values.resize(current.len(), f64::NAN);
+            let own = self.faces_beside(&shape, &mut faces, positions);
+            let current: Vec<Point<D>> =
+                shape.mesh.points().iter().zip(&shape.displacements).map(|(x, u)| x + u).collect();
+            drawn.add(Divided::new(&current, &own, 1), current, |_| f64::NAN);
         }
-        let particles = values[..displacements.len()].to_vec();
+        let value = |psi: &ShapeFunctions<D>, u: &Point<D>| match field {
+            Field::Displacement => u.norm(),
+            _ => psi.nodes.iter().zip(&psi.values).map(|(node, part)| part * at_particles[*node as usize]).sum(),
+        };
         for surface in self.drawn_surfaces(state)? {
-            let first = current.len();
-            current.extend(surface.points.iter().zip(&surface.displacements).map(|(x, u)| x + u));
-            values.extend(surface.interpolated(&particles));
-            faces.extend(surface.facets.iter().map(|facet| facet.iter().map(|corner| first + corner).collect()));
+            let current = surface.points.iter().zip(&surface.displacements).map(|(x, u)| x + u).collect();
+            let values =
+                surface.functions.iter().zip(&surface.displacements).map(|(psi, u)| value(psi, u)).collect::<Vec<_>>();
+            let mut divided = Divided::new(&surface.points, &surface.facets, 1);
+            divided.lines.clear();
+            drawn.add(divided, current, |k| values[k]);
         }
-        let picture = Picture::new(&current, faces).coloured(field.label(), values);
+        let parts = divisions(faces.len());
+        for own in &self.discrete_bodies {
+            let first = own.nodes().start;
+            let of_body = faces.iter().filter(|face| own.nodes().contains(&face[0]));
+            let of_body: Vec<Vec<usize>> =
+                of_body.map(|face| face.iter().map(|corner| corner - first).collect()).collect();
+            let divided = Divided::new(&positions[own.nodes()], &of_body, parts);
+            let mut functions = own.values_at(&divided.points)?;
+            let moved: Vec<Point<D>> = functions.iter().map(|psi| own.weighted(psi, state)).collect();
+            functions.iter_mut().flat_map(|psi| &mut psi.nodes).for_each(|node| *node += first as u32);
+            let values: Vec<f64> = functions.iter().zip(&moved).map(|(psi, u)| value(psi, u)).collect();
+            let current = divided.points.iter().zip(&moved).map(|(x, u)| x + u).collect();
+            drawn.add(divided, current, |k| values[k]);
+        }
+        let picture = Picture::new(&drawn.points, drawn.faces).coloured(field.label(), drawn.values).lines(drawn.lines);
         Ok(if D == 3 { picture.closed() } else { picture })
+    }
+
+    /// A web page on which the body is turned and its steps are run through, from rest to the last state of a path.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// use rkpm::scene::Field;
+    /// # let scene = Scene::new(Block::new([0.0; 3], [2.0, 1.0, 1.0]), Solid, Rubber::neo_hookean(0.5, 1e3)?).hold((0, Side::Min));
+    /// let problem = scene.discretize(&Scheme::default().particles([5, 3, 3]))?;
+    /// let path = problem.run()?.completed()?;
+    /// # let directory = std::env::temp_dir().join("rkpm-pictures");
+    /// problem.page(&path, Field::Displacement, "A bar")?.write(directory.join("bar.html"))?;
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// For a path of another problem.
+    pub fn page(&self, path: &EquilibriumPath, field: Field, title: &str) -> Result<Page, Error> {
+        let rest = self.at_rest();
+        let mut states = std::iter::once(&rest).chain(path.steps.iter().map(|step| &step.state));
+        states.try_fold(Page::new(title), |page, state| {
+            Ok(page.frame(format!("load factor {:.3}", state.load), self.picture(state, field)?))
+        })
+    }
+
+    /// The faces of a rigid volume that are seen; faces that it shares with the bodies are inside and taken out of both.
+    fn faces_beside(
+        &self,
+        shape: &RigidShape<'_, D>,
+        faces: &mut Vec<Vec<usize>>,
+        positions: &[Point<D>],
+    ) -> Vec<Vec<usize>> {
+        let points = shape.mesh.points();
+        let mut own = contact_surface(&shape.cells, points);
+        let place = |corners: &[usize], x: &[Point<D>]| {
+            let mut place: Vec<[u64; 3]> = corners.iter().map(|&c| bits(&x[c])).collect();
+            place.sort_unstable();
+            place
+        };
+        let [bonded, rigid]: [HashSet<_>; 2] =
+            [(&*faces, positions), (&own, points)].map(|(all, x)| all.iter().map(|face| place(face, x)).collect());
+        faces.retain(|face| !rigid.contains(&place(face, positions)));
+        own.retain(|face| !bonded.contains(&place(face, points)));
+        own
+    }
+}
+
+/// What a picture is made of, body by body.
+#[derive(Default)]
+struct Drawn<const D: usize> {
+    points: Vec<Point<D>>,
+    faces: Vec<Vec<usize>>,
+    lines: Vec<Vec<usize>>,
+    values: Vec<f64>,
+}
+
+impl<const D: usize> Drawn<D> {
+    fn add(&mut self, divided: Divided<D>, current: Vec<Point<D>>, value: impl Fn(usize) -> f64) {
+        let first = self.points.len();
+        let shifted =
+            |all: Vec<Vec<usize>>| all.into_iter().map(move |one| one.into_iter().map(|p| first + p).collect());
+        self.faces.extend(shifted(divided.faces));
+        self.lines.extend(shifted(divided.lines));
+        self.values.extend((0..current.len()).map(value));
+        self.points.extend(current);
+    }
+}
+
+/// Into how many parts each edge is divided, so that curved faces look smooth: fewer where faces are many.
+fn divisions(faces: usize) -> usize {
+    (FINE / faces.max(1)).isqrt().clamp(1, 6)
+}
+
+/// Small faces of one surface, about as many at most; files stay small and curved edges smooth.
+const FINE: usize = 20_000;
+
+/// Faces cut into smaller ones by shared points, with the lines along the edges of the faces that were.
+struct Divided<const D: usize> {
+    points: Vec<Point<D>>,
+    faces: Vec<Vec<usize>>,
+    lines: Vec<Vec<usize>>,
+}
+
+impl<const D: usize> Divided<D> {
+    fn new(points: &[Point<D>], faces: &[Vec<usize>], parts: usize) -> Self {
+        if parts < 2 {
+            let around = |face: &Vec<usize>| face.iter().chain(face.first()).copied().collect();
+            return Divided {
+                points: points.to_vec(),
+                faces: faces.to_vec(),
+                lines: faces.iter().map(around).collect(),
+            };
+        }
+        let mut divided = Divided { points: Vec::new(), faces: Vec::new(), lines: Vec::new() };
+        let mut corners: HashMap<usize, usize> = HashMap::new();
+        let mut edges: HashMap<[usize; 2], Vec<usize>> = HashMap::new();
+        for face in faces {
+            // From each corner to the next, both ends among the points.
+            let sides: Vec<Vec<usize>> = (0..face.len())
+                .map(|k| divided.side(points, [face[k], face[(k + 1) % face.len()]], parts, &mut corners, &mut edges))
+                .collect();
+            match face.len() {
+                3 => divided.triangle(&sides, parts),
+                4 => divided.quadrilateral(&sides, parts),
+                _ => divided.faces.push(sides.iter().flat_map(|side| side[..parts].to_vec()).collect()),
+            }
+        }
+        divided
+    }
+
+    fn side(
+        &mut self,
+        points: &[Point<D>],
+        ends: [usize; 2],
+        parts: usize,
+        corners: &mut HashMap<usize, usize>,
+        edges: &mut HashMap<[usize; 2], Vec<usize>>,
+    ) -> Vec<usize> {
+        let sorted = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+        let side = edges.entry(sorted).or_insert_with(|| {
+            let [a, b] = sorted.map(|corner| points[corner]);
+            let mut corner = |number: usize| {
+                *corners.entry(number).or_insert_with(|| {
+                    self.points.push(points[number]);
+                    self.points.len() - 1
+                })
+            };
+            let [from, to] = sorted.map(&mut corner);
+            let first = self.points.len();
+            self.points.extend((1..parts).map(|k| a + (b - a) * (k as f64 / parts as f64)));
+            let side: Vec<usize> = [from].into_iter().chain(first..first + parts - 1).chain([to]).collect();
+            self.lines.push(side.clone());
+            side
+        });
+        if ends == sorted { side.clone() } else { side.iter().rev().copied().collect() }
+    }
+
+    fn triangle(&mut self, sides: &[Vec<usize>], n: usize) {
+        // Rows from the first corner on: row r has r + 1 points, from the third side to the first.
+        let mut rows: Vec<Vec<usize>> = vec![vec![sides[0][0]]];
+        for r in 1..=n {
+            let [left, right] = [sides[2][n - r], sides[0][r]];
+            let row = match r == n {
+                true => sides[1].iter().rev().copied().collect(),
+                false => self.between(left, right, r),
+            };
+            rows.push(row);
+        }
+        for r in 0..n {
+            for k in 0..=r {
+                self.faces.push(vec![rows[r][k], rows[r + 1][k + 1], rows[r + 1][k]]);
+                if k < r {
+                    self.faces.push(vec![rows[r][k], rows[r][k + 1], rows[r + 1][k + 1]]);
+                }
+            }
+        }
+    }
+
+    fn quadrilateral(&mut self, sides: &[Vec<usize>], n: usize) {
+        let mut rows: Vec<Vec<usize>> = vec![sides[0].clone()];
+        for r in 1..n {
+            let row = self.between(sides[3][n - r], sides[1][r], n);
+            rows.push(row);
+        }
+        rows.push(sides[2].iter().rev().copied().collect());
+        for (low, high) in rows.iter().zip(&rows[1..]) {
+            self.faces.extend((0..n).map(|k| vec![low[k], low[k + 1], high[k + 1], high[k]]));
+        }
+    }
+
+    /// A row of points from one to another, both with it.
+    fn between(&mut self, from: usize, to: usize, n: usize) -> Vec<usize> {
+        let [a, b] = [self.points[from], self.points[to]];
+        let first = self.points.len();
+        self.points.extend((1..n).map(|k| a + (b - a) * (k as f64 / n as f64)));
+        [from].into_iter().chain(first..first + n - 1).chain([to]).collect()
     }
 }
 

@@ -14,7 +14,7 @@ pub(super) struct DrawnSurface<const D: usize> {
     pub(super) displacements: Vec<Point<D>>,
     pub(super) facets: Vec<Vec<usize>>,
     /// Shape functions at the points, by the particles of all bodies.
-    functions: Vec<ShapeFunctions<D>>,
+    pub(super) functions: Vec<ShapeFunctions<D>>,
 }
 
 impl<const D: usize> DrawnSurface<D> {

@@ -1,0 +1,387 @@
+//! Pictures of bodies: a shaded surface, coloured by a field, as SVG around an image of pixels.
+
+mod page;
+mod raster;
+mod surface;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use nalgebra::{SVector, Vector3};
+
+pub use page::Page;
+
+use super::{short, write_text};
+use crate::error::OutputError;
+use raster::{Canvas, Lines};
+
+/// Bands of colour between the smallest and the largest value.
+const BANDS: usize = 12;
+/// Values that differ by less than this part are the same, but for rounding.
+const LEVEL: f64 = 1e-9;
+/// Room for the title, the colour bar and around the body \[px\].
+const MARGIN: f64 = 24.0;
+const BAR: f64 = 150.0;
+/// Size of letters: of the title and of all other text \[px\].
+const LETTERS: [f64; 2] = [20.0, 16.0];
+
+/// A body seen from outside, its faces coloured in bands by values at its points.
+///
+/// Bodies in space are seen from above and aside ([`view`](Picture::view)), without perspective, lit and smooth but for edges of
+/// more than 35°; those in the plane from above.
+///
+/// ```
+/// use rkpm::geometry::Point;
+/// use rkpm::output::Picture;
+/// let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]].map(Point::<2>::from);
+/// let svg = Picture::new(&corners, vec![vec![0, 1, 2, 3]])
+///     .coloured("displacement [mm]", vec![0.0, 1.0, 1.5, 0.5])
+///     .title("A plate")
+///     .to_svg()?;
+/// assert!(svg.contains("displacement [mm]"));
+/// # Ok::<(), rkpm::error::OutputError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    points: Vec<Vector3<f64>>,
+    faces: Vec<Vec<usize>>,
+    lines: Option<Vec<Vec<usize>>>,
+    flat: bool,
+    closed: bool,
+    values: Vec<f64>,
+    label: String,
+    title: String,
+    range: Option<(f64, f64)>,
+    view: [f64; 2],
+    size: [u32; 2],
+    /// Pictures that stand to the right of this one.
+    beside: Vec<Picture>,
+}
+
+impl Picture {
+    /// Faces by their corners around; points in the plane have two coordinates.
+    pub fn new<const D: usize>(points: &[SVector<f64, D>], faces: Vec<Vec<usize>>) -> Self {
+        let padded = |x: &SVector<f64, D>| Vector3::from_fn(|i, _| if i < D { x[i] } else { 0.0 });
+        Picture {
+            points: points.iter().map(padded).collect(),
+            faces,
+            lines: None,
+            flat: D < 3,
+            closed: false,
+            values: Vec::new(),
+            label: String::new(),
+            title: String::new(),
+            range: None,
+            view: [-60.0, 25.0],
+            size: [900, 640],
+            beside: Vec::new(),
+        }
+    }
+
+    /// Colours the faces by values at the points, with a bar of the colours and its label; faces with a value that is NaN are
+    /// grey.
+    #[must_use]
+    pub fn coloured(mut self, label: impl Into<String>, values: Vec<f64>) -> Self {
+        (self.label, self.values) = (label.into(), values);
+        self
+    }
+
+    /// Sets the thin lines, each through points; by default they are the edges of all faces.
+    #[must_use]
+    pub fn lines(mut self, lines: Vec<Vec<usize>>) -> Self {
+        self.lines = Some(lines);
+        self
+    }
+
+    /// Says that the faces enclose a body, corners around outward by the right hand: those that look away are left out.
+    #[must_use]
+    pub fn closed(mut self) -> Self {
+        self.closed = true;
+        self
+    }
+
+    /// Sets the title.
+    #[must_use]
+    pub fn title(mut self, title: impl Into<String>) -> Self {
+        self.title = title.into();
+        self
+    }
+
+    /// Sets the values at the ends of the colours; by default the smallest and the largest that are shown.
+    #[must_use]
+    pub fn range(mut self, lower: f64, upper: f64) -> Self {
+        self.range = Some((lower, upper));
+        self
+    }
+
+    /// Sets where a body in space is seen from \[degrees\]: the azimuth about axis 2, from axis 0 on, and the elevation above
+    /// the plane of axes 0 and 1.
+    #[must_use]
+    pub fn view(mut self, azimuth: f64, elevation: f64) -> Self {
+        self.view = [azimuth, elevation];
+        self
+    }
+
+    /// Sets width and height \[px\], of all pictures together where some stand side by side.
+    #[must_use]
+    pub fn size(mut self, width: u32, height: u32) -> Self {
+        self.size = [width, height];
+        self
+    }
+
+    /// Puts another picture to the right of this one, at the same scale and with the same colours for the same values.
+    #[must_use]
+    pub fn beside(mut self, other: Picture) -> Self {
+        self.beside.push(other);
+        self
+    }
+
+    /// The picture as text: an image of the body within, all words as text.
+    ///
+    /// # Errors
+    /// Where values don't fit the points, a face names a point that does not exist, or there is nothing to see.
+    pub fn to_svg(&self) -> Result<String, OutputError> {
+        let panels: Vec<&Picture> = std::iter::once(self).chain(&self.beside).collect();
+        panels.iter().try_for_each(|panel| panel.check())?;
+        let [width, height] = self.size.map(f64::from);
+        let bar = if panels.iter().all(|panel| panel.values.is_empty()) { 0.0 } else { BAR };
+        let top = MARGIN + if panels.iter().all(|panel| panel.title.is_empty()) { 0.0 } else { 32.0 };
+        let across = (width - MARGIN - bar) / panels.len() as f64;
+        let room = [across - MARGIN, height - top - MARGIN];
+        let seen: Vec<Vec<[f64; 3]>> = panels.iter().map(|panel| panel.seen()).collect();
+        let extents: Vec<[[f64; 2]; 2]> = panels.iter().zip(&seen).map(|(panel, seen)| panel.extent(seen)).collect();
+        let scale = (extents.iter())
+            .flat_map(|ends| [0, 1].map(|i| room[i] / (ends[i][1] - ends[i][0])))
+            .fold(f64::INFINITY, f64::min);
+        if !(scale > 0.0 && scale.is_finite()) {
+            return Err(self.nothing("a body without extent, or no room for it"));
+        }
+        let range = self.range.unwrap_or_else(|| value_range(&panels));
+        let mut svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+             font-family=\"sans-serif\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
+        );
+        for (k, panel) in panels.iter().enumerate() {
+            let left = MARGIN + k as f64 * across;
+            let title = escaped(&panel.title);
+            let _ = writeln!(
+                svg,
+                "<text x=\"{left:.1}\" y=\"{}\" font-size=\"{}\">{title}</text>",
+                MARGIN + 8.0,
+                LETTERS[0]
+            );
+            let image = panel.drawn(&seen[k], &extents[k], room, scale, range).encoded();
+            let image = image.map_err(|what| self.nothing(&what))?;
+            let _ = writeln!(
+                svg,
+                "<image x=\"{left:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" href=\"data:image/png;base64,{}\"/>",
+                room[0],
+                room[1],
+                base64(&image)
+            );
+        }
+        if bar > 0.0 {
+            self.bar(&mut svg, [width - bar, top], room[1], range);
+        }
+        svg.push_str("</svg>\n");
+        Ok(svg)
+    }
+
+    /// The picture alone as an image in the format PNG, without title, colour bar and what stands beside it.
+    ///
+    /// # Errors
+    /// As [`to_svg`](Picture::to_svg).
+    pub fn to_png(&self) -> Result<Vec<u8>, OutputError> {
+        self.check()?;
+        let (seen, room) = (self.seen(), self.size.map(f64::from));
+        let ends = self.extent(&seen);
+        let scale = (room[0] / (ends[0][1] - ends[0][0])).min(room[1] / (ends[1][1] - ends[1][0]));
+        if !(scale > 0.0 && scale.is_finite()) {
+            return Err(self.nothing("a body without extent, or no room for it"));
+        }
+        let range = self.range.unwrap_or_else(|| value_range(&[self]));
+        self.drawn(&seen, &ends, room, scale, range).encoded().map_err(|what| self.nothing(&what))
+    }
+
+    /// Writes the picture as SVG, with the directories above it.
+    ///
+    /// # Errors
+    /// As [`to_svg`](Picture::to_svg), and [`OutputError::Io`] where the file system refuses.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
+        write_text(path.as_ref(), &self.to_svg()?)
+    }
+
+    /// Directions to the right, upward and to the eye.
+    fn directions(&self) -> [Vector3<f64>; 3] {
+        if self.flat {
+            return [Vector3::x(), Vector3::y(), Vector3::z()];
+        }
+        let [(sa, ca), (se, ce)] = self.view.map(|angle| angle.to_radians().sin_cos());
+        let eye = Vector3::new(ce * ca, ce * sa, se);
+        let right = Vector3::new(-sa, ca, 0.0);
+        [right, eye.cross(&right), eye]
+    }
+
+    /// The points to the right, upward and to the eye.
+    fn seen(&self) -> Vec<[f64; 3]> {
+        let directions = self.directions();
+        self.points.iter().map(|x| directions.map(|direction| x.dot(&direction))).collect()
+    }
+
+    /// Least and largest coordinates of what is shown, to the right and upward.
+    fn extent(&self, seen: &[[f64; 3]]) -> [[f64; 2]; 2] {
+        let shown = || self.faces.iter().flatten().map(|&point| seen[point]);
+        [0, 1].map(|i| shown().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x[i]), b.max(x[i])]))
+    }
+
+    /// The body in pixels, in the middle of a room.
+    fn drawn(&self, seen: &[[f64; 3]], ends: &[[f64; 2]; 2], room: [f64; 2], scale: f64, range: (f64, f64)) -> Canvas {
+        let [right, up, eye] = self.directions();
+        let mut canvas = Canvas::new(room, [right * -0.5 + up * 0.7 + eye * 0.8, eye]);
+        let middle = ends.map(|[a, b]| 0.5 * (a + b));
+        let place = |x: &[f64; 3]| {
+            [0.5 * room[0] + (x[0] - middle[0]) * scale, 0.5 * room[1] - (x[1] - middle[1]) * scale, x[2] * scale]
+        };
+        let at: Vec<[f64; 3]> = seen.iter().map(place).collect();
+        let (least, most) = range;
+        let part = |v: f64| if most > least { ((v - least) / (most - least)).clamp(0.0, 1.0) } else { 0.0 };
+        let surface = surface::Surface::new(&self.points, &self.faces);
+        let eye = (!self.flat).then_some(eye);
+        for (number, face) in self.faces.iter().enumerate() {
+            if self.closed && eye.is_some_and(|eye| surface.normal(number).dot(&eye) <= 0.0) {
+                continue;
+            }
+            let corners: Vec<raster::Corner> = (face.iter().enumerate())
+                .map(|(k, &point)| raster::Corner {
+                    at: at[point],
+                    normal: if self.flat { None } else { Some(surface.corner_normal(number, k)) },
+                    value: self.values.get(point).map_or(f64::NAN, |v| part(*v)),
+                })
+                .collect();
+            canvas.face(&corners);
+        }
+        match &self.lines {
+            Some(lines) => lines.iter().for_each(|line| canvas.line(line.iter().map(|&p| at[p]), Lines::THIN)),
+            None => surface.edges().for_each(|[a, b]| canvas.line([at[a], at[b]].into_iter(), Lines::THIN)),
+        }
+        surface.creases().for_each(|[a, b]| canvas.line([at[a], at[b]].into_iter(), Lines::EDGE));
+        if let Some(eye) = eye {
+            surface.outline(&eye).for_each(|[a, b]| canvas.line([at[a], at[b]].into_iter(), Lines::EDGE));
+        }
+        canvas
+    }
+
+    fn nothing(&self, what: &str) -> OutputError {
+        OutputError::Chart { title: self.title.clone(), what: what.to_string() }
+    }
+
+    fn check(&self) -> Result<(), OutputError> {
+        let length = |what: &str, given, needed| Err(OutputError::Length { what: what.to_string(), given, needed });
+        if self.faces.iter().all(Vec::is_empty) {
+            return Err(self.nothing("no face to show"));
+        }
+        if let Some(&point) =
+            self.faces.iter().chain(self.lines.iter().flatten()).flatten().find(|p| **p >= self.points.len())
+        {
+            return length("points of a picture", self.points.len(), point + 1);
+        }
+        if let Some(face) = self.faces.iter().find(|face| face.len() < 3) {
+            return length("corners of a face", face.len(), 3);
+        }
+        if !self.values.is_empty() && self.values.len() != self.points.len() {
+            return length("values at the points of a picture", self.values.len(), self.points.len());
+        }
+        if self.points.iter().any(|x| !x.iter().all(|v| v.is_finite())) {
+            return Err(self.nothing("a point is not finite"));
+        }
+        if self.size.iter().any(|side| *side > 8000) {
+            return Err(self.nothing("more than 8000 pixels a side"));
+        }
+        Ok(())
+    }
+
+    fn bar(&self, svg: &mut String, [x, top]: [f64; 2], height: f64, (least, most): (f64, f64)) {
+        let (bar, step) = (0.8 * height, 0.8 * height / BANDS as f64);
+        let from = top + 0.5 * (height - bar) + 10.0;
+        let letters = LETTERS[1];
+        for band in 0..BANDS {
+            let y = from + bar - (band + 1) as f64 * step;
+            let [r, g, b] = colour(band).map(|c| c as u8);
+            let height = step + 0.3;
+            let _ = writeln!(
+                svg,
+                "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"18\" height=\"{height:.1}\" fill=\"#{r:02x}{g:02x}{b:02x}\"/>"
+            );
+        }
+        let range = most - least;
+        for mark in if range > 0.0 { 0..=4 } else { 0..=0 } {
+            let part = f64::from(mark) / 4.0;
+            let text = short(least + part * range, if range > 0.0 { range } else { least });
+            let y = from + bar * (1.0 - part) + 5.0;
+            let _ = writeln!(svg, "<text x=\"{:.1}\" y=\"{y:.1}\" font-size=\"{letters}\">{text}</text>", x + 26.0);
+        }
+        let label = escaped(&self.label);
+        let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{:.1}\" font-size=\"{letters}\">{label}</text>", from - 14.0);
+    }
+}
+
+/// The least and the largest value that pictures show.
+fn value_range(panels: &[&Picture]) -> (f64, f64) {
+    let shown = panels.iter().flat_map(|panel| panel.faces.iter().flatten().filter_map(|&p| panel.values.get(p)));
+    let (least, most) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+    match most - least > LEVEL * least.abs().max(most.abs()) {
+        true => (least, most),
+        false if least.is_finite() => (least, least),
+        false => (0.0, 0.0),
+    }
+}
+
+/// The colour of a band: dark blue over green to yellow (the map viridis), which prints and colour-blind readers keep apart.
+fn colour(band: usize) -> [f64; 3] {
+    const STOPS: [[f64; 3]; 9] = [
+        [68.0, 1.0, 84.0],
+        [71.0, 44.0, 122.0],
+        [59.0, 81.0, 139.0],
+        [44.0, 113.0, 142.0],
+        [33.0, 144.0, 141.0],
+        [39.0, 173.0, 129.0],
+        [92.0, 200.0, 99.0],
+        [170.0, 220.0, 50.0],
+        [253.0, 231.0, 37.0],
+    ];
+    let at = band.min(BANDS - 1) as f64 / (BANDS - 1) as f64 * 8.0;
+    let low = (at as usize).min(7);
+    std::array::from_fn(|i| STOPS[low][i] + (at - low as f64) * (STOPS[low + 1][i] - STOPS[low][i]))
+}
+
+/// Text between elements.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+/// Bytes as text of 64 letters (RFC 4648).
+fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for three in bytes.chunks(3) {
+        let word = (0..3).fold(0u32, |word, k| word << 8 | u32::from(three.get(k).copied().unwrap_or(0)));
+        for k in 0..4 {
+            let letter = LETTERS[(word >> (18 - 6 * k)) as usize & 63] as char;
+            text.push(if k <= three.len() { letter } else { '=' });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::base64;
+
+    #[test]
+    fn bytes_become_the_letters_of_the_standard() {
+        let pairs = [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")];
+        for (bytes, text) in pairs {
+            assert_eq!(base64(bytes.as_bytes()), text);
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! A page on which a body is turned and its steps are run through.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::{BANDS, LEVEL, Picture, base64, colour, escaped};
+use crate::error::OutputError;
+use crate::output::{short, write_text};
+
+/// A web page of its own, without anything from elsewhere: a body that is turned with the mouse and moves through the frames of
+/// a path by a slider.
+///
+/// ```
+/// use rkpm::geometry::Point;
+/// use rkpm::output::{Page, Picture};
+/// let plate = |right: f64| {
+///     let corners = [[0.0, 0.0], [right, 0.0], [right, 1.0], [0.0, 1.0]].map(Point::<2>::from);
+///     Picture::new(&corners, vec![vec![0, 1, 2, 3]]).coloured("stretch", vec![right / 2.0; 4])
+/// };
+/// let html = Page::new("A plate").frame("at rest", plate(2.0)).frame("pulled", plate(3.0)).to_html()?;
+/// assert!(html.contains("at rest") && html.contains("pulled"));
+/// # Ok::<(), rkpm::error::OutputError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Page {
+    title: String,
+    frames: Vec<(String, Picture)>,
+}
+
+impl Page {
+    /// A page without frames.
+    pub fn new(title: impl Into<String>) -> Self {
+        Page { title: title.into(), frames: Vec::new() }
+    }
+
+    /// Adds a frame with what the slider says at it. All frames show the same faces at other places; the first one's view and
+    /// label count.
+    #[must_use]
+    pub fn frame(mut self, label: impl Into<String>, picture: Picture) -> Self {
+        self.frames.push((label.into(), picture));
+        self
+    }
+
+    /// The page as text.
+    ///
+    /// # Errors
+    /// Without frames, where frames have other faces than the first one, and as [`Picture::to_svg`].
+    pub fn to_html(&self) -> Result<String, OutputError> {
+        let refused = |what: String| OutputError::Chart { title: self.title.clone(), what };
+        let Some((_, first)) = self.frames.first() else { return Err(refused("a page without a frame".to_string())) };
+        let mut frames = String::new();
+        let (mut least, mut most) = first.range.unwrap_or((f64::INFINITY, f64::NEG_INFINITY));
+        for (label, picture) in &self.frames {
+            picture.check()?;
+            if picture.faces != first.faces || picture.points.len() != first.points.len() {
+                return Err(refused(format!("frame \"{label}\" has other faces than the first frame")));
+            }
+            if first.range.is_none() {
+                let values = picture.values.iter().filter(|v| v.is_finite());
+                (least, most) = values.fold((least, most), |(a, b), v| (a.min(*v), b.max(*v)));
+            }
+            let points = floats(picture.points.iter().flat_map(|x| [x[0], x[1], x[2]]));
+            let grey = std::iter::repeat_n(f64::NAN, if picture.values.is_empty() { picture.points.len() } else { 0 });
+            let values = floats(picture.values.iter().copied().chain(grey));
+            let _ = write!(frames, "{{label:{},points:\"{points}\",values:\"{values}\"}},", quoted(label));
+        }
+        if !(most - least > LEVEL * least.abs().max(most.abs())) {
+            most = least;
+        }
+        let (least, most) = if least.is_finite() { (least, most) } else { (0.0, 0.0) };
+        let triangles =
+            first.faces.iter().flat_map(|face| (2..face.len()).flat_map(|k| [face[0], face[k - 1], face[k]]));
+        let edges =
+            || first.faces.iter().flat_map(|face| (0..face.len()).flat_map(|k| [face[k], face[(k + 1) % face.len()]]));
+        let lines = match &first.lines {
+            Some(lines) => integers(lines.iter().flat_map(|line| line.windows(2).flat_map(|ends| [ends[0], ends[1]]))),
+            None => integers(edges()),
+        };
+        let colours: Vec<[u8; 3]> = (0..BANDS).map(|band| colour(band).map(|c| c as u8)).collect();
+        let range = most - least;
+        let marks: Vec<String> = match range > 0.0 {
+            true => (0..=4).map(|mark| short(least + f64::from(mark) / 4.0 * range, range)).collect(),
+            false => vec![short(least, least)],
+        };
+        let data = format!(
+            "{{flat:{},view:{:?},label:{},range:[{least:?},{most:?}],marks:{marks:?},colours:{colours:?},triangles:\"{}\",\
+             lines:\"{lines}\",frames:[{frames}]}}",
+            first.flat,
+            first.view,
+            quoted(&escaped(&first.label)),
+            integers(triangles),
+        );
+        let template = include_str!("page.html");
+        Ok(template.replace("@TITLE@", &escaped(&self.title)).replace("@DATA@", &data))
+    }
+
+    /// Writes the page, with the directories above it.
+    ///
+    /// # Errors
+    /// As [`to_html`](Page::to_html), and [`OutputError::Io`] where the file system refuses.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
+        write_text(path.as_ref(), &self.to_html()?)
+    }
+}
+
+/// Numbers in single precision, as text.
+fn floats(numbers: impl Iterator<Item = f64>) -> String {
+    base64(&numbers.flat_map(|x| (x as f32).to_le_bytes()).collect::<Vec<u8>>())
+}
+
+fn integers(numbers: impl Iterator<Item = usize>) -> String {
+    base64(&numbers.flat_map(|x| (x as u32).to_le_bytes()).collect::<Vec<u8>>())
+}
+
+/// Text within a script: nothing in it ends the script.
+fn quoted(text: &str) -> String {
+    format!("{text:?}").replace('<', "\\u003c").replace("\\u{", "\\x7b")
+}
