@@ -165,12 +165,16 @@ pub mod prelude {
 #[doc = include_str!("../README.md")]
 struct ReadmeDoctests;
 
-/// Runs the code of the guide.
-#[cfg(all(doctest, feature = "solve"))]
-#[doc = include_str!("../docs/guide.md")]
-struct GuideDoctests;
-
-/// Runs the code of the tutorials.
-#[cfg(all(doctest, feature = "solve"))]
-#[doc = include_str!("../docs/tutorials.md")]
-struct TutorialDoctests;
+/// Runs the code of the book.
+#[cfg(all(doctest, feature = "solve", feature = "chart", feature = "fit", feature = "serde"))]
+mod book {
+    macro_rules! pages {
+        ($($page:ident)*) => { $(
+            #[doc = include_str!(concat!("../docs/book/", stringify!($page), ".md"))]
+            #[allow(non_camel_case_types)]
+            struct $page;
+        )* };
+    }
+    pages!(first parts bodies conditions contact materials time plane_stress instabilities results tolerances large own);
+    pages!(from_finite_elements from_felupe from_febio limits);
+}

@@ -2,6 +2,7 @@
 
 mod allocations;
 mod circles;
+mod documents;
 mod downstream;
 mod floors;
 mod output;

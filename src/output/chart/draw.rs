@@ -27,12 +27,14 @@ const GRID: RGBColor = RGBColor(0xE3, 0xE3, 0xE3);
 const SHADE: RGBColor = RGBColor(0xD2, 0xD2, 0xD2);
 /// Units per pixel: plotters counts whole units, and curves are to stay smooth.
 const PIXEL: i32 = 10;
+/// Sizes of letters: of the title, of labels and of all other text \[px\]; plotters divides them by 1.24.
+const LETTERS: [i32; 3] = [21, 19, 17];
 /// Heights of a row of the legend and of the title \[px\].
-const ROW: i32 = 20;
-const TITLE: i32 = 20;
+const ROW: i32 = 22;
+const TITLE: i32 = 24;
 /// Room beside the plot: left and beneath for labels, and elsewhere \[px\].
-const LEFT: i32 = 74;
-const BENEATH: i32 = 48;
+const LEFT: i32 = 84;
+const BENEATH: i32 = 56;
 const EDGE: i32 = 14;
 /// Pixels along a side beyond which a chart is refused: no screen is as large, and dashes would fill the memory.
 const LARGEST: u32 = 20_000;
@@ -89,7 +91,7 @@ fn svg(chart: &Chart) -> Result<String, OutputError> {
     let mut ranges = ranges(chart)?;
     let [width, mut height] = [chart.size.0.max(320), chart.size.1.max(240)].map(|side| side as i32);
     let title = if chart.title.is_empty() { 0 } else { TITLE };
-    let room = [width - LEFT - EDGE, height - title - BENEATH - EDGE].map(f64::from);
+    let room = [width - LEFT - 6 - EDGE, height - title - BENEATH - EDGE].map(f64::from);
     if equal {
         // One scale for both axes: a flat shape takes less height, a slender one stands in the middle.
         let spans = ranges.map(|(low, high)| high - low);
@@ -105,7 +107,7 @@ fn svg(chart: &Chart) -> Result<String, OutputError> {
         return Err(chart.error("no point to draw: all lie outside the range given"));
     }
     let entries: Vec<&Drawn<'_>> = drawn.iter().filter(|d| !d.name.trim().is_empty()).collect();
-    let widest = entries.iter().map(|d| d.name.chars().count() as i32).max().unwrap_or(0) * 7 + 48;
+    let widest = entries.iter().map(|d| d.name.chars().count() as i32).max().unwrap_or(0) * 8 + 48;
     let columns = (width / widest.max(1)).clamp(1, entries.len().max(1) as i32) as usize;
     let rows = entries.len().div_ceil(columns);
     let size = [width, height + ROW * rows as i32 + if rows > 0 { 6 } else { 0 }];
@@ -138,12 +140,13 @@ fn plot<'a>(
     drawn: &[Drawn<'_>],
 ) -> Result<(), Box<dyn std::error::Error>> {
     let mut builder = ChartBuilder::on(area);
-    builder.margin(EDGE * PIXEL).margin_left(0).margin_bottom(0);
+    builder.margin(EDGE * PIXEL).margin_left(6 * PIXEL).margin_bottom(0);
     builder.set_label_area_size(LabelAreaPosition::Left, LEFT * PIXEL);
     builder.set_label_area_size(LabelAreaPosition::Bottom, BENEATH * PIXEL);
     if !chart.title.is_empty() {
         builder.margin_top((EDGE + TITLE) * PIXEL);
-        let size = (14 * PIXEL).min((area.dim_in_pixel().0 as i32 * 9 / 5) / chart.title.chars().count().max(1) as i32);
+        let size = (LETTERS[0] * PIXEL)
+            .min((area.dim_in_pixel().0 as i32 * 9 / 5) / chart.title.chars().count().max(1) as i32);
         let style = TextStyle::from((FONT, size)).pos(Pos::new(HPos::Center, VPos::Center));
         area.draw(&Text::new(
             chart.title.clone(),
@@ -168,9 +171,9 @@ fn plot<'a>(
     plot.configure_mesh()
         .x_desc(chart.x.label.as_str())
         .y_desc(chart.y.label.as_str())
-        .axis_desc_style((FONT, 13 * PIXEL))
-        .label_style((FONT, 12 * PIXEL))
-        .x_labels(count(chart.x.scale, x, (across as i32 / (75 * PIXEL)).clamp(2, 9)))
+        .axis_desc_style((FONT, LETTERS[1] * PIXEL))
+        .label_style((FONT, LETTERS[2] * PIXEL))
+        .x_labels(count(chart.x.scale, x, (across as i32 / (90 * PIXEL)).clamp(2, 9)))
         .y_labels(count(chart.y.scale, y, (up as i32 / (42 * PIXEL)).clamp(2, 12)))
         .x_label_formatter(&label(chart.x.scale, x))
         .y_label_formatter(&label(chart.y.scale, y))
@@ -226,7 +229,7 @@ fn legend<'a>(drawn: &Drawn<'_>, cell: &DrawingArea<Svg<'a>, Shift>) -> Result<(
     if drawn.marker != Marker::None {
         cell.draw(&marker(drawn.marker, (14 * PIXEL, middle), 38, drawn.colour))?;
     }
-    let style = TextStyle::from((FONT, 12 * PIXEL)).pos(Pos::new(HPos::Left, VPos::Center));
+    let style = TextStyle::from((FONT, LETTERS[2] * PIXEL)).pos(Pos::new(HPos::Left, VPos::Center));
     cell.draw(&Text::new(drawn.name.to_owned(), (36 * PIXEL, middle), style))?;
     Ok(())
 }

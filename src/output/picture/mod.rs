@@ -1,5 +1,6 @@
 //! Pictures of bodies: a shaded surface, coloured by a field, as SVG around an image of pixels.
 
+mod colour;
 mod page;
 mod raster;
 mod surface;
@@ -13,10 +14,9 @@ pub use page::Page;
 
 use super::{short, write_text};
 use crate::error::OutputError;
+use colour::{BANDS, colour};
 use raster::{Canvas, Lines};
 
-/// Bands of colour between the smallest and the largest value.
-const BANDS: usize = 12;
 /// Values that differ by less than this part are the same, but for rounding.
 const LEVEL: f64 = 1e-9;
 /// Room for the title, the colour bar and around the body \[px\].
@@ -334,24 +334,6 @@ fn value_range(panels: &[&Picture]) -> (f64, f64) {
         false if least.is_finite() => (least, least),
         false => (0.0, 0.0),
     }
-}
-
-/// The colour of a band: dark blue over green to yellow (the map viridis), which prints and colour-blind readers keep apart.
-fn colour(band: usize) -> [f64; 3] {
-    const STOPS: [[f64; 3]; 9] = [
-        [68.0, 1.0, 84.0],
-        [71.0, 44.0, 122.0],
-        [59.0, 81.0, 139.0],
-        [44.0, 113.0, 142.0],
-        [33.0, 144.0, 141.0],
-        [39.0, 173.0, 129.0],
-        [92.0, 200.0, 99.0],
-        [170.0, 220.0, 50.0],
-        [253.0, 231.0, 37.0],
-    ];
-    let at = band.min(BANDS - 1) as f64 / (BANDS - 1) as f64 * 8.0;
-    let low = (at as usize).min(7);
-    std::array::from_fn(|i| STOPS[low][i] + (at - low as f64) * (STOPS[low + 1][i] - STOPS[low][i]))
 }
 
 /// Text between elements.

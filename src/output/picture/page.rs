@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::{BANDS, LEVEL, Picture, base64, colour, escaped};
+use super::colour::{BANDS, colour};
+use super::{LEVEL, Picture, base64, escaped};
 use crate::error::OutputError;
 use crate::output::{short, write_text};
 

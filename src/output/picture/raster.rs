@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{BANDS, colour};
+use super::colour::{BANDS, colour};
 
 /// Pixels of the image on a pixel of the picture, and samples on a pixel of the image, in each direction.
 const DENSITY: f64 = 1.5;

@@ -1,0 +1,84 @@
+//! README and book: links lead somewhere, pages are listed, their programs are run with the tests.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The Markdown files of a directory.
+fn documents(directory: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path());
+    entries.filter(|path| path.extension().is_some_and(|e| e == "md")).collect()
+}
+
+/// The text outside of blocks of code, and the first lines of these blocks.
+fn prose(text: &str) -> (String, Vec<&str>) {
+    let (mut prose, mut blocks, mut inside) = (String::new(), Vec::new(), false);
+    for line in text.lines() {
+        match line.trim_start().strip_prefix("```") {
+            Some(kind) => {
+                if !inside {
+                    blocks.push(kind);
+                }
+                inside = !inside;
+            }
+            None if !inside => prose.extend([line, "\n"]),
+            None => {}
+        }
+    }
+    (prose, blocks)
+}
+
+/// Targets of links that are files of the project.
+fn links(prose: &str) -> Vec<&str> {
+    let targets = prose.split("](").skip(1).filter_map(|rest| rest.split_once(')').map(|(target, _)| target));
+    let files = targets.filter(|target| !target.contains("://") && !target.starts_with('#'));
+    files.map(|target| target.split('#').next().unwrap_or(target)).collect()
+}
+
+#[test]
+fn links_between_documents_lead_to_files() {
+    let of_root = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(|name| root().join(name));
+    let directories = ["docs", "docs/book", "docs/measurements", "petsc"].map(|name| root().join(name));
+    let files = of_root.into_iter().chain(directories.iter().flat_map(|directory| documents(directory)));
+    let mut seen = 0;
+    for file in files {
+        let text = fs::read_to_string(&file).unwrap();
+        for link in links(&prose(&text).0) {
+            let target = file.parent().unwrap().join(link);
+            assert!(target.exists(), "{}: {link} does not exist", file.display());
+            seen += 1;
+        }
+    }
+    assert!(seen > 80, "{seen} links found");
+}
+
+#[test]
+fn every_page_of_the_book_is_listed_and_run() {
+    let summary = fs::read_to_string(root().join("docs/SUMMARY.md")).unwrap();
+    let library = fs::read_to_string(root().join("src/lib.rs")).unwrap();
+    let run: Vec<&str> = library
+        .split("pages!(")
+        .skip(1)
+        .filter_map(|rest| rest.split_once(");"))
+        .flat_map(|(names, _)| names.split_whitespace())
+        .collect();
+    let pages = documents(&root().join("docs/book"));
+    assert_eq!(pages.len(), run.len(), "pages are those that src/lib.rs names");
+    for page in pages {
+        let name = page.file_stem().unwrap().to_str().unwrap();
+        assert!(run.contains(&name), "{name} is missing in src/lib.rs");
+        assert!(summary.contains(&format!("(book/{name}.md)")), "{name} is missing in docs/SUMMARY.md");
+        let text = fs::read_to_string(&page).unwrap();
+        let picture = text.lines().nth(2).unwrap();
+        assert!(picture.starts_with("![") && picture.ends_with(&format!("]({name}.svg)")), "{name}: {picture}");
+        let (_, blocks) = prose(&text);
+        assert!(!blocks.is_empty() && blocks.iter().all(|kind| *kind == "rust"), "{name}: blocks that are not run");
+        assert!(text.contains(&format!("book::compare(\"{name}\"")), "{name}: no program compares its picture");
+    }
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    let (_, blocks) = prose(&readme);
+    assert!(blocks.iter().all(|kind| ["rust", "sh", "toml", "python"].contains(kind)), "{blocks:?}");
+}
