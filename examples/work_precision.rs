@@ -223,10 +223,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         points.rows.extend(study.points().rows);
         study.table().write(out.join(format!("details_{}.csv", study.name)))?;
         charts.push(if study.name == "tube" && !others.is_empty() {
-            let name = format!("{} (1D here, 2D in other programs)", study.name);
-            Study { name, ..study.clone() }.chart()
+            let name = format!("{} (1D here, 2D elsewhere)", study.name);
+            Study { name, ..study.clone() }.chart().size(480, 420)
         } else {
-            study.chart()
+            study.chart().size(480, 420)
         });
     }
     points.write(out.join("points.csv"))?;

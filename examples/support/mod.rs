@@ -115,24 +115,29 @@ pub fn grid_lines_at_rest<const D: usize>(lattice: &Lattice<D>) -> Vec<Vec<Point
     (0..D).flat_map(|axis| starts(axis).map(move |start| line(axis, start).collect())).collect()
 }
 
-/// Several charts beside each other as one picture.
+/// Several charts as one picture, two in a row.
 ///
 /// # Errors
 /// As [`Chart::to_svg`].
 pub fn panels(charts: &[Chart]) -> Result<String, Error> {
     let (mut width, mut height) = (0.0f64, 0.0f64);
     let mut inner = String::new();
-    for chart in charts {
-        let svg = chart.to_svg()?;
-        let length = |name: &str| -> f64 {
-            let cell = svg.split_once(&format!("{name}=\"")).and_then(|(_, rest)| rest.split('"').next());
-            cell.and_then(|number| number.parse().ok()).unwrap_or_default()
-        };
-        // Charts begin with their own element: all it lacks is a place.
-        let start = svg.find("<svg").unwrap_or_default();
-        inner.push_str(&svg[start..].replacen("<svg", &format!("<svg x=\"{width}\""), 1));
-        width += length("width");
-        height = height.max(length("height"));
+    for row in charts.chunks(2) {
+        let (mut left, mut tallest) = (0.0, 0.0f64);
+        for chart in row {
+            let svg = chart.to_svg()?;
+            let length = |name: &str| -> f64 {
+                let cell = svg.split_once(&format!("{name}=\"")).and_then(|(_, rest)| rest.split('"').next());
+                cell.and_then(|number| number.parse().ok()).unwrap_or_default()
+            };
+            // Charts begin with their own element: all it lacks is a place.
+            let start = svg.find("<svg").unwrap_or_default();
+            inner.push_str(&svg[start..].replacen("<svg", &format!("<svg x=\"{left}\" y=\"{height}\""), 1));
+            left += length("width");
+            tallest = tallest.max(length("height"));
+        }
+        width = width.max(left);
+        height += tallest;
     }
     let open = format!("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\">");
     Ok(format!("{open}\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n{inner}</svg>\n"))
