@@ -47,7 +47,11 @@ impl Group {
 
 /// Groups constraint equations that share unknowns and brings each group to reduced echelon form; free unknowns by full index.
 pub(super) fn eliminate(equations: &Constraints, limit: usize) -> Result<Vec<(Group, Vec<usize>)>, BoundaryError> {
-    // Union of constraint equations through the unknowns they share.
+    connected(equations).into_iter().map(|members| eliminate_group(equations, members, limit)).collect()
+}
+
+/// The constraint equations in sets that share no unknowns with each other.
+fn connected(equations: &Constraints) -> Vec<Vec<usize>> {
     let mut leader: Vec<usize> = (0..equations.len()).collect();
     fn find(leader: &mut [usize], mut i: usize) -> usize {
         while leader[i] != i {
@@ -56,11 +60,11 @@ pub(super) fn eliminate(equations: &Constraints, limit: usize) -> Result<Vec<(Gr
         }
         i
     }
-    let mut first_row: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut first_equation: BTreeMap<usize, usize> = BTreeMap::new();
     for (r, equation) in equations.equations().iter().enumerate() {
         for &(unknown, coefficient) in &equation.entries {
             if coefficient != 0.0 {
-                let other = *first_row.entry(unknown).or_insert(r);
+                let other = *first_equation.entry(unknown).or_insert(r);
                 let (a, b) = (find(&mut leader, r), find(&mut leader, other));
                 leader[a.max(b)] = a.min(b);
             }
@@ -70,89 +74,100 @@ pub(super) fn eliminate(equations: &Constraints, limit: usize) -> Result<Vec<(Gr
     for r in 0..equations.len() {
         members.entry(find(&mut leader, r)).or_default().push(r);
     }
-    let mut groups = Vec::with_capacity(members.len());
-    for rows_of in members.into_values() {
-        let m = rows_of.len();
-        if m > limit {
-            return Err(BoundaryError::Unsuitable {
-                enforcement: "mixed transformation",
-                reason: format!(
-                    "{m} constraint equations share unknowns and would be eliminated together, the limit is {limit}; take Lagrange multipliers"
-                ),
-            });
-        }
-        let mut unknowns: Vec<usize> = rows_of
-            .iter()
-            .flat_map(|&r| equations.equations()[r].entries.iter().filter(|e| e.1 != 0.0).map(|e| e.0))
-            .collect();
-        unknowns.sort_unstable();
-        unknowns.dedup();
-        let n = unknowns.len();
-        // [G | I], constraint equations scaled to a largest entry of one.
-        let width = n + m;
-        let mut a = vec![0.0; m * width];
-        for (i, &r) in rows_of.iter().enumerate() {
-            let equation = &equations.equations()[r];
-            let largest = equation.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
-            for &(unknown, coefficient) in &equation.entries {
-                if coefficient != 0.0 {
-                    a[i * width + unknowns.partition_point(|&u| u < unknown)] += coefficient / largest;
-                }
-            }
-            a[i * width + n + i] = 1.0 / largest;
-        }
-        let mut pivot_column = vec![usize::MAX; m];
-        for _ in 0..m {
-            let mut best = (0.0, 0, 0);
-            for i in (0..m).filter(|&i| pivot_column[i] == usize::MAX) {
-                for (j, value) in a[i * width..i * width + n].iter().enumerate() {
-                    if value.abs() > best.0 {
-                        best = (value.abs(), i, j);
-                    }
-                }
-            }
-            let (size, i, j) = best;
-            if !(size > DEPENDENT) {
-                let equation = (0..m).find(|&i| pivot_column[i] == usize::MAX).map_or(0, |i| rows_of[i]);
-                return Err(BoundaryError::Dependent {
-                    equation,
-                    what: equations.equations()[equation].label.clone(),
-                    pivot: size,
-                });
-            }
-            pivot_column[i] = j;
-            let scale = 1.0 / a[i * width + j];
-            let pivot_row: Vec<f64> = a[i * width..(i + 1) * width].iter().map(|v| v * scale).collect();
-            for k in 0..m {
-                let factor = a[k * width + j];
-                if k != i && factor != 0.0 {
-                    for (entry, pivot) in a[k * width..(k + 1) * width].iter_mut().zip(&pivot_row) {
-                        *entry -= factor * pivot;
-                    }
-                    a[k * width + j] = 0.0;
-                }
-            }
-            a[i * width..(i + 1) * width].copy_from_slice(&pivot_row);
-        }
-        let free_columns: Vec<usize> = (0..n).filter(|j| !pivot_column.contains(j)).collect();
-        let mut w = Vec::with_capacity(m * free_columns.len());
-        let mut v = Vec::with_capacity(m * m);
-        for i in 0..m {
-            w.extend(free_columns.iter().map(|&j| -a[i * width + j]));
-            v.extend_from_slice(&a[i * width + n..(i + 1) * width]);
-        }
-        let group = Group {
-            equations: rows_of,
-            pivots: pivot_column.iter().map(|&j| unknowns[j]).collect(),
-            free: Vec::new(),
-            w,
-            v,
-            coupled: Vec::new(),
-            coupled_places: Vec::new(),
-            places: Vec::new(),
-            free_in_coupled: Vec::new(),
-        };
-        groups.push((group, free_columns.iter().map(|&j| unknowns[j]).collect()));
+    members.into_values().collect()
+}
+
+/// Expresses as many unknowns of some constraint equations as there are equations by the others.
+fn eliminate_group(
+    equations: &Constraints,
+    members: Vec<usize>,
+    limit: usize,
+) -> Result<(Group, Vec<usize>), BoundaryError> {
+    let m = members.len();
+    if m > limit {
+        return Err(BoundaryError::Unsuitable {
+            enforcement: "mixed transformation",
+            reason: format!(
+                "{m} constraint equations share unknowns and would be eliminated together, the limit is {limit}; take Lagrange multipliers"
+            ),
+        });
     }
-    Ok(groups)
+    let mut unknowns: Vec<usize> = members
+        .iter()
+        .flat_map(|&r| equations.equations()[r].entries.iter().filter(|e| e.1 != 0.0).map(|e| e.0))
+        .collect();
+    unknowns.sort_unstable();
+    unknowns.dedup();
+    let n = unknowns.len();
+    // [G | I], constraint equations scaled to a largest entry of one.
+    let width = n + m;
+    let mut a = vec![0.0; m * width];
+    for (i, &r) in members.iter().enumerate() {
+        let equation = &equations.equations()[r];
+        let largest = equation.entries.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
+        for &(unknown, coefficient) in &equation.entries {
+            if coefficient != 0.0 {
+                a[i * width + unknowns.partition_point(|&u| u < unknown)] += coefficient / largest;
+            }
+        }
+        a[i * width + n + i] = 1.0 / largest;
+    }
+    let pivot_column = echelon(&mut a, m, n).map_err(|(i, pivot)| {
+        let equation = members[i];
+        BoundaryError::Dependent { equation, what: equations.equations()[equation].label.clone(), pivot }
+    })?;
+    let free_columns: Vec<usize> = (0..n).filter(|j| !pivot_column.contains(j)).collect();
+    let mut w = Vec::with_capacity(m * free_columns.len());
+    let mut v = Vec::with_capacity(m * m);
+    for i in 0..m {
+        w.extend(free_columns.iter().map(|&j| -a[i * width + j]));
+        v.extend_from_slice(&a[i * width + n..(i + 1) * width]);
+    }
+    let group = Group {
+        equations: members,
+        pivots: pivot_column.iter().map(|&j| unknowns[j]).collect(),
+        free: Vec::new(),
+        w,
+        v,
+        coupled: Vec::new(),
+        coupled_places: Vec::new(),
+        places: Vec::new(),
+        free_in_coupled: Vec::new(),
+    };
+    Ok((group, free_columns.iter().map(|&j| unknowns[j]).collect()))
+}
+
+/// Gauss–Jordan with complete pivoting among the first `n` columns of `m` rows: the column of each row's pivot, or a row that
+/// depends on others and its largest entry.
+fn echelon(a: &mut [f64], m: usize, n: usize) -> Result<Vec<usize>, (usize, f64)> {
+    let width = n + m;
+    let mut pivot_column = vec![usize::MAX; m];
+    for _ in 0..m {
+        let mut best = (0.0, 0, 0);
+        for i in (0..m).filter(|&i| pivot_column[i] == usize::MAX) {
+            for (j, value) in a[i * width..i * width + n].iter().enumerate() {
+                if value.abs() > best.0 {
+                    best = (value.abs(), i, j);
+                }
+            }
+        }
+        let (size, i, j) = best;
+        if !(size > DEPENDENT) {
+            return Err(((0..m).find(|&i| pivot_column[i] == usize::MAX).unwrap_or(0), size));
+        }
+        pivot_column[i] = j;
+        let scale = 1.0 / a[i * width + j];
+        let pivot_row: Vec<f64> = a[i * width..(i + 1) * width].iter().map(|v| v * scale).collect();
+        for k in 0..m {
+            let factor = a[k * width + j];
+            if k != i && factor != 0.0 {
+                for (entry, pivot) in a[k * width..(k + 1) * width].iter_mut().zip(&pivot_row) {
+                    *entry -= factor * pivot;
+                }
+                a[k * width + j] = 0.0;
+            }
+        }
+        a[i * width..(i + 1) * width].copy_from_slice(&pivot_row);
+    }
+    Ok(pivot_column)
 }

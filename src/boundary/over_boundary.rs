@@ -69,28 +69,10 @@ impl Constraints {
         label: &str,
     ) -> Result<(), Error> {
         boundary.validate(approximation.nodes().len())?;
-        // Where each trace function goes: to its own particle, or to the nearest free one on a shared facet.
-        let mut facets_of: HashMap<u32, Vec<u32>> = HashMap::new();
-        let mut order: Vec<u32> = Vec::new();
-        for group in boundary.points.groups.windows(2) {
-            let mut members: Vec<u32> = Vec::new();
-            for traces in &boundary.traces[group[0]..group[1]] {
-                for &(particle, _) in traces {
-                    if !members.contains(&particle) {
-                        members.push(particle);
-                    }
-                }
-            }
-            for &particle in &members {
-                if !facets_of.contains_key(&particle) {
-                    order.push(particle);
-                }
-                facets_of.entry(particle).or_default().extend(&members);
-            }
-        }
+        let (order, neighbours) = facet_neighbours(boundary);
         let rounding = rounding(approximation.nodes());
         let normals = boundary.normals_at_particles();
-        // What this condition asks of each particle, and which have said it already.
+        // What this condition requests of each particle, and which have it already.
         let mut requested: HashMap<u32, (PrescribedDirection, bool)> = HashMap::with_capacity(order.len());
         for &particle in &order {
             let at = approximation.nodes()[particle as usize];
@@ -103,55 +85,11 @@ impl Constraints {
             let again = is_redundant(prescriptions, &prescription, &at, rounding)?;
             requested.insert(particle, (prescription, again));
         }
-        let mut receiver: HashMap<u32, u32> = HashMap::new();
-        for &particle in &order {
-            if !requested[&particle].1 {
-                receiver.insert(particle, particle);
-                continue;
-            }
-            let at = approximation.nodes()[particle as usize];
-            let nearer = |a: &u32, b: &u32| {
-                let distance = |n: &u32| (approximation.nodes()[*n as usize] - at).norm_squared();
-                distance(a).total_cmp(&distance(b)).then(a.cmp(b))
-            };
-            let nearest = facets_of[&particle].iter().copied().filter(|other| !requested[other].1).min_by(nearer);
-            // In corners of triangles all particles around may be prescribed: the trace functions of the part still sum to one.
-            let nearest = nearest.or_else(|| order.iter().copied().filter(|other| !requested[other].1).min_by(nearer));
-            // A trace function that has nowhere to go says again what an earlier condition said.
-            if let Some(nearest) = nearest {
-                receiver.insert(particle, nearest);
-            }
-        }
-        type Sum<const D: usize> = (HashMap<usize, f64>, Vec<(Point<D>, f64)>);
-        let mut sums: HashMap<u32, Sum<D>> = HashMap::new();
-        let mut scratch = A::Scratch::default();
-        let mut psi = ShapeFunctions::default();
-        let has_hoops = !crate::kinematics::hoop_components(kinematics)?.is_empty();
-        for group in boundary.points.groups.windows(2) {
-            let mut at_group = boundary.points.positions[group[0]..group[1]].iter();
-            let on_axis = has_hoops && at_group.all(|x| kinematics.measure(x) == 0.0);
-            for point in group[0]..group[1] {
-                let at = boundary.points.positions[point];
-                approximation.evaluate_values(&at, &mut scratch, &mut psi)?;
-                check_values(&psi, approximation.nodes().len(), &at)?;
-                let measure = if on_axis { 1.0 } else { crate::kinematics::measure(kinematics, has_hoops, &at)? };
-                let normal = boundary.points.normals.get(point).copied().unwrap_or_else(Point::zeros);
-                let direction = along(&at, &normal)?;
-                for &(particle, trace) in &boundary.traces[point] {
-                    let Some(&particle) = receiver.get(&particle) else { continue };
-                    let weight = boundary.points.weights[point] * measure * trace;
-                    let (entries, points) = sums.entry(particle).or_default();
-                    for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
-                        for i in (0..D).filter(|&i| direction[i] != 0.0) {
-                            *entries.entry(node as usize * D + i).or_default() += weight * psi * direction[i];
-                        }
-                    }
-                    points.push((at, weight));
-                }
-            }
-        }
+        let is_free = |particle: u32| !requested[&particle].1;
+        let receivers = receivers(approximation.nodes(), &order, &neighbours, is_free);
+        let mut sums = integrals(approximation, boundary, kinematics, along, &receivers)?;
         for particle in order {
-            let Some((entries, points)) = sums.remove(&particle) else { continue };
+            let Some(Integrals { entries, points }) = sums.remove(&particle) else { continue };
             let (target, amplitude) = value(points);
             let mut entries: Vec<(usize, f64)> = entries.into_iter().collect();
             entries.sort_unstable_by_key(|e| e.0);
@@ -168,6 +106,101 @@ impl Constraints {
         }
         Ok(())
     }
+}
+
+/// The particles of a boundary part in the order of its facets, and those that share a facet with each.
+fn facet_neighbours<const D: usize>(boundary: &BoundaryCells<D>) -> (Vec<u32>, HashMap<u32, Vec<u32>>) {
+    let mut neighbours: HashMap<u32, Vec<u32>> = HashMap::new();
+    let mut order: Vec<u32> = Vec::new();
+    for group in boundary.points.groups.windows(2) {
+        let mut members: Vec<u32> = Vec::new();
+        for traces in &boundary.traces[group[0]..group[1]] {
+            for &(particle, _) in traces {
+                if !members.contains(&particle) {
+                    members.push(particle);
+                }
+            }
+        }
+        for &particle in &members {
+            if !neighbours.contains_key(&particle) {
+                order.push(particle);
+            }
+            neighbours.entry(particle).or_default().extend(&members);
+        }
+    }
+    (order, neighbours)
+}
+
+/// Where each trace function goes: to its own particle where that is free, or to the nearest free one on a shared facet. One that
+/// has nowhere to go repeats what an earlier condition prescribes.
+fn receivers<const D: usize>(
+    nodes: &[Point<D>],
+    order: &[u32],
+    neighbours: &HashMap<u32, Vec<u32>>,
+    is_free: impl Fn(u32) -> bool,
+) -> HashMap<u32, u32> {
+    let mut receivers: HashMap<u32, u32> = HashMap::new();
+    for &particle in order {
+        if is_free(particle) {
+            receivers.insert(particle, particle);
+            continue;
+        }
+        let at = nodes[particle as usize];
+        let nearer = |a: &u32, b: &u32| {
+            let distance = |n: &u32| (nodes[*n as usize] - at).norm_squared();
+            distance(a).total_cmp(&distance(b)).then(a.cmp(b))
+        };
+        let nearest = neighbours[&particle].iter().copied().filter(|&other| is_free(other)).min_by(nearer);
+        // In corners of triangles all particles around may be prescribed: the trace functions of the part still sum to one.
+        let nearest = nearest.or_else(|| order.iter().copied().filter(|&other| is_free(other)).min_by(nearer));
+        receivers.extend(nearest.map(|nearest| (particle, nearest)));
+    }
+    receivers
+}
+
+/// The integrals of one constraint equation: its coefficients, and the points that they were summed over with their weights.
+#[derive(Default)]
+struct Integrals<const D: usize> {
+    entries: HashMap<usize, f64>,
+    points: Vec<(Point<D>, f64)>,
+}
+
+/// Sums trace functions times shape functions over a boundary part, for each particle that receives some.
+fn integrals<const D: usize, A: Approximation<D>>(
+    approximation: &A,
+    boundary: &BoundaryCells<D>,
+    kinematics: &(impl Kinematics<D> + ?Sized),
+    along: Along<'_, D>,
+    receivers: &HashMap<u32, u32>,
+) -> Result<HashMap<u32, Integrals<D>>, Error> {
+    let mut sums: HashMap<u32, Integrals<D>> = HashMap::new();
+    let mut scratch = A::Scratch::default();
+    let mut psi = ShapeFunctions::default();
+    let has_hoops = !crate::kinematics::hoop_components(kinematics)?.is_empty();
+    for group in boundary.points.groups.windows(2) {
+        let mut at_group = boundary.points.positions[group[0]..group[1]].iter();
+        let on_axis = has_hoops && at_group.all(|x| kinematics.measure(x) == 0.0);
+        for point in group[0]..group[1] {
+            let at = boundary.points.positions[point];
+            approximation.evaluate_values(&at, &mut scratch, &mut psi)?;
+            check_values(&psi, approximation.nodes().len(), &at)?;
+            let measure = if on_axis { 1.0 } else { crate::kinematics::measure(kinematics, has_hoops, &at)? };
+            let normal = boundary.points.normals.get(point).copied().unwrap_or_else(Point::zeros);
+            let direction = along(&at, &normal)?;
+            for &(particle, trace) in &boundary.traces[point] {
+                let Some(&particle) = receivers.get(&particle) else { continue };
+                let weight = boundary.points.weights[point] * measure * trace;
+                let Integrals { entries, points } = sums.entry(particle).or_default();
+                for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
+                    for i in (0..D).filter(|&i| direction[i] != 0.0) {
+                        *entries.entry(node as usize * D + i).or_default() += weight * psi * direction[i];
+                    }
+                }
+                points.push((at, weight));
+            }
+        }
+    }
+    Ok(sums)
 }
 
 /// Displacements closer than this part of the coordinates are equal: they may be differences of them.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::error::BoundaryError;
 use crate::geometry::Point;
+use crate::linear::vector::dot;
 use crate::term::Amplitude;
 
 /// What is left of a direction beside those that were prescribed before it, below which it is one of them: a constraint equation of its own
@@ -40,10 +41,6 @@ impl PrescribedDirection {
     pub(crate) fn direction<const D: usize>(&self) -> Point<D> {
         Point::from_fn(|i, _| self.direction[i])
     }
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// The direction as a combination of the prescribed ones, and what is left of it.

@@ -47,10 +47,39 @@ struct Bound {
 impl Enforcement for MixedTransformation {
     fn bind(&self, pattern: &Pattern, equations: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
         pattern_fits(pattern, equations)?;
-        let size = pattern.size();
-        let mut groups = eliminate(equations, self.limit)?;
-        let mut reduced_of = vec![0u32; size];
-        // The number of each pivot among all.
+        let eliminated = eliminate(equations, self.limit)?;
+        let numbering = Numbering::new(pattern.size(), &eliminated);
+        let mut groups: Vec<Group> = Vec::with_capacity(eliminated.len());
+        for (mut group, free) in eliminated {
+            group.free = free.iter().map(|&unknown| numbering.reduced_of[unknown]).collect();
+            groups.push(group);
+        }
+        let reduced = numbering.reduced_pattern(pattern, &mut groups);
+        let Destinations { destination, touches_free, touches_pivot } =
+            numbering.destinations(pattern, &reduced, &groups);
+        let Numbering { pivots, reduced_of, full_of, .. } = numbering;
+        Ok(Box::new(Bound { reduced, groups, destination, pivots, touches_free, touches_pivot, reduced_of, full_of }))
+    }
+}
+
+/// Pivots and free unknowns by their numbers.
+struct Numbering {
+    /// The number of each pivot among all; `u32::MAX` for free unknowns.
+    pivot_of: Vec<u32>,
+    pivots: Vec<[u32; 2]>,
+    reduced_of: Vec<u32>,
+    full_of: Vec<usize>,
+}
+
+/// Where the entries of the full matrix go, as [`Bound`] has them.
+struct Destinations {
+    destination: Vec<u32>,
+    touches_free: Vec<[u32; 3]>,
+    touches_pivot: Vec<[u32; 3]>,
+}
+
+impl Numbering {
+    fn new(size: usize, groups: &[(Group, Vec<usize>)]) -> Self {
         let mut pivot_of = vec![u32::MAX; size];
         let mut pivots: Vec<[u32; 2]> = Vec::new();
         for (g, group) in groups.iter().enumerate() {
@@ -59,42 +88,38 @@ impl Enforcement for MixedTransformation {
                 pivots.push([g as u32, p as u32]);
             }
         }
-        let group_of = |unknown: usize| pivots[pivot_of[unknown] as usize][0] as usize;
-        let mut full_of = Vec::with_capacity(size);
-        for unknown in 0..size {
-            if pivot_of[unknown] != u32::MAX {
-                reduced_of[unknown] = u32::MAX;
-            } else {
-                reduced_of[unknown] = full_of.len() as u32;
-                full_of.push(unknown);
-            }
+        let mut reduced_of = vec![u32::MAX; size];
+        let full_of: Vec<usize> = (0..size).filter(|&unknown| pivot_of[unknown] == u32::MAX).collect();
+        for (reduced, &full) in full_of.iter().enumerate() {
+            reduced_of[full] = reduced as u32;
         }
-        for (group, free) in &mut groups {
-            group.free = free.iter().map(|&f| reduced_of[f]).collect();
-        }
-        let mut groups: Vec<Group> = groups.into_iter().map(|(group, _)| group).collect();
+        Numbering { pivot_of, pivots, reduced_of, full_of }
+    }
 
+    fn group_of(&self, unknown: usize) -> usize {
+        self.pivots[self.pivot_of[unknown] as usize][0] as usize
+    }
+
+    /// The pattern between free unknowns, and what the pivots of each group couple with.
+    fn reduced_pattern(&self, pattern: &Pattern, groups: &mut [Group]) -> Pattern {
         // What each group's pivots couple with, directly or through other pivots.
         let mut coupled: Vec<Vec<u32>> = groups.iter().map(|g| g.free.clone()).collect();
         // Groups whose pivots couple with each other.
         let mut partners: Vec<(usize, usize)> = Vec::new();
-        let mut columns: Vec<Vec<u32>> = vec![Vec::new(); full_of.len()];
-        for column in 0..size {
-            if reduced_of[column] != u32::MAX {
-                columns[reduced_of[column] as usize].reserve(pattern.column(column).len());
+        let mut columns: Vec<Vec<u32>> = vec![Vec::new(); self.full_of.len()];
+        for column in 0..pattern.size() {
+            let c = self.reduced_of[column];
+            if c != u32::MAX {
+                columns[c as usize].reserve(pattern.column(column).len());
             }
-            for &equation in pattern.column(column) {
-                let (r, c) = (reduced_of[equation as usize], reduced_of[column]);
+            for row in pattern.column(column).iter().map(|&row| row as usize) {
+                let r = self.reduced_of[row];
                 match (r == u32::MAX, c == u32::MAX) {
                     (false, false) => columns[c as usize].push(r),
-                    (true, false) => {
-                        coupled[group_of(equation as usize)].push(c);
-                    }
-                    (false, true) => {
-                        coupled[group_of(column)].push(r);
-                    }
+                    (true, false) => coupled[self.group_of(row)].push(c),
+                    (false, true) => coupled[self.group_of(column)].push(r),
                     (true, true) => {
-                        let (a, b) = (group_of(equation as usize), group_of(column));
+                        let (a, b) = (self.group_of(row), self.group_of(column));
                         if a != b {
                             partners.push((a.min(b), a.max(b)));
                         }
@@ -122,7 +147,7 @@ impl Enforcement for MixedTransformation {
             }
         }
         let reduced = Pattern::from_columns(columns);
-        for group in &mut groups {
+        for group in groups {
             for &s in &group.free {
                 for &n in &group.coupled {
                     // In the pattern by construction.
@@ -131,13 +156,17 @@ impl Enforcement for MixedTransformation {
                 }
             }
         }
+        reduced
+    }
+
+    fn destinations(&self, pattern: &Pattern, reduced: &Pattern, groups: &[Group]) -> Destinations {
         let mut destination = vec![u32::MAX; pattern.entries()];
         let (mut touches_free, mut touches_pivot) = (Vec::new(), Vec::new());
-        for column in 0..size {
+        for column in 0..pattern.size() {
             let mut place = None;
             for entry in pattern.columns[column]..pattern.columns[column + 1] {
-                let equation = pattern.rows[entry] as usize;
-                let (r, c) = (reduced_of[equation], reduced_of[column]);
+                let row = pattern.rows[entry] as usize;
+                let (r, c) = (self.reduced_of[row], self.reduced_of[column]);
                 if r != u32::MAX && c != u32::MAX {
                     // Both columns are sorted: walk along instead of searching.
                     let mut k = place.unwrap_or(reduced.columns[c as usize]);
@@ -147,16 +176,16 @@ impl Enforcement for MixedTransformation {
                     destination[entry] = k as u32;
                     place = Some(k);
                 } else if r == u32::MAX && c == u32::MAX {
-                    touches_pivot.push([entry as u32, pivot_of[equation], pivot_of[column]]);
+                    touches_pivot.push([entry as u32, self.pivot_of[row], self.pivot_of[column]]);
                 } else {
-                    let (pivot, free) = if r == u32::MAX { (equation, c) } else { (column, r) };
-                    let at = groups[group_of(pivot)].coupled.partition_point(|&n| n < free);
-                    touches_free.push([entry as u32, pivot_of[pivot], at as u32]);
+                    let (pivot, free) = if r == u32::MAX { (row, c) } else { (column, r) };
+                    let at = groups[self.group_of(pivot)].coupled.partition_point(|&n| n < free);
+                    touches_free.push([entry as u32, self.pivot_of[pivot], at as u32]);
                 }
             }
         }
         touches_free.shrink_to_fit();
-        Ok(Box::new(Bound { reduced, groups, destination, pivots, touches_free, touches_pivot, reduced_of, full_of }))
+        Destinations { destination, touches_free, touches_pivot }
     }
 }
 

@@ -2,6 +2,7 @@
 //! side.
 
 use crate::geometry::Point;
+use crate::linear::vector::dot;
 
 use super::interface::{InterfaceSide, MultiplierValues, linear};
 
@@ -45,10 +46,6 @@ pub(crate) fn correct<const D: usize>(
         }
         (*approximation, missing) = (corrected, left);
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// How measures and first moments of functions follow from changes
