@@ -19,7 +19,7 @@ use rkpm::nalgebra::{Matrix3, SMatrix};
 use rkpm::output::Summary;
 use rkpm::prelude::*;
 use rkpm::solve::State;
-use rkpm::term::{Element, PointDerivatives, PointState, Sparsity, View};
+use rkpm::term::{Element, PointDerivatives, PointState, Sparsity, TermMatrix, View};
 
 /// Compressible rubber: volumetric locking is another matter.
 const SHEAR: f64 = 1.0;
@@ -138,8 +138,8 @@ impl<M: Material> Term<2> for Consistent<M> {
         self.trial.nodes(cluster)
     }
 
-    fn is_symmetric(&self) -> bool {
-        false
+    fn matrix(&self) -> TermMatrix {
+        TermMatrix { symmetric: false, ..TermMatrix::default() }
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {

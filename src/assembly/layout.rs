@@ -20,7 +20,7 @@ impl NodeColumns {
         let nodes = model.positions.len();
         // Clusters that hold each node, so that a column is the union of its clusters' nodes.
         let mut holders: Vec<Vec<(u32, u32)>> = vec![Vec::new(); nodes];
-        for (t, term) in model.terms.iter().enumerate().filter(|(_, term)| !(free && term.separates())) {
+        for (t, term) in model.terms.iter().enumerate().filter(|(_, term)| !(free && term.protocol().separates())) {
             for cluster in 0..own_nodes(&**term) {
                 for &node in term.nodes(cluster) {
                     holders[node as usize].push((t as u32, cluster as u32));
@@ -43,9 +43,9 @@ impl NodeColumns {
             for &(t, cluster) in &holders[column] {
                 let term = &model.terms[t as usize];
                 let nodes = term.nodes(cluster as usize);
-                if uncondensed && term.separates() {
+                if uncondensed && term.protocol().separates() {
                     let own = nodes.partition_point(|&node| (node as usize) < column) as u16;
-                    term.couplings(cluster as usize, &mut |list| {
+                    term.protocol().couplings(cluster as usize, &mut |list| {
                         if list.binary_search(&own).is_ok() {
                             list.iter().for_each(|&a| see(nodes[a as usize]));
                         }
@@ -93,7 +93,7 @@ impl NodeColumns {
     ) -> (Vec<Vec<usize>>, Vec<u32>) {
         let mut first_place = Vec::new();
         let pairs = |nodes: usize| nodes * (nodes + 1) / 2;
-        let count = |term: &dyn Term<D>| match free && term.separates() {
+        let count = |term: &dyn Term<D>| match free && term.protocol().separates() {
             true => 0,
             false => (0..own_nodes(term)).map(|c| pairs(term.nodes(c).len())).sum::<usize>(),
         };
@@ -107,10 +107,10 @@ impl NodeColumns {
                 }
                 firsts.push(places.len());
                 let list = term.nodes(cluster);
-                if free && term.separates() {
+                if free && term.protocol().separates() {
                     continue;
                 }
-                if uncondensed && term.separates() {
+                if uncondensed && term.protocol().separates() {
                     places_apart(&**term, cluster, list, self, &mut places);
                     continue;
                 }
@@ -133,7 +133,7 @@ impl NodeColumns {
 
 /// Clusters of a term with nodes of their own: where it fills buffers over a few of them, all clusters have the same.
 fn own_nodes<const D: usize>(term: &dyn Term<D>) -> usize {
-    if term.fills_compact() { term.clusters().min(1) } else { term.clusters() }
+    if term.protocol().fills_compact() { term.clusters().min(1) } else { term.clusters() }
 }
 
 /// Appends the places of a cluster's pairs where only nodes that share a point are coupled.
@@ -146,7 +146,7 @@ fn places_apart<const D: usize>(
 ) {
     let n = list.len();
     let mut coupled = vec![false; n * n];
-    term.couplings(cluster, &mut |nodes| {
+    term.protocol().couplings(cluster, &mut |nodes| {
         for &b in nodes {
             for &a in nodes {
                 coupled[b as usize * n + a as usize] = true;

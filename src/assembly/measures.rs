@@ -22,7 +22,8 @@ impl<const D: usize> ModelAt<'_, D> {
         let mut smallest: Option<(f64, Vec<f64>)> = None;
         for (number, term) in self.model.terms.iter().enumerate() {
             for cluster in 0..term.clusters() {
-                if let Some(found) = term.smallest_jacobian(cluster, self.at.of_term(number))
+                let found = term.diagnostics().and_then(|of| of.smallest_jacobian(cluster, self.at.of_term(number)));
+                if let Some(found) = found
                     && smallest.as_ref().is_none_or(|s| found.0 < s.0 || found.0.is_nan())
                 {
                     smallest = Some(found);
@@ -39,8 +40,9 @@ impl<const D: usize> ModelAt<'_, D> {
     pub fn diagnostics(self) -> StateDiagnostics {
         let mut diagnostics = StateDiagnostics::default();
         for (number, term) in self.model.terms.iter().enumerate() {
+            let Some(own) = term.diagnostics() else { continue };
             for cluster in 0..term.clusters() {
-                diagnostics = diagnostics.join(term.diagnostics(cluster, self.at.of_term(number)));
+                diagnostics = diagnostics.join(own.of_state(cluster, self.at.of_term(number)));
             }
         }
         match &self.model.ranks {
@@ -53,7 +55,7 @@ impl<const D: usize> ModelAt<'_, D> {
     #[cfg(feature = "solve")]
     pub(crate) fn check_state(self) -> Option<String> {
         let mut terms = self.model.terms.iter().enumerate();
-        terms.find_map(|(number, term)| term.check_state(self.at.of_term(number)))
+        terms.find_map(|(number, term)| term.unilateral()?.check_state(self.at.of_term(number)))
     }
 
     /// Condensed unknowns at a converged state with the memory of the step that led there.
@@ -61,9 +63,8 @@ impl<const D: usize> ModelAt<'_, D> {
     pub(crate) fn update_history(self) -> Vec<Vec<f64>> {
         let mut condensed = self.at.condensed.to_vec();
         for (number, (term, condensed)) in self.model.terms.iter().zip(&mut condensed).enumerate() {
-            let range = term.internal_variables();
-            if !range.is_empty() {
-                term.update_history(self.at.of_term(number), &mut condensed[range]);
+            if let Some(history) = term.history() {
+                history.update(self.at.of_term(number), &mut condensed[history.variables()]);
             }
         }
         condensed
@@ -71,18 +72,16 @@ impl<const D: usize> ModelAt<'_, D> {
 
     /// The error that a step of time has left in the stress, relative to the stress (root of the mean squares over the body): from
     /// the condensed unknowns `before` of a step earlier, where the loads had no break point since, to those at its end, whose memory
-    /// is still that of its beginning; see [`Term::time_error`](crate::term::Term::time_error).
+    /// is still that of its beginning; see [`History::time_error`](crate::term::History::time_error).
     #[cfg(feature = "solve")]
     pub(crate) fn time_error(self, before: Option<&[Vec<f64>]>) -> f64 {
         let mut sums = [0.0; 2];
         for (number, term) in self.model.terms.iter().enumerate() {
-            let (range, view) = (term.internal_variables(), self.at.of_term(number));
-            if !term.is_timed() || range.is_empty() {
-                continue;
-            }
+            let Some(history) = term.history().filter(|history| history.is_timed()) else { continue };
+            let (range, view) = (history.variables(), self.at.of_term(number));
             let mut next = view.condensed[range.clone()].to_vec();
-            term.update_history(view, &mut next);
-            let squares = term.time_error(before.map(|before| &before[number][range.clone()]), view, &next);
+            history.update(view, &mut next);
+            let squares = history.time_error(before.map(|before| &before[number][range.clone()]), view, &next);
             for (sum, square) in sums.iter_mut().zip(squares) {
                 *sum += square;
             }
@@ -108,7 +107,8 @@ impl<const D: usize> Model<D> {
     #[cfg(feature = "solve")]
     pub(crate) fn largest_gradient(&self, displacement: &[f64]) -> f64 {
         let of_term = |term: &dyn crate::term::Term<D>| {
-            (0..term.clusters()).map(|c| term.largest_gradient(c, displacement)).fold(0.0, f64::max)
+            let Some(own) = term.diagnostics() else { return 0.0 };
+            (0..term.clusters()).map(|c| own.largest_gradient(c, displacement)).fold(0.0, f64::max)
         };
         let mine = self.terms.iter().map(|term| of_term(&**term)).fold(0.0, f64::max);
         match &self.ranks {

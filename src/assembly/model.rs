@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::error::SolveError;
 use crate::geometry::Point;
-use crate::term::{Product, Term, Zone};
+use crate::term::{Product, Term, Zone, condensed_range, variables_range};
 
 use super::Ranks;
 use super::remote::RemoteTerm;
@@ -16,7 +16,7 @@ pub(super) const SERIAL_BELOW: usize = 400;
 /// Terms of a potential over the coefficients of one set of nodes.
 pub struct Model<const D: usize> {
     pub(super) positions: Vec<Point<D>>,
-    pub(super) terms: Vec<Box<dyn Term<D>>>,
+    pub(super) terms: Vec<Arc<dyn Term<D>>>,
     /// Nodes and condensed unknowns, memory included, that each term reads at least.
     needs: Vec<[usize; 2]>,
     /// The first term, and its cluster, whose nodes do not rise.
@@ -59,6 +59,11 @@ impl<const D: usize> Model<D> {
 
     /// Adds a term.
     pub fn add(&mut self, term: impl Term<D> + 'static) -> &mut Self {
+        self.add_shared(Arc::new(term))
+    }
+
+    /// Adds a term that others look at too.
+    pub fn add_shared(&mut self, term: Arc<dyn Term<D>>) -> &mut Self {
         let clusters = 0..term.clusters();
         let falls = |&cluster: &usize| !term.nodes(cluster).is_sorted_by(|a, b| a < b);
         if self.unsorted.is_none() {
@@ -67,19 +72,23 @@ impl<const D: usize> Model<D> {
         let nodes = clusters.clone().flat_map(|c| term.nodes(c)).map(|&node| node as usize + 1);
         self.needs.push([
             nodes.max().unwrap_or(0),
-            clusters.map(|c| term.condensed(c).end).max().unwrap_or(0).max(term.internal_variables().end),
+            clusters.map(|c| condensed_range(&*term, c).end).max().unwrap_or(0).max(variables_range(&*term).end),
         ]);
-        self.terms.push(Box::new(term));
+        self.terms.push(term);
         self
     }
 
     /// Adds a term that this process knows as a whole: where ranks share the clusters, the first of them alone sums it.
     pub(crate) fn add_whole(&mut self, term: impl Term<D> + 'static) -> &mut Self {
-        if self.ranks().is_some_and(|ranks| ranks.rank() > 0) { self.add(RemoteTerm(term)) } else { self.add(term) }
+        if self.ranks().is_some_and(|ranks| ranks.rank() > 0) {
+            self.add(RemoteTerm(Box::new(term)))
+        } else {
+            self.add(term)
+        }
     }
 
     /// The terms.
-    pub fn terms(&self) -> &[Box<dyn Term<D>>] {
+    pub fn terms(&self) -> &[Arc<dyn Term<D>>] {
         &self.terms
     }
 
@@ -110,11 +119,13 @@ impl<const D: usize> Model<D> {
             .zip(&self.needs)
             .map(|(term, [_, total])| {
                 let mut condensed = vec![0.0; *total];
-                for cluster in 0..term.clusters() {
-                    term.start(cluster, &mut condensed[term.condensed(cluster)]);
+                if let Some(unknowns) = term.condensed() {
+                    for cluster in 0..term.clusters() {
+                        unknowns.start(cluster, &mut condensed[unknowns.unknowns(cluster)]);
+                    }
                 }
-                if !term.internal_variables().is_empty() {
-                    term.start_internal_variables(&mut condensed[term.internal_variables()]);
+                if let Some(history) = term.history() {
+                    history.start_variables(&mut condensed[history.variables()]);
                 }
                 condensed
             })
@@ -146,19 +157,19 @@ impl<const D: usize> Model<D> {
 
     /// Whether the memory of a term fades with time: steps of the load are steps of time.
     pub fn is_timed(&self) -> bool {
-        self.terms.iter().any(|term| term.is_timed())
+        self.terms.iter().any(|term| term.history().is_some_and(|history| history.is_timed()))
     }
 
     /// Whether a term acts from one side only.
     #[cfg(feature = "solve")]
     pub(crate) fn is_unilateral(&self) -> bool {
-        self.terms.iter().any(|term| term.is_unilateral())
+        self.terms.iter().any(|term| term.unilateral().is_some())
     }
 
     /// The product of a zone's matrix, $C^T H C$ left out, with a vector over all unknowns: node by node of the zone.
     pub fn multiply_zone(&self, zone: &Zone, x: &[f64], product: &mut Product) {
         if let Some(term) = self.terms.get(zone.owner[0] as usize) {
-            term.multiply(zone, x, product);
+            term.protocol().multiply(zone, x, product);
         }
     }
 }

@@ -2,9 +2,9 @@
 
 use crate::error::SolveError;
 use crate::parallel::{map_ranges, threads};
-use crate::term::Element;
 #[cfg(feature = "solve")]
 use crate::term::Zone;
+use crate::term::{Element, condensed_range};
 
 use super::model::{Model, SERIAL_BELOW};
 use super::state_ref::StateRef;
@@ -51,7 +51,7 @@ impl<const D: usize> ModelAt<'_, D> {
         for (number, term) in self.model.terms.iter().enumerate() {
             for cluster in 0..term.clusters() {
                 let nodes = term.nodes(cluster);
-                let compact = term.fills_compact();
+                let compact = term.protocol().fills_compact();
                 element.reset(if compact { 0 } else { nodes.len() * D }, false);
                 term.linearize(cluster, self.at.of_term(number), &mut element);
                 for a in 0..element.residual.len() / D {
@@ -88,17 +88,19 @@ impl<const D: usize> ModelAt<'_, D> {
             let view = at.of_term(number);
             if !parallel {
                 for cluster in 0..term.clusters() {
-                    bound =
-                        least(bound, term.advance(cluster, view, step, &mut condensed_step[term.condensed(cluster)]));
+                    bound = least(
+                        bound,
+                        term.advance(cluster, view, step, &mut condensed_step[condensed_range(&**term, cluster)]),
+                    );
                 }
                 continue;
             }
             // One vector per run of clusters keeps the writes apart without unsafe code.
             let runs = map_ranges(term.clusters(), 2, |clusters| {
-                let mut values = vec![0.0; clusters.clone().map(|c| term.condensed(c).len()).sum()];
+                let mut values = vec![0.0; clusters.clone().map(|c| condensed_range(&**term, c).len()).sum()];
                 let (mut bound, mut place): (f64, usize) = (1.0, 0);
                 for cluster in clusters.clone() {
-                    let count = term.condensed(cluster).len();
+                    let count = condensed_range(&**term, cluster).len();
                     bound = least(bound, term.advance(cluster, view, step, &mut values[place..place + count]));
                     place += count;
                 }
@@ -108,7 +110,7 @@ impl<const D: usize> ModelAt<'_, D> {
                 bound = least(bound, limit);
                 let mut place = 0;
                 for cluster in clusters {
-                    let range = term.condensed(cluster);
+                    let range = condensed_range(&**term, cluster);
                     condensed_step[range.clone()].copy_from_slice(&values[place..place + range.len()]);
                     place += range.len();
                 }
@@ -124,10 +126,10 @@ impl<const D: usize> ModelAt<'_, D> {
     #[cfg(feature = "solve")]
     pub(crate) fn advance_load(self, load_step: f64, condensed_step: &mut [Vec<f64>]) {
         for (number, (term, step)) in self.model.terms.iter().zip(condensed_step).enumerate() {
-            if load_step != 0.0 && term.is_unilateral() {
-                for cluster in 0..term.clusters() {
-                    term.advance_load(cluster, self.at.of_term(number), load_step, &mut step[term.condensed(cluster)]);
-                }
+            let Some(unilateral) = term.unilateral().filter(|_| load_step != 0.0) else { continue };
+            for cluster in 0..term.clusters() {
+                let own = &mut step[condensed_range(&**term, cluster)];
+                unilateral.advance_load(cluster, self.at.of_term(number), load_step, own);
             }
         }
     }
@@ -137,8 +139,9 @@ impl<const D: usize> ModelAt<'_, D> {
     pub(crate) fn take_pressures(self, zones: &[Zone], pressures: &[[f64; 4]], condensed_step: &mut [Vec<f64>]) {
         for (zone, pressures) in zones.iter().zip(pressures) {
             let [term, cluster] = zone.owner.map(|k| k as usize);
-            let range = self.model.terms[term].condensed(cluster);
-            self.model.terms[term].take_pressures(cluster, pressures, &mut condensed_step[term][range]);
+            let owner = &*self.model.terms[term];
+            let own = &mut condensed_step[term][condensed_range(owner, cluster)];
+            owner.protocol().take_pressures(pressures, own);
         }
     }
 }

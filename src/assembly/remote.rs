@@ -1,12 +1,14 @@
 //! Terms that another rank sums.
 
+use std::ops::Range;
+
 use crate::error::SolveError;
-use crate::term::{Element, Term, View};
+use crate::term::{Element, History, Protocol, Term, TermMatrix, Unilateral, View};
 
-/// A term without clusters: what it says of itself holds on every rank, its forces are summed by one.
-pub(super) struct RemoteTerm<T>(pub T);
+/// A term without clusters and unknowns: what it says of itself holds on every rank, its forces are summed by one.
+pub(super) struct RemoteTerm<const D: usize>(pub Box<dyn Term<D>>);
 
-impl<const D: usize, T: Term<D>> Term<D> for RemoteTerm<T> {
+impl<const D: usize> Term<D> for RemoteTerm<D> {
     fn clusters(&self) -> usize {
         0
     }
@@ -19,45 +21,47 @@ impl<const D: usize, T: Term<D>> Term<D> for RemoteTerm<T> {
         self.0.validate()
     }
 
-    fn is_symmetric(&self) -> bool {
-        self.0.is_symmetric()
-    }
-
-    fn has_matrix(&self) -> bool {
-        self.0.has_matrix()
-    }
-
-    fn matrix_follows_load(&self) -> bool {
-        self.0.matrix_follows_load()
+    fn matrix(&self) -> TermMatrix {
+        self.0.matrix()
     }
 
     fn break_points(&self) -> Vec<f64> {
         self.0.break_points()
     }
 
-    fn is_unilateral(&self) -> bool {
-        self.0.is_unilateral()
+    fn linearize(&self, _: usize, _: View<'_>, _: &mut Element) {}
+
+    fn history(&self) -> Option<&dyn History> {
+        self.0.history().map(|_| self as &dyn History)
     }
 
-    fn farthest_load(&self, from: f64, to: f64) -> f64 {
-        self.0.farthest_load(from, to)
+    fn unilateral(&self) -> Option<&dyn Unilateral> {
+        self.0.unilateral().map(|_| self as &dyn Unilateral)
     }
 
-    fn fills_lower_blocks(&self) -> bool {
-        self.0.fills_lower_blocks()
+    fn protocol(&self) -> &dyn Protocol {
+        self.0.protocol()
+    }
+}
+
+impl<const D: usize> History for RemoteTerm<D> {
+    fn variables(&self) -> Range<usize> {
+        0..0
     }
 
-    fn separates(&self) -> bool {
-        self.0.separates()
-    }
+    fn update(&self, _: View<'_>, _: &mut [f64]) {}
 
     fn is_timed(&self) -> bool {
-        self.0.is_timed()
+        self.0.history().is_some_and(|history| history.is_timed())
+    }
+}
+
+impl<const D: usize> Unilateral for RemoteTerm<D> {
+    fn farthest_load(&self, from: f64, to: f64) -> f64 {
+        self.0.unilateral().map_or(to, |unilateral| unilateral.farthest_load(from, to))
     }
 
     fn rounding(&self) -> [f64; 2] {
-        self.0.rounding()
+        self.0.unilateral().map_or([0.0; 2], |unilateral| unilateral.rounding())
     }
-
-    fn linearize(&self, _: usize, _: View<'_>, _: &mut Element) {}
 }

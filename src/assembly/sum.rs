@@ -85,11 +85,12 @@ impl<const D: usize> Sum<'_, D> {
     /// Adds the clusters at some places of the order.
     pub(super) fn add_clusters(&self, places: std::ops::Range<usize>, element: &mut Element, gathered: &mut Gathered) {
         let term = &*self.model.terms[self.term];
-        let (has_matrix, lower) = (self.with_matrix && term.has_matrix(), term.fills_lower_blocks());
-        let free = self.places.free && term.separates();
+        let (matrix, protocol) = (term.matrix(), term.protocol());
+        let (has_matrix, lower) = (self.with_matrix && matrix.exists, protocol.fills_lower_blocks());
+        let (free, compact) = (self.places.free && protocol.separates(), protocol.fills_compact());
         for cluster in places.map(|place| self.places.slabs[self.term].cluster(place)) {
             let nodes = term.nodes(cluster);
-            if term.fills_compact() {
+            if compact {
                 element.reset(0, has_matrix);
                 term.linearize(cluster, self.at, element);
                 gathered.scale += element.residual.iter().map(|force| force * force).sum::<f64>();
@@ -120,7 +121,7 @@ impl<const D: usize> Sum<'_, D> {
                 gathered.zones.push(zone);
             }
             let has_matrix = has_matrix && !free;
-            if has_matrix && !term.is_symmetric() {
+            if has_matrix && !matrix.symmetric {
                 symmetrise(element);
                 collect_skew::<D>(nodes, element, &mut gathered.skew);
             }

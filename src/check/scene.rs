@@ -1,7 +1,5 @@
 //! Before the solve: what stands between a scene and its solution.
 
-use nalgebra::Matrix3;
-
 use crate::boundary::dependent_rows;
 use crate::compiled::compiled;
 use crate::error::{ApproximationError, BoundaryError, Error};
@@ -196,7 +194,6 @@ fn pressures<const D: usize>(body: &Body<D, std::sync::Arc<dyn Material>>) -> us
 
 /// Whether a material resists a change of volume at rest so much more than one of shape that it locks.
 fn stiff(material: &dyn Material) -> bool {
-    let tangent = material.response(&Matrix3::identity()).tangent;
-    let bulk: f64 = (0..9).map(|k| tangent[(4 * (k / 3), 4 * (k % 3))]).sum::<f64>() / 9.0;
-    bulk > STIFF * tangent[(1, 1)]
+    let moduli = material.initial_moduli();
+    moduli.bulk > STIFF * moduli.shear
 }

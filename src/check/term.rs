@@ -1,7 +1,8 @@
 //! The contract of terms.
 
 use crate::error::{Error, Invalid, SolveError};
-use crate::term::{Element, Term, View};
+use crate::linear::vector::norm;
+use crate::term::{Element, Term, View, condensed_range, variables_range};
 
 use super::{Law, Report, signed};
 
@@ -95,8 +96,11 @@ struct Probe<'a, const D: usize> {
 
 impl<'a, const D: usize> Probe<'a, D> {
     fn new(term: &'a dyn Term<D>, displacement: &'a [f64], load: f64) -> Self {
-        let condensed =
-            (0..term.clusters()).map(|c| term.condensed(c).end).max().unwrap_or(0).max(term.internal_variables().end);
+        let condensed = (0..term.clusters())
+            .map(|c| condensed_range(term, c).end)
+            .max()
+            .unwrap_or(0)
+            .max(variables_range(term).end);
         let size = displacement.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let step = STEP * if size > 0.0 { size } else { 1.0 };
         Probe { term, displacement, load, condensed, nothing: vec![0.0; displacement.len()], step }
@@ -112,23 +116,21 @@ impl<'a, const D: usize> Probe<'a, D> {
         out: &mut Vec<f64>,
     ) -> f64 {
         out.clear();
-        out.resize(self.term.condensed(cluster).len(), 0.0);
+        out.resize(condensed_range(self.term, cluster).len(), 0.0);
         self.term.advance(cluster, View { displacement, condensed, load }, step, out)
     }
 
     /// The condensed unknowns that belong to a displacement; `None` where they are not found.
     fn solved(&self, displacement: &[f64], load: f64) -> Option<Vec<f64>> {
         let mut condensed = vec![0.0; self.condensed];
-        if !self.term.internal_variables().is_empty() {
-            self.term.start_internal_variables(&mut condensed[self.term.internal_variables()]);
+        if let Some(history) = self.term.history() {
+            history.start_variables(&mut condensed[history.variables()]);
         }
         let mut change = Vec::new();
         for cluster in 0..self.term.clusters() {
-            let range = self.term.condensed(cluster);
-            if range.is_empty() {
-                continue;
-            }
-            self.term.start(cluster, &mut condensed[range.clone()]);
+            let range = condensed_range(self.term, cluster);
+            let Some(unknowns) = self.term.condensed().filter(|_| !range.is_empty()) else { continue };
+            unknowns.start(cluster, &mut condensed[range.clone()]);
             let mut found = false;
             for _ in 0..SWEEPS {
                 self.advance(cluster, displacement, load, &condensed, &self.nothing, &mut change);
@@ -201,7 +203,7 @@ impl<'a, const D: usize> Probe<'a, D> {
         for cluster in 0..self.term.clusters() {
             let place = || format!("cluster {cluster}");
             let element = self.linearize(cluster, self.displacement, self.load, base, true);
-            let full = full_matrix::<D>(&element, self.term.is_symmetric());
+            let full = full_matrix::<D>(&element, self.term.matrix().symmetric);
             let forces = norm(&element.residual);
             for _ in 0..DIRECTIONS {
                 let direction: Vec<f64> = element.residual.iter().map(|_| signed(&mut random)).collect();
@@ -228,7 +230,7 @@ impl<'a, const D: usize> Probe<'a, D> {
                 let size = norm(&product) + forces * 1e-10 / self.step;
                 matrix.see(relative(&change, &product, size), place);
 
-                let range = self.term.condensed(cluster);
+                let range = condensed_range(self.term, cluster);
                 if !range.is_empty() {
                     let step: Vec<f64> = plus.iter().zip(&minus).map(|(a, b)| (a - b) / (2.0 * self.step)).collect();
                     let mut increments = Vec::new();
@@ -292,10 +294,6 @@ fn multiply(matrix: &[f64], x: &[f64]) -> Vec<f64> {
         }
     }
     product
-}
-
-fn norm(v: &[f64]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// $|a - b|$ over a size; zero where both are.

@@ -1,7 +1,7 @@
 //! Contact of a body with a rigid surface.
 
 use crate::geometry::Point;
-use crate::term::{Element, Term, View};
+use crate::term::{CondensedUnknowns, Element, History, Term, Unilateral, View};
 
 use super::contact_surface::Trace;
 use super::friction::{Friction, friction_step};
@@ -183,7 +183,7 @@ impl<const D: usize> RigidContact<D> {
     /// What friction asks of a trace function that touches.
     fn friction(&self, trace: usize, view: &View<'_>, local_contact: &LocalContact<D>) -> Friction<D> {
         let (pressure, traction) = self.pressure(trace, view.condensed);
-        let first = self.internal_variables().start + trace * D;
+        let first = self.variables().start + trace * D;
         let was = Point::<D>::from_fn(|i, _| view.condensed[first + i]);
         let area = self.contact_surface.traces[trace].area;
         Friction {
@@ -269,39 +269,6 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         let mut found = self.surface.break_points();
         found.extend(self.surface.interference.map(|interference| interference.until));
         found
-    }
-
-    fn is_unilateral(&self) -> bool {
-        true
-    }
-
-    fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
-        let stride = self.stride();
-        cluster * stride..(cluster + 1) * stride
-    }
-
-    fn internal_variables(&self) -> std::ops::Range<usize> {
-        let traces = self.contact_surface.traces.len();
-        let first = traces * self.stride();
-        // Where each trace function was beside the surface; without friction that does not matter.
-        first..first + if self.has_friction() { traces * D } else { 0 }
-    }
-
-    fn start_internal_variables(&self, internal_variables: &mut [f64]) {
-        let offset = self.surface.placed(0.0, 0.0).offset;
-        for was in internal_variables.chunks_exact_mut(D) {
-            was.iter_mut().zip(&offset).for_each(|(was, offset)| *was = -offset);
-        }
-    }
-
-    fn update_history(&self, view: View<'_>, next: &mut [f64]) {
-        for (trace, now) in next.chunks_exact_mut(D).enumerate() {
-            now.copy_from_slice(self.local_contact(trace, &view, |_, _, _| {}).beside.as_slice());
-        }
-    }
-
-    fn rounding(&self) -> [f64; 2] {
-        self.stiffness.rounding(self.contact_surface.traces.iter(), self.contact_surface.extent)
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
@@ -403,6 +370,53 @@ impl<const D: usize> Term<D> for RigidContact<D> {
             condensed_step[1..1 + D].iter_mut().zip((next - traction).iter()).for_each(|(s, t)| *s = *t);
         }
         1.0
+    }
+
+    fn condensed(&self) -> Option<&dyn CondensedUnknowns> {
+        Some(self)
+    }
+
+    fn history(&self) -> Option<&dyn History> {
+        Some(self)
+    }
+
+    fn unilateral(&self) -> Option<&dyn Unilateral> {
+        Some(self)
+    }
+}
+
+impl<const D: usize> CondensedUnknowns for RigidContact<D> {
+    fn unknowns(&self, cluster: usize) -> std::ops::Range<usize> {
+        let stride = self.stride();
+        cluster * stride..(cluster + 1) * stride
+    }
+}
+
+impl<const D: usize> History for RigidContact<D> {
+    fn variables(&self) -> std::ops::Range<usize> {
+        let traces = self.contact_surface.traces.len();
+        let first = traces * self.stride();
+        // Where each trace function was beside the surface; without friction that does not matter.
+        first..first + if self.has_friction() { traces * D } else { 0 }
+    }
+
+    fn start_variables(&self, variables: &mut [f64]) {
+        let offset = self.surface.placed(0.0, 0.0).offset;
+        for was in variables.chunks_exact_mut(D) {
+            was.iter_mut().zip(&offset).for_each(|(was, offset)| *was = -offset);
+        }
+    }
+
+    fn update(&self, view: View<'_>, next: &mut [f64]) {
+        for (trace, now) in next.chunks_exact_mut(D).enumerate() {
+            now.copy_from_slice(self.local_contact(trace, &view, |_, _, _| {}).beside.as_slice());
+        }
+    }
+}
+
+impl<const D: usize> Unilateral for RigidContact<D> {
+    fn rounding(&self) -> [f64; 2] {
+        self.stiffness.rounding(self.contact_surface.traces.iter(), self.contact_surface.extent)
     }
 
     fn advance_load(&self, cluster: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {

@@ -1,7 +1,7 @@
 //! Contact of two parts as a term of the potential.
 
 use crate::geometry::Point;
-use crate::term::{Element, Term, View};
+use crate::term::{CondensedUnknowns, Element, History, Protocol, Term, Unilateral, View};
 
 use super::friction::{Friction, friction_step};
 use super::obstacle::TOO_FAR;
@@ -16,42 +16,8 @@ impl<const D: usize> Term<D> for PairContact<D> {
         &self.nodes
     }
 
-    fn is_unilateral(&self) -> bool {
-        true
-    }
-
     fn break_points(&self) -> Vec<f64> {
         self.law.interference.iter().map(|interference| interference.until).collect()
-    }
-
-    fn fills_compact(&self) -> bool {
-        true
-    }
-
-    fn rounding(&self) -> [f64; 2] {
-        let extent = self.contact_surfaces.iter().map(|contact_surface| contact_surface.extent).fold(0.0, f64::max);
-        self.law.stiffness.rounding(self.contact_surfaces[0].traces.iter(), extent)
-    }
-
-    fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
-        let stride = self.stride();
-        cluster * stride..(cluster + 1) * stride
-    }
-
-    fn internal_variables(&self) -> std::ops::Range<usize> {
-        let first = self.carrying * self.stride();
-        // Displacements of all nodes, from which slips are counted; without friction they do not matter.
-        first..first + if self.has_friction() { self.nodes.len() * D } else { 0 }
-    }
-
-    fn update_history(&self, view: View<'_>, next: &mut [f64]) {
-        for (&node, now) in self.nodes.iter().zip(next.chunks_exact_mut(D)) {
-            now.copy_from_slice(&view.displacement[node as usize * D..][..D]);
-        }
-    }
-
-    fn farthest_load(&self, from: f64, to: f64) -> f64 {
-        if self.has_friction() { friction_step(from, to) } else { to }
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
@@ -156,6 +122,54 @@ impl<const D: usize> Term<D> for PairContact<D> {
         if direction > state.reach { state.reach / direction } else { 1.0 }
     }
 
+    fn condensed(&self) -> Option<&dyn CondensedUnknowns> {
+        Some(self)
+    }
+
+    fn history(&self) -> Option<&dyn History> {
+        Some(self)
+    }
+
+    fn unilateral(&self) -> Option<&dyn Unilateral> {
+        Some(self)
+    }
+
+    fn protocol(&self) -> &dyn Protocol {
+        self
+    }
+}
+
+impl<const D: usize> CondensedUnknowns for PairContact<D> {
+    fn unknowns(&self, cluster: usize) -> std::ops::Range<usize> {
+        let stride = self.stride();
+        cluster * stride..(cluster + 1) * stride
+    }
+}
+
+impl<const D: usize> History for PairContact<D> {
+    fn variables(&self) -> std::ops::Range<usize> {
+        let first = self.carrying * self.stride();
+        // Displacements of all nodes, from which slips are counted; without friction they do not matter.
+        first..first + if self.has_friction() { self.nodes.len() * D } else { 0 }
+    }
+
+    fn update(&self, view: View<'_>, next: &mut [f64]) {
+        for (&node, now) in self.nodes.iter().zip(next.chunks_exact_mut(D)) {
+            now.copy_from_slice(&view.displacement[node as usize * D..][..D]);
+        }
+    }
+}
+
+impl<const D: usize> Unilateral for PairContact<D> {
+    fn farthest_load(&self, from: f64, to: f64) -> f64 {
+        if self.has_friction() { friction_step(from, to) } else { to }
+    }
+
+    fn rounding(&self) -> [f64; 2] {
+        let extent = self.contact_surfaces.iter().map(|contact_surface| contact_surface.extent).fold(0.0, f64::max);
+        self.law.stiffness.rounding(self.contact_surfaces[0].traces.iter(), extent)
+    }
+
     fn advance_load(&self, cluster: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {
         if self.law.interference.is_none() || load_step == 0.0 {
             return;
@@ -171,6 +185,12 @@ impl<const D: usize> Term<D> for PairContact<D> {
             let more = self.friction(cluster, &view, &overlap, slip).next_by_load(load_step);
             condensed_step[1..].iter_mut().zip(&more).for_each(|(s, t)| *s += *t);
         }
+    }
+}
+
+impl<const D: usize> Protocol for PairContact<D> {
+    fn fills_compact(&self) -> bool {
+        true
     }
 }
 

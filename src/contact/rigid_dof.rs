@@ -1,6 +1,6 @@
 //! The travel of pushed surfaces, and what keeps bodies regular that nothing but contact holds.
 
-use crate::term::{Element, Term, View};
+use crate::term::{Element, Term, TermMatrix, View};
 
 /// The unknown travel of a rigid surface that is pushed: its load, and what keeps the components regular that it has no use
 /// for.
@@ -25,8 +25,8 @@ impl<const D: usize> Term<D> for RigidBodyDof<D> {
         self.amplitude.break_points()
     }
 
-    fn matrix_follows_load(&self) -> bool {
-        false
+    fn matrix(&self) -> TermMatrix {
+        TermMatrix { follows_load: false, ..TermMatrix::default() }
     }
 
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
@@ -58,8 +58,8 @@ impl<const D: usize> Term<D> for ArtificialSpring {
         &self.nodes[cluster]
     }
 
-    fn matrix_follows_load(&self) -> bool {
-        false
+    fn matrix(&self) -> TermMatrix {
+        TermMatrix { follows_load: false, ..TermMatrix::default() }
     }
 
     fn linearize(&self, cluster: usize, _: View<'_>, out: &mut Element) {

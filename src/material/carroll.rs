@@ -10,9 +10,9 @@ use crate::error::{Invalid, MaterialError};
 /// Initial shear modulus $2\big(A + 108B + \tfrac{C}{2\sqrt3}\big)$. (Carroll, Journal of Elasticity 103, 2011.)
 ///
 /// ```
-/// use rkpm::material::{Carroll, Invariants, initial_shear_modulus};
+/// use rkpm::material::{Carroll, Invariants, Material};
 /// let law = Invariants(Carroll::new(0.15, 3.1e-7, 0.095)?); // MPa, as Carroll fitted Treloar's rubber
-/// assert!((initial_shear_modulus(&law) - 2.0 * (0.15 + 108.0 * 3.1e-7 + 0.095 / 12f64.sqrt())).abs() < 1e-15);
+/// assert!((law.initial_moduli().shear - 2.0 * (0.15 + 108.0 * 3.1e-7 + 0.095 / 12f64.sqrt())).abs() < 1e-15);
 /// # Ok::<(), rkpm::error::MaterialError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -36,7 +36,7 @@ impl Distortion {
 /// $\bar W = \frac{\mu}{2b}\left(e^{b(\bar I_1-3)} - 1\right)$:
 ///
 /// ```
-/// use rkpm::material::{Distortion, InvariantEnergy, Invariants, initial_shear_modulus};
+/// use rkpm::material::{Distortion, InvariantEnergy, Invariants, Material};
 ///
 /// struct Fung { mu: f64, b: f64 }
 ///
@@ -49,7 +49,7 @@ impl Distortion {
 /// }
 ///
 /// let tissue = Invariants(Fung { mu: 0.01, b: 2.0 });
-/// assert!((initial_shear_modulus(&tissue) - 0.01).abs() < 1e-15);
+/// assert!((tissue.initial_moduli().shear - 0.01).abs() < 1e-15);
 /// ```
 pub trait InvariantEnergy: Send + Sync {
     /// The energy and its derivatives at the reduced invariants $\bar I_1$, $\bar I_2$.

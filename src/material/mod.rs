@@ -11,13 +11,13 @@
 //! [`Rubber`] is the paper's material in one call:
 //!
 //! ```
-//! use rkpm::material::{Material, Rubber, initial_shear_modulus};
+//! use rkpm::material::{Material, Rubber};
 //! use rkpm::nalgebra::Matrix3;
 //!
 //! let rubber = Rubber::yeoh(0.373, -0.031, 0.005, 1e5)?;          // MPa, the material of the paper's §6
 //! let shear = Matrix3::new(1.0, 0.3, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
 //! assert!(rubber.energy(&shear) > 0.0);
-//! assert!((initial_shear_modulus(&rubber) - 0.746).abs() < 1e-12); // 2 (A10 + A01)
+//! assert!((rubber.initial_moduli().shear - 0.746).abs() < 1e-12); // 2 (A10 + A01)
 //! # Ok::<(), rkpm::error::MaterialError>(())
 //! ```
 //!
@@ -104,6 +104,16 @@ impl Response {
     }
 }
 
+/// Moduli of a material at $F = \delta$.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InitialModuli {
+    /// The shear modulus $\mu_0 = A_{1212}$ \[stress\], for an isotropic material free of stress at $F = \delta$;
+    /// $2(A_{10}+A_{01})$ for (2.9).
+    pub shear: f64,
+    /// The bulk modulus $\kappa_0 = \frac19\sum_{iK} A_{iiKK}$ \[stress\]; $k$ for every volumetric energy of this crate.
+    pub bulk: f64,
+}
+
 /// A hyperelastic material: a stored energy per reference volume and its first two derivatives.
 ///
 /// The contract: $W(QF) = W(F)$ for every rotation $Q$, `stress` is $\partial W/\partial F$, `tangent`
@@ -146,7 +156,7 @@ impl Response {
 ///
 /// let solid = StVenant { lambda: 1.0, mu: 0.5 };
 /// assert_eq!(solid.response(&Matrix3::identity()).stress, Matrix3::zeros());
-/// assert!((rkpm::material::initial_bulk_modulus(&solid) - (1.0 + 2.0 / 3.0 * 0.5)).abs() < 1e-15);
+/// assert!((solid.initial_moduli().bulk - (1.0 + 2.0 / 3.0 * 0.5)).abs() < 1e-15);
 /// ```
 pub trait Material: Send + Sync {
     /// Stored energy $W(F)$ per reference volume \[stress\].
@@ -154,6 +164,14 @@ pub trait Material: Send + Sync {
 
     /// First Piola–Kirchhoff stress $P = \partial W/\partial F$ and tangent $\partial P/\partial F$ \[stress\].
     fn response(&self, f: &Matrix3<f64>) -> Response;
+
+    /// Its moduli at $F = \delta$.
+    fn initial_moduli(&self) -> InitialModuli {
+        let tangent = self.response(&Matrix3::identity()).tangent;
+        // The diagonal components 11, 22, 33 have the indices 0, 4, 8; component iJ = 12 has index 3·0 + 1.
+        let sum: f64 = [0, 4, 8].iter().flat_map(|&row| [0, 4, 8].map(|column| tangent[(row, column)])).sum();
+        InitialModuli { shear: tangent[(1, 1)], bulk: sum / 9.0 }
+    }
 
     /// Writes the stress and the tangent in a few components $c = 3i + J$ alone: $P_{c_a}$ to `stress[a]`,
     /// $A_{c_a c_b}$ to `tangent[a * components.len() + b]`; where `tangent` is empty the stress alone is requested.
@@ -320,22 +338,4 @@ impl<W: Material, U: VolumetricEnergy> Material for NearlyIncompressible<W, U> {
     fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
         Some((&self.distortional, &self.volumetric))
     }
-}
-
-/// The initial shear modulus $\mu_0 = A_{1212}$ at $F = \delta$ \[stress\].
-///
-/// For an isotropic material free of stress at $F = \delta$; $2(A_{10}+A_{01})$ for (2.9).
-pub fn initial_shear_modulus(material: &(impl Material + ?Sized)) -> f64 {
-    // Component iJ = 12 has index 3·0 + 1.
-    material.response(&Matrix3::identity()).tangent[(1, 1)]
-}
-
-/// The initial bulk modulus $\kappa_0 = \frac19\sum_{iK} A_{iiKK}$ at $F = \delta$ \[stress\].
-///
-/// $k$ for every volumetric energy of this crate.
-pub fn initial_bulk_modulus(material: &(impl Material + ?Sized)) -> f64 {
-    let tangent = material.response(&Matrix3::identity()).tangent;
-    // The diagonal components 11, 22, 33 have the indices 0, 4, 8.
-    let sum: f64 = [0, 4, 8].iter().flat_map(|&row| [0, 4, 8].map(|column| tangent[(row, column)])).sum();
-    sum / 9.0
 }

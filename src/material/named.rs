@@ -24,11 +24,11 @@ fn stretches<E: PrincipalEnergy>(energy: E, bulk: f64) -> Result<StretchRubber<E
 /// Laws other than the paper's polynomial, each with the quadratic volume energy (2.10) of bulk modulus `bulk`.
 ///
 /// ```
-/// use rkpm::material::{Rubber, initial_shear_modulus};
+/// use rkpm::material::{Material, Rubber};
 /// let laws: [f64; 3] = [ // MPa
-///     initial_shear_modulus(&Rubber::ogden([(0.618, 1.3), (0.001245, 5.0), (-0.00981, -2.0)], 1e3)?),
-///     initial_shear_modulus(&Rubber::gent(0.4, 80.0, 1e3)?),
-///     initial_shear_modulus(&Rubber::extended_tube(0.19, 0.2, 0.3, 0.1, 1e3)?),
+///     Rubber::ogden([(0.618, 1.3), (0.001245, 5.0), (-0.00981, -2.0)], 1e3)?.initial_moduli().shear,
+///     Rubber::gent(0.4, 80.0, 1e3)?.initial_moduli().shear,
+///     Rubber::extended_tube(0.19, 0.2, 0.3, 0.1, 1e3)?.initial_moduli().shear,
 /// ];
 /// assert!(laws.iter().all(|mu| (0.3..0.5).contains(mu)));
 /// # Ok::<(), rkpm::error::MaterialError>(())

@@ -14,10 +14,10 @@ use crate::error::{Invalid, MaterialError};
 /// above $\mu$. (Arruda and Boyce, Journal of the Mechanics and Physics of Solids 41, 1993.)
 ///
 /// ```
-/// use rkpm::material::{ArrudaBoyce, Invariants, initial_shear_modulus};
+/// use rkpm::material::{ArrudaBoyce, Invariants, Material};
 /// let law = Invariants(ArrudaBoyce::new(0.3, 5.0)?); // MPa
 /// let series = 1.0 + 3.0 / 5.0 / 25.0 + 99.0 / 175.0 / 625.0 + 513.0 / 875.0 / 15625.0 + 42039.0 / 67375.0 / 390625.0;
-/// assert!((initial_shear_modulus(&law) - 0.3 * series).abs() < 1e-15);
+/// assert!((law.initial_moduli().shear - 0.3 * series).abs() < 1e-15);
 /// # Ok::<(), rkpm::error::MaterialError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,9 +94,9 @@ impl InvariantEnergy for ArrudaBoyce {
 /// (Kaliske and Heinrich, Rubber Chemistry and Technology 72, 1999.)
 ///
 /// ```
-/// use rkpm::material::{ExtendedTube, PrincipalStretches, initial_shear_modulus};
+/// use rkpm::material::{ExtendedTube, Material, PrincipalStretches};
 /// let law = PrincipalStretches(ExtendedTube::new(0.19, 0.2, 0.3, 0.1)?); // MPa, MPa
-/// assert!((initial_shear_modulus(&law) - (0.19 * 0.98 + 0.2)).abs() < 1e-15);
+/// assert!((law.initial_moduli().shear - (0.19 * 0.98 + 0.2)).abs() < 1e-15);
 /// # Ok::<(), rkpm::error::MaterialError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]

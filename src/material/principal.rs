@@ -26,7 +26,7 @@ pub struct Principal {
 /// $\frac{\mu}{\kappa}\left(e^{\kappa\sum_a(\ln\bar\lambda_a)^2} - 1\right)$:
 ///
 /// ```
-/// use rkpm::material::{Principal, PrincipalEnergy, PrincipalStretches, initial_shear_modulus};
+/// use rkpm::material::{Material, Principal, PrincipalEnergy, PrincipalStretches};
 /// use rkpm::nalgebra::{Matrix3, Vector3};
 ///
 /// struct ExponentiatedHencky { mu: f64, kappa: f64 }
@@ -45,7 +45,7 @@ pub struct Principal {
 /// }
 ///
 /// let material = PrincipalStretches(ExponentiatedHencky { mu: 1.5, kappa: 0.3 });
-/// assert!((initial_shear_modulus(&material) - 1.5).abs() < 1e-14);
+/// assert!((material.initial_moduli().shear - 1.5).abs() < 1e-14);
 /// ```
 pub trait PrincipalEnergy: Send + Sync {
     /// The energy and its derivatives at $\ln\bar\lambda_1, \ln\bar\lambda_2, \ln\bar\lambda_3$.

@@ -223,10 +223,10 @@ impl<E: PrincipalEnergy> Material for PrincipalStretches<E> {
 /// [`split`](Material::split), and none is needed, since nothing locks. NaN for $J \le 0$.
 ///
 /// ```
-/// use rkpm::material::{TotalStretches, OgdenFoam, initial_bulk_modulus, initial_shear_modulus};
+/// use rkpm::material::{Material, OgdenFoam, TotalStretches};
 /// let foam = TotalStretches(OgdenFoam::blatz_ko(0.2, 0.25, 0.0)?); // MPa
-/// assert!((initial_shear_modulus(&foam) - 0.2).abs() < 1e-15);
-/// assert!((initial_bulk_modulus(&foam) - 5.0 / 3.0 * 0.2).abs() < 1e-15); // ν = 1/4
+/// assert!((foam.initial_moduli().shear - 0.2).abs() < 1e-15);
+/// assert!((foam.initial_moduli().bulk - 5.0 / 3.0 * 0.2).abs() < 1e-15); // ν = 1/4
 /// # Ok::<(), rkpm::error::MaterialError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

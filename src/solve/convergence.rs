@@ -3,7 +3,7 @@
 use crate::assembly::Model;
 use crate::error::Cause;
 use crate::linear::vector::norm;
-use crate::term::Term;
+use crate::term::{Term, variables_range};
 
 use super::increment::Increment;
 use super::settings::Newton;
@@ -48,7 +48,7 @@ impl<'a> Convergence<'a> {
             settings,
             // Below rounding of the body's own size an increment is nothing.
             least: 1e-6 * extent * (model.unknowns() as f64).sqrt(),
-            rounding: model.terms().iter().map(|term| term.rounding()[1].powi(2)).sum::<f64>().sqrt(),
+            rounding: model.terms().iter().map(|term| rounding_of(&**term)[1].powi(2)).sum::<f64>().sqrt(),
             falling,
             first: f64::INFINITY,
             size: 0.0,
@@ -148,8 +148,8 @@ fn condensed_change<const D: usize>(model: &Model<D>, next: &Increment, state: &
     let terms = next.condensed.iter().zip(&state.condensed).zip(model.terms());
     // What is remembered is no unknown.
     let unknowns = |all: &[f64], term: &dyn Term<D>| {
-        let internal_variables = term.internal_variables();
-        largest(if internal_variables.is_empty() { all } else { &all[..internal_variables.start] })
+        let held = variables_range(term);
+        largest(if held.is_empty() { all } else { &all[..held.start] })
     };
     let mut sizes: Vec<f64> = terms.flat_map(|((step, all), term)| [largest(step), unknowns(all, &**term)]).collect();
     if let Some(ranks) = model.ranks() {
@@ -158,5 +158,10 @@ fn condensed_change<const D: usize>(model: &Model<D>, next: &Increment, state: &
     let part =
         |step: f64, all: f64, rounding: f64| if step <= rounding { 0.0 } else { step / all.max(f64::MIN_POSITIVE) };
     let changes = sizes.chunks_exact(2).zip(model.terms());
-    changes.map(|(sizes, term)| part(sizes[0], sizes[1], term.rounding()[0])).fold(0.0, f64::max)
+    changes.map(|(sizes, term)| part(sizes[0], sizes[1], rounding_of(&**term)[0])).fold(0.0, f64::max)
+}
+
+/// Condensed unknowns and forces of a term that are rounding.
+fn rounding_of<const D: usize>(term: &dyn Term<D>) -> [f64; 2] {
+    term.unilateral().map_or([0.0; 2], |unilateral| unilateral.rounding())
 }

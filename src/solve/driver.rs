@@ -1,6 +1,7 @@
 //! What is controlled where the load factor is an unknown, and where attempts start.
 
 use crate::assembly::Model;
+use crate::term::variables_range;
 
 use super::functional::{Deflection, Functional};
 use super::state::State;
@@ -64,7 +65,7 @@ pub(super) fn predict<const D: usize>(model: &Model<D>, previous: &State, state:
     let all = predicted.condensed.iter_mut().zip(model.terms());
     for ((condensed, term), (now, then)) in all.zip(state.condensed.iter().zip(&previous.condensed)) {
         // What is remembered is held.
-        let range = term.internal_variables();
+        let range = variables_range(&**term);
         let unknowns = if range.is_empty() { condensed.len() } else { range.start };
         let condensed = &mut condensed[..unknowns];
         for (l, (now, then)) in condensed.iter_mut().zip(now.iter().zip(then)) {

@@ -46,7 +46,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             }
         }
         let model = self.workspace.model;
-        let follows = model.terms().iter().any(|term| term.has_matrix() && term.matrix_follows_load());
+        let follows = model.terms().iter().map(|term| term.matrix()).any(|matrix| matrix.exists && matrix.follows_load);
         let whole = stepping.control == StepControl::Auto && stepping.first >= 1.0;
         if whole && !follows {
             // The first step of the first attempt is the tangent displacement itself.

@@ -63,7 +63,10 @@ impl<const D: usize> StepRule<D> for LoadSteps {
         // A motion that returns within one step would not be seen: the step ends before.
         target = run.motion_limit.until(now, target, self.stepping.smallest);
         let terms = run.workspace.model.terms();
-        [now, terms.iter().fold(target, |target, term| term.farthest_load(now, target))]
+        [
+            now,
+            terms.iter().filter_map(|term| term.unilateral()).fold(target, |target, of| of.farthest_load(now, target)),
+        ]
     }
 
     fn attempt(

@@ -5,7 +5,7 @@ use crate::simd::{Arithmetic, Task, dispatch};
 use crate::table::displacement_gradient;
 use crate::tensor::cofactor;
 
-use super::Term;
+use super::CondensedUnknowns;
 use super::body::Body;
 use super::element::View;
 use super::pressure_field::PressureField;
@@ -84,7 +84,7 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
         }
         if n > 0 {
             // The exponent follows the pressure that is held, not that of the step: increments are linear in steps.
-            let held = view.condensed[body.condensed(cluster)][2 * n];
+            let held = view.condensed[body.unknowns(cluster)][2 * n];
             condensed_step[2 * n] =
                 body.pulled(cluster, pi[0] * body.unit(cluster), Some(view.displacement), held) - held;
         }

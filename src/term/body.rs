@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use crate::material::Material;
 use crate::table::ShapeTable;
 
-use super::Term;
+use super::CondensedUnknowns;
 use super::amplitude::Amplitude;
 use super::pressure_field::{PressureField, ProjectedMeasure};
 use super::stabilisation::pointwise_share;
@@ -86,7 +86,7 @@ impl<const D: usize, M: Material> Body<D, M> {
             if adapted {
                 let roots = if D == 3 { 2 } else { D + body.table.hoop_components().len() };
                 body.measure = VolumetricMeasure::roots(roots);
-                body.shear = crate::material::initial_shear_modulus(&body.material);
+                body.shear = body.material.initial_moduli().shear;
             }
         }
         body.projected = measure;
@@ -138,8 +138,8 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 
     /// Condensed unknowns of all clusters.
-    pub(super) fn unknowns(&self) -> usize {
-        self.table.clusters().len().checked_sub(1).map_or(0, |last| self.condensed(last).end)
+    pub(super) fn condensed_count(&self) -> usize {
+        self.table.clusters().len().checked_sub(1).map_or(0, |last| self.unknowns(last).end)
     }
 
     /// Points of the smallest zone where the stabilisation grows with the points of a zone; else 0.
@@ -177,7 +177,7 @@ impl<const D: usize, M: Material> Body<D, M> {
 
     /// The initial shear modulus.
     pub(super) fn shear(&self) -> f64 {
-        if self.shear > 0.0 { self.shear } else { crate::material::initial_shear_modulus(&self.material) }
+        if self.shear > 0.0 { self.shear } else { self.material.initial_moduli().shear }
     }
 
     /// The deformation gradient $F$ at a point of the table; NaN where there is no such point, or the displacement is too

@@ -5,7 +5,7 @@ use crate::material::Material;
 #[cfg(feature = "solve")]
 use crate::tensor::cofactor;
 
-use super::Term;
+use super::CondensedUnknowns;
 use super::body::Body;
 use super::element::View;
 use super::pressure_field::PressureField;
@@ -16,7 +16,7 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// another model.
     pub fn pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
         let (_, volumetric) = self.material.split()?;
-        let condensed = self.memory_range().end.max(self.unknowns());
+        let condensed = self.memory_range().end.max(self.condensed_count());
         if view.displacement.len() != self.table.node_count() * D || view.condensed.len() != condensed {
             return None;
         }
@@ -56,7 +56,7 @@ impl<const D: usize, M: Material> Body<D, M> {
                     PressureField::Pointwise => condensed_step[2 * point + 1],
                     PressureField::Constant | PressureField::Linear => {
                         let (_, _, measure) = self.zone(cluster, view.condensed);
-                        let pi = &condensed_step[self.condensed(cluster)][self.functions..2 * self.functions];
+                        let pi = &condensed_step[self.unknowns(cluster)][self.functions..2 * self.functions];
                         let projected: f64 = self.phi(point).iter().zip(pi).map(|(p, pi)| p * pi).sum();
                         projected * measure.of(f.determinant()).slope
                     }
@@ -74,14 +74,14 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// unknowns.
     pub(crate) fn condensed_of(&self, pressure: impl Fn(&Point<D>) -> f64) -> Vec<f64> {
         let clusters = self.table.clusters();
-        let total = clusters.len().checked_sub(1).map_or(0, |last| self.condensed(last).end);
+        let total = clusters.len().checked_sub(1).map_or(0, |last| self.unknowns(last).end);
         let mut condensed = vec![0.0; total];
         let Some((_, volumetric)) = self.material.split() else { return condensed };
         if total == 0 {
             return condensed;
         }
         for cluster in 0..clusters.len() {
-            let range = self.condensed(cluster);
+            let range = self.unknowns(cluster);
             let mut measure = self.measure;
             if self.functions > 0 {
                 let (mut sum, mut volume) = (0.0, 0.0);

@@ -9,8 +9,10 @@ use super::body::Body;
 use super::diagnostics::StateDiagnostics;
 use super::element::{Element, View};
 use super::pressure_field::PressureField;
+use super::protocol::Protocol;
 use super::step_limit::jacobian;
 use super::uncondensed::{Product, Zone};
+use super::views::{CondensedUnknowns, Diagnostics, History, TermMatrix};
 
 impl<const D: usize, M: Material> Term<D> for Body<D, M> {
     fn clusters(&self) -> usize {
@@ -28,7 +30,45 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
         Err(Invalid::new("square norm of a pressure function over a zone", value, needed).into())
     }
 
-    fn condensed(&self, cluster: usize) -> std::ops::Range<usize> {
+    fn matrix(&self) -> TermMatrix {
+        TermMatrix { follows_load: self.is_timed(), ..TermMatrix::default() }
+    }
+
+    fn break_points(&self) -> Vec<f64> {
+        self.clock.as_ref().filter(|_| self.is_timed()).map_or_else(Vec::new, Amplitude::break_points)
+    }
+
+    fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
+        self.linearize_cluster(cluster, view, out);
+    }
+
+    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
+        self.advance_cluster(cluster, view, step, condensed_step)
+    }
+
+    fn energy(&self, cluster: usize, view: View<'_>) -> f64 {
+        self.zone_energy(cluster, view)
+    }
+
+    fn condensed(&self) -> Option<&dyn CondensedUnknowns> {
+        Some(self)
+    }
+
+    fn history(&self) -> Option<&dyn History> {
+        (self.has_history > 0).then_some(self)
+    }
+
+    fn diagnostics(&self) -> Option<&dyn Diagnostics<D>> {
+        Some(self)
+    }
+
+    fn protocol(&self) -> &dyn Protocol {
+        self
+    }
+}
+
+impl<const D: usize, M: Material> CondensedUnknowns for Body<D, M> {
+    fn unknowns(&self, cluster: usize) -> std::ops::Range<usize> {
         match self.field {
             PressureField::Displacement => 0..0,
             PressureField::Pointwise => {
@@ -62,24 +102,18 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
             }
         }
     }
+}
 
-    fn matrix_follows_load(&self) -> bool {
-        self.is_timed()
-    }
-
-    fn break_points(&self) -> Vec<f64> {
-        self.clock.as_ref().filter(|_| self.is_timed()).map_or_else(Vec::new, Amplitude::break_points)
-    }
-
-    fn internal_variables(&self) -> std::ops::Range<usize> {
+impl<const D: usize, M: Material> History for Body<D, M> {
+    fn variables(&self) -> std::ops::Range<usize> {
         self.memory_range()
     }
 
-    fn start_internal_variables(&self, internal_variables: &mut [f64]) {
-        self.start_of_memory(internal_variables);
+    fn start_variables(&self, variables: &mut [f64]) {
+        self.start_of_memory(variables);
     }
 
-    fn update_history(&self, view: View<'_>, next: &mut [f64]) {
+    fn update(&self, view: View<'_>, next: &mut [f64]) {
         self.update_histories(view, next);
     }
 
@@ -90,7 +124,9 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
     fn time_error(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {
         self.error_of_time(before, view, next)
     }
+}
 
+impl<const D: usize, M: Material> Protocol for Body<D, M> {
     fn fills_lower_blocks(&self) -> bool {
         true
     }
@@ -103,7 +139,7 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
         self.multiply_zone(zone, x, product);
     }
 
-    fn take_pressures(&self, _cluster: usize, pressures: &[f64; 4], condensed_step: &mut [f64]) {
+    fn take_pressures(&self, pressures: &[f64; 4], condensed_step: &mut [f64]) {
         let n = self.functions;
         condensed_step[n..2 * n].copy_from_slice(&pressures[..n]);
     }
@@ -119,19 +155,9 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
             }
         }
     }
+}
 
-    fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
-        self.linearize_cluster(cluster, view, out);
-    }
-
-    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
-        self.advance_cluster(cluster, view, step, condensed_step)
-    }
-
-    fn energy(&self, cluster: usize, view: View<'_>) -> f64 {
-        self.zone_energy(cluster, view)
-    }
-
+impl<const D: usize, M: Material> Diagnostics<D> for Body<D, M> {
     fn largest_gradient(&self, cluster: usize, displacement: &[f64]) -> f64 {
         let points = self.table.clusters().points(cluster);
         points.map(|p| self.table.displacement_gradient(p, displacement).norm()).fold(0.0, f64::max)
@@ -149,7 +175,7 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
             .map(|(j, point)| (j, self.table.positions()[point].as_slice().to_vec()))
     }
 
-    fn diagnostics(&self, cluster: usize, view: View<'_>) -> StateDiagnostics {
+    fn of_state(&self, cluster: usize, view: View<'_>) -> StateDiagnostics {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut volume, mut mean, mut pointwise) = (0.0, 0.0, 0.0);
         let volumetric = self.material.split().map(|(_, volumetric)| volumetric).filter(|_| self.functions == 0);

@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use crate::geometry::Point;
 use crate::material::Material;
 
-use super::Term;
+use super::CondensedUnknowns;
 use super::body::Body;
 use super::element::View;
 use super::stabilisation::{POINTWISE_SHARE, WIDEST};
@@ -92,7 +92,7 @@ impl<const D: usize, M: Material> Body<D, M> {
         if n == 0 {
             return (&[], &[], self.measure);
         }
-        let all = &condensed[self.condensed(cluster)];
+        let all = &condensed[self.unknowns(cluster)];
         (&all[..n], &all[n..2 * n], self.measure.towards_volume(all[2 * n] * self.unit(cluster)))
     }
 

@@ -8,6 +8,7 @@ use crate::tensor::Tangent;
 
 use super::point_contraction::{Contraction, reduce_stress, reduce_tangent};
 use super::step_limit::{largest_step, largest_step_of_hoops};
+use super::views::{Diagnostics, TermMatrix};
 use super::{Element, ForceDensities, Term, View};
 
 /// What an integrand sees at a point; always three-dimensional.
@@ -153,17 +154,14 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
         self.table.clusters().nodes(cluster)
     }
 
-    fn is_symmetric(&self) -> bool {
-        self.integrand.is_symmetric()
+    fn matrix(&self) -> TermMatrix {
+        let Sparsity { stress, force_by_gradient, force_by_displacement, .. } = self.integrand.sparsity();
+        let exists = stress || force_by_gradient || force_by_displacement;
+        TermMatrix { exists, symmetric: self.integrand.is_symmetric(), ..TermMatrix::default() }
     }
 
     fn break_points(&self) -> Vec<f64> {
         self.integrand.break_points()
-    }
-
-    fn has_matrix(&self) -> bool {
-        let Sparsity { stress, force_by_gradient, force_by_displacement, .. } = self.integrand.sparsity();
-        stress || force_by_gradient || force_by_displacement
     }
 
     fn validate(&self) -> Result<(), SolveError> {
@@ -212,7 +210,7 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
             }
             if blocks.stress {
                 let tangent = reduce_tangent::<D>(&derivatives.stress_by_gradient, table.hoop_components());
-                contraction.add_matrix(table, point, &tangent, weight, size, self.is_symmetric(), out);
+                contraction.add_matrix(table, point, &tangent, weight, size, self.integrand.is_symmetric(), out);
             }
             // Forces act through values, which smoothed tables lack.
             if values.is_empty() || !blocks.force_by_gradient && !blocks.force_by_displacement {
@@ -248,23 +246,6 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
         }
     }
 
-    fn force_densities(&self, view: View<'_>) -> Option<ForceDensities<D>> {
-        if self.integrand.sparsity().stress {
-            return None;
-        }
-        let force = |point| {
-            let mut derivatives = PointDerivatives::default();
-            self.integrand.evaluate(&self.state(point, &view), &mut derivatives);
-            -derivatives.force
-        };
-        Some(ForceDensities {
-            positions: self.table.positions().to_vec(),
-            normals: self.table.normals().to_vec(),
-            weights: self.table.weights().to_vec(),
-            forces: (0..self.table.len()).map(force).collect(),
-        })
-    }
-
     fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], _locals_step: &mut [f64]) -> f64 {
         if !self.integrand.sparsity().stress {
             return 1.0;
@@ -288,5 +269,28 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
                 self.table.weights()[point] * derivatives.energy
             })
             .sum()
+    }
+
+    fn diagnostics(&self) -> Option<&dyn Diagnostics<D>> {
+        Some(self)
+    }
+}
+
+impl<const D: usize, I: Integrand> Diagnostics<D> for Pointwise<D, I> {
+    fn force_densities(&self, view: View<'_>) -> Option<ForceDensities<D>> {
+        if self.integrand.sparsity().stress {
+            return None;
+        }
+        let force = |point| {
+            let mut derivatives = PointDerivatives::default();
+            self.integrand.evaluate(&self.state(point, &view), &mut derivatives);
+            -derivatives.force
+        };
+        Some(ForceDensities {
+            positions: self.table.positions().to_vec(),
+            normals: self.table.normals().to_vec(),
+            weights: self.table.weights().to_vec(),
+            forces: (0..self.table.len()).map(force).collect(),
+        })
     }
 }

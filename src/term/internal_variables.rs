@@ -4,8 +4,8 @@ use nalgebra::Matrix3;
 
 use crate::material::{InternalVariables, Material};
 
+use super::View;
 use super::body::Body;
-use super::{Term, View};
 
 /// The law of a body with internal variables, with their values at the beginning of a step.
 #[derive(Clone, Copy)]
@@ -33,7 +33,7 @@ impl<const D: usize, M: Material> Body<D, M> {
             return None;
         }
         let law = self.material.internal_variables()?;
-        let internal_variables = view.condensed.get(self.internal_variables())?;
+        let internal_variables = view.condensed.get(self.memory_range())?;
         let elapsed = self.clock.as_ref().map_or(0.0, |clock| clock.evaluate(view.load).0 - internal_variables[0]);
         Some(Recall { law, elapsed: elapsed.max(0.0), points: &internal_variables[1..], each: self.has_history })
     }
@@ -47,7 +47,7 @@ impl<const D: usize, M: Material> Body<D, M> {
         if self.has_history == 0 {
             return 0..0;
         }
-        let start = self.unknowns();
+        let start = self.condensed_count();
         start..start + 1 + self.has_history * self.table().len()
     }
 

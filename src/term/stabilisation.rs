@@ -12,7 +12,7 @@ pub(super) const WIDEST: f64 = 1.5;
 pub(super) fn pointwise_share(material: &impl Material, of_shear: f64) -> f64 {
     let Some((_, volumetric)) = material.split() else { return 0.0 };
     // The energy of the stabilisation does not relax: that of the relaxed body is none too much at any time.
-    let shear = crate::material::initial_shear_modulus(material)
+    let shear = material.initial_moduli().shear
         * material.internal_variables().map_or(1.0, |internal_variables| internal_variables.relaxed());
     let bulk = volumetric.evaluate(1.0).curvature;
     let kept = of_shear * shear;

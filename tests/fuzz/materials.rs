@@ -58,7 +58,7 @@ pub fn materials(input: &mut Input) {
 
 fn ask(material: &impl Material, f: &Matrix3<f64>) {
     let _ = (material.energy(f), material.response(f));
-    let _ = (initial_shear_modulus(material), initial_bulk_modulus(material));
+    let _ = (material.initial_moduli().shear, material.initial_moduli().bulk);
     if let Some((distortional, volumetric)) = material.split() {
         let _ = (distortional.energy(f), volumetric.evaluate(f.determinant()));
     }

@@ -129,7 +129,7 @@ fn uses<const D: usize>(input: &mut Input, table: ShapeTable<D>, positions: &[Po
     let volume = EnclosedVolume::new(table.clone());
     let body = Arc::new(Body::zonal(table, rubber, field, share));
     if kind > 1 || input.once_in(2) {
-        model.add(body.clone());
+        model.add_shared(body.clone());
     }
     let rows = Constraints::new();
     let analysis =

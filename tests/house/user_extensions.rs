@@ -228,7 +228,8 @@ fn a_plane_block_composed_by_hand_is_that_of_the_scene() {
         .hold(Side::Min)
         .prescribe(Side::Max, 1, 0.3)
         .traction((1, Side::Max), [0.0, -0.01]);
-    let by_scene = scene.discretize(&scheme).unwrap().run().unwrap().completed().unwrap();
+    let made = scene.discretize(&scheme).unwrap();
+    let by_scene = made.run().unwrap().completed().unwrap();
 
     let lattice = block.lattice([9, 5]).unwrap();
     let rk = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
@@ -237,22 +238,38 @@ fn a_plane_block_composed_by_hand_is_that_of_the_scene() {
     let body = ShapeTable::smoothed(&rk, &smoothing, &PlaneStrain).unwrap();
     let top = lattice.boundary(&(1, Side::Max).into(), 2, 2).unwrap().points;
     let load = DeadLoad { force: Vector3::new(0.0, -0.01, 0.0), amplitude: Amplitude::Ramp };
-    let mut model = Model::new(lattice.positions().to_vec());
-    model
-        .add(Body::new(body, rubber(), PressureField::Linear))
-        .add(Pointwise::new(ShapeTable::new(&rk, &top, &PlaneStrain).unwrap(), load));
-    let mut rows = Constraints::new();
-    for (side, component, value) in [(Side::Min, 0, 0.0), (Side::Min, 1, 0.0), (Side::Max, 1, 0.3)] {
+    let law: Arc<dyn Material> = Arc::new(rubber());
+    let functions = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let loaded = ShapeTable::new(&rk, &top, &PlaneStrain).unwrap();
+    let mut problem =
+        Problem::compose(lattice.clone(), functions, Body::new(body, law, PressureField::Linear)).unwrap();
+    problem.add(Pointwise::new(loaded, load));
+    for (name, side, component, value) in
+        [("left", Side::Min, 0, 0.0), ("left", Side::Min, 1, 0.0), ("right", Side::Max, 1, 0.3)]
+    {
         let cells = lattice.boundary(&side.into(), 2, 2).unwrap();
-        let label = format!("u_{component} at {side:?}");
-        rows.over_boundary(&rk, &cells, &PlaneStrain, component, &|_| value, &Amplitude::Ramp, &label).unwrap();
+        let condition = |equations: &mut Constraints| {
+            equations.over_boundary(&rk, &cells, &PlaneStrain, component, &|_| value, &Amplitude::Ramp, name)
+        };
+        problem.constrain(name, condition).unwrap();
     }
-    let analysis = Analysis::new(LagrangeMultipliers, Direct);
-    let by_hand = analysis.run(&model, &rows, &mut ()).unwrap().completed().unwrap();
+    problem.analysis_mut().enforcement = Box::new(LagrangeMultipliers);
+    let by_hand = problem.run().unwrap().completed().unwrap();
 
     // As for the tube.
     assert!(distance(&by_scene, &by_hand) <= 1e-12, "{:e}", distance(&by_scene, &by_hand));
     assert_eq!(by_scene.iterations, by_hand.iterations);
+    // And it answers as that of the scene does.
+    let (a, b) = (by_scene.last(), by_hand.last());
+    let force = |problem: &Problem<2>, state, place: Place<2>| problem.reaction(state, place).unwrap();
+    for (name, side) in [("left", Side::Min), ("right", Side::Max)] {
+        let [one, other] = [force(&made, a, side.into()), force(&problem, b, name.into())];
+        assert!((one - other).norm() < 1e-9 * one.norm(), "{name}: {one} {other}");
+    }
+    let at = Point::<2>::new(0.7, 0.4);
+    let [one, other] = [made.stress(a, &at), problem.stress(b, &at)].map(Result::unwrap);
+    assert!((one - other).norm() < 1e-9 * one.norm(), "{one} {other}");
+    assert!(problem.vtk_grid(b).is_ok() && problem.history(&by_hand).is_ok());
 }
 
 /// Springs that hold a body in place, ½ k |u|², as a user would write them.

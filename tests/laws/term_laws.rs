@@ -141,7 +141,8 @@ fn deformed<const D: usize>(random: &mut fastrand::Rng, lattice: &Lattice<D>, no
 fn exponents<const D: usize>(model: &Model<D>) -> Vec<(usize, usize)> {
     let of = |t: usize| -> Vec<(usize, usize)> {
         let term = &model.terms()[t];
-        let ranges = (0..term.clusters()).map(|c| term.condensed(c)).filter(|range| range.len() % 2 == 1);
+        let Some(condensed) = term.condensed() else { return Vec::new() };
+        let ranges = (0..term.clusters()).map(|c| condensed.unknowns(c)).filter(|range| range.len() % 2 == 1);
         ranges.map(|range| (t, range.end - 1)).collect()
     };
     (0..model.terms().len()).flat_map(of).collect()

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rkpm::material::{InternalVariables, Material, Mullins, Prony, Viscoelastic};
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
+use rkpm::term::CondensedUnknowns;
 
 const A10: f64 = 0.4;
 const BULK: f64 = 100.0;
@@ -259,9 +260,9 @@ fn bodies_that_do_not_remember_carry_nothing() {
     let scene = sheared(elastic(), Amplitude::Ramp, seconds(1.0));
     let plain = problem(&scene, Stepping::default());
     let clusters = 0..plain.body().table().clusters().len();
-    let condensed = clusters.map(|cluster| plain.body().condensed(cluster).end).max().unwrap();
+    let condensed = clusters.map(|cluster| plain.body().unknowns(cluster).end).max().unwrap();
     assert_eq!(plain.at_rest().condensed[0].len(), condensed);
-    assert!(plain.body().internal_variables().is_empty());
+    assert!(plain.body().history().is_none());
     assert!(!plain.model().is_timed());
     let path = plain.run().unwrap().completed().unwrap();
     assert_eq!(path.steps.len(), 1, "time is no reason for steps where nothing relaxes");

@@ -18,7 +18,7 @@ use super::source::{BodyOf, Source};
 use super::value::Value;
 
 /// The name of the first body of a scene that was made with one.
-const FIRST: &str = "body";
+pub(crate) const FIRST: &str = "body";
 
 /// What is added to a scene by [`Scene::with`].
 #[derive(Debug, Clone)]

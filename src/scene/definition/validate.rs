@@ -3,7 +3,7 @@
 use crate::contact::ContactError;
 use crate::error::{BoundaryError, Error, Invalid};
 use crate::geometry::Part;
-use crate::material::{initial_bulk_modulus, initial_shear_modulus};
+use crate::material::Material;
 use crate::term::Amplitude;
 
 use super::condition::Direction;
@@ -104,7 +104,7 @@ const LARGEST_LOAD: f64 = 1e3;
 fn sizes<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
     let mut stiffest: f64 = 0.0;
     for body in &scene.bodies {
-        let (shear, bulk) = (initial_shear_modulus(&*body.material), initial_bulk_modulus(&*body.material));
+        let (shear, bulk) = (body.material.initial_moduli().shear, body.material.initial_moduli().bulk);
         stiffest = stiffest.max(shear).max(bulk);
         if shear > 0.0 && bulk / shear > STIFFEST {
             let needed = "at most 1e12, where changes of volume begin to be lost in rounding; 1e5 is incompressible to all purposes";

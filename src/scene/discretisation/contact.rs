@@ -10,7 +10,7 @@ use crate::contact::{
 };
 use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
-use crate::material::{initial_bulk_modulus, initial_shear_modulus};
+use crate::material::Material;
 use crate::shape::FiniteElements;
 use crate::table::ShapeTable;
 
@@ -53,11 +53,11 @@ pub(crate) fn add<const D: usize>(
     }
     // The softest body is the one that gives.
     let softer = |a: &&BodyOf<D>, b: &&BodyOf<D>| {
-        initial_shear_modulus(&*a.material).total_cmp(&initial_shear_modulus(&*b.material))
+        a.material.initial_moduli().shear.total_cmp(&b.material.initial_moduli().shear)
     };
     let Some(softest) = scene.bodies.iter().min_by(softer) else { return Ok(contacts) };
     let material = &*softest.material;
-    let (shear, bulk) = (initial_shear_modulus(material), initial_bulk_modulus(material));
+    let (shear, bulk) = (material.initial_moduli().shear, material.initial_moduli().bulk);
     let particles = positions.len();
     let mut next = particles;
     for contact in &scene.contacts {
@@ -75,7 +75,7 @@ pub(crate) fn add<const D: usize>(
         let law = Arc::new(law);
         let name = contact.surface.name.clone();
         contacts.push(Contact { name, term: model.terms().len(), law: Law::Rigid(law.clone()) });
-        model.add(law);
+        model.add_shared(law);
         if let (Some(node), Drive::Pushed { force, amplitude, .. }) = (rigid_dof, &contact.surface.drive) {
             model.add(RigidBodyDof { node: [node], force: *force, amplitude: amplitude.clone(), stiffness: shear });
         }
@@ -102,7 +102,7 @@ pub(crate) fn add<const D: usize>(
         let law = Arc::new(law);
         let name = contact_pair.name.clone();
         contacts.push(Contact { name, term: model.terms().len(), law: Law::Pair(law.clone(), swapped) });
-        model.add(law);
+        model.add_shared(law);
     }
     if next > particles
         || !scene.contact_pairs.is_empty()

@@ -10,7 +10,7 @@ use crate::compiled::compiled;
 use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
 use crate::linear::{Direct, Krylov};
-use crate::material::initial_shear_modulus;
+use crate::material::Material;
 use crate::solve::Analysis;
 use crate::table::ShapeTable;
 use crate::term::{FollowerPressure, Pointwise};
@@ -185,7 +185,7 @@ fn finish<const D: usize>(
         model.share(ranks);
     }
     discrete_bodies.iter().for_each(|discrete_body: &DiscreteBody<D>| {
-        model.add(discrete_body.body.clone());
+        model.add_shared(discrete_body.body.clone());
     });
     // In the order of the scene.
     tables.sort_by_key(|(number, _)| *number);
@@ -197,7 +197,7 @@ fn finish<const D: usize>(
     }
     let modulus =
         |discrete_body: &DiscreteBody<D>| discrete_body.body.material().response(&Matrix3::identity()).tangent[(0, 0)];
-    let shear = |discrete_body: &DiscreteBody<D>| initial_shear_modulus(&**discrete_body.body.material());
+    let shear = |discrete_body: &DiscreteBody<D>| discrete_body.body.material().initial_moduli().shear;
     for frame in &frames {
         let stiffest = discrete_bodies.iter().map(modulus).fold(0.0, f64::max);
         model.add_whole(frame.stay(stiffest, discrete_bodies.iter().map(shear).fold(0.0, f64::max)));

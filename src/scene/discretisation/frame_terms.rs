@@ -9,7 +9,7 @@ use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
 use crate::quadrature::Points;
 use crate::table::ShapeTable;
-use crate::term::{Amplitude, Element, Pointwise, Term, View};
+use crate::term::{Amplitude, CondensedUnknowns, Element, Pointwise, Term, TermMatrix, View};
 
 use super::frame::Frame;
 use super::unmeasured::Unmeasured;
@@ -102,6 +102,18 @@ impl<const D: usize> Rigidity<D> {
     }
 }
 
+impl<const D: usize> CondensedUnknowns for Rigidity<D> {
+    fn unknowns(&self, _: usize) -> Range<usize> {
+        // The first is their measure, one for all time: multipliers that vanish are settled.
+        0..1 + Self::COUNT
+    }
+
+    fn start(&self, _: usize, condensed: &mut [f64]) {
+        condensed.fill(0.0);
+        condensed[0] = 1.0;
+    }
+}
+
 impl<const D: usize> Term<D> for Rigidity<D> {
     fn clusters(&self) -> usize {
         1
@@ -111,18 +123,12 @@ impl<const D: usize> Term<D> for Rigidity<D> {
         &self.nodes
     }
 
-    fn condensed(&self, _: usize) -> Range<usize> {
-        // The first is their measure, one for all time: multipliers that vanish are settled.
-        0..1 + Self::COUNT
+    fn matrix(&self) -> TermMatrix {
+        TermMatrix { follows_load: false, ..TermMatrix::default() }
     }
 
-    fn start(&self, _: usize, condensed: &mut [f64]) {
-        condensed.fill(0.0);
-        condensed[0] = 1.0;
-    }
-
-    fn matrix_follows_load(&self) -> bool {
-        false
+    fn condensed(&self) -> Option<&dyn CondensedUnknowns> {
+        Some(self)
     }
 
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
@@ -211,8 +217,8 @@ impl<const D: usize> Term<D> for Turning<D> {
         &self.nodes
     }
 
-    fn is_symmetric(&self) -> bool {
-        false
+    fn matrix(&self) -> TermMatrix {
+        TermMatrix { symmetric: false, ..TermMatrix::default() }
     }
 
     fn break_points(&self) -> Vec<f64> {

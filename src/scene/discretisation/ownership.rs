@@ -1,7 +1,7 @@
 //! What a rank holds of the condensed unknowns, by names that belong to the scene.
 
 use crate::geometry::Point;
-use crate::term::Term;
+use crate::term::{condensed_range, variables_range};
 
 use crate::scene::{DiscreteBody, Problem};
 
@@ -37,13 +37,13 @@ impl TermOwnership {
 
     fn of_body<const D: usize>(discrete_body: &DiscreteBody<D>) -> Self {
         let table = discrete_body.body.table();
-        let has_history = Term::internal_variables(&*discrete_body.body).len();
+        let has_history = variables_range(&*discrete_body.body).len();
         let each = has_history.saturating_sub(1) / table.len().max(1);
         let mut ownership = TermOwnership { common: has_history.min(1), ..TermOwnership::default() };
         for cluster in 0..table.clusters().len() {
             let points = table.clusters().points(cluster);
             ownership.keys.push(key(&table.positions()[points.clone()]));
-            ownership.unknowns.push(Term::condensed(&*discrete_body.body, cluster).len());
+            ownership.unknowns.push(condensed_range(&*discrete_body.body, cluster).len());
             ownership.internal_variables.push(each * points.len());
         }
         ownership

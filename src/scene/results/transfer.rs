@@ -5,7 +5,7 @@ use crate::error::{ApproximationError, Error};
 use crate::neighbours::BoxTree;
 use crate::solve::State;
 
-use crate::term::Term;
+use crate::term::variables_range;
 
 use crate::scene::Problem;
 
@@ -45,7 +45,7 @@ impl<const D: usize> Problem<D> {
                     own[..condensed.len()].copy_from_slice(&condensed);
                 }
             }
-            let range = Term::internal_variables(&*discrete_body.body);
+            let range = variables_range(&*discrete_body.body);
             if let (false, Some(given)) = (range.is_empty(), state.condensed.get(place)) {
                 let nearest = BoxTree::of(other.body.table().positions());
                 let internal_variables =

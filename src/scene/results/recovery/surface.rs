@@ -40,7 +40,7 @@ impl<const D: usize> Recovery<'_, D> {
         // The body comes first.
         for (term, condensed) in problem.model().terms().iter().zip(&state.condensed).skip(1) {
             let view = View { displacement: &state.displacement, condensed, load: state.load };
-            let given = term.force_densities(view).is_some_and(|densities| {
+            let given = term.diagnostics().and_then(|of| of.force_densities(view)).is_some_and(|densities| {
                 if densities.normals.len() == densities.positions.len() {
                     let found: Vec<_> =
                         densities.positions.iter().zip(&densities.normals).map(|(x, n)| find(x, n)).collect();

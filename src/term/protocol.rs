@@ -1,0 +1,36 @@
+//! What terms of this crate arrange with the assembler.
+
+use super::uncondensed::{Product, Zone};
+
+/// What terms of this crate arrange with the assembler; those of users arrange nothing.
+pub trait Protocol: Send + Sync {
+    /// Whether the lower blocks are filled that the assembler wants.
+    fn fills_lower_blocks(&self) -> bool {
+        false
+    }
+
+    /// Whether buffers are filled over a few of many nodes, the same for all clusters, as contact does where what comes into
+    /// contact is not known before.
+    fn fills_compact(&self) -> bool {
+        false
+    }
+
+    /// Whether condensed unknowns can be kept uncondensed.
+    fn separates(&self) -> bool {
+        false
+    }
+
+    /// Writes the product of the kept part of a cluster's matrix with a vector, node by node: $K x$ beside $C^T H C x$.
+    fn multiply(&self, _zone: &Zone, _x: &[f64], _product: &mut Product) {}
+
+    /// Takes increments of uncondensed pressures, instead of those that follow from the step.
+    fn take_pressures(&self, _pressures: &[f64; 4], _condensed_step: &mut [f64]) {}
+
+    /// Visits lists of nodes, by their places in the cluster, that the matrix couples beside condensed unknowns.
+    fn couplings(&self, _cluster: usize, _visit: &mut dyn FnMut(&[u16])) {}
+}
+
+/// Nothing is arranged.
+pub(super) struct Plain;
+
+impl Protocol for Plain {}
