@@ -5,6 +5,7 @@ use std::time::Instant;
 use crate::error::{Error, Invalid, SolveError};
 use crate::scene::{ApproximationChoice, Problem, Scheme};
 use crate::solve::{Dual, Ending, EquilibriumPath, State};
+use crate::term::variables_range;
 
 use super::answer::{Answer, Level, Tolerance, Verdict};
 use super::progress::Limits;
@@ -74,7 +75,7 @@ pub(super) fn solve<const D: usize>(
     let mut wasted = 0;
     let mut corrected = None;
     // Laws with internal variables reach their last state by their whole history.
-    let has_history = problem.model().terms().iter().any(|term| !term.internal_variables().is_empty());
+    let has_history = problem.model().terms().iter().any(|term| !variables_range(&**term).is_empty());
     if let Some(coarser) = coarser.filter(|_| !has_history) {
         let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
         let tight = problem.analysis().newton.tolerance;

@@ -9,7 +9,7 @@ use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::contact::{ContactSurface, RollingSpring};
 use crate::geometry::Point;
-use crate::material::initial_shear_modulus;
+use crate::material::Material;
 
 use super::discrete_body::DiscreteBody;
 use crate::scene::definition::contact_definition::{Contact, Law};
@@ -45,7 +45,7 @@ pub(crate) fn hold_rolling<const D: usize>(
     let free = bodies.iter().filter(|body| !held(body));
     let found: Vec<Rolling<D>> = free.filter_map(|body| rolling(body, contacts, model)).collect();
     found.iter().for_each(|rolling| {
-        model.add(rolling.spring.clone());
+        model.add_shared(rolling.spring.clone());
     });
     found
 }
@@ -119,7 +119,7 @@ fn rolling<const D: usize>(body: &DiscreteBody<D>, contacts: &[Contact<D>], mode
         same
     });
     let (nodes, weights) = weights.into_iter().map(|(node, value)| (node, tangent * value)).unzip();
-    let stiffness = initial_shear_modulus(&**body.body.material());
+    let stiffness = body.body.material().initial_moduli().shear;
     let spring = Arc::new(RollingSpring { nodes, weights, stiffness });
     Some(Rolling { body: body.name.clone(), radius, spring })
 }

@@ -6,7 +6,7 @@ use crate::geometry::Point;
 use crate::scene::Problem;
 use crate::scene::definition::contact_definition::Law;
 use crate::solve::State;
-use crate::term::{Amplitude, Element, Term, View};
+use crate::term::{Amplitude, Element, Term, TermMatrix, View};
 
 /// Iterations of conjugate gradients for the forces that conditions carry; each condition takes a few.
 const MOST: usize = 2000;
@@ -162,12 +162,8 @@ impl<const D: usize> Term<D> for Fading<D> {
         &self.nodes[cluster]
     }
 
-    fn has_matrix(&self) -> bool {
-        false
-    }
-
-    fn matrix_follows_load(&self) -> bool {
-        false
+    fn matrix(&self) -> TermMatrix {
+        TermMatrix { exists: false, follows_load: false, ..TermMatrix::default() }
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
