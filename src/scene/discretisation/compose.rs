@@ -84,6 +84,7 @@ impl<const D: usize> Problem<D> {
             frames: Vec::new(),
             placed: Vec::new(),
             names: Vec::new(),
+            rolling: Vec::new(),
         })
     }
 
