@@ -14,7 +14,7 @@ use super::uncondensed::Zone;
 pub struct View<'a> {
     /// Coefficients $d$, node by node, `D` components each \[length\].
     pub displacement: &'a [f64],
-    /// Condensed unknowns of this term, all clusters; behind them its memory ([`Term::internal_variables`](super::Term::internal_variables)).
+    /// Condensed unknowns of this term, all clusters; behind them its internal variables ([`History`](super::History)).
     pub condensed: &'a [f64],
     /// Load factor $\lambda$.
     pub load: f64,
