@@ -34,6 +34,7 @@ const RCOND_LIMIT: f64 = 1e-8;
 /// assert!((x - 0.7).abs() < 1e-14);
 /// # Ok::<(), rkpm::Error>(())
 /// ```
+#[derive(Clone)]
 pub struct ReproducingKernel<const D: usize, K, B> {
     particles: Particles<D>,
     kernel: K,
