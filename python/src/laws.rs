@@ -8,8 +8,7 @@ use pyo3::types::PyDict;
 use rkpm::error::MaterialError;
 use rkpm::fit::{Fit as Search, Law as Family, Report, TestData};
 use rkpm::material::{
-    Invariants, Mode, NearlyIncompressible, OgdenConvention, Prony, QuadraticVolume, Viscoelastic,
-    initial_bulk_modulus, initial_shear_modulus,
+    Invariants, Material, Mode, NearlyIncompressible, OgdenConvention, Prony, QuadraticVolume, Viscoelastic,
 };
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::Rubber;
@@ -22,13 +21,13 @@ use crate::own::Own;
 #[pyclass(frozen, module = "rkpm", from_py_object)]
 #[derive(Clone)]
 pub(crate) struct Law {
-    pub(crate) material: Arc<dyn rkpm::material::Material>,
+    pub(crate) material: Arc<dyn Material>,
     pub(crate) fault: Option<Fault>,
     name: String,
 }
 
 impl Law {
-    fn new(name: &str, material: Result<impl rkpm::material::Material + 'static, MaterialError>) -> PyResult<Self> {
+    fn new(name: &str, material: Result<impl Material + 'static, MaterialError>) -> PyResult<Self> {
         Ok(Law { material: Arc::new(material.map_err(refused)?), fault: None, name: name.into() })
     }
 
@@ -43,13 +42,13 @@ impl Law {
     /// The shear modulus at rest [stress].
     #[getter]
     fn shear(&self, py: Python<'_>) -> PyResult<f64> {
-        self.raised(py.detach(|| initial_shear_modulus(&*self.material)))
+        self.raised(py.detach(|| self.material.initial_moduli().shear))
     }
 
     /// The bulk modulus at rest [stress].
     #[getter]
     fn bulk(&self, py: Python<'_>) -> PyResult<f64> {
-        self.raised(py.detach(|| initial_bulk_modulus(&*self.material)))
+        self.raised(py.detach(|| self.material.initial_moduli().bulk))
     }
 
     /// The stored energy at a deformation gradient, 3 × 3.
