@@ -101,7 +101,7 @@ impl Enforcement for LagrangeMultipliers {
 
 /// Constraint equations beyond which a factor of $G G^T$ is requested whether they are independent: elimination constraint equation by constraint equation, which names the
 /// culprit, takes the third power of their number.
-const MANY: usize = 1000;
+const MANY: usize = 100;
 
 /// The first constraint equation that depends on earlier ones.
 fn first_dependent(equations: &[ConstraintEquation], scaled: &[(Vec<(usize, f64)>, f64)]) -> Option<BoundaryError> {

@@ -1,7 +1,6 @@
 //! Facets on the boundary, and the trace functions of the particles on them.
 
 use crate::error::GeometryError;
-#[cfg(feature = "solve")]
 use crate::geometry::Point;
 use crate::quadrature::Points;
 
@@ -30,7 +29,6 @@ impl<const D: usize> BoundaryCells<D> {
     }
 
     /// The facets whose middle a predicate holds for.
-    #[cfg(feature = "solve")]
     pub(crate) fn within(&self, holds: &dyn Fn(&Point<D>) -> bool) -> Self {
         let mut kept = BoundaryCells { points: Points::empty(), traces: Vec::new() };
         for group in self.points.groups.windows(2) {

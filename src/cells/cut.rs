@@ -30,8 +30,8 @@ use placing::{Placed, Placing};
 use rules::Rules;
 use sections::{Grid, Sections};
 use split::{ByBrick, Split};
-use traces::Traces;
-use zoning::{FREE, Inner};
+use traces::{Site, assign};
+use zoning::{FEWEST, Inner};
 
 /// Bricks between particles along each axis.
 const STEP: i32 = 2;
@@ -257,12 +257,13 @@ impl CutLattice {
         Ok(found)
     }
 
-    /// The boundary cells of pieces, each with its trace functions.
+    /// The boundary cells of pieces, each with its trace functions; where a predicate is given, those whose middle it holds for.
     fn traces(
         &self,
         part: &Part,
         [parts, gauss]: [usize; 2],
         positive: bool,
+        holds: Option<&dyn Fn(&Point<3>) -> bool>,
     ) -> Result<Vec<BoundaryCells<3>>, GeometryError> {
         if parts == 0 {
             Self::check_parts(parts)?;
@@ -281,40 +282,50 @@ impl CutLattice {
                 }
             }
         }
-        let mut on_piece: Vec<Vec<(u32, Point<3>)>> = vec![Vec::new(); self.features.curved.len()];
-        for (particle, on) in self.placed.on.iter().enumerate() {
-            // On the rim between two curved pieces a particle carries functions of one of them.
-            let first = on.iter().find(|(piece, _)| self.features.curved[*piece as usize]).map(|own| own.0);
-            for &(piece, normal) in on {
-                if positive || !self.features.curved[piece as usize] || first == Some(piece) {
-                    on_piece[piece as usize].push((particle as u32, normal));
-                }
-            }
-        }
         let area = self.frame.size * self.frame.size;
-        let mut all = Vec::with_capacity(pieces.len());
-        for (piece, patches) in pieces.into_iter().zip(patches) {
-            let curved = self.features.curved[piece as usize];
-            let traces = Traces::new(&self.placed.positions, std::mem::take(&mut on_piece[piece as usize]), curved);
-            let mut cells = BoundaryCells { points: Points::empty(), traces: Vec::new() };
+        let mut sites: Vec<Site> = Vec::with_capacity(pieces.len());
+        for (piece, patches) in pieces.iter().zip(patches) {
+            let mut site = Site::new(self.features.needs[*piece as usize]);
             for group in patches.chunk_by(|a, b| self.brick_of(*a) == self.brick_of(*b)) {
+                let first = site.places.len();
                 for &patch in group {
                     let normal = self.features.normals[self.split.patches[patch as usize].facet as usize];
-                    let turned = self.frame.turned(&normal);
                     pieces_of(&self.patch(patch), finer, |corners| {
-                        rules.on_triangle(&corners, |at, own| {
-                            cells.points.positions.push(self.frame.place(&at));
-                            cells.points.weights.push(own.norm() * area);
-                            cells.points.normals.push(turned);
-                            cells.traces.push(traces.at(&at, &normal, positive));
-                        });
+                        rules.on_triangle(&corners, |at, own| site.places.push((at, normal, own.norm() * area)));
                     });
                 }
-                cells.points.close_group();
+                if let Some(holds) = holds {
+                    let own = &site.places[first..];
+                    let middle = own.iter().map(|place| place.0).sum::<Point<3>>() / own.len().max(1) as f64;
+                    let kept = holds(&self.frame.place(&middle));
+                    site.kept.resize(site.places.len(), kept);
+                }
+                site.groups.push(site.places.len());
             }
-            all.push(cells);
+            sites.push(site);
         }
-        Ok(all)
+        for (particle, on) in self.placed.on.iter().enumerate() {
+            let on = on.iter().filter(|(piece, _)| place[*piece as usize] != usize::MAX);
+            on.for_each(|&(piece, normal)| sites[place[piece as usize]].particles.push((particle as u32, normal)));
+        }
+        let beside = self.features.beside.iter().filter_map(|(&[a, b], &length)| {
+            let [a, b] = [a, b].map(|piece| place[piece as usize]);
+            (a != usize::MAX && b != usize::MAX).then_some(([a, b], length))
+        });
+        let found = assign(&self.placed.positions, sites, beside.collect(), positive);
+        Ok(found
+            .into_iter()
+            .map(|(places, groups, traces)| {
+                let mut cells = BoundaryCells { points: Points::empty(), traces };
+                for (at, normal, weight) in places {
+                    cells.points.positions.push(self.frame.place(&at));
+                    cells.points.weights.push(weight);
+                    cells.points.normals.push(self.frame.turned(&normal));
+                }
+                cells.points.groups.extend(groups);
+                cells
+            })
+            .collect())
     }
 
     fn brick_of(&self, patch: u32) -> [i32; 3] {
@@ -475,8 +486,34 @@ impl Cells<3> for CutLattice {
             }
         }
         let mut of_cell: Vec<u32> = self.cells.iter().map(|parts| zone_of[parts[0] as usize]).collect();
-        let kept = join_by_sides(&mut of_cell, inner, sides, Inner::worth, FREE);
+        let kept = join_by_sides(&mut of_cell, inner, sides, Inner::worth, FEWEST);
         collect(&of_cell, kept)
+    }
+
+    fn pressure_directions(&self, zones: &Zones) -> Option<Vec<Matrix3<f64>>> {
+        let count = zones.offsets.len().saturating_sub(1);
+        let mut zone_of = vec![NONE; self.parts.parts.len()];
+        let mut inner = vec![Inner::default(); count];
+        for zone in 0..count {
+            for &cell in &zones.cells[zones.offsets[zone]..zones.offsets[zone + 1]] {
+                for &part in &self.cells[cell as usize] {
+                    zone_of[part as usize] = zone as u32;
+                    inner[zone].add_part(&self.parts.parts[part as usize]);
+                }
+            }
+        }
+        self.free(|part, x, share| {
+            if let Some(own) = inner.get_mut(zone_of[part as usize] as usize) {
+                own.free.add(x, share);
+            }
+        });
+        Some(
+            inner
+                .iter()
+                .map(Inner::directions)
+                .map(|along| self.frame.axes.map_or(along, |axes| axes * along))
+                .collect(),
+        )
     }
 
     fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<3>, GeometryError> {
@@ -594,11 +631,21 @@ impl Cells<3> for CutLattice {
     }
 
     fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<3>>, GeometryError> {
-        self.traces(part, [parts, gauss], false)
+        self.traces(part, [parts, gauss], false, None)
+    }
+
+    fn boundary_within(
+        &self,
+        part: &Part,
+        parts: usize,
+        gauss: usize,
+        holds: &dyn Fn(&Point<3>) -> bool,
+    ) -> Result<Vec<BoundaryCells<3>>, GeometryError> {
+        self.traces(part, [parts, gauss], false, Some(holds))
     }
 
     fn contact_boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<3>, GeometryError> {
-        Ok(joined(self.traces(part, [parts, gauss], true)?))
+        Ok(joined(self.traces(part, [parts, gauss], true, None)?))
     }
 
     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {

@@ -1,5 +1,7 @@
 //! The trait of background partitions.
 
+use nalgebra::SMatrix;
+
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Part, Point};
 use crate::particles::Particles;
@@ -105,6 +107,13 @@ pub trait Cells<const D: usize>: Send + Sync {
     /// Zones of cells that share a pressure, about `size` cells wide.
     fn zones(&self, size: usize) -> Zones;
 
+    /// The directions along which linear pressures of each zone vary, as columns, those that are zero left out: where few
+    /// displacements see a pressure its zone has a function less. By default all of space.
+    fn pressure_directions(&self, zones: &Zones) -> Option<Vec<SMatrix<f64, D, D>>> {
+        let _ = zones;
+        None
+    }
+
     /// Gauss points, `n` per direction in each cell, grouped by zone.
     ///
     /// # Errors
@@ -147,6 +156,21 @@ pub trait Cells<const D: usize>: Send + Sync {
     /// As [`boundary`](Cells::boundary).
     fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<D>>, GeometryError> {
         Ok(vec![self.boundary(part, parts, gauss)?])
+    }
+
+    /// The facets of a boundary part whose middle a predicate holds for, in pieces as [`boundary_pieces`](Cells::boundary_pieces) has
+    /// them. By default functions that reach into what is left are kept as they are.
+    ///
+    /// # Errors
+    /// As [`boundary`](Cells::boundary).
+    fn boundary_within(
+        &self,
+        part: &Part,
+        parts: usize,
+        gauss: usize,
+        holds: &dyn Fn(&Point<D>) -> bool,
+    ) -> Result<Vec<BoundaryCells<D>>, GeometryError> {
+        Ok(self.boundary_pieces(part, parts, gauss)?.iter().map(|cells| cells.within(holds)).collect())
     }
 
     /// The facets of a boundary part with plain linear trace functions, which are positive and sum to one up to the ends of arcs: what

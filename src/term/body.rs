@@ -1,6 +1,6 @@
 //! The body: distortional energy at points, volumetric energy at points or projected on zones.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, SMatrix};
 
 use crate::material::Material;
 use crate::table::ShapeTable;
@@ -117,11 +117,20 @@ impl<const D: usize, M: Material> Body<D, M> {
             projected: ProjectedMeasure::Jacobian,
         };
         match field {
-            PressureField::Constant => body.tabulate_zone_functions(1),
-            PressureField::Linear => body.tabulate_zone_functions(D + 1),
+            PressureField::Constant => body.tabulate_zone_functions(1, None),
+            PressureField::Linear => body.tabulate_zone_functions(D + 1, None),
             _ => body.stabilisation = 0.0,
         }
         body
+    }
+
+    /// The same with linear pressures that vary along the columns of a matrix per zone alone.
+    #[cfg(feature = "solve")]
+    pub(crate) fn varying_along(mut self, directions: &[SMatrix<f64, D, D>]) -> Self {
+        if self.functions == D + 1 && directions.len() == self.table.clusters().len() {
+            self.tabulate_zone_functions(D + 1, Some(directions));
+        }
+        self
     }
 
     /// The same with a clock: time as a function of the load factor, not falling. A law that relaxes does so by it; without one

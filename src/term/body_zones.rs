@@ -1,6 +1,6 @@
 //! The zones of pressure of a body: their functions, measures, stabilisation and energy.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, SMatrix};
 
 use crate::geometry::Point;
 use crate::material::Material;
@@ -24,7 +24,7 @@ const KEPT: f64 = 0.75;
 
 impl<const D: usize, M: Material> Body<D, M> {
     /// Orthonormal constants or linear functions on each cluster, by Gram–Schmidt over its points.
-    pub(super) fn tabulate_zone_functions(&mut self, functions: usize) {
+    pub(super) fn tabulate_zone_functions(&mut self, functions: usize, along: Option<&[SMatrix<f64, D, D>]>) {
         self.functions = functions;
         self.phi = vec![0.0; functions * self.table.len()];
         let clusters = self.table.clusters();
@@ -38,9 +38,10 @@ impl<const D: usize, M: Material> Body<D, M> {
                 centre += x * (w / total);
             }
             let phi = &mut self.phi[points.start * functions..points.end * functions];
+            let along = along.and_then(|along| along.get(cluster)).copied().unwrap_or_else(SMatrix::identity);
             for k in 0..functions {
                 for (p, x) in positions.iter().enumerate() {
-                    phi[p * functions + k] = if k == 0 { 1.0 } else { x[k - 1] - centre[k - 1] };
+                    phi[p * functions + k] = if k == 0 { 1.0 } else { along.column(k - 1).dot(&(x - centre)) };
                 }
                 let square_of = |phi: &[f64]| -> f64 {
                     weights.iter().enumerate().map(|(p, w)| w * phi[p * functions + k].powi(2)).sum::<f64>()

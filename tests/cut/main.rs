@@ -136,6 +136,50 @@ fn homogeneous_fields_are_exact_and_neither_modes_nor_pressures_are_spurious() {
     }
 }
 
+/// A wheel with teeth, a bore and flanks between sharp edges that are narrower than a spacing.
+fn gear(teeth: f64, count: u32) -> Shape {
+    let (mut points, mut facets) = (Vec::new(), Vec::new());
+    for k in 0..count {
+        let angle = f64::from(k) / f64::from(count) * std::f64::consts::TAU;
+        let outer = 1.0 + 0.15 * (4.0 * (teeth * angle).sin()).clamp(-1.0, 1.0);
+        for (radius, z) in [(0.4, 0.0), (outer, 0.0), (outer, 0.6), (0.4, 0.6)] {
+            points.push(Point::<3>::new(radius * angle.cos(), radius * angle.sin(), z));
+        }
+        for side in 0..4 {
+            let at = |k: u32, side: u32| (k % count) * 4 + side % 4;
+            let [a, b, c, d] = [at(k, side), at(k + 1, side), at(k + 1, side + 1), at(k, side + 1)];
+            facets.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    (points, facets)
+}
+
+#[test]
+fn a_gear_is_exact_has_zones_enough_and_is_pressed_to_the_end() {
+    let mut random = fastrand::Rng::with_seed(4);
+    let shape = moved(gear(6.0, 48), &mut random);
+    let spacing = (volume(&shape) / 100.0).cbrt();
+    let cells = Arc::new(lattice(&shape, spacing, None));
+    // Thin parts, whose particles lie on the surface but for one row, have zones of their own.
+    let zones = cells.zones(2).offsets.len() - 1;
+    assert!(zones > 8, "{zones}");
+    let scene = || Scene::new(Geometry::cells(cells.clone()), Solid, Rubber::neo_hookean(0.5, 1e3).unwrap());
+    let gradient = Matrix3::new(0.1, 0.05, -0.03, 0.02, -0.08, 0.04, 0.06, -0.02, 0.05);
+    let patch = patch_test_of(&scene(), &gradient, &Scheme::default()).unwrap().error;
+    assert!(patch < 1e-10, "{patch:e}");
+    // Slices of the ends as they come: constraint equations of a part of a piece do not depend on each other.
+    let heights = shape.0.iter().map(|x| x[2]);
+    let [low, high] = [heights.clone().fold(f64::INFINITY, f64::min), heights.fold(f64::NEG_INFINITY, f64::max)];
+    let [low, high] = [low + 0.15 * (high - low), high - 0.15 * (high - low)];
+    for moved in [[0.0, 0.0, -0.25 * (high - low)], [0.3 * (high - low), 0.0, 0.0]] {
+        let scene = scene()
+            .hold(Place::from(Part::Whole).within(move |x| x[2] < low))
+            .with(Condition::on(Place::from(Part::Whole).within(move |x| x[2] > high)).displacement(moved));
+        let path = scene.discretize(&Scheme::default()).unwrap().run().unwrap();
+        assert!(path.completed().is_ok());
+    }
+}
+
 #[test]
 fn pieces_of_the_boundary_have_functions_that_sum_to_one_and_to_the_normal() {
     let mut random = fastrand::Rng::with_seed(5);

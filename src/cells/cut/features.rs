@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use nalgebra::{Matrix3, SymmetricEigen};
+
 use crate::geometry::Point;
 
 use super::parts::cross;
@@ -27,6 +29,10 @@ pub(super) struct Features {
     pub(super) pieces: Vec<u32>,
     /// Whether the facets of a piece have different normals.
     pub(super) curved: Vec<bool>,
+    /// Particles that a piece needs at least for functions that give its normals: one on a plane, three on a cylinder.
+    pub(super) needs: Vec<usize>,
+    /// Lengths of the edges between pieces, the lower one first.
+    pub(super) beside: BTreeMap<[u32; 2], f64>,
     /// Unit normals of facets.
     pub(super) normals: Vec<Point<3>>,
 }
@@ -87,6 +93,19 @@ impl Features {
             }
             curved.push(bent);
         }
+        let mut lengths: BTreeMap<[u32; 2], f64> = BTreeMap::new();
+        let mut in_order: Vec<_> = edges.iter().collect();
+        in_order.sort_unstable();
+        for (&(a, b), around) in in_order {
+            if let [first, second] = around[..] {
+                let [first, second] = [first, second].map(|facet| pieces[facet as usize]);
+                if first != second {
+                    let length = (points[a as usize] - points[b as usize]).norm();
+                    *lengths.entry([first.min(second), first.max(second)]).or_default() += length;
+                }
+            }
+        }
+        let needs = needs(&normals, &pieces, curved.len());
         sharp.values_mut().for_each(|others| others.sort_unstable());
         let turns = |at: u32, others: &[u32]| {
             let direction = |other: u32| (points[other as usize] - points[at as usize]).normalize();
@@ -94,8 +113,23 @@ impl Features {
         };
         let ends: Vec<u32> = sharp.iter().filter(|(at, others)| turns(**at, others)).map(|(at, _)| *at).collect();
         let corners = ends.iter().map(|&end| points[end as usize]).collect();
-        Features { creases: creases(points, &sharp, &ends), corners, pieces, curved, normals }
+        Features { creases: creases(points, &sharp, &ends), corners, pieces, needs, beside: lengths, curved, normals }
     }
+}
+
+/// One more than the dimensions that the normals of each piece spread over.
+fn needs(normals: &[Point<3>], pieces: &[u32], count: usize) -> Vec<usize> {
+    let mut first: Vec<Option<Point<3>>> = vec![None; count];
+    let mut spread = vec![Matrix3::<f64>::zeros(); count];
+    for (normal, &piece) in normals.iter().zip(pieces) {
+        let off = normal - *first[piece as usize].get_or_insert(*normal);
+        spread[piece as usize] += off * off.transpose();
+    }
+    let dimensions = |spread: &Matrix3<f64>| {
+        let squares = SymmetricEigen::new(*spread).eigenvalues;
+        squares.iter().filter(|square| **square > FLAT.max(1e-6 * squares.max())).count()
+    };
+    spread.iter().map(|spread| 1 + dimensions(spread)).collect()
 }
 
 /// Sharp edges joined end to end between corners.

@@ -1,6 +1,6 @@
 //! Trace functions of boundary conditions on pieces of a surface.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::{Matrix4, SymmetricEigen, Vector4};
 
@@ -10,6 +10,11 @@ use crate::geometry::Point;
 const REACH: f64 = 4.0;
 /// Radii are raised so often, each time by half.
 const RAISES: usize = 5;
+/// Functions larger than this say that normals are extrapolated.
+const LARGEST: f64 = 4.0;
+/// Part of a function that lies in a part of a piece, below which its particle has none there: functions of particles outside that reach
+/// into it depend on each other.
+const SHARE: f64 = 0.3;
 /// What may be missing of the sum of functions and of the normal.
 const EXACT: f64 = 1e-11;
 /// Eigenvalues below which moments are taken for singular, relative to the largest.
@@ -21,6 +26,8 @@ pub(super) struct Traces<'a> {
     particles: Vec<(u32, Point<3>)>,
     cubes: HashMap<[i32; 3], Vec<u32>>,
     curved: bool,
+    /// Cosine between normals above which a particle counts at a point.
+    facing: f64,
 }
 
 fn cube(x: &Point<3>) -> [i32; 3] {
@@ -33,12 +40,12 @@ fn weight(q: f64) -> f64 {
 }
 
 impl<'a> Traces<'a> {
-    pub(super) fn new(positions: &'a [Point<3>], particles: Vec<(u32, Point<3>)>, curved: bool) -> Self {
+    pub(super) fn new(positions: &'a [Point<3>], particles: Vec<(u32, Point<3>)>, curved: bool, facing: f64) -> Self {
         let mut cubes: HashMap<[i32; 3], Vec<u32>> = HashMap::new();
         for (place, &(particle, _)) in particles.iter().enumerate() {
             cubes.entry(cube(&positions[particle as usize])).or_default().push(place as u32);
         }
-        Traces { positions, particles, cubes, curved }
+        Traces { positions, particles, cubes, curved, facing }
     }
 
     /// Particles within a radius whose normals are not turned away, by rising index, with their weights.
@@ -52,7 +59,7 @@ impl<'a> Traces<'a> {
                     found.extend(own.iter().filter_map(|&place| {
                         let (particle, towards) = self.particles[place as usize];
                         let weight = weight((self.positions[particle as usize] - x).norm() / radius);
-                        (weight > 0.0 && towards.dot(normal) > 0.0).then_some((place, weight))
+                        (weight > 0.0 && towards.dot(normal) > self.facing).then_some((place, weight))
                     }));
                 }
             }
@@ -61,38 +68,55 @@ impl<'a> Traces<'a> {
         found
     }
 
-    /// Functions $f_J$ at a point of the piece: moving least squares over the basis $(1, n)$, so that $\sum_J f_J = 1$ and
-    /// $\sum_J f_J n_J = n$; with `positive` those of Shepard, which do not give the normal.
-    pub(super) fn at(&self, x: &Point<3>, normal: &Point<3>, positive: bool) -> Vec<(u32, f64)> {
-        let mut shepard = Vec::new();
+    /// Functions of Shepard: positive, and one in sum.
+    fn plain(&self, x: &Point<3>, normal: &Point<3>) -> Vec<(u32, f64)> {
         let mut radius = REACH;
         for _ in 0..RAISES {
-            let around = self.around(x, normal, radius);
+            if let Some(found) = self.shepard(x, normal, radius) {
+                return found;
+            }
             radius *= 1.5;
-            let whole: f64 = around.iter().map(|entry| entry.1).sum();
-            // A single far particle has a weight that rounding may spoil.
-            if !(whole > 1e-6) {
-                continue;
+        }
+        let distance = |place: &u32| (self.positions[self.particles[*place as usize].0 as usize] - x).norm();
+        let all = 0..self.particles.len() as u32;
+        all.min_by(|a, b| distance(a).total_cmp(&distance(b))).map(|place| (place, 1.0)).into_iter().collect()
+    }
+
+    fn shepard(&self, x: &Point<3>, normal: &Point<3>, radius: f64) -> Option<Vec<(u32, f64)>> {
+        let around = self.around(x, normal, radius);
+        let whole: f64 = around.iter().map(|entry| entry.1).sum();
+        // A single far particle has a weight that rounding may spoil.
+        (whole > 1e-6).then(|| around.iter().map(|&(place, weight)| (place, weight / whole)).collect())
+    }
+
+    /// Functions $f_J$ at a point of the piece: moving least squares over the basis $(1, n)$, so that $\sum_J f_J = 1$ and
+    /// $\sum_J f_J n_J = n$; those of Shepard where the particles can't give the normal, and whether they do.
+    fn exact(&self, x: &Point<3>, normal: &Point<3>) -> (Vec<(u32, f64)>, bool) {
+        if !self.curved {
+            let plain = self.plain(x, normal);
+            let some = !plain.is_empty();
+            return (plain, some);
+        }
+        let mut radius = REACH;
+        let mut best: Option<(f64, Vec<(u32, f64)>)> = None;
+        for _ in 0..RAISES {
+            let exact = self.shepard(x, normal, radius).and_then(|plain| self.reproducing(&plain, normal));
+            radius *= 1.5;
+            let Some(found) = exact else { continue };
+            let largest = found.iter().map(|entry| entry.1.abs()).fold(0.0, f64::max);
+            if largest <= LARGEST {
+                return (found, true);
             }
-            let plain: Vec<(u32, f64)> = around.iter().map(|&(place, weight)| (place, weight / whole)).collect();
-            if positive || !self.curved {
-                shepard = plain;
-                break;
-            }
-            if let Some(exact) = self.reproducing(&plain, normal) {
-                shepard = exact;
-                break;
-            }
-            if shepard.is_empty() {
-                shepard = plain;
+            if best.as_ref().is_none_or(|known| largest < known.0) {
+                best = Some((largest, found));
             }
         }
-        if shepard.is_empty() {
-            let distance = |place: &u32| (self.positions[self.particles[*place as usize].0 as usize] - x).norm();
-            let all = 0..self.particles.len() as u32;
-            shepard.extend(all.min_by(|a, b| distance(a).total_cmp(&distance(b))).map(|place| (place, 1.0)));
-        }
-        shepard.into_iter().map(|(place, value)| (self.particles[place as usize].0, value)).collect()
+        (best.map_or_else(|| self.plain(x, normal), |best| best.1), false)
+    }
+
+    /// The same by particles.
+    fn named(&self, functions: Vec<(u32, f64)>) -> Vec<(u32, f64)> {
+        functions.into_iter().map(|(place, value)| (self.particles[place as usize].0, value)).collect()
     }
 
     /// Functions with these weights that give the normal; none where the particles can't.
@@ -129,5 +153,172 @@ impl<'a> Traces<'a> {
         weights.iter().zip(&values).for_each(|(entry, value)| left -= basis(entry.0) * *value);
         let exact = left[0].abs() + left.norm() * scale < EXACT;
         exact.then(|| weights.iter().zip(values).map(|(entry, value)| (entry.0, value)).collect())
+    }
+}
+
+/// A point with its unit normal and its measure.
+type Place = (Point<3>, Point<3>, f64);
+
+/// A piece of the surface: its points by bricks, and the particles on it.
+pub(super) struct Site {
+    pub(super) places: Vec<Place>,
+    /// The ends of groups.
+    pub(super) groups: Vec<usize>,
+    /// Which points are asked for; all where it is empty.
+    pub(super) kept: Vec<bool>,
+    /// Particles on it with their normals there.
+    pub(super) particles: Vec<(u32, Point<3>)>,
+    /// Particles that it needs at least.
+    need: usize,
+}
+
+impl Site {
+    pub(super) fn new(need: usize) -> Self {
+        Site { places: Vec::new(), groups: Vec::new(), kept: Vec::new(), particles: Vec::new(), need }
+    }
+
+    /// Leaves the points out that are not asked for, and the particles whose functions lie among those.
+    fn restrict(&mut self, positions: &[Point<3>]) {
+        let traces = Traces::new(positions, self.particles.clone(), false, 0.0);
+        let mut shares = vec![[0.0; 2]; self.particles.len()];
+        for (place, &kept) in self.places.iter().zip(&self.kept) {
+            for (particle, value) in traces.plain(&place.0, &place.1) {
+                shares[particle as usize][0] += value * place.2;
+                shares[particle as usize][1] += if kept { value * place.2 } else { 0.0 };
+            }
+        }
+        let part = |share: &[f64; 2]| if share[0] > 0.0 { share[1] / share[0] } else { 0.0 };
+        let largest = shares.iter().map(part).fold(0.0, f64::max);
+        let mut place = 0;
+        self.particles.retain(|_| {
+            place += 1;
+            let own = part(&shares[place - 1]);
+            own > 0.0 && own >= SHARE.min(largest)
+        });
+        let (mut left, mut ends, mut first) = (Vec::new(), Vec::new(), 0);
+        for &end in &self.groups {
+            left.extend((first..end).filter(|&place| self.kept[place]).map(|place| self.places[place]));
+            if ends.last().copied().unwrap_or(0) < left.len() {
+                ends.push(left.len());
+            }
+            first = end;
+        }
+        (self.places, self.groups) = (left, ends);
+    }
+}
+
+/// Points of a piece, the ends of their groups, and the functions at each.
+type Found = (Vec<Place>, Vec<usize>, Functions);
+
+/// Functions at points, by particles.
+type Functions = Vec<Vec<(u32, f64)>>;
+
+/// Trace functions on pieces of a surface, `beside` having the lengths of the edges between them: each particle carries functions of one
+/// piece, and pieces whose particles cannot give their normals take those of the neighbour with the longest common edge as well. With
+/// `positive` functions are those of Shepard, of all particles on a piece.
+pub(super) fn assign(
+    positions: &[Point<3>],
+    mut sites: Vec<Site>,
+    beside: Vec<([usize; 2], f64)>,
+    positive: bool,
+) -> Vec<Found> {
+    let partial = sites.iter().any(|site| !site.kept.is_empty());
+    if partial {
+        sites.iter_mut().for_each(|site| site.restrict(positions));
+    }
+    if !positive {
+        own(&mut sites);
+    }
+    let mut into: Vec<usize> = (0..sites.len()).collect();
+    let mut found: Vec<Option<Functions>> = vec![None; sites.len()];
+    let mut next = 0;
+    while next < sites.len() {
+        if into[next] != next || found[next].is_some() || sites[next].places.is_empty() {
+            next += 1;
+            continue;
+        }
+        let members: Vec<usize> = (0..sites.len()).filter(|&site| root(&into, site) == next).collect();
+        let particles = members.iter().flat_map(|&site| sites[site].particles.iter().copied()).collect();
+        let alone = members.len() == 1;
+        let curved = !positive && (!alone || sites[next].need > 1);
+        let traces = Traces::new(positions, particles, curved, if alone { 0.0 } else { ACROSS });
+        let mut own = Vec::new();
+        let mut exact = true;
+        for place in members.iter().flat_map(|&site| &sites[site].places) {
+            let (functions, is_exact) = traces.exact(&place.0, &place.1);
+            exact &= is_exact;
+            own.push(traces.named(functions));
+        }
+        if !exact && !positive {
+            // The neighbour with the longest common edge.
+            let mut lengths: Vec<(usize, f64)> = Vec::new();
+            for &([a, b], length) in &beside {
+                let [a, b] = [a, b].map(|site| root(&into, site));
+                let other = if a == next {
+                    b
+                } else if b == next {
+                    a
+                } else {
+                    continue;
+                };
+                match lengths.iter_mut().find(|known| known.0 == other) {
+                    Some(known) => known.1 += length,
+                    None if other != next && !sites[other].places.is_empty() => lengths.push((other, length)),
+                    None => {}
+                }
+            }
+            if let Some(&(other, _)) = lengths.iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))) {
+                let kept = next.min(other);
+                into[next.max(other)] = kept;
+                found[kept] = None;
+                next = kept;
+                continue;
+            }
+        }
+        found[next] = Some(own);
+    }
+    let mut all = Vec::new();
+    for first in 0..sites.len() {
+        let Some(functions) = found[first].take() else { continue };
+        let (mut places, mut groups): (Vec<Place>, Vec<usize>) = (Vec::new(), Vec::new());
+        for site in (first..sites.len()).filter(|&site| root(&into, site) == first) {
+            let before = places.len();
+            places.extend_from_slice(&sites[site].places);
+            groups.extend(sites[site].groups.iter().map(|end| before + end));
+        }
+        all.push((places, groups, functions));
+    }
+    all
+}
+
+/// Cosine between normals above which a particle of a neighbouring piece counts at a point.
+const ACROSS: f64 = -0.5;
+
+fn root(into: &[usize], mut site: usize) -> usize {
+    while into[site] != site {
+        site = into[site];
+    }
+    site
+}
+
+/// Leaves each particle to one of its pieces: to one that lacks particles, or a curved one, which would extrapolate without those
+/// along its rim.
+fn own(sites: &mut [Site]) {
+    let mut on: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (number, site) in sites.iter().enumerate() {
+        site.particles.iter().for_each(|&(particle, _)| on.entry(particle).or_default().push(number));
+    }
+    let mut has = vec![0usize; sites.len()];
+    on.values().filter(|all| all.len() == 1).for_each(|all| has[all[0]] += 1);
+    let mut owner: BTreeMap<u32, usize> = BTreeMap::new();
+    for (&particle, all) in &on {
+        let lack = |site: usize| sites[site].need.saturating_sub(has[site]);
+        let rank = |site: &&usize| (lack(**site), sites[**site].need > 1, std::cmp::Reverse(**site));
+        let &own = if all.len() == 1 { &all[0] } else { all.iter().max_by_key(rank).unwrap_or(&all[0]) };
+        has[own] += usize::from(all.len() > 1);
+        owner.insert(particle, own);
+    }
+    for (number, site) in sites.iter_mut().enumerate() {
+        site.particles.retain(|(particle, _)| owner[particle] == number);
     }
 }

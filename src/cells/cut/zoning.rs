@@ -8,8 +8,11 @@ use crate::geometry::Point;
 
 use super::parts::Part;
 
-/// Free particles that a zone has at least: as many displacements as linear pressures, and more.
-pub(super) const FREE: f64 = 3.0;
+/// Free particles that a zone with linear pressures has at least: as many displacements as pressures, and more. In proportion for fewer
+/// functions.
+const FREE: f64 = 3.0;
+/// Free particles that a zone has at least.
+pub(super) const FEWEST: f64 = 1.0;
 /// How far free particles spread in a zone at least, as a part of the variance of its volume along any axis: a corner of a lattice has
 /// 0.67, and a strip whose free particles stand in one layer none.
 const SPREAD: f64 = 0.25;
@@ -64,14 +67,29 @@ impl Inner {
         self.volume.second += Matrix3::identity() * (part.volume * part.volume.max(0.0).cbrt().powi(2) / 12.0);
     }
 
-    /// The number of free particles, less where they do not spread.
+    /// The number of free particles.
     pub(super) fn worth(&self) -> f64 {
-        if self.free.weight < FREE {
-            return self.free.weight;
+        self.free.weight
+    }
+
+    /// Directions along which a pressure may vary, those in which free particles spread, as many as there are particles enough for; the
+    /// other columns are zero.
+    pub(super) fn directions(&self) -> Matrix3<f64> {
+        let mut found = Matrix3::zeros();
+        if self.free.weight < 1.0 {
+            return found;
         }
-        let Some(factor) = self.volume.variance().cholesky() else { return self.free.weight };
+        let Some(factor) = self.volume.variance().cholesky() else { return found };
         let inverse = factor.l().try_inverse().unwrap_or_else(Matrix3::identity);
-        let spread = SymmetricEigen::new(inverse * self.free.variance() * inverse.transpose()).eigenvalues.min();
-        if spread < SPREAD { FREE * spread.max(0.0) / SPREAD * 0.999 } else { self.free.weight }
+        let spread = SymmetricEigen::new(inverse * self.free.variance() * inverse.transpose());
+        let mut order = [0, 1, 2];
+        order.sort_by(|&a, &b| spread.eigenvalues[b].total_cmp(&spread.eigenvalues[a]));
+        for (place, k) in order.into_iter().enumerate() {
+            if spread.eigenvalues[k] < SPREAD || self.free.weight < FREE * (place + 2) as f64 / 4.0 {
+                break;
+            }
+            found.set_column(place, &inverse.tr_mul(&spread.eigenvectors.column(k)));
+        }
+        found
     }
 }

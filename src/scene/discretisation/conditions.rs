@@ -233,14 +233,16 @@ fn add<const D: usize, A: Approximation<D>>(
             stays_off_axis(scene, single, cells, &held)?;
             let before = equations.len();
             // One by one: each piece prescribes its corners before the next one.
-            let (mut whole, mut pieces) = (0, 0);
-            for cells in cells.boundary_pieces(part, facets.parts, facets.gauss)? {
-                let cells = if place.within.is_some() { cells.within(&|x| place.holds(x)) } else { cells };
+            let mut whole = 0;
+            let of_part = match place.within.is_some() {
+                true => cells.boundary_within(part, facets.parts, facets.gauss, &|x| place.holds(x))?,
+                false => cells.boundary_pieces(part, facets.parts, facets.gauss)?,
+            };
+            for cells in of_part {
                 whole += cells.traces.len();
-                pieces += 1;
                 equations.integrate(approximation, &cells, &*scene.kinematics, &along, value, label)?;
             }
-            if place.within.is_some() && whole == 0 && pieces > 0 && equations.len() == before {
+            if place.within.is_some() && whole == 0 && equations.len() == before {
                 return Err(empty(cells, part, label)?.into());
             }
             return Ok(());

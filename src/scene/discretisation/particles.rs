@@ -22,9 +22,15 @@ pub(crate) fn particles<const D: usize>(
     let dilations = approximation.particles().supports().iter().map(|s| s.half_widths().max()).collect();
     let kinematics = &*scene.kinematics;
     let sharing = definition.sharing;
-    let (table, facets, field) = body_table(definition, &approximation)?;
+    let (table, facets, field, zone) = body_table(definition, &approximation)?;
     let (table, law) = (definition.among_all(expanding(scene, table)?), material(scene, &definition.body.material)?);
     let mut body = clocked(scene, Body::projecting(table, law, field, scheme.measure))?;
+    // Of clusters that are zones of cells.
+    if let Some(directions) =
+        zone.and_then(|size| cells.pressure_directions(&sharing.zones(&**cells, cells.zones(size))))
+    {
+        body = body.varying_along(&directions);
+    }
     if let Some(fewest) = sharing.fewest(body.fewest()) {
         body = body.with_fewest(fewest);
     }

@@ -15,11 +15,12 @@ use crate::scene::definition::source::Source;
 /// Gauss points per cell in 1D where the basis is quadratic or higher.
 const FINE: usize = 7;
 
-/// The table of the body, the facet rule that agrees with it, and the pressure field on its clusters.
+/// The table of the body, the facet rule that agrees with it, the pressure field on its clusters, and how many cells wide those are where
+/// they are zones of cells.
 pub(crate) fn body_table<const D: usize, A: Approximation<D>>(
     definition: &BodyInput<'_, D>,
     approximation: &A,
-) -> Result<(ShapeTable<D>, FacetRule, PressureField), Error> {
+) -> Result<(ShapeTable<D>, FacetRule, PressureField, Option<usize>), Error> {
     let sharing = definition.sharing;
     let (scene, scheme, cells) = (definition.scene, definition.scheme, &*definition.cells);
     // The quadratic basis asks for one sub-cell or point more per direction.
@@ -43,32 +44,32 @@ pub(crate) fn body_table<const D: usize, A: Approximation<D>>(
                 }
             };
             let table = ShapeTable::new(approximation, &points, kinematics)?;
-            Ok((table, FacetRule { parts: 1, gauss: 1 }, field))
+            Ok((table, FacetRule { parts: 1, gauss: 1 }, field, None))
         }
         // Averages would leave a basis that can do more at their second order.
         Rule::Auto if scheme.order > 1 && (D == 2 || cells.lattice().is_some()) => {
             let gauss = 2 + more;
             let smoothing = sharing.smoothing(cells, [1, gauss], cells.zones(size))?;
             let table = ShapeTable::consistent(approximation, &smoothing, kinematics)?;
-            Ok((table, FacetRule { parts: 1, gauss }, field))
+            Ok((table, FacetRule { parts: 1, gauss }, field, Some(size)))
         }
         Rule::Auto | Rule::Smoothed { .. } => {
             let parts = if let Rule::Smoothed { parts } = scheme.rule { parts } else { 2 + more };
             let gauss = 2 + more;
             let smoothing = sharing.smoothing(cells, [parts, gauss], cells.zones(size))?;
             let table = ShapeTable::smoothed(approximation, &smoothing, kinematics)?;
-            Ok((table, FacetRule { parts, gauss }, field))
+            Ok((table, FacetRule { parts, gauss }, field, Some(size)))
         }
         Rule::Scni => {
             let gauss = 2 + more;
             let table = ShapeTable::smoothed(approximation, &cells.nodal_cells(gauss)?, kinematics)?;
-            Ok((table, FacetRule { parts: 2, gauss }, field))
+            Ok((table, FacetRule { parts: 2, gauss }, field, None))
         }
         Rule::Nodal => {
             let gauss = 2 + more;
             let points = cells.nodal_cells(gauss)?.nodal(cells.positions());
             let table = ShapeTable::new(approximation, &points, kinematics)?;
-            Ok((table, FacetRule { parts: 2, gauss }, field))
+            Ok((table, FacetRule { parts: 2, gauss }, field, None))
         }
         Rule::Gauss { zones, points } => {
             let (gauss, points) = match (zones, &definition.body.source) {
@@ -97,7 +98,7 @@ pub(crate) fn body_table<const D: usize, A: Approximation<D>>(
                 (Some(_), _) => return Err(no_lattice("equal integration zones").into()),
             };
             let table = ShapeTable::new(approximation, &gauss, kinematics)?;
-            Ok((table, FacetRule { parts: 1, gauss: points }, field))
+            Ok((table, FacetRule { parts: 1, gauss: points }, field, None))
         }
     }
 }
