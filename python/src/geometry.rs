@@ -350,9 +350,9 @@ impl Mesh {
             cells.set_item(name, corners)?;
         }
         let groups = PyDict::new(py);
-        if let Ok(sets) = mesh.getattr("cell_sets_dict")
-            && let Ok(sets) = sets.cast::<PyDict>()
-        {
+        if mesh.hasattr("cell_sets_dict")? {
+            let sets = mesh.getattr("cell_sets_dict")?;
+            let sets = sets.cast::<PyDict>().map_err(|_| mistyped("mesh: cell_sets_dict is no dictionary"))?;
             // Sets of the file's own bookkeeping are no parts.
             for (name, set) in sets.iter().filter(|(name, _)| !name.to_string().starts_with("gmsh:")) {
                 groups.set_item(name, set)?;

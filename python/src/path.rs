@@ -370,8 +370,11 @@ impl Picture {
         self.0.to_svg().map_err(refused)
     }
 
-    /// Writes the picture; the file ends with .svg or .png.
+    /// Writes the picture as SVG, or without title and colour bar to a file that ends with .png.
     fn save(&self, file: std::path::PathBuf) -> PyResult<()> {
-        self.0.write(file).map_err(refused)
+        match file.extension().is_some_and(|end| end == "png") {
+            true => Ok(std::fs::write(file, self.0.to_png().map_err(refused)?)?),
+            false => self.0.write(file).map_err(refused),
+        }
     }
 }

@@ -3,14 +3,15 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use rkpm::contact::RigidSurface;
 use rkpm::prelude::{Axisymmetric, PlaneStrain, PlaneStress, RadialCylinder, RadialSphere, Solid};
-use rkpm::scene::{Condition, Load, Scene as SceneOf, Scheme};
+use rkpm::scene::{Condition, Load, Scene as SceneOf, Scheme, StagePath, Stages};
 
-use crate::fault::{Error, Fault, mistyped, refused};
+use crate::fault::{Callback, Error, Fault, mistyped, refused};
 use crate::geometry::AnyGeometry;
 use crate::laws::Law;
-use crate::path::Path;
+use crate::path::{Path, Run};
 use crate::place::{Number, Place, Vector, amplitude, array};
 use crate::scheme::{Choices, Watch, quantity};
 
@@ -20,6 +21,43 @@ pub(crate) enum AnyScene {
     One(SceneOf<1>),
     Two(SceneOf<2>),
     Three(SceneOf<3>),
+}
+
+macro_rules! kinds {
+    ($($dimension:literal $kind:ident),*) => {$(
+        impl From<SceneOf<$dimension>> for AnyScene {
+            fn from(scene: SceneOf<$dimension>) -> Self {
+                AnyScene::$kind(scene)
+            }
+        }
+        impl TryFrom<AnyScene> for SceneOf<$dimension> {
+            type Error = PyErr;
+            fn try_from(scene: AnyScene) -> PyResult<Self> {
+                match scene {
+                    AnyScene::$kind(scene) => Ok(scene),
+                    _ => Err(Error::new_err("history: a stage gave a scene of other dimensions")),
+                }
+            }
+        }
+    )*};
+}
+kinds!(1 One, 2 Two, 3 Three);
+
+/// A change of a scene by a Python function.
+fn change<const D: usize>(function: Callback) -> impl Fn(SceneOf<D>) -> SceneOf<D> + Send + Sync + 'static
+where
+    AnyScene: From<SceneOf<D>>,
+    SceneOf<D>: TryFrom<AnyScene, Error = PyErr>,
+{
+    move |scene| {
+        let changed = function.call(|function| {
+            let before = Scene { inner: scene.clone().into(), faults: Vec::new(), path: Mutex::new(None) };
+            let after = function.call1((before,))?;
+            let after = after.cast::<Scene>().map_err(|_| mistyped("history: a stage gave no scene"))?;
+            after.get().inner.clone().try_into()
+        });
+        changed.unwrap_or(scene)
+    }
 }
 
 /// The scene after a change that is written once for all dimensions.
@@ -336,6 +374,16 @@ impl Scene {
         Ok(self.with(changed!(self, scene => scene.with_expansion(value.to())), [value.fault()]))
     }
 
+    /// The same without the conditions, loads and contacts of a name, for a later stage.
+    fn without(&self, name: &str) -> Self {
+        self.with(changed!(self, scene => scene.without(name)), [])
+    }
+
+    /// The same with the rigid surface of a name moving on by a vector, for a later stage.
+    fn move_on(&self, name: &str, by: Vec<f64>) -> PyResult<Self> {
+        Ok(self.with(changed!(self, scene => scene.move_on(name, array(&by, "move_on")?)), []))
+    }
+
     /// Takes time while the load factor goes from 0 to 1, for laws that relax.
     fn over_time(&self, duration: f64) -> Self {
         self.with(changed!(self, scene => scene.over_time(duration)), [])
@@ -400,12 +448,72 @@ impl Scene {
             AnyScene::Two(scene) => run!(scene, two),
             AnyScene::Three(scene) => run!(scene, three),
         };
-        if let Some(raised) = self.faults.iter().find_map(Fault::take).or_else(|| watch.raised()) {
+        if let Some(raised) = watch.raised(py) {
             return Err(raised);
         }
         let path = Py::new(py, path.map_err(refused)?)?;
         *self.path.lock().unwrap_or_else(PoisonError::into_inner) = Some(path.clone_ref(py));
         watch.judge(py, &path)?;
         Ok(path)
+    }
+
+    /// Solves the scene, then stages that change it, each from where the one before ended: `{name: function}`, a function takes the scene
+    /// of the stage before and gives the next one, by `without`, `move_on`, `move`, … . Gives a path for each stage, the first for the scene
+    /// itself. How: as in `solve`.
+    #[pyo3(signature = (stages, *, particles=None, spacing=None, order=None, elements=false, steps=None, progress=None))]
+    fn history(
+        &self,
+        py: Python<'_>,
+        stages: &Bound<'_, PyDict>,
+        particles: Option<&Bound<'_, PyAny>>,
+        spacing: Option<f64>,
+        order: Option<u8>,
+        elements: bool,
+        steps: Option<usize>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Vec<Py<Path>>> {
+        let choices = Choices { spacing, order, elements, dilation: None, seed: None, steps, arc_length: false };
+        let scheme = choices.scheme(particles)?;
+        let mut named = Vec::new();
+        let mut faults = self.faults.clone();
+        for (name, function) in stages.iter() {
+            if !function.is_callable() {
+                return Err(mistyped("history: give stages as {name: function of a scene}"));
+            }
+            let function = Callback::new(&function);
+            faults.push(function.fault.clone());
+            named.push((name.extract::<String>()?, function));
+        }
+        let mut watch = Watch::new(progress, faults);
+        macro_rules! run {
+            ($scene:expr, $variant:ident) => {{
+                let mut stages = Stages::new("first", $scene.clone());
+                for (name, function) in named {
+                    stages = stages.then(name, change(function));
+                }
+                let found = py.detach(|| stages.run_with(&scheme, &mut watch));
+                let path = |stage: StagePath<_>| {
+                    let run =
+                        Run { problem: stage.problem, path: stage.path, bound: None, why: None, seconds: f64::NAN };
+                    Path::$variant(Arc::new(run))
+                };
+                found.map(|stages| stages.into_iter().map(path).collect::<Vec<_>>())
+            }};
+        }
+        let paths = match &self.inner {
+            AnyScene::One(scene) => run!(scene, one),
+            AnyScene::Two(scene) => run!(scene, two),
+            AnyScene::Three(scene) => run!(scene, three),
+        };
+        if let Some(raised) = watch.raised(py) {
+            return Err(raised);
+        }
+        let paths = paths.map_err(refused)?;
+        let paths: Vec<Py<Path>> = paths.into_iter().map(|path| Py::new(py, path)).collect::<PyResult<_>>()?;
+        if let Some(last) = paths.last() {
+            *self.path.lock().unwrap_or_else(PoisonError::into_inner) = Some(last.clone_ref(py));
+            watch.judge(py, last)?;
+        }
+        Ok(paths)
     }
 }

@@ -137,17 +137,19 @@ impl Watch {
         Watch { faults, progress, interrupted: false, raised: None, iterations: 0 }
     }
 
-    /// What a signal's handler or the progress function raised.
-    pub(crate) fn raised(&mut self) -> Option<PyErr> {
-        self.raised.take().or_else(|| self.faults.iter().find_map(Fault::take))
+    /// What a Python function or a signal's handler raised. Ctrl-C is told by [`judge`](Watch::judge), with the path.
+    pub(crate) fn raised(&mut self, py: Python<'_>) -> Option<PyErr> {
+        let raised = self.raised.take().or_else(|| self.faults.iter().find_map(Fault::take))?;
+        if raised.is_instance_of::<PyKeyboardInterrupt>(py) {
+            self.interrupted = true;
+            return None;
+        }
+        Some(raised)
     }
 
     fn look(&mut self) -> ControlFlow<()> {
         if let Err(error) = Python::attach(|py| py.check_signals()) {
-            match Python::attach(|py| error.is_instance_of::<PyKeyboardInterrupt>(py)) {
-                true => self.interrupted = true,
-                false => self.raised = Some(error),
-            }
+            self.raised = Some(error);
             return ControlFlow::Break(());
         }
         if self.faults.iter().any(Fault::is_set) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
