@@ -92,47 +92,59 @@ impl<const D: usize, B: Basis<D>> Task for Correction<'_, D, B> {
     type Output = f64;
 
     #[inline(always)]
-    fn run<A: Arithmetic>(self) -> f64 {
-        let Correction { basis, inverse_scale, stride: n, sums, gradients, rcond_limit } = self;
-        let terms = basis.len();
-        let square = terms * terms;
-        let Sums {
-            scaled,
-            weights,
-            slopes,
-            values,
-            basis: h,
-            basis_slopes: dh,
-            weighted,
-            carried,
-            moment,
-            factor,
-            inverse,
-            coefficients,
-            column,
-        } = sums;
-        resize(values, n);
-        resize(h, terms * n);
-        resize(weighted, terms * n);
-        resize(moment, square);
-        resize(factor, square);
-        resize(inverse, square);
-        resize(coefficients, terms);
-        resize(column, 2 * terms);
-        if gradients {
-            resize(dh, terms * D * n);
-            resize(carried, 2 * n);
+    fn run<A: Arithmetic>(mut self) -> f64 {
+        self.make_room();
+        if !self.invert_moment::<A>() {
+            return 0.0;
         }
+        let (terms, square) = (self.basis.len(), self.basis.len().pow(2));
+        let rcond =
+            1.0 / (one_norm(&self.sums.moment[..square], terms) * one_norm(&self.sums.inverse[..square], terms));
+        // The negation also refuses NaN.
+        if !(rcond >= self.rcond_limit) {
+            return rcond;
+        }
+        let finite = self.write_values::<A>() && (!self.gradients || self.write_slopes::<A>());
+        if finite { rcond } else { f64::NAN }
+    }
+}
+
+impl<const D: usize, B: Basis<D>> Correction<'_, D, B> {
+    #[inline(always)]
+    fn make_room(&mut self) {
+        let (n, terms, sums) = (self.stride, self.basis.len(), &mut *self.sums);
+        let square = terms * terms;
+        resize(&mut sums.values, n);
+        resize(&mut sums.basis, terms * n);
+        resize(&mut sums.weighted, terms * n);
+        resize(&mut sums.moment, square);
+        resize(&mut sums.factor, square);
+        resize(&mut sums.inverse, square);
+        resize(&mut sums.coefficients, terms);
+        resize(&mut sums.column, 2 * terms);
+        if self.gradients {
+            resize(&mut sums.basis_slopes, terms * D * n);
+            resize(&mut sums.carried, 2 * n);
+        }
+    }
+
+    /// Sums and inverts the moment matrix; whether it has an inverse.
+    #[inline(always)]
+    fn invert_moment<A: Arithmetic>(&mut self) -> bool {
+        let (basis, n, gradients) = (self.basis, self.stride, self.gradients);
+        let terms = basis.len();
+        let Sums { scaled, weights, basis: h, basis_slopes: dh, weighted, moment, factor, inverse, .. } =
+            &mut *self.sums;
         let weights = &weights[..n];
         let (h, weighted) = (&mut h[..terms * n], &mut weighted[..terms * n]);
         let dh = &mut dh[..if gradients { terms * D * n } else { 0 }];
         basis.fill_many(n, &scaled[..D * n], h, dh);
-        let (h, dh) = (&*h, &*dh);
+        let h = &*h;
         let row = |i: usize| i * n..(i + 1) * n;
         for i in 0..terms {
             multiply(weights, &h[row(i)], &mut weighted[row(i)]);
         }
-        let moment = &mut moment[..square];
+        let moment = &mut moment[..terms * terms];
         for i in 0..terms {
             for j in 0..=i {
                 let sum = dot::<A>(&weighted[row(i)], &h[row(j)]);
@@ -140,23 +152,22 @@ impl<const D: usize, B: Basis<D>> Task for Correction<'_, D, B> {
                 moment[j * terms + i] = sum;
             }
         }
-        let inverse = &mut inverse[..square];
-        if !invert(moment, terms, factor, inverse) {
-            return 0.0;
-        }
-        let rcond = 1.0 / (one_norm(moment, terms) * one_norm(inverse, terms));
-        // The negation also refuses NaN.
-        if !(rcond >= rcond_limit) {
-            return rcond;
-        }
+        invert(moment, terms, factor, &mut inverse[..terms * terms])
+    }
 
-        // b = M⁻¹ H(0), eq. (3.21); one step of refinement brings the reproducing conditions to rounding.
+    /// Values of the functions by $b = M^{-1} H(0)$, eq. (3.21); one step of refinement brings the reproducing conditions to
+    /// rounding. Whether all coefficients are finite: weights and basis are where their products in $M$ were, $H(0)$ shows here.
+    #[inline(always)]
+    fn write_values<A: Arithmetic>(&mut self) -> bool {
+        let (basis, n) = (self.basis, self.stride);
+        let terms = basis.len();
+        let Sums { values, weighted, moment, factor, coefficients, column, .. } = &mut *self.sums;
         let (at_zero, left) = column[..2 * terms].split_at_mut(terms);
         basis.fill_many(1, &[0.0; D], at_zero, &mut []);
         let b = &mut coefficients[..terms];
         b.copy_from_slice(at_zero);
         solve(factor, terms, b);
-        product::<A>(moment, b, left);
+        product::<A>(&moment[..terms * terms], b, left);
         for (left, h) in left.iter_mut().zip(&*at_zero) {
             *left = h - *left;
         }
@@ -164,21 +175,38 @@ impl<const D: usize, B: Basis<D>> Task for Correction<'_, D, B> {
         for (b, correction) in b.iter_mut().zip(&*left) {
             *b += correction;
         }
-        // Weights and basis are finite where their products in M were; $H(0)$ shows here.
         if !b.iter().all(|b| b.is_finite()) {
-            return f64::NAN;
+            return false;
         }
-
         let values = &mut values[..n];
         values.fill(0.0);
         for i in 0..terms {
-            add_scaled::<A>(b[i], &weighted[row(i)], values);
+            add_scaled::<A>(b[i], &weighted[i * n..(i + 1) * n], values);
         }
-        if !gradients {
-            return rcond;
-        }
+        true
+    }
 
-        // ∂b/∂x_k = −M⁻¹ (∂M/∂x_k b); the product is summed directly, without the matrix ∂M/∂x_k.
+    /// Slopes of the functions by $\partial b/\partial x_k = -M^{-1}(\partial M/\partial x_k\,b)$; the product is summed directly,
+    /// without the matrix $\partial M/\partial x_k$. Whether all are finite.
+    #[inline(always)]
+    fn write_slopes<A: Arithmetic>(&mut self) -> bool {
+        let (n, terms, inverse_scale) = (self.stride, self.basis.len(), self.inverse_scale);
+        let Sums {
+            weights,
+            slopes,
+            values,
+            basis: h,
+            basis_slopes: dh,
+            weighted,
+            carried,
+            factor,
+            coefficients,
+            column,
+            ..
+        } = &mut *self.sums;
+        let row = |i: usize| i * n..(i + 1) * n;
+        let (weights, values, b) = (&weights[..n], &values[..n], &coefficients[..terms]);
+        let left = &mut column[terms..2 * terms];
         let (correction, slope) = carried[..2 * n].split_at_mut(n);
         correction.fill(0.0);
         for i in 0..terms {
@@ -199,14 +227,14 @@ impl<const D: usize, B: Basis<D>> Task for Correction<'_, D, B> {
             }
             // Every slope is a part of these sums: one that is not finite shows in them.
             if !left.iter().all(|left| left.is_finite()) {
-                return f64::NAN;
+                return false;
             }
             solve(factor, terms, left);
             for i in 0..terms {
                 add_scaled::<A>(left[i], &weighted[row(i)], total);
             }
         }
-        rcond
+        true
     }
 }
 

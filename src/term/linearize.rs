@@ -1,16 +1,19 @@
 //! The linearisation of a body over one cluster.
 
+use nalgebra::Matrix3;
+
 use crate::material::{Material, VolumetricEnergy};
 use crate::simd::{Arithmetic, Task, dispatch};
 use crate::table::displacement_gradient;
 use crate::tensor::{add_hessian_in, cofactor};
 
 use super::body::Body;
-use super::contraction::GROUP;
+use super::contraction::{GROUP, PointTangent, Windows};
 use super::element::{Element, View};
+use super::internal_variables::Recall;
 use super::lower::{LowerBlocks, WIDTH};
 use super::pressure_field::PressureField;
-use super::uncondensed::Tangent;
+use super::uncondensed::{Tangent, Zone};
 use super::zone_residuals::ZoneResiduals;
 
 impl<const D: usize, M: Material> Body<D, M> {
@@ -60,6 +63,67 @@ impl Components {
         }
         components
     }
+
+    /// A stress by displacement component and gradient slot.
+    #[inline(always)]
+    fn reduce<const D: usize>(&self, weight: f64, stress: &[f64]) -> [[f64; WIDTH]; D] {
+        let mut reduced = [[0.0; WIDTH]; D];
+        for a in 0..self.count {
+            let (i, s) = self.places[a];
+            reduced[i][s] += weight * stress[a];
+        }
+        reduced
+    }
+
+    /// A tangent in single precision, as it is kept uncondensed.
+    #[inline(always)]
+    fn pack(&self, weight: f64, tangent: &[f64]) -> Tangent {
+        let mut packed: Tangent = Default::default();
+        for a in 0..self.count {
+            let (i, s) = self.places[a];
+            for b in 0..self.count {
+                let (j, t) = self.places[b];
+                let value = (weight * tangent[a * self.count + b]) as f32;
+                match 3 * s + i {
+                    row @ 0..8 => packed.0[3 * t + j][row] = value,
+                    _ => packed.1 = value,
+                }
+            }
+        }
+        packed
+    }
+
+    /// A tangent in space by slots, `[t][s][j][i]`.
+    #[inline(always)]
+    fn by_slots(&self, weight: f64, tangent: &[f64]) -> [[[[f64; 3]; 3]; 3]; 3] {
+        let mut reduced = [[[[0.0; 3]; 3]; 3]; 3];
+        for b in 0..self.count {
+            let (j, t) = self.places[b];
+            for a in 0..self.count {
+                let (i, s) = self.places[a];
+                reduced[t][s][j][i] = weight * tangent[a * self.count + b];
+            }
+        }
+        reduced
+    }
+
+    /// A tangent by components, `[j][t][i][s]`.
+    #[inline(always)]
+    fn by_components<const D: usize, const S: usize>(
+        &self,
+        weight: f64,
+        tangent: &[f64],
+        reduced: &mut PointTangent<D, S>,
+    ) {
+        *reduced = [[[[0.0; WIDTH]; D]; S]; D];
+        for b in 0..self.count {
+            let (j, t) = self.places[b];
+            for a in 0..self.count {
+                let (i, s) = self.places[a];
+                reduced[j][t][i][s] += weight * tangent[a * self.count + b];
+            }
+        }
+    }
 }
 
 /// What the pressure of a point adds: `force` times $\operatorname{cof}F$ to the stress, `geometric` times
@@ -70,6 +134,211 @@ struct Pressure {
     rank_one: f64,
 }
 
+impl Pressure {
+    /// Adds to a stress and, where there is one, a tangent.
+    #[inline(always)]
+    fn add_to(
+        &self,
+        components: &Components,
+        f: &Matrix3<f64>,
+        cof: &Matrix3<f64>,
+        stress: &mut [f64],
+        tangent: Option<&mut [f64]>,
+    ) {
+        let of = &components.of[..components.count];
+        for (stress, &c) in stress.iter_mut().zip(of) {
+            *stress += self.force * cof[(c / 3, c % 3)];
+        }
+        let Some(tangent) = tangent else { return };
+        for (a, &c) in of.iter().enumerate() {
+            let factor = self.rank_one * cof[(c / 3, c % 3)];
+            for (b, &d) in of.iter().enumerate() {
+                tangent[a * of.len() + b] += factor * cof[(d / 3, d % 3)];
+            }
+        }
+        add_hessian_in(of, tangent, f, self.geometric);
+    }
+}
+
+/// The law of a body as its points see it: without the part of the energy that is projected.
+struct Law<'a> {
+    material: &'a dyn Material,
+    volumetric: Option<&'a dyn VolumetricEnergy>,
+    recall: Option<Recall<'a>>,
+}
+
+impl<'a> Law<'a> {
+    #[inline(always)]
+    fn new<const D: usize, M: Material>(body: &'a Body<D, M>, view: View<'a>) -> Self {
+        let (material, volumetric): (&dyn Material, Option<&dyn VolumetricEnergy>) =
+            match (body.field, body.material.split()) {
+                (PressureField::Displacement, _) | (_, None) => (&body.material, None),
+                (_, Some((distortional, volumetric))) => (distortional, Some(volumetric)),
+            };
+        Law { material, volumetric, recall: body.recall(view) }
+    }
+
+    #[inline(always)]
+    fn respond(&self, point: usize, f: &Matrix3<f64>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        match &self.recall {
+            None => self.material.respond(f, of, stress, tangent),
+            Some(recall) => recall.law.respond(f, recall.at(point), recall.elapsed, of, stress, tangent),
+        }
+    }
+}
+
+/// Vectors over the nodes of a cluster, by components of a padded length.
+struct Vectors<'a> {
+    stride: usize,
+    forces: &'a mut [f64],
+    /// What a unit of each zone function adds to the forces, and these times $H$.
+    slopes: &'a mut [f64],
+    products: &'a mut [f64],
+}
+
+impl<'a> Vectors<'a> {
+    #[inline(always)]
+    fn new<const D: usize>(scratch: &'a mut Vec<f64>, nodes: usize, functions: usize) -> Self {
+        // Room for the last window.
+        let stride = LowerBlocks::stride(nodes);
+        scratch.clear();
+        scratch.resize((1 + 2 * functions) * D * stride, 0.0);
+        let (forces, vectors) = scratch.split_at_mut(D * stride);
+        let (slopes, products) = vectors.split_at_mut(functions * D * stride);
+        Vectors { stride, forces, slopes, products }
+    }
+
+    /// Adds the forces of the zone's pressures: $\pi$, condensed with $r_\theta + H r_\pi$. Kept apart, the two residuals are on the
+    /// right-hand side of their own rows: $H$ times what rounding leaves of $r_\pi$ would be forces.
+    #[inline(always)]
+    fn add_pressures<A: Arithmetic, const D: usize>(&mut self, zone: &ZoneResiduals, pi: &[f64], free: bool) {
+        let size = D * self.stride;
+        for k in 0..pi.len() {
+            let mut pressure = pi[k];
+            if !free {
+                pressure += zone.of_theta[k];
+                for l in 0..pi.len() {
+                    pressure += zone.hessian[k][l] * zone.of_pi[l];
+                }
+            }
+            for (force, slope) in self.forces.iter_mut().zip(&self.slopes[k * size..(k + 1) * size]) {
+                *force = A::multiply_add(pressure, *slope, *force);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add_forces_to<const D: usize>(&self, residual: &mut [f64]) {
+        for (a, target) in residual.chunks_exact_mut(D).enumerate() {
+            for i in 0..D {
+                target[i] += self.forces[i * self.stride + a];
+            }
+        }
+    }
+
+    /// Keeps what the condensed pressures would add to the matrix.
+    #[inline(always)]
+    fn keep<const D: usize>(&self, zone: &ZoneResiduals, functions: usize, nodes: usize, kept: &mut Zone) {
+        for k in 0..functions {
+            let slopes = &self.slopes[k * D * self.stride..];
+            kept.slopes.extend((0..nodes).flat_map(|a| (0..D).map(move |i| slopes[i * self.stride + a])));
+        }
+        kept.hessian = zone.hessian;
+        (kept.of_theta, kept.of_pi) = (zone.of_theta, zone.of_pi);
+    }
+
+    /// Adds what the condensed pressures add to the matrix.
+    #[inline(always)]
+    fn add_products<A: Arithmetic, const D: usize>(
+        &mut self,
+        zone: &ZoneResiduals,
+        functions: usize,
+        lower: &mut LowerBlocks,
+    ) {
+        let Vectors { stride, slopes, products, .. } = self;
+        let size = D * *stride;
+        for k in 0..functions {
+            let target = &mut products[k * size..(k + 1) * size];
+            for l in 0..functions {
+                for (product, slope) in target.iter_mut().zip(&slopes[l * size..(l + 1) * size]) {
+                    *product = A::multiply_add(zone.hessian[k][l], *slope, *product);
+                }
+            }
+        }
+        match functions {
+            0 => {}
+            1 => lower.add_products::<A, D, 1>(*stride, slopes, products),
+            2 => lower.add_products::<A, D, 2>(*stride, slopes, products),
+            3 => lower.add_products::<A, D, 3>(*stride, slopes, products),
+            _ => lower.add_products::<A, D, 4>(*stride, slopes, products),
+        }
+    }
+}
+
+/// A zone while its points are summed.
+struct Summed<'a, const D: usize, M> {
+    body: &'a Body<D, M>,
+    components: Components,
+    condensed: &'a [f64],
+    theta: &'a [f64],
+    pi: &'a [f64],
+    residuals: ZoneResiduals,
+}
+
+impl<const D: usize, M: Material> Summed<'_, D, M> {
+    /// The pressure of a point with the deformation gradient `f`; what the zone's does to the forces is added for all its points at
+    /// once, and stands in `slopes` until then.
+    #[inline(always)]
+    fn pressure<A: Arithmetic, const S: usize>(
+        &mut self,
+        volumetric: &dyn VolumetricEnergy,
+        (point, group): (usize, usize),
+        (f, cof): (&Matrix3<f64>, &Matrix3<f64>),
+        windows: &Windows,
+        vectors: &mut Vectors<'_>,
+    ) -> Pressure {
+        let (body, n) = (self.body, self.pi.len());
+        let j = f.m11 * cof.m11 + f.m12 * cof.m12 + f.m13 * cof.m13;
+        if body.field == PressureField::Pointwise {
+            let theta = self.condensed[2 * point];
+            let u = volumetric.evaluate(theta);
+            let force = u.slope + u.curvature * (j - theta);
+            return Pressure { force, geometric: self.condensed[2 * point + 1], rank_one: u.curvature };
+        }
+        let (phi, weight) = (body.phi(point), body.table.weights()[point]);
+        let measure = self.residuals.add(body, volumetric, point, weight, self.theta, j);
+        let mut pressure = 0.0;
+        let mut factors = [0.0; 4];
+        for k in 0..n {
+            factors[k] = weight * measure.slope * phi[k];
+            pressure += phi[k] * self.pi[k];
+        }
+        let mut reduced = [[0.0; WIDTH]; D];
+        for a in 0..self.components.count {
+            let ((i, s), c) = (self.components.places[a], self.components.of[a]);
+            reduced[i][s] += cof[(c / 3, c % 3)];
+        }
+        windows.add_multiples::<A, D, S>(group, &reduced, &factors[..n], vectors.stride, vectors.slopes);
+        let u = volumetric.evaluate(j);
+        let stabilisation = self.residuals.stabilisation * u.slope;
+        Pressure {
+            force: stabilisation,
+            geometric: pressure * measure.slope + stabilisation,
+            rank_one: pressure * measure.curvature + self.residuals.stabilisation * u.curvature,
+        }
+    }
+}
+
+/// Points in a row that see the same nodes wait for each other, as many as have their products in registers. In space they wait
+/// elsewhere, for their products to be summed over all of them.
+const fn most_waiting(unknowns: usize) -> usize {
+    match unknowns {
+        0..=4 => GROUP,
+        5..=6 => GROUP / 2,
+        _ => 1,
+    }
+}
+
 impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M> {
     type Output = ();
 
@@ -78,39 +347,20 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
         let Linearize { body, cluster, view, out } = self;
         let Element { residual, matrix, with_matrix, scratch, lower, windows, point_panel, uncondensed, free, .. } =
             out;
-        let free = *free;
-        let with_matrix = *with_matrix;
-        let table = &body.table;
-        let clusters = table.clusters();
-        let nodes = clusters.nodes(cluster);
-        // Vectors by components, with room for the last window.
-        let stride = LowerBlocks::stride(nodes.len());
-        let n = body.functions;
-        scratch.clear();
-        scratch.resize((1 + 2 * n) * D * stride, 0.0);
-        let (forces, vectors) = scratch.split_at_mut(D * stride);
-        let (slopes, products) = vectors.split_at_mut(n * D * stride);
+        let (free, with_matrix, table) = (*free, *with_matrix, &body.table);
+        let (clusters, n) = (table.clusters(), body.functions);
+        let nodes = clusters.nodes(cluster).len();
+        let mut vectors = Vectors::new::<D>(scratch, nodes, n);
         if with_matrix && !lower.wanted && !free {
-            lower.reset::<D>(nodes.len());
+            lower.reset::<D>(nodes);
         }
+        let law = Law::new(body, view);
+        let (theta, pi, measure) = body.zone(cluster, view.condensed);
+        let residuals = ZoneResiduals::new(theta, pi, body.stabilisation(cluster), measure);
         let components = Components::new::<D>(table.hoop_components());
         let count = components.count;
-        let (material, volumetric): (&dyn Material, Option<&dyn VolumetricEnergy>) =
-            match (body.field, body.material.split()) {
-                (PressureField::Displacement, _) | (_, None) => (&body.material, None),
-                (_, Some((distortional, volumetric))) => (distortional, Some(volumetric)),
-            };
-        let recall = body.recall(view);
-        let (theta, pi, measure) = body.zone(cluster, view.condensed);
-        let mut zone = ZoneResiduals::new(theta, pi, body.stabilisation(cluster), measure);
-        // Points in a row that see the same nodes wait for each other, as many as have their products in registers. In space
-        // they wait elsewhere, for their products to be summed over all of them.
-        let in_space = D == 3 && S == 3;
-        let most = match D * S {
-            0..=4 => GROUP,
-            5..=6 => GROUP / 2,
-            _ => 1,
-        };
+        let mut zone = Summed { body, components, condensed: view.condensed, theta, pi, residuals };
+        let wanted = if with_matrix { count * count } else { 0 };
         point_panel.clear();
         let mut group = 0;
         let mut tangents = [[[[[0.0; WIDTH]; D]; S]; D]; GROUP];
@@ -118,7 +368,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
 
         for point in clusters.points(cluster) {
             let (local, gradients) = (clusters.local(point), table.gradients(point));
-            if group == most || local != shared {
+            if group == most_waiting(D * S) || local != shared {
                 windows.add_matrices::<A, D, S>(shared, &tangents[..group], lower);
                 group = 0;
                 if local != shared {
@@ -128,162 +378,41 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
             }
             windows.pack::<S>(group, gradients);
             let weight = table.weights()[point];
-            let h = displacement_gradient::<A, D>(
-                table.nodes(point),
-                gradients,
-                table.hoop_components(),
-                view.displacement,
-            );
+            let (seen, hoops) = (table.nodes(point), table.hoop_components());
+            let h = displacement_gradient::<A, D>(seen, gradients, hoops, view.displacement);
             let f = table.at_rest(point) + h;
-
             let (mut stress, mut tangent) = ([0.0; 9], [0.0; 81]);
-            let wanted = if with_matrix { count * count } else { 0 };
-            let (of, p, a) = (&components.of[..count], &mut stress[..count], &mut tangent[..wanted]);
-            match &recall {
-                None => material.respond(&f, of, p, a),
-                Some(recall) => recall.law.respond(&f, recall.at(point), recall.elapsed, of, p, a),
-            }
-            if let Some(volumetric) = volumetric {
+            let (stress, tangent) = (&mut stress[..count], &mut tangent[..wanted]);
+            law.respond(point, &f, &zone.components.of[..count], stress, tangent);
+            if let Some(volumetric) = law.volumetric {
                 let cof = cofactor(&f);
-                let j = f.m11 * cof.m11 + f.m12 * cof.m12 + f.m13 * cof.m13;
-                let pressure = if body.field == PressureField::Pointwise {
-                    let theta = view.condensed[2 * point];
-                    let u = volumetric.evaluate(theta);
-                    let force = u.slope + u.curvature * (j - theta);
-                    Pressure { force, geometric: view.condensed[2 * point + 1], rank_one: u.curvature }
-                } else {
-                    // What the zone's pressure does to the forces is added for all its points at once.
-                    let phi = body.phi(point);
-                    let measure = zone.add(body, volumetric, point, weight, theta, j);
-                    let mut pressure = 0.0;
-                    let mut factors = [0.0; 4];
-                    for k in 0..n {
-                        factors[k] = weight * measure.slope * phi[k];
-                        pressure += phi[k] * pi[k];
-                    }
-                    let mut reduced = [[0.0; WIDTH]; D];
-                    for a in 0..count {
-                        let (i, s) = components.places[a];
-                        reduced[i][s] += cof[(components.of[a] / 3, components.of[a] % 3)];
-                    }
-                    windows.add_multiples::<A, D, S>(group, &reduced, &factors[..n], stride, slopes);
-                    let u = volumetric.evaluate(j);
-                    let stabilisation = zone.stabilisation * u.slope;
-                    Pressure {
-                        force: stabilisation,
-                        geometric: pressure * measure.slope + stabilisation,
-                        rank_one: pressure * measure.curvature + zone.stabilisation * u.curvature,
-                    }
-                };
-                for a in 0..count {
-                    let c = components.of[a];
-                    let cof_c = cof[(c / 3, c % 3)];
-                    stress[a] += pressure.force * cof_c;
-                    if with_matrix {
-                        let factor = pressure.rank_one * cof_c;
-                        for b in 0..count {
-                            let d = components.of[b];
-                            tangent[a * count + b] += factor * cof[(d / 3, d % 3)];
-                        }
-                    }
-                }
-                if with_matrix {
-                    add_hessian_in(&components.of[..count], &mut tangent[..count * count], &f, pressure.geometric);
-                }
+                let pressure = zone.pressure::<A, S>(volumetric, (point, group), (&f, &cof), windows, &mut vectors);
+                pressure.add_to(&zone.components, &f, &cof, stress, with_matrix.then_some(&mut *tangent));
             }
-            let mut reduced = [[0.0; WIDTH]; D];
-            for a in 0..count {
-                let (i, s) = components.places[a];
-                reduced[i][s] += weight * stress[a];
-            }
-            windows.add_forces::<A, D, S>(group, &reduced, stride, forces);
+            let (components, reduced) = (&zone.components, zone.components.reduce::<D>(weight, stress));
+            windows.add_forces::<A, D, S>(group, &reduced, vectors.stride, vectors.forces);
             if free && let Some(kept) = &mut *uncondensed {
-                let mut packed: Tangent = Default::default();
-                for a in 0..count {
-                    let (i, s) = components.places[a];
-                    for b in 0..count {
-                        let (j, t) = components.places[b];
-                        let value = (weight * tangent[a * count + b]) as f32;
-                        match 3 * s + i {
-                            row @ 0..8 => packed.0[3 * t + j][row] = value,
-                            _ => packed.1 = value,
-                        }
-                    }
-                }
-                kept.tangents.push(packed);
-            } else if with_matrix && in_space {
-                let mut reduced = [[[[0.0; 3]; 3]; 3]; 3];
-                for b in 0..count {
-                    let (j, t) = components.places[b];
-                    for a in 0..count {
-                        let (i, s) = components.places[a];
-                        reduced[t][s][j][i] = weight * tangent[a * count + b];
-                    }
-                }
-                point_panel.push::<D>(table, point, reduced, lower);
+                kept.tangents.push(components.pack(weight, tangent));
+            } else if with_matrix && D == 3 && S == 3 {
+                point_panel.push::<D>(table, point, components.by_slots(weight, tangent), lower);
             } else if with_matrix {
-                let reduced = &mut tangents[group];
-                *reduced = [[[[0.0; WIDTH]; D]; S]; D];
-                for b in 0..count {
-                    let (j, t) = components.places[b];
-                    for a in 0..count {
-                        let (i, s) = components.places[a];
-                        reduced[j][t][i][s] += weight * tangent[a * count + b];
-                    }
-                }
+                components.by_components(weight, tangent, &mut tangents[group]);
                 group += 1;
             }
         }
         windows.add_matrices::<A, D, S>(shared, &tangents[..group], lower);
         point_panel.flush::<D>(table, lower);
-
-        // π + r_θ + H r_π: the pressure that enters the condensed forces. Kept apart, the two residuals are on the right-hand
-        // side of their own rows: H times what rounding leaves of r_π would be forces.
-        for k in 0..n {
-            let mut pressure = pi[k];
-            if !free {
-                pressure += zone.of_theta[k];
-                for l in 0..n {
-                    pressure += zone.hessian[k][l] * zone.of_pi[l];
-                }
-            }
-            let slopes = &slopes[k * D * stride..(k + 1) * D * stride];
-            for (force, slope) in forces.iter_mut().zip(slopes) {
-                *force = A::multiply_add(pressure, *slope, *force);
-            }
-        }
-        for (a, target) in residual.chunks_exact_mut(D).enumerate() {
-            for i in 0..D {
-                target[i] += forces[i * stride + a];
-            }
-        }
+        vectors.add_pressures::<A, D>(&zone.residuals, pi, free);
+        vectors.add_forces_to::<D>(residual);
         if !with_matrix {
             return;
         }
         if let Some(kept) = uncondensed {
-            for k in 0..n {
-                let slopes = &slopes[k * D * stride..];
-                kept.slopes.extend((0..nodes.len()).flat_map(|a| (0..D).map(move |i| slopes[i * stride + a])));
-            }
-            (kept.hessian, kept.shear) = (zone.hessian, body.shear());
-            (kept.of_theta, kept.of_pi) = (zone.of_theta, zone.of_pi);
+            vectors.keep::<D>(&zone.residuals, n, nodes, kept);
+            kept.shear = body.shear();
             return;
         }
-        for k in 0..n {
-            let target = &mut products[k * D * stride..(k + 1) * D * stride];
-            for l in 0..n {
-                for (product, slope) in target.iter_mut().zip(&slopes[l * D * stride..(l + 1) * D * stride]) {
-                    *product = A::multiply_add(zone.hessian[k][l], *slope, *product);
-                }
-            }
-        }
-        match n {
-            0 => {}
-            1 => lower.add_products::<A, D, 1>(stride, slopes, products),
-            2 => lower.add_products::<A, D, 2>(stride, slopes, products),
-            3 => lower.add_products::<A, D, 3>(stride, slopes, products),
-            _ => lower.add_products::<A, D, 4>(stride, slopes, products),
-        }
+        vectors.add_products::<A, D>(&zone.residuals, n, lower);
         if !lower.wanted {
             lower.add_to::<D>(matrix);
         }

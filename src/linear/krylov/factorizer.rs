@@ -7,6 +7,7 @@ use nalgebra::Matrix4;
 
 use crate::assembly::{Assembler, Pattern, Ranks, StateRef, System};
 use crate::error::LinearError;
+use crate::term::Zone;
 
 use super::super::multilevel::{BlockMatrix, Multilevel};
 use super::super::{Factorizer, Factors, Linearised};
@@ -25,6 +26,9 @@ const HELD: f64 = 10.0;
 /// Schur's complement of the pressures is taken for $1/(c\\,\mu) + H^{-1}$ with this $c$: an unconfined change of volume meets
 /// $\lambda + 2\mu$, of which the pointwise part of the volumetric energy leaves $2.3\mu$.
 const COMPLEMENT: f64 = 2.0;
+
+/// Column and coefficient of each entry, condition by condition.
+type Rows = Vec<Vec<(u32, f64)>>;
 
 pub(super) struct KrylovFactorizer {
     pub(super) auxiliary: Auxiliary,
@@ -92,27 +96,12 @@ impl KrylovFactorizer {
         self.multilevel = Some(Multilevel::new(blocks, places, *cells)?);
         Ok(())
     }
-}
 
-impl Factorizer for KrylovFactorizer {
-    fn factorize<'a>(&'a mut self, _values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
-        Err(LinearError::Library { what: "a Krylov iteration needs the state beside the matrix".into() })
-    }
-
-    fn factorize_at<'a>(
-        &'a mut self,
-        at: Linearised<'a>,
-        state: StateRef<'_>,
-    ) -> Result<Box<dyn Factors + 'a>, LinearError> {
-        let ConvergenceHistory { first, last } = self.convergence.get();
-        if first.is_none_or(|first| !(last <= STALE * first)) {
-            self.stiffness(state)?;
-            self.convergence.set(ConvergenceHistory::default());
-        }
-        // Conditions with a largest entry of one.
+    /// Conditions with a largest entry of one, and what they were divided by.
+    fn rows(&self, values: &[f64]) -> Result<(Rows, f64), LinearError> {
         let mut rows = Vec::with_capacity(self.entries.len());
         let mut stiffness: f64 = 0.0;
-        let mut coefficients: Vec<f64> = self.entries.iter().flatten().map(|&(_, place)| at.values[place]).collect();
+        let mut coefficients: Vec<f64> = self.entries.iter().flatten().map(|&(_, place)| values[place]).collect();
         total(&self.ranks, &mut coefficients);
         let mut coefficients = coefficients.into_iter();
         for entries in &self.entries {
@@ -131,6 +120,11 @@ impl Factorizer for KrylovFactorizer {
             });
         }
         rows.iter_mut().flatten().for_each(|(_, c)| *c /= stiffness);
+        Ok((rows, stiffness))
+    }
+
+    /// Writes the entries of $G G^T$.
+    fn multiply_rows(&mut self, rows: &[Vec<(u32, f64)>]) {
         let mut dense = vec![0.0; self.unknowns];
         self.product_values.clear();
         for row in 0..rows.len() {
@@ -141,22 +135,43 @@ impl Factorizer for KrylovFactorizer {
             }
             rows[row].iter().for_each(|&(column, _)| dense[column as usize] = 0.0);
         }
+    }
+
+    /// Numbers of a zone, in unknowns of the size of the forces.
+    fn pressures(&self, zone: &Zone) -> Result<Pressures, LinearError> {
+        let singular = LinearError::Pivot { pivot: 0, hint: "the volumetric energy of a zone has no curvature" };
+        let compliance = zone.regular_hessian().try_inverse().ok_or(singular)?;
+        let soft = if zone.shear > 0.0 { 1.0 / (COMPLEMENT * zone.shear) } else { 0.0 };
+        let complement = compliance + Matrix4::identity() * soft;
+        let singular = LinearError::Pivot { pivot: 0, hint: "the pressures of a zone have no stiffness" };
+        let scale = (self.stiffness / complement[(0, 0)].abs()).sqrt();
+        let inverse = complement.try_inverse().ok_or(singular)? / (scale * scale);
+        Ok(Pressures { scale, compliance: compliance * (scale * scale), inverse })
+    }
+}
+
+impl Factorizer for KrylovFactorizer {
+    fn factorize<'a>(&'a mut self, _values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
+        Err(LinearError::Library { what: "a Krylov iteration needs the state beside the matrix".into() })
+    }
+
+    fn factorize_at<'a>(
+        &'a mut self,
+        at: Linearised<'a>,
+        state: StateRef<'_>,
+    ) -> Result<Box<dyn Factors + 'a>, LinearError> {
+        let ConvergenceHistory { first, last } = self.convergence.get();
+        if first.is_none_or(|first| !(last <= STALE * first)) {
+            self.stiffness(state)?;
+            self.convergence.set(ConvergenceHistory::default());
+        }
+        let (rows, stiffness) = self.rows(at.values)?;
+        self.multiply_rows(&rows);
+        let pressures = at.zones.iter().map(|zone| self.pressures(zone)).collect::<Result<_, _>>()?;
         let projector = match &mut self.projector {
             Some(projector) => Some(projector.factorize(&self.product_values)?),
             None => None,
         };
-        let mut pressures = Vec::with_capacity(at.zones.len());
-        for zone in at.zones {
-            let singular = LinearError::Pivot { pivot: 0, hint: "the volumetric energy of a zone has no curvature" };
-            let compliance = zone.regular_hessian().try_inverse().ok_or(singular)?;
-            let soft = if zone.shear > 0.0 { 1.0 / (COMPLEMENT * zone.shear) } else { 0.0 };
-            let complement = compliance + Matrix4::identity() * soft;
-            let singular = LinearError::Pivot { pivot: 0, hint: "the pressures of a zone have no stiffness" };
-            // Unknowns of the size of the forces.
-            let scale = (self.stiffness / complement[(0, 0)].abs()).sqrt();
-            let inverse = complement.try_inverse().ok_or(singular)? / (scale * scale);
-            pressures.push(Pressures { scale, compliance: compliance * (scale * scale), inverse });
-        }
         let ends = parts(&self.pattern, self.unknowns);
         let preconditioner = match &mut self.preconditioner {
             Some(preconditioner) => Some(preconditioner.factorize(&self.system.values)?),

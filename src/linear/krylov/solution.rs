@@ -27,93 +27,14 @@ impl Factors for Solved<'_> {
     }
 
     fn solve_apart(&self, rhs: &mut [f64], pressures: &mut [[f64; 4]]) -> Result<(), LinearError> {
-        let n = self.unknowns;
-        let (force, gap) = rhs.split_at_mut(n);
-        // A displacement that meets the conditions.
-        let mut met = vec![0.0; n];
-        if let Some(projector) = &self.projector {
-            let mut mu: Vec<f64> = gap.iter().map(|g| g / self.stiffness).collect();
-            projector.solve_in_place(&mut mu)?;
-            self.react(&mu, 1.0, &mut met);
-        }
-        let own = self.own.clone();
-        let size = own.len() + 4 * self.zones.len();
-        let mut right = vec![0.0; size];
-        {
-            let (u, q) = right.split_at_mut(own.len());
-            let mut whole = vec![0.0; n];
-            if met.iter().any(|m| *m != 0.0) {
-                self.multiply(&met, &vec![0.0; q.len()], &mut whole, q);
-                total(self.ranks, &mut whole);
-            }
-            whole.iter_mut().zip(&*force).for_each(|(u, f)| *u = f - *u);
-            self.project(&mut whole);
-            u.copy_from_slice(&whole[own.clone()]);
-            let wanted = pressures.iter().zip(&self.pressures).flat_map(|(g, own)| g.map(|g| own.scale * g));
-            q.iter_mut().zip(wanted).for_each(|(q, wanted)| *q = wanted - *q);
-        }
-        let mut x = vec![0.0; size];
-        let norm = self.total(dot(&right, &right)).sqrt();
-        let largest = self.largest.get().max(norm);
-        self.largest.set(largest);
-        let rounding = norm <= ROUNDING * largest;
-        let [least, most] = TOLERANCE;
-        let reduced = norm / self.last.replace(norm);
-        let tolerance = reduced.powi(2).max(ENOUGH * largest / norm).clamp(least, most);
-        let done = gmres(
-            &right,
-            &mut x,
-            (tolerance, rounding),
-            DIRECTIONS,
-            |x, y| {
-                let ((mine, q), (y, z)) = (x.split_at(own.len()), y.split_at_mut(own.len()));
-                let u = self.gathered(mine);
-                let mut force = vec![0.0; n];
-                self.multiply(&u, q, &mut force, z);
-                total(self.ranks, &mut force);
-                self.project(&mut force);
-                y.copy_from_slice(&force[own.clone()]);
-                let zones = self.pressures.iter().zip(q.as_chunks::<4>().0).zip(z.as_chunks_mut::<4>().0);
-                for ((own, q), z) in zones {
-                    let soft = own.compliance * nalgebra::Vector4::from(*q);
-                    (0..4).for_each(|k| z[k] -= soft[k]);
-                }
-            },
-            |x, y| {
-                let ((u, q), (y, z)) = (x.split_at(own.len()), y.split_at_mut(own.len()));
-                let zones = self.pressures.iter().zip(q.as_chunks::<4>().0).zip(z.as_chunks_mut::<4>().0);
-                for ((own, q), z) in zones {
-                    let answer = own.inverse * nalgebra::Vector4::from(*q);
-                    (0..4).for_each(|k| z[k] = -answer[k]);
-                }
-                let mut force = vec![0.0; n];
-                force[own.clone()].copy_from_slice(u);
-                self.pressed(z, -1.0, &mut force);
-                total(self.ranks, &mut force);
-                self.project(&mut force);
-                self.smooth(&mut force);
-                self.project(&mut force);
-                y.copy_from_slice(&force[own.clone()]);
-            },
-            |mine| self.total(mine),
-        );
-        self.counts.lock().unwrap_or_else(PoisonError::into_inner).push(done.iterations);
-        let convergence = done.iterations as f64 / -done.residual.min(0.9).log10();
-        if done.iterations > 0 {
-            self.convergence.set(ConvergenceHistory {
-                first: self.convergence.get().first.or(Some(convergence)),
-                last: convergence,
-            });
-        }
-        // What is not quite solved is left to Newton's next iteration.
-        let allowed = if rounding { 0.5 } else { most };
-        self.left.set(done.residual);
-        if !(done.residual <= allowed) {
-            return Err(LinearError::Residual { residual: done.residual });
-        }
-        let (mine, q) = x.split_at(own.len());
+        let (force, gap) = rhs.split_at_mut(self.unknowns);
+        let mut met = self.met(gap)?;
+        let right = self.right_hand_side(&met, force, pressures);
+        let mut x = vec![0.0; right.len()];
+        self.minimise(&right, &mut x)?;
+        let (mine, q) = x.split_at(self.own.len());
         met.iter_mut().zip(&self.gathered(mine)).for_each(|(m, u)| *m += u);
-        let mut left = vec![0.0; n];
+        let mut left = vec![0.0; self.unknowns];
         self.multiply(&met, q, &mut left, &mut vec![0.0; q.len()]);
         total(self.ranks, &mut left);
         for ((pressures, own), q) in pressures.iter_mut().zip(&self.pressures).zip(q.as_chunks::<4>().0) {
@@ -132,5 +53,101 @@ impl Factors for Solved<'_> {
 
     fn relative_residual(&self) -> f64 {
         self.left.get().max(f64::MIN_POSITIVE)
+    }
+}
+
+impl Solved<'_> {
+    /// A displacement that meets the conditions.
+    fn met(&self, gap: &[f64]) -> Result<Vec<f64>, LinearError> {
+        let mut met = vec![0.0; self.unknowns];
+        if let Some(projector) = &self.projector {
+            let mut mu: Vec<f64> = gap.iter().map(|g| g / self.stiffness).collect();
+            projector.solve_in_place(&mut mu)?;
+            self.react(&mu, 1.0, &mut met);
+        }
+        Ok(met)
+    }
+
+    /// What is left for displacements that conditions leave free, of this rank, and for scaled pressures.
+    fn right_hand_side(&self, met: &[f64], force: &[f64], pressures: &[[f64; 4]]) -> Vec<f64> {
+        let mut right = vec![0.0; self.own.len() + 4 * self.zones.len()];
+        let (u, q) = right.split_at_mut(self.own.len());
+        let mut whole = vec![0.0; self.unknowns];
+        if met.iter().any(|m| *m != 0.0) {
+            self.multiply(met, &vec![0.0; q.len()], &mut whole, q);
+            total(self.ranks, &mut whole);
+        }
+        whole.iter_mut().zip(force).for_each(|(u, f)| *u = f - *u);
+        self.project(&mut whole);
+        u.copy_from_slice(&whole[self.own.clone()]);
+        let wanted = pressures.iter().zip(&self.pressures).flat_map(|(g, own)| g.map(|g| own.scale * g));
+        q.iter_mut().zip(wanted).for_each(|(q, wanted)| *q = wanted - *q);
+        right
+    }
+
+    /// Minimises the residual, and remembers what it took.
+    fn minimise(&self, right: &[f64], x: &mut [f64]) -> Result<(), LinearError> {
+        let norm = self.total(dot(right, right)).sqrt();
+        let largest = self.largest.get().max(norm);
+        self.largest.set(largest);
+        let rounding = norm <= ROUNDING * largest;
+        let [least, most] = TOLERANCE;
+        let reduced = norm / self.last.replace(norm);
+        let tolerance = reduced.powi(2).max(ENOUGH * largest / norm).clamp(least, most);
+        let apply = |x: &[f64], y: &mut [f64]| self.apply(x, y);
+        let precondition = |x: &[f64], y: &mut [f64]| self.precondition(x, y);
+        let sum = |mine| self.total(mine);
+        let done = gmres(right, x, (tolerance, rounding), DIRECTIONS, apply, precondition, sum);
+        self.counts.lock().unwrap_or_else(PoisonError::into_inner).push(done.iterations);
+        let convergence = done.iterations as f64 / -done.residual.min(0.9).log10();
+        if done.iterations > 0 {
+            self.convergence.set(ConvergenceHistory {
+                first: self.convergence.get().first.or(Some(convergence)),
+                last: convergence,
+            });
+        }
+        // What is not quite solved is left to Newton's next iteration.
+        let allowed = if rounding { 0.5 } else { most };
+        self.left.set(done.residual);
+        if !(done.residual <= allowed) {
+            return Err(LinearError::Residual { residual: done.residual });
+        }
+        Ok(())
+    }
+
+    /// The projected matrix times a vector of displacements of this rank and scaled pressures.
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let own = self.own.clone();
+        let ((mine, q), (y, z)) = (x.split_at(own.len()), y.split_at_mut(own.len()));
+        let u = self.gathered(mine);
+        let mut force = vec![0.0; self.unknowns];
+        self.multiply(&u, q, &mut force, z);
+        total(self.ranks, &mut force);
+        self.project(&mut force);
+        y.copy_from_slice(&force[own]);
+        let zones = self.pressures.iter().zip(q.as_chunks::<4>().0).zip(z.as_chunks_mut::<4>().0);
+        for ((own, q), z) in zones {
+            let soft = own.compliance * nalgebra::Vector4::from(*q);
+            (0..4).for_each(|k| z[k] -= soft[k]);
+        }
+    }
+
+    /// In place of the inverse: pressures first, then displacements under them.
+    fn precondition(&self, x: &[f64], y: &mut [f64]) {
+        let own = self.own.clone();
+        let ((u, q), (y, z)) = (x.split_at(own.len()), y.split_at_mut(own.len()));
+        let zones = self.pressures.iter().zip(q.as_chunks::<4>().0).zip(z.as_chunks_mut::<4>().0);
+        for ((own, q), z) in zones {
+            let answer = own.inverse * nalgebra::Vector4::from(*q);
+            (0..4).for_each(|k| z[k] = -answer[k]);
+        }
+        let mut force = vec![0.0; self.unknowns];
+        force[own.clone()].copy_from_slice(u);
+        self.pressed(z, -1.0, &mut force);
+        total(self.ranks, &mut force);
+        self.project(&mut force);
+        self.smooth(&mut force);
+        self.project(&mut force);
+        y.copy_from_slice(&force[own]);
     }
 }
