@@ -54,7 +54,9 @@ fn run<const D: usize>(
     particles: [usize; D],
 ) -> Found {
     let lost = |why: String| Found { kind, seed, load: 0.0, iterations: 0, unstable: 0, why };
-    let scheme = Scheme::default().particles(particles).seed(seed);
+    let scheme = Scheme::default().particles(particles);
+    // Blocks in space are lattices, which nothing scatters.
+    let scheme = if D == 2 { scheme.seed(seed) } else { scheme };
     let problem = match scene(false).discretize(&scheme) {
         Err(rkpm::Error::Contact(_)) => scene(true).discretize(&scheme),
         other => other,
@@ -79,9 +81,9 @@ fn run<const D: usize>(
     }
 }
 
-/// Ten kinds in turn, two of them in space.
-fn scene(number: u64, seed: u64) -> Found {
-    match number % 10 {
+/// Ten kinds in turn, two of them in space: the seed tells which, so that one scene can be drawn again by itself.
+fn scene(seed: u64) -> Found {
+    match seed % 10 {
         0 => run("space", seed, |fit| in_space(seed, fit), [6, 6, 4]),
         1 => run("pair in space", seed, |_| pair_in_space(seed), [5, 5, 4]),
         2 | 3 => run("revolution", seed, |fit| of_revolution(seed, fit), [9, 9]),
@@ -99,7 +101,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut table = Table::new(["number", "seed", "load", "iterations", "unstable"]);
     let (mut completed, mut unstable, mut iterations) = (0, 0, Vec::new());
     for number in 0..request.scenes as u64 {
-        let found = scene(number, request.seed + number);
+        let found = scene(request.seed + number);
         if found.why.is_empty() {
             completed += 1;
             unstable += usize::from(found.unstable > 0);

@@ -166,6 +166,12 @@ impl<const D: usize> Model<D> {
         self.terms.iter().any(|term| term.unilateral().is_some())
     }
 
+    /// Lets the searches of contacts rest as they were at the last state, or go on; whether there are any.
+    #[cfg(feature = "solve")]
+    pub(crate) fn hold_searches(&self, hold: bool) -> bool {
+        self.terms.iter().filter(|term| term.protocol().hold_search(hold)).count() > 0
+    }
+
     /// The product of a zone's matrix, $C^T H C$ left out, with a vector over all unknowns: node by node of the zone.
     pub fn multiply_zone(&self, zone: &Zone, x: &[f64], product: &mut Product) {
         if let Some(term) = self.terms.get(zone.owner[0] as usize) {

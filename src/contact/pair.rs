@@ -48,6 +48,8 @@ pub(super) struct Piece<const D: usize> {
     pub(super) area: f64,
     pub(super) slope: DVector<f64>,
     pub(super) curve: DMatrix<f64>,
+    /// Gradient of the area.
+    pub(super) area_slope: DVector<f64>,
     /// What each mover moves the trace function by, times area.
     pub(super) shares: Vec<f64>,
     /// A unit normal of the faces.
@@ -68,7 +70,9 @@ pub(super) struct Piece<const D: usize> {
 /// where $\xi$ runs along the chord, $\eta$ along the one that is opposite along its normal $n$, and the integral is cut where chords
 /// begin and end: exact whether particles match or not. In space the integral is the sum over the facet points of the face that
 /// carries pressures, each with its distance from a triangle: exact where particles match.
-/// The law between pressure and $\bar g_J = G_J/\int N_J\\,\mathrm d\Gamma$ is that of rigid surfaces, with all derivatives of the gap.
+/// The law between pressure and $\bar g_J = G_J/a_J$, $a_J = \int N_J\\,\mathrm d\Gamma$ over what has something opposite, is that of rigid
+/// surfaces, a saddle of $\Pi - \sum_J A_J\\,\pi_J\\,\bar g_J$ with $\pi_J$ per area $A_J$ of the whole trace function: its force
+/// $-\pi_J A_J\nabla\bar g_J$, $\nabla\bar g = (\nabla G - \bar g\\,\nabla a)/a$, pushes along the gap even where an overlap is small and grows.
 ///
 /// Friction: the mean slip of a trace function is that of the material points which faced each other at the last converged state,
 /// $$s_J = \frac1{A_J}\int N_J\\,\big(\Delta x - \Delta y\big)\mathrm d\Gamma$$
@@ -87,6 +91,8 @@ pub(crate) struct PairContact<const D: usize> {
     pub(super) carrying: usize,
     /// The faces at the state that was looked at last: all trace functions of an iteration see the same one.
     pub(super) last: Mutex<Option<Arc<State<D>>>>,
+    /// The state whose search is kept while an active set cycles.
+    searched: Mutex<Option<Arc<State<D>>>>,
     /// What slips beside what since the last converged state.
     held: Mutex<Option<Arc<Held<D>>>>,
     /// Mean gap of each trace function that carries pressures at rest, where an interference is resolved.
@@ -183,9 +189,20 @@ impl<const D: usize> PairContact<D> {
             Geometry::Plane(Chain::new(chords(&contact_surfaces, faces, &rest), &particles, two))
         };
         let carrying = contact_surfaces[0].traces.len();
-        let (last, held, at_rest) = (Mutex::new(None), Mutex::new(None), Vec::new());
-        let mut pair =
-            PairContact { contact_surfaces, law, geometry, nodes, movers, traces, carrying, last, held, at_rest };
+        let (last, searched, held, at_rest) = (Mutex::new(None), Mutex::new(None), Mutex::new(None), Vec::new());
+        let mut pair = PairContact {
+            contact_surfaces,
+            law,
+            geometry,
+            nodes,
+            movers,
+            traces,
+            carrying,
+            last,
+            searched,
+            held,
+            at_rest,
+        };
         if let Some(interference) = pair.law.interference.take() {
             pair.deepen(f64::INFINITY);
             let unknowns = pair.nodes.last().map_or(0, |last| (*last as usize + 1) * D);
@@ -220,7 +237,7 @@ impl<const D: usize> PairContact<D> {
         if self.has_friction() { 1 + D } else { 1 }
     }
 
-    /// Pressure and tangential traction of a trace function.
+    /// Pressure per area of the whole trace function, and tangential traction per area of what has something opposite.
     pub(crate) fn pressure(&self, trace: usize, condensed: &[f64]) -> (f64, Point<D>) {
         let first = trace * self.stride();
         let traction =
@@ -239,7 +256,7 @@ impl<const D: usize> PairContact<D> {
         for (&node, was) in self.nodes.iter().zip(internal_variables.chunks_exact(D)) {
             displacement[node as usize * D..][..D].copy_from_slice(was);
         }
-        let state = self.found(&displacement);
+        let state = self.found(&displacement, None);
         let slips = (0..self.carrying).map(|trace| self.slip(trace, &state)).collect();
         let new = Arc::new(Held { internal_variables: internal_variables.to_vec(), slips });
         *held = Some(new.clone());
@@ -282,18 +299,34 @@ impl<const D: usize> PairContact<D> {
         if let Some(state) = last.as_ref().filter(|state| state.displacement == displacement) {
             return state.clone();
         }
-        let state = Arc::new(self.found(displacement));
+        let searched = self.searched.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let state = Arc::new(self.found(displacement, searched.as_deref()));
         *last = Some(state.clone());
         state
     }
 
-    /// Finds the faces at a state.
-    fn found(&self, displacement: &[f64]) -> State<D> {
+    /// Keeps the search of the last state for those that follow, or searches anew.
+    pub(super) fn hold_search(&self, hold: bool) {
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut searched = self.searched.lock().unwrap_or_else(PoisonError::into_inner);
+        if hold {
+            searched.clone_from(&last);
+        } else if searched.take().is_some() {
+            *last = None;
+        }
+    }
+
+    /// Finds the faces at a state, with the search of another one or of its own.
+    fn found(&self, displacement: &[f64], searched: Option<&State<D>>) -> State<D> {
         let all = self.movers.rest.iter().zip(&self.movers.combinations);
         let places: Vec<Point<D>> = all.map(|(x, of)| x + self.moved(of, displacement)).collect();
         let (opposite, reach) = match &self.geometry {
             Geometry::Plane(chain) => {
-                let laid = chain.laid(places[..self.traces].iter().map(padded).collect());
+                let ends = places[..self.traces].iter().map(padded).collect();
+                let laid = match searched.map(|state| &state.opposite) {
+                    Some(Opposite::Plane(laid)) => Laid { ends, facing: laid.facing.clone(), reach: laid.reach },
+                    _ => chain.laid(ends),
+                };
                 let reach = laid.reach;
                 (Opposite::Plane(laid), reach)
             }
@@ -305,7 +338,10 @@ impl<const D: usize> PairContact<D> {
                     let normal = cofactor(&f) * padded::<D, 3>(&table.normals()[point]);
                     (padded(&places[*first as usize + point]), normal / normal.norm().max(f64::MIN_POSITIVE))
                 });
-                let laid = faces.laid(corners.collect(), &points.collect::<Vec<_>>());
+                let laid = match searched.map(|state| &state.opposite) {
+                    Some(Opposite::Space(laid)) => LaidFaces { opposite: laid.opposite.clone(), reach: laid.reach },
+                    _ => faces.laid(corners.collect(), &points.collect::<Vec<_>>()),
+                };
                 let reach = laid.reach;
                 (Opposite::Space(laid), reach)
             }
@@ -377,6 +413,7 @@ impl<const D: usize> PairContact<D> {
                             area: found.area,
                             slope: DVector::from_column_slice((found.slope + found.area_slope * shift).as_slice()),
                             curve: DMatrix::from_column_slice(mortar::LOCAL, mortar::LOCAL, found.curve.as_slice()),
+                            area_slope: DVector::from_column_slice(found.area_slope.as_slice()),
                             shares: found.shares.to_vec(),
                             normal,
                         });
@@ -402,6 +439,7 @@ impl<const D: usize> PairContact<D> {
                             facets::LOCAL,
                             (found.curve * weight).as_slice(),
                         ),
+                        area_slope: DVector::zeros(facets::LOCAL),
                         shares: found.shares().map(|share| weight * share).to_vec(),
                         normal: padded(&-found.normal()),
                     });
@@ -414,13 +452,22 @@ impl<const D: usize> PairContact<D> {
         ContactPair { gap: if area > least { gap / area + shift } else { f64::INFINITY }, by_load, area }
     }
 
-    /// The change of a piece by a step.
-    pub(super) fn change(&self, piece: &Piece<D>, step: &[f64]) -> f64 {
-        let along = |(k, mover): (usize, &u32)| {
-            let by = self.moved(&self.movers.combinations[*mover as usize], step);
-            (0..D).map(|i| piece.slope[k * D + i] * by[i]).sum::<f64>()
-        };
-        piece.movers.iter().enumerate().map(along).sum()
+    /// The change of a piece by a step: of its gap times area, and of its area.
+    pub(super) fn change(&self, piece: &Piece<D>, step: &[f64]) -> [f64; 2] {
+        let mut found = [0.0; 2];
+        for (k, &mover) in piece.movers.iter().enumerate() {
+            let by = self.moved(&self.movers.combinations[mover as usize], step);
+            for i in 0..D {
+                found[0] += piece.slope[k * D + i] * by[i];
+                found[1] += piece.area_slope[k * D + i] * by[i];
+            }
+        }
+        found
+    }
+
+    /// A pressure per area of what has something opposite, in terms of one per area of the whole trace function.
+    pub(super) fn concentration(&self, trace: usize, overlap: &ContactPair) -> f64 {
+        self.contact_surfaces[0].traces[trace].area / overlap.area
     }
 
     /// How a step opens a piece whose overlap stays as it is, times area.
@@ -449,6 +496,7 @@ impl<const D: usize> PairContact<D> {
             if !self.is_active(trace, pressure, overlap.gap) {
                 continue;
             }
+            let pressure = pressure * self.concentration(trace, &overlap);
             found.slides[trace] = traction.norm() >= (1.0 - 1e-6) * self.law.friction * pressure;
             for piece in pieces {
                 for (k, &mover) in piece.movers.iter().enumerate() {

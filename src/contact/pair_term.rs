@@ -28,6 +28,8 @@ impl<const D: usize> Term<D> for PairContact<D> {
         if !self.is_active(cluster, pressure, overlap.gap) {
             return;
         }
+        let concentration = self.concentration(cluster, &overlap);
+        let (pressure, proximal) = (pressure * concentration, self.proximal(cluster) * concentration);
         let of = |mover: u32| &self.movers.combinations[mover as usize];
         let all = pieces.iter().flat_map(|piece| &piece.movers);
         let mut used: Vec<u16> = all.flat_map(|&mover| of(mover)).map(|entry| entry.0).collect();
@@ -39,7 +41,7 @@ impl<const D: usize> Term<D> for PairContact<D> {
         out.reset_compact::<D>(&used);
         let size = used.len() * D;
         let local = |place: u16| used.partition_point(|&u| u < place);
-        let mut slope = vec![0.0; size];
+        let (mut slope, mut by_area) = (vec![0.0; size], vec![0.0; size]);
         let mut half: Vec<f64> = Vec::new();
         for piece in &pieces {
             // (place in the element, factor) of each mover.
@@ -52,6 +54,7 @@ impl<const D: usize> Term<D> for PairContact<D> {
                 for &(place, value) in of {
                     for i in 0..D {
                         slope[place * D + i] += value * piece.slope[k * D + i];
+                        by_area[place * D + i] += value * piece.area_slope[k * D + i];
                     }
                 }
             }
@@ -59,7 +62,8 @@ impl<const D: usize> Term<D> for PairContact<D> {
                 add_curvature::<D>(piece, &points, pressure, &mut half, out);
             }
         }
-        let proximal = self.proximal(cluster);
+        // A ∇ḡ.
+        slope.iter_mut().zip(&by_area).for_each(|(s, a)| *s -= overlap.gap * a);
         let force = pressure - proximal * overlap.gap;
         for (r, s) in out.residual.iter_mut().zip(&slope) {
             *r -= force * s;
@@ -68,10 +72,12 @@ impl<const D: usize> Term<D> for PairContact<D> {
             *l += proximal * overlap.by_load * s;
         }
         if out.with_matrix {
-            for (column, b) in out.matrix.chunks_exact_mut(size).zip(&slope) {
-                let factor = proximal / overlap.area * b;
-                for (entry, a) in column.iter_mut().zip(&slope) {
-                    *entry += factor * a;
+            let shrinks = pressure.max(0.0) / overlap.area;
+            for (j, column) in out.matrix.chunks_exact_mut(size).enumerate() {
+                let along_gap = proximal / overlap.area * slope[j] + shrinks * by_area[j];
+                let along_area = shrinks * slope[j];
+                for ((entry, a), b) in column.iter_mut().zip(&slope).zip(&by_area) {
+                    *entry += along_gap * a + along_area * b;
                 }
             }
         }
@@ -88,12 +94,14 @@ impl<const D: usize> Term<D> for PairContact<D> {
     fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
         let (pressure, traction) = self.pressure(cluster, view.condensed);
         let state = self.now(view.displacement);
-        let (mut change, mut opening) = (0.0, 0.0);
+        let (mut change, mut opening) = ([0.0; 2], 0.0);
         let overlap = self.overlap(cluster, &state, view.load, |piece| {
-            change += self.change(&piece, step);
+            let [gap, area] = self.change(&piece, step);
+            change = [change[0] + gap, change[1] + area];
             opening += self.opening(&piece, step);
         });
-        let (gap, change, opening) = (overlap.gap, change / overlap.area, opening / overlap.area);
+        let (gap, opening) = (overlap.gap, opening / overlap.area);
+        let change = (change[0] - gap * change[1]) / overlap.area;
         let set = |traction_step: Point<D>, condensed_step: &mut [f64]| {
             condensed_step[1..].iter_mut().zip(&traction_step).for_each(|(s, t)| *s = *t);
         };
@@ -189,6 +197,11 @@ impl<const D: usize> Unilateral for PairContact<D> {
 }
 
 impl<const D: usize> Protocol for PairContact<D> {
+    fn hold_search(&self, hold: bool) -> bool {
+        PairContact::hold_search(self, hold);
+        true
+    }
+
     fn fills_compact(&self) -> bool {
         true
     }
@@ -230,12 +243,13 @@ impl<const D: usize> PairContact<D> {
     /// What friction asks of a trace function that touches.
     fn friction(&self, trace: usize, view: &View<'_>, overlap: &ContactPair, slip: &Slip<D>) -> Friction<D> {
         let (pressure, traction) = self.pressure(trace, view.condensed);
+        let concentration = self.concentration(trace, overlap);
         Friction {
             coefficient: self.law.friction,
-            proximal: self.proximal(trace),
-            decisive: self.decisive(trace),
+            proximal: self.proximal(trace) * concentration,
+            decisive: self.decisive(trace) * concentration,
             normal: slip.normal,
-            pressure,
+            pressure: pressure * concentration,
             traction,
             gap: overlap.gap,
             gap_by_load: overlap.by_load,

@@ -57,6 +57,11 @@ pub enum Cause {
         /// Unstable modes after it.
         after: usize,
     },
+    /// Only unstable states were found, in contact too: a body pushed off one of them came to rest in no stable one.
+    NoStableState {
+        /// Unstable modes of the last state found.
+        modes: usize,
+    },
     /// A large step has made the changes of volume far less even: it may have folded the field between points.
     Folded {
         /// The largest $J$ over the smallest one before the step.
@@ -176,6 +181,11 @@ impl fmt::Display for Cause {
             Cause::Unstable { before, after } => {
                 write!(f, "a large step turns {before} unstable modes into {after}: the state may lie on another path")
             }
+            Cause::NoStableState { modes } => write!(
+                f,
+                "the states found have {modes} unstable modes, and pushed off them the body came to rest in no stable one: it \
+                 buckles or slips away here; hold it, add friction, or follow it by StepControl::ArcLength"
+            ),
             Cause::Folded { before, after } => write!(
                 f,
                 "in a large step the largest volume ratio went from {before:.2} to {after:.2} of the smallest: the field may be folded"

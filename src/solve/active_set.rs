@@ -4,53 +4,90 @@ use crate::linear::vector::norm;
 
 /// How many times the iterations of an attempt are allowed once it was helped.
 const CYCLING_ITERATIONS: usize = 3;
-/// Difference between increments, as a part of them, below which a state is taken to come back.
-const SAME: f64 = 0.1;
+/// Increments in a row of which none is the smallest so far, after which the method is taken to go round.
+const PATIENCE: usize = 3;
 /// The first shift, in terms of the median of the diagonal.
 const SHIFT: f64 = 1e-3;
 /// What a shift grows by that does not do.
 const GROWTH: f64 = 10.0;
 /// The shift below which there is none.
 const LEAST: f64 = 1e-6;
-/// Increments in a row that are smaller than the one before, after which a shift is lowered.
-const FALLING: usize = 3;
-/// What is left of a shift that is lowered.
-const LET_DOWN: f64 = 1e-2;
+/// What is left of a shift after an iteration with it.
+const THINNER: f64 = 0.3;
+/// Growth of increments from which on a shift stays: nearer to the stiffness of a mode they would have no bound.
+const STEEP: f64 = 2.0;
+/// An increment is shorter than another one below this part of it.
+const PROGRESS: f64 = 0.95;
+/// The least part of a step that is taken.
+const LEAST_PART: f64 = 0.1;
 
-/// What helps where increments of one size follow each other.
+/// What helps where increments do not fall.
+///
+/// Where what faces what changes to and fro, the gap jumps between two states, neither of which is at rest: the search for it rests as
+/// it is until the attempt ends, as a search per step would.
 ///
 /// Where the matrix is not definite, Newton's method is drawn to an unstable equilibrium on the wrong side of a contact, which then
-/// opens or closes, and back: a diagonal that makes the matrix definite turns its steps into ones that fall off it, to a
-/// stable state. Where it is definite, a break point lies between both states (the end of an arc of a tool): half of each step comes
-/// to rest there. Neither changes a state at which the method comes to rest.
+/// opens or closes, and back: a diagonal that makes the matrix definite turns its steps into those of a body in a viscous medium, which
+/// fall off it, to a stable state. As they shorten, the medium thins (pseudo-transient continuation). Where the matrix is definite, a
+/// break point lies between two states (the end of an arc of a tool): parts of steps by Aitken's rule
+/// $$\omega_{k+1} = -\omega_k\,\frac{\delta_k\cdot(\delta_{k+1} - \delta_k)}{|\delta_{k+1} - \delta_k|^2}$$
+/// come to rest there, and are whole steps where the matrix has no break. Neither changes a state at which the method comes to rest.
 #[derive(Default)]
 pub(super) struct ActiveSetCycling {
     /// Whether a term acts from one side only; nothing is done elsewhere.
     unilateral: bool,
     /// Added to the diagonal, in terms of its median.
     pub shift: f64,
-    halvings: i32,
-    lengths: [f64; 2],
-    /// Increments in a row that were smaller than the one before.
-    falling: usize,
+    helped: bool,
+    /// Whether there is a search for what faces what, and whether it is to rest as it is.
+    searches: bool,
+    pub held: bool,
+    /// Whether the body has been in a medium: no step goes uphill from there on.
+    viscous: bool,
+    /// Whether steps are taken in parts, and the last part.
+    relaxed: bool,
+    part: f64,
+    last: Vec<f64>,
+    length: f64,
+    shortest: f64,
+    /// Increments since the shortest one.
+    idle: usize,
     /// Iterations since the matrix was last indefinite.
     since_unstable: Option<usize>,
 }
 
 impl ActiveSetCycling {
-    /// For a model whose terms act from one side only, or for one without such terms.
-    pub(crate) fn new(unilateral: bool) -> Self {
-        ActiveSetCycling { unilateral, ..ActiveSetCycling::default() }
+    /// For a model whose terms act from one side only, or for one without such terms; whether one of them searches what faces it.
+    pub(crate) fn new(unilateral: bool, searches: bool) -> Self {
+        ActiveSetCycling {
+            unilateral,
+            searches,
+            part: 1.0,
+            length: f64::INFINITY,
+            shortest: f64::INFINITY,
+            ..ActiveSetCycling::default()
+        }
     }
 
     /// Whether an attempt of so many iterations may take another one.
     pub(crate) fn allows(&self, taken: usize, iterations: usize) -> bool {
-        taken < if self.helped() { CYCLING_ITERATIONS * iterations } else { iterations }
+        taken < if self.helped { CYCLING_ITERATIONS * iterations } else { iterations }
     }
 
     /// Whether anything is done.
-    pub(crate) fn helped(&self) -> bool {
-        self.shift > 0.0 || self.halvings > 0
+    pub(crate) fn is_at_work(&self) -> bool {
+        self.shift > 0.0 || self.relaxed
+    }
+
+    /// Goes on from a state that was pushed off an unstable one.
+    pub(crate) fn push_off(&mut self) {
+        self.begin_shift(LEAST);
+    }
+
+    /// Shifts from here on.
+    fn begin_shift(&mut self, shift: f64) {
+        (self.shift, self.helped, self.shortest, self.idle) = (shift, true, f64::INFINITY, 0);
+        (self.relaxed, self.part, self.viscous) = (false, 1.0, true);
     }
 
     /// Notes whether the matrix is indefinite; whether the shift has grown so that the matrix is to be formed anew.
@@ -59,8 +96,8 @@ impl ActiveSetCycling {
             return false;
         }
         self.since_unstable = if unstable { Some(0) } else { self.since_unstable.map(|count| count + 1) };
-        if unstable && self.shift > 0.0 && self.shift < 1.0 {
-            self.shift *= GROWTH;
+        if unstable && self.viscous && self.shift < 1.0 {
+            self.shift = (GROWTH * self.shift).max(LEAST);
             return true;
         }
         false
@@ -71,22 +108,44 @@ impl ActiveSetCycling {
         if !self.unilateral {
             return 1.0;
         }
-        let length = norm(step);
-        let returns = self.lengths.iter().all(|before| *before > 0.0 && (length / before - 1.0).abs() < SAME);
-        self.falling = if length < self.lengths[0] { self.falling + 1 } else { 0 };
-        self.lengths = if returns { [0.0; 2] } else { [length, self.lengths[0]] };
-        if returns {
-            if self.since_unstable.is_some_and(|count| count < 3) {
-                self.shift = (GROWTH * self.shift).clamp(SHIFT, 1.0);
-            } else if self.shift == 0.0 {
-                self.halvings = (self.halvings + 1).min(3);
+        let (length, before) = (norm(step), self.length);
+        self.length = length;
+        let mut begins = false;
+        if self.shift > 0.0 {
+            // On the way down, and not at its steepest: the medium thins.
+            if length < STEEP * before {
+                self.shift *= THINNER;
+                if self.shift < LEAST {
+                    self.shift = 0.0;
+                }
+            }
+            (self.shortest, self.idle) = (f64::INFINITY, 0);
+        } else if length < PROGRESS * self.shortest {
+            (self.shortest, self.idle) = (length, 0);
+        } else {
+            self.idle += 1;
+        }
+        if self.idle >= PATIENCE {
+            (self.shortest, self.idle) = (length, 0);
+            if self.since_unstable.is_some_and(|count| count <= PATIENCE) {
+                self.begin_shift(SHIFT);
+            } else if self.searches && !self.held {
+                (self.held, self.helped) = (true, true);
+            } else if !self.relaxed {
+                (self.relaxed, self.helped, self.part, begins) = (true, true, 0.5, true);
             }
         }
-        if self.falling >= FALLING && self.shift > 0.0 {
-            self.shift = if self.shift < LEAST { 0.0 } else { LET_DOWN * self.shift };
-            self.falling = 0;
+        if self.relaxed && !begins && self.last.len() == step.len() {
+            let (mut along, mut size) = (0.0, 0.0);
+            for (new, old) in step.iter().zip(&self.last) {
+                along += old * (new - old);
+                size += (new - old).powi(2);
+            }
+            self.part = (-self.part * along / size.max(f64::MIN_POSITIVE)).clamp(LEAST_PART, 1.0);
         }
-        0.5f64.powi(self.halvings)
+        self.last.clear();
+        self.last.extend_from_slice(step);
+        self.part
     }
 }
 
@@ -105,25 +164,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_that_come_back_are_halved_and_shifts_are_let_down() {
-        let mut cycling = ActiveSetCycling::new(true);
-        assert_eq!([1.0, 1.0, 1.0].map(|length| cycling.damping(&[length])), [1.0, 1.0, 0.5]);
-        assert!(cycling.helped() && cycling.shift == 0.0);
-        let mut cycling = ActiveSetCycling::new(true);
-        for _ in 0..3 {
+    fn steps_that_come_back_are_taken_in_parts_and_shifts_are_let_down() {
+        let mut cycling = ActiveSetCycling::new(true, false);
+        // To and fro about a break point: half of a step leads there.
+        assert_eq!([1.0, -1.0, 1.0, -1.0].map(|step| cycling.damping(&[step])), [1.0, 1.0, 1.0, 0.5]);
+        // What is left of a step behind its half, where nothing breaks: the next one is whole.
+        assert_eq!(cycling.damping(&[-0.5]), 1.0);
+        assert!(cycling.is_at_work() && cycling.shift == 0.0);
+        let mut cycling = ActiveSetCycling::new(true, false);
+        for _ in 0..4 {
             assert!(!cycling.raise_shift(true));
             assert_eq!(cycling.damping(&[1.0]), 1.0);
         }
         assert_eq!(cycling.shift, SHIFT);
         assert!(cycling.raise_shift(true) && cycling.shift == 10.0 * SHIFT);
         let mut length = 1.0;
-        // The first increment has none before it; then four times three: 1e-2, 1e-4, 1e-6, 1e-8, none.
-        for _ in 0..13 {
+        for _ in 0..9 {
             assert!(!cycling.raise_shift(false));
             length *= 0.1;
             cycling.damping(&[length]);
         }
-        assert!(!cycling.helped());
+        assert!(!cycling.is_at_work() && cycling.allows(40, 30));
     }
 
     #[test]

@@ -127,7 +127,7 @@ impl StepLength {
 
     /// Ends attempts whose steps are cut again and again.
     pub(crate) fn check(&mut self, number: usize) -> Result<(), Cause> {
-        self.small = if number >= 2 && self.factor < SMALL_FACTOR { self.small + 1 } else { 0 };
+        self.small = if number >= 2 && self.factor < SMALL_FACTOR * self.damping { self.small + 1 } else { 0 };
         if self.small >= SMALL_FACTORS {
             return Err(Cause::StepLimited { factor: self.factor });
         }

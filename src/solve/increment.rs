@@ -20,6 +20,10 @@ const SWEPT: f64 = 1e-6;
 
 /// Sweeps over the skew part that leave more than this part of the residual of the one before give way to minimal residuals.
 const SLOW: f64 = 0.5;
+/// Inverse iterations for a mode that is near enough.
+const INVERSE_ITERATIONS: usize = 4;
+/// The golden ratio, whose multiples leave no two parts of 1 close together.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// What is left of prescribed values below this part of a step, or of the value, is rounding: they are met.
 pub(super) const MET: f64 = 1e-12;
 
@@ -266,6 +270,24 @@ impl Linear<'_> {
             return Err(LinearError::Residual { residual: residual / size });
         }
         Ok(())
+    }
+
+    /// The displacement that the stiffness answers to least, by inverse iteration: a mode of an unstable state, or a soft one beside it.
+    pub(crate) fn weakest_mode(&self, buffers: &mut Buffers, unknowns: usize) -> Result<Vec<f64>, LinearError> {
+        let Linear { enforced, factors, .. } = self;
+        // From anything that has a part of all modes.
+        let mut mode: Vec<f64> = (0..unknowns).map(|k| ((k + 1) as f64 * GOLDEN).fract() - 0.5).collect();
+        for _ in 0..INVERSE_ITERATIONS {
+            enforced.project(&mode, &mut buffers.projected);
+            factors.solve_in_place(&mut buffers.projected)?;
+            enforced.recover(&buffers.projected, &buffers.zero_violation, &mut mode, &mut buffers.unused);
+            let size = norm(&mode);
+            if !(size > 0.0 && size.is_finite()) {
+                return Err(LinearError::Residual { residual: size });
+            }
+            mode.iter_mut().for_each(|u| *u /= size);
+        }
+        Ok(mode)
     }
 
     /// Minimal residuals of $(1 + K^{-1}N)\\,x = K^{-1}b$, from zero or from what sweeps have found with the residual left

@@ -20,6 +20,11 @@ use super::tangent::Tangent;
 /// seldom contracts where bulk moduli are large.
 const CLOSE: f64 = 1e-3;
 
+/// Times that an attempt is pushed off unstable states.
+const ESCAPES: usize = 2;
+/// How far, as a part of the extent of the body: more than rounding, less than a change of shape.
+const PUSH: f64 = 1e-3;
+
 /// Everything a Newton solve works with; buffers are kept from one solve to the next.
 pub(crate) struct Workspace<'a, const D: usize> {
     pub model: &'a Model<D>,
@@ -53,10 +58,22 @@ impl<const D: usize> Workspace<'_, D> {
         attempt: &Attempt<'_>,
         observer: &mut dyn Observer,
     ) -> Result<usize, Rejection> {
+        let found = self.iterate(settings, state, attempt, observer);
+        self.model.hold_searches(false);
+        found
+    }
+
+    fn iterate(
+        &mut self,
+        settings: &Newton,
+        state: &mut State,
+        attempt: &Attempt<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<usize, Rejection> {
         let Workspace { model, equations, assembler, tangent, .. } = self;
         let (model, equations, control) = (*model, *equations, attempt.control);
         let unilateral = model.is_unilateral();
-        let mut cycling = ActiveSetCycling::new(unilateral);
+        let mut cycling = ActiveSetCycling::new(unilateral, model.hold_searches(false));
         let mut convergence = Convergence::new(settings, model, attempt.extent, attempt.predicted && !unilateral);
         let (mut length, mut next, mut buffers) =
             (StepLength::default(), Increment::new(state), Buffers::new(equations.len()));
@@ -64,6 +81,9 @@ impl<const D: usize> Workspace<'_, D> {
             state.load = load;
         }
         let mut number = 0;
+        let (mut held, mut escapes) = (false, 0);
+        // Where paths are followed through critical points, states beyond them count as well.
+        let stable = unilateral && settings.tangent_update != TangentUpdate::EveryIteration;
         while cycling.allows(number, settings.iterations) {
             number += 1;
             self.iterations += 1;
@@ -79,6 +99,9 @@ impl<const D: usize> Workspace<'_, D> {
                 return Err(Rejection::TooLarge(next.step));
             }
             let factor = length.choose(next.advance(model, &linear.system.zones, state)?, cycling.damping(&next.step));
+            if cycling.held && !held {
+                held = model.hold_searches(true);
+            }
             next.apply(factor, state);
             convergence.record(&next.step, state)?;
             let (residual, increment) =
@@ -89,11 +112,23 @@ impl<const D: usize> Workspace<'_, D> {
                 return Err(Rejection::Stopped);
             }
             let settled = length.is_admissible() && cycling.shift == 0.0;
+            let unstable = stable && linear.unstable_modes() > 0;
             if settled && convergence.is_reached(model, &next, state, residual, linear.factors.relative_residual()) {
-                return Ok(number);
+                if !unstable {
+                    return Ok(number);
+                }
+                if escapes == ESCAPES {
+                    return Err(Cause::NoStableState { modes: linear.unstable_modes() }.into());
+                }
+                escapes += 1;
+                let mode = linear.weakest_mode(&mut buffers, state.displacement.len())?;
+                let size = PUSH * attempt.extent / mode.iter().fold(0.0f64, |largest, u| largest.max(u.abs()));
+                state.displacement.iter_mut().zip(&mode).for_each(|(d, u)| *d += size * u);
+                cycling.push_off();
+                continue;
             }
             convergence.check_growth()?;
-            if factor == 1.0 && !cycling.helped() && may_reuse(settings, increment, &linear) {
+            if factor == 1.0 && !cycling.is_at_work() && !unstable && may_reuse(settings, increment, &linear) {
                 let forces = &mut self.forces;
                 let mut kept = ReusedTangent { model, equations, linear, assembler, forces, settings, control };
                 if kept.settle(state, &mut next, &mut buffers, observer, &convergence) {

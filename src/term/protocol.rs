@@ -26,6 +26,11 @@ pub trait Protocol: Send + Sync {
     /// Takes increments of uncondensed pressures, instead of those that follow from the step.
     fn take_pressures(&self, _pressures: &[f64; 4], _condensed_step: &mut [f64]) {}
 
+    /// Lets the search for what faces what rest as it was at the last state, or go on; whether there is one.
+    fn hold_search(&self, _hold: bool) -> bool {
+        false
+    }
+
     /// Visits lists of nodes, by their places in the cluster, that the matrix couples beside condensed unknowns.
     fn couplings(&self, _cluster: usize, _visit: &mut dyn FnMut(&[u16])) {}
 }

@@ -6,5 +6,6 @@ mod interference;
 mod meshes;
 mod pairs;
 mod rigid;
+mod rings;
 mod rolling;
 mod surfaces;

@@ -56,8 +56,9 @@ pub(crate) fn add<const D: usize>(
         a.material.initial_moduli().shear.total_cmp(&b.material.initial_moduli().shear)
     };
     let Some(softest) = scene.bodies.iter().min_by(softer) else { return Ok(contacts) };
-    let material = &*softest.material;
-    let (shear, bulk) = (material.initial_moduli().shear, material.initial_moduli().bulk);
+    let shear = softest.material.initial_moduli().shear;
+    // Pressures act on what a body gives least in, whichever it is.
+    let bulk = scene.bodies.iter().map(|body| body.material.initial_moduli().bulk).fold(0.0, f64::max);
     let particles = positions.len();
     let mut next = particles;
     for contact in &scene.contacts {
