@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,39 +13,40 @@ _Place = str | tuple[int, str] | Place
 _Vector = Sequence[float] | Callable[..., Sequence[float]]
 _Body = Block | Region | Solid | Mesh
 
+@final
 class Block:
     """A block between two corners, of one, two or three dimensions [length]. Its faces are `(axis, "min")` and `(axis, "max")`."""
-    def __init__(self, min: Sequence[float], max: Sequence[float]) -> None: ...
+    def __new__(cls, min: Sequence[float], max: Sequence[float]) -> Block: ...
 
 class Error(Exception):
     """What the crate refuses or can't find: where, what, and the remedy."""
     path: Path
 
+@final
 class Fitted:
     """A law fitted to tests: coefficients, misfits, warnings; `rubber(bulk=…)` is the law for a scene."""
-    def __init__(self) -> None: ...
     def rubber(self, *, bulk: float) -> Law:
         """The law with k/2 (J - 1)²."""
     def nominal(self, stretches: Sequence[float], mode: str = 'uniaxial') -> _Array:
         """Nominal stresses of the law at stretches in a test."""
     @property
-    def warnings(self) -> list[str]:
-        """Things to know."""
+    def coefficients(self) -> list[tuple[str, float]]:
+        """Coefficients by name."""
     @property
     def misfits(self) -> list[tuple[str, float]]:
         """Relative misfits by test."""
     @property
-    def coefficients(self) -> list[tuple[str, float]]:
-        """Coefficients by name."""
+    def warnings(self) -> list[str]:
+        """Things to know."""
     def _repr_svg_(self) -> str: ...
 
 class Interrupted(KeyboardInterrupt):
     """A run that Ctrl-C ended. Its steps up to there are `path`, also `Scene.path`."""
     path: Path
 
+@final
 class Law:
     """A law of a rubber or a foam: a stored energy W(F) per reference volume, in the unit of its constants."""
-    def __init__(self) -> None: ...
     def energy(self, gradient: ArrayLike) -> float:
         """The stored energy at a deformation gradient, 3 × 3."""
     def stress(self, gradient: ArrayLike) -> _Array:
@@ -55,15 +56,16 @@ class Law:
     def relaxing(self, pairs: Sequence[tuple[float, float]]) -> Law:
         """The same relaxing: pairs of the part of the stress at first that goes, and its time, `[(0.3, 1.0), …]`. The scene needs `over_time`."""
     @property
-    def bulk(self) -> float:
-        """The bulk modulus at rest [stress]."""
-    @property
     def shear(self) -> float:
         """The shear modulus at rest [stress]."""
+    @property
+    def bulk(self) -> float:
+        """The bulk modulus at rest [stress]."""
 
+@final
 class Mesh:
     """A mesh of the plane or of space: particles at its nodes. From a Gmsh file (`Mesh.read`), from arrays, or from an object of meshio or pyvista (`Mesh.of`)."""
-    def __init__(self, points: ArrayLike, cells: Mapping[str, ArrayLike], groups: Mapping[str, Mapping[str, ArrayLike]] | None = None) -> None: ...
+    def __new__(cls, points: ArrayLike, cells: Mapping[str, ArrayLike], groups: Mapping[str, Mapping[str, ArrayLike]] | None = None) -> Mesh: ...
     @staticmethod
     def read(file: str | PathLike[str]) -> Mesh:
         """Reads a file of Gmsh, MSH 2.2 or 4.1: names are those of its physical groups."""
@@ -73,15 +75,16 @@ class Mesh:
     def body(self, name: str) -> Mesh:
         """The mesh of a named volume, or area in the plane, alone."""
     @property
-    def names(self) -> list[str]:
-        """The names of its parts."""
-    @property
     def volume(self) -> float:
         """Its volume [length³], or area in the plane."""
+    @property
+    def names(self) -> list[str]:
+        """The names of its parts."""
 
+@final
 class Outline:
     """A closed line of the plane, drawn piece by piece; pieces have names. Draw around the area counter-clockwise."""
-    def __init__(self, start: Sequence[float]) -> None: ...
+    def __new__(cls, start: Sequence[float]) -> Outline: ...
     @staticmethod
     def circle(name: str, centre: Sequence[float], radius: float) -> Outline:
         """A whole circle."""
@@ -92,9 +95,9 @@ class Outline:
     def close(self, name: str) -> Outline:
         """A line back to the start."""
 
+@final
 class Path:
     """The states of a run, the one at rest first. Fields are those of one state: of the last one, or of the one that an index picks, `path[3].displacement`. Arrays have a row for each particle, or for each state."""
-    def __init__(self) -> None: ...
     def displacement_at(self, points: ArrayLike) -> _Array:
         """Displacements at points of the body at rest [length]."""
     def cauchy_at(self, points: ArrayLike) -> _Array:
@@ -116,11 +119,20 @@ class Path:
     def plot(self, field: str = 'displacement', *, title: str | None = None) -> Picture:
         """A picture of this state, coloured by "displacement", "largest stretch", "von Mises stress" or "mean stress". A notebook shows it."""
     @property
-    def stretch(self) -> _Array:
-        """Largest principal stretches at the particles."""
+    def gradient(self) -> _Array:
+        """Deformation gradients at the particles, means of the points around each, 3 × 3."""
     @property
-    def iterations(self) -> int:
-        """Newton iterations, those of rejected steps included."""
+    def ending(self) -> str:
+        """How the run ended: "completed", "stopped", "stalled"."""
+    @property
+    def load(self) -> _Array:
+        """Load factors of all states."""
+    @property
+    def energy(self) -> _Array:
+        """Stored energies of all states, of the whole revolution for bodies of revolution."""
+    @property
+    def unknowns(self) -> int:
+        """Displacement unknowns."""
     @property
     def seconds(self) -> float:
         """Seconds from particles to the last state."""
@@ -128,14 +140,8 @@ class Path:
     def bound(self) -> float | None:
         """The bound of the relative error, where `within` asked for one."""
     @property
-    def unknowns(self) -> int:
-        """Displacement unknowns."""
-    @property
-    def energy(self) -> _Array:
-        """Stored energies of all states, of the whole revolution for bodies of revolution."""
-    @property
-    def ending(self) -> str:
-        """How the run ended: "completed", "stopped", "stalled"."""
+    def points(self) -> _Array:
+        """Particles at rest [length]."""
     @property
     def cauchy(self) -> _Array:
         """Cauchy stresses at the particles [stress], 3 × 3 for each, in equilibrium with the loads for a single body."""
@@ -143,43 +149,43 @@ class Path:
     def displacement(self) -> _Array:
         """Displacements at the particles [length]."""
     @property
-    def gradient(self) -> _Array:
-        """Deformation gradients at the particles, means of the points around each, 3 × 3."""
+    def iterations(self) -> int:
+        """Newton iterations, those of rejected steps included."""
     @property
-    def load(self) -> _Array:
-        """Load factors of all states."""
-    @property
-    def points(self) -> _Array:
-        """Particles at rest [length]."""
+    def stretch(self) -> _Array:
+        """Largest principal stretches at the particles."""
     def __len__(self) -> int: ...
-    def __getitem__(self, index: int) -> Path: ...
+    def __getitem__(self, index: int, /) -> Path: ...
     def __iter__(self) -> Iterator[Path]: ...
     def _repr_svg_(self) -> str: ...
 
+@final
 class Picture:
     """A picture that a notebook shows."""
-    def __init__(self) -> None: ...
     def save(self, file: str | PathLike[str]) -> None:
         """Writes the picture as SVG, or without title and colour bar to a file that ends with .png."""
     def _repr_svg_(self) -> str: ...
 
+@final
 class Place:
     """Where a condition or a load acts, or a result is asked for."""
-    def __init__(self, part: _Place | None = None, *, at: Sequence[float] | None = None, of: str | None = None, within: Callable[[_Array], bool] | None = None) -> None: ...
+    def __new__(cls, part: _Place | None = None, *, at: Sequence[float] | None = None, of: str | None = None, within: Callable[[_Array], bool] | None = None) -> Place: ...
 
+@final
 class Region:
     """What an outline encloses, without holes. Particles are scattered over it by `spacing` or `particles`."""
-    def __init__(self, outline: Outline, holes: Sequence[Outline] = ...) -> None: ...
-    @property
-    def area(self) -> float:
-        """The area [length²]."""
+    def __new__(cls, outline: Outline, holes: Sequence[Outline] = ...) -> Region: ...
     @property
     def names(self) -> list[str]:
         """The names of its parts."""
+    @property
+    def area(self) -> float:
+        """The area [length²]."""
 
+@final
 class Scene:
     """A body with its law, conditions, loads and contacts. Methods give a new scene and leave the old one as it was."""
-    def __init__(self, body: _Body | None = None, law: Law | None = None, kinematics: str | None = None, *, thickness: float = 1.0) -> None: ...
+    def __new__(cls, body: _Body | None = None, law: Law | None = None, kinematics: str | None = None, *, thickness: float = 1.0) -> Scene: ...
     def body(self, name: str, geometry: _Body, law: Law, *, particles: int | Sequence[int] | None = None, spacing: float | None = None) -> Scene:
         """Adds a body of a name; `particles` and `spacing` are those of this body alone."""
     def unbonded(self, first: str, second: str) -> Scene:
@@ -226,9 +232,9 @@ class Scene:
     def path(self) -> Path | None:
         """The path of the last run, however it ended."""
 
+@final
 class Shape:
     """A shape of space made of balls, blocks, cylinders and others by `|`, `&` and `-`. `Solid.shape(shape, spacing)` gives its body."""
-    def __init__(self) -> None: ...
     @staticmethod
     def sphere(centre: Sequence[float], radius: float) -> Shape:
         """A ball."""
@@ -253,13 +259,13 @@ class Shape:
         """Shifted."""
     def named(self, name: str) -> Shape:
         """Names the surfaces that have no name yet."""
-    def __or__(self, other: Shape) -> Shape: ...
-    def __and__(self, other: Shape) -> Shape: ...
-    def __sub__(self, other: Shape) -> Shape: ...
+    def __or__(self, other: Shape, /) -> Shape: ...
+    def __and__(self, other: Shape, /) -> Shape: ...
+    def __sub__(self, other: Shape, /) -> Shape: ...
 
+@final
 class Solid:
     """What a closed surface of triangles encloses; a lattice of particles is laid through it."""
-    def __init__(self) -> None: ...
     @staticmethod
     def stl(file: str | PathLike[str]) -> Solid:
         """The solid of an STL file."""
@@ -269,14 +275,14 @@ class Solid:
     def name(self, name: str, *, plane: tuple[Sequence[float], Sequence[float]] | None = None, cylinder: tuple[Sequence[float], Sequence[float], float] | None = None, block: tuple[Sequence[float], Sequence[float]] | None = None, nearest: Sequence[float] | None = None) -> Solid:
         """Names facets by one of: `plane=(point, normal)`, `cylinder=(point, axis, radius)`, `block=(min, max)`, `nearest=point` (the smooth patch next to it)."""
     @property
-    def bounds(self) -> tuple[list[float], list[float]]:
-        """Least and largest coordinates."""
+    def volume(self) -> float:
+        """The volume [length³]."""
     @property
     def names(self) -> list[str]:
         """The names of its parts."""
     @property
-    def volume(self) -> float:
-        """The volume [length³]."""
+    def bounds(self) -> tuple[list[float], list[float]]:
+        """Least and largest coordinates."""
 
 def arruda_boyce(shear: float, locking: float, *, bulk: float) -> Law:
     """The law of Arruda and Boyce with µ and the stretch λₘ at which chains lock."""
