@@ -13,7 +13,7 @@ mod zoning;
 
 use std::collections::BTreeMap;
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, SymmetricEigen};
 
 use crate::error::{ApproximationError, GeometryError, Invalid};
 use crate::geometry::{Part, Point};
@@ -37,6 +37,10 @@ use zoning::{FEWEST, Inner};
 const STEP: i32 = 2;
 /// Cosine beyond which two facets are the sides of a wall: those of an edge sharper than 10° are none.
 const OPPOSITE: f64 = 0.985;
+/// Distance within which particles tell whether they follow a wall, in bricks: as far as supports reach.
+const NEAR: f64 = 4.0;
+/// Variance of those across a wall below which they stand in one layer: that of two layers a third of a spacing apart.
+const LAYER: f64 = 0.1;
 /// Rounding of the columns of a rotation.
 const ROTATION: f64 = 1e-9;
 /// Distance from free particles beyond which those on the surface count as free, in bricks: a body is thin there.
@@ -159,13 +163,28 @@ impl CutLattice {
             for other in placing.near(&from, 1.0).filter(|other| normal(*other).dot(&inward) > OPPOSITE) {
                 let corners = self.patch(other);
                 let thickness = (corners[0] - from).dot(&normal(other)) / inward.dot(&normal(other));
-                if thickness > 0.0 && thickness < thinnest.map_or(1.0, |known| known.0) && crosses(&from, &to, &corners)
+                if thickness > 0.0
+                    && thickness < thinnest.map_or(1.0, |known| known.0)
+                    && crosses(&from, &to, &corners)
+                    && !self.is_followed(&from)
                 {
                     thinnest = Some((thickness, from));
                 }
             }
         }
         thinnest
+    }
+
+    /// Whether particles around a place spread in all directions, as they do where a body tapers off.
+    fn is_followed(&self, u: &Point<3>) -> bool {
+        let near = self.placed.positions.iter().map(|x| x - u).filter(|off| off.norm() < NEAR);
+        let (mut count, mut mean, mut squares) = (0.0f64, Point::<3>::zeros(), Matrix3::zeros());
+        for off in near {
+            (count, mean, squares) = (count + 1.0, mean + off, squares + off * off.transpose());
+        }
+        let mean = mean / count.max(1.0);
+        let variance = squares / count.max(1.0) - mean * mean.transpose();
+        SymmetricEigen::new(variance).eigenvalues.min() > LAYER
     }
 
     fn placing(&self) -> Placing<'_> {
@@ -312,7 +331,7 @@ impl CutLattice {
             let [a, b] = [a, b].map(|piece| place[piece as usize]);
             (a != usize::MAX && b != usize::MAX).then_some(([a, b], length))
         });
-        let found = assign(&self.placed.positions, sites, beside.collect(), positive);
+        let found = assign(&self.placed.positions, sites, &beside.collect::<Vec<_>>(), positive);
         Ok(found
             .into_iter()
             .map(|(places, groups, traces)| {

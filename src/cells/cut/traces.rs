@@ -1,6 +1,6 @@
 //! Trace functions of boundary conditions on pieces of a surface.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use nalgebra::{Matrix4, SymmetricEigen, Vector4};
 
@@ -12,13 +12,16 @@ const REACH: f64 = 4.0;
 const RAISES: usize = 5;
 /// Functions larger than this say that normals are extrapolated.
 const LARGEST: f64 = 4.0;
-/// Part of a function that lies in a part of a piece, below which its particle has none there: functions of particles outside that reach
-/// into it depend on each other.
-const SHARE: f64 = 0.3;
 /// What may be missing of the sum of functions and of the normal.
 const EXACT: f64 = 1e-11;
 /// Eigenvalues below which moments are taken for singular, relative to the largest.
 const SINGULAR: f64 = 1e-12;
+/// Part of a function that lies in a part of a piece, of that of the particle with the largest, below which its particle has none there.
+const SHARE: f64 = 0.3;
+/// Part of an equation that is left beyond others, below which it counts as dependent on them.
+const LEFT: f64 = 0.03;
+/// Rounds of leaving such ones out: functions of the others become wider.
+const ROUNDS: usize = 20;
 
 /// Particles on a piece, each with its normal there, by the cubes of a grid.
 pub(super) struct Traces<'a> {
@@ -193,7 +196,7 @@ impl Site {
         self.particles.retain(|_| {
             place += 1;
             let own = part(&shares[place - 1]);
-            own > 0.0 && own >= SHARE.min(largest)
+            own > 0.0 && own >= SHARE * largest.min(1.0)
         });
         let (mut left, mut ends, mut first) = (Vec::new(), Vec::new(), 0);
         for &end in &self.groups {
@@ -214,12 +217,13 @@ type Found = (Vec<Place>, Vec<usize>, Functions);
 type Functions = Vec<Vec<(u32, f64)>>;
 
 /// Trace functions on pieces of a surface, `beside` having the lengths of the edges between them: each particle carries functions of one
-/// piece, and pieces whose particles cannot give their normals take those of the neighbour with the longest common edge as well. With
-/// `positive` functions are those of Shepard, of all particles on a piece.
+/// piece, and pieces whose particles cannot give their normals take those of the neighbour with the longest common edge as well. On
+/// parts of pieces particles whose equations would depend on those of others carry none. With `positive` functions are those of
+/// Shepard, of all particles on a piece.
 pub(super) fn assign(
     positions: &[Point<3>],
     mut sites: Vec<Site>,
-    beside: Vec<([usize; 2], f64)>,
+    beside: &[([usize; 2], f64)],
     positive: bool,
 ) -> Vec<Found> {
     let partial = sites.iter().any(|site| !site.kept.is_empty());
@@ -229,6 +233,20 @@ pub(super) fn assign(
     if !positive {
         own(&mut sites);
     }
+    let mut found = functions(positions, &sites, beside, positive);
+    for _ in 0..ROUNDS {
+        let dependent = if partial { dependent(positions, &found) } else { BTreeSet::new() };
+        if dependent.is_empty() {
+            break;
+        }
+        sites.iter_mut().for_each(|site| site.particles.retain(|own| !dependent.contains(&own.0)));
+        found = functions(positions, &sites, beside, positive);
+    }
+    found
+}
+
+/// The functions on sites, and on several together where the particles of one cannot give its normals.
+fn functions(positions: &[Point<3>], sites: &[Site], beside: &[([usize; 2], f64)], positive: bool) -> Vec<Found> {
     let mut into: Vec<usize> = (0..sites.len()).collect();
     let mut found: Vec<Option<Functions>> = vec![None; sites.len()];
     let mut next = 0;
@@ -237,45 +255,19 @@ pub(super) fn assign(
             next += 1;
             continue;
         }
-        let members: Vec<usize> = (0..sites.len()).filter(|&site| root(&into, site) == next).collect();
-        let particles = members.iter().flat_map(|&site| sites[site].particles.iter().copied()).collect();
-        let alone = members.len() == 1;
-        let curved = !positive && (!alone || sites[next].need > 1);
-        let traces = Traces::new(positions, particles, curved, if alone { 0.0 } else { ACROSS });
-        let mut own = Vec::new();
-        let mut exact = true;
-        for place in members.iter().flat_map(|&site| &sites[site].places) {
-            let (functions, is_exact) = traces.exact(&place.0, &place.1);
-            exact &= is_exact;
-            own.push(traces.named(functions));
-        }
-        if !exact && !positive {
-            // The neighbour with the longest common edge.
-            let mut lengths: Vec<(usize, f64)> = Vec::new();
-            for &([a, b], length) in &beside {
-                let [a, b] = [a, b].map(|site| root(&into, site));
-                let other = if a == next {
-                    b
-                } else if b == next {
-                    a
-                } else {
-                    continue;
-                };
-                match lengths.iter_mut().find(|known| known.0 == other) {
-                    Some(known) => known.1 += length,
-                    None if other != next && !sites[other].places.is_empty() => lengths.push((other, length)),
-                    None => {}
-                }
-            }
-            if let Some(&(other, _)) = lengths.iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))) {
+        let members: Vec<&Site> =
+            (0..sites.len()).filter(|&site| root(&into, site) == next).map(|site| &sites[site]).collect();
+        let (own, exact) = on(positions, &members, positive);
+        let other = if exact || positive { None } else { longest(sites, beside, &into, next) };
+        match other {
+            Some(other) => {
                 let kept = next.min(other);
                 into[next.max(other)] = kept;
                 found[kept] = None;
                 next = kept;
-                continue;
             }
+            None => found[next] = Some(own),
         }
-        found[next] = Some(own);
     }
     let mut all = Vec::new();
     for first in 0..sites.len() {
@@ -289,6 +281,80 @@ pub(super) fn assign(
         all.push((places, groups, functions));
     }
     all
+}
+
+/// The functions at the points of some sites together, and whether they give the normals.
+fn on(positions: &[Point<3>], members: &[&Site], positive: bool) -> (Functions, bool) {
+    let particles = members.iter().flat_map(|site| site.particles.iter().copied()).collect();
+    let alone = members.len() == 1;
+    let curved = !positive && (!alone || members[0].need > 1);
+    let traces = Traces::new(positions, particles, curved, if alone { 0.0 } else { ACROSS });
+    let (mut own, mut exact) = (Vec::new(), true);
+    for site in members {
+        for (at, normal, _) in &site.places {
+            let (mut functions, is_exact) = traces.exact(at, normal);
+            exact &= is_exact;
+            // The rest of a piece has tractions of its own: there is nothing to extrapolate for.
+            if !is_exact && !site.kept.is_empty() {
+                functions = traces.plain(at, normal);
+            }
+            own.push(traces.named(functions));
+        }
+    }
+    (own, exact)
+}
+
+/// The neighbour of a site with the longest common edge.
+fn longest(sites: &[Site], beside: &[([usize; 2], f64)], into: &[usize], own: usize) -> Option<usize> {
+    let mut lengths: BTreeMap<usize, f64> = BTreeMap::new();
+    for &([a, b], length) in beside {
+        let [a, b] = [a, b].map(|site| root(into, site));
+        if a != b && (a == own || b == own) {
+            *lengths.entry(if a == own { b } else { a }).or_default() += length;
+        }
+    }
+    lengths.retain(|other, _| !sites[*other].places.is_empty());
+    lengths.into_iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).map(|other| other.0)
+}
+
+/// Particles whose equations depend on those of others: their functions reach into a small part of a surface from outside, or there
+/// are more of them than it has room for. Equations are $\int f_J\,\Psi_I$, kernels standing for shape functions; those of large measure
+/// come first.
+fn dependent(positions: &[Point<3>], found: &[Found]) -> BTreeSet<u32> {
+    let all = (0..positions.len() as u32).map(|particle| (particle, Point::<3>::zeros())).collect();
+    let kernels = Traces::new(positions, all, false, f64::NEG_INFINITY);
+    let mut rows: BTreeMap<u32, (f64, Vec<f64>)> = BTreeMap::new();
+    for ((at, normal, weight), functions) in
+        found.iter().flat_map(|(places, _, functions)| places.iter().zip(functions))
+    {
+        let Some(around) = kernels.shepard(at, normal, REACH) else { continue };
+        for &(particle, value) in functions {
+            let (measure, row) = rows.entry(particle).or_insert_with(|| (0.0, vec![0.0; positions.len()]));
+            *measure += weight * value;
+            around.iter().for_each(|&(other, kernel)| row[other as usize] += weight * value * kernel);
+        }
+    }
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let mut order: Vec<(u32, f64, Vec<f64>)> =
+        rows.into_iter().map(|(particle, (m, row))| (particle, m, row)).collect();
+    order.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    let (mut taken, mut left): (Vec<Vec<f64>>, BTreeSet<u32>) = (Vec::new(), BTreeSet::new());
+    for (particle, _, mut row) in order {
+        let size = product(&row, &row).sqrt();
+        // Twice is enough for what rounding leaves.
+        for known in taken.iter().chain(&taken) {
+            let along = product(&row, known);
+            row.iter_mut().zip(known).for_each(|(x, y)| *x -= along * y);
+        }
+        let rest = product(&row, &row).sqrt();
+        if rest > LEFT * size {
+            row.iter_mut().for_each(|x| *x /= rest);
+            taken.push(row);
+        } else {
+            left.insert(particle);
+        }
+    }
+    left
 }
 
 /// Cosine between normals above which a particle of a neighbouring piece counts at a point.
