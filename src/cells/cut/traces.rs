@@ -263,7 +263,7 @@ fn functions(positions: &[Point<3>], sites: &[Site], beside: &[([usize; 2], f64)
             Some(other) => {
                 let kept = next.min(other);
                 into[next.max(other)] = kept;
-                found[kept] = None;
+                (found[next], found[other]) = (None, None);
                 next = kept;
             }
             None => found[next] = Some(own),
