@@ -4,7 +4,7 @@ use rkpm::fit::{Family, Fit, FitError, Law, Report, TestData, Warning};
 use rkpm::material::{Criterion, Mode, stable_ranges_incompressible};
 
 fn treloar() -> TestData {
-    TestData::parse(include_str!("../reference/treloar_1944.csv")).unwrap()
+    TestData::parse(include_str!("../../../tests/reference/treloar_1944.csv")).unwrap()
 }
 
 fn percent(report: &Report) -> [f64; 3] {

@@ -178,7 +178,7 @@ fn no_deformation_is_unseen() {
 #[test]
 fn a_quadratic_basis_gets_what_it_can_do() {
     let energy = 0.46f64;
-    let reference = include_str!("../reference/tube_inflation.csv");
+    let reference = include_str!("../../../tests/reference/tube_inflation.csv");
     let row: Vec<f64> = reference
         .lines()
         .find(|line| line.starts_with(&format!("{energy},")))
@@ -225,7 +225,7 @@ fn sub_cells_without_enough_interior_points_are_refused() {
 /// are as good (2.8e-5).
 #[test]
 fn scattered_particles_gain_as_much() {
-    let reference = include_str!("../reference/tube_inflation.csv");
+    let reference = include_str!("../../../tests/reference/tube_inflation.csv");
     let line = reference.lines().find(|line| line.starts_with("0.46,")).unwrap();
     let exact = 0.5 * std::f64::consts::PI * line.split(',').nth(5).unwrap().parse::<f64>().unwrap();
     let outline = Outline::at([6.0, 0.0]).line("bottom", [8.0, 0.0]).arc("outer", [0.0, 8.0], [0.0, 0.0], Turn::Left);

@@ -288,7 +288,7 @@ fn papers_rubber() -> Rubber {
 fn plane_strain_uniaxial_states_match_their_reference() {
     let rubber = papers_rubber();
     let mut count = 0;
-    for row in rows(include_str!("../reference/uniaxial_plane_strain.csv")) {
+    for row in rows(include_str!("../../../tests/reference/uniaxial_plane_strain.csv")) {
         let [lambda, cauchy, _, _, _, second, stress, thickness, energy] = row[..] else {
             panic!("nine columns expected: {row:?}")
         };
@@ -321,7 +321,7 @@ fn plane_strain_uniaxial_states_match_their_reference() {
 fn simple_shear_matches_its_reference() {
     let rubber = papers_rubber();
     let mut count = 0;
-    for row in rows(include_str!("../reference/simple_shear.csv")) {
+    for row in rows(include_str!("../../../tests/reference/simple_shear.csv")) {
         let [gamma, s12, s11, s22, s33, p12, energy] = row[..] else { panic!("seven columns expected: {row:?}") };
         let mut f = Matrix3::identity();
         f[(0, 1)] = gamma;

@@ -1,5 +1,6 @@
-//! Laws of shape functions, cells, tables and terms on random clouds and lattices.
+//! Laws of shape functions, cells, tables, terms and conditions on random clouds and lattices.
 
+mod conditions;
 mod consistent;
 mod curved;
 mod nodal_rules;

@@ -1,0 +1,1 @@
+//! Laws of shape functions, terms, conditions and materials, tried on random cases; see `tests`.
