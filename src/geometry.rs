@@ -104,7 +104,7 @@ impl<const D: usize> Block<D> {
     }
 
     /// Refuses a block without a finite positive extent along each axis, or of other than one to three dimensions.
-    pub fn validate(&self) -> Result<(), GeometryError> {
+    pub(crate) fn validate(&self) -> Result<(), GeometryError> {
         check_dimension::<D>()?;
         for axis in 0..D {
             let extent = self.max[axis] - self.min[axis];

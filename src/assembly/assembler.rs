@@ -261,18 +261,6 @@ impl Assembler {
         }
         parts
     }
-
-    /// Bytes held by pattern, places and element buffers.
-    pub fn bytes(&self) -> usize {
-        8 * (self.pattern.columns.len() + self.node_columns.len())
-            + 4 * (self.pattern.rows.len() + self.places.len())
-            + self.slabs.iter().map(SlabSchedule::bytes).sum::<usize>()
-            + self
-                .elements
-                .iter()
-                .map(|e| 8 * (e.matrix.capacity() + e.scratch.capacity()) + e.lower.bytes())
-                .sum::<usize>()
-    }
 }
 
 /// Makes a list of zeros: on all threads where it is long and its memory is there, for threads that touch new memory

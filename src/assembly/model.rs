@@ -103,7 +103,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Load factors inside $(0, 1)$ at which the forces of a term have break points.
-    pub fn break_points(&self) -> Vec<f64> {
+    pub(crate) fn break_points(&self) -> Vec<f64> {
         self.terms.iter().flat_map(|term| term.break_points()).collect()
     }
 

@@ -75,11 +75,6 @@ impl SlabSchedule {
     pub(super) fn cluster(&self, place: usize) -> usize {
         self.order.get(place).map_or(place, |&cluster| cluster as usize)
     }
-
-    /// Bytes held.
-    pub(super) fn bytes(&self) -> usize {
-        4 * self.order.len() + 8 * self.starts.len()
-    }
 }
 
 /// The largest distance of two clusters that share a node; `seen` is overwritten.

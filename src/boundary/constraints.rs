@@ -36,7 +36,7 @@ impl Constraints {
     }
 
     /// Load factors inside $(0, 1)$ at which prescribed values have break points: steps of the load stop there.
-    pub fn break_points(&self) -> Vec<f64> {
+    pub(crate) fn break_points(&self) -> Vec<f64> {
         self.equations
             .iter()
             .flat_map(|equation| equation.amplitude.break_points())

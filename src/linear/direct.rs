@@ -76,7 +76,7 @@ impl LinearSolver for Direct {
 ///
 /// # Errors
 /// Where the pattern is malformed or memory runs out.
-pub fn minimum_degree(pattern: &Pattern, count: usize) -> Result<Vec<usize>, LinearError> {
+pub(crate) fn minimum_degree(pattern: &Pattern, count: usize) -> Result<Vec<usize>, LinearError> {
     pattern.validate()?;
     let count = count.min(pattern.size());
     let mut columns = vec![0u32];

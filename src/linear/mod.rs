@@ -9,11 +9,13 @@ mod ordering;
 mod uncondensed;
 pub(crate) mod vector;
 
-pub use direct::{Direct, minimum_degree};
+pub use direct::Direct;
+pub(crate) use direct::minimum_degree;
 pub(crate) use gmres::minimal_residuals;
 pub use krylov::{Auxiliary, Krylov};
 pub(crate) use ordering::after_their_rows;
-pub use ordering::{banded, nested_dissection};
+pub(crate) use ordering::banded;
+pub use ordering::nested_dissection;
 pub use uncondensed::{Linearised, ZoneProduct};
 
 use std::sync::Arc;

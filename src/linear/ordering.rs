@@ -30,7 +30,11 @@ fn sort<const D: usize>(set: &mut [usize], axis: usize, position: impl Fn(usize)
 /// unknowns no order takes less time, symbolic phase included.
 ///
 /// Arguments as for [`nested_dissection`].
-pub fn banded<const D: usize>(pattern: &Pattern, count: usize, position: impl Fn(usize) -> [f64; D]) -> Vec<usize> {
+pub(crate) fn banded<const D: usize>(
+    pattern: &Pattern,
+    count: usize,
+    position: impl Fn(usize) -> [f64; D],
+) -> Vec<usize> {
     let count = count.min(pattern.size());
     let mut best: Option<(usize, Vec<usize>)> = None;
     let mut place = vec![0usize; count];

@@ -79,7 +79,7 @@ impl Clusters {
     }
 
     /// Bytes held.
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         8 * (self.points.len() + self.node_offsets.len() + self.offsets.len())
             + 4 * (self.nodes.len() + self.lists.len())
             + 2 * self.local.len()

@@ -64,7 +64,7 @@ impl Amplitude {
     ///
     /// # Errors
     /// As [`table`](Amplitude::table).
-    pub fn validate(&self) -> Result<(), BoundaryError> {
+    pub(crate) fn validate(&self) -> Result<(), BoundaryError> {
         let Amplitude::Table(pairs) = self else { return Ok(()) };
         if pairs.len() < 2 {
             return Err(BoundaryError::Amplitude { what: "fewer than two pairs" });
@@ -79,7 +79,7 @@ impl Amplitude {
     }
 
     /// The load factors inside $(0, 1)$ at which the slope of a table may change, rising.
-    pub fn break_points(&self) -> Vec<f64> {
+    pub(crate) fn break_points(&self) -> Vec<f64> {
         let Amplitude::Table(pairs) = self else { return Vec::new() };
         pairs.iter().map(|p| p.0).filter(|&load| load > 0.0 && load < 1.0).collect()
     }

@@ -17,7 +17,7 @@ pub struct StateDiagnostics {
 
 impl StateDiagnostics {
     /// The worse of both; energies add.
-    pub fn join(self, other: StateDiagnostics) -> StateDiagnostics {
+    pub(crate) fn join(self, other: StateDiagnostics) -> StateDiagnostics {
         fn both<T>(a: Option<T>, b: Option<T>, join: impl Fn(T, T) -> T) -> Option<T> {
             match (a, b) {
                 (Some(a), Some(b)) => Some(join(a, b)),

@@ -120,9 +120,4 @@ impl LowerBlocks {
             }
         }
     }
-
-    /// Bytes held.
-    pub(crate) fn bytes(&self) -> usize {
-        8 * (self.values.capacity() + self.firsts.capacity())
-    }
 }

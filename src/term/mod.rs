@@ -33,7 +33,6 @@ pub use element::{Element, ForceDensities, View};
 pub use integrand::{Integrand, PointDerivatives, PointState, Pointwise, Sparsity};
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
 pub use pressure_field::{PressureField, ProjectedMeasure};
-pub use step_limit::largest_step;
 pub use uncondensed::{Product, Zone};
 pub use views::{CondensedUnknowns, Diagnostics, History, TermMatrix, Unilateral};
 

@@ -12,7 +12,7 @@ const REMAINING: f64 = 0.2;
 /// Testing the end alone lets a step pass through inversion and land on a state with two axes flipped
 /// and $J > 0$. The determinant is a cubic in $t$. Returns 0 where $\det F \le 0$ or a number is not finite.
 #[inline]
-pub fn largest_step(f: &Matrix3<f64>, step: &Matrix3<f64>) -> f64 {
+pub(crate) fn largest_step(f: &Matrix3<f64>, step: &Matrix3<f64>) -> f64 {
     let now = f.determinant();
     let linear = cofactor(f).dot(step);
     let quadratic = f.dot(&cofactor(step));

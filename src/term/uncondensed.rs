@@ -62,7 +62,7 @@ impl Zone {
 
     /// $y \mathrel{+}= C^T q$.
     /// `y` begins with the unknown `first`.
-    pub fn scatter<const D: usize>(&self, q: &[f64; FUNCTIONS], y: &mut [f64], first: usize) {
+    pub(crate) fn scatter<const D: usize>(&self, q: &[f64; FUNCTIONS], y: &mut [f64], first: usize) {
         let size = D * self.nodes.len();
         for (q, row) in q.iter().zip(self.slopes.chunks_exact(size.max(1))) {
             for (c, &node) in row.chunks_exact(D).zip(&self.nodes) {
@@ -75,7 +75,7 @@ impl Zone {
     }
 
     /// Right-hand sides $-(r_\pi + H^{-1} r_\theta)$ of the rows $C\,\delta d - H^{-1}\delta\pi$; zero where $H$ is singular.
-    pub fn gap(&self) -> [f64; FUNCTIONS] {
+    pub(crate) fn gap(&self) -> [f64; FUNCTIONS] {
         let Some(compliance) = self.regular_hessian().try_inverse() else { return [0.0; FUNCTIONS] };
         let moved = compliance * nalgebra::Vector4::from(self.of_theta);
         std::array::from_fn(|k| -(self.of_pi[k] + moved[k]))
