@@ -112,6 +112,9 @@ def test_a_press_fit_of_two_bodies():
     scene = rkpm.Scene(kinematics="plane strain").body("lower", rkpm.Block([0, 0], [1, 1]), law)
     scene = scene.body("upper", rkpm.Block([0, 0.9], [1, 1.9]), law)
     scene = scene.prescribe(rkpm.Place(bottom, of="lower"), 1, 0).prescribe(rkpm.Place(top, of="upper"), 1, 0)
+    # Without friction blocks that nothing holds sideways slip off each other.
+    for body in ("lower", "upper"):
+        scene = scene.prescribe(rkpm.Place((0, "min"), of=body), 0, 0)
     scene = scene.contact_between(rkpm.Place(top, of="lower"), rkpm.Place(bottom, of="upper"), "fit", fit=True)
     assert scene.solve(particles=4).contact("fit")["force"][1] < -0.05
 
