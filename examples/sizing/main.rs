@@ -242,6 +242,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut develop = false;
     let mut drawn_alone = None;
     let mut local_alone = false;
+    let (mut bounds_alone, mut families) = (None, Vec::new());
     let mut out: PathBuf = ["target", "rkpm", "sizing"].iter().collect();
     let mut arguments = std::env::args_os().skip(1);
     while let Some(flag) = arguments.next() {
@@ -252,8 +253,18 @@ fn main() -> Result<(), Box<dyn Error>> {
                 drawn_alone = Some(each.ok_or("--drawn needs a number")?);
             }
             Some("--local") => local_alone = true,
+            Some("--bounds") => {
+                let mut number = || arguments.next().and_then(|text| text.to_str()?.parse::<u64>().ok());
+                bounds_alone =
+                    Some(number().zip(number()).ok_or("--bounds needs two numbers: scenes, and the first seed")?);
+            }
+            Some(name) if !name.starts_with('-') => families.push(name.to_string()),
             Some("--out") => out = arguments.next().ok_or("--out needs a directory")?.into(),
-            _ => return Err("usage: sizing [--out DIR] [--develop] [--drawn N] [--local]".into()),
+            _ => {
+                return Err(
+                    "usage: sizing [--out DIR] [--develop] [--drawn N] [--local] [--bounds N SEED [FAMILY ...]]".into(),
+                );
+            }
         }
     }
     if let Some(each) = drawn_alone {
@@ -261,6 +272,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         promises::disks(&mut summary)?;
         promises::accidents(&mut summary)?;
         promises::promises(each, &out, &mut summary)?;
+        print!("{summary}");
+        return Ok(());
+    }
+    if let Some((each, seed)) = bounds_alone {
+        let mut summary = Summary::new();
+        promises::bounds(each, seed, &families, &mut summary)?;
         print!("{summary}");
         return Ok(());
     }

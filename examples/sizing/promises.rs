@@ -74,6 +74,46 @@ fn draw(family: &'static str, seed: u64) -> Result<Drawn, rkpm::Error> {
                 .pressure((1, Side::Min), pressure);
             requested = vec![Quantity::displacement([0.0, 0.0], 1), Quantity::energy()];
         }
+        // Of revolution between bonded plates; a cylinder has an axis, a ring a bore that is free.
+        "cylinder" | "ring" => {
+            let height = 10.0;
+            let inner = if family == "ring" { between(3.0, 30.0) } else { 0.0 };
+            let width = height * between(0.5, 3.0);
+            let press = height * between(0.02, 0.25);
+            sides = [width, height];
+            let bonded = Scene::new(Block::new([inner, 0.0], [inner + width, height]), Axisymmetric, rubber)
+                .hold((1, Side::Min))
+                .prescribe((1, Side::Max), 0, 0.0)
+                .prescribe((1, Side::Max), 1, -press);
+            scene = if inner > 0.0 { bonded } else { bonded.prescribe((0, Side::Min), 0, 0.0) };
+            let middle = Point::<2>::new(inner + 0.5 * width, 0.5 * height);
+            let stress = move |problem: &Problem<2>, state: &State| Ok(problem.stress(state, &middle)?[(1, 1)]);
+            requested = vec![
+                Quantity::reaction((1, Side::Max), 1),
+                Quantity::energy(),
+                Quantity::displacement([inner + width, 0.5 * height], 0),
+                Quantity::new("stress", stress),
+            ];
+        }
+        // Half a bush: its outer surface is held, its inner one is moved down.
+        "bush" => {
+            let (inner, outer) = (between(4.0, 10.0), between(12.0, 25.0));
+            let ring = Mapped(move |unit: &Point<2>| {
+                let (radius, angle) = (inner + (outer - inner) * unit[0], std::f64::consts::PI * (unit[1] - 0.5));
+                // Cosines that are exact at both ends keep the straight sides straight.
+                let cos = if unit[1] == 0.0 || unit[1] == 1.0 { 0.0 } else { angle.cos() };
+                Point::<2>::new(radius * cos, radius * angle.sin())
+            });
+            sides = [outer - inner, 0.5 * std::f64::consts::PI * (inner + outer)];
+            let down = (outer - inner) * between(0.05, 0.3);
+            scene = Scene::new(ring, PlaneStrain, rubber)
+                .hold((0, Side::Max))
+                .prescribe((0, Side::Min), 0, 0.0)
+                .prescribe((0, Side::Min), 1, -down)
+                .prescribe((1, Side::Min), 0, 0.0)
+                .prescribe((1, Side::Max), 0, 0.0);
+            requested = vec![Quantity::reaction((0, Side::Min), 1), Quantity::energy()];
+        }
         _ => {
             let thickness = 1.0;
             let length = between(4.0, 16.0);
@@ -299,6 +339,61 @@ pub fn promises(each: u64, out: &FilePath, summary: &mut Summary) -> Result<(), 
     summary.note("particles_over_smallest", mean(&sizes))?;
     summary.note("seconds_over_direct", mean(&times))?;
     summary.note("longest_answer_seconds", longest)?;
+    Ok(())
+}
+
+/// Of scenes of all families, drawn from a seed on, the part of the answers that keep their tolerance and of the bounds that hold;
+/// nothing is said of what they cost.
+pub fn bounds(each: u64, first: u64, families: &[String], summary: &mut Summary) -> Result<(), Box<dyn Error>> {
+    let all = ["membrane", "block", "pad", "disk", "strip", "cylinder", "ring", "bush"];
+    for family in all.into_iter().filter(|name| families.is_empty() || families.iter().any(|f| f == name)) {
+        let (mut reached, mut kept, mut held, mut requested, mut seconds) = (0usize, 0usize, 0usize, 0usize, 0.0);
+        let mut worse = 0usize;
+        for seed in first..first + each {
+            let drawn = draw(family, seed)?;
+            let Ok((exact, own)) = reference(&drawn) else {
+                println!("no reference: {family} {seed}");
+                continue;
+            };
+            for (k, quantity) in drawn.requested.iter().enumerate() {
+                let mut looser = f64::INFINITY;
+                for tolerance in TOLERANCES.into_iter().filter(|tolerance| own <= 0.1 * tolerance) {
+                    requested += 1;
+                    let start = Instant::now();
+                    let answer =
+                        drawn.scene.solve_within(&Tolerance::of(quantity.clone(), tolerance), Budget::default())?;
+                    seconds += start.elapsed().as_secs_f64();
+                    let error = (answer.values()[0] / exact[k] - 1.0).abs();
+                    // Under one budget a tighter tolerance must not have a larger bound, unless it keeps it.
+                    worse += usize::from(!answer.reached() && answer.bound > looser * (1.0 + 1e-9));
+                    looser = looser.min(answer.bound);
+                    if !answer.reached() {
+                        continue;
+                    }
+                    reached += 1;
+                    kept += usize::from(error <= tolerance + own);
+                    held += usize::from(error <= answer.bound + own);
+                    if error > answer.bound + own {
+                        println!(
+                            "{family} {seed} {} to {tolerance}: error {error:.1e}, bound {:.1e}, {:?}",
+                            quantity.name(),
+                            answer.bound,
+                            answer.levels.iter().map(|level| level.counts.clone()).collect::<Vec<_>>()
+                        );
+                    }
+                }
+            }
+        }
+        println!(
+            "{family}: {requested} requested, {reached} reached, {kept} kept, {held} held, {worse} worse, {seconds:.1} s"
+        );
+        let share = |some: usize| if reached > 0 { some as f64 / reached as f64 } else { f64::NAN };
+        summary.note(format!("reached_{family}"), reached as f64 / requested as f64)?;
+        summary.note(format!("kept_{family}"), share(kept))?;
+        summary.note(format!("held_{family}"), share(held))?;
+        summary.note(format!("worse_{family}"), worse as f64)?;
+        summary.note(format!("seconds_{family}"), seconds)?;
+    }
     Ok(())
 }
 

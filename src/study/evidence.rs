@@ -41,6 +41,7 @@ pub(super) fn difference_bound<const D: usize>(
     coarse: &Answer<D>,
     fine: &Answer<D>,
     tolerance: &Tolerance<D>,
+    history: &[Level],
 ) -> Result<DifferenceBound, Error> {
     let mut zones = vec![0.0; fine.problem.body().table().clusters().len()];
     let (Some(before), Some(now)) = (coarse.levels.last(), fine.levels.last()) else {
@@ -65,14 +66,14 @@ pub(super) fn difference_bound<const D: usize>(
         let half = if quantity.is_energy() { 0.5 } else { 0.0 };
         let (sums, of, part) = match changes.sums(k, half)? {
             Some(sums) => (sums, k, 1.0),
-            // Of a quantity without a derivative as much is believed as it changed beside the energy at first.
+            // Of a quantity without a derivative as much is believed as it changed beside the energy.
             None => {
                 let energies = match of_energy.take() {
                     Some(known) => known,
                     None => changes.sums(energy, 0.5)?.unwrap_or_default(),
                 };
                 of_energy = Some(energies.clone());
-                (energies, energy, sensitivity(coarse, now, k, &relative))
+                (energies, energy, sensitivity(history, [before, now], k, &relative))
             }
         };
         let known = if of == k { 0.0 } else { part * difference(energy) };
@@ -83,18 +84,15 @@ pub(super) fn difference_bound<const D: usize>(
     Ok(DifferenceBound { most: if most.is_nan() { f64::INFINITY } else { most }, zones })
 }
 
-/// How much a quantity changed with the energy between the first two models, 1 at most.
-fn sensitivity<const D: usize>(
-    coarse: &Answer<D>,
-    now: &Level,
-    k: usize,
-    relative: &impl Fn(usize, f64) -> f64,
-) -> f64 {
-    let first = &coarse.levels[0];
-    let second = coarse.levels.get(1).unwrap_or(now);
-    let change = |k: usize| relative(k, second.values[k] - first.values[k]);
-    let ratio = change(k) / change(first.values.len() - 1);
-    if ratio.is_nan() { 1.0 } else { ratio.min(1.0) }
+/// How much a quantity changed beside the energy: root of the sums of squares over this comparison and the change between the two models
+/// before, of which one may be small by accident.
+fn sensitivity(history: &[Level], last: [&Level; 2], k: usize, relative: &impl Fn(usize, f64) -> f64) -> f64 {
+    let energy = last[1].values.len() - 1;
+    let before = || history.windows(2).next_back().map(|pair| [&pair[0], &pair[1]]);
+    let pairs = || before().into_iter().chain([last]);
+    let sum = |k: usize| pairs().map(|[a, b]| relative(k, b.values[k] - a.values[k]).powi(2)).sum::<f64>();
+    let ratio = (sum(k) / sum(energy)).sqrt();
+    if ratio.is_nan() { 1.0 } else { ratio }
 }
 
 /// What changes at a point.

@@ -75,8 +75,8 @@ impl Scene<2> {
         }
         let even = |length: f64| 2 * (0.5 * FIRST * length / shortest).round() as usize;
         let cells = Refined::new(domain, lengths.map(even))?;
-        let mut local = Local { scene: self, scheme, cells, parents: Vec::new() };
-        search(&mut local, tolerance, budget, &mut Limits::new(watch))
+        let local = Local { scene: self, scheme, cells, parents: Vec::new() };
+        search(local, tolerance, budget, &mut Limits::new(watch))
     }
 }
 

@@ -1,5 +1,7 @@
 //! A tolerance in, the smallest sufficient model out.
 
+use std::ops::ControlFlow;
+
 use crate::error::{Error, SolveError};
 use crate::scene::{Scene, Scheme};
 use crate::solve::NO_FREE;
@@ -14,6 +16,8 @@ use super::strategy::{Even, Found, Model, Next, ORDERS, Strategy};
 const ORDER: f64 = 1.0;
 /// First models without a free unknown that are tried again with twice the cells.
 const ATTEMPTS: usize = 4;
+/// Two models that differ by less agree by no accident: bodies at rest, homogeneous states.
+const EXACT: f64 = 1e-10;
 
 impl<const D: usize> Scene<D> {
     /// Solves the scene with the cheapest model found sufficient: finite elements of order 2 on blocks and mapped blocks, the default
@@ -85,7 +89,9 @@ impl<const D: usize> Scene<D> {
     ///
     /// The next model aims at eight tenths of the tolerance. No model may take more than four times the work of all before
     /// it, unless the bound says that it will be the last: then sixteen times (work is counted in factorisations times the power 3/2 of
-    /// the unknowns; small models and eight matrices of any are free). A search ends once the measured order tells that the budget will not do.
+    /// the unknowns; small models and eight matrices of any are free). No answer rests on one comparison: two coarse models of one kind may agree by
+    /// accident. A search ends once the measured order tells that the budget will not do; where no scheme comes to its end, the one
+    /// with the best bound is brought as near as the budget allows.
     /// Where everything that the coarsest model has is prescribed, as one cell through a thin bonded body, it takes more
     /// cells across.
     ///
@@ -101,12 +107,13 @@ impl<const D: usize> Scene<D> {
     ) -> Result<Answer<D>, Error> {
         check(tolerance)?;
         let mut limits = Limits::new(watch);
-        let (mut best, mut refused) = (None::<Answer<D>>, None);
+        let (mut best, mut refused) = (None::<Search<'_, D>>, None);
         let (mut tried, mut left) = (Vec::new(), Vec::new());
         for scheme in schemes {
             let name = name_of(scheme);
-            let found = Even::new(self, scheme).and_then(|mut even| search(&mut even, tolerance, budget, &mut limits));
-            let found = match found {
+            let started =
+                Even::new(self, scheme).and_then(|even| Search::start(Box::new(even), tolerance, &mut limits));
+            let mut found = match started {
                 Ok(found) => found,
                 Err(error) => {
                     left.push(format!("{name} failed: {error}"));
@@ -114,20 +121,27 @@ impl<const D: usize> Scene<D> {
                     continue;
                 }
             };
-            let done = found.reached() || matches!(&found.verdict, Verdict::NotReached(why) if why == BROKEN_OFF);
-            if let Verdict::NotReached(why) = &found.verdict {
+            found.run(tolerance, budget, false, &mut limits);
+            let done = found.answer.reached()
+                || matches!(&found.answer.verdict, Verdict::NotReached(why) if why == BROKEN_OFF);
+            if let Verdict::NotReached(why) = &found.answer.verdict {
                 left.push(format!("{name} did not: {why}"));
             }
-            let better = best.as_ref().is_none_or(|best| found.reached() || found.bound < best.bound);
-            let other = if better { best.replace(found) } else { Some(found) };
-            tried.extend(other.into_iter().flat_map(|other| other.levels));
+            let better = |best: &Search<'_, D>| found.answer.reached() || found.answer.bound < best.answer.bound;
+            let other = if best.as_ref().is_none_or(better) { best.replace(found) } else { Some(found) };
+            tried.extend(other.into_iter().flat_map(|other| other.answer.levels));
             if done {
                 break;
             }
         }
         let remedy = "give at least one";
         let none = || refused.unwrap_or_else(|| SolveError::Empty { what: "schemes to choose from", remedy }.into());
-        let mut answer = best.ok_or_else(none)?;
+        let mut best = best.ok_or_else(none)?;
+        // What can't be reached is brought as near as the budget allows: a tighter tolerance never answers worse than a looser one.
+        if best.hopeless {
+            best.run(tolerance, budget, true, &mut limits);
+        }
+        let mut answer = best.answer;
         if answer.reached() && schemes.len() > 1 {
             let why = if left.is_empty() { "reached the tolerance first".into() } else { left.join("; ") };
             answer.choice = format!("{} ({why})", answer.choice);
@@ -137,33 +151,40 @@ impl<const D: usize> Scene<D> {
     }
 }
 
-/// Searches for a model by one strategy; an error where the coarsest can't be solved.
-pub(super) fn search<const D: usize>(
-    strategy: &mut dyn Strategy<D>,
+/// Searches for a model by one strategy, until the budget is used up where the tolerance is out of reach; an error where the coarsest
+/// can't be solved.
+pub(super) fn search<'a, const D: usize>(
+    strategy: impl Strategy<D> + 'a,
     tolerance: &Tolerance<D>,
     budget: Budget,
     limits: &mut Limits<'_>,
 ) -> Result<Answer<D>, Error> {
-    Ok(Search::start(strategy, tolerance, limits)?.run(tolerance, budget, limits))
+    let mut search = Search::start(Box::new(strategy), tolerance, limits)?;
+    search.run(tolerance, budget, true, limits);
+    Ok(search.answer)
 }
 
 /// The models of one strategy.
 struct Search<'a, const D: usize> {
-    strategy: &'a mut dyn Strategy<D>,
+    strategy: Box<dyn Strategy<D> + 'a>,
     answer: Answer<D>,
     /// Spacing of the last model.
     spacing: f64,
     /// How far it was from the one it was compared with.
     compared: Option<f64>,
     order: f64,
+    /// Whether the order was measured: two comparisons, of three models at least. Before, two coarse models of one kind may agree by
+    /// accident, and no answer rests on them.
     measured: bool,
+    /// Whether the search ended because it would not come to its end within the budget.
+    hopeless: bool,
     zones: Vec<f64>,
 }
 
 impl<'a, const D: usize> Search<'a, D> {
     /// The coarsest model.
     fn start(
-        strategy: &'a mut dyn Strategy<D>,
+        mut strategy: Box<dyn Strategy<D> + 'a>,
         tolerance: &Tolerance<D>,
         limits: &mut Limits<'_>,
     ) -> Result<Self, Error> {
@@ -180,23 +201,32 @@ impl<'a, const D: usize> Search<'a, D> {
                 solved => {
                     let answer = solved?;
                     let (compared, order, zones) = (None, ORDER, Vec::new());
-                    return Ok(Search { strategy, answer, spacing, compared, order, measured: false, zones });
+                    let (measured, hopeless) = (false, false);
+                    return Ok(Search { strategy, answer, spacing, compared, order, measured, hopeless, zones });
                 }
             }
         }
     }
 
-    /// Goes on until the tolerance is reached or there is a reason to end.
-    fn run(mut self, tolerance: &Tolerance<D>, budget: Budget, limits: &mut Limits<'_>) -> Answer<D> {
-        let mut flow = limits.watch.level(&self.answer.levels[0]);
-        let verdict = loop {
-            if self.answer.bound < tolerance.error {
+    /// Goes on until the tolerance is reached or there is a reason to end; with `patience` that it will not be reached is none.
+    fn run(&mut self, tolerance: &Tolerance<D>, budget: Budget, patience: bool, limits: &mut Limits<'_>) {
+        let mut flow = match &self.answer.levels[..] {
+            [first] => limits.watch.level(first),
+            _ => ControlFlow::Continue(()),
+        };
+        self.hopeless = false;
+        self.answer.verdict = loop {
+            if self.measured && self.answer.bound < tolerance.error {
                 break Verdict::Reached;
             }
             if flow.is_break() {
                 break Verdict::NotReached(BROKEN_OFF.into());
             }
-            if let Some(why) = self.hopeless(tolerance.error, budget) {
+            if let Some(why) = self.used_up(budget) {
+                break Verdict::NotReached(why + &unsettled(&self.answer, tolerance));
+            }
+            if let Some(why) = self.out_of_reach(tolerance.error, budget).filter(|_| !patience) {
+                self.hopeless = true;
                 break Verdict::NotReached(why + &unsettled(&self.answer, tolerance));
             }
             if let Err(verdict) = self.advance(tolerance, budget, limits) {
@@ -204,15 +234,16 @@ impl<'a, const D: usize> Search<'a, D> {
             }
             flow = self.answer.levels.last().map_or(flow, |level| limits.watch.level(level));
         };
-        self.answer.verdict = verdict;
-        self.answer
     }
 
-    /// Why the tolerance is out of reach: a search ends before it gets dear, and not behind.
-    fn hopeless(&self, tolerance: f64, budget: Budget) -> Option<String> {
-        if self.answer.levels.len() >= budget.levels {
-            return Some(format!("the budget of {} models is used up", budget.levels));
-        }
+    /// Whether the budget leaves no further model.
+    fn used_up(&self, budget: Budget) -> Option<String> {
+        let used = self.answer.levels.len() >= budget.levels;
+        used.then(|| format!("the budget of {} models is used up", budget.levels))
+    }
+
+    /// Why the tolerance is out of reach, as far as the measured order tells.
+    fn out_of_reach(&self, tolerance: f64, budget: Budget) -> Option<String> {
         if !self.measured {
             return None;
         }
@@ -236,6 +267,7 @@ impl<'a, const D: usize> Search<'a, D> {
             order: self.order,
             counts: &counts,
             zones: &self.zones,
+            unknowns: budget.unknowns,
         };
         let none = |why: String| Verdict::NotReached(why + &unsettled(&self.answer, tolerance));
         let Next { coarse, fine, last } = self.strategy.next(&found).map_err(none)?;
@@ -254,15 +286,15 @@ impl<'a, const D: usize> Search<'a, D> {
         let particles = fine.counts.clone();
         let mut next = solved(fine, last)?;
         let DifferenceBound { most, zones } =
-            difference_bound(companion.as_ref().unwrap_or(&self.answer), &next, tolerance)
+            difference_bound(companion.as_ref().unwrap_or(&self.answer), &next, tolerance, &self.answer.levels)
                 .map_err(|error| failed(&particles, &error, limits))?;
         if let Some(then) = self.compared {
             let order = (then / most).ln() / (before / spacing).ln();
             if order.is_finite() {
                 self.order = order.clamp(ORDERS[0], ORDERS[1]);
-                self.measured = true;
             }
         }
+        self.measured = self.compared.is_some() || most <= EXACT;
         (self.compared, self.spacing, self.zones) = (Some(most), spacing, zones);
         next.bound = most / ((coarser / spacing).powf(self.order) - 1.0);
         let level = &mut next.levels[0];

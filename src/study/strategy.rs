@@ -36,6 +36,8 @@ pub(super) struct Found<'a> {
     pub counts: &'a [usize],
     /// What the zones of the last model contribute to its bound.
     pub zones: &'a [f64],
+    /// Most displacement unknowns of a model.
+    pub unknowns: usize,
 }
 
 /// The next models of a search.
@@ -112,7 +114,12 @@ impl<const D: usize> Strategy<D> for Even<'_, D> {
     }
 
     fn next(&mut self, found: &Found<'_>) -> Result<Next<D>, String> {
-        let (factor, last) = self.factor(found);
+        let (mut factor, mut last) = self.factor(found);
+        // As much as the budget allows, where it does not allow that much.
+        let unknowns = |fineness: f64| self.sides.halved(fineness).iter().fold(D, |n, &c| n.saturating_mul(c));
+        while factor > FACTORS[0] && unknowns(self.fineness * factor) > found.unknowns {
+            (factor, last) = ((0.95 * factor).max(FACTORS[0]), false);
+        }
         self.fineness *= factor;
         // Models that round to the same counts are skipped.
         while self.sides.halved(self.fineness) == found.counts {

@@ -56,8 +56,8 @@ impl<const D: usize> Scene<D> {
     /// let scene = Scene::assembly(PlaneStrain)
     ///     .body("lower", Block::new([0.0, 0.0], [1.0, 1.0]), rubber.clone())
     ///     .body("upper", Block::new([0.0, 0.9], [1.0, 1.9]), rubber)
-    ///     .prescribe(Place::on(bottom).of("lower"), 1, 0.0)
-    ///     .prescribe(Place::on(top).of("upper"), 1, 0.0)
+    ///     .hold(Place::on(bottom).of("lower"))
+    ///     .hold(Place::on(top).of("upper"))
     ///     .press_fit(Place::on(top).of("lower"), Place::on(bottom).of("upper"), "fit");
     /// let problem = scene.discretize(&Scheme::default().particles([4, 4]))?;
     /// let path = problem.run()?.completed()?;
