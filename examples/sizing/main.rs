@@ -238,35 +238,46 @@ fn reduction(exact: f64, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let mut develop = false;
-    let mut drawn_alone = None;
-    let mut local_alone = false;
-    let (mut bounds_alone, mut families) = (None, Vec::new());
-    let mut out: PathBuf = ["target", "rkpm", "sizing"].iter().collect();
+/// What is asked for on the command line.
+#[derive(Default)]
+struct Asked {
+    develop: bool,
+    drawn_alone: Option<u64>,
+    local_alone: bool,
+    /// Scenes of each family and the first seed, and the families; none for all.
+    bounds_alone: Option<(u64, u64)>,
+    families: Vec<String>,
+    out: Option<PathBuf>,
+}
+
+fn asked() -> Result<Asked, Box<dyn Error>> {
+    let mut asked = Asked::default();
     let mut arguments = std::env::args_os().skip(1);
     while let Some(flag) = arguments.next() {
+        let mut number = || arguments.next().and_then(|text| text.to_str()?.parse::<u64>().ok());
         match flag.to_str() {
-            Some("--develop") => develop = true,
-            Some("--drawn") => {
-                let each = arguments.next().and_then(|text| text.to_str()?.parse::<u64>().ok());
-                drawn_alone = Some(each.ok_or("--drawn needs a number")?);
-            }
-            Some("--local") => local_alone = true,
+            Some("--develop") => asked.develop = true,
+            Some("--drawn") => asked.drawn_alone = Some(number().ok_or("--drawn needs a number")?),
+            Some("--local") => asked.local_alone = true,
             Some("--bounds") => {
-                let mut number = || arguments.next().and_then(|text| text.to_str()?.parse::<u64>().ok());
-                bounds_alone =
-                    Some(number().zip(number()).ok_or("--bounds needs two numbers: scenes, and the first seed")?);
+                let both = number().zip(number());
+                asked.bounds_alone = Some(both.ok_or("--bounds needs two numbers: scenes, and the first seed")?);
             }
-            Some(name) if !name.starts_with('-') => families.push(name.to_string()),
-            Some("--out") => out = arguments.next().ok_or("--out needs a directory")?.into(),
+            Some(name) if !name.starts_with('-') => asked.families.push(name.to_string()),
+            Some("--out") => asked.out = Some(arguments.next().ok_or("--out needs a directory")?.into()),
             _ => {
-                return Err(
-                    "usage: sizing [--out DIR] [--develop] [--drawn N] [--local] [--bounds N SEED [FAMILY ...]]".into(),
-                );
+                let usage =
+                    "usage: sizing [--out DIR] [--develop] [--drawn N] [--local] [--bounds N SEED [FAMILY ...]]";
+                return Err(usage.into());
             }
         }
     }
+    Ok(asked)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let Asked { develop, drawn_alone, local_alone, bounds_alone, families, out } = asked()?;
+    let out = out.unwrap_or_else(|| ["target", "rkpm", "sizing"].iter().collect());
     if let Some(each) = drawn_alone {
         let mut summary = Summary::new();
         promises::disks(&mut summary)?;

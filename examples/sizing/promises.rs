@@ -31,6 +31,53 @@ struct Drawn {
     requested: Vec<Quantity<2>>,
 }
 
+/// Sides, scene and what is requested of it.
+type Parts = ([f64; 2], Scene<2>, Vec<Quantity<2>>);
+
+/// A body of revolution between bonded plates: a cylinder has an axis, a ring a bore that is free.
+fn of_revolution(family: &str, rubber: Rubber, between: &mut impl FnMut(f64, f64) -> f64) -> Parts {
+    let height = 10.0;
+    let inner = if family == "ring" { between(3.0, 30.0) } else { 0.0 };
+    let width = height * between(0.5, 3.0);
+    let press = height * between(0.02, 0.25);
+    let sides = [width, height];
+    let bonded = Scene::new(Block::new([inner, 0.0], [inner + width, height]), Axisymmetric, rubber)
+        .hold((1, Side::Min))
+        .prescribe((1, Side::Max), 0, 0.0)
+        .prescribe((1, Side::Max), 1, -press);
+    let scene = if inner > 0.0 { bonded } else { bonded.prescribe((0, Side::Min), 0, 0.0) };
+    let middle = Point::<2>::new(inner + 0.5 * width, 0.5 * height);
+    let stress = move |problem: &Problem<2>, state: &State| Ok(problem.stress(state, &middle)?[(1, 1)]);
+    let requested = vec![
+        Quantity::reaction((1, Side::Max), 1),
+        Quantity::energy(),
+        Quantity::displacement([inner + width, 0.5 * height], 0),
+        Quantity::new("stress", stress),
+    ];
+    (sides, scene, requested)
+}
+
+/// Half a bush: its outer surface is held, its inner one is moved down.
+fn bush(rubber: Rubber, between: &mut impl FnMut(f64, f64) -> f64) -> Parts {
+    let (inner, outer) = (between(4.0, 10.0), between(12.0, 25.0));
+    let ring = Mapped(move |unit: &Point<2>| {
+        let (radius, angle) = (inner + (outer - inner) * unit[0], std::f64::consts::PI * (unit[1] - 0.5));
+        // Cosines that are exact at both ends keep the straight sides straight.
+        let cos = if unit[1] == 0.0 || unit[1] == 1.0 { 0.0 } else { angle.cos() };
+        Point::<2>::new(radius * cos, radius * angle.sin())
+    });
+    let sides = [outer - inner, 0.5 * std::f64::consts::PI * (inner + outer)];
+    let down = (outer - inner) * between(0.05, 0.3);
+    let scene = Scene::new(ring, PlaneStrain, rubber)
+        .hold((0, Side::Max))
+        .prescribe((0, Side::Min), 0, 0.0)
+        .prescribe((0, Side::Min), 1, -down)
+        .prescribe((1, Side::Min), 0, 0.0)
+        .prescribe((1, Side::Max), 0, 0.0);
+    let requested = vec![Quantity::reaction((0, Side::Min), 1), Quantity::energy()];
+    (sides, scene, requested)
+}
+
 /// A scene of a family by its seed. Lengths in mm, stresses in MPa.
 fn draw(family: &'static str, seed: u64) -> Result<Drawn, rkpm::Error> {
     let mut random = Uniform(seed);
@@ -74,46 +121,8 @@ fn draw(family: &'static str, seed: u64) -> Result<Drawn, rkpm::Error> {
                 .pressure((1, Side::Min), pressure);
             requested = vec![Quantity::displacement([0.0, 0.0], 1), Quantity::energy()];
         }
-        // Of revolution between bonded plates; a cylinder has an axis, a ring a bore that is free.
-        "cylinder" | "ring" => {
-            let height = 10.0;
-            let inner = if family == "ring" { between(3.0, 30.0) } else { 0.0 };
-            let width = height * between(0.5, 3.0);
-            let press = height * between(0.02, 0.25);
-            sides = [width, height];
-            let bonded = Scene::new(Block::new([inner, 0.0], [inner + width, height]), Axisymmetric, rubber)
-                .hold((1, Side::Min))
-                .prescribe((1, Side::Max), 0, 0.0)
-                .prescribe((1, Side::Max), 1, -press);
-            scene = if inner > 0.0 { bonded } else { bonded.prescribe((0, Side::Min), 0, 0.0) };
-            let middle = Point::<2>::new(inner + 0.5 * width, 0.5 * height);
-            let stress = move |problem: &Problem<2>, state: &State| Ok(problem.stress(state, &middle)?[(1, 1)]);
-            requested = vec![
-                Quantity::reaction((1, Side::Max), 1),
-                Quantity::energy(),
-                Quantity::displacement([inner + width, 0.5 * height], 0),
-                Quantity::new("stress", stress),
-            ];
-        }
-        // Half a bush: its outer surface is held, its inner one is moved down.
-        "bush" => {
-            let (inner, outer) = (between(4.0, 10.0), between(12.0, 25.0));
-            let ring = Mapped(move |unit: &Point<2>| {
-                let (radius, angle) = (inner + (outer - inner) * unit[0], std::f64::consts::PI * (unit[1] - 0.5));
-                // Cosines that are exact at both ends keep the straight sides straight.
-                let cos = if unit[1] == 0.0 || unit[1] == 1.0 { 0.0 } else { angle.cos() };
-                Point::<2>::new(radius * cos, radius * angle.sin())
-            });
-            sides = [outer - inner, 0.5 * std::f64::consts::PI * (inner + outer)];
-            let down = (outer - inner) * between(0.05, 0.3);
-            scene = Scene::new(ring, PlaneStrain, rubber)
-                .hold((0, Side::Max))
-                .prescribe((0, Side::Min), 0, 0.0)
-                .prescribe((0, Side::Min), 1, -down)
-                .prescribe((1, Side::Min), 0, 0.0)
-                .prescribe((1, Side::Max), 0, 0.0);
-            requested = vec![Quantity::reaction((0, Side::Min), 1), Quantity::energy()];
-        }
+        "cylinder" | "ring" => (sides, scene, requested) = of_revolution(family, rubber, &mut between),
+        "bush" => (sides, scene, requested) = bush(rubber, &mut between),
         _ => {
             let thickness = 1.0;
             let length = between(4.0, 16.0);

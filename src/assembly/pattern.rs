@@ -32,7 +32,7 @@ impl Pattern {
     ///
     /// # Errors
     /// [`LinearError::Pattern`] with the column.
-    pub(crate) fn validate(&self) -> Result<(), LinearError> {
+    pub fn validate(&self) -> Result<(), LinearError> {
         let size = self.size();
         let wrong = |column, what| Err(LinearError::Pattern { column, what });
         if self.columns.first() != Some(&0) || self.columns.last() != Some(&self.rows.len()) {
