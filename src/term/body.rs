@@ -1,6 +1,6 @@
 //! The body: distortional energy at points, volumetric energy at points or projected on zones.
 
-use nalgebra::{Matrix3, SMatrix};
+use nalgebra::Matrix3;
 
 use crate::material::Material;
 use crate::table::ShapeTable;
@@ -126,7 +126,7 @@ impl<const D: usize, M: Material> Body<D, M> {
 
     /// The same with linear pressures that vary along the columns of a matrix per zone alone.
     #[cfg(feature = "solve")]
-    pub(crate) fn varying_along(mut self, directions: &[SMatrix<f64, D, D>]) -> Self {
+    pub(crate) fn varying_along(mut self, directions: &[nalgebra::SMatrix<f64, D, D>]) -> Self {
         if self.functions == D + 1 && directions.len() == self.table.clusters().len() {
             self.tabulate_zone_functions(D + 1, Some(directions));
         }
