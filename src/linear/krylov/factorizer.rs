@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use nalgebra::Matrix4;
 
-use crate::assembly::{Assembler, Pattern, Ranks, StateRef, System};
+use crate::assembly::{Assembler, Pattern, Ranks, StateRef, System, release};
 use crate::error::LinearError;
 use crate::term::Zone;
 
@@ -31,7 +31,7 @@ const COMPLEMENT: f64 = 2.0;
 type Rows = Vec<Vec<(u32, f64)>>;
 
 pub(super) struct KrylovFactorizer {
-    pub(super) auxiliary: Auxiliary,
+    pub(super) auxiliary: Arc<Auxiliary>,
     pub(super) pattern: Pattern,
     pub(super) unknowns: usize,
     /// Unknown and place of each entry of a condition.
@@ -57,7 +57,7 @@ pub(super) struct KrylovFactorizer {
 impl KrylovFactorizer {
     /// The stiffness of the elements at a state.
     fn stiffness(&mut self, at: StateRef<'_>) -> Result<(), LinearError> {
-        let Auxiliary { model, term, places, cells, held, .. } = &self.auxiliary;
+        let Auxiliary { model, term, places, cells, held, .. } = &*self.auxiliary;
         let own: Vec<f64> = match &self.values_at {
             Some(values) => {
                 let mut moved = vec![0.0; at.displacement.len()];
@@ -90,6 +90,9 @@ impl KrylovFactorizer {
             return Ok(());
         }
         let mut blocks = BlockMatrix::from_lower(self.assembler.pattern(), &self.system.values);
+        // The levels are all that is needed until the next state.
+        self.system.zones = Vec::new();
+        release(&mut self.system.values);
         self.stiffness = blocks.largest_diagonal();
         let stiff = HELD * self.stiffness;
         held.iter().for_each(|&unknown| blocks.add_diagonal(unknown, stiff));

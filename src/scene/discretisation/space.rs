@@ -124,7 +124,7 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         return refused("pressures that are not projected on zones of cells", "take the default rule and volume");
     }
     let elements = FiniteElements::new(lattice.clone(), 1)?;
-    let table = ShapeTable::of_elements(&elements, &elements.gauss_in(2, &zones)?, &*scene.kinematics)?;
+    let table = ShapeTable::of_alike_elements(&elements, &elements.gauss_in(2, &zones)?, &*scene.kinematics)?;
     let mut model = Model::new(cells.positions().to_vec());
     let mut elastic = Body::projecting(table, body.material().clone(), body.field(), body.projected_measure());
     if let Some(fewest) = sharing.fewest(elastic.fewest()) {
