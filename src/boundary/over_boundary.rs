@@ -37,7 +37,9 @@ impl Constraints {
         label: &str,
     ) -> Result<(), Error> {
         check_component(component, D, label)?;
-        self.integrate(approximation, boundary, kinematics, &along_axis(component), &scaled(target, amplitude), label)
+        let (mut piece, along) = (BoundaryPiece::new(boundary.clone()), along_axis(component));
+        let value = scaled(target, amplitude);
+        self.integrate(approximation, &mut piece, kinematics, (Some(component), &along), &value, label)
     }
 
     /// Conditions $\int\Theta_J(u_i - g(X, \lambda))\\,\mathrm d\Gamma = 0$: as
@@ -55,19 +57,22 @@ impl Constraints {
         label: &str,
     ) -> Result<(), Error> {
         check_component(component, D, label)?;
-        self.integrate(approximation, boundary, kinematics, &along_axis(component), &moved(motion), label)
+        let (mut piece, along) = (BoundaryPiece::new(boundary.clone()), along_axis(component));
+        self.integrate(approximation, &mut piece, kinematics, (Some(component), &along), &moved(motion), label)
     }
 
-    /// Conditions $\int\Theta_J\,(e(X)\cdot u - g)\,\mathrm d\Gamma = 0$ along a direction that may vary.
+    /// Conditions $\int\Theta_J\,(e(X)\cdot u - g)\,\mathrm d\Gamma = 0$ along a direction that may vary, or along the axis that is
+    /// given with it.
     pub(crate) fn integrate<const D: usize, A: Approximation<D>>(
         &mut self,
         approximation: &A,
-        boundary: &BoundaryCells<D>,
+        piece: &mut BoundaryPiece<D>,
         kinematics: &(impl Kinematics<D> + ?Sized),
-        along: Along<'_, D>,
+        (axis, along): (Option<usize>, Along<'_, D>),
         value: Value<'_, D>,
         label: &str,
     ) -> Result<(), Error> {
+        let BoundaryPiece { cells: boundary, along_first } = piece;
         boundary.validate(approximation.nodes().len())?;
         let (order, neighbours) = facet_neighbours(boundary);
         let rounding = rounding(approximation.nodes());
@@ -87,12 +92,25 @@ impl Constraints {
         }
         let is_free = |particle: u32| !requested[&particle].1;
         let receivers = receivers(approximation.nodes(), &order, &neighbours, is_free);
-        let mut sums = integrals(approximation, boundary, kinematics, along, &receivers)?;
+        let sums = match axis {
+            Some(_) if along_first.is_some() => None,
+            Some(_) => {
+                *along_first = Some(integrals(approximation, boundary, kinematics, &along_axis(0))?);
+                None
+            }
+            None => Some(integrals(approximation, boundary, kinematics, along)?),
+        };
+        let sums = sums.as_ref().or(along_first.as_ref());
+        let mut received: HashMap<u32, Vec<&Integrals<D>>> = HashMap::new();
+        for own in &order {
+            if let (Some(&receiver), Some(sum)) = (receivers.get(own), sums.and_then(|sums| sums.get(own))) {
+                received.entry(receiver).or_default().push(sum);
+            }
+        }
         for particle in order {
-            let Some(Integrals { entries, points }) = sums.remove(&particle) else { continue };
-            let (target, amplitude) = value(points);
-            let mut entries: Vec<(usize, f64)> = entries.into_iter().collect();
-            entries.sort_unstable_by_key(|e| e.0);
+            let Some(parts) = received.remove(&particle) else { continue };
+            let (target, amplitude) = value(parts.iter().flat_map(|sum| sum.points.iter().copied()).collect());
+            let entries = summed(&parts, axis.unwrap_or(0));
             // The trace functions carry their measure: a multiplier is a traction [stress], whatever the spacing.
             let Some((mut prescription, _)) = requested.remove(&particle) else { continue };
             let prescriptions = self.prescribed.get(&(particle as usize)).map_or(&[][..], Vec::as_slice);
@@ -158,20 +176,49 @@ fn receivers<const D: usize>(
     receivers
 }
 
-/// The integrals of one constraint equation: its coefficients, and the points that they were summed over with their weights.
+/// A piece of a boundary; integrals along the first axis are kept for conditions along the others.
+pub(crate) struct BoundaryPiece<const D: usize> {
+    cells: BoundaryCells<D>,
+    along_first: Option<HashMap<u32, Integrals<D>>>,
+}
+
+impl<const D: usize> BoundaryPiece<D> {
+    pub(crate) fn new(cells: BoundaryCells<D>) -> Self {
+        BoundaryPiece { cells, along_first: None }
+    }
+
+    /// The number of its points.
+    pub(crate) fn len(&self) -> usize {
+        self.cells.traces.len()
+    }
+}
+
+/// The integrals of one trace function: coefficients by unknown, and the points that they were summed over with their weights.
 #[derive(Default)]
 struct Integrals<const D: usize> {
     entries: HashMap<usize, f64>,
     points: Vec<(Point<D>, f64)>,
 }
 
-/// Sums trace functions times shape functions over a boundary part, for each particle that receives some.
+/// The coefficients of several trace functions together, so many components further on, by rising index.
+fn summed<const D: usize>(parts: &[&Integrals<D>], further: usize) -> Vec<(usize, f64)> {
+    let all = parts.iter().flat_map(|sum| &sum.entries).map(|(unknown, value)| (unknown + further, *value));
+    let mut entries: Vec<(usize, f64)> = all.collect();
+    entries.sort_by_key(|entry| entry.0);
+    entries.dedup_by(|later, first| {
+        let same = later.0 == first.0;
+        first.1 += if same { later.1 } else { 0.0 };
+        same
+    });
+    entries
+}
+
+/// Sums each trace function times shape functions over a boundary part.
 fn integrals<const D: usize, A: Approximation<D>>(
     approximation: &A,
     boundary: &BoundaryCells<D>,
     kinematics: &(impl Kinematics<D> + ?Sized),
     along: Along<'_, D>,
-    receivers: &HashMap<u32, u32>,
 ) -> Result<HashMap<u32, Integrals<D>>, Error> {
     let mut sums: HashMap<u32, Integrals<D>> = HashMap::new();
     let mut scratch = A::Scratch::default();
@@ -188,7 +235,6 @@ fn integrals<const D: usize, A: Approximation<D>>(
             let normal = boundary.points.normals.get(point).copied().unwrap_or_else(Point::zeros);
             let direction = along(&at, &normal)?;
             for &(particle, trace) in &boundary.traces[point] {
-                let Some(&particle) = receivers.get(&particle) else { continue };
                 let weight = boundary.points.weights[point] * measure * trace;
                 let Integrals { entries, points } = sums.entry(particle).or_default();
                 for (&node, psi) in psi.nodes.iter().zip(&psi.values) {

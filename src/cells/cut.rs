@@ -27,9 +27,9 @@ use features::Features;
 use frame::{Frame, dominant_axes};
 use parts::{NONE, Parts, each_triangle};
 use placing::{Placed, Placing};
-use rules::Rules;
+use rules::{Inertia, Rules};
 use sections::{Grid, Sections};
-use split::{ByBrick, Split};
+use split::{ByBrick, Patch, Split};
 use traces::{Site, assign};
 use zoning::{FEWEST, Inner};
 
@@ -115,7 +115,7 @@ impl CutLattice {
         let split = Split::new(&corners, facets);
         let by_brick = ByBrick::new(&split, grid.len(), |place| grid.brick(place));
         let sections = Sections::new(&split, grid);
-        let parts = Parts::new(&split, &by_brick, &sections).joined(&sections);
+        let mut parts = Parts::new(&split, &by_brick, &sections).joined(&sections);
         let step = |brick: u32| {
             let [i, j, k] = grid.place(brick as usize).map(|at| (at / STEP) as usize);
             let [n, m, _] = grid.counts.map(|count| count / STEP as usize);
@@ -125,6 +125,9 @@ impl CutLattice {
         let mut cells: Vec<Vec<u32>> = vec![Vec::new(); count];
         cell_of.iter().enumerate().for_each(|(part, cell)| cells[*cell as usize].push(part as u32));
         let features = Features::new(&corners, facets, &marks(facets.len(), &names));
+        for part in &mut parts.parts {
+            part.patches.sort_by_cached_key(|&patch| (plane_of(&split, &features, patch), patch));
+        }
         let placed = Placing { split: &split, by_brick: &by_brick, grid, features: &features }.place(&sections);
         let positions = placed.positions.iter().map(|u| frame.place(u)).collect();
         let lattice =
@@ -191,6 +194,22 @@ impl CutLattice {
         Placing { split: &self.split, by_brick: &self.by_brick, grid: self.grid, features: &self.features }
     }
 
+    /// The patches of a sub-cell in runs of one plane and brick.
+    fn runs<'a>(&'a self, part: &'a parts::Part) -> impl Iterator<Item = &'a [u32]> {
+        let plane = |patch: u32| plane_of(&self.split, &self.features, patch);
+        part.patches.chunk_by(move |a, b| plane(*a) == plane(*b))
+    }
+
+    /// Points of a run of patches with $n\,\mathrm dA$; each triangle in so many parts along its edges.
+    fn on_run(&self, rules: &Rules, run: &[u32], finer: usize, mut with: impl FnMut(Point<3>, Point<3>)) {
+        match finer {
+            1 => rules.on_piece(run.iter().map(|&patch| self.patch(patch)), with),
+            _ => run.iter().for_each(|&patch| {
+                pieces_of(&self.patch(patch), finer, |corners| rules.on_triangle(&corners, &mut with));
+            }),
+        }
+    }
+
     /// Corners of a patch.
     fn patch(&self, patch: u32) -> [Point<3>; 3] {
         self.split.patches[patch as usize].corners.map(|corner| self.split.points[corner as usize])
@@ -221,19 +240,29 @@ impl CutLattice {
         }
     }
 
-    /// Points inside a sub-cell with their weights, in coordinates of the lattice.
-    fn in_part(&self, rules: &Rules, part: u32, mut with: impl FnMut(Point<3>, f64)) {
-        let part = &self.parts.parts[part as usize];
+    /// Hands out the triangles around a sub-cell, seen from outside.
+    fn around(&self, part: &parts::Part, mut with: impl FnMut([Point<3>; 3])) {
         for &(section, sign) in &part.sections {
             each_triangle(&self.sections, section, |[a, b, c]| {
                 let base = if sign > 0.0 { [a, b, c] } else { [a, c, b] };
-                let base = base.map(|corner| self.sections.point(&self.split, corner));
-                rules.in_tetrahedron(&part.centre, &base, &mut with);
+                with(base.map(|corner| self.sections.point(&self.split, corner)));
             });
         }
-        for &patch in &part.patches {
-            rules.in_tetrahedron(&part.centre, &self.patch(patch), &mut with);
-        }
+        part.patches.iter().for_each(|&patch| with(self.patch(patch)));
+    }
+
+    /// Points inside a sub-cell with their weights, in coordinates of the lattice.
+    fn in_part(&self, rules: &Rules, part: u32, mut with: impl FnMut(Point<3>, f64)) {
+        let part = &self.parts.parts[part as usize];
+        self.around(part, |base| rules.in_tetrahedron(&part.centre, &base, &mut with));
+    }
+
+    /// Four points of a sub-cell that have its moments of second order.
+    fn by_moments(&self, part: u32, with: impl FnMut(Point<3>, f64)) {
+        let part = &self.parts.parts[part as usize];
+        let mut inertia = Inertia::default();
+        self.around(part, |base| inertia.add_cone(&part.centre, &base));
+        inertia.in_body(with);
     }
 
     /// Whether the surface leaves a cell alone: one whole brick between eight particles' places.
@@ -292,36 +321,19 @@ impl CutLattice {
         let pieces = self.pieces(part)?;
         let mut place = vec![usize::MAX; self.features.curved.len()];
         pieces.iter().enumerate().for_each(|(at, piece)| place[*piece as usize] = at);
-        let mut patches: Vec<Vec<u32>> = vec![Vec::new(); pieces.len()];
-        for brick in 0..self.grid.len() {
-            for &patch in self.by_brick.patches(brick) {
-                let piece = self.features.pieces[self.split.patches[patch as usize].facet as usize];
-                if let Some(own) = patches.get_mut(place[piece as usize]) {
-                    own.push(patch);
-                }
+        let mut sites: Vec<Site> = pieces.iter().map(|piece| Site::new(self.features.needs[*piece as usize])).collect();
+        let area = self.frame.size * self.frame.size;
+        for part in &self.parts.parts {
+            for run in self.runs(part) {
+                let facet = self.split.patches[run[0] as usize].facet as usize;
+                let Some(site) = sites.get_mut(place[self.features.pieces[facet] as usize]) else { continue };
+                let (brick, normal) = (self.brick_of(run[0]), self.features.normals[facet]);
+                site.open((part.brick, brick));
+                self.on_run(&rules, run, finer, |at, own| site.places.push((at, normal, own.norm() * area)));
             }
         }
-        let area = self.frame.size * self.frame.size;
-        let mut sites: Vec<Site> = Vec::with_capacity(pieces.len());
-        for (piece, patches) in pieces.iter().zip(patches) {
-            let mut site = Site::new(self.features.needs[*piece as usize]);
-            for group in patches.chunk_by(|a, b| self.brick_of(*a) == self.brick_of(*b)) {
-                let first = site.places.len();
-                for &patch in group {
-                    let normal = self.features.normals[self.split.patches[patch as usize].facet as usize];
-                    pieces_of(&self.patch(patch), finer, |corners| {
-                        rules.on_triangle(&corners, |at, own| site.places.push((at, normal, own.norm() * area)));
-                    });
-                }
-                if let Some(holds) = holds {
-                    let own = &site.places[first..];
-                    let middle = own.iter().map(|place| place.0).sum::<Point<3>>() / own.len().max(1) as f64;
-                    let kept = holds(&self.frame.place(&middle));
-                    site.kept.resize(site.places.len(), kept);
-                }
-                site.groups.push(site.places.len());
-            }
-            sites.push(site);
+        for site in &mut sites {
+            site.close(holds.map(|holds| |middle: &Point<3>| holds(&self.frame.place(middle))));
         }
         for (particle, on) in self.placed.on.iter().enumerate() {
             let on = on.iter().filter(|(piece, _)| place[*piece as usize] != usize::MAX);
@@ -383,6 +395,13 @@ impl CutLattice {
             }
         }
     }
+}
+
+/// What tells runs of patches apart: the brick, the piece of the surface, and the facet where the piece is curved.
+fn plane_of(split: &Split, features: &Features, patch: u32) -> ([i32; 3], u32, u32) {
+    let Patch { brick, facet, .. } = split.patches[patch as usize];
+    let piece = features.pieces[facet as usize];
+    (brick, piece, if features.curved[piece as usize] { facet } else { 0 })
 }
 
 /// Marks of facets by the names that they have.
@@ -560,6 +579,7 @@ impl Cells<3> for CutLattice {
                             let centre = self.parts.parts[own as usize].centre;
                             part.in_brick(&(centre - Point::<3>::repeat(0.5)), 1.0, &mut add);
                         }
+                        false if n <= 8 => self.by_moments(own, &mut add),
                         false => self.in_part(&part, own, &mut add),
                     }
                 }
@@ -611,8 +631,8 @@ impl Cells<3> for CutLattice {
                             continue;
                         }
                         facets.push((out.facet_count() as u32, 1.0));
-                        for &patch in &own.patches {
-                            rules.on_triangle(&self.patch(patch), |at, n| self.add_point(&mut out, at, n * area));
+                        for run in self.runs(own) {
+                            self.on_run(&rules, run, 1, |at, n| self.add_point(&mut out, at, n * area));
                         }
                         out.facet_offsets.push(out.facet_points.len());
                     }

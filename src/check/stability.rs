@@ -11,7 +11,7 @@ use crate::scene::{Scene, Scheme};
 use crate::table::ShapeTable;
 use crate::term::{Body, PressureField};
 
-use super::algebra::{Complement, add_tangent_at_rest, check_size, relative_spectrum};
+use super::algebra::{Pencil, add_tangent_at_rest, check_size};
 
 /// Gauss points per direction and cell of the reference: rational functions are integrated to about 1e-3 by
 /// four points, to far below the digits requested by eight.
@@ -84,17 +84,15 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Stabili
     }
 
     let rigid = rigid_motions(positions, &reference);
-    let complement = Complement::of(rigid);
-    let theta = relative_spectrum(
-        complement.compress(rule),
-        complement.compress(reference),
+    let ends = Pencil::beside(&rule, &reference, &rigid).ends(
+        UNSEEN,
         "the exactly integrated tangent at rest is not positive definite: the material is not stable there",
     )?;
     Ok(Stability {
-        smallest: theta.first().copied().unwrap_or(f64::NAN),
-        largest: theta.last().copied().unwrap_or(f64::NAN),
-        zero_modes: theta.iter().filter(|t| **t < UNSEEN).count(),
-        rigid_motions: complement.rank(),
+        smallest: ends.smallest,
+        largest: ends.largest,
+        zero_modes: ends.below,
+        rigid_motions: rigid.ncols(),
         unknowns,
     })
 }

@@ -1,5 +1,9 @@
 //! Integration rules on faces and patches of cut bricks.
 
+use std::f64::consts::SQRT_2;
+
+use nalgebra::{Matrix3, SymmetricEigen};
+
 use crate::error::GeometryError;
 use crate::geometry::Point;
 use crate::quadrature::gauss_legendre;
@@ -8,6 +12,53 @@ use super::parts::cross;
 
 /// Length below which a triangle takes a single point, in bricks: a sixth of the spacing.
 const TINY: f64 = 0.33;
+
+/// Measure and moments of a plane piece or a body.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Inertia {
+    measure: f64,
+    first: Point<3>,
+    second: Matrix3<f64>,
+}
+
+impl Inertia {
+    /// Adds a simplex by its corners, three in a plane or four in space, its measure signed.
+    fn add(&mut self, corners: &[Point<3>], measure: f64) {
+        let count = corners.len() as f64;
+        let centre = corners.iter().sum::<Point<3>>() / count;
+        let spread = corners.iter().map(|x| (x - centre) * (x - centre).transpose()).sum::<Matrix3<f64>>();
+        self.measure += measure;
+        self.first += centre * measure;
+        self.second += (spread / (count * (count + 1.0)) + centre * centre.transpose()) * measure;
+    }
+
+    /// Adds the tetrahedron from a place to a triangle around a body, seen from outside.
+    pub(super) fn add_cone(&mut self, apex: &Point<3>, [a, b, c]: &[Point<3>; 3]) {
+        let volume = (a - apex).dot(&cross(&(b - apex), &(c - apex))) / 6.0;
+        self.add(&[*apex, *a, *b, *c], volume);
+    }
+
+    /// Four points of a body that have its moments of second order.
+    pub(super) fn in_body(&self, mut with: impl FnMut(Point<3>, f64)) {
+        if !(self.measure > 0.0) {
+            return;
+        }
+        let (centre, [p, q, r]) = self.axes();
+        for [s, t, u] in [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]] {
+            with(centre + p * s + q * t + r * u, self.measure / 4.0);
+        }
+    }
+
+    /// The centre, and the semi-axes of the points' spread: $\sqrt{\lambda_k}\,e_k$ with the eigenvalues of the second moments over the
+    /// measure, the largest first.
+    fn axes(&self) -> (Point<3>, [Point<3>; 3]) {
+        let centre = self.first / self.measure;
+        let eigen = SymmetricEigen::new(self.second / self.measure - centre * centre.transpose());
+        let mut order = [0, 1, 2];
+        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+        (centre, order.map(|k| eigen.eigenvectors.column(k) * eigen.eigenvalues[k].max(0.0).sqrt()))
+    }
+}
 
 /// Rules with so many points per direction.
 pub(super) struct Rules {
@@ -40,6 +91,36 @@ impl Rules {
         }
         for &([s, t], share) in &self.triangle {
             with(a + (b - a) * s + (c - a) * t, area * share);
+        }
+    }
+
+    /// Points on a plane piece of several triangles with $n\,\mathrm dA$: with two points per direction those that have its moments of
+    /// second order, however many triangles it is made of.
+    pub(super) fn on_piece(
+        &self,
+        triangles: impl ExactSizeIterator<Item = [Point<3>; 3]>,
+        mut with: impl FnMut(Point<3>, Point<3>),
+    ) {
+        if self.line.0.len() != 2 || triangles.len() == 1 {
+            return triangles.for_each(|corners| self.on_triangle(&corners, &mut with));
+        }
+        let (mut inertia, mut area) = (Inertia::default(), Point::<3>::zeros());
+        for [a, b, c] in triangles {
+            let own = cross(&(b - a), &(c - a)) * 0.5;
+            inertia.add(&[a, b, c], own.norm());
+            area += own;
+        }
+        // Slivers without an area have no points.
+        if inertia.measure == 0.0 {
+            return;
+        }
+        let (centre, [p, q, _]) = inertia.axes();
+        if 24.0 * p.norm_squared() < TINY * TINY {
+            return with(centre, area);
+        }
+        let (third, half) = (area / 3.0, (0.75f64).sqrt());
+        for [s, t] in [[0.0, 1.0], [-half, -0.5], [half, -0.5]] {
+            with(centre + (p * s + q * t) * SQRT_2, third);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use nalgebra::{Matrix4, SymmetricEigen, Vector4};
+use nalgebra::{DMatrix, DVector, Matrix4, SymmetricEigen, Vector4};
 
 use crate::geometry::Point;
 
@@ -173,11 +173,39 @@ pub(super) struct Site {
     pub(super) particles: Vec<(u32, Point<3>)>,
     /// Particles that it needs at least.
     need: usize,
+    /// The sub-cell and the brick of the group that points are added to.
+    of: Option<(u32, [i32; 3])>,
 }
 
 impl Site {
     pub(super) fn new(need: usize) -> Self {
-        Site { places: Vec::new(), groups: Vec::new(), kept: Vec::new(), particles: Vec::new(), need }
+        Site { places: Vec::new(), groups: Vec::new(), kept: Vec::new(), particles: Vec::new(), need, of: None }
+    }
+
+    /// Begins a group of points, where those before are of another sub-cell or brick.
+    pub(super) fn open(&mut self, of: (u32, [i32; 3])) {
+        if self.of.replace(of).is_some_and(|before| before != of) {
+            self.end();
+        }
+    }
+
+    fn end(&mut self) {
+        if self.groups.last().copied().unwrap_or(0) < self.places.len() {
+            self.groups.push(self.places.len());
+        }
+    }
+
+    /// Ends the last group, and keeps those whose middle a predicate holds for.
+    pub(super) fn close(&mut self, holds: Option<impl Fn(&Point<3>) -> bool>) {
+        self.end();
+        let Some(holds) = holds else { return };
+        let mut first = 0;
+        for &end in &self.groups {
+            let own = &self.places[first..end];
+            let middle = own.iter().map(|place| place.0).sum::<Point<3>>() / own.len() as f64;
+            self.kept.resize(end, holds(&middle));
+            first = end;
+        }
     }
 
     /// Leaves the points out that are not asked for, and the particles whose functions lie among those.
@@ -217,8 +245,8 @@ type Found = (Vec<Place>, Vec<usize>, Functions);
 type Functions = Vec<Vec<(u32, f64)>>;
 
 /// Trace functions on pieces of a surface, `beside` having the lengths of the edges between them: each particle carries functions of one
-/// piece, and pieces whose particles cannot give their normals take those of the neighbour with the longest common edge as well. On
-/// parts of pieces particles whose equations would depend on those of others carry none. With `positive` functions are those of
+/// piece, and pieces whose particles cannot give their normals take those of the neighbour with the longest common edge as well. Particles
+/// whose equations would depend on those of others carry none. With `positive` functions are those of
 /// Shepard, of all particles on a piece.
 pub(super) fn assign(
     positions: &[Point<3>],
@@ -226,16 +254,13 @@ pub(super) fn assign(
     beside: &[([usize; 2], f64)],
     positive: bool,
 ) -> Vec<Found> {
-    let partial = sites.iter().any(|site| !site.kept.is_empty());
-    if partial {
-        sites.iter_mut().for_each(|site| site.restrict(positions));
-    }
+    sites.iter_mut().filter(|site| !site.kept.is_empty()).for_each(|site| site.restrict(positions));
     if !positive {
         own(&mut sites);
     }
     let mut found = functions(positions, &sites, beside, positive);
     for _ in 0..ROUNDS {
-        let dependent = if partial { dependent(positions, &found) } else { BTreeSet::new() };
+        let dependent = if positive { BTreeSet::new() } else { dependent(positions, &found) };
         if dependent.is_empty() {
             break;
         }
@@ -319,42 +344,72 @@ fn longest(sites: &[Site], beside: &[([usize; 2], f64)], into: &[usize], own: us
 
 /// Particles whose equations depend on those of others: their functions reach into a small part of a surface from outside, or there
 /// are more of them than it has room for. Equations are $\int f_J\,\Psi_I$, kernels standing for shape functions; those of large measure
-/// come first.
+/// come first, and each is compared with those before it that are near.
 fn dependent(positions: &[Point<3>], found: &[Found]) -> BTreeSet<u32> {
     let all = (0..positions.len() as u32).map(|particle| (particle, Point::<3>::zeros())).collect();
     let kernels = Traces::new(positions, all, false, f64::NEG_INFINITY);
-    let mut rows: BTreeMap<u32, (f64, Vec<f64>)> = BTreeMap::new();
+    let mut rows: BTreeMap<u32, (f64, BTreeMap<u32, f64>)> = BTreeMap::new();
     for ((at, normal, weight), functions) in
         found.iter().flat_map(|(places, _, functions)| places.iter().zip(functions))
     {
         let Some(around) = kernels.shepard(at, normal, REACH) else { continue };
         for &(particle, value) in functions {
-            let (measure, row) = rows.entry(particle).or_insert_with(|| (0.0, vec![0.0; positions.len()]));
+            let (measure, row) = rows.entry(particle).or_default();
             *measure += weight * value;
-            around.iter().for_each(|&(other, kernel)| row[other as usize] += weight * value * kernel);
+            around.iter().for_each(|&(other, kernel)| *row.entry(other).or_default() += weight * value * kernel);
         }
     }
-    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-    let mut order: Vec<(u32, f64, Vec<f64>)> =
-        rows.into_iter().map(|(particle, (m, row))| (particle, m, row)).collect();
+    let mut order: Vec<(u32, f64, Row)> =
+        rows.into_iter().map(|(particle, (m, row))| (particle, m, unit(row))).collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-    let (mut taken, mut left): (Vec<Vec<f64>>, BTreeSet<u32>) = (Vec::new(), BTreeSet::new());
-    for (particle, _, mut row) in order {
-        let size = product(&row, &row).sqrt();
-        // Twice is enough for what rounding leaves.
-        for known in taken.iter().chain(&taken) {
-            let along = product(&row, known);
-            row.iter_mut().zip(known).for_each(|(x, y)| *x -= along * y);
-        }
-        let rest = product(&row, &row).sqrt();
-        if rest > LEFT * size {
-            row.iter_mut().for_each(|x| *x /= rest);
-            taken.push(row);
+    let (mut taken, mut left): (HashMap<[i32; 3], Vec<usize>>, BTreeSet<u32>) = (HashMap::new(), BTreeSet::new());
+    for (own, (particle, _, row)) in order.iter().enumerate() {
+        let (x, middle) = (positions[*particle as usize], cube(&positions[*particle as usize]));
+        let around = (0..27)
+            .filter_map(|k| taken.get(&[middle[0] + k % 3 - 1, middle[1] + k / 3 % 3 - 1, middle[2] + k / 9 - 1]));
+        let is_near = |other: &&usize| (positions[order[**other].0 as usize] - x).norm() < 2.0 * REACH;
+        let near: Vec<&[(u32, f64)]> =
+            around.flatten().filter(is_near).map(|&other| order[other].2.as_slice()).collect();
+        if beyond(row, &near) > LEFT {
+            taken.entry(middle).or_default().push(own);
         } else {
-            left.insert(particle);
+            left.insert(*particle);
         }
     }
     left
+}
+
+/// Nonzero entries of an equation by column.
+type Row = Vec<(u32, f64)>;
+
+/// A row scaled to length one.
+fn unit(row: BTreeMap<u32, f64>) -> Row {
+    let size = row.values().map(|value| value * value).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+    row.into_iter().map(|(other, value)| (other, value / size)).collect()
+}
+
+/// The length of what a unit row has beyond the span of others, which are unit rows too.
+fn beyond(row: &[(u32, f64)], others: &[&[(u32, f64)]]) -> f64 {
+    let product = |a: &[(u32, f64)], b: &[(u32, f64)]| {
+        let (mut sum, mut k) = (0.0, 0);
+        for &(column, value) in a {
+            while k < b.len() && b[k].0 < column {
+                k += 1;
+            }
+            if k < b.len() && b[k].0 == column {
+                sum += value * b[k].1;
+            }
+        }
+        sum
+    };
+    let n = others.len();
+    // What rounding may take from the products of dependent rows is given back.
+    let round = 1e-10;
+    let gram = DMatrix::from_fn(n, n, |i, j| if i < j { 0.0 } else { product(others[i], others[j]) });
+    let gram = DMatrix::from_fn(n, n, |i, j| gram[(i.max(j), i.min(j))] + if i == j { round } else { 0.0 });
+    let along = DVector::from_fn(n, |i, _| product(others[i], row));
+    let Some(factor) = gram.cholesky() else { return 0.0 };
+    (1.0 - along.dot(&factor.solve(&along))).max(0.0).sqrt()
 }
 
 /// Cosine between normals above which a particle of a neighbouring piece counts at a point.

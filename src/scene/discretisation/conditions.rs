@@ -3,7 +3,9 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::boundary::{Constraints, PrescribedDirection, check_component, is_redundant, moved, rounding, scaled};
+use crate::boundary::{
+    BoundaryPiece, Constraints, PrescribedDirection, check_component, is_redundant, moved, rounding, scaled,
+};
 use crate::cells::Cells;
 use crate::error::{BoundaryError, Error};
 use crate::geometry::{Part, Point};
@@ -57,6 +59,7 @@ pub(crate) fn equations<const D: usize, A: Approximation<D>>(
 ) -> Result<(Constraints, Vec<Placed<D>>), Error> {
     let mut equations = Constraints::new();
     let mut placed = Vec::with_capacity(mine.len());
+    let mut last = None;
     for (number, place) in mine {
         let condition = &scene.conditions[*number];
         let first = equations.len();
@@ -65,7 +68,7 @@ pub(crate) fn equations<const D: usize, A: Approximation<D>>(
             // Rows over a face know nothing of single particles: what they say twice is looked up in the scene.
             let added = match facets.map_or(Ok(false), |_| lies_on_part(scene, mine, &single, cells)) {
                 Ok(true) => Ok(()),
-                Ok(false) => add(&mut equations, scene, &single, cells, approximation, facets),
+                Ok(false) => add(&mut equations, scene, &single, cells, approximation, facets, &mut last),
                 Err(error) => Err(error),
             };
             if let Err(error) = added {
@@ -94,8 +97,9 @@ pub(crate) fn tie<const D: usize, A: Approximation<D>>(
     facets: Option<FacetRule>,
 ) -> Result<(), Error> {
     let condition = Condition::on(place.clone()).displacement([0.0; D]).named(name);
+    let mut last = None;
     for single in singles(&condition, place) {
-        add(equations, scene, &single, cells, approximation, facets)?;
+        add(equations, scene, &single, cells, approximation, facets, &mut last)?;
     }
     Ok(())
 }
@@ -195,6 +199,36 @@ fn stays_off_axis<const D: usize>(
     Ok(())
 }
 
+/// The boundary at a place in pieces.
+struct Pieces<const D: usize> {
+    place: Place<D>,
+    pieces: Vec<BoundaryPiece<D>>,
+}
+
+impl<const D: usize> Pieces<D> {
+    /// The pieces at a place: those of the condition before, where that was on the same part.
+    fn at<'a>(
+        last: &'a mut Option<Self>,
+        place: &Place<D>,
+        part: &Part,
+        cells: &dyn Cells<D>,
+        facets: FacetRule,
+    ) -> Result<&'a mut Vec<BoundaryPiece<D>>, Error> {
+        let known = last.take_if(|own| own.place.takes_in(place) && place.takes_in(&own.place));
+        let pieces = match known {
+            Some(known) => known.pieces,
+            None => {
+                let pieces = match place.within.is_some() {
+                    true => cells.boundary_within(part, facets.parts, facets.gauss, &|x| place.holds(x))?,
+                    false => cells.boundary_pieces(part, facets.parts, facets.gauss)?,
+                };
+                pieces.into_iter().map(BoundaryPiece::new).collect()
+            }
+        };
+        Ok(&mut last.insert(Pieces { place: place.clone(), pieces }).pieces)
+    }
+}
+
 /// Adds the rows of one direction of a condition.
 fn add<const D: usize, A: Approximation<D>>(
     equations: &mut Constraints,
@@ -203,6 +237,7 @@ fn add<const D: usize, A: Approximation<D>>(
     cells: &dyn Cells<D>,
     approximation: &A,
     facets: Option<FacetRule>,
+    last: &mut Option<Pieces<D>>,
 ) -> Result<(), Error> {
     let (amplitude, label, place) = (single.amplitude, single.label.as_str(), single.place);
     if let Direction::Component(component) = *single.direction {
@@ -234,13 +269,13 @@ fn add<const D: usize, A: Approximation<D>>(
             let before = equations.len();
             // One by one: each piece prescribes its corners before the next one.
             let mut whole = 0;
-            let of_part = match place.within.is_some() {
-                true => cells.boundary_within(part, facets.parts, facets.gauss, &|x| place.holds(x))?,
-                false => cells.boundary_pieces(part, facets.parts, facets.gauss)?,
+            let axis = match *single.direction {
+                Direction::Component(component) => Some(component),
+                _ => None,
             };
-            for cells in of_part {
-                whole += cells.traces.len();
-                equations.integrate(approximation, &cells, &*scene.kinematics, &along, value, label)?;
+            for piece in Pieces::at(last, place, part, cells, facets)? {
+                whole += piece.len();
+                equations.integrate(approximation, piece, &*scene.kinematics, (axis, &along), value, label)?;
             }
             if place.within.is_some() && whole == 0 && equations.len() == before {
                 return Err(empty(cells, part, label)?.into());
@@ -317,13 +352,14 @@ mod tests {
             let all = scene.conditions.iter().flat_map(|condition| singles(condition, &condition.place));
             for single in all {
                 let (before, mark) = (equations.clone(), equations.mark());
-                let refused = add(&mut equations, &scene, &single, &cells, &approximation, facets).is_err();
+                let mut last = None;
+                let refused = add(&mut equations, &scene, &single, &cells, &approximation, facets, &mut last).is_err();
                 let added = equations.clone();
                 assert!(refused || added != before);
                 equations.take_back(mark);
                 assert_eq!(equations, before);
                 if !refused {
-                    add(&mut equations, &scene, &single, &cells, &approximation, facets).unwrap();
+                    add(&mut equations, &scene, &single, &cells, &approximation, facets, &mut last).unwrap();
                 }
             }
         }
