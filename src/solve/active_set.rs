@@ -18,6 +18,8 @@ const THINNER: f64 = 0.3;
 const STEEP: f64 = 2.0;
 /// An increment is shorter than another one below this part of it.
 const PROGRESS: f64 = 0.95;
+/// Cosine between two steps above which they are taken to be of one mode that comes to rest slowly.
+const PARALLEL: f64 = 0.99;
 /// The least part of a step that is taken.
 const LEAST_PART: f64 = 0.1;
 
@@ -31,7 +33,9 @@ const LEAST_PART: f64 = 0.1;
 /// fall off it, to a stable state. As they shorten, the medium thins (pseudo-transient continuation). Where the matrix is definite, a
 /// break point lies between two states (the end of an arc of a tool): parts of steps by Aitken's rule
 /// $$\omega_{k+1} = -\omega_k\,\frac{\delta_k\cdot(\delta_{k+1} - \delta_k)}{|\delta_{k+1} - \delta_k|^2}$$
-/// come to rest there, and are whole steps where the matrix has no break. Neither changes a state at which the method comes to rest.
+/// come to rest there, and are whole steps where the matrix has no break. Steps that fall slowly along one mode, as pressures do that hardly
+/// move the body, are lengthened to $1/(1 - \rho)$ for a step that is $\rho$ of the one before. None of them changes a state at which the
+/// method comes to rest.
 #[derive(Default)]
 pub(super) struct ActiveSetCycling {
     /// Whether a term acts from one side only; nothing is done elsewhere.
@@ -49,6 +53,7 @@ pub(super) struct ActiveSetCycling {
     part: f64,
     last: Vec<f64>,
     length: f64,
+    longest: f64,
     shortest: f64,
     /// Increments since the shortest one.
     idle: usize,
@@ -103,13 +108,13 @@ impl ActiveSetCycling {
         false
     }
 
-    /// What to take of an increment.
-    pub(crate) fn damping(&mut self, step: &[f64]) -> f64 {
+    /// What to take of an increment whose largest admissible part is given.
+    pub(crate) fn damping(&mut self, step: &[f64], admissible: f64) -> f64 {
         if !self.unilateral {
             return 1.0;
         }
         let (length, before) = (norm(step), self.length);
-        self.length = length;
+        (self.length, self.longest) = (length, self.longest.max(length));
         let mut begins = false;
         if self.shift > 0.0 {
             // On the way down, and not at its steepest: the medium thins.
@@ -143,9 +148,26 @@ impl ActiveSetCycling {
             }
             self.part = (-self.part * along / size.max(f64::MIN_POSITIVE)).clamp(LEAST_PART, 1.0);
         }
+        let longer =
+            if self.relaxed || self.shift > 0.0 || admissible < 1.0 { 1.0 } else { self.lengthening(step, before) };
         self.last.clear();
-        self.last.extend_from_slice(step);
-        self.part
+        if longer == 1.0 && admissible == 1.0 || self.relaxed {
+            self.last.extend_from_slice(step);
+        }
+        self.part * longer
+    }
+
+    /// How many times a step is to be taken that goes on along the last one: no further than the longest one has gone.
+    fn lengthening(&self, step: &[f64], before: f64) -> f64 {
+        if self.last.len() != step.len() {
+            return 1.0;
+        }
+        let along: f64 = step.iter().zip(&self.last).map(|(new, old)| new * old).sum();
+        let rate = along / (before * before);
+        if along < PARALLEL * before * self.length || !(0.5..1.0).contains(&rate) {
+            return 1.0;
+        }
+        (1.0 / (1.0 - rate)).min(self.longest / self.length)
     }
 }
 
@@ -167,14 +189,14 @@ mod tests {
     fn steps_that_come_back_are_taken_in_parts_and_shifts_are_let_down() {
         let mut cycling = ActiveSetCycling::new(true, false);
         // To and fro about a break point: half of a step leads there.
-        assert_eq!([1.0, -1.0, 1.0, -1.0].map(|step| cycling.damping(&[step])), [1.0, 1.0, 1.0, 0.5]);
+        assert_eq!([1.0, -1.0, 1.0, -1.0].map(|step| cycling.damping(&[step], 1.0)), [1.0, 1.0, 1.0, 0.5]);
         // What is left of a step behind its half, where nothing breaks: the next one is whole.
-        assert_eq!(cycling.damping(&[-0.5]), 1.0);
+        assert_eq!(cycling.damping(&[-0.5], 1.0), 1.0);
         assert!(cycling.is_at_work() && cycling.shift == 0.0);
         let mut cycling = ActiveSetCycling::new(true, false);
         for _ in 0..4 {
             assert!(!cycling.raise_shift(true));
-            assert_eq!(cycling.damping(&[1.0]), 1.0);
+            assert_eq!(cycling.damping(&[1.0], 1.0), 1.0);
         }
         assert_eq!(cycling.shift, SHIFT);
         assert!(cycling.raise_shift(true) && cycling.shift == 10.0 * SHIFT);
@@ -182,9 +204,18 @@ mod tests {
         for _ in 0..9 {
             assert!(!cycling.raise_shift(false));
             length *= 0.1;
-            cycling.damping(&[length]);
+            cycling.damping(&[length], 1.0);
         }
         assert!(!cycling.is_at_work() && cycling.allows(40, 30));
+    }
+
+    #[test]
+    fn slow_steps_are_lengthened() {
+        let mut cycling = ActiveSetCycling::new(true, false);
+        assert_eq!([20.0, 1.0, 0.75, 0.1].map(|step| cycling.damping(&[step], 1.0)), [1.0, 1.0, 4.0, 1.0]);
+        // No further than the longest step, and not where steps are limited.
+        let mut cycling = ActiveSetCycling::new(true, false);
+        assert_eq!([2.0, 1.0, 0.8].map(|step| cycling.damping(&[step], 0.5)), [1.0; 3]);
     }
 
     #[test]

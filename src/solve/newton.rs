@@ -98,7 +98,8 @@ impl<const D: usize> Workspace<'_, D> {
             if number == 1 && attempt.check_state(model, &next) {
                 return Err(Rejection::TooLarge(next.step));
             }
-            let factor = length.choose(next.advance(model, &linear.system.zones, state)?, cycling.damping(&next.step));
+            let admissible = next.advance(model, &linear.system.zones, state)?;
+            let factor = length.choose(admissible, cycling.damping(&next.step, admissible));
             if cycling.held && !held {
                 held = model.hold_searches(true);
             }
@@ -122,8 +123,7 @@ impl<const D: usize> Workspace<'_, D> {
                 }
                 escapes += 1;
                 let mode = linear.weakest_mode(&mut buffers, state.displacement.len())?;
-                let size = PUSH * attempt.extent / mode.iter().fold(0.0f64, |largest, u| largest.max(u.abs()));
-                state.displacement.iter_mut().zip(&mode).for_each(|(d, u)| *d += size * u);
+                attempt.push_off(&mode, state);
                 cycling.push_off();
                 continue;
             }
@@ -174,6 +174,12 @@ impl<const D: usize> Workspace<'_, D> {
 }
 
 impl Attempt<'_> {
+    /// Moves a state along a mode.
+    fn push_off(&self, mode: &[f64], state: &mut State) {
+        let size = PUSH * self.extent / mode.iter().fold(0.0f64, |largest, u| largest.max(u.abs()));
+        state.displacement.iter_mut().zip(mode).for_each(|(d, u)| *d += size * u);
+    }
+
     /// Whether the first step is too large for what is controlled to lead.
     fn check_state<const D: usize>(&self, model: &Model<D>, first: &Increment) -> bool {
         self.largest_first_step.is_finite() && model.largest_gradient(&first.step) > self.largest_first_step
