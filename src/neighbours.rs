@@ -1,8 +1,10 @@
 //! Spatial search: a grid of bins for particles that cover a point, a tree of boxes for all else.
 
 mod box_tree;
+mod visibility;
 
 pub(crate) use box_tree::BoxTree;
+pub(crate) use visibility::{Search, Visibility};
 
 use crate::geometry::{Bounds, Point};
 use crate::particles::Particles;

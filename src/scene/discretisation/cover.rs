@@ -7,6 +7,7 @@ use crate::cells::Cells;
 use crate::error::{ApproximationError, Error};
 use crate::geometry::{Part, Point};
 use crate::kernel::Kernel;
+use crate::neighbours::Visibility;
 use crate::parallel::map_with;
 use crate::particles::Particles;
 use crate::quadrature::Points;
@@ -64,6 +65,20 @@ pub(crate) fn approximation<const D: usize>(
     })
 }
 
+/// What points see of particles near the slots of a body; none where it has no slots within reach of a support, and for cells that lie
+/// between no particles.
+fn visibility<const D: usize>(particles: &Particles<D>, cells: &dyn Cells<D>) -> Option<Visibility<D>> {
+    let (corners, count) = (cells.drawn(), particles.positions().len());
+    if D == 1 || corners.is_empty() || corners.iter().flatten().any(|&corner| corner >= count) {
+        return None;
+    }
+    // Without a boundary there is no slot.
+    let facets = cells.boundary(&Part::Whole, 1, 1).ok()?.points;
+    let facets: Vec<(Point<D>, Point<D>)> = facets.positions.into_iter().zip(facets.normals).collect();
+    let spacings: Vec<f64> = (0..count).map(|particle| cells.local_spacing(particle)).collect();
+    Visibility::new(particles, &spacings, &facets, corners)
+}
+
 /// Particles, middles of cells and points on the boundary: the places where scattered supports fail first.
 fn places<const D: usize>(cells: &dyn Cells<D>, order: u8) -> Result<Vec<Point<D>>, Error> {
     let mut places = cells.positions().to_vec();
@@ -94,7 +109,8 @@ pub(crate) fn covering<const D: usize>(
     particles: Particles<D>,
     cells: &dyn Cells<D>,
 ) -> Result<(KernelFunctions<D>, usize), Error> {
-    let mut approximation = approximation(scheme, particles)?;
+    let seen = visibility(&particles, cells);
+    let mut approximation = approximation(scheme, particles)?.seeing(seen);
     let mut places = places(cells, scheme.order)?;
     // Where nothing is near the limit at these, nothing is beyond it in between.
     if failing(&approximation, &places, EASY).is_empty() {
@@ -120,7 +136,9 @@ pub(crate) fn covering<const D: usize>(
                 raised[particle] = true;
             }
         }
-        approximation = self::approximation(scheme, Particles::new(old.positions().to_vec(), supports)?)?;
+        let wider = Particles::new(old.positions().to_vec(), supports)?;
+        let seen = visibility(&wider, cells);
+        approximation = self::approximation(scheme, wider)?.seeing(seen);
     }
     Ok((approximation, raised.iter().filter(|r| **r).count()))
 }
