@@ -1,7 +1,7 @@
 //! The integration rule of a scheme: the table of a body, its pressures, and the facets that agree with it.
 
 use crate::cells::{Cells, Lattice, Layout};
-use crate::error::{Error, GeometryError};
+use crate::error::{Error, GeometryError, Incompatible};
 use crate::shape::Approximation;
 use crate::table::ShapeTable;
 use crate::term::PressureField;
@@ -52,6 +52,12 @@ pub(crate) fn body_table<const D: usize, A: Approximation<D>>(
             let smoothing = sharing.smoothing(cells, [1, gauss], cells.zones(size))?;
             let table = ShapeTable::consistent(approximation, &smoothing, kinematics)?;
             Ok((table, FacetRule { parts: 1, gauss }, field, Some(size)))
+        }
+        // The cells of meshes and cut solids are divided once, at their corners, too coarsely for it.
+        Rule::Auto if scheme.order > 1 && cells.smoothing(3, 1, &cells.zones(size)).is_err() => {
+            let remedy = "take order 1, or a block in space";
+            Err(Incompatible::new("a basis of order 2 or 3", "cells of a mesh or of a cut solid in space", remedy)
+                .into())
         }
         Rule::Auto | Rule::Smoothed { .. } => {
             let parts = if let Rule::Smoothed { parts } = scheme.rule { parts } else { 2 + more };
@@ -107,10 +113,10 @@ pub(crate) fn body_table<const D: usize, A: Approximation<D>>(
 pub(crate) fn lattice_of<'a, const D: usize>(
     cells: &'a dyn Cells<D>,
     what: &'static str,
-) -> Result<&'a Lattice<D>, GeometryError> {
+) -> Result<&'a Lattice<D>, Incompatible> {
     cells.lattice().ok_or_else(|| no_lattice(what))
 }
 
-fn no_lattice(what: &'static str) -> GeometryError {
-    GeometryError::Unsuited { what, needed: "a lattice: make the scene with Scene::new on a block or mapped block" }
+fn no_lattice(what: &'static str) -> Incompatible {
+    Incompatible::new(what, "cells that are no lattice", "make the scene of a block or mapped block")
 }
