@@ -25,6 +25,7 @@ mod answer;
 mod clock;
 mod dilation;
 mod evidence;
+mod limit;
 mod nested;
 mod progress;
 mod quantity;

@@ -69,7 +69,7 @@ pub(super) fn solve<const D: usize>(
     let start = Instant::now();
     let Model { scene, scheme, counts, .. } = model;
     let mut problem = scene.discretize(&scheme)?;
-    limits.counts(problem.model().unknowns());
+    limits.begin(problem.model().unknowns());
     let energy = Quantity::energy();
     let requested: Vec<&Quantity<D>> = tolerance.quantities.iter().chain([&energy]).collect();
     let mut wasted = 0;
@@ -107,8 +107,10 @@ pub(super) fn solve<const D: usize>(
         iterations: path.iterations + wasted,
         seconds: start.elapsed().as_secs_f64(),
         values,
+        corrections: vec![0.0; tolerance.quantities.len()],
         estimate: None,
     };
+    let values = level.values[..tolerance.quantities.len()].to_vec();
     Ok(Answer {
         verdict: Verdict::NotReached(String::new()),
         bound: f64::INFINITY,
@@ -117,6 +119,7 @@ pub(super) fn solve<const D: usize>(
         levels: vec![level],
         choice: name_of(&scheme).to_string(),
         tried: Vec::new(),
+        values,
         duals,
     })
 }

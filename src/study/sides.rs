@@ -75,14 +75,6 @@ impl<const D: usize> Sides<D> {
         self.cells(fineness).into_iter().map(|cells| cells + 1).collect()
     }
 
-    /// Particles along each axis with twice the cells; as many for drawn shapes.
-    pub(crate) fn halved(&self, fineness: f64) -> Vec<usize> {
-        if self.scattered {
-            return self.counts(fineness);
-        }
-        self.cells(fineness).into_iter().map(|cells| 2 * cells + 1).collect()
-    }
-
     /// The mean spacing of counts, in parts of the body.
     pub(crate) fn spacing(&self, counts: &[usize]) -> f64 {
         let cells: f64 = counts.iter().map(|&n| (n - 1) as f64).product();

@@ -279,5 +279,59 @@ fn laws_that_remember_run_their_history() {
     assert!(answer.reached() && answer.levels.len() > 1);
     let path = answer.problem.run().unwrap().completed().unwrap();
     let expected = answer.problem.reaction(path.last(), "top").unwrap()[0];
-    assert!((answer.values()[0] / expected - 1.0).abs() < 1e-9, "{} beside {expected}", answer.values()[0]);
+    let level = answer.levels.last().unwrap();
+    assert!((level.values[0] / expected - 1.0).abs() < 1e-9, "{} beside {expected}", level.values[0]);
+    assert!((answer.values()[0] - level.values[0] - level.corrections[0]).abs() < 1e-12 * expected.abs());
+}
+
+/// On a smooth scene corrected values converge with twice the order of the basis at least, and are nearer than those of the models.
+#[test]
+fn corrected_values_converge_with_twice_the_order_of_the_basis() {
+    let exact = 15.0023846431; // cm, tests/reference/tube_inflation.csv
+    let bore = Quantity::displacement([6.0], 0);
+    for (scheme, twice) in [(Scheme::default(), 2.0), (Scheme::elements(2), 4.0)] {
+        let budget = Budget { unknowns: 40, levels: 12 };
+        let answer = tube().solve_within_by(&scheme, &Tolerance::of(bore.clone(), 1e-9), budget).unwrap();
+        let off = |corrected: f64| {
+            let levels = answer.levels.iter().skip(3).filter(|level| level.counts[0] <= 25);
+            levels
+                .map(|level| {
+                    let error = (level.values[0] + corrected * level.corrections[0]) / exact - 1.0;
+                    (1.0 / (level.counts[0] - 1) as f64, error.abs())
+                })
+                .filter(|(_, error)| *error > 1e-9)
+                .collect::<Vec<_>>()
+        };
+        let (own, corrected) = (off(0.0), off(1.0));
+        let slope = |all: &[(f64, f64)]| {
+            let (first, last) = (all[0], all[all.len() - 1]);
+            (first.1 / last.1).ln() / (first.0 / last.0).ln()
+        };
+        assert!(corrected.len() < 2 || slope(&corrected) > twice - 0.2, "{own:?} {corrected:?}");
+        let better = corrected.iter().zip(&own).all(|(corrected, own)| corrected.1 < own.1);
+        assert!(better, "{own:?} {corrected:?}");
+    }
+}
+
+/// A tighter tolerance never has a larger bound under the same budget, reached or not.
+#[test]
+fn tighter_tolerances_never_answer_worse() {
+    let pad = Scene::new(Block::new([0.0, 0.0], [40.0, 10.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold((1, Side::Min))
+        .prescribe((1, Side::Max), 0, 5.0)
+        .prescribe((1, Side::Max), 1, -0.3);
+    let shear = Quantity::reaction((1, Side::Max), 0);
+    let tip = Quantity::displacement([48.0, 60.0], 1);
+    let middle = Quantity::displacement([0.0, 0.0], 1);
+    for (scene, quantity) in [(cook(1.0), tip.clone()), (cook(4.0), tip), (pad, shear), (disk(0.1449), middle)] {
+        let mut looser = f64::INFINITY;
+        for tolerance in [0.05, 0.02, 0.005, 0.001, 2e-4, 1e-5] {
+            let budget = Budget { unknowns: 1500, levels: 12 };
+            let answer = scene.solve_within(&Tolerance::of(quantity.clone(), tolerance), budget).unwrap();
+            // Corrections of states end within a tenth of the tolerance.
+            assert!(answer.bound < 1.05 * looser, "{tolerance}: {} after {looser}", answer.bound);
+            assert_eq!(answer.reached(), answer.bound < tolerance);
+            looser = answer.bound;
+        }
+    }
 }
