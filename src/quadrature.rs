@@ -153,7 +153,7 @@ impl<const D: usize> Points<D> {
     }
 
     /// Appends the groups of another set of the same kind.
-    pub fn append(&mut self, other: Points<D>) {
+    pub(crate) fn append(&mut self, other: Points<D>) {
         let shift = self.positions.len();
         if self.groups.is_empty() {
             // A default set, which has not even the start of a first group.

@@ -50,7 +50,7 @@ impl<const D: usize> Model<D> {
 
     /// The assembler of this model that keeps pressures of zones apart: [`System::values`] lacks what they would add, and
     /// [`System::zones`] holds it.
-    pub fn assembler_apart(&self) -> Assembler {
+    pub(crate) fn assembler_apart(&self) -> Assembler {
         Assembler::with(self, true, false)
     }
 
@@ -123,7 +123,7 @@ impl Assembler {
     ///
     /// # Errors
     /// As [`assemble`](Assembler::assemble).
-    pub fn assemble_forces<'a, const D: usize>(
+    pub(crate) fn assemble_forces<'a, const D: usize>(
         &mut self,
         model: &Model<D>,
         state: impl Into<StateRef<'a>>,

@@ -7,7 +7,7 @@ use crate::geometry::Point;
 use crate::term::Amplitude;
 
 /// A displacement component as a function of $X$ and the load factor.
-pub type Motion<const D: usize> = Arc<dyn Fn(&Point<D>, f64) -> f64 + Send + Sync>;
+pub(crate) type Motion<const D: usize> = Arc<dyn Fn(&Point<D>, f64) -> f64 + Send + Sync>;
 
 /// The value of a constraint equation that weighs the given points: $g$ and $a(\lambda)$.
 pub(crate) type Value<'a, const D: usize> = &'a dyn Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude);

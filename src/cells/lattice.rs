@@ -273,7 +273,7 @@ impl<const D: usize> Lattice<D> {
     }
 
     /// Cells along each axis.
-    pub fn cell_counts(&self) -> [usize; D] {
+    pub(crate) fn cell_counts(&self) -> [usize; D] {
         self.counts.map(|c| c - 1)
     }
 

@@ -131,7 +131,7 @@ impl Refined {
 
     /// Whether each macro cell may be cut once more, in the order of [`zones`](super::Cells::zones) of size 2: a marker's bulk
     /// should be filled with these alone.
-    pub fn refinable(&self) -> impl Iterator<Item = bool> {
+    pub(crate) fn refinable(&self) -> impl Iterator<Item = bool> {
         self.macros.iter().map(|m| m.2 < DEEPEST)
     }
 

@@ -57,7 +57,7 @@ use std::fmt;
 use crate::material::StableRange;
 
 /// Unknowns up to which certificates are computed: dense matrices of 72 MB, spectra in under a minute.
-pub const SIZE_LIMIT: usize = 3000;
+pub(crate) const SIZE_LIMIT: usize = 3000;
 
 /// One law of a contract and how well it was kept.
 #[derive(Debug, Clone, PartialEq)]

@@ -141,12 +141,12 @@ impl TestData {
 
 impl Test {
     /// The root of the mean square of the stresses \[stress\].
-    pub fn size(&self) -> f64 {
+    pub(crate) fn size(&self) -> f64 {
         (self.points.iter().map(|[_, stress]| stress * stress).sum::<f64>() / self.points.len() as f64).sqrt()
     }
 
     /// Smallest and largest stretch.
-    pub fn range(&self) -> [f64; 2] {
+    pub(crate) fn range(&self) -> [f64; 2] {
         let join = |[low, high]: [f64; 2], [x, _]: &[f64; 2]| [low.min(*x), high.max(*x)];
         self.points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], join)
     }

@@ -149,7 +149,7 @@ impl Report {
     }
 
     /// The range of stretch in which the law keeps a criterion.
-    pub fn range(&self, mode: Mode, criterion: Criterion) -> Option<StableRange> {
+    pub(crate) fn range(&self, mode: Mode, criterion: Criterion) -> Option<StableRange> {
         self.ranges.iter().copied().find(|r| r.mode == mode && r.criterion == criterion)
     }
 

@@ -83,7 +83,7 @@ impl Region {
     ///
     /// # Errors
     /// For a tolerance below a millionth of the smaller extent, and where the region's chords cross.
-    pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self, GeometryError> {
+    pub(crate) fn with_tolerance(mut self, tolerance: f64) -> Result<Self, GeometryError> {
         let hollow = |region: &Region| {
             let (what, remedy) = ("the outline holds no area", "give corners that are not on one line");
             Err(GeometryError::Shape { what, at: region.min.as_slice().to_vec(), remedy })

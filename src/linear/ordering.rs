@@ -151,7 +151,7 @@ impl Knife<'_> {
 ///
 /// `position(i)` gives the coordinates of unknown `i`; the first `count` unknowns of the pattern are
 /// ordered, old indices in new places.
-pub fn nested_dissection<const D: usize>(
+pub(crate) fn nested_dissection<const D: usize>(
     pattern: &Pattern,
     count: usize,
     position: impl Fn(usize) -> [f64; D],

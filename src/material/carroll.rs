@@ -37,7 +37,7 @@ impl Carroll {
     }
 
     /// $(A, B, C)$ \[stress\].
-    pub fn constants(&self) -> [f64; 3] {
+    pub(crate) fn constants(&self) -> [f64; 3] {
         self.constants
     }
 }

@@ -87,7 +87,7 @@ impl OgdenFoam {
     }
 
     /// The terms.
-    pub fn terms(&self) -> &[FoamTerm] {
+    pub(crate) fn terms(&self) -> &[FoamTerm] {
         &self.terms
     }
 }

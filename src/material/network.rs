@@ -133,7 +133,7 @@ impl ExtendedTube {
     }
 
     /// $(G_c, G_e, \beta, \delta)$.
-    pub fn constants(&self) -> [f64; 4] {
+    pub(crate) fn constants(&self) -> [f64; 4] {
         [self.crosslinks, self.entanglements, self.beta, self.delta]
     }
 }

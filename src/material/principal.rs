@@ -202,7 +202,7 @@ impl Ogden {
     }
 
     /// The terms $(\mu_p, \alpha_p)$.
-    pub fn terms(&self) -> &[(f64, f64)] {
+    pub(crate) fn terms(&self) -> &[(f64, f64)] {
         &self.terms
     }
 }

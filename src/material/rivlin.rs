@@ -24,7 +24,7 @@ pub struct RivlinPolynomial {
 impl RivlinPolynomial {
     /// The largest exponent accepted; fits to tests of rubber go up to 3, and a slip of the pen must
     /// not allocate a table of gigabytes.
-    pub const LARGEST_EXPONENT: u32 = 12;
+    pub(crate) const LARGEST_EXPONENT: u32 = 12;
 
     /// The polynomial with terms $((m, n), A_{mn})$; terms with the same exponents add up.
     ///
@@ -95,7 +95,7 @@ impl RivlinPolynomial {
     }
 
     /// The terms $((m, n), A_{mn})$ that differ from zero.
-    pub fn terms(&self) -> impl Iterator<Item = ((u32, u32), f64)> + '_ {
+    pub(crate) fn terms(&self) -> impl Iterator<Item = ((u32, u32), f64)> + '_ {
         self.coefficients
             .iter()
             .enumerate()

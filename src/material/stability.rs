@@ -46,7 +46,7 @@ impl std::fmt::Display for StableRange {
 }
 
 /// Stretches between which [`stable_ranges`] looks.
-pub const SEARCHED: [f64; 2] = [0.1, 10.0];
+pub(crate) const SEARCHED: [f64; 2] = [0.1, 10.0];
 
 /// Step of the search in the logarithm of the stretch.
 const STEP: f64 = 0.02;

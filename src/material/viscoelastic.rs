@@ -88,12 +88,12 @@ impl<M: Material> Viscoelastic<M> {
     }
 
     /// The elastic law.
-    pub fn elastic(&self) -> &M {
+    pub(crate) fn elastic(&self) -> &M {
         &self.material
     }
 
     /// The relaxation.
-    pub fn prony(&self) -> &Prony {
+    pub(crate) fn prony(&self) -> &Prony {
         &self.prony
     }
 

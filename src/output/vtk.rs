@@ -35,7 +35,7 @@ pub enum VtkCell {
 impl VtkCell {
     /// The points of the cell.
     #[must_use]
-    pub fn corners(&self) -> &[usize] {
+    pub(crate) fn corners(&self) -> &[usize] {
         match self {
             Self::Vertex(corner) => std::slice::from_ref(corner),
             Self::Line(corners) => corners,
@@ -94,7 +94,7 @@ pub enum VtkValues {
 impl VtkValues {
     /// Number of entries: points or cells, not components.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         match self {
             Self::Integers(values) => values.len(),
             Self::Scalars(values) => values.len(),
@@ -105,7 +105,7 @@ impl VtkValues {
 
     /// Whether there is no entry.
     #[must_use]
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.len() == 0
     }
 

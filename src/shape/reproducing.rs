@@ -167,12 +167,12 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
     }
 
     /// The kernel.
-    pub fn kernel(&self) -> &K {
+    pub(crate) fn kernel(&self) -> &K {
         &self.kernel
     }
 
     /// The basis.
-    pub fn basis(&self) -> &B {
+    pub(crate) fn basis(&self) -> &B {
         &self.basis
     }
 

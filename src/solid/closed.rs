@@ -267,7 +267,7 @@ impl Solid3 {
     ///
     /// # Panics
     /// For a facet beyond the last.
-    pub fn corners(&self, facet: usize) -> [Point<3>; 3] {
+    pub(crate) fn corners(&self, facet: usize) -> [Point<3>; 3] {
         self.facets[facet].map(|vertex| self.vertices[vertex as usize])
     }
 

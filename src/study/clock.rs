@@ -25,7 +25,7 @@ pub struct Phases {
 
 impl Phases {
     /// Seconds of the whole analysis, from particles to the last state.
-    pub fn total(&self) -> f64 {
+    pub(crate) fn total(&self) -> f64 {
         self.discretize + self.analyze + self.factorize + self.solve + self.assemble
     }
 }

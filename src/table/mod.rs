@@ -117,7 +117,7 @@ impl<const D: usize> ShapeTable<D> {
     ///
     /// # Errors
     /// Where a hoop is needed at $R < 0$.
-    pub fn of_elements(
+    pub(crate) fn of_elements(
         elements: &FiniteElements<D>,
         points: &ElementPoints<D>,
         kinematics: &(impl Kinematics<D> + ?Sized),
@@ -298,7 +298,7 @@ impl<const D: usize> ShapeTable<D> {
     }
 
     /// Outward unit normals; empty inside a body.
-    pub fn normals(&self) -> &[Point<D>] {
+    pub(crate) fn normals(&self) -> &[Point<D>] {
         &self.normals
     }
 
@@ -308,7 +308,7 @@ impl<const D: usize> ShapeTable<D> {
     }
 
     /// The smallest reciprocal condition number met while tabulating.
-    pub fn smallest_rcond(&self) -> f64 {
+    pub(crate) fn smallest_rcond(&self) -> f64 {
         self.smallest_rcond
     }
 

@@ -175,7 +175,7 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 
     /// How the volumetric energy is treated; `Displacement` where the material could not be split.
-    pub fn field(&self) -> PressureField {
+    pub(crate) fn field(&self) -> PressureField {
         self.field
     }
 

@@ -95,7 +95,7 @@ impl Picture {
 
     /// Says that the faces enclose a body, corners around outward by the right hand: those that look away are left out.
     #[must_use]
-    pub fn closed(mut self) -> Self {
+    pub(crate) fn closed(mut self) -> Self {
         self.closed = true;
         self
     }
@@ -109,7 +109,7 @@ impl Picture {
 
     /// Sets the values at the ends of the colours; by default the smallest and the largest that are shown.
     #[must_use]
-    pub fn range(mut self, lower: f64, upper: f64) -> Self {
+    pub(crate) fn range(mut self, lower: f64, upper: f64) -> Self {
         self.range = Some((lower, upper));
         self
     }

@@ -155,7 +155,7 @@ impl Scheme {
     }
 
     /// Sets how many particles, by a [`Resolution`].
-    pub fn resolution(mut self, resolution: Resolution) -> Self {
+    pub(crate) fn resolution(mut self, resolution: Resolution) -> Self {
         self.resolution = Some(resolution);
         self
     }

@@ -6,7 +6,7 @@ use crate::term::PressureField;
 
 /// How many particles.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Resolution {
+pub(crate) enum Resolution {
     /// Particles along each axis; one number stands for all axes. Over planar regions about the product of them.
     Counts(Vec<usize>),
     /// The largest spacing of particles \[length\].

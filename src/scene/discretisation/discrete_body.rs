@@ -62,7 +62,7 @@ impl<const D: usize, A: Approximation<D> + Send> Evaluate<D> for A {
 /// A body of a problem: its particles, the cells between them, and its term of the potential.
 ///
 /// Its particles are the nodes [`nodes`](DiscreteBody::nodes) of the problem; what it answers of a state is about itself alone.
-pub struct DiscreteBody<const D: usize> {
+pub(crate) struct DiscreteBody<const D: usize> {
     pub(crate) name: String,
     pub(crate) nodes: Range<usize>,
     pub(crate) body: Arc<Body<D, Arc<dyn Material>>>,
@@ -78,22 +78,22 @@ pub struct DiscreteBody<const D: usize> {
 
 impl<const D: usize> DiscreteBody<D> {
     /// The name of the body; `body` where the scene has but one.
-    pub fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
     /// Its nodes among those of the problem.
-    pub fn nodes(&self) -> Range<usize> {
+    pub(crate) fn nodes(&self) -> Range<usize> {
         self.nodes.clone()
     }
 
     /// Its term of the potential.
-    pub fn body(&self) -> &Arc<Body<D, Arc<dyn Material>>> {
+    pub(crate) fn body(&self) -> &Arc<Body<D, Arc<dyn Material>>> {
         &self.body
     }
 
     /// Its particles and the cells between them.
-    pub fn cells(&self) -> &Arc<dyn Cells<D>> {
+    pub(crate) fn cells(&self) -> &Arc<dyn Cells<D>> {
         &self.cells
     }
 
@@ -117,7 +117,7 @@ impl<const D: usize> DiscreteBody<D> {
     ///
     /// # Errors
     /// Where the point lies outside the body by more than a tenth of a cell, and for a state of another problem.
-    pub fn displacement(&self, state: &State, at: &Point<D>) -> Result<Point<D>, Error> {
+    pub(crate) fn displacement(&self, state: &State, at: &Point<D>) -> Result<Point<D>, Error> {
         if !self.cells.contains(at) {
             return Err(ApproximationError::Outside { at: at.as_slice().to_vec() }.into());
         }
@@ -134,7 +134,7 @@ impl<const D: usize> DiscreteBody<D> {
     ///
     /// # Errors
     /// Where a particle is not covered, and for a state of another problem.
-    pub fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
+    pub(crate) fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
         self.reads(state)?;
         let particles = 0..self.nodes.len();
         particles.map(|p| Ok(self.weighted(&self.approximation.values_at_node(p)?, state))).collect()
@@ -150,7 +150,7 @@ impl<const D: usize> DiscreteBody<D> {
     ///
     /// # Errors
     /// [`SolveError::OtherModel`] for a state of another problem.
-    pub fn deformation_gradients(&self, state: &State) -> Result<Vec<Matrix3<f64>>, SolveError> {
+    pub(crate) fn deformation_gradients(&self, state: &State) -> Result<Vec<Matrix3<f64>>, SolveError> {
         self.reads(state)?;
         Ok(self.gradients(state))
     }

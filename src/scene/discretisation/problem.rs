@@ -74,7 +74,7 @@ impl<const D: usize> Problem<D> {
     }
 
     /// The bodies.
-    pub fn discrete_bodies(&self) -> &[DiscreteBody<D>] {
+    pub(crate) fn discrete_bodies(&self) -> &[DiscreteBody<D>] {
         &self.discrete_bodies
     }
 
@@ -82,7 +82,7 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// Where none has it, with the names that there are.
-    pub fn discrete_body(&self, name: &str) -> Result<&DiscreteBody<D>, Error> {
+    pub(crate) fn discrete_body(&self, name: &str) -> Result<&DiscreteBody<D>, Error> {
         let known = || self.discrete_bodies.iter().map(DiscreteBody::name).collect::<Vec<_>>().join("; ");
         let unknown = || BoundaryError::UnknownBody { requested: name.to_string(), known: known() };
         Ok(self.discrete_bodies.iter().find(|discrete_body| discrete_body.name == name).ok_or_else(unknown)?)

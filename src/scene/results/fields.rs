@@ -178,7 +178,7 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// Where a point is not covered.
-    pub fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error> {
+    pub(crate) fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error> {
         let inside = points.positions.first().and_then(|at| self.member_at(at).ok());
         let discrete_body = inside.unwrap_or(self.first());
         let table = discrete_body.approximation.tabulate(points, kinematics)?;
