@@ -13,6 +13,10 @@ pub(crate) use panels::{LANES, Panel, Sink};
 pub(crate) trait Arithmetic: Copy {
     /// $ab + c$, rounded once where the machine has an instruction for it.
     fn multiply_add(a: f64, b: f64, c: f64) -> f64;
+
+    /// The same in single precision.
+    #[cfg(feature = "solve")]
+    fn multiply_add_single(a: f32, b: f32, c: f32) -> f32;
 }
 
 /// A product and a sum.
@@ -29,12 +33,24 @@ impl Arithmetic for Plain {
     fn multiply_add(a: f64, b: f64, c: f64) -> f64 {
         a * b + c
     }
+
+    #[cfg(feature = "solve")]
+    #[inline(always)]
+    fn multiply_add_single(a: f32, b: f32, c: f32) -> f32 {
+        a * b + c
+    }
 }
 
 #[cfg(any(all(feature = "solve", target_arch = "x86_64"), target_arch = "aarch64"))]
 impl Arithmetic for Fused {
     #[inline(always)]
     fn multiply_add(a: f64, b: f64, c: f64) -> f64 {
+        a.mul_add(b, c)
+    }
+
+    #[cfg(feature = "solve")]
+    #[inline(always)]
+    fn multiply_add_single(a: f32, b: f32, c: f32) -> f32 {
         a.mul_add(b, c)
     }
 }

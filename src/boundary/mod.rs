@@ -14,7 +14,7 @@ pub use constraints::Constraints;
 pub use equation::ConstraintEquation;
 pub(crate) use equation::{check_component, check_unknowns};
 pub use multipliers::LagrangeMultipliers;
-pub(crate) use multipliers::dependent_rows;
+pub(crate) use multipliers::{Unaugmented, dependent_rows};
 pub(crate) use over_boundary::rounding;
 pub(crate) use prescribed_directions::{PrescribedDirection, is_redundant};
 pub use row_values::Motion;

@@ -15,8 +15,13 @@ use super::{ConstraintEquation, Constraints, Enforced, Enforcement, pattern_fits
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LagrangeMultipliers;
 
+/// The same system without its augmentation, which couples all particles near a face: for iterations that meet the constraint
+/// equations in every direction.
+pub(crate) struct Unaugmented;
+
 struct Bound {
     full: usize,
+    augmented: bool,
     pattern: Pattern,
     /// Constraint equations scaled to a largest entry of one, and the scale.
     equations: Vec<(Vec<(usize, f64)>, f64)>,
@@ -36,6 +41,18 @@ struct Bound {
 
 impl Enforcement for LagrangeMultipliers {
     fn bind(&self, pattern: &Pattern, equations: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
+        Ok(Box::new(Bound::new(pattern, equations, true)?))
+    }
+}
+
+impl Enforcement for Unaugmented {
+    fn bind(&self, pattern: &Pattern, equations: &Constraints) -> Result<Box<dyn Enforced>, BoundaryError> {
+        Ok(Box::new(Bound::new(pattern, equations, false)?))
+    }
+}
+
+impl Bound {
+    fn new(pattern: &Pattern, equations: &Constraints, augmented: bool) -> Result<Self, BoundaryError> {
         let full = pattern.size();
         pattern_fits(pattern, equations)?;
         let mut columns: Vec<Vec<u32>> = (0..full).map(|c| pattern.column(c).to_vec()).collect();
@@ -50,11 +67,7 @@ impl Enforcement for LagrangeMultipliers {
                 equation.entries.iter().filter(|e| e.1 != 0.0).map(|&(k, c)| (k, c / largest)).collect();
             for &(a, _) in &entries {
                 columns[a].push((full + r) as u32);
-                for &(b, _) in &entries {
-                    if b > a {
-                        columns[a].push(b as u32);
-                    }
-                }
+                columns[a].extend(entries.iter().filter(|e| augmented && e.0 > a).map(|e| e.0 as u32));
             }
             scaled.push((entries, 1.0 / largest));
         }
@@ -79,14 +92,15 @@ impl Enforcement for LagrangeMultipliers {
         for (r, (equation, _)) in scaled.iter().enumerate() {
             for &(a, ca) in equation {
                 entries.push((place(full + r, a), ca));
-                for &(b, cb) in equation.iter().filter(|&&(b, _)| b >= a) {
+                for &(b, cb) in equation.iter().filter(|&&(b, _)| augmented && b >= a) {
                     augmentation.push((place(b, a), ca * cb));
                 }
             }
         }
         let numbers: Vec<u32> = (0..(full + equations.len()) as u32).collect();
-        Ok(Box::new(Bound {
+        Ok(Bound {
             full,
+            augmented,
             pattern: saddle,
             equations: scaled,
             destination,
@@ -95,7 +109,7 @@ impl Enforcement for LagrangeMultipliers {
             stiffness: 1.0,
             place_of: numbers.clone(),
             number_of: numbers,
-        }))
+        })
     }
 }
 
@@ -249,7 +263,7 @@ impl Enforced for Bound {
             self.equations.iter().zip(violation).zip(&self.place_of[self.full..])
         {
             let scaled = self.stiffness * scale * g;
-            for &(k, c) in equation {
+            for &(k, c) in equation.iter().filter(|_| self.augmented) {
                 rhs[self.place_of[k] as usize] += c * scaled;
             }
             rhs[multiplier as usize] = scaled;

@@ -1,6 +1,7 @@
 //! Generalised minimal residuals (GMRES) of Saad and Schultz.
 
 use crate::error::LinearError;
+use crate::parallel::{for_each_mut, map_with};
 
 /// What a minimisation of residuals left.
 #[derive(Debug, Clone, Copy)]
@@ -21,7 +22,25 @@ fn left_before(left: &[f64], rotations: &[[f64; 2]], end: usize) -> f64 {
         .fold(left[end + 1].abs(), |r, [_, sine]| r / sine.abs().max(f64::MIN_POSITIVE))
 }
 
+/// Numbers of vectors that one thread at a time works on.
+const PIECE: usize = 1 << 15;
+
+/// The sum over pieces of vectors, the same for any number of threads.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
+    if a.len() <= PIECE {
+        return dot_of_piece(a, b);
+    }
+    let piece = |k: usize| k * PIECE..((k + 1) * PIECE).min(a.len());
+    map_with(a.len().div_ceil(PIECE), 2, || (), |(), k| dot_of_piece(&a[piece(k)], &b[piece(k)])).into_iter().sum()
+}
+
+/// $y \mathrel{+}= f x$.
+fn add_multiple(factor: f64, x: &[f64], y: &mut [f64]) {
+    let mut pieces: Vec<_> = y.chunks_mut(PIECE).zip(x.chunks(PIECE)).collect();
+    for_each_mut(&mut pieces, |_, (y, x)| y.iter_mut().zip(&**x).for_each(|(y, x)| *y += factor * x));
+}
+
+fn dot_of_piece(a: &[f64], b: &[f64]) -> f64 {
     // Eight sums fill the registers, in an order that depends on nothing.
     let (a8, a_rest) = a.as_chunks::<8>();
     let (b8, b_rest) = b.as_chunks::<8>();
@@ -76,7 +95,7 @@ pub(crate) fn gmres(
             let mut column = Vec::with_capacity(basis.len() + 1);
             for other in &basis {
                 let along = dot(other, &product);
-                product.iter_mut().zip(other).for_each(|(p, o)| *p -= along * o);
+                add_multiple(-along, other, &mut product);
                 column.push(along);
             }
             let length = dot(&product, &product).sqrt();
@@ -110,7 +129,7 @@ pub(crate) fn gmres(
         for k in (0..columns.len()).rev() {
             let known: f64 = (k + 1..columns.len()).map(|j| columns[j][k] * left[j]).sum();
             left[k] = (left[k] - known) / columns[k][k];
-            x.iter_mut().zip(&answers[k]).for_each(|(x, v)| *x += left[k] * v);
+            add_multiple(left[k], &answers[k], x);
         }
         if converged {
             // Rotations know the residual of so few directions as well as a product would.

@@ -34,7 +34,7 @@ use interpolation::Interpolation;
 /// In place of Schur's complement it has the mass of the pressures, $1/(2\mu) + H^{-1}$.
 #[derive(Clone)]
 pub struct Krylov {
-    auxiliary: Auxiliary,
+    auxiliary: Arc<Auxiliary>,
     /// What one cycle is solved by in place of this crate's own.
     preconditioner: Option<Arc<dyn LinearSolver>>,
     counts: Arc<Mutex<Vec<usize>>>,
@@ -43,7 +43,7 @@ pub struct Krylov {
 impl Krylov {
     /// With the elements that belong to the particles.
     pub fn new(auxiliary: Auxiliary) -> Self {
-        Krylov { auxiliary, preconditioner: None, counts: Arc::default() }
+        Krylov { auxiliary: Arc::new(auxiliary), preconditioner: None, counts: Arc::default() }
     }
 
     /// With a solver of one's own in place of a multilevel cycle: of the stiffness of the elements, about. Where ranks share the
@@ -123,6 +123,7 @@ impl LinearSolver for Krylov {
             preconditioner,
             system: System::default(),
             multilevel: None,
+            supports: Vec::new(),
             stiffness: 1.0,
             largest: Cell::new(0.0),
             last: Cell::new(f64::MIN_POSITIVE),

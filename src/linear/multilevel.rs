@@ -3,12 +3,15 @@
 use crate::assembly::Pattern;
 use crate::error::LinearError;
 use crate::parallel::{for_each_mut, map_with};
+use crate::simd::{Arithmetic, Task, dispatch};
 
 use super::{Direct, Factorizer, Factors, LinearSolver, MatrixClass};
 
 /// Components of a block.
 pub(super) const BLOCK: usize = 3;
-type Block = [f64; BLOCK * BLOCK];
+/// By columns. In single precision, as all of the levels: they are gone through several times in each direction and are
+/// a large part of what a model keeps, and a cycle only stands for a solution.
+type Block = [f32; BLOCK * BLOCK];
 
 /// Nodes up to which a level is factorised: some thousand unknowns with 81 entries a row take milliseconds.
 const COARSEST: usize = 1500;
@@ -67,54 +70,52 @@ impl BlockMatrix {
         let starts = counts.clone();
         let (mut columns, mut blocks) = (vec![0u32; starts[nodes]], vec![[0.0; 9]; starts[nodes]]);
         let mut next = starts.clone();
-        // Columns rise in each row: lower entries come by rising columns, upper ones after them by rising rows.
-        let mut upper: Vec<(usize, usize, Block)> = Vec::new();
+        // Columns rise in each row: what comes by earlier columns is there before a row's own column comes.
         for column in 0..nodes {
             for (k, row) in node_rows(column).enumerate() {
-                let mut block = [0.0; 9];
+                let (mut block, mut turned): (Block, Block) = ([0.0; 9], [0.0; 9]);
                 for j in 0..BLOCK {
                     let first = pattern.columns[column * BLOCK + j];
                     for i in 0..BLOCK {
-                        block[i * BLOCK + j] = match (k, i >= j) {
+                        let value = match (k, i >= j) {
                             (0, true) => values[first + i - j],
                             (0, false) => values[pattern.columns[column * BLOCK + i] + j - i],
                             _ => values[first + BLOCK - j + (k - 1) * BLOCK + i],
                         };
+                        (block[j * BLOCK + i], turned[i * BLOCK + j]) = (value as f32, value as f32);
                     }
                 }
                 (columns[next[row]], blocks[next[row]]) = (column as u32, block);
                 next[row] += 1;
                 if row != column {
-                    upper.push((column, row, block));
+                    (columns[next[column]], blocks[next[column]]) = (row as u32, turned);
+                    next[column] += 1;
                 }
             }
-        }
-        for (row, column, block) in upper {
-            let mut turned = [0.0; 9];
-            for i in 0..BLOCK {
-                for j in 0..BLOCK {
-                    turned[j * BLOCK + i] = block[i * BLOCK + j];
-                }
-            }
-            (columns[next[row]], blocks[next[row]]) = (column as u32, turned);
-            next[row] += 1;
         }
         BlockMatrix { starts, columns, values: blocks }
     }
 
     /// Adds to the diagonal of an unknown.
     pub(super) fn add_diagonal(&mut self, unknown: usize, value: f64) {
-        let (row, i) = (unknown / BLOCK, unknown % BLOCK);
-        for k in self.starts[row]..self.starts[row + 1] {
-            if self.columns[k] as usize == row {
-                self.values[k][i * BLOCK + i] += value;
-            }
+        let i = unknown % BLOCK;
+        let mut block = [0.0; BLOCK * BLOCK];
+        block[i * BLOCK + i] = value;
+        self.add_block(unknown / BLOCK, &block);
+    }
+
+    /// Adds to the diagonal block of a node.
+    pub(super) fn add_block(&mut self, node: usize, block: &[f64; BLOCK * BLOCK]) {
+        let range = self.starts[node]..self.starts[node + 1];
+        if let Ok(at) = self.columns[range.clone()].binary_search(&(node as u32)) {
+            self.values[range.start + at].iter_mut().zip(block).for_each(|(b, value)| *b += *value as f32);
         }
     }
 
     /// The largest diagonal entry.
     pub(super) fn largest_diagonal(&self) -> f64 {
-        (0..self.rows()).flat_map(|row| self.diagonal(row).map(|b| [b[0], b[4], b[8]])).flatten().fold(0.0, f64::max)
+        let diagonals = (0..self.rows()).flat_map(|row| self.diagonal(row).map(|b| [b[0], b[4], b[8]]));
+        f64::from(diagonals.flatten().fold(0.0, f32::max))
     }
 
     fn diagonal(&self, row: usize) -> Option<&Block> {
@@ -136,29 +137,30 @@ impl BlockMatrix {
     }
 
     /// $b - A x$.
-    fn residuals(&self, b: &[f64], x: &[f64]) -> Vec<f64> {
+    fn residuals(&self, b: &[f32], x: &[f32]) -> Vec<f32> {
         let mut left = vec![0.0; self.rows() * BLOCK];
-        let mut pieces: Vec<&mut [f64]> = left.chunks_mut(BLOCK * ROWS).collect();
+        let mut pieces: Vec<&mut [f32]> = left.chunks_mut(BLOCK * ROWS).collect();
         for_each_mut(&mut pieces, |piece, left| {
-            for (row, left) in (piece * ROWS..).zip(left.as_chunks_mut::<BLOCK>().0) {
-                *left = self.residual(row, b, x);
-            }
+            dispatch(Residuals { matrix: self, first: piece * ROWS, b, x, left });
         });
         left
     }
 
-    /// $b - A x$ in one row of blocks.
+    /// $b - A x$ in one row of blocks; `x` begins with the row `first`.
     #[inline(always)]
-    fn residual(&self, row: usize, b: &[f64], x: &[f64]) -> [f64; BLOCK] {
-        let mut sum = [b[row * BLOCK], b[row * BLOCK + 1], b[row * BLOCK + 2]];
+    fn residual<A: Arithmetic>(&self, row: usize, b: &[f32], x: &[f32], first: usize) -> [f32; BLOCK] {
+        // A sum for each column of the blocks, for products wait for each other; the last one's rows stand a place further.
+        let mut sums = [[0.0f32; 4]; BLOCK];
         let range = self.starts[row]..self.starts[row + 1];
         for (&column, block) in self.columns[range.clone()].iter().zip(&self.values[range]) {
-            let x = &x[column as usize * BLOCK..][..BLOCK];
-            for i in 0..BLOCK {
-                sum[i] -= block[i * BLOCK] * x[0] + block[i * BLOCK + 1] * x[1] + block[i * BLOCK + 2] * x[2];
+            let x = &x[(column as usize - first) * BLOCK..][..BLOCK];
+            for (j, from) in [0, BLOCK, 5].into_iter().enumerate() {
+                for i in 0..4 {
+                    sums[j][i] = A::multiply_add_single(block[from + i], x[j], sums[j][i]);
+                }
             }
         }
-        sum
+        std::array::from_fn(|i| b[row * BLOCK + i] - (sums[0][i] + sums[1][i] + sums[2][i + 1]))
     }
 
     /// $P^T A P$.
@@ -176,7 +178,7 @@ impl BlockMatrix {
                     }
                     let sum = &mut sums[place[node] as usize].1;
                     for (s, b) in sum.iter_mut().zip(&self.values[k]) {
-                        *s += weight * b;
+                        *s += weight as f32 * b;
                     }
                 }
             }
@@ -194,7 +196,7 @@ impl BlockMatrix {
                         }
                     };
                     for (s, b) in row[at].1.iter_mut().zip(block) {
-                        *s += weight * b;
+                        *s += weight as f32 * b;
                     }
                 }
             }
@@ -226,7 +228,7 @@ impl BlockMatrix {
                         if other * BLOCK + i >= node * BLOCK + j {
                             rows.push((other * BLOCK + i) as u32);
                             // The matrix is symmetric: its row is its column.
-                            values.push(self.values[k][j * BLOCK + i]);
+                            values.push(f64::from(self.values[k][i * BLOCK + j]));
                         }
                     }
                 }
@@ -274,8 +276,8 @@ struct Level {
     transfer: Transfer,
     /// Nodes of the next level.
     coarse: usize,
-    right: Vec<f64>,
-    x: Vec<f64>,
+    right: Vec<f32>,
+    x: Vec<f32>,
 }
 
 /// Levels, finest first, and the factors of the coarsest.
@@ -331,7 +333,7 @@ impl Cycles<'_> {
     /// One cycle from zero; `b` becomes the answer.
     pub(super) fn cycle(&mut self, b: &mut [f64]) -> Result<(), LinearError> {
         let Cycles { levels, coarsest } = self;
-        let mut right = b.to_vec();
+        let mut right: Vec<f32> = b.iter().map(|&b| b as f32).collect();
         for level in levels.iter_mut() {
             level.right.copy_from_slice(&right);
             level.x.fill(0.0);
@@ -343,17 +345,20 @@ impl Cycles<'_> {
             for (row, left) in left.as_chunks::<BLOCK>().0.iter().enumerate() {
                 for (node, weight) in level.transfer.row(row) {
                     for i in 0..BLOCK {
-                        right[node * BLOCK + i] += weight * left[i];
+                        right[node * BLOCK + i] += weight as f32 * left[i];
                     }
                 }
             }
         }
-        coarsest.solve_in_place(&mut right)?;
+        let mut solved: Vec<f64> = right.iter().map(|&r| f64::from(r)).collect();
+        coarsest.solve_in_place(&mut solved)?;
+        right.clear();
+        right.extend(solved.iter().map(|&x| x as f32));
         for level in levels.iter_mut().rev() {
             for row in 0..level.matrix.rows() {
                 for (node, weight) in level.transfer.row(row) {
                     for i in 0..BLOCK {
-                        level.x[row * BLOCK + i] += weight * right[node * BLOCK + i];
+                        level.x[row * BLOCK + i] += weight as f32 * right[node * BLOCK + i];
                     }
                 }
             }
@@ -363,7 +368,7 @@ impl Cycles<'_> {
             right.clear();
             right.extend_from_slice(&level.x);
         }
-        b.copy_from_slice(&right);
+        b.iter_mut().zip(&right).for_each(|(b, &x)| *b = f64::from(x));
         Ok(())
     }
 }
@@ -373,44 +378,68 @@ impl Level {
     fn sweep(&mut self, backward: bool) {
         for colour in if backward { [1, 0] } else { [0, 1] } {
             let all: Vec<usize> = (colour..self.parts.len() - 1).step_by(2).collect();
-            let done = map_with(all.len(), 2, || (), |(), k| self.relaxed(all[k], backward));
+            let relax = |part| dispatch(Relax { level: self, part, backward });
+            let done = map_with(all.len(), 2, || (), |(), k| relax(all[k]));
             for (&part, x) in all.iter().zip(done) {
                 self.x[BLOCK * self.parts[part]..][..x.len()].copy_from_slice(&x);
             }
         }
     }
+}
 
-    /// What a sweep makes of one part.
-    fn relaxed(&self, part: usize, backward: bool) -> Vec<f64> {
-        let own = self.parts[part]..self.parts[part + 1];
-        let mut mine = self.x[BLOCK * own.start..BLOCK * own.end].to_vec();
-        let BlockMatrix { starts, columns, values } = &self.matrix;
+/// Residuals of some rows.
+struct Residuals<'a> {
+    matrix: &'a BlockMatrix,
+    first: usize,
+    b: &'a [f32],
+    x: &'a [f32],
+    left: &'a mut [f32],
+}
+
+impl Task for Residuals<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<A: Arithmetic>(self) {
+        for (row, left) in (self.first..).zip(self.left.as_chunks_mut::<BLOCK>().0) {
+            *left = self.matrix.residual::<A>(row, self.b, self.x, 0);
+        }
+    }
+}
+
+/// What a sweep makes of one part, which sees no further than the parts beside it.
+struct Relax<'a> {
+    level: &'a Level,
+    part: usize,
+    backward: bool,
+}
+
+impl Task for Relax<'_> {
+    type Output = Vec<f32>;
+
+    #[inline(always)]
+    fn run<A: Arithmetic>(self) -> Vec<f32> {
+        let Relax { level: Level { matrix, parts, inverse, right, x, .. }, part, backward } = self;
+        let own = parts[part]..parts[part + 1];
+        let first = parts[part.saturating_sub(1)];
+        let end = parts[(part + 2).min(parts.len() - 1)];
+        let mut seen = x[BLOCK * first..BLOCK * end].to_vec();
         for k in 0..own.len() {
             let row = if backward { own.end - 1 - k } else { own.start + k };
-            let mut left = [self.right[row * BLOCK], self.right[row * BLOCK + 1], self.right[row * BLOCK + 2]];
-            let range = starts[row]..starts[row + 1];
-            for (&column, block) in columns[range.clone()].iter().zip(&values[range]) {
-                let column = column as usize;
-                let x = match own.contains(&column) {
-                    true => &mine[(column - own.start) * BLOCK..][..BLOCK],
-                    false => &self.x[column * BLOCK..][..BLOCK],
-                };
-                for i in 0..BLOCK {
-                    left[i] -= block[i * BLOCK] * x[0] + block[i * BLOCK + 1] * x[1] + block[i * BLOCK + 2] * x[2];
-                }
-            }
-            let inverse = &self.inverse[row];
-            for (i, x) in mine[(row - own.start) * BLOCK..][..BLOCK].iter_mut().enumerate() {
-                *x +=
-                    inverse[i * BLOCK] * left[0] + inverse[i * BLOCK + 1] * left[1] + inverse[i * BLOCK + 2] * left[2];
+            let left = matrix.residual::<A>(row, right, &seen, first);
+            let inverse = &inverse[row];
+            for (i, x) in seen[(row - first) * BLOCK..][..BLOCK].iter_mut().enumerate() {
+                *x += inverse[i] * left[0] + inverse[BLOCK + i] * left[1] + inverse[2 * BLOCK + i] * left[2];
             }
         }
-        mine
+        seen.truncate(BLOCK * (own.end - first));
+        seen.drain(..BLOCK * (own.start - first));
+        seen
     }
 }
 
 fn inverted(block: Option<&Block>) -> Block {
-    let inverse = block.and_then(|b| nalgebra::Matrix3::from_row_slice(b).try_inverse());
+    let inverse = block.and_then(|b| nalgebra::Matrix3::from_column_slice(b).try_inverse());
     let inverse = inverse.filter(|m| m.iter().all(|x| x.is_finite())).unwrap_or_default();
-    std::array::from_fn(|k| inverse[(k / BLOCK, k % BLOCK)])
+    std::array::from_fn(|k| inverse[(k % BLOCK, k / BLOCK)])
 }

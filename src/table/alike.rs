@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::cells::Smoothing;
 use crate::geometry::Point;
-use crate::shape::Approximation;
+use crate::shape::{Approximation, ShapeFunctions};
 
 /// Sub-cells below which rows are written one by one.
 const FEWEST: usize = 512;
@@ -60,6 +60,20 @@ impl Surroundings {
                 }
             }
         }
+        Some(self.likeness(nodes.len()))
+    }
+
+    /// What tells the shape functions of a point in an element from others.
+    pub(super) fn of_functions<const D: usize>(&mut self, psi: &ShapeFunctions<D>, weight: f64) -> Likeness {
+        let width = weight.powf(1.0 / D as f64);
+        self.numbers.clear();
+        self.numbers.push(width.ln());
+        self.numbers.extend_from_slice(&psi.values);
+        self.numbers.extend(psi.gradients.iter().flat_map(|g| g.iter().map(|g| width * g)));
+        self.likeness(psi.nodes.len())
+    }
+
+    fn likeness(&mut self, nodes: usize) -> Likeness {
         let mut state = self.factors.len() as u64;
         self.factors.resize_with(self.numbers.len().max(self.factors.len()), || {
             state += 1;
@@ -71,7 +85,7 @@ impl Surroundings {
                 sums[k] += number * factors[k];
             }
         }
-        Some(Likeness { sums, nodes: nodes.len() })
+        Likeness { sums, nodes }
     }
 
     /// Whether many sub-cells are like others.

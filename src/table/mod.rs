@@ -4,6 +4,7 @@ mod alike;
 mod build;
 mod clusters;
 mod consistent;
+mod elements;
 mod facets;
 mod functions;
 mod gradient;
@@ -137,6 +138,18 @@ impl<const D: usize> ShapeTable<D> {
             elements.fill(points.elements[point], &points.local[point], psi);
             Ok(())
         })
+    }
+
+    /// As [`of_elements`](Self::of_elements) for kinematics without hoops; points that are alike share a row.
+    #[cfg(feature = "solve")]
+    pub(crate) fn of_alike_elements(
+        elements: &FiniteElements<D>,
+        points: &ElementPoints<D>,
+        kinematics: &(impl Kinematics<D> + ?Sized),
+    ) -> Result<Self, Error> {
+        let (rows, clusters) = elements::shared(elements, points, kinematics)?;
+        let (positions, normals) = (points.points.positions.clone(), points.points.normals.clone());
+        Ok(ShapeTable::of_rows(elements.nodes().len(), rows, clusters, &[], positions, normals))
     }
 
     /// Tabulates gradients averaged over sub-cells,

@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use crate::material::{Material, VolumetricEnergy};
-use crate::simd::{Arithmetic, Task, dispatch};
+use crate::simd::{Arithmetic, LANES, Task, dispatch};
 use crate::table::displacement_gradient;
 use crate::tensor::{add_hessian_in, cofactor};
 
@@ -13,7 +13,7 @@ use super::element::{Element, View};
 use super::internal_variables::Recall;
 use super::lower::{LowerBlocks, WIDTH};
 use super::pressure_field::PressureField;
-use super::uncondensed::{Tangent, Zone};
+use super::uncondensed::{ENTRIES, Tangents, Zone, entry};
 use super::zone_residuals::ZoneResiduals;
 
 impl<const D: usize, M: Material> Body<D, M> {
@@ -75,22 +75,18 @@ impl Components {
         reduced
     }
 
-    /// A tangent in single precision, as it is kept uncondensed.
+    /// Writes a tangent into a lane of those that are kept uncondensed.
     #[inline(always)]
-    fn pack(&self, weight: f64, tangent: &[f64]) -> Tangent {
-        let mut packed: Tangent = Default::default();
+    fn pack(&self, weight: f64, tangent: &[f64], lane: usize, packed: &mut Tangents) {
         for a in 0..self.count {
             let (i, s) = self.places[a];
             for b in 0..self.count {
                 let (j, t) = self.places[b];
-                let value = (weight * tangent[a * self.count + b]) as f32;
-                match 3 * s + i {
-                    row @ 0..8 => packed.0[3 * t + j][row] = value,
-                    _ => packed.1 = value,
+                if 3 * s + i >= 3 * t + j {
+                    packed[entry(3 * s + i, 3 * t + j)][lane] = (weight * tangent[a * self.count + b]) as f32;
                 }
             }
         }
-        packed
     }
 
     /// A tangent in space by slots, `[t][s][j][i]`.
@@ -239,9 +235,10 @@ impl<'a> Vectors<'a> {
     /// Keeps what the condensed pressures would add to the matrix.
     #[inline(always)]
     fn keep<const D: usize>(&self, zone: &ZoneResiduals, functions: usize, nodes: usize, kept: &mut Zone) {
+        kept.slopes.reserve_exact(functions * nodes * D);
         for k in 0..functions {
             let slopes = &self.slopes[k * D * self.stride..];
-            kept.slopes.extend((0..nodes).flat_map(|a| (0..D).map(move |i| slopes[i * self.stride + a])));
+            kept.slopes.extend((0..nodes * D).map(|k| slopes[k % D * self.stride + k / D] as f32));
         }
         kept.hessian = zone.hessian;
         (kept.of_theta, kept.of_pi) = (zone.of_theta, zone.of_pi);
@@ -361,6 +358,9 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
         let count = components.count;
         let mut zone = Summed { body, components, condensed: view.condensed, theta, pi, residuals };
         let wanted = if with_matrix { count * count } else { 0 };
+        if let (true, Some(kept)) = (free, &mut *uncondensed) {
+            kept.tangents = vec![[[0.0; LANES]; ENTRIES]; clusters.points(cluster).len().div_ceil(LANES)];
+        }
         point_panel.clear();
         let mut group = 0;
         let mut tangents = [[[[[0.0; WIDTH]; D]; S]; D]; GROUP];
@@ -392,7 +392,8 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
             let (components, reduced) = (&zone.components, zone.components.reduce::<D>(weight, stress));
             windows.add_forces::<A, D, S>(group, &reduced, vectors.stride, vectors.forces);
             if free && let Some(kept) = &mut *uncondensed {
-                kept.tangents.push(components.pack(weight, tangent));
+                let place = point - clusters.points(cluster).start;
+                components.pack(weight, tangent, place % LANES, &mut kept.tangents[place / LANES]);
             } else if with_matrix && D == 3 && S == 3 {
                 point_panel.push::<D>(table, point, components.by_slots(weight, tangent), lower);
             } else if with_matrix {

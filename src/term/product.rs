@@ -1,10 +1,13 @@
 //! Products with what a body keeps at its points in place of a matrix.
 
+use std::ops::Range;
+
 use crate::material::Material;
 use crate::simd::{Arithmetic, LANES, Task, dispatch};
+use crate::table::ShapeTable;
 
 use super::body::Body;
-use super::uncondensed::{Product, Tangent, Zone};
+use super::uncondensed::{Product, Tangents, Zone, entry};
 
 impl<const D: usize, M: Material> Body<D, M> {
     /// Writes $\int B^T A\\,B x$ over a zone; see [`super::Term::multiply`].
@@ -32,41 +35,48 @@ impl<const D: usize, M: Material> Task for Multiply<'_, D, M> {
         let table = body.table();
         let clusters = table.clusters();
         let points = clusters.points(zone.owner[1] as usize);
-        let mut first = points.start;
-        while first < points.end {
-            let local = clusters.local(first);
-            let alike = |&point: &usize| point < points.end && clusters.local(point) == local;
-            let count = (first + 1..first + CELL).take_while(alike).count() + 1;
-            take(zone, local, x, moved, forces);
-            let mut rows: [&[f64]; CELL] = [&[]; CELL];
-            let mut stresses = [[0.0; 9]; CELL];
-            for p in 0..count {
-                rows[p] = table.gradients(first + p);
-                let gradient = gradient::<A>(rows[p], local.len(), moved);
-                stresses[p] = contracted::<A>(&zone.tangents[first + p - points.start], &gradient);
+        for (first, tangents) in points.clone().step_by(LANES).zip(&zone.tangents) {
+            let last = (first + LANES).min(points.end);
+            let mut strains = [[0.0; LANES]; 9];
+            let mut from = first;
+            while from < last {
+                let run = run(table, from..last);
+                let local = clusters.local(from);
+                take(zone, local, x, moved);
+                for point in run.clone() {
+                    let gradient = gradient::<A>(table.gradients(point), local.len(), moved);
+                    (0..9).for_each(|k| strains[k][point - first] = gradient[k]);
+                }
+                from = run.end;
             }
-            let (rows, stresses) = (&rows[..count], &stresses[..count]);
-            let (whole, rest) = (local.len() / LANES, local.len() % LANES);
-            let mut block = 0;
-            while block + 4 <= whole {
-                pull::<A, 4>(rows, stresses, (block, LANES), forces);
-                block += 4;
+            let stresses = contracted::<A>(tangents, &strains);
+            let mut from = first;
+            while from < last {
+                let run = run(table, from..last);
+                let local = clusters.local(from);
+                let mut rows: [&[f64]; LANES] = [&[]; LANES];
+                run.clone().for_each(|point| rows[point - from] = table.gradients(point));
+                push::<A>(&rows[..run.len()], &stresses[from - first..run.end - first], local.len(), forces);
+                give(local, forces, values);
+                from = run.end;
             }
-            while block < whole {
-                pull::<A, 1>(rows, stresses, (block, LANES), forces);
-                block += 1;
-            }
-            if rest > 0 {
-                pull::<A, 1>(rows, stresses, (whole, rest), forces);
-            }
-            give(local, forces, values);
-            first += count;
         }
     }
 }
 
-/// Points that are multiplied together: those of a cell.
-const CELL: usize = 8;
+/// The first points of some that see the same nodes.
+#[inline(always)]
+fn run<const D: usize>(table: &ShapeTable<D>, points: Range<usize>) -> Range<usize> {
+    let clusters = table.clusters();
+    let local = clusters.local(points.start);
+    // Most share one list.
+    let alike = |&point: &usize| std::ptr::eq(clusters.local(point), local) || clusters.local(point) == local;
+    let same = points.clone().skip(1).take_while(alike).count();
+    points.start..points.start + 1 + same
+}
+
+/// Nodes of one register of the oldest machines that products are compiled for.
+const HALF: usize = 4;
 
 /// Numbers of eight nodes, of which the table has `have`.
 #[inline(always)]
@@ -80,35 +90,54 @@ fn eight(slot: &[f64], have: usize) -> [f64; LANES] {
     all
 }
 
-/// The gradient of a displacement at a point, component $i$ by slot $s$ at $3s + i$.
+/// The gradient of a displacement at a point, component $i$ by slot $s$ at $3s + i$: nine sums of four nodes fill the registers
+/// of any machine.
 #[inline(always)]
 fn gradient<A: Arithmetic>(row: &[f64], n: usize, moved: &[Vec<[f64; LANES]>; 3]) -> [f64; 9] {
-    let mut sums = [[[0.0; LANES]; 3]; 3];
-    for k in 0..n / LANES {
-        add_gradient::<A>(row, n, moved, (k, LANES), &mut sums);
-    }
-    if !n.is_multiple_of(LANES) {
-        add_gradient::<A>(row, n, moved, (n / LANES, n % LANES), &mut sums);
-    }
-    std::array::from_fn(|k| total(&sums[k / 3][k % 3]))
-}
-
-/// What eight nodes, of which the table has `have`, add to the gradient of a displacement.
-#[inline(always)]
-fn add_gradient<A: Arithmetic>(
-    row: &[f64],
-    n: usize,
-    moved: &[Vec<[f64; LANES]>; 3],
-    (k, have): (usize, usize),
-    sums: &mut [[[f64; LANES]; 3]; 3],
-) {
-    for s in 0..3 {
-        let g = eight(&row[s * n + k * LANES..(s + 1) * n], have);
-        for i in 0..3 {
-            for l in 0..LANES {
-                sums[s][i][l] = A::multiply_add(moved[i][k][l], g[l], sums[s][i][l]);
+    let mut sums = [[[0.0; HALF]; 3]; 3];
+    let slots: [(&[[f64; HALF]], &[f64]); 3] = std::array::from_fn(|s| row[s * n..(s + 1) * n].as_chunks::<HALF>());
+    let [x, y, z] = moved.each_ref().map(|moved| moved.as_flattened().as_chunks::<HALF>().0);
+    let whole = n / HALF;
+    let mut add = |k: usize, g: [[f64; HALF]; 3]| {
+        let u = [x[k], y[k], z[k]];
+        for s in 0..3 {
+            for i in 0..3 {
+                for l in 0..HALF {
+                    sums[s][i][l] = A::multiply_add(u[i][l], g[s][l], sums[s][i][l]);
+                }
             }
         }
+    };
+    for k in 0..whole {
+        add(k, slots.map(|slot| slot.0[k]));
+    }
+    if whole * HALF < n {
+        add(whole, slots.map(|slot| std::array::from_fn(|l| slot.1.get(l).copied().unwrap_or(0.0))));
+    }
+    std::array::from_fn(|k| {
+        let sum = &sums[k / 3][k % 3];
+        (sum[0] + sum[2]) + (sum[1] + sum[3])
+    })
+}
+
+/// Writes the forces of stresses at some points on all nodes.
+#[inline(always)]
+fn push<A: Arithmetic>(rows: &[&[f64]], stresses: &[[f64; 9]], n: usize, forces: &mut [Vec<[f64; LANES]>; 3]) {
+    for forces in forces.iter_mut() {
+        forces.clear();
+        forces.resize(n.div_ceil(LANES), [0.0; LANES]);
+    }
+    let (whole, rest) = (n / LANES, n % LANES);
+    let mut block = 0;
+    while block + 2 <= whole {
+        pull::<A, 2>(rows, stresses, (block, LANES), forces);
+        block += 2;
+    }
+    if block < whole {
+        pull::<A, 1>(rows, stresses, (block, LANES), forces);
+    }
+    if rest > 0 {
+        pull::<A, 1>(rows, stresses, (whole, rest), forces);
     }
 }
 
@@ -141,63 +170,53 @@ fn pull<A: Arithmetic, const N: usize>(
     }
 }
 
-/// A symmetric matrix times a vector.
+/// Symmetric matrices times vectors, for as many points as there are lanes; answers point by point.
 #[inline(always)]
-fn contracted<A: Arithmetic>((columns, corner): &Tangent, gradient: &[f64; 9]) -> [f64; 9] {
-    // Two sums, for products wait for each other.
-    let mut sums = [[0.0; 8]; 2];
-    for (k, (column, factor)) in columns.iter().zip(gradient).enumerate() {
-        for l in 0..8 {
-            sums[k % 2][l] = A::multiply_add(f64::from(column[l]), *factor, sums[k % 2][l]);
+fn contracted<A: Arithmetic>(tangents: &Tangents, strains: &[[f64; LANES]; 9]) -> [[f64; 9]; LANES] {
+    let mut stresses = [[0.0; 9]; LANES];
+    for half in [0, HALF] {
+        let mut sums = [[0.0; HALF]; 9];
+        for row in 0..9 {
+            for column in 0..=row {
+                let tangent = &tangents[entry(row, column)];
+                for l in 0..HALF {
+                    let value = f64::from(tangent[half + l]);
+                    sums[row][l] = A::multiply_add(value, strains[column][half + l], sums[row][l]);
+                    if column < row {
+                        sums[column][l] = A::multiply_add(value, strains[row][half + l], sums[column][l]);
+                    }
+                }
+            }
+        }
+        for l in 0..HALF {
+            stresses[half + l] = std::array::from_fn(|k| sums[k][l]);
         }
     }
-    let mut stress = [0.0; 9];
-    let mut last = [0.0; 8];
-    for l in 0..8 {
-        stress[l] = sums[0][l] + sums[1][l];
-        last[l] = f64::from(columns[8][l]) * gradient[l];
-    }
-    stress[8] = A::multiply_add(f64::from(*corner), gradient[8], total(&last));
-    stress
+    stresses
 }
 
-/// The sum of eight numbers, in pairs.
+/// Displacements of some nodes of a zone.
 #[inline(always)]
-fn total(lanes: &[f64; LANES]) -> f64 {
-    ((lanes[0] + lanes[4]) + (lanes[2] + lanes[6])) + ((lanes[1] + lanes[5]) + (lanes[3] + lanes[7]))
-}
-
-/// Displacements of some nodes of a zone, and no forces.
-#[inline(always)]
-fn take(
-    zone: &Zone,
-    local: &[u16],
-    x: &[f64],
-    moved: &mut [Vec<[f64; LANES]>; 3],
-    forces: &mut [Vec<[f64; LANES]>; 3],
-) {
-    let blocks = local.len().div_ceil(LANES);
-    for i in 0..3 {
-        forces[i].clear();
-        forces[i].resize(blocks, [0.0; LANES]);
-        moved[i].clear();
-        moved[i].resize(blocks, [0.0; LANES]);
+fn take(zone: &Zone, local: &[u16], x: &[f64], moved: &mut [Vec<[f64; LANES]>; 3]) {
+    for moved in moved.iter_mut() {
+        moved.clear();
+        moved.resize(local.len().div_ceil(LANES), [0.0; LANES]);
     }
-    for (a, &place) in local.iter().enumerate() {
-        let x = &x[3 * zone.nodes[usize::from(place)] as usize..][..3];
-        for i in 0..3 {
-            moved[i][a / LANES][a % LANES] = x[i];
-        }
+    let [mx, my, mz] = moved.each_mut().map(|moved| moved.as_flattened_mut());
+    let places = local.iter().map(|&place| zone.nodes[usize::from(place)] as usize);
+    for (((node, mx), my), mz) in places.zip(mx).zip(my).zip(mz) {
+        let at = &x[3 * node..][..3];
+        (*mx, *my, *mz) = (at[0], at[1], at[2]);
     }
 }
 
 /// Adds forces of some nodes of a zone to those of all.
 #[inline(always)]
 fn give(local: &[u16], forces: &[Vec<[f64; LANES]>; 3], values: &mut [f64]) {
-    for (a, &place) in local.iter().enumerate() {
-        let target = &mut values[3 * usize::from(place)..][..3];
-        for i in 0..3 {
-            target[i] += forces[i][a / LANES][a % LANES];
-        }
+    let [x, y, z] = forces.each_ref().map(|forces| forces.as_flattened());
+    let values = values.as_chunks_mut::<3>().0;
+    for (((&place, x), y), z) in local.iter().zip(x).zip(y).zip(z) {
+        let target = &mut values[usize::from(place)];
+        (target[0], target[1], target[2]) = (target[0] + x, target[1] + y, target[2] + z);
     }
 }

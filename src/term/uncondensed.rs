@@ -7,10 +7,19 @@ use crate::simd::LANES;
 /// Functions of a zone at most.
 pub(crate) const FUNCTIONS: usize = 4;
 
-/// A symmetric tangent, rows and columns $3s + i$ for component $i$ and slot $s$: nine columns without their last row, which fill
-/// registers, and the last diagonal entry. In single precision, for they are most of what a large model keeps: solutions are
-/// sought to 1e-5 at best, and Newton's method takes the residual from the state.
-pub(crate) type Tangent = ([[f32; 8]; 9], f32);
+/// Entries of a symmetric tangent, rows and columns $3s + i$ for component $i$ and slot $s$.
+pub(crate) const ENTRIES: usize = 45;
+
+/// Symmetric tangents of [`LANES`] points, lower triangles by rows. In single precision, for they are most of what a large model
+/// keeps: solutions are sought to 1e-5 at best, and Newton's method takes the residual from the state.
+pub(crate) type Tangents = [[f32; LANES]; ENTRIES];
+
+/// Place of an entry of the lower triangle.
+#[inline(always)]
+pub(crate) const fn entry(row: usize, column: usize) -> usize {
+    let (low, high) = if row < column { (row, column) } else { (column, row) };
+    high * (high + 1) / 2 + low
+}
 
 /// The product of a zone's matrix with a vector, and the working memory behind it.
 #[derive(Debug, Clone, Default)]
@@ -30,8 +39,9 @@ pub struct Zone {
     pub owner: [u32; 2],
     /// Nodes of the cluster.
     pub nodes: Vec<u32>,
-    /// Rows of $C$: one vector over the unknowns of the nodes, node by node, for each function.
-    pub slopes: Vec<f64>,
+    /// Rows of $C$: one vector over the unknowns of the nodes, node by node, for each function; in single precision, as the
+    /// rest of what products read.
+    pub slopes: Vec<f32>,
     /// $H$ \[stress\], symmetric; rows and columns beyond the functions are zero.
     pub hessian: [[f64; FUNCTIONS]; FUNCTIONS],
     /// The initial shear modulus \[stress\], zero where it is not known.
@@ -41,7 +51,7 @@ pub struct Zone {
     /// See `of_theta`.
     pub of_pi: [f64; FUNCTIONS],
     /// Tangents $w A_{isjt}$ at the points of the cluster, where the rest of its matrix is not summed either.
-    pub(crate) tangents: Vec<Tangent>,
+    pub(crate) tangents: Vec<Tangents>,
 }
 
 impl Zone {
@@ -53,7 +63,7 @@ impl Zone {
             for (c, &node) in row.chunks_exact(D).zip(&self.nodes) {
                 let x = &x[node as usize * D..][..D];
                 for i in 0..D {
-                    *sum += c[i] * x[i];
+                    *sum += f64::from(c[i]) * x[i];
                 }
             }
         }
@@ -68,7 +78,7 @@ impl Zone {
             for (c, &node) in row.chunks_exact(D).zip(&self.nodes) {
                 let y = &mut y[node as usize * D - first..][..D];
                 for i in 0..D {
-                    y[i] += c[i] * q;
+                    y[i] += f64::from(c[i]) * q;
                 }
             }
         }

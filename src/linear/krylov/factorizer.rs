@@ -1,11 +1,12 @@
 //! What an iteration needs of a state: elements beside the particles, conditions, and the mass of the pressures.
 
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use nalgebra::Matrix4;
 
-use crate::assembly::{Assembler, Pattern, Ranks, StateRef, System};
+use crate::assembly::{Assembler, Pattern, Ranks, StateRef, System, release};
 use crate::error::LinearError;
 use crate::term::Zone;
 
@@ -27,11 +28,17 @@ const HELD: f64 = 10.0;
 /// $\lambda + 2\mu$, of which the pointwise part of the volumetric energy leaves $2.3\mu$.
 const COMPLEMENT: f64 = 2.0;
 
+/// Supports of nodes are formed anew where they have moved by this part of their size.
+const MOVED: f64 = 0.1;
+
+/// What stands on the diagonal for a node, symmetric.
+pub(super) type Support = [f64; 9];
+
 /// Column and coefficient of each entry, condition by condition.
 type Rows = Vec<Vec<(u32, f64)>>;
 
 pub(super) struct KrylovFactorizer {
-    pub(super) auxiliary: Auxiliary,
+    pub(super) auxiliary: Arc<Auxiliary>,
     pub(super) pattern: Pattern,
     pub(super) unknowns: usize,
     /// Unknown and place of each entry of a condition.
@@ -46,6 +53,7 @@ pub(super) struct KrylovFactorizer {
     pub(super) preconditioner: Option<Box<dyn Factorizer>>,
     pub(super) system: System,
     pub(super) multilevel: Option<Multilevel>,
+    pub(super) supports: Vec<(u32, Support)>,
     /// The largest diagonal entry of the elements.
     pub(super) stiffness: f64,
     pub(super) largest: Cell<f64>,
@@ -57,7 +65,7 @@ pub(super) struct KrylovFactorizer {
 impl KrylovFactorizer {
     /// The stiffness of the elements at a state.
     fn stiffness(&mut self, at: StateRef<'_>) -> Result<(), LinearError> {
-        let Auxiliary { model, term, places, cells, held, .. } = &self.auxiliary;
+        let Auxiliary { model, term, places, cells, held, .. } = &*self.auxiliary;
         let own: Vec<f64> = match &self.values_at {
             Some(values) => {
                 let mut moved = vec![0.0; at.displacement.len()];
@@ -90,11 +98,54 @@ impl KrylovFactorizer {
             return Ok(());
         }
         let mut blocks = BlockMatrix::from_lower(self.assembler.pattern(), &self.system.values);
+        // The levels are all that is needed until the next state.
+        self.system.zones = Vec::new();
+        release(&mut self.system.values);
         self.stiffness = blocks.largest_diagonal();
         let stiff = HELD * self.stiffness;
         held.iter().for_each(|&unknown| blocks.add_diagonal(unknown, stiff));
+        for (node, block) in &self.supports {
+            blocks.add_block(*node as usize, block);
+        }
         self.multilevel = Some(Multilevel::new(blocks, places, *cells)?);
         Ok(())
+    }
+
+    /// What terms beside the body add to a displacement that is the same around a node, such as contact: blocks of the nodes
+    /// where there is any, symmetric and without those that would take stiffness away.
+    fn supports(&self, values: &[f64]) -> Vec<(u32, Support)> {
+        let mut all: BTreeMap<u32, Support> = BTreeMap::new();
+        let mut add = |row: usize, column: usize, value: f64| {
+            let block = all.entry((row / 3) as u32).or_default();
+            block[3 * (row % 3) + column % 3] += 0.5 * value;
+            block[3 * (column % 3) + row % 3] += 0.5 * value;
+        };
+        for column in 0..self.unknowns {
+            let first = self.pattern.columns[column];
+            for (&row, &value) in self.pattern.column(column).iter().zip(&values[first..]) {
+                let row = row as usize;
+                if row < self.unknowns && value != 0.0 {
+                    add(row, column, value);
+                    if row != column {
+                        add(column, row, value);
+                    }
+                }
+            }
+        }
+        all.into_iter().filter(|(_, block)| block[0] + block[4] + block[8] > 0.0).collect()
+    }
+
+    /// Whether supports are other ones than those of the levels.
+    fn is_moved(&self, supports: &[(u32, Support)]) -> bool {
+        let size = |all: &[(u32, Support)]| all.iter().flat_map(|(_, block)| block).map(|b| b * b).sum::<f64>().sqrt();
+        let (mut old, mut new) = (self.supports.iter().peekable(), supports.iter().peekable());
+        let mut moved = 0.0;
+        while let Some(node) = old.peek().into_iter().chain(new.peek()).map(|s| s.0).min() {
+            let before = old.next_if(|s| s.0 == node).map_or([0.0; 9], |s| s.1);
+            let after = new.next_if(|s| s.0 == node).map_or([0.0; 9], |s| s.1);
+            moved += before.iter().zip(&after).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+        }
+        moved.sqrt() > MOVED * size(&self.supports).max(size(supports))
     }
 
     /// Conditions with a largest entry of one, and what they were divided by.
@@ -161,7 +212,9 @@ impl Factorizer for KrylovFactorizer {
         state: StateRef<'_>,
     ) -> Result<Box<dyn Factors + 'a>, LinearError> {
         let ConvergenceHistory { first, last } = self.convergence.get();
-        if first.is_none_or(|first| !(last <= STALE * first)) {
+        let supports = self.supports(at.values);
+        if first.is_none_or(|first| !(last <= STALE * first)) || self.is_moved(&supports) {
+            self.supports = supports;
             self.stiffness(state)?;
             self.convergence.set(ConvergenceHistory::default());
         }

@@ -136,8 +136,8 @@ pub enum SolverChoice {
     /// By factors.
     Direct,
     /// By Krylov iteration with pressures kept uncondensed from the matrix ([`Krylov`](crate::linear::Krylov)): lattices in space
-    /// with projected pressures alone. Whether states are stable is not known then. Scenes with contact, rigid bodies or
-    /// several bodies are solved by factors all the same.
+    /// with projected pressures alone, pressed by rigid surfaces or not. Whether states are stable is not known then. Scenes with
+    /// friction, pushed surfaces, contact between faces, rigid bodies or several bodies are solved by factors all the same.
     Krylov,
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::Matrix3;
 
 use crate::assembly::Model;
-use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
+use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation, Unaugmented};
 use crate::compiled::compiled;
 use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
@@ -247,7 +247,7 @@ fn analysis_of(scheme: &Scheme, transformable: bool, krylov: Option<Krylov>) -> 
         analysis.solver = Box::new(solver.clone());
     }
     if let Some(krylov) = krylov {
-        analysis = Analysis::new(LagrangeMultipliers, krylov);
+        analysis = Analysis::new(Unaugmented, krylov);
     }
     analysis.newton = scheme.newton;
     analysis.stepping = scheme.stepping;

@@ -57,7 +57,7 @@ pub(crate) fn particles<const D: usize>(
     let rule = over_boundary.then_some(facets);
     let (mut equations, placed) = equations(scene, definition.conditions, &**cells, &approximation, rule, refused)?;
     let ties = definition.tied(&mut equations, &approximation, rule)?;
-    let krylov = match super::space::is_one_body(scene) {
+    let krylov = match super::space::suits(scene) {
         true => super::space::krylov(scene, scheme, &**cells, &approximation, &body, &equations, sharing)?,
         false => None,
     };

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::Cells;
+use crate::contact::RigidSurface;
 use crate::error::{Error, Incompatible, SolveError};
 use crate::geometry::Point;
 use crate::linear::{Auxiliary, Krylov};
@@ -29,20 +30,24 @@ const REACH: f64 = 2.6;
 /// and tell whether states are stable, with 13 (1.7e6) 3.1 times.
 const WORTH: f64 = 1e6;
 
-/// Whether a scene's matrix is that of one body: with several, rigid ones or contact it is solved by factors.
-pub(crate) fn is_one_body<const D: usize>(scene: &Scene<D>) -> bool {
-    scene.bodies.len() == 1 && scene.rigids.is_empty() && scene.contacts.is_empty() && scene.contact_pairs.is_empty()
+/// Whether a scene's matrix is that of one body and of what lies against it, free of friction: with several bodies, rigid ones,
+/// contact between faces or surfaces that are pushed it is solved by factors.
+pub(crate) fn suits<const D: usize>(scene: &Scene<D>) -> bool {
+    let alone = scene.bodies.len() == 1 && scene.rigids.is_empty() && scene.contact_pairs.is_empty();
+    let plain = |surface: &RigidSurface<D>| surface.free_direction().is_none() && surface.friction == 0.0;
+    alone && scene.contacts.iter().all(|contact| plain(&contact.surface))
 }
 
 /// Whether a lattice of particles is solved by iteration where its scene allows for it: by the problem alone, whatever else
-/// the machine does.
-pub(crate) fn iterates(scheme: &Scheme, counts: &[usize]) -> bool {
+/// the machine does. Contact rests on stable states, which factors alone tell: it is solved by iteration where that is requested.
+pub(crate) fn iterates<const D: usize>(scene: &Scene<D>, scheme: &Scheme, counts: &[usize]) -> bool {
     if counts.len() != 3 || scheme.approximation != ApproximationChoice::Particles {
         return false;
     }
     match scheme.solver_choice {
         SolverChoice::Direct => false,
         SolverChoice::Krylov => true,
+        SolverChoice::Auto if !scene.contacts.is_empty() => false,
         SolverChoice::Auto => {
             let mut counts: Vec<f64> = counts.iter().map(|&c| c as f64).collect();
             counts.sort_by(f64::total_cmp);
@@ -57,7 +62,7 @@ pub(crate) fn iterates(scheme: &Scheme, counts: &[usize]) -> bool {
 ///
 /// # Errors
 /// [`SolveError::Memory`] with the bytes that the model would take and the size that fits.
-pub(crate) fn refuse(scheme: &Scheme, counts: &[usize], one_body: bool) -> Result<(), SolveError> {
+pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, scheme: &Scheme, counts: &[usize]) -> Result<(), SolveError> {
     let limit = scheme.memory.or_else(super::memory::at_hand);
     let (Some(limit), 3, ApproximationChoice::Particles) = (limit, counts.len(), scheme.approximation) else {
         return Ok(());
@@ -69,7 +74,7 @@ pub(crate) fn refuse(scheme: &Scheme, counts: &[usize], one_body: bool) -> Resul
     // Each of several ranks takes its share.
     let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).map_or(1, |ranks| ranks.count()) as f64;
     let preconditioner = scheme.solver.as_ref().is_some_and(|solver| solver.preconditioner(&[]).is_some());
-    let by_iteration = |counts: &[usize]| preconditioner || one_body && iterates(scheme, counts);
+    let by_iteration = |counts: &[usize]| preconditioner || suits(scene) && iterates(scene, scheme, counts);
     let takes = |counts: &[usize]| super::memory::needed(counts, reach, by_iteration(counts)) / ranks;
     let (needed, limit) = (takes(counts), limit as f64);
     if !(needed > limit) {
@@ -110,7 +115,7 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
     let Some(lattice) = cells.lattice().filter(|_| D == 3) else {
         return refused("cells that are no lattice in space", "factors are cheap there: take SolverChoice::Auto");
     };
-    if preconditioner.is_none() && !iterates(scheme, &lattice.counts()) {
+    if preconditioner.is_none() && !iterates(scene, scheme, &lattice.counts()) {
         return Ok(None);
     }
     let size = match scheme.pressure {
@@ -124,7 +129,7 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         return refused("pressures that are not projected on zones of cells", "take the default rule and volume");
     }
     let elements = FiniteElements::new(lattice.clone(), 1)?;
-    let table = ShapeTable::of_elements(&elements, &elements.gauss_in(2, &zones)?, &*scene.kinematics)?;
+    let table = ShapeTable::of_alike_elements(&elements, &elements.gauss_in(2, &zones)?, &*scene.kinematics)?;
     let mut model = Model::new(cells.positions().to_vec());
     let mut elastic = Body::projecting(table, body.material().clone(), body.field(), body.projected_measure());
     if let Some(fewest) = sharing.fewest(elastic.fewest()) {
