@@ -81,7 +81,8 @@ pub struct PlaneStrain;
 ///
 /// The stretch across settles at each point so that $P_{33} = 0$, and is condensed from stress and tangent; with it free,
 /// incompressible sheets do not lock and need no pressures. Forces on edges are those of the whole thickness:
-/// tractions are per area at rest. Following pressures are refused, since the area of an edge changes with the thickness.
+/// tractions are per area at rest. A pressure that follows an edge acts on the area that its thickness leaves it, by the elastic law.
+/// Laws with internal variables keep them for the settled thickness.
 ///
 /// ```
 /// use rkpm::prelude::*;

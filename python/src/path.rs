@@ -46,11 +46,7 @@ impl<const D: usize> Run<D> {
     }
 
     fn cauchy(&self, state: &State) -> Result<Vec<Matrix3<f64>>, rkpm::Error> {
-        // Of several bodies and of sheets the means of the points around each particle.
-        match self.problem.stress_field(state) {
-            Ok(field) => field.at_particles(),
-            Err(_) => Ok(self.problem.at_particles(&self.problem.stresses(state)?)),
-        }
+        self.problem.stress_field(state)?.at_particles()
     }
 
     fn gradients(&self, state: &State) -> Result<Vec<Matrix3<f64>>, rkpm::Error> {

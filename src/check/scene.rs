@@ -172,6 +172,8 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
         }
         Err(error) => return Err(error),
     };
+    // What a run would trip over before its first step.
+    problem.analysis().check_settings(problem.model())?;
     diagnosis.dependent = dependent_rows(problem.equations().equations());
     diagnosis.free = free_motions(&problem);
     diagnosis.pressures = problem.discrete_bodies().iter().map(|member| pressures::<D>(member.body())).sum();

@@ -64,6 +64,12 @@ pub trait InternalVariables: Send + Sync {
     /// Writes the internal variables at the end of a step.
     fn update_history(&self, f: &Matrix3<f64>, internal_variables: &[f64], elapsed: f64, next: &mut [f64]);
 
+    /// The deformation gradient at the end of a step where the kinematics leaves a component open, the thickness of a sheet in
+    /// plane stress; the one given elsewhere.
+    fn deformation(&self, f: &Matrix3<f64>, _internal_variables: &[f64], _elapsed: f64) -> Matrix3<f64> {
+        *f
+    }
+
     /// The square of the error of the stress that the step of time has left, and the square of the stress, at a point:
     /// for laws whose steps are exact, zero. `before` has the internal variables a step earlier and the time from there, where the
     /// rate of loading had no break point.

@@ -48,12 +48,8 @@ impl Analysis {
         }
     }
 
-    pub(super) fn validate<const D: usize>(
-        &self,
-        model: &Model<D>,
-        equations: &Constraints,
-        path: &EquilibriumPath,
-    ) -> Result<(), Error> {
+    /// Refuses settings and terms that nothing can be solved with.
+    pub(crate) fn check_settings<const D: usize>(&self, model: &Model<D>) -> Result<(), Error> {
         self.stepping.validate()?;
         let Newton { tolerance, iterations, .. } = self.newton;
         for (what, value, ok, needed) in [
@@ -72,6 +68,16 @@ impl Analysis {
             let remedy = "steps of the load are steps of time: take StepControl::Auto, or the elastic law alone";
             return Err(Incompatible::new("StepControl::ArcLength", "a law that relaxes", remedy).into());
         }
+        Ok(())
+    }
+
+    pub(super) fn validate<const D: usize>(
+        &self,
+        model: &Model<D>,
+        equations: &Constraints,
+        path: &EquilibriumPath,
+    ) -> Result<(), Error> {
+        self.check_settings(model)?;
         check_unknowns(equations.equations(), model.unknowns())?;
         check_state(model, equations, &path.start)?;
         for step in path.steps.iter().rev().take(2) {

@@ -3,7 +3,7 @@
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::compiled::compiled;
-use crate::error::{Error, Invalid, SolveError};
+use crate::error::{Error, Incompatible, Invalid, SolveError};
 
 use super::analysis::Analysis;
 use super::continuation::Continuation;
@@ -155,9 +155,8 @@ impl Analysis {
             return Err(SolveError::Length { what: "controlled functional", given, needed: model.unknowns() }.into());
         }
         if model.is_timed() {
-            let needed = "laws that relax are followed by the load factor, which tells the time: use Analysis::run";
-            let value = targets.len() as f64;
-            return Err(Invalid::new("targets of a functional", value, needed).into());
+            let remedy = "the load factor tells the time: take Analysis::run";
+            return Err(Incompatible::new("control by a functional", "a law that relaxes", remedy).into());
         }
         if let Some(&value) = targets.iter().find(|t| !t.is_finite()) {
             return Err(Invalid::new("control target", value, "give finite values").into());

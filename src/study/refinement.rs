@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::cells::{Cells, Refined};
-use crate::error::{Error, GeometryError};
+use crate::error::{Error, GeometryError, Incompatible};
 use crate::scene::{Scene, Scheme};
 
 use super::answer::{Answer, Budget, Tolerance};
@@ -66,12 +66,13 @@ impl Scene<2> {
         watch: &mut dyn Progress,
     ) -> Result<Answer<2>, Error> {
         check(tolerance)?;
-        let needed = "a scene on a block or mapped block, no side of which is more than eight times another";
-        let unsuited = GeometryError::Unsuited { what: "local refinement", needed };
-        let (Some(lengths), Some(domain)) = (self.side_lengths(), self.domain()) else { return Err(unsuited.into()) };
+        let refused = |with, remedy| Err(Incompatible::new("local refinement", with, remedy).into());
+        let (Some(lengths), Some(domain)) = (self.side_lengths(), self.domain()) else {
+            return refused("cells that are no block", "Scene::solve_within refines them evenly");
+        };
         let shortest = lengths[0].min(lengths[1]);
         if lengths[0].max(lengths[1]) > THIN * shortest {
-            return Err(unsuited.into());
+            return refused("a body one side of which is more than eight times another", "take Scene::solve_within");
         }
         let even = |length: f64| 2 * (0.5 * FIRST * length / shortest).round() as usize;
         let cells = Refined::new(domain, lengths.map(even))?;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::cells::Layout;
-use crate::error::{Error, GeometryError};
+use crate::error::{Error, Incompatible};
 use crate::scene::{ApproximationChoice, Scene, Scheme};
 
 /// Elements of order 2 stand by this power of the distance from the nearer face: corners leave even ones first order, and higher
@@ -41,8 +41,8 @@ impl<const D: usize> Sides<D> {
             let (first, thin) = (1.0 / FIRST_ALONG, 0.0);
             return Ok(Sides { lengths: [1.0; D], first, thin, fewest: 1.0, scattered: true, elements: false });
         }
-        let needed = "a scene on a block, mapped block or planar region, whose particles can be chosen";
-        let lengths = scene.side_lengths().ok_or(GeometryError::Unsuited { what: "sizing to a tolerance", needed })?;
+        let (with, remedy) = ("cells that are given", "take one block, mapped block or planar region");
+        let lengths = scene.side_lengths().ok_or(Incompatible::new("sizing to a tolerance", with, remedy))?;
         let longest = lengths.iter().copied().fold(0.0, f64::max);
         let shortest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
         let first = if longest > THIN * shortest { longest / FIRST_ALONG } else { shortest / FIRST_ACROSS };

@@ -38,6 +38,18 @@ impl<const D: usize, M: Material> Body<D, M> {
         Some(Recall { law, elapsed: elapsed.max(0.0), points: &internal_variables[1..], each: self.has_history })
     }
 
+    /// The deformation gradient at a point in a view of the body: with the thickness that its history leaves a sheet.
+    #[cfg(feature = "solve")]
+    pub(crate) fn deformation_in(&self, point: usize, view: View<'_>) -> Matrix3<f64> {
+        match self.recall(view) {
+            None => self.deformation_gradient(point, view.displacement),
+            Some(recall) => {
+                let f = self.local_gradient(point, view.displacement);
+                recall.law.deformation(&f, recall.at(point), recall.elapsed)
+            }
+        }
+    }
+
     /// Time at a load factor; 0 without a clock.
     pub(crate) fn time(&self, load: f64) -> f64 {
         self.clock.as_ref().map_or(0.0, |clock| clock.evaluate(load).0)

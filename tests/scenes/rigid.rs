@@ -124,6 +124,28 @@ fn points_of_rigid_bodies_leave_them_free_to_turn() {
     assert!(turned(scene(Place::at([1.0, 1.0]).of("plate"))).abs() > 1e-3);
 }
 
+/// GOAL: a rigid ring on a body of revolution is a bonded plate: it moves along the axis alone, by a force or a displacement.
+#[test]
+fn rigid_rings_of_revolution_move_along_their_axis() {
+    let bush = || Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), Axisymmetric, rubber()).hold((1, Side::Min));
+    let scheme = Scheme::default().particles([6, 6]);
+    let held = bush().with(Condition::on((1, Side::Max)).displacement([0.0, -0.2]).named("plate"));
+    let held = held.discretize(&scheme).unwrap();
+    let path = held.run().unwrap().completed().unwrap();
+    let force = held.reaction(path.last(), "plate").unwrap()[1];
+    let pressed = bush().rigid("plate", (1, Side::Max)).with(Load::force("plate", [0.0, force]));
+    let moved = bush().rigid("plate", (1, Side::Max)).with(Condition::on("plate").component(1, -0.2));
+    for scene in [pressed, moved] {
+        let problem = scene.discretize(&scheme).unwrap();
+        let found = problem.run().unwrap().completed().unwrap();
+        let motion = problem.rigid_motion(found.last(), "plate").unwrap();
+        assert!((motion.displacement[1] + 0.2).abs() < 1e-7 && motion.displacement[0].abs() < 1e-12, "{motion:?}");
+        assert!((problem.reaction(found.last(), "plate").unwrap()[1] / force - 1.0).abs() < 1e-7);
+        let energies = [problem.energy(found.last()).unwrap(), held.energy(path.last()).unwrap()];
+        assert!((energies[0] / energies[1] - 1.0).abs() < 1e-7, "{energies:?}");
+    }
+}
+
 #[test]
 fn rigid_bodies_that_nothing_holds_are_refused() {
     let free = || Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).rigid("plate", (1, Side::Max));
@@ -138,8 +160,13 @@ fn rigid_bodies_that_nothing_holds_are_refused() {
     assert!(refused(all).to_string().contains("rigid body plate, all of whose parts"));
     assert!(refused(block().rigid("plate", (1, Side::Max)).pressure("plate", 0.1)).to_string().contains("rigid body"));
     assert!(refused(block().with(Load::moment("top", [0.0; 3]))).to_string().contains("rigid body"));
-    let revolved = Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), Axisymmetric, rubber()).hold((1, Side::Min));
-    assert!(refused(revolved.rigid("plate", (1, Side::Max))).to_string().contains("no rotations"));
+    let revolved = || {
+        let block = Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), Axisymmetric, rubber()).hold((1, Side::Min));
+        block.rigid("plate", (1, Side::Max))
+    };
+    assert!(refused(revolved().with(Load::moment("plate", [0.0; 3]))).to_string().contains("a body of revolution"));
+    let wider = revolved().with(Condition::on("plate").displacement([0.1, 0.0]));
+    assert!(refused(wider).to_string().contains("a rigid ring keeps its radius"));
     let problem = block().rigid("plate", (1, Side::Max)).discretize(&Scheme::default().particles([5, 4])).unwrap();
     assert!(problem.rigid_motion(&problem.at_rest(), "plat").unwrap_err().to_string().contains("there are: plate"));
 }

@@ -394,9 +394,9 @@ fn particles_that_cannot_be_are_refused() {
     assert!(matches!(error, Error::Geometry(GeometryError::UnknownPart { .. })), "{error}");
     assert!(error.to_string().contains("bottom"), "{error}");
     let error = scene.discretize(&Scheme::elements(1)).err().unwrap();
-    assert!(matches!(error, Error::Geometry(GeometryError::Unsuited { .. })), "{error}");
+    assert!(matches!(error, Error::Incompatible(_)), "{error}");
     let zones = Scheme::default().integration_zones([2]);
-    assert!(matches!(scene.discretize(&zones).err().unwrap(), Error::Geometry(GeometryError::Unsuited { .. })));
+    assert!(matches!(scene.discretize(&zones).err().unwrap(), Error::Incompatible(_)));
     let rank = Scheme::default().dilation(Dilation::Neighbour { rank: 0, factor: 1.5 });
     let error = scene.discretize(&rank).err().unwrap();
     assert!(matches!(error, Error::Approximation(ApproximationError::Particle { .. })), "{error}");

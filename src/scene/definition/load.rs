@@ -3,9 +3,10 @@
 use std::fmt;
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::geometry::Point;
+use crate::material::Material;
 use crate::term::{Amplitude, DeadLoad, FollowerPressure, Integrand, PointDerivatives, PointState, Sparsity};
 
 use crate::scene::{Place, Value};
@@ -299,6 +300,51 @@ impl Integrand for AtFullLoad {
 
     fn needs_normals(&self) -> bool {
         self.0.needs_normals()
+    }
+}
+
+/// A load on the edge of a sheet whose thickness is free: its area is that of the sheet as the law has it at the edge.
+pub(crate) struct OnSheet<I> {
+    pub load: I,
+    /// With the free thickness.
+    pub law: Arc<dyn Material>,
+}
+
+impl<I: Integrand> Integrand for OnSheet<I> {
+    fn sparsity(&self) -> Sparsity {
+        self.load.sparsity()
+    }
+
+    fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
+        const ACROSS: usize = 8;
+        let thick = |f: &Matrix3<f64>| self.law.deformation(f)[(2, 2)];
+        let mut settled = at.deformation;
+        settled[(2, 2)] = thick(&at.deformation);
+        self.load.evaluate(&PointState { deformation: settled, ..*at }, flux);
+        let across = flux.force_by_gradient.column(ACROSS).into_owned();
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let [low, high] = [-DIFFERENCE, DIFFERENCE].map(|step| {
+                let mut f = at.deformation;
+                f[(i, j)] += step;
+                thick(&f)
+            });
+            let slope = across * ((high - low) / (2.0 * DIFFERENCE));
+            let mut column = flux.force_by_gradient.column_mut(3 * i + j);
+            column += slope;
+        }
+        flux.force_by_gradient.column_mut(ACROSS).fill(0.0);
+    }
+
+    fn is_symmetric(&self) -> bool {
+        false
+    }
+
+    fn break_points(&self) -> Vec<f64> {
+        self.load.break_points()
+    }
+
+    fn needs_normals(&self) -> bool {
+        self.load.needs_normals()
     }
 }
 

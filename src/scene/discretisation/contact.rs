@@ -107,7 +107,7 @@ pub(crate) fn add<const D: usize>(
     }
     if next > particles
         || !scene.contact_pairs.is_empty()
-        || !holds(equations, positions, !scene.kinematics.hoop_components().is_empty())
+        || !holds(equations, model.positions(), !scene.kinematics.hoop_components().is_empty())
     {
         model.add(artificial_spring(model.positions(), volume, shear));
     }

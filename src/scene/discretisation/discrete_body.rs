@@ -68,7 +68,9 @@ pub struct DiscreteBody<const D: usize> {
     pub(crate) body: Arc<Body<D, Arc<dyn Material>>>,
     pub(crate) cells: Arc<dyn Cells<D>>,
     pub(crate) approximation: Box<dyn Evaluate<D>>,
-    /// How its surface is integrated; none in plane stress, whose tractions turn with an unknown thickness.
+    /// Whether it is a sheet in plane stress.
+    pub(crate) is_sheet: bool,
+    /// How its surface is integrated.
     pub(crate) facets: Option<super::facet_rule::Facets>,
     /// Largest half-widths of the supports; spacings of finite elements.
     pub(crate) dilations: Vec<f64>,
@@ -166,11 +168,18 @@ impl<const D: usize> DiscreteBody<D> {
         self.body.pressures(View { displacement: &state.displacement, condensed, load: state.load })
     }
 
-    /// Cauchy stresses at the points of the body's table.
-    pub(crate) fn stresses(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
-        let gradients = self.gradients(state);
+    /// Deformation gradients at the points of the body's table, in a sheet with the thickness that its history leaves.
+    pub(crate) fn settled_gradients(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
         let Some(condensed) = state.condensed.get(number) else { return Vec::new() };
         let view = View { displacement: &state.displacement, condensed, load: state.load };
+        (0..self.body.table().len()).map(|point| self.body.deformation_in(point, view)).collect()
+    }
+
+    /// Cauchy stresses at the points of the body's table.
+    pub(crate) fn stresses(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
+        let Some(condensed) = state.condensed.get(number) else { return Vec::new() };
+        let view = View { displacement: &state.displacement, condensed, load: state.load };
+        let gradients = self.settled_gradients(number, state);
         let pressures = self.pressures(number, state);
         let cauchy = |(point, f): (usize, &Matrix3<f64>)| {
             let stress = self.body.stress(point, f, view) * f.transpose() / f.determinant();

@@ -1,13 +1,14 @@
 //! From scene and scheme to a problem.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
 use crate::assembly::Model;
 use crate::boundary::{Constraints, LagrangeMultipliers, MixedTransformation};
 use crate::compiled::compiled;
-use crate::error::{Error, GeometryError};
+use crate::error::{Error, Incompatible};
 use crate::geometry::Point;
 use crate::linear::{Direct, Krylov};
 use crate::material::Material;
@@ -27,7 +28,7 @@ use super::particles::particles;
 use super::problem::Problem;
 use super::rigid;
 use super::sharing::Sharing;
-use crate::scene::definition::load::{Load, LoadKind, Shared, Varying, dead};
+use crate::scene::definition::load::{Load, LoadKind, OnSheet, Shared, Varying, dead};
 use crate::scene::definition::place::{Place, Spot};
 use crate::scene::definition::scene::Scene;
 use crate::scene::definition::scheme::Scheme;
@@ -125,20 +126,31 @@ pub(crate) fn discretize<const D: usize>(
     finish(scene, scheme, &all, built, &sharing)
 }
 
-/// Adds a load over a table of its place, `measure` being that of the place on all bodies.
-fn add_load<const D: usize>(model: &mut Model<D>, load: &Load<D>, table: ShapeTable<D>, measure: f64) {
+/// Adds a load over a table of its place, `measure` being that of the place on all bodies, `sheet` the law of a body whose thickness
+/// is free.
+fn add_load<const D: usize>(
+    model: &mut Model<D>,
+    load: &Load<D>,
+    table: ShapeTable<D>,
+    measure: f64,
+    sheet: Option<Arc<dyn Material>>,
+) {
     let amplitude = load.amplitude.clone();
-    match &load.kind {
-        LoadKind::Dead(Value::Constant(force)) => model.add(Pointwise::new(table, dead(force, &amplitude))),
-        LoadKind::Dead(value) => model.add(Pointwise::new(table, Varying { value: value.clone(), amplitude })),
-        LoadKind::Total(force) => model.add(Pointwise::new(table, dead(&force.map(|f| f / measure), &amplitude))),
-        LoadKind::Pressure(Value::Constant(pressure)) => {
+    let varying = |value: &Value<D>| Varying { value: value.clone(), amplitude: amplitude.clone() };
+    match (&load.kind, sheet) {
+        (LoadKind::Dead(Value::Constant(force)), _) => model.add(Pointwise::new(table, dead(force, &amplitude))),
+        (LoadKind::Dead(value), _) => model.add(Pointwise::new(table, Varying { value: value.clone(), amplitude })),
+        (LoadKind::Total(force), _) => model.add(Pointwise::new(table, dead(&force.map(|f| f / measure), &amplitude))),
+        (LoadKind::Pressure(Value::Constant(pressure)), None) => {
             model.add(Pointwise::new(table, FollowerPressure { pressure: *pressure, amplitude }))
         }
-        LoadKind::Pressure(value) => model.add(Pointwise::new(table, Varying { value: value.clone(), amplitude })),
-        LoadKind::Integrand(integrand) => model.add(Pointwise::new(table, Shared(integrand.clone()))),
+        (LoadKind::Pressure(value), None) => model.add(Pointwise::new(table, varying(value))),
+        (LoadKind::Pressure(value), Some(law)) => {
+            model.add(Pointwise::new(table, OnSheet { load: varying(value), law }))
+        }
+        (LoadKind::Integrand(integrand), _) => model.add(Pointwise::new(table, Shared(integrand.clone()))),
         // Refused with its table.
-        LoadKind::Moment(_) => model,
+        (LoadKind::Moment(_), _) => model,
     };
 }
 
@@ -193,18 +205,22 @@ fn finish<const D: usize>(
     tables.iter().for_each(|(number, table)| measures[*number] += table.weights().iter().sum::<f64>());
     sharing.total(&mut measures);
     for (number, table) in tables {
-        add_load(&mut model, &scene.loads[number], table, measures[number]);
+        let node = table.clusters().nodes(0).first().map_or(0, |node| *node as usize);
+        let own = discrete_bodies.iter().find(|body: &&DiscreteBody<D>| body.nodes.contains(&node));
+        let sheet = own.filter(|_| scene.kinematics.is_plane_stress()).map(|body| body.body.material().clone());
+        add_load(&mut model, &scene.loads[number], table, measures[number], sheet);
     }
     let modulus =
         |discrete_body: &DiscreteBody<D>| discrete_body.body.material().response(&Matrix3::identity()).tangent[(0, 0)];
     let shear = |discrete_body: &DiscreteBody<D>| discrete_body.body.material().initial_moduli().shear;
-    for frame in &frames {
+    let turned = scene.kinematics.hoop_components().is_empty();
+    for frame in frames.iter().filter(|_| turned) {
         let stiffest = discrete_bodies.iter().map(modulus).fold(0.0, f64::max);
         model.add_whole(frame.stay(stiffest, discrete_bodies.iter().map(shear).fold(0.0, f64::max)));
     }
     for load in &scene.loads {
         if let Some((number, point)) = scene.rigid_at(&scene.resolve(&load.place)) {
-            frames[number].load(&mut model, load, point)?;
+            frames[number].load(&mut model, load, point, !turned)?;
         }
     }
     let contacts =
@@ -241,8 +257,8 @@ fn analysis_of(scheme: &Scheme, transformable: bool, krylov: Option<Krylov>) -> 
     };
     if let Some(solver) = &scheme.solver {
         if krylov.is_none() && solver.preconditioner(&[]).is_some() {
-            let needed = "one body of particles on a lattice in space, or a direct solver";
-            return Err(GeometryError::Unsuited { what: "a solver of preconditioners", needed }.into());
+            let remedy = "take a direct solver, or one body of particles on a lattice in space";
+            return Err(Incompatible::new("a solver of preconditioners", "these cells", remedy).into());
         }
         analysis.solver = Box::new(solver.clone());
     }

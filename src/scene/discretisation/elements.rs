@@ -49,7 +49,7 @@ pub(crate) fn elements<const D: usize>(
     let own = sharing.run(Zones::single(elements.element_count()));
     let table = ShapeTable::of_elements(&elements, &elements.gauss_in(points, &own)?, kinematics)?;
     // Q1/P0 and Q2/P1 as the literature has them: all of the volumetric energy projected.
-    let law = material(scene, &definition.body.material)?;
+    let law = material(scene, &definition.body.material);
     let body = clocked(scene, Body::zonal(definition.among_all(expanding(scene, table)?), law, field, 0.0))?;
     let tables = Tables {
         boundary: &|part, place| {

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use nalgebra::SMatrix;
 
 use crate::boundary::{ConstraintEquation, Constraints};
-use crate::error::{BoundaryError, Error};
+use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::Point;
 use crate::mesh::Mesh;
 use crate::term::Amplitude;
 
-use crate::scene::definition::condition::Condition;
+use crate::scene::definition::condition::{Condition, Direction};
 use crate::scene::definition::value::Value;
 
 /// A rigid body of a problem: an affine frame of $D + 1$ nodes that keeps its shape.
@@ -94,16 +94,48 @@ impl<const D: usize> Frame<D> {
         Point::from_fn(|i, _| (0..=D).map(|k| values[k] * displacement[(self.first + k) * D + i]).sum())
     }
 
-    /// Adds the rows of a condition on the body: at a point of it, or at all its nodes.
+    /// Adds the rows that leave a rigid body of revolution its motion along the axis alone.
+    pub(crate) fn guide(&self, equations: &mut Constraints) -> Result<(), Error> {
+        let label = format!("rigid body {}", self.name);
+        for node in self.nodes() {
+            for i in 0..D {
+                let own = node * D + i;
+                let entries = match (i, node == self.first) {
+                    (0, _) => vec![(own, 1.0)],
+                    (_, true) => continue,
+                    _ => vec![(self.first * D + i, -1.0), (own, 1.0)],
+                };
+                let (amplitude, label) = (Amplitude::Ramp, label.clone());
+                equations.push(ConstraintEquation { entries, dependent: own, target: 0.0, amplitude, label })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the rows of a condition on the body: at a point of it, or at all its nodes; in bodies of revolution along the axis
+    /// alone.
     pub(crate) fn prescribe(
         &self,
         equations: &mut Constraints,
         condition: &Condition<D>,
         point: Option<Point<D>>,
+        revolved: bool,
     ) -> Result<(), Error> {
-        let at: Vec<Point<D>> = point.map_or_else(|| self.positions().collect(), |at| vec![at]);
+        let at: Vec<Point<D>> = match point {
+            Some(at) => vec![at],
+            None if revolved => vec![self.centre],
+            None => self.positions().collect(),
+        };
         for (direction, value) in &condition.prescribed {
             let label = condition.label(direction);
+            if let (true, Direction::Component(0)) = (revolved, direction) {
+                let radius = value.at(&self.centre, 1.0);
+                if radius != 0.0 {
+                    let remedy = "prescribe no radial displacement but zero: a rigid ring keeps its radius";
+                    return Err(Incompatible::new(label, "a rigid body of revolution", remedy).into());
+                }
+                continue;
+            }
             if let Value::Motion(_) = value {
                 equations.add_break_points(condition.amplitude.break_points());
             }

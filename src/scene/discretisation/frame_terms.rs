@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{Matrix3, SMatrix};
 
 use crate::assembly::Model;
-use crate::error::{Error, GeometryError};
+use crate::error::{Error, Incompatible};
 use crate::geometry::Point;
 use crate::quadrature::Points;
 use crate::table::ShapeTable;
@@ -21,7 +21,13 @@ const FIRM: f64 = 10.0;
 
 impl<const D: usize> Frame<D> {
     /// Adds a load on the body, at a point of it or at its centre.
-    pub(crate) fn load(&self, model: &mut Model<D>, load: &Load<D>, point: Option<Point<D>>) -> Result<(), Error> {
+    pub(crate) fn load(
+        &self,
+        model: &mut Model<D>,
+        load: &Load<D>,
+        point: Option<Point<D>>,
+        revolved: bool,
+    ) -> Result<(), Error> {
         let total = model.positions().len();
         match &load.kind {
             LoadKind::Total(force) => {
@@ -36,14 +42,17 @@ impl<const D: usize> Frame<D> {
                 })?;
                 model.add_whole(Pointwise::new(table, dead(force, &load.amplitude)));
             }
+            LoadKind::Moment(_) if revolved => {
+                let remedy = "symmetry leaves it no rotation: take a force along the axis";
+                return Err(Incompatible::new("a moment", "a body of revolution", remedy).into());
+            }
             LoadKind::Moment(moment) => {
                 let (moment, amplitude) = (*moment, load.amplitude.clone());
                 model.add_whole(Turning { frame: self.clone(), nodes: self.numbers(), moment, amplitude });
             }
             _ => {
-                let what = "a load on a rigid body other than a force or a moment";
-                let needed = "Load::force or Load::moment; pressures act on the parts that are tied to it";
-                return Err(GeometryError::Unsuited { what, needed }.into());
+                let remedy = "take Load::force or Load::moment; pressures act on the parts that are tied to it";
+                return Err(Incompatible::new(load.label(), "a rigid body", remedy).into());
             }
         }
         Ok(())

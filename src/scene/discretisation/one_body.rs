@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::boundary::Constraints;
 use crate::cells::Cells;
-use crate::error::{BoundaryError, Error, GeometryError};
+use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Part, Point};
 use crate::linear::Krylov;
 use crate::material::{FreeThickness, Material};
@@ -96,21 +96,14 @@ impl<const D: usize> BodyInput<'_, D> {
     ) -> DiscreteBody<D> {
         let nodes = self.first..self.first + self.cells.positions().len();
         let (name, cells, body) = (self.body.name.clone(), self.cells.clone(), Arc::new(body));
-        let facets = (!self.scene.kinematics.is_plane_stress()).then_some(facets);
-        DiscreteBody { name, nodes, body, cells, approximation, facets, dilations, raised }
+        let (facets, is_sheet) = (Some(facets), self.scene.kinematics.is_plane_stress());
+        DiscreteBody { name, nodes, body, cells, approximation, is_sheet, facets, dilations, raised }
     }
 }
 
 /// The material as the kinematics moves it.
-pub(crate) fn material<const D: usize>(scene: &Scene<D>, own: &Arc<dyn Material>) -> Result<Arc<dyn Material>, Error> {
-    if !scene.kinematics.is_plane_stress() {
-        return Ok(own.clone());
-    }
-    if own.internal_variables().is_some() {
-        let what = "a laws with internal variables in a sheet in plane stress";
-        return Err(GeometryError::Unsuited { what, needed: "a solid model, or an elastic law" }.into());
-    }
-    Ok(Arc::new(FreeThickness(own.clone())))
+pub(crate) fn material<const D: usize>(scene: &Scene<D>, own: &Arc<dyn Material>) -> Arc<dyn Material> {
+    if scene.kinematics.is_plane_stress() { Arc::new(FreeThickness(own.clone())) } else { own.clone() }
 }
 
 /// The table of the body, with the scene's free expansion.
@@ -162,14 +155,9 @@ pub(crate) fn load_tables<const D: usize, A: Approximation<D>>(
     let mut built = Vec::with_capacity(definition.loads.len());
     for (number, place) in definition.loads {
         let load = &definition.scene.loads[*number];
-        if definition.scene.kinematics.is_plane_stress() && matches!(load.kind, LoadKind::Pressure(_)) {
-            let what = "a following pressure on the edge of a sheet in plane stress";
-            let needed = "a traction: the area of the edge changes with the thickness, which is no unknown";
-            return Err(GeometryError::Unsuited { what, needed }.into());
-        }
         if let LoadKind::Moment(_) = load.kind {
-            let needed = "a rigid body: tie the part to one by Scene::rigid";
-            return Err(GeometryError::Unsuited { what: "a moment on a part that may deform", needed }.into());
+            let remedy = "tie the part to a rigid body by Scene::rigid";
+            return Err(Incompatible::new("a moment", "a part that may deform", remedy).into());
         }
         let table = match &place.spot {
             Spot::Part(part) => (tables.boundary)(part, place)?,

@@ -23,7 +23,7 @@ pub(crate) fn particles<const D: usize>(
     let kinematics = &*scene.kinematics;
     let sharing = definition.sharing;
     let (table, facets, field, zone) = body_table(definition, &approximation)?;
-    let (table, law) = (definition.among_all(expanding(scene, table)?), material(scene, &definition.body.material)?);
+    let (table, law) = (definition.among_all(expanding(scene, table)?), material(scene, &definition.body.material));
     let mut body = clocked(scene, Body::projecting(table, law, field, scheme.measure))?;
     // Of clusters that are zones of cells.
     if let Some(directions) =

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::boundary::{ConstraintEquation, Constraints};
-use crate::error::{BoundaryError, Error, GeometryError};
+use crate::error::{BoundaryError, Error, Incompatible};
 use crate::geometry::{Part, Point};
 use crate::mesh::Mesh;
 
@@ -77,9 +77,10 @@ pub(crate) fn frames<const D: usize>(
     if names.is_empty() {
         return Ok(Vec::new());
     }
-    if D < 2 || !scene.kinematics.hoop_components().is_empty() {
-        let (what, needed) = ("a rigid body where the kinematics has no rotations", "plane strain or a body in space");
-        return Err(GeometryError::Unsuited { what, needed }.into());
+    let revolved = !scene.kinematics.hoop_components().is_empty();
+    if D < 2 {
+        let remedy = "a rigid ring keeps its radius: hold the end";
+        return Err(Incompatible::new("a rigid body", "a radial line", remedy).into());
     }
     let particles = positions.len();
     let mut frames = Vec::with_capacity(names.len());
@@ -97,13 +98,16 @@ pub(crate) fn frames<const D: usize>(
             placed.push(Placed { name, place, equations: range.clone(), nodes });
         }
         positions.extend(frame.positions());
+        if revolved {
+            frame.guide(equations)?;
+        }
         frames.push(frame);
     }
     for condition in &scene.conditions {
         let place = scene.resolve(&condition.place);
         let Some((number, point)) = scene.rigid_at(&place) else { continue };
         let first = equations.len();
-        frames[number].prescribe(equations, condition, point)?;
+        frames[number].prescribe(equations, condition, point, revolved)?;
         let (name, nodes) = (condition.name.clone(), frames[number].nodes());
         placed.push(Placed { name, place, equations: first..equations.len(), nodes });
     }
@@ -122,7 +126,7 @@ pub(crate) fn held<const D: usize>(
     if !scene.contacts.is_empty()
         || !scene.contact_pairs.is_empty()
         || scene.loads.iter().any(springs)
-        || holds(equations, positions, false)
+        || holds(equations, positions, !scene.kinematics.hoop_components().is_empty())
     {
         return Ok(());
     }

@@ -1,7 +1,7 @@
 //! The integration rule of a scheme: the table of a body, its pressures, and the facets that agree with it.
 
 use crate::cells::{Cells, Lattice, Layout};
-use crate::error::{Error, GeometryError};
+use crate::error::{Error, GeometryError, Incompatible};
 use crate::shape::Approximation;
 use crate::table::ShapeTable;
 use crate::term::PressureField;
@@ -107,10 +107,10 @@ pub(crate) fn body_table<const D: usize, A: Approximation<D>>(
 pub(crate) fn lattice_of<'a, const D: usize>(
     cells: &'a dyn Cells<D>,
     what: &'static str,
-) -> Result<&'a Lattice<D>, GeometryError> {
+) -> Result<&'a Lattice<D>, Incompatible> {
     cells.lattice().ok_or_else(|| no_lattice(what))
 }
 
-fn no_lattice(what: &'static str) -> GeometryError {
-    GeometryError::Unsuited { what, needed: "a lattice: make the scene with Scene::new on a block or mapped block" }
+fn no_lattice(what: &'static str) -> Incompatible {
+    Incompatible::new(what, "cells that are no lattice", "make the scene of a block or mapped block")
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::assembly::Ranks;
 use crate::cells::{Cells, Smoothing, Zones};
-use crate::error::GeometryError;
+use crate::error::{GeometryError, Incompatible};
 use crate::geometry::{Morton, Point};
 use crate::quadrature::Points;
 use crate::shape::ElementPoints;
@@ -25,19 +25,19 @@ impl Sharing {
         scene: &Scene<D>,
         scheme: &Scheme,
         all: &BodyCells<D>,
-    ) -> Result<Self, GeometryError> {
+    ) -> Result<Self, Incompatible> {
         let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).filter(|ranks| ranks.count() > 1);
         let by_zones = |own: &Scheme| match own.rule {
             Rule::Auto => true,
             Rule::Smoothed { .. } | Rule::Gauss { .. } => true,
             Rule::Scni | Rule::Nodal => own.approximation == ApproximationChoice::Elements,
         };
-        let refused = |needed| Err(GeometryError::Unsuited { what: "a scene on several ranks", needed });
+        let refused = |with, remedy| Err(Incompatible::new("a solver on several ranks", with, remedy));
         if ranks.is_some() && !all.iter().all(|(own, _)| by_zones(own)) {
-            return refused("a rule over cells: the default, sub-cells or Gauss points");
+            return refused("a rule at particles", "take one over cells: the default, sub-cells or Gauss points");
         }
         if ranks.is_some() && !(scene.contacts.is_empty() && scene.contact_pairs.is_empty()) {
-            return refused("no contacts: solve it on one rank");
+            return refused("contact", "pressures of contact live on one rank: solve the scene on one");
         }
         Ok(Sharing(ranks))
     }

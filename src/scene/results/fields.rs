@@ -138,9 +138,9 @@ impl<const D: usize> Problem<D> {
         }
         let current: Vec<Point<D>> = positions.iter().zip(&displacements).map(|(x, u)| x + u).collect();
         let ratios: Option<Vec<f64>> = cells.iter().map(|cell| volume_ratio(cell, &positions, &current)).collect();
-        let mut stresses = match self.recovers() {
-            true => self.stress_field(state)?.at_particles()?,
-            false => self.at_particles(&self.stresses(state)?),
+        let mut stresses = match self.model.ranks() {
+            None => self.stress_field(state)?.at_particles()?,
+            Some(_) => self.at_particles(&self.stresses(state)?),
         };
         let at_particles = stresses.clone();
         stresses.resize(rigid_end, Matrix3::zeros());

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::boundary::ConstraintEquation;
-use crate::error::{BoundaryError, Error, GeometryError, SolveError};
+use crate::error::{BoundaryError, Error, SolveError};
 use crate::geometry::{Part, Point};
 use crate::output::{PvdCollection, Table};
 use crate::solve::{EquilibriumPath, State};
@@ -40,18 +40,15 @@ impl<const D: usize> Problem<D> {
     }
 
     /// The moment \[force × length\] about a point, in current positions, of the forces by the conditions at a place or by the
-    /// condition of a name: three components in space, the third alone in the plane, per unit thickness.
+    /// condition of a name: three components in space, the third alone in the plane, per unit thickness. Symmetry leaves bodies of
+    /// revolution none.
     ///
     /// # Errors
-    /// As [`reaction`](Problem::reaction), and where symmetry leaves no moment (bodies of revolution, bars).
+    /// As [`reaction`](Problem::reaction).
     pub fn moment(&self, state: &State, place: impl Into<Place<D>>, about: [f64; D]) -> Result<[f64; 3], Error> {
-        if !self.turns() {
-            let what = "a moment where the kinematics leaves none";
-            let needed = "a body in space or in plane strain";
-            return Err(GeometryError::Unsuited { what, needed }.into());
-        }
         let mut moment = [0.0; 3];
-        for (equation, mu, nodes) in self.rows_at(state, &place.into())? {
+        let rows = self.rows_at(state, &place.into())?;
+        for (equation, mu, nodes) in rows.into_iter().filter(|_| self.turns()) {
             for &(k, c) in equation.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {
                 // The coefficients X + d reproduce the current position exactly.
                 let (node, component, force) = (k / D, k % D, -mu * c);

@@ -7,7 +7,8 @@ use std::sync::OnceLock;
 
 use nalgebra::{DVector, Matrix3, Vector3};
 
-use crate::error::{ApproximationError, Error, GeometryError};
+use crate::assembly::Ranks;
+use crate::error::{ApproximationError, Error};
 use crate::geometry::{Part, Point};
 use crate::parallel::map_with;
 use crate::quadrature::Points;
@@ -15,7 +16,7 @@ use crate::shape::{FiniteElements, ShapeFunctions};
 use crate::solve::State;
 
 use crate::scene::Problem;
-use crate::scene::discretisation::discrete_body::SERIAL_BELOW;
+use crate::scene::discretisation::discrete_body::{DiscreteBody, SERIAL_BELOW};
 use crate::scene::discretisation::facet_rule::Facets;
 
 /// Weight of the equations of equilibrium, in the body and on its surface, beside one of all data of a patch: conditions
@@ -39,7 +40,16 @@ const RIDGE: f64 = 1e-8;
 /// beside a term that does not tell its [`force_densities`](crate::term::Diagnostics::force_densities) go without equilibrium.
 /// Recovery from patches: O. C. Zienkiewicz and J. Z. Zhu, *Int. J. Numer. Meth. Engng* 33 (1992) 1331–1364; with
 /// equilibrium: N.-E. Wiberg and F. Abdulwahab, *ibid.* 36 (1993) 2703–2724.
+///
+/// Each body has its own; parts that are bonded or tied to something have no traction that is known. In plane stress the polynomials are
+/// those of the force per current length over the thickness at rest, $\lambda_3\sigma$, which is in equilibrium where the thickness
+/// varies. Where ranks share the scene all of them ask for the same points in the same order.
 pub struct StressField<'a, const D: usize> {
+    bodies: Vec<BodyStress<'a, D>>,
+}
+
+/// The stresses of one body.
+struct BodyStress<'a, const D: usize> {
     recovery: Recovery<'a, D>,
     fits: Vec<OnceLock<Option<Fit<D>>>>,
     /// What the polynomials miss of the tractions, facet by facet.
@@ -48,21 +58,22 @@ pub struct StressField<'a, const D: usize> {
 
 impl<'a, const D: usize> StressField<'a, D> {
     fn new(problem: &'a Problem<D>, state: &'a State) -> Result<Self, Error> {
-        let recovery = Recovery::new(problem, state)?;
-        let fits = recovery.clusters.iter().map(|_| OnceLock::new()).collect();
-        let misses = recovery.facets.iter().map(|_| OnceLock::new()).collect();
-        Ok(StressField { recovery, fits, misses })
+        state.check_lengths(problem.model(), problem.equations())?;
+        let numbers = 0..problem.discrete_bodies().len();
+        Ok(StressField {
+            bodies: numbers.map(|number| BodyStress::new(problem, number, state)).collect::<Result<_, _>>()?,
+        })
     }
 
-    /// The Cauchy stress $\sigma$ \[stress\] at a point $X$ of the body.
+    /// The Cauchy stress $\sigma$ \[stress\] at a point $X$ of the body, of the first of several that hold it.
     ///
     /// # Errors
-    /// Where the point lies outside the body by more than a tenth of a cell.
+    /// Where the point lies outside the bodies by more than a tenth of a cell.
     pub fn at(&self, at: &Point<D>) -> Result<Matrix3<f64>, Error> {
-        if !self.recovery.problem.cells().contains(at) {
+        let Some(own) = self.bodies.iter().find(|own| own.recovery.body.cells.contains(at)) else {
             return Err(ApproximationError::Outside { at: at.as_slice().to_vec() }.into());
-        }
-        Ok(self.evaluate(at, &self.recovery.problem.first().approximation.shape_functions_at(at)?))
+        };
+        Ok(own.evaluate(at, &own.recovery.body.approximation.shape_functions_at(at)?))
     }
 
     /// The Cauchy stresses \[stress\] at all particles.
@@ -70,12 +81,30 @@ impl<'a, const D: usize> StressField<'a, D> {
     /// # Errors
     /// Where a particle is not covered.
     pub fn at_particles(&self) -> Result<Vec<Matrix3<f64>>, Error> {
-        let Recovery { problem, .. } = &self.recovery;
-        let positions = problem.cells().positions();
+        let each = self.bodies.iter().map(BodyStress::at_particles).collect::<Result<Vec<_>, Error>>()?;
+        Ok(each.concat())
+    }
+}
+
+impl<'a, const D: usize> BodyStress<'a, D> {
+    fn new(problem: &'a Problem<D>, number: usize, state: &'a State) -> Result<Self, Error> {
+        let recovery = Recovery::new(problem, number, state)?;
+        let fits = recovery.clusters.iter().map(|_| OnceLock::new()).collect();
+        let misses = recovery.facets.iter().map(|_| OnceLock::new()).collect();
+        Ok(BodyStress { recovery, fits, misses })
+    }
+
+    fn at_particles(&self) -> Result<Vec<Matrix3<f64>>, Error> {
+        let Recovery { body, ranks, .. } = &self.recovery;
+        let positions = body.cells.positions();
         let at = |(): &mut (), node: usize| -> Result<Matrix3<f64>, Error> {
-            Ok(self.evaluate(&positions[node], &problem.first().approximation.values_at_node(node)?))
+            Ok(self.evaluate(&positions[node], &body.approximation.values_at_node(node)?))
         };
-        map_with(positions.len(), SERIAL_BELOW, || (), at).into_iter().collect()
+        match ranks {
+            // Ranks sum together, patch by patch.
+            Some(_) => (0..positions.len()).map(|node| at(&mut (), node)).collect(),
+            None => map_with(positions.len(), SERIAL_BELOW, || (), at).into_iter().collect(),
+        }
     }
 
     fn fit(&self, node: u32) -> Option<&Fit<D>> {
@@ -85,7 +114,7 @@ impl<'a, const D: usize> StressField<'a, D> {
     /// The polynomials between particles, and near the surface what they miss there.
     fn evaluate(&self, at: &Point<D>, psi: &ShapeFunctions<D>) -> Matrix3<f64> {
         let mut stress = self.blend(at, psi);
-        let problem = self.recovery.problem;
+        let cells = &self.recovery.body.cells;
         let mut facets: Vec<u32> =
             psi.nodes.iter().flat_map(|&node| &self.recovery.facets_of[node as usize]).copied().collect();
         facets.sort_unstable();
@@ -93,7 +122,7 @@ impl<'a, const D: usize> StressField<'a, D> {
         let (mut sum, mut total) = (Matrix3::zeros(), 1.0);
         for facet in facets {
             let Facet { reference, owner, .. } = &self.recovery.facets[facet as usize];
-            let reach = problem.cells().spacings(*owner as usize).min();
+            let reach = cells.spacings(*owner as usize).min();
             let near = (reach / (at - reference).norm().max(1e-9 * reach) - 1.0).max(0.0);
             let weight = near.powi(4);
             if weight > 0.0 {
@@ -102,7 +131,16 @@ impl<'a, const D: usize> StressField<'a, D> {
             }
         }
         stress += sum / total;
-        stress
+        if self.recovery.thickness.is_empty() {
+            return stress;
+        }
+        let thickness: f64 = psi
+            .nodes
+            .iter()
+            .zip(&psi.values)
+            .map(|(&node, value)| value * self.recovery.thickness[node as usize])
+            .sum();
+        stress / thickness
     }
 
     /// The smallest stress that brings the polynomials to the known tractions at a facet point.
@@ -169,25 +207,22 @@ impl<const D: usize> Problem<D> {
     /// The Cauchy stresses of a state at all points of the body; polynomials are fitted where they are requested.
     ///
     /// # Errors
-    /// For a state of another problem, for scenes of several bodies, and in plane stress.
+    /// For a state of another problem.
     pub fn stress_field<'a>(&'a self, state: &'a State) -> Result<StressField<'a, D>, Error> {
         StressField::new(self, state)
     }
+}
 
-    /// Whether stresses can be recovered: where thicknesses, neighbours and clusters are not unknown.
-    pub(crate) fn recovers(&self) -> bool {
-        self.discrete_bodies().len() == 1 && self.first().facets.is_some() && self.model().ranks().is_none()
-    }
-
+impl<const D: usize> Recovery<'_, D> {
     /// Points on the whole surface, and for each the particles whose rows over it would hold it.
     fn surface(&self) -> Result<(Points<D>, Option<Traces>), Error> {
-        Ok(match self.first().facets {
+        Ok(match self.body.facets {
             None => (Points::empty(), None),
             Some(Facets::OfCells(rule)) => {
-                let cells = self.cells().boundary(&Part::Whole, rule.parts, rule.gauss)?;
+                let cells = self.body.cells.boundary(&Part::Whole, rule.parts, rule.gauss)?;
                 (cells.points, Some(cells.traces))
             }
-            Some(Facets::OfElements { order, gauss }) => match self.cells().lattice() {
+            Some(Facets::OfElements { order, gauss }) => match self.body.cells.lattice() {
                 Some(lattice) => {
                     let elements = FiniteElements::new(lattice.clone(), order)?;
                     (elements.boundary(&Part::Whole, gauss)?.points, None)
@@ -229,7 +264,12 @@ struct Fit<const D: usize> {
 /// What recovery reads of a state.
 struct Recovery<'a, const D: usize> {
     problem: &'a Problem<D>,
+    body: &'a DiscreteBody<D>,
+    ranks: Option<&'a dyn Ranks>,
+    /// Of the body.
     displacement: &'a [f64],
+    /// Thickness stretches at the particles of a sheet in plane stress, whose stresses are taken times them.
+    thickness: Vec<f64>,
     /// Components that may be other than zero, hoops included.
     components: Vec<(usize, usize)>,
     stresses: Vec<Matrix3<f64>>,
@@ -279,42 +319,62 @@ fn terms<const D: usize>(centre: &Point<D>, scale: &Point<D>, at: &Point<D>) -> 
 }
 
 impl<'a, const D: usize> Recovery<'a, D> {
-    fn new(problem: &'a Problem<D>, state: &'a State) -> Result<Self, Error> {
-        state.check_lengths(problem.model(), problem.equations())?;
-        if !problem.recovers() {
-            let what = "recovery of stresses";
-            return Err(GeometryError::Unsuited { what, needed: "one body, no plane stress, one rank" }.into());
-        }
-        let (table, nodes) = (problem.body().table(), problem.cells().positions().len());
-        let displacement = &state.displacement;
+    fn new(problem: &'a Problem<D>, number: usize, state: &'a State) -> Result<Self, Error> {
+        let body = &problem.discrete_bodies()[number];
+        let (table, nodes) = (body.body.table(), body.nodes());
         let moved = |points: &[Point<D>]| -> Result<Vec<Point<D>>, Error> {
-            let moves = problem.first().displacements_at(points, state)?;
+            let moves = body.displacements_at(points, state)?;
             points.iter().zip(moves).map(|(x, u)| Ok(x + u)).collect()
         };
-        let gradients = problem.deformation_gradients(state)?;
-        let mut clusters = vec![Vec::new(); nodes];
+        let mut clusters = vec![Vec::new(); nodes.len()];
         for cluster in 0..table.clusters().len() {
             for &node in table.clusters().nodes(cluster) {
-                clusters[node as usize].push(cluster as u32);
+                clusters[node as usize - nodes.start].push(cluster as u32);
             }
         }
         let mut components: Vec<_> = (0..D).flat_map(|i| (i..D).map(move |j| (i, j))).collect();
-        components.extend((D..3).map(|k| (k, k)));
+        let gradients = body.settled_gradients(number, state);
+        let mut jacobians: Vec<f64> = gradients.iter().map(Matrix3::determinant).collect();
+        let mut stresses = body.stresses(number, state);
+        let mut thickness = Vec::new();
+        if body.is_sheet {
+            let across: Vec<Matrix3<f64>> = gradients.iter().map(|f| Matrix3::repeat(f[(2, 2)])).collect();
+            stresses.iter_mut().zip(&across).for_each(|(stress, stretch)| *stress *= stretch[(0, 0)]);
+            jacobians.iter_mut().zip(&across).for_each(|(j, stretch)| *j /= stretch[(0, 0)]);
+            thickness = body.at_particles(&across, problem.model().ranks()).iter().map(|mean| mean[(0, 0)]).collect();
+        } else {
+            components.extend((D..3).map(|k| (k, k)));
+        }
         let mut recovery = Recovery {
             problem,
-            displacement,
+            body,
+            ranks: problem.model().ranks(),
+            displacement: &state.displacement[nodes.start * D..nodes.end * D],
+            thickness,
             components,
-            stresses: problem.stresses(state)?,
+            stresses,
             current: moved(table.positions())?,
-            jacobians: gradients.iter().map(Matrix3::determinant).collect(),
+            jacobians,
             body_force: None,
             clusters,
             facets: Vec::new(),
-            facets_of: vec![Vec::new(); nodes],
-            obscure: vec![false; nodes],
+            facets_of: vec![Vec::new(); nodes.len()],
+            obscure: vec![false; nodes.len()],
         };
         recovery.look_at_surface(state, &moved)?;
         Ok(recovery)
+    }
+
+    /// Sums over the ranks, where there are several.
+    fn total(&self, values: &mut [f64]) {
+        if let Some(ranks) = self.ranks {
+            ranks.sum(values);
+        }
+    }
+
+    /// A node among all as the body counts it, if it is one of its.
+    fn own(&self, node: usize) -> Option<usize> {
+        self.body.nodes.contains(&node).then(|| node - self.body.nodes.start)
     }
 
     /// The current position of a point.

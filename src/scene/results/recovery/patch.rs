@@ -10,43 +10,57 @@ impl<const D: usize> Recovery<'_, D> {
     /// The clusters that see a particle, and those beside them where they are no more than the cells around it: those of low
     /// finite elements say too little.
     fn patch(&self, node: usize) -> Vec<u32> {
-        let table = self.problem.body().table();
+        let table = self.body.body.table();
         let near = &self.clusters[node];
-        let cells = matches!(self.problem.first().facets, Some(Facets::OfElements { order: 1, .. }));
+        let cells = matches!(self.body.facets, Some(Facets::OfElements { order: 1, .. }));
         if !cells {
             return near.clone();
         }
-        let nodes = near.iter().flat_map(|&c| table.clusters().nodes(c as usize));
-        let mut all: Vec<u32> = nodes.flat_map(|&n| &self.clusters[n as usize]).copied().collect();
+        let mut seen = vec![0.0; self.clusters.len()];
+        for &cluster in near {
+            let nodes = table.clusters().nodes(cluster as usize);
+            nodes.iter().for_each(|&node| seen[node as usize - self.body.nodes.start] = 1.0);
+        }
+        self.total(&mut seen);
+        let nodes = (0..seen.len()).filter(|&node| seen[node] > 0.0);
+        let mut all: Vec<u32> = nodes.flat_map(|node| &self.clusters[node]).copied().collect();
         all.sort_unstable();
         all.dedup();
         all
     }
 
-    /// The polynomials of a particle; none where nothing is known around it.
-    pub(super) fn fit(&self, node: usize) -> Option<Fit<D>> {
-        let table = self.problem.body().table();
-        let clusters = &self.patch(node);
+    /// Where the polynomials of a particle are centred and what they are scaled by, and the volume of its patch.
+    fn frame(&self, node: usize, clusters: &[u32]) -> Option<(Point<D>, Point<D>, f64)> {
+        let table = self.body.body.table();
         let points = || clusters.iter().flat_map(|&c| table.clusters().points(c as usize));
-        let total: f64 = points().map(|p| table.weights()[p]).sum();
-        if !(total > 0.0) {
-            return None;
-        }
-        let psi = self.problem.first().approximation.values_at_node(node).ok()?;
-        let centre = self.moved(&self.problem.cells().positions()[node], &psi);
+        let mut total = [points().map(|p| table.weights()[p]).sum()];
+        self.total(&mut total);
+        let psi = self.body.approximation.values_at_node(node).ok()?;
+        let centre = self.moved(&self.body.cells.positions()[node], &psi);
         let mut scale = Point::<D>::zeros();
         for p in points() {
             scale = scale.zip_map(&(self.current[p] - centre), |s: f64, x: f64| s.max(x.abs()));
         }
-        if !scale.iter().all(|s| *s > 0.0 && s.is_finite()) {
-            return None;
+        if let Some(ranks) = self.ranks {
+            ranks.largest(scale.as_mut_slice());
         }
+        let usable = total[0] > 0.0 && scale.iter().all(|s| *s > 0.0 && s.is_finite());
+        usable.then_some((centre, scale, total[0]))
+    }
+
+    /// The polynomials of a particle; none where nothing is known around it.
+    pub(super) fn fit(&self, node: usize) -> Option<Fit<D>> {
+        let body = &self.body.body;
+        let table = body.table();
+        let clusters = &self.patch(node);
+        let (centre, scale, total) = self.frame(node, clusters)?;
         let mut system = Patch::new(&self.components, length::<D>());
-        let body = self.problem.body();
         // Pressures that are constant in their zones may alternate from zone to zone: only the linear functions of the
         // patch, which do not see that, are tested with them.
         let constant = |&c: &u32| table.clusters().points(c as usize).all(|p| body.zone_functions(p).len() == 1);
-        let mut tests = clusters.iter().all(constant).then(|| vec![(vec![0.0; length::<D>()], 0.0); D + 1]);
+        let mut others = [f64::from(u8::from(!clusters.iter().all(constant)))];
+        self.total(&mut others);
+        let mut tests = (others[0] == 0.0).then(|| vec![(vec![0.0; length::<D>()], 0.0); D + 1]);
         for &cluster in clusters {
             let points = table.clusters().points(cluster as usize);
             let projected = points.clone().next().map_or(0, |p| body.zone_functions(p).len());
@@ -72,12 +86,21 @@ impl<const D: usize> Recovery<'_, D> {
                 system.add_pressure(left, *right, 1.0);
             }
         }
-        for (left, right) in tests.iter().flatten() {
+        for (left, right) in tests.iter_mut().flatten() {
+            left.push(*right);
+            self.total(left);
+            *right = left.pop().unwrap_or(0.0);
+        }
+        // What all ranks know one of them adds.
+        let first = self.ranks.is_none_or(|ranks| ranks.rank() == 0);
+        for (left, right) in tests.iter().flatten().filter(|_| first) {
             system.add_pressure(left, *right, 1.0 / total);
         }
         if !self.obscure[node] {
             self.add_equilibrium(&mut system, node, clusters, &centre, &scale, total);
         }
+        self.total(system.matrix.as_mut_slice());
+        self.total(system.rhs.as_mut_slice());
         let coefficients = system.solve(total)?;
         Some(Fit { centre, scale, coefficients })
     }
@@ -92,7 +115,7 @@ impl<const D: usize> Recovery<'_, D> {
         scale: &Point<D>,
         total: f64,
     ) {
-        let table = self.problem.body().table();
+        let table = self.body.body.table();
         let hoops = table.hoop_components();
         // The polynomials' divergence is linear: these points determine it.
         let mut places = Vec::new();
@@ -101,7 +124,9 @@ impl<const D: usize> Recovery<'_, D> {
             let step = (points.len() / (4 * D)).max(1);
             places.extend(points.step_by(step));
         }
-        let weight = EQUILIBRIUM * total / places.len().max(1) as f64;
+        let mut count = [places.len() as f64];
+        self.total(&mut count);
+        let weight = EQUILIBRIUM * total / count[0].max(1.0);
         let size = scale.min();
         for &p in &places {
             let x = &self.current[p];
@@ -138,6 +163,9 @@ impl<const D: usize> Recovery<'_, D> {
                 }
                 system.add_row(&row, -size * force[i], weight);
             }
+        }
+        if self.ranks.is_some_and(|ranks| ranks.rank() > 0) {
+            return;
         }
         let facets = &self.facets_of[node];
         let area: f64 = facets.iter().map(|&f| self.facets[f as usize].weight).sum();

@@ -19,13 +19,13 @@ impl<const D: usize> Recovery<'_, D> {
     /// Collects the loads, and the facets with what is known of their tractions.
     pub(super) fn look_at_surface(&mut self, state: &State, moved: Moved<'_, D>) -> Result<(), Error> {
         let problem = self.problem;
-        let (points, traces) = problem.surface()?;
+        let (points, traces) = self.surface()?;
         let key = |x: &Point<D>, n: &Point<D>| -> Vec<u64> {
             // Rounded: facets of a part and of the whole may differ in their last bits. Normals tell faces apart at corners.
             x.iter().chain(n.iter()).map(|v| ((v * 1e3).round() as i64 as u64).wrapping_mul(31)).collect()
         };
         let exact = |a: &Point<D>, b: &Point<D>, size: f64| (a - b).norm() <= 1e-9 * size;
-        let size = problem.cells().positions().iter().fold(0.0, |largest: f64, x| largest.max(x.amax()));
+        let size = self.body.cells.positions().iter().fold(0.0, |largest: f64, x| largest.max(x.amax()));
         let mut at: HashMap<Vec<u64>, Vec<usize>> = Default::default();
         for (facet, (x, n)) in points.positions.iter().zip(&points.normals).enumerate() {
             at.entry(key(&(x / size), n)).or_default().push(facet);
@@ -34,42 +34,60 @@ impl<const D: usize> Recovery<'_, D> {
             let near = at.get(&key(&(x / size), n))?;
             near.iter().copied().find(|&facet| exact(&points.positions[facet], x, size))
         };
-        let volume: f64 = problem.body().table().weights().iter().sum();
-        let mut tractions = vec![Vector3::zeros(); points.positions.len()];
+        let mut volume = [self.body.body.table().weights().iter().sum::<f64>()];
+        self.total(&mut volume);
+        let mut tractions = vec![Vector3::<f64>::zeros(); points.positions.len()];
         let mut body_force: Option<Vec<Vector3<f64>>> = None;
-        // The body comes first.
-        for (term, condensed) in problem.model().terms().iter().zip(&state.condensed).skip(1) {
+        let mut obscure = vec![0.0; self.obscure.len()];
+        // The bodies come first.
+        let bodies = problem.discrete_bodies().len();
+        for (term, condensed) in problem.model().terms().iter().zip(&state.condensed).skip(bodies) {
             let view = View { displacement: &state.displacement, condensed, load: state.load };
-            let given = term.diagnostics().and_then(|of| of.force_densities(view)).is_some_and(|densities| {
-                if densities.normals.len() == densities.positions.len() {
-                    let found: Vec<_> =
-                        densities.positions.iter().zip(&densities.normals).map(|(x, n)| find(x, n)).collect();
-                    if found.contains(&None) {
-                        return false;
-                    }
+            let nodes = || (0..term.clusters()).flat_map(|cluster| term.nodes(cluster));
+            let mut acts = [f64::from(u8::from(nodes().any(|&node| self.own(node as usize).is_some())))];
+            self.total(&mut acts);
+            if acts[0] == 0.0 {
+                continue;
+            }
+            let mut given = [0.0, 0.0, 0.0];
+            if let Some(densities) = term.diagnostics().and_then(|of| of.force_densities(view)) {
+                given[1] = densities.weights.iter().sum::<f64>();
+                let on_surface = densities.normals.len() == densities.positions.len() && !densities.normals.is_empty();
+                let found: Vec<_> = match on_surface {
+                    true => densities.positions.iter().zip(&densities.normals).map(|(x, n)| find(x, n)).collect(),
+                    false => Vec::new(),
+                };
+                if found.contains(&None) {
+                    given[0] = 1.0;
+                } else if on_surface {
                     for (facet, force) in found.into_iter().flatten().zip(&densities.forces) {
                         tractions[facet] += force;
                     }
-                    return true;
-                }
-                // A force over all of the body; anything less, a point load, has no density.
-                let whole = (densities.weights.iter().sum::<f64>() / volume - 1.0).abs() < 1e-3;
-                let nearest = BoxTree::of(&densities.positions);
-                if whole {
+                    given[2] = 1.0;
+                } else if !densities.positions.is_empty() {
+                    // A force over all of the body; anything less, a point load, has no density.
+                    let (nearest, table) = (BoxTree::of(&densities.positions), self.body.body.table());
                     let sums = body_force.get_or_insert_with(|| vec![Vector3::zeros(); self.current.len()]);
-                    for ((sum, x), j) in sums.iter_mut().zip(problem.body().table().positions()).zip(&self.jacobians) {
+                    for ((sum, x), j) in sums.iter_mut().zip(table.positions()).zip(&self.jacobians) {
                         *sum += densities.forces[nearest.nearest(x).unwrap_or(0)] / *j;
                     }
                 }
-                whole
-            });
-            if !given {
-                for node in (0..term.clusters()).flat_map(|cluster| term.nodes(cluster)) {
-                    if let Some(obscure) = self.obscure.get_mut(*node as usize) {
-                        *obscure = true;
-                    }
-                }
+            } else if term.clusters() > 0 {
+                given[0] = 1.0;
             }
+            self.total(&mut given);
+            let [unknown, weight, surface] = given;
+            let whole = surface > 0.0 || (weight / volume[0] - 1.0).abs() < 1e-3;
+            if unknown > 0.0 || !whole {
+                nodes().filter_map(|&node| self.own(node as usize)).for_each(|node| obscure[node] = 1.0);
+            }
+        }
+        self.total(&mut obscure);
+        self.obscure.iter_mut().zip(obscure).for_each(|(own, any)| *own = any > 0.0);
+        if self.ranks.is_some() {
+            let mut all: Vec<f64> = tractions.iter().flat_map(|t| t.iter().copied()).collect();
+            self.total(&mut all);
+            tractions.iter_mut().zip(all.chunks_exact(3)).for_each(|(t, sum)| *t = Vector3::from_column_slice(sum));
         }
         self.body_force = body_force;
         self.add_facets(&points, traces.as_deref(), &tractions, &moved(&points.positions)?)
@@ -83,24 +101,27 @@ impl<const D: usize> Recovery<'_, D> {
         tractions: &[Vector3<f64>],
         current: &[Point<D>],
     ) -> Result<(), Error> {
-        let problem = self.problem;
         let mut held = vec![false; self.displacement.len()];
         let mut tied = vec![false; self.obscure.len()];
-        for row in problem.equations().equations() {
-            held[row.dependent] = true;
-            let mixed = row.entries.iter().any(|&(k, c)| k % D != row.dependent % D && c != 0.0);
-            if let (true, Some(tied)) = (mixed, tied.get_mut(row.dependent / D)) {
-                *tied = true;
+        for row in self.problem.equations().equations() {
+            let elsewhere = row.entries.iter().any(|&(k, c)| self.own(k / D).is_none() && c != 0.0);
+            let component = row.dependent % D;
+            if elsewhere {
+                // Of a bond, or a rigid body.
+                row.entries.iter().filter_map(|&(k, _)| self.own(k / D)).for_each(|node| tied[node] = true);
+            } else if let Some(node) = self.own(row.dependent / D) {
+                held[node * D + component] = true;
+                tied[node] |= row.entries.iter().any(|&(k, c)| k % D != component && c != 0.0);
             }
         }
-        let hoops = problem.body().table().hoop_components();
-        let size = problem.cells().positions().iter().fold(0.0, |largest: f64, x| largest.max(x.amax()));
+        let hoops = self.body.body.table().hoop_components();
+        let size = self.body.cells.positions().iter().fold(0.0, |largest: f64, x| largest.max(x.amax()));
         for (point, x) in points.positions.iter().enumerate() {
             // The axis of revolution is no surface.
             if !hoops.is_empty() && x[0].abs() < 1e-12 * size {
                 continue;
             }
-            let psi = problem.first().approximation.shape_functions_at(x)?;
+            let psi = self.body.approximation.shape_functions_at(x)?;
             let owners: Vec<usize> = match traces {
                 Some(traces) => traces[point].iter().map(|h| h.0 as usize).collect(),
                 None => psi
@@ -140,7 +161,7 @@ impl<const D: usize> Recovery<'_, D> {
             for &node in &psi.nodes {
                 self.facets_of[node as usize].push(facet);
             }
-            let distance = |node: &&u32| (problem.cells().positions()[**node as usize] - x).norm_squared();
+            let distance = |node: &&u32| (self.body.cells.positions()[**node as usize] - x).norm_squared();
             let nearest = psi.nodes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
             self.facets.push(Facet {
                 reference: *x,
