@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
 
-use rkpm::error::{Error, Incompatible};
+use rkpm::error::{Error, Incompatible, SolveError};
 
 /// The groups and their options; the first of each is the plain one.
 const GROUPS: [(&str, &[&str]); 7] = [
@@ -93,7 +93,7 @@ fn by_types(pair: Pair) -> Option<&'static str> {
         ["radial", "plane stress"] => Some("a radial line has no thickness that could change"),
         ["solid mesh" | "cut surface", "plane stress"] => Some("a body in space has no free thickness: take Solid"),
         ["solid mesh" | "cut surface", "revolution"] => {
-            Some("a body in space is not turned about an axis: draw its meridian, Mesh<2> or Region")
+            Some("a body in space is not turned about an axis: draw its meridian, `Mesh<2>` or `Region`")
         }
         ["radial", "locally"] => Some("a line needs no local refinement: take Scene::solve_within"),
         ["solid mesh" | "cut surface", "locally"] => {
@@ -109,6 +109,8 @@ struct Search {
     passed: BTreeSet<Pair>,
     refused: BTreeMap<Pair, (String, bool)>,
     failures: Vec<String>,
+    /// Cases that ended without a state, as they say.
+    stalled: BTreeSet<String>,
     cases: usize,
 }
 
@@ -119,7 +121,7 @@ impl Search {
         let (typed, open): (BTreeSet<Pair>, BTreeSet<Pair>) = all.partition(|pair| by_types(*pair).is_some());
         let reason = |pair: Pair| (pair, (by_types(pair).unwrap_or_default().to_string(), true));
         let refused = typed.into_iter().map(reason).collect();
-        Search { open, passed: BTreeSet::new(), refused, failures: Vec::new(), cases: 0 }
+        Search { open, passed: BTreeSet::new(), refused, failures: Vec::new(), stalled: BTreeSet::new(), cases: 0 }
     }
 
     /// A case with a pair that nothing is known of, and as many more as there are.
@@ -160,6 +162,21 @@ impl Search {
                 Ok(())
             }
             Err(Failure::Refused(refusal)) => Err(refusal),
+            Err(Failure::Stalled(why)) => {
+                self.stalled.insert(format!("{case}: {why}"));
+                // Whether it is a pair of them that has no states is another question.
+                let open: Vec<Pair> = case.pairs().filter(|pair| self.open.contains(pair)).collect();
+                for pair in open {
+                    if Case::of(pair) == case {
+                        self.failures.push(format!("{case}: {why}"));
+                        self.open.remove(&pair);
+                    } else if let Err(alone) = self.run(Case::of(pair)) {
+                        self.open.remove(&pair);
+                        self.refused.insert(pair, (alone.to_string(), false));
+                    }
+                }
+                Ok(())
+            }
             Err(Failure::Broken(what)) => {
                 self.failures.push(format!("{case}: {what}"));
                 for pair in case.pairs() {
@@ -200,6 +217,8 @@ impl Search {
 enum Failure {
     /// By one typed error.
     Refused(Incompatible),
+    /// No further state was found, which the run says.
+    Stalled(String),
     Broken(String),
 }
 
@@ -207,6 +226,7 @@ impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         match error {
             Error::Incompatible(refusal) => Failure::Refused(refusal),
+            Error::Solve(error @ SolveError::Stalled { .. }) => Failure::Stalled(error.to_string()),
             other => Failure::Broken(format!("{other:?}")),
         }
     }
@@ -230,6 +250,10 @@ fn page(search: &Search) -> String {
         let [a, b] = pair.map(name);
         let _ = writeln!(text, "| {a} × {b} | {by} | {reason} |");
     }
+    text += "\nCases of more than two options that found no state, and said so (`Ending::Stalled`); each of their pairs was passed by another case:\n\n";
+    for case in &search.stalled {
+        let _ = writeln!(text, "* {case}");
+    }
     text
 }
 
@@ -242,7 +266,7 @@ fn all_pairs_pass_their_laws_or_are_refused() {
         match laws::holds(case) {
             Ok(()) => println!("{case}: holds"),
             Err(Failure::Refused(refusal)) => println!("{case}: {refusal}"),
-            Err(Failure::Broken(what)) => panic!("{case}: {what}"),
+            Err(Failure::Broken(what) | Failure::Stalled(what)) => panic!("{case}: {what}"),
         }
         return;
     }

@@ -209,6 +209,9 @@ pub fn scene<const D: usize, S: Dimension<D>>(case: Case, size: f64) -> Scene<D>
     if is_stacked(case) {
         scene = scene.body("cap", block::<D>(1.0, 1.4), law(case));
     }
+    if case.option(ACTION) == "contact of two bodies" {
+        scene = scene.unbonded("part", "cap");
+    }
     if case.option(LAW) == "viscoelastic" {
         scene = scene.over_time(4.0);
     }
