@@ -98,26 +98,32 @@ fn gradient<A: Arithmetic>(row: &[f64], n: usize, moved: &[Vec<[f64; LANES]>; 3]
     let slots: [(&[[f64; HALF]], &[f64]); 3] = std::array::from_fn(|s| row[s * n..(s + 1) * n].as_chunks::<HALF>());
     let [x, y, z] = moved.each_ref().map(|moved| moved.as_flattened().as_chunks::<HALF>().0);
     let whole = n / HALF;
-    let mut add = |k: usize, g: [[f64; HALF]; 3]| {
-        let u = [x[k], y[k], z[k]];
-        for s in 0..3 {
-            for i in 0..3 {
-                for l in 0..HALF {
-                    sums[s][i][l] = A::multiply_add(u[i][l], g[s][l], sums[s][i][l]);
-                }
-            }
-        }
-    };
     for k in 0..whole {
-        add(k, slots.map(|slot| slot.0[k]));
+        add::<A>(&[x[k], y[k], z[k]], &[slots[0].0[k], slots[1].0[k], slots[2].0[k]], &mut sums);
     }
     if whole * HALF < n {
-        add(whole, slots.map(|slot| std::array::from_fn(|l| slot.1.get(l).copied().unwrap_or(0.0))));
+        let mut rest = [[0.0; HALF]; 3];
+        for s in 0..3 {
+            rest[s][..n - whole * HALF].copy_from_slice(slots[s].1);
+        }
+        add::<A>(&[x[whole], y[whole], z[whole]], &rest, &mut sums);
     }
     std::array::from_fn(|k| {
         let sum = &sums[k / 3][k % 3];
         (sum[0] + sum[2]) + (sum[1] + sum[3])
     })
+}
+
+/// Adds what four nodes have in a gradient. A function and not a closure, which the compiler may leave at the oldest instructions.
+#[inline(always)]
+fn add<A: Arithmetic>(moved: &[[f64; HALF]; 3], gradients: &[[f64; HALF]; 3], sums: &mut [[[f64; HALF]; 3]; 3]) {
+    for s in 0..3 {
+        for i in 0..3 {
+            for l in 0..HALF {
+                sums[s][i][l] = A::multiply_add(moved[i][l], gradients[s][l], sums[s][i][l]);
+            }
+        }
+    }
 }
 
 /// Writes the forces of stresses at some points on all nodes.
