@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use crate::assembly::Model;
 use crate::boundary::Constraints;
-use crate::cells::Cells;
+use crate::cells::{Cells, Layout};
 use crate::error::{Error, Incompatible, SolveError};
-use crate::geometry::Point;
+use crate::geometry::{Domain, Point};
 use crate::linear::{Auxiliary, Krylov};
 use crate::material::Material;
 use crate::quadrature::Points;
@@ -57,7 +57,12 @@ pub(crate) fn iterates(scheme: &Scheme, counts: &[usize]) -> bool {
 ///
 /// # Errors
 /// [`SolveError::Memory`] with the bytes that the model would take and the size that fits.
-pub(crate) fn refuse(scheme: &Scheme, counts: &[usize], one_body: bool) -> Result<(), SolveError> {
+pub(crate) fn refuse<const D: usize>(
+    scheme: &Scheme,
+    domain: &dyn Domain<D>,
+    counts: &[usize],
+    one_body: bool,
+) -> Result<(), SolveError> {
     let limit = scheme.memory.or_else(super::memory::at_hand);
     let (Some(limit), 3, ApproximationChoice::Particles) = (limit, counts.len(), scheme.approximation) else {
         return Ok(());
@@ -70,7 +75,8 @@ pub(crate) fn refuse(scheme: &Scheme, counts: &[usize], one_body: bool) -> Resul
     let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).map_or(1, |ranks| ranks.count()) as f64;
     let preconditioner = scheme.solver.as_ref().is_some_and(|solver| solver.preconditioner(&[]).is_some());
     let by_iteration = |counts: &[usize]| preconditioner || one_body && iterates(scheme, counts);
-    let takes = |counts: &[usize]| super::memory::needed(counts, reach, by_iteration(counts)) / ranks;
+    let alike = matches!(scheme.layout, Layout::Regular) && straight(domain);
+    let takes = |counts: &[usize]| super::memory::needed(counts, reach, by_iteration(counts), alike) / ranks;
     let (needed, limit) = (takes(counts), limit as f64);
     if !(needed > limit) {
         return Ok(());
@@ -80,6 +86,21 @@ pub(crate) fn refuse(scheme: &Scheme, counts: &[usize], one_body: bool) -> Resul
         fits += 1;
     }
     Err(SolveError::Memory { particles: counts.iter().map(|&c| c as f64).product(), needed, limit, fits })
+}
+
+/// Whether even steps of the unit cube are even steps of a domain, looked at in a few points.
+fn straight<const D: usize>(domain: &dyn Domain<D>) -> bool {
+    let corner = domain.position(&Point::from([0.0; D]));
+    let edges: [_; D] = std::array::from_fn(|axis| {
+        let mut unit = Point::from([0.0; D]);
+        unit[axis] = 1.0;
+        domain.position(&unit) - corner
+    });
+    let size = edges.iter().map(|edge| edge.norm()).fold(0.0, f64::max);
+    [[0.5; 3], [1.0; 3], [0.2, 0.7, 0.4], [0.9, 0.3, 0.6]].iter().all(|t| {
+        let even = edges.iter().zip(t).fold(corner, |sum, (edge, t)| sum + edge * *t);
+        (domain.position(&Point::from_fn(|i, _| t[i.min(2)])) - even).norm() <= 1e-9 * size
+    })
 }
 
 /// The solution by iteration of a body, with elements beside its particles; none where it is not to be had.
