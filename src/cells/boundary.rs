@@ -28,6 +28,17 @@ impl<const D: usize> BoundaryCells<D> {
         normals
     }
 
+    /// The mean of the points of each facet.
+    #[cfg(feature = "solve")]
+    pub(crate) fn middles(&self) -> Vec<Point<D>> {
+        let groups = self.points.groups.windows(2).filter(|group| group[0] < group[1]);
+        let middle = |group: &[usize]| {
+            let points = &self.points.positions[group[0]..group[1]];
+            points.iter().sum::<Point<D>>() / points.len() as f64
+        };
+        groups.map(middle).collect()
+    }
+
     /// The facets whose middle a predicate holds for.
     pub(crate) fn within(&self, holds: &dyn Fn(&Point<D>) -> bool) -> Self {
         let mut kept = BoundaryCells { points: Points::empty(), traces: Vec::new() };

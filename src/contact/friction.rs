@@ -49,7 +49,12 @@ impl<const D: usize> Friction<D> {
         if size <= self.coefficient * (self.pressure - self.decisive * self.gap) {
             StickSlip::Stick(slip)
         } else {
-            StickSlip::Slip(requested / size, self.decisive / size)
+            // Of the law's own traction -μπ s/|s| across the slip, where π and s have come to rest: what is requested is the sum of both.
+            let limit = self.coefficient * self.pressure.max(0.0);
+            let turning = limit * self.decisive / (size - limit);
+            let turning = if turning >= 0.0 { turning.min(self.proximal) } else { self.proximal };
+            let direction = requested / size;
+            StickSlip::Slip { direction, across: slip - direction * direction.dot(&slip), turning }
         }
     }
 
@@ -69,8 +74,8 @@ impl<const D: usize> Friction<D> {
                 }
                 self.add_along(moves, None, proximal / self.area, size, out);
             }
-            StickSlip::Slip(direction, turn) => {
-                let held = direction * (friction * force);
+            StickSlip::Slip { direction, across, turning } => {
+                let held = direction * (friction * force) - across * turning;
                 let by_load = direction * (friction * proximal * self.gap_by_load);
                 for (place, by) in moves {
                     out.residual[*place] -= by.dot(&held);
@@ -79,8 +84,7 @@ impl<const D: usize> Friction<D> {
                 if !out.with_matrix {
                     return;
                 }
-                let turning = (friction * force * turn).clamp(0.0, proximal) / self.area;
-                self.add_along(moves, Some(direction), turning, size, out);
+                self.add_along(moves, Some(direction), turning / self.area, size, out);
                 out.coupling.resize(size * size, 0.0);
                 for (column, by_gap) in out.coupling.chunks_exact_mut(size).zip(slope) {
                     let factor = friction * proximal / self.gap_area * by_gap;
@@ -122,12 +126,13 @@ impl<const D: usize> Friction<D> {
     pub(crate) fn next(&self, gap_change: f64, moved: &Point<D>) -> Point<D> {
         match self.stick_slip() {
             StickSlip::Stick(slip) => self.along(&self.traction) - (slip + self.along(moved)) * self.proximal,
-            StickSlip::Slip(direction, turn) => {
+            StickSlip::Slip { direction, across, turning } => {
                 let mut turned = self.along(moved);
                 turned -= direction * direction.dot(&turned);
-                let next = (self.pressure - self.proximal * (self.gap + gap_change)).max(0.0);
-                let limit = self.proximal / (self.coefficient * self.pressure).max(f64::MIN_POSITIVE);
-                (direction - turned * turn.min(limit)) * (self.coefficient * next)
+                let limit = self.coefficient * (self.pressure - self.proximal * (self.gap + gap_change)).max(0.0);
+                let next = direction * limit - (across + turned) * turning;
+                // No longer than the law has it.
+                next * (limit / next.norm().max(limit).max(f64::MIN_POSITIVE))
             }
         }
     }
@@ -136,7 +141,7 @@ impl<const D: usize> Friction<D> {
     pub(crate) fn next_by_load(&self, load_step: f64) -> Point<D> {
         match self.stick_slip() {
             StickSlip::Stick(_) => self.along(&self.slip_by_load) * (-self.proximal * load_step),
-            StickSlip::Slip(direction, _) => {
+            StickSlip::Slip { direction, .. } => {
                 direction * (-self.coefficient * self.proximal * self.gap_by_load * load_step)
             }
         }

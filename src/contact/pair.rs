@@ -19,6 +19,8 @@ use super::{ContactSurface, facets, mortar};
 
 /// What faces what.
 pub(super) enum Geometry {
+    /// The ends of radial lines, with their outward directions.
+    Line(Vec<f64>),
     /// Chords in the plane.
     Plane(Chain),
     /// Facets in space; for each triangle its corners, and the first of the points that carry pressures.
@@ -26,6 +28,8 @@ pub(super) enum Geometry {
 }
 
 pub(super) enum Opposite {
+    /// Of each end that carries pressures, the end nearest to it.
+    Line(Vec<Option<u32>>),
     Plane(Laid),
     Space(LaidFaces),
 }
@@ -68,7 +72,8 @@ pub(super) struct Piece<const D: usize> {
 /// In the plane a mortar method: a trace function $J$ of a chord that carries pressures has the gap
 /// $$G_J = \int N_J\\,n\cdot\Big(\sum_K N_K(\eta(\xi))\\,\hat y_K - \sum_L N_L(\xi)\\,\hat x_L\Big)\mathrm d\Gamma,$$
 /// where $\xi$ runs along the chord, $\eta$ along the one that is opposite along its normal $n$, and the integral is cut where chords
-/// begin and end: exact whether particles match or not. In space the integral is the sum over the facet points of the face that
+/// begin and end: exact whether particles match or not. In space $t$ is changed by least squares so that vertices lie at the particles of flat
+/// faces, and the integral is the sum over the facet points of the face that
 /// carries pressures, each with its distance from a triangle: exact where particles match.
 /// The law between pressure and $\bar g_J = G_J/a_J$, $a_J = \int N_J\\,\mathrm d\Gamma$ over what has something opposite, is that of rigid
 /// surfaces, a saddle of $\Pi - \sum_J A_J\\,\pi_J\\,\bar g_J$ with $\pi_J$ per area $A_J$ of the whole trace function: its force
@@ -155,10 +160,10 @@ impl<const D: usize> PairContact<D> {
         let place = |node: u32| nodes.partition_point(|&n| n < node) as u16;
         let mut movers = Movers { combinations: Vec::new(), rest: Vec::new(), owners: Vec::new() };
         for contact_surface in &contact_surfaces {
-            let means = Means::of(contact_surface);
+            let means = Means::of(contact_surface, positions);
             for trace in 0..contact_surface.traces.len() {
                 let owner = vec![(movers.rest.len() as u32, 1.0)];
-                let (combination, rest) = means.vertex(contact_surface, positions, trace, place);
+                let (combination, rest) = means.vertex(contact_surface, trace, place);
                 movers.push(combination, rest, owner);
             }
         }
@@ -184,6 +189,11 @@ impl<const D: usize> PairContact<D> {
                 movers.push(combination, table.positions()[point], owners);
             }
             Geometry::Space(found, corners, first)
+        } else if D == 1 {
+            let outward = contact_surfaces.iter().flat_map(|surface| {
+                surface.traces.iter().map(|trace| surface.table.normals()[trace.points[0].0 as usize][0])
+            });
+            Geometry::Line(outward.collect())
         } else {
             let rest: Vec<Point<2>> = movers.rest[..traces].iter().map(padded).collect();
             Geometry::Plane(Chain::new(chords(&contact_surfaces, faces, &rest), &particles, two))
@@ -203,20 +213,25 @@ impl<const D: usize> PairContact<D> {
             held,
             at_rest,
         };
-        if let Some(interference) = pair.law.interference.take() {
-            pair.deepen(f64::INFINITY);
-            let unknowns = pair.nodes.last().map_or(0, |last| (*last as usize + 1) * D);
-            let state = pair.now(&vec![0.0; unknowns]);
-            let gaps = (0..pair.carrying).map(|trace| {
-                let gap = pair.overlap(trace, &state, 0.0, |_| {}).gap;
+        pair.measure_overlap();
+        pair
+    }
+
+    /// Measures the overlap at rest that an interference resolves.
+    fn measure_overlap(&mut self) {
+        if let Some(interference) = self.law.interference.take() {
+            self.deepen(f64::INFINITY);
+            let unknowns = self.nodes.last().map_or(0, |last| (*last as usize + 1) * D);
+            let state = self.now(&vec![0.0; unknowns]);
+            let gaps = (0..self.carrying).map(|trace| {
+                let gap = self.overlap(trace, &state, 0.0, |_| {}).gap;
                 if gap.is_finite() { gap } else { 0.0 }
             });
             let gaps: Vec<f64> = gaps.collect();
-            pair.deepen(gaps.iter().fold(0.0, |deepest: f64, gap| deepest.max(-gap)));
-            pair.at_rest = gaps;
-            pair.law.interference = Some(interference);
+            self.deepen(gaps.iter().fold(0.0, |deepest: f64, gap| deepest.max(-gap)));
+            self.at_rest = gaps;
+            self.law.interference = Some(interference);
         }
-        pair
     }
 
     /// Looks for faces deeper behind others than usual.
@@ -224,6 +239,7 @@ impl<const D: usize> PairContact<D> {
         match &mut self.geometry {
             Geometry::Plane(chain) => chain.deeper = by,
             Geometry::Space(faces, ..) => faces.deeper = by,
+            Geometry::Line(_) => {}
         }
         self.last = Mutex::new(None);
     }
@@ -321,6 +337,15 @@ impl<const D: usize> PairContact<D> {
         let all = self.movers.rest.iter().zip(&self.movers.combinations);
         let places: Vec<Point<D>> = all.map(|(x, of)| x + self.moved(of, displacement)).collect();
         let (opposite, reach) = match &self.geometry {
+            Geometry::Line(outward) => {
+                let carrying = self.contact_surfaces[0].traces.len();
+                let nearest = |own: usize| {
+                    let away = |other: &usize| (places[*other][0] - places[own][0]).abs();
+                    let facing = (carrying..outward.len()).filter(|&other| outward[own] * outward[other] < 0.0);
+                    facing.min_by(|a, b| away(a).total_cmp(&away(b))).map(|other| other as u32)
+                };
+                (Opposite::Line((0..carrying).map(nearest).collect()), f64::MAX)
+            }
             Geometry::Plane(chain) => {
                 let ends = places[..self.traces].iter().map(padded).collect();
                 let laid = match searched.map(|state| &state.opposite) {
@@ -399,6 +424,24 @@ impl<const D: usize> PairContact<D> {
             visit(piece);
         };
         match (&self.geometry, &state.opposite) {
+            (Geometry::Line(outward), Opposite::Line(nearest)) => {
+                if let Some(other) = nearest[trace] {
+                    let (own, normal) = (trace as u32, outward[trace]);
+                    let area = self.contact_surfaces[0].traces[trace].area;
+                    let away = state.places[other as usize][0] - state.places[trace][0];
+                    take(Piece {
+                        movers: vec![own, other],
+                        carries: |k| k == 0,
+                        value: area * normal * away,
+                        area,
+                        slope: DVector::from_column_slice(&[-area * normal, area * normal]),
+                        curve: DMatrix::zeros(2, 2),
+                        area_slope: DVector::zeros(2),
+                        shares: vec![area; 2],
+                        normal: Point::<D>::repeat(normal),
+                    });
+                }
+            }
             (Geometry::Plane(chain), Opposite::Plane(laid)) => {
                 for &(chord, end) in &chain.of_trace[trace] {
                     for overlap in &laid.facing[chord as usize] {

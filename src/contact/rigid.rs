@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::error::{Error, Invalid};
+use crate::error::{Error, GeometryError, Invalid};
 use crate::geometry::Point;
 use crate::mesh::Mesh;
 use crate::term::Amplitude;
@@ -118,8 +118,13 @@ impl<const D: usize> RigidSurface<D> {
 
     /// Refuses surfaces that bound no body and motions that are none.
     pub(crate) fn validate(&self, contact: &str) -> Result<(), Error> {
-        self.shape.validate()?;
         let contact = contact.to_string();
+        self.shape.validate().map_err(|error| match error {
+            GeometryError::Invalid(Invalid { what, value, needed }) => {
+                Error::from(Invalid::new(format!("{contact}: {what}"), value, needed))
+            }
+            other => other.into(),
+        })?;
         if !(self.friction >= 0.0 && self.friction.is_finite()) {
             return Err(Invalid::new(
                 format!("{contact}: coefficient of friction"),
@@ -138,14 +143,14 @@ impl<const D: usize> RigidSurface<D> {
         match &self.drive {
             Drive::Fixed => {}
             Drive::Moved { by, amplitude } => {
-                amplitude.validate()?;
+                amplitude.validate(|| contact.clone())?;
                 let ends = [0.0, 0.5, 1.0].map(|load| amplitude.evaluate(load).0);
                 if let Some(value) = by.iter().copied().chain(ends).find(|&v| bad(v)) {
                     return Err(unfit("motion", value));
                 }
             }
             Drive::Pushed { force, amplitude, .. } => {
-                amplitude.validate()?;
+                amplitude.validate(|| contact.clone())?;
                 if *force == 0.0 {
                     return Err(ContactError::Unheld { contact }.into());
                 }

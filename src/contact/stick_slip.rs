@@ -6,6 +6,13 @@ use crate::geometry::Point;
 pub(super) enum StickSlip<const D: usize> {
     /// It sticks, with this slip to take back.
     Stick(Point<D>),
-    /// It slides, its traction along this unit vector; $c/|\tau - c s|$ beside it.
-    Slip(Point<D>, f64),
+    /// It slides.
+    Slip {
+        /// A unit vector along its traction.
+        direction: Point<D>,
+        /// The slip across that, which is none at rest.
+        across: Point<D>,
+        /// What the traction turns by with the slip across it \[stress/length\]: $\mu\pi/|s|$ at rest.
+        turning: f64,
+    },
 }

@@ -37,16 +37,21 @@ impl<const D: usize> Movers<D> {
     }
 }
 
+/// Iterations at most that bring vertices to their particles.
+const SWEEPS: usize = 1000;
+/// Part of the gradient at the start at which they are there.
+const AT_REST: f64 = 1e-13;
+
 /// What the vertices of a face are made of.
 pub(super) struct Means<const D: usize> {
     /// Reference positions of the means under the trace functions.
     at: Vec<Point<D>>,
-    /// For each trace function those that it shares points with, and $\int\Theta_K\Theta_L\\,\mathrm d\Gamma$.
+    /// For each trace function those that it shares points with, and $t_{KL}$.
     shared: Vec<Vec<(u32, f64)>>,
 }
 
 impl<const D: usize> Means<D> {
-    pub(crate) fn of(contact_surface: &ContactSurface<D>) -> Self {
+    pub(crate) fn of(contact_surface: &ContactSurface<D>, positions: &[Point<D>]) -> Self {
         let mut over: Vec<Vec<(u32, f64)>> = vec![Vec::new(); contact_surface.table.len()];
         let mut at = Vec::with_capacity(contact_surface.traces.len());
         for (k, trace) in contact_surface.traces.iter().enumerate() {
@@ -66,25 +71,94 @@ impl<const D: usize> Means<D> {
                 }
             }
         }
-        Means { at, shared }
+        let particles: Vec<Point<D>> =
+            contact_surface.traces.iter().map(|trace| positions[trace.particle as usize]).collect();
+        for (k, list) in shared.iter_mut().enumerate() {
+            for (l, both) in list {
+                let l = *l as usize;
+                *both *= (particles[k] - particles[l]).norm() / (at[k] - at[l]).norm();
+            }
+        }
+        let mut means = Means { at, shared };
+        if D == 3 {
+            means.bring_to(contact_surface, &particles);
+        }
+        means
+    }
+
+    /// Changes $t_{KL}$ by least squares, symmetrically, so that vertices lie at the particles along flat faces.
+    fn bring_to(&mut self, contact_surface: &ContactSurface<D>, particles: &[Point<D>]) {
+        let normals: Vec<Point<D>> = contact_surface
+            .traces
+            .iter()
+            .map(|trace| {
+                let weighted = |&(p, w): &(u32, f64)| contact_surface.table.normals()[p as usize] * w;
+                let normal = trace.points.iter().map(weighted).sum::<Point<D>>();
+                normal / normal.norm().max(f64::MIN_POSITIVE)
+            })
+            .collect();
+        let along = |k: usize, v: Point<D>| v - normals[k] * normals[k].dot(&v);
+        // Pairs in one direction, with the means' distance times t: changes count in parts of t.
+        let mut pairs: Vec<(usize, usize, Point<D>)> = Vec::new();
+        for (k, list) in self.shared.iter().enumerate() {
+            let after = list.iter().filter(|entry| entry.0 as usize > k);
+            pairs.extend(after.map(|&(l, t)| (k, l as usize, (self.at[k] - self.at[l as usize]) * t)));
+        }
+        let moved = |parts: &[f64]| {
+            let mut sums = vec![Point::<D>::zeros(); particles.len()];
+            for (&(k, l, way), part) in pairs.iter().zip(parts) {
+                sums[k] += along(k, way * *part);
+                sums[l] -= along(l, way * *part);
+            }
+            sums
+        };
+        let all = moved(&vec![1.0; pairs.len()]);
+        let mut missing: Vec<Point<D>> = (contact_surface.traces.iter().zip(particles).zip(&self.at))
+            .enumerate()
+            .map(|(k, ((trace, x), mean))| along(k, (x - mean) * trace.area) - all[k])
+            .collect();
+        // Conjugate gradients for least squares.
+        let answer = |left: &[Point<D>]| -> Vec<f64> {
+            pairs.iter().map(|&(k, l, way)| way.dot(&along(k, left[k])) - way.dot(&along(l, left[l]))).collect()
+        };
+        let square = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
+        let mut parts = vec![0.0; pairs.len()];
+        let mut gradient = answer(&missing);
+        let (mut direction, start) = (gradient.clone(), square(&gradient));
+        let mut size = start;
+        for _ in 0..SWEEPS {
+            if !(size > AT_REST * AT_REST * start) {
+                break;
+            }
+            let image = moved(&direction);
+            let step = size / image.iter().map(|v| v.norm_squared()).sum::<f64>();
+            parts.iter_mut().zip(&direction).for_each(|(part, d)| *part += step * d);
+            missing.iter_mut().zip(&image).for_each(|(left, by)| *left -= by * step);
+            gradient = answer(&missing);
+            let before = std::mem::replace(&mut size, square(&gradient));
+            direction.iter_mut().zip(&gradient).for_each(|(d, g)| *d = g + size / before * *d);
+        }
+        for (&(k, l, _), part) in pairs.iter().zip(&parts) {
+            for (own, other) in [(k, l), (l, k)] {
+                if let Some(entry) = self.shared[own].iter_mut().find(|entry| entry.0 as usize == other) {
+                    entry.1 *= 1.0 + part;
+                }
+            }
+        }
     }
 
     /// The vertex of a trace function as a combination of displacements, and where it is at rest.
     pub(crate) fn vertex(
         &self,
         contact_surface: &ContactSurface<D>,
-        positions: &[Point<D>],
         trace: usize,
         place: impl Fn(u32) -> u16,
     ) -> (Combination, Point<D>) {
-        let particle = |k: usize| positions[contact_surface.traces[k].particle as usize];
         let mut parts = vec![(trace, 1.0)];
         for &(other, both) in &self.shared[trace] {
-            let other = other as usize;
-            let stretched = (particle(trace) - particle(other)).norm() / (self.at[trace] - self.at[other]).norm();
-            let part = both * stretched / contact_surface.traces[trace].area;
+            let part = both / contact_surface.traces[trace].area;
             parts[0].1 += part;
-            parts.push((other, -part));
+            parts.push((other as usize, -part));
         }
         let (mut combination, mut rest) = (Combination::new(), Point::<D>::zeros());
         for (k, part) in parts {

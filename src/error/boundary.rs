@@ -7,7 +7,9 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum BoundaryError {
     /// A component is beyond the dimension.
-    #[error("{what}: component {component} requested, the displacement has {dimension}")]
+    #[error(
+        "{what}: component {component} requested, the displacement has {dimension}; give one below, the first is 0"
+    )]
     Component {
         /// The condition or load.
         what: String,
@@ -157,7 +159,7 @@ pub enum BoundaryError {
         high: Vec<f64>,
     },
     /// No row comes from the condition requested.
-    #[error("no condition acts on {requested}; conditions act on: {known}")]
+    #[error("no condition acts on {requested}; name one that does: {known}")]
     UnknownCondition {
         /// The name or place requested.
         requested: String,
@@ -181,8 +183,12 @@ pub enum BoundaryError {
         reason: String,
     },
     /// An amplitude table is unusable.
-    #[error("amplitude table: {what}; give at least two (load factor, value) pairs with growing, finite load factors")]
+    #[error(
+        "amplitude table of {of}: {what}; give at least two (load factor, value) pairs with growing, finite load factors"
+    )]
     Amplitude {
+        /// What follows it.
+        of: String,
         /// What is wrong.
         what: &'static str,
     },

@@ -55,7 +55,7 @@ pub enum GeometryError {
         limit: usize,
     },
     /// A boundary part does not exist.
-    #[error("no boundary part {part}: this domain has {known}")]
+    #[error("no boundary part {part}: name one of this domain, {known}")]
     UnknownPart {
         /// The part requested.
         part: String,

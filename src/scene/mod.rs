@@ -25,12 +25,14 @@ pub use definition::contact_definition::ContactPair;
 pub use definition::geometry::Geometry;
 pub use definition::load::Load;
 pub use definition::place::Place;
+pub(crate) use definition::resolution::edge_lengths;
 pub use definition::scene::{Action, Scene};
 pub use definition::scheme::Scheme;
 pub use definition::scheme_choices::{
     ApproximationChoice, ConstraintKind, ConstraintMethod, Dilation, Partition, PressureScheme, Resolution, Rule,
     SolverChoice,
 };
+pub(crate) use definition::source::{BodyOf, Source};
 pub use definition::value::Value;
 pub(crate) use discretisation::approximation::kernel_functions;
 pub use discretisation::cover::Certificate;
@@ -43,4 +45,5 @@ pub use results::neutral_motion::NeutralMotion;
 pub use results::picture::Field;
 pub use results::recovery::StressField;
 pub use results::rigid_motion::RigidMotion;
+pub(crate) use results::transfer::{coefficients, values};
 pub use stages::{Observers, StagePath, Stages, history};

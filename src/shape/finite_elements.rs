@@ -186,7 +186,7 @@ impl<const D: usize> FiniteElements<D> {
     /// # Errors
     /// Where the part does not exist or the number of points is impossible.
     pub fn boundary(&self, part: &Part, n: usize) -> Result<ElementPoints<D>, GeometryError> {
-        self.faces_by(part, &gauss_legendre(n)?)
+        self.faces_by(part, &gauss_legendre(n)?, 1)
     }
 
     /// The same faces, those whose middle a predicate holds for, with linear trace functions of the nodes: `n` points per direction on
@@ -207,7 +207,8 @@ impl<const D: usize> FiniteElements<D> {
             pieces.clone().flat_map(|piece| points.iter().map(move |x| (piece as f64 + x) / order)).collect(),
             pieces.flat_map(|_| weights.iter().map(move |w| w / order)).collect(),
         );
-        let found = self.faces_by(part, &rule)?.faces_within(holds);
+        // A group for each piece: what touches is made of faces with linear trace functions.
+        let found = self.faces_by(part, &rule, self.order)?.faces_within(holds);
         let trace = |(&element, local): (&usize, &Point<D>)| {
             let nodes = self.element_nodes(element).enumerate();
             let value = |k: usize| -> f64 {
@@ -224,8 +225,9 @@ impl<const D: usize> FiniteElements<D> {
         &self,
         part: &Part,
         (abscissae, weights): &(Vec<f64>, Vec<f64>),
+        pieces: usize,
     ) -> Result<ElementPoints<D>, GeometryError> {
-        let n = abscissae.len();
+        let n = abscissae.len() / pieces;
         let mut out = ElementPoints { points: Points::empty(), elements: Vec::new(), local: Vec::new() };
         for (axis, side) in self.lattice.faces(part)? {
             let end = f64::from(side == Side::Max);
@@ -235,10 +237,12 @@ impl<const D: usize> FiniteElements<D> {
                 if index[axis] != wanted {
                     continue;
                 }
-                let mut shape = [n; D];
-                shape[axis] = 1;
-                for point in 0..shape.iter().product() {
-                    let at = unravel(point, &shape);
+                let along = |count: usize| -> [usize; D] { std::array::from_fn(|i| if i == axis { 1 } else { count }) };
+                let (shape, all) = (along(n), along(pieces));
+                let each: usize = shape.iter().product();
+                for number in 0..each * all.iter().product::<usize>() {
+                    let (piece, point) = (unravel(number / each, &all), unravel(number % each, &shape));
+                    let at: [usize; D] = std::array::from_fn(|i| piece[i] * n + point[i]);
                     let local = Point::<D>::from_fn(|i, _| if i == axis { end } else { abscissae[at[i]] });
                     let weight: f64 = (0..D).filter(|&i| i != axis).map(|i| weights[at[i]]).product();
                     let (position, columns) = self.map(element, &local);
@@ -254,8 +258,10 @@ impl<const D: usize> FiniteElements<D> {
                     out.points.normals.push(area / size);
                     out.elements.push(element);
                     out.local.push(local);
+                    if (number + 1) % each == 0 {
+                        out.points.close_group();
+                    }
                 }
-                out.points.close_group();
             }
         }
         Ok(out)

@@ -8,7 +8,11 @@ use super::functional::Functional;
 use super::functional::{Control, Deflection};
 use super::rejection::Rejection;
 use super::settings::Newton;
+use super::state::State;
 use super::stepping::{FIRST_GRADIENT, StepControl, TOO_LARGE};
+
+/// Part of the load by which the first step goes of a control that leaves the load free, where something may touch.
+const FIRST_LOAD: f64 = 1.0 / 16.0;
 
 impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     /// What is controlled and its first increment, where the load should not be.
@@ -46,6 +50,10 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             }
         }
         let model = self.workspace.model;
+        if model.is_unilateral() {
+            // The first arc is as long as a first step of the load leads.
+            return Some((Driver::Arc(Vec::new()), FIRST_LOAD.min(stepping.first)));
+        }
         let follows = model.terms().iter().map(|term| term.matrix()).any(|matrix| matrix.exists && matrix.follows_load);
         let whole = stepping.control == StepControl::Auto && stepping.first >= 1.0;
         if whole && !follows {
@@ -75,6 +83,23 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             return None;
         }
         self.deflection(&loads, &probe, rest, gradient)
+    }
+
+    /// A state a little way along the load, where something may touch: no tangent at a first state tells what will, and a control
+    /// that leaves the load free could go the other way, where nothing does.
+    pub(super) fn touching(&mut self) -> Option<State> {
+        if !self.workspace.model.is_unilateral() {
+            return None;
+        }
+        let mut part = FIRST_LOAD;
+        while part > self.analysis.stepping.smallest {
+            let load = self.state.load + part * (1.0 - self.state.load);
+            match self.attempt(self.state.clone(), Control::Load(load)) {
+                Ok((_, state)) => return Some(state),
+                Err(_) => part *= 0.25,
+            }
+        }
+        None
     }
 
     /// The mean displacement along the loads, positive for positive ones, and its first increment: a part of the linear

@@ -6,7 +6,7 @@ use crate::linear::vector::{dot, root_mean_square};
 use super::continuation::Continuation;
 use super::driver::{Arc, Driver, along, predict};
 use super::functional::{Control, Functional};
-use super::path::StepControlState;
+use super::path::{Step, StepControlState};
 use super::rejection::Rejection;
 use super::state::State;
 use super::step_loop::{Retry, StepRule};
@@ -29,7 +29,10 @@ impl<'a> PathSteps<'a> {
         let instead = !is_deflection(driver) && run.analysis.stepping.control == StepControl::Auto;
         let started = run.control_state().filter(|control_state| !instead || control_state.arc);
         let increment = started.map_or(first, |control_state| control_state.increment);
-        PathSteps { driver, first, increment, rejected: false, instead }
+        // Arcs of contacts begin with a step of the load, and are measured by its length.
+        let length = |step: &Step| Arc { from: run.path.start.displacement.clone() }.value(&step.state.displacement);
+        let measured = run.path.steps.first().filter(|_| begins_by_load(driver)).map(length);
+        PathSteps { driver, first: measured.unwrap_or(first), increment, rejected: false, instead }
     }
 
     /// How far the next increment is in terms of the last one; NaN before the second step.
@@ -53,6 +56,10 @@ impl<'a> PathSteps<'a> {
             Driver::Deflection(deflection) => {
                 let target = deflection.value(&run.state.displacement) + increment;
                 run.attempt(run.predicted(ratio), Control::Functional(deflection, target))
+            }
+            Driver::Arc(_) if run.previous.is_none() && begins_by_load(self.driver) => {
+                let load = run.state.load + increment * (1.0 - run.state.load);
+                run.attempt(run.state.clone(), Control::Load(load))
             }
             Driver::Arc(first) => {
                 let model = run.workspace.model;
@@ -114,10 +121,13 @@ impl<const D: usize> StepRule<D> for PathSteps<'_> {
         run: &Continuation<'_, '_, D>,
         _step: [f64; 2],
         iterations: usize,
-        _state: &State,
+        state: &State,
     ) -> StepControlState {
         let stepping = &run.analysis.stepping;
-        if iterations <= stepping.quick && !self.rejected {
+        if run.previous.is_none() && begins_by_load(self.driver) {
+            self.first = Arc { from: run.state.displacement.clone() }.value(&state.displacement);
+            self.increment = self.first;
+        } else if iterations <= stepping.quick && !self.rejected {
             self.increment *= stepping.growth;
         }
         self.rejected = false;
@@ -141,6 +151,11 @@ impl<const D: usize> StepRule<D> for PathSteps<'_> {
         let falls = run.previous.as_ref().is_some_and(|previous| run.state.load < previous.load);
         (self.instead && falls).then_some(Cause::LimitPoint)
     }
+}
+
+/// Whether the first arc is a step of the load: where something may touch.
+fn begins_by_load(driver: &Driver) -> bool {
+    matches!(driver, Driver::Arc(first) if first.is_empty())
 }
 
 fn is_deflection(driver: &Driver) -> bool {

@@ -130,6 +130,9 @@ impl Stepping {
                 .into());
             }
         }
+        if self.steps == 0 {
+            return Err(SolveError::Empty { what: "steps of a stepping", remedy: "give at least 1" });
+        }
         Ok(())
     }
 }

@@ -53,7 +53,9 @@ impl<const D: usize> StepRule<D> for TargetSteps<'_> {
     ) -> Result<(usize, State), Rejection> {
         let before = run.previous.as_ref().map(|previous| self.functional.value(&previous.displacement));
         let ratio = before.map_or(0.0, |before| (next - now) / (now - before));
-        run.attempt(run.predicted(ratio), Control::Functional(self.functional, next))
+        let touching = if run.previous.is_none() { run.touching() } else { None };
+        let start = touching.unwrap_or_else(|| run.predicted(ratio));
+        run.attempt(start, Control::Functional(self.functional, next))
     }
 
     fn accepted(

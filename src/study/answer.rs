@@ -93,6 +93,8 @@ pub struct Answer<const D: usize> {
     pub choice: String,
     /// Models of approximations that were tried and left.
     pub tried: Vec<Level>,
+    /// Whether the last model is at rest within its part of the tolerance alone.
+    pub(super) rough: bool,
     /// Dual solutions of the last model, quantity by quantity, that of the energy last.
     pub(super) duals: Vec<Option<Vec<f64>>>,
 }

@@ -1,23 +1,20 @@
 //! What two models of a scene say of their errors: differences that are weighted by dual solutions, zone by zone.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector, Matrix3, SVector};
 
 use crate::error::Error;
 use crate::geometry::Point;
-use crate::linear::vector::{dot, norm};
 use crate::material::Material;
 use crate::neighbours::BoxTree;
-use crate::scene::Problem;
+use crate::scene::{DiscreteBody, Problem, coefficients, values};
 use crate::shape::ShapeFunctions;
 use crate::tensor::cofactor;
 use crate::term::View;
 
 use super::answer::{Answer, Level, Tolerance};
 
-/// Sweeps at most that make coefficients of values at particles.
-const SWEEPS: usize = 50;
-/// Part of the values that may be missing then: far below what models are apart.
-const MISSING: f64 = 1e-7;
 /// Step of a dual solution, in parts of the displacement, by which its pressures are found.
 const SMALL: f64 = 1e-3;
 
@@ -43,7 +40,8 @@ pub(super) fn difference_bound<const D: usize>(
     tolerance: &Tolerance<D>,
     history: &[Level],
 ) -> Result<DifferenceBound, Error> {
-    let mut zones = vec![0.0; fine.problem.body().table().clusters().len()];
+    let clusters = fine.problem.discrete_bodies().iter().map(|body| body.body().table().clusters().len());
+    let mut zones = vec![0.0; clusters.sum()];
     let (Some(before), Some(now)) = (coarse.levels.last(), fine.levels.last()) else {
         return Ok(DifferenceBound { most: f64::INFINITY, zones });
     };
@@ -106,45 +104,50 @@ struct Change {
     give: f64,
 }
 
-/// What changes from one model to a finer one, at the points of the finer one.
+/// What changes from one model to a finer one, at the points of the finer one, body by body.
 struct Changes<'a, const D: usize> {
     coarse: &'a Answer<D>,
     fine: &'a Answer<D>,
-    carry: Carry<'a, D>,
-    points: Vec<Change>,
+    carries: Vec<Carry<'a, D>>,
+    points: Vec<Vec<Change>>,
     displacement: Vec<f64>,
 }
 
 impl<'a, const D: usize> Changes<'a, D> {
     fn new(coarse: &'a Answer<D>, fine: &'a Answer<D>) -> Result<Self, Error> {
         let (problem, state, old) = (&fine.problem, fine.path.last(), coarse.path.last());
-        let carry = Carry::new(problem, &coarse.problem)?;
-        let before = carry.field(&old.displacement);
-        let table = problem.body().table();
-        let pressures = match (problem.pressures(state)?, coarse.problem.pressures(old)?) {
-            (Some(new), Some(old)) => difference(&new, &carry.at_points(&old)),
-            _ => vec![0.0; table.len()],
+        let bodies = || 0..problem.discrete_bodies().len();
+        let carries =
+            bodies().map(|number| Carry::new(problem, &coarse.problem, number)).collect::<Result<Vec<_>, Error>>()?;
+        let before = carried(&carries, &old.displacement, &state.displacement);
+        let at_points = |number: usize| {
+            let (member, carry) = (&problem.discrete_bodies()[number], &carries[number]);
+            let body = member.body();
+            let pressures = match (member.pressures(number, state), carry.from.pressures(carry.number, old)) {
+                (Some(new), Some(old)) => difference(&new, &carry.at_points(&old)),
+                _ => vec![0.0; body.table().len()],
+            };
+            // By the tangent at the finer state: the coarser one, laid over the finer points, may be inverted beside corners, where
+            // a stress of it says nothing.
+            let tangent = |f: &Matrix3<f64>| match body.material().split() {
+                Some((distortional, _)) => distortional.response(f).tangent,
+                None => body.material().response(f).tangent,
+            };
+            let at = |(point, p): (usize, f64)| {
+                let [new, old] = [&state.displacement, &before].map(|d| body.deformation_gradient(point, d));
+                let strain = new - old;
+                let strain = SVector::<f64, 9>::from_fn(|row, _| strain[(row / 3, row % 3)]);
+                let change = tangent(&new) * strain;
+                let change = Matrix3::from_fn(|i, j| change[3 * i + j]);
+                let volumetric = body.material().split().map(|(_, volumetric)| volumetric.evaluate(new.determinant()));
+                let give = volumetric.map_or(0.0, |volumetric| volumetric.curvature.recip());
+                Change { stress: change, cofactor: cofactor(&new), pressure: p, give }
+            };
+            pressures.into_iter().enumerate().map(at).collect()
         };
-        let body = problem.body();
-        // By the tangent at the finer state: the coarser one, laid over the finer points, may be inverted beside corners, where a
-        // stress of it says nothing.
-        let tangent = |f: &Matrix3<f64>| match body.material().split() {
-            Some((distortional, _)) => distortional.response(f).tangent,
-            None => body.material().response(f).tangent,
-        };
-        let at = |(point, p): (usize, f64)| {
-            let [new, old] = [&state.displacement, &before].map(|d| body.deformation_gradient(point, d));
-            let strain = new - old;
-            let strain = SVector::<f64, 9>::from_fn(|row, _| strain[(row / 3, row % 3)]);
-            let change = tangent(&new) * strain;
-            let change = Matrix3::from_fn(|i, j| change[3 * i + j]);
-            let volumetric = body.material().split().map(|(_, volumetric)| volumetric.evaluate(new.determinant()));
-            let give = volumetric.map_or(0.0, |volumetric| volumetric.curvature.recip());
-            Change { stress: change, cofactor: cofactor(&new), pressure: p, give }
-        };
-        let points = pressures.into_iter().enumerate().map(at).collect();
+        let points = bodies().map(at_points).collect();
         let displacement = difference(&state.displacement, &before);
-        Ok(Changes { coarse, fine, carry, points, displacement })
+        Ok(Changes { coarse, fine, carries, points, displacement })
     }
 
     /// The parts of the zones in a quantity, with `half` of the second derivative of the energy; none where no dual solution is known.
@@ -152,38 +155,54 @@ impl<'a, const D: usize> Changes<'a, D> {
         let (Some(Some(new)), Some(Some(old))) = (self.fine.duals.get(k), self.coarse.duals.get(k)) else {
             return Ok(None);
         };
-        let mut dual = difference(new, &self.carry.field(old));
+        let mut dual = difference(new, &carried(&self.carries, old, new));
         dual.iter_mut().zip(&self.displacement).for_each(|(z, u)| *z -= half * u);
-        let table = self.fine.problem.body().table();
-        let pressures = match (dual_pressures(self.fine, new), dual_pressures(self.coarse, old)) {
-            (Some(new), Some(old)) => difference(&new, &self.carry.at_points(&old)),
-            _ => vec![0.0; table.len()],
-        };
-        let clusters = table.clusters();
-        let part = |point: usize| {
-            let Change { stress, cofactor, pressure, give } = &self.points[point];
-            let gradient = table.displacement_gradient(point, &dual);
-            let volume = cofactor.dot(&table.displacement_gradient(point, &self.displacement));
-            let of_dual = stress.dot(&gradient) + pressure * cofactor.dot(&gradient);
-            let dual_pressure = pressures[point] - half * pressure;
-            table.weights()[point] * (of_dual + dual_pressure * (volume - give * pressure))
-        };
-        let zone = |cluster: usize| clusters.points(cluster).map(part).sum::<f64>().abs();
-        Ok(Some((0..clusters.len()).map(zone).collect()))
+        let mut sums = Vec::new();
+        for (number, carry) in self.carries.iter().enumerate() {
+            let table = self.fine.problem.discrete_bodies()[number].body().table();
+            let pressures =
+                match (dual_pressures(self.fine, number, new), dual_pressures(self.coarse, carry.number, old)) {
+                    (Some(new), Some(old)) => difference(&new, &carry.at_points(&old)),
+                    _ => vec![0.0; table.len()],
+                };
+            let clusters = table.clusters();
+            let part = |point: usize| {
+                let Change { stress, cofactor, pressure, give } = &self.points[number][point];
+                let gradient = table.displacement_gradient(point, &dual);
+                let volume = cofactor.dot(&table.displacement_gradient(point, &self.displacement));
+                let of_dual = stress.dot(&gradient) + pressure * cofactor.dot(&gradient);
+                let dual_pressure = pressures[point] - half * pressure;
+                table.weights()[point] * (of_dual + dual_pressure * (volume - give * pressure))
+            };
+            sums.extend((0..clusters.len()).map(|cluster| clusters.points(cluster).map(part).sum::<f64>().abs()));
+        }
+        Ok(Some(sums))
     }
+}
+
+/// A field of one model by the coefficients of another one; what belongs to no body is as in `own`.
+fn carried<const D: usize>(carries: &[Carry<'_, D>], field: &[f64], own: &[f64]) -> Vec<f64> {
+    let mut all = own.to_vec();
+    for carry in carries {
+        let first = carry.nodes.start * D;
+        let coefficients = carry.field(field);
+        all[first..first + coefficients.len()].copy_from_slice(&coefficients);
+    }
+    all
 }
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
-/// The pressures of a dual solution at the points of its body; none where nothing tells pressures.
-fn dual_pressures<const D: usize>(answer: &Answer<D>, dual: &[f64]) -> Option<Vec<f64>> {
+/// The pressures of a dual solution at the points of a body; none where nothing tells pressures.
+fn dual_pressures<const D: usize>(answer: &Answer<D>, number: usize, dual: &[f64]) -> Option<Vec<f64>> {
     let (problem, state) = (&answer.problem, answer.path.last());
+    let member = &problem.discrete_bodies()[number];
     let largest = |field: &[f64]| field.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
     let size = largest(dual);
     if !(size > 0.0) {
-        return problem.pressures(state).ok()?.map(|pressures| vec![0.0; pressures.len()]);
+        return member.pressures(number, state).map(|pressures| vec![0.0; pressures.len()]);
     }
     // What is condensed answers linearly to steps that limit nothing.
     let moved = largest(&state.displacement);
@@ -192,17 +211,21 @@ fn dual_pressures<const D: usize>(answer: &Answer<D>, dual: &[f64]) -> Option<Ve
         let step: Vec<f64> = dual.iter().map(|z| scale * z).collect();
         let mut condensed: Vec<Vec<f64>> = state.condensed.iter().map(|c| vec![0.0; c.len()]).collect();
         problem.model().at_own(state).advance_own(&step, &mut condensed);
-        condensed.swap_remove(0)
+        condensed.swap_remove(number)
     };
     let step: Vec<f64> = answered(scale).iter().zip(answered(0.0)).map(|(a, b)| (a - b) / scale).collect();
-    let condensed = state.condensed.first()?;
+    let condensed = state.condensed.get(number)?;
     let view = View { displacement: &state.displacement, condensed, load: state.load };
-    problem.body().pressure_changes(view, dual, &step)
+    member.body().pressure_changes(view, dual, &step)
 }
 
-/// Carries fields of one model to another.
+/// Carries fields of a body in one model to the same in another.
 struct Carry<'a, const D: usize> {
-    from: &'a Problem<D>,
+    from: &'a DiscreteBody<D>,
+    /// Which body of the one it is.
+    number: usize,
+    /// Nodes of the body among those of the other.
+    nodes: Range<usize>,
     /// Functions of the one, and of the other, at the particles of the other.
     given: Vec<ShapeFunctions<D>>,
     own: Vec<ShapeFunctions<D>>,
@@ -212,9 +235,14 @@ struct Carry<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Carry<'a, D> {
-    fn new(to: &'a Problem<D>, from: &'a Problem<D>) -> Result<Self, Error> {
+    fn new(to: &'a Problem<D>, from: &'a Problem<D>, number: usize) -> Result<Self, Error> {
+        let to = &to.discrete_bodies()[number];
+        let number = from.discrete_bodies().iter().position(|other| other.name() == to.name()).unwrap_or(0);
+        let from = &from.discrete_bodies()[number];
         let particles = to.cells().positions();
-        let (given, own) = (from.first().values_at(particles)?, to.first().values_at(particles)?);
+        let (mut given, own) = (from.values_at(particles)?, to.values_at(particles)?);
+        let first = from.nodes().start as u32;
+        given.iter_mut().flat_map(|psi| &mut psi.nodes).for_each(|node| *node += first);
         let table = from.body().table();
         let nearest = BoxTree::of(table.positions());
         let mut of = vec![0; table.len()];
@@ -223,35 +251,12 @@ impl<'a, const D: usize> Carry<'a, D> {
         }
         let positions = to.body().table().positions();
         let clusters = positions.iter().map(|x| of[nearest.nearest(x).unwrap_or(0)]).collect();
-        Ok(Carry { from, given, own, clusters, positions })
+        Ok(Carry { from, number, nodes: to.nodes(), given, own, clusters, positions })
     }
 
     /// The coefficients whose values at the particles are those of the given field.
     fn field(&self, field: &[f64]) -> Vec<f64> {
-        let values = |functions: &[ShapeFunctions<D>], field: &[f64]| -> Vec<f64> {
-            let mut values = vec![0.0; D * functions.len()];
-            for (value, psi) in values.chunks_exact_mut(D).zip(functions) {
-                for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
-                    let given = &field[node as usize * D..];
-                    value.iter_mut().zip(given).for_each(|(value, given)| *value += psi * given);
-                }
-            }
-            values
-        };
-        let wanted = values(&self.given, field);
-        let mut carried = wanted.clone();
-        let size = norm(&wanted);
-        for _ in 0..SWEEPS {
-            let missing = difference(&wanted, &values(&self.own, &carried));
-            if !(norm(&missing) > MISSING * size) {
-                break;
-            }
-            // Steps that leave least: where spacings jump, full ones lead away.
-            let answer = values(&self.own, &missing);
-            let step = dot(&missing, &answer) / dot(&answer, &answer);
-            carried.iter_mut().zip(missing).for_each(|(carried, missing)| *carried += step * missing);
-        }
-        carried
+        coefficients(&self.own, values(&self.given, field))
     }
 
     /// Values at the points of one table at those of the other, by linear functions in each cluster.

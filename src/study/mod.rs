@@ -22,6 +22,7 @@
 //! [`Scene::solve_within`](crate::scene::Scene::solve_within) chooses the number of particles itself.
 
 mod answer;
+mod assembled;
 mod clock;
 mod dilation;
 mod evidence;

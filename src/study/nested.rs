@@ -73,7 +73,7 @@ pub(super) fn solve<const D: usize>(
     let energy = Quantity::energy();
     let requested: Vec<&Quantity<D>> = tolerance.quantities.iter().chain([&energy]).collect();
     let mut wasted = 0;
-    let mut corrected = None;
+    let (mut corrected, mut rough) = (None, false);
     // Laws with internal variables reach their last state by their whole history.
     let has_history = problem.model().terms().iter().any(|term| !variables_range(&**term).is_empty());
     if let Some(coarser) = coarser.filter(|_| !has_history) {
@@ -84,7 +84,7 @@ pub(super) fn solve<const D: usize>(
         problem.analysis_mut().newton.tolerance = tight;
         // A guess that can't be corrected costs its iterations and nothing else.
         match found {
-            Ok(path) if path.ending == Ending::Completed => corrected = Some(path),
+            Ok(path) if path.ending == Ending::Completed => (corrected, rough) = (Some(path), true),
             Ok(path) if path.ending == Ending::Stopped => corrected = Some(path.completed()?),
             Ok(path) => wasted = path.iterations,
             Err(_) => {}
@@ -117,8 +117,38 @@ pub(super) fn solve<const D: usize>(
         levels: vec![level],
         choice: name_of(&scheme).to_string(),
         tried: Vec::new(),
+        rough,
         duals,
     })
+}
+
+/// Brings the model of an answer to rest as any analysis does: while models are compared they need not be.
+pub(super) fn settle<const D: usize>(
+    answer: &mut Answer<D>,
+    tolerance: &Tolerance<D>,
+    limits: &mut Limits<'_>,
+) -> Result<(), Error> {
+    if !std::mem::take(&mut answer.rough) {
+        return Ok(());
+    }
+    let start = Instant::now();
+    limits.begin(true);
+    let (problem, guess) = (&answer.problem, answer.path.last().clone());
+    limits.counts(problem.model().unknowns());
+    let path = problem.analysis().correct(problem.model(), problem.equations(), guess, limits)?;
+    if path.ending != Ending::Completed {
+        // Broken off: what was compared is the answer.
+        return Ok(());
+    }
+    if let Some(level) = answer.levels.last_mut() {
+        for (value, quantity) in level.values.iter_mut().zip(&tolerance.quantities) {
+            *value = quantity.evaluate(problem, path.last())?;
+        }
+        level.iterations += path.iterations;
+        level.seconds += start.elapsed().as_secs_f64();
+    }
+    answer.path = path;
+    Ok(())
 }
 
 /// The dual solutions of quantities at the end of a path, by one matrix; none of quantities without a derivative.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::cells::Layout;
 use crate::error::{Error, Incompatible};
-use crate::scene::{ApproximationChoice, Scene, Scheme};
+use crate::scene::{ApproximationChoice, Scene, Scheme, Source, edge_lengths};
 
 /// Elements of order 2 stand by this power of the distance from the nearer face: corners leave even ones first order, and higher
 /// powers leave cells at edges too flat to be bent hard.
@@ -37,12 +37,20 @@ pub(super) struct Sides<const D: usize> {
 
 impl<const D: usize> Sides<D> {
     pub(crate) fn of(scene: &Scene<D>, scheme: &Scheme) -> Result<Self, Error> {
-        if scene.is_scattered() {
+        match scene.bodies.as_slice() {
+            [body] => Self::of_body(&body.source, scheme),
+            _ => Err(given().into()),
+        }
+    }
+
+    /// Of one body of a scene.
+    pub(crate) fn of_body(source: &Source<D>, scheme: &Scheme) -> Result<Self, Error> {
+        if let Source::Scattered(_) = source {
             let (first, thin) = (1.0 / FIRST_ALONG, 0.0);
             return Ok(Sides { lengths: [1.0; D], first, thin, fewest: 1.0, scattered: true, elements: false });
         }
-        let (with, remedy) = ("cells that are given", "take one block, mapped block or planar region");
-        let lengths = scene.side_lengths().ok_or(Incompatible::new("sizing to a tolerance", with, remedy))?;
+        let Source::Domain(domain) = source else { return Err(given().into()) };
+        let lengths = edge_lengths(&**domain);
         let longest = lengths.iter().copied().fold(0.0, f64::max);
         let shortest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
         let first = if longest > THIN * shortest { longest / FIRST_ALONG } else { shortest / FIRST_ACROSS };
@@ -104,6 +112,12 @@ impl<const D: usize> Sides<D> {
             a + (b - a) * (x - element)
         })))
     }
+}
+
+/// Refuses cells that can't be made finer.
+fn given() -> Incompatible {
+    let remedy = "give the body as a block, mapped block, region, closed surface or mesh";
+    Incompatible::new("sizing to a tolerance", "cells that are given", remedy)
 }
 
 /// Places between 0 and 1 that crowd towards both.

@@ -7,8 +7,9 @@ use crate::scene::{Scene, Scheme};
 use crate::solve::NO_FREE;
 
 use super::answer::{Answer, Budget, Tolerance, Verdict};
+use super::assembled::{Assembled, is_assembled};
 use super::evidence::{DifferenceBound, difference_bound};
-use super::nested::{BROKEN_OFF, check, failed, name_of, solve, unsettled};
+use super::nested::{BROKEN_OFF, check, failed, name_of, settle, solve, unsettled};
 use super::progress::{Limits, Progress};
 use super::strategy::{Even, Found, Model, Next, ORDERS, Strategy};
 
@@ -85,7 +86,7 @@ impl<const D: usize> Scene<D> {
     /// vanish by accident, where parts of the body cancel each other. For the energy $z - u/2$ stands for $z$. Quantities
     /// of one's own, whose derivative is not known, take the $\eta$ of the energy, in proportion to what they changed beside it.
     /// The order $p$ is 1 at first, then that by which $\max(|\Delta q|, \eta)$ falls from model to model, between 1/2 and 5/4. Drawn shapes,
-    /// whose particles can't be halved, are compared with the model before.
+    /// whose particles can't be halved, meshes, whose cells are halved, and several bodies are compared with the model before.
     ///
     /// The next model aims at eight tenths of the tolerance. No model may take more than four times the work of all before
     /// it, unless the bound says that it will be the last: then sixteen times (work is counted in factorisations times the power 3/2 of
@@ -111,8 +112,7 @@ impl<const D: usize> Scene<D> {
         let (mut tried, mut left) = (Vec::new(), Vec::new());
         for scheme in schemes {
             let name = name_of(scheme);
-            let started =
-                Even::new(self, scheme).and_then(|even| Search::start(Box::new(even), tolerance, &mut limits));
+            let started = strategy(self, scheme).and_then(|strategy| Search::start(strategy, tolerance, &mut limits));
             let mut found = match started {
                 Ok(found) => found,
                 Err(error) => {
@@ -147,8 +147,17 @@ impl<const D: usize> Scene<D> {
             answer.choice = format!("{} ({why})", answer.choice);
         }
         answer.tried = tried;
+        settle(&mut answer, tolerance, &mut limits)?;
         Ok(answer)
     }
+}
+
+/// How the models of a scene are made finer.
+fn strategy<'a, const D: usize>(scene: &'a Scene<D>, scheme: &'a Scheme) -> Result<Box<dyn Strategy<D> + 'a>, Error> {
+    if is_assembled(scene) {
+        return Ok(Box::new(Assembled::new(scene, scheme)?));
+    }
+    Ok(Box::new(Even::new(scene, scheme)?))
 }
 
 /// Searches for a model by one strategy, until the budget is used up where the tolerance is out of reach; an error where the coarsest
@@ -161,7 +170,9 @@ pub(super) fn search<'a, const D: usize>(
 ) -> Result<Answer<D>, Error> {
     let mut search = Search::start(Box::new(strategy), tolerance, limits)?;
     search.run(tolerance, budget, true, limits);
-    Ok(search.answer)
+    let mut answer = search.answer;
+    settle(&mut answer, tolerance, limits)?;
+    Ok(answer)
 }
 
 /// The models of one strategy.

@@ -84,18 +84,14 @@ impl<'a, const D: usize> Even<'a, D> {
         let spacing = self.sides.spacing(&counts);
         Model { scene: self.scene.clone(), scheme: self.sides.scheme(self.scheme, &counts), counts, spacing }
     }
+}
 
-    /// The ratio of spacings to the next model, and whether that is expected to be the last.
-    fn factor(&self, found: &Found<'_>) -> (f64, bool) {
-        // The ratio that multiplies the work.
-        let by = |times: f64| times.powf(1.0 / (1.5 * D as f64)).min(FACTORS[1]);
-        // The first model is halved.
-        if found.first && !self.sides.scattered {
-            return (1.0, true);
-        }
-        let wanted = (found.bound / (AIM * found.tolerance)).powf(1.0 / found.order);
-        if wanted <= by(RUNAWAY_LAST) { (wanted.max(FACTORS[0]), true) } else { (by(RUNAWAY), false) }
-    }
+/// The ratio of spacings to the next model, and whether that is expected to be the last.
+pub(super) fn factor<const D: usize>(found: &Found<'_>) -> (f64, bool) {
+    // The ratio that multiplies the work.
+    let by = |times: f64| times.powf(1.0 / (1.5 * D as f64)).min(FACTORS[1]);
+    let wanted = (found.bound / (AIM * found.tolerance)).powf(1.0 / found.order);
+    if wanted <= by(RUNAWAY_LAST) { (wanted.max(FACTORS[0]), true) } else { (by(RUNAWAY), false) }
 }
 
 impl<const D: usize> Strategy<D> for Even<'_, D> {
@@ -114,7 +110,9 @@ impl<const D: usize> Strategy<D> for Even<'_, D> {
     }
 
     fn next(&mut self, found: &Found<'_>) -> Result<Next<D>, String> {
-        let (mut factor, mut last) = self.factor(found);
+        // The first model is halved.
+        let halved = found.first && !self.sides.scattered;
+        let (mut factor, mut last) = if halved { (1.0, true) } else { factor::<D>(found) };
         // As much as the budget allows, where it does not allow that much.
         let unknowns = |fineness: f64| self.sides.halved(fineness).iter().fold(D, |n, &c| n.saturating_mul(c));
         while factor > FACTORS[0] && unknowns(self.fineness * factor) > found.unknowns {

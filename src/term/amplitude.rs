@@ -56,7 +56,7 @@ impl Amplitude {
     /// For fewer than two pairs, numbers that are not finite, or load factors that do not rise.
     pub fn table(pairs: Vec<(f64, f64)>) -> Result<Self, BoundaryError> {
         let table = Amplitude::Table(pairs);
-        table.validate()?;
+        table.validate(|| "a table".into())?;
         Ok(table)
     }
 
@@ -64,16 +64,17 @@ impl Amplitude {
     ///
     /// # Errors
     /// As [`table`](Amplitude::table).
-    pub(crate) fn validate(&self) -> Result<(), BoundaryError> {
+    pub(crate) fn validate(&self, of: impl FnOnce() -> String) -> Result<(), BoundaryError> {
         let Amplitude::Table(pairs) = self else { return Ok(()) };
+        let wrong = |what| Err(BoundaryError::Amplitude { of: of(), what });
         if pairs.len() < 2 {
-            return Err(BoundaryError::Amplitude { what: "fewer than two pairs" });
+            return wrong("fewer than two pairs");
         }
         if pairs.iter().any(|(l, v)| !l.is_finite() || !v.is_finite()) {
-            return Err(BoundaryError::Amplitude { what: "a number is not finite" });
+            return wrong("a number is not finite");
         }
         if pairs.windows(2).any(|w| w[1].0 <= w[0].0) {
-            return Err(BoundaryError::Amplitude { what: "the load factors do not rise" });
+            return wrong("the load factors do not rise");
         }
         Ok(())
     }

@@ -119,3 +119,52 @@ fn askew_in_space() {
     let ratio = floor.force[0] / floor.force[1];
     assert!(floor.force[0] < 0.0 && (ratio - 0.75).abs() < 0.03, "{ratio}");
 }
+
+/// In space a slip has a direction, which turns with what the block does: each point that slides is rubbed against it, at μ times its
+/// pressure, and steps come to rest in a few iterations. Six blocks, drawn.
+#[test]
+fn slides_against_its_slip_in_space() {
+    let mut random = fastrand::Rng::with_seed(31);
+    for _ in 0..6 {
+        let mut between = |low: f64, high: f64| low + (high - low) * random.f64();
+        let (friction, bulk) = (between(0.1, 0.5), 10f64.powf(between(0.5, 3.0)));
+        let sides = [between(0.7, 1.6), between(0.7, 1.6), 1.0];
+        let (down, angle, aside) = (between(0.04, 0.12), between(0.0, 6.0), between(0.02, 0.3));
+        let along = [aside * angle.cos(), aside * angle.sin()];
+        let rubber = Rubber::neo_hookean(0.5, bulk).unwrap();
+        let plate = RigidSurface::plane([0.0, 0.0, 1.0], [0.0, 0.0, -1.0])
+            .moving([along[0], along[1], -down])
+            .friction(friction)
+            .named("plate");
+        let scene =
+            Scene::new(Block::new([0.0; 3], sides), Solid, rubber).hold((2, Side::Min)).contact((2, Side::Max), plate);
+        let what = format!("{sides:?} {bulk} {friction} {down} {along:?}");
+        let problem = scene.discretize(&Scheme::default().particles([4, 4, 4])).unwrap();
+        let path = problem.run().unwrap().completed().unwrap_or_else(|error| panic!("{what}: {error}"));
+        for step in &path.steps {
+            assert!(step.iterations <= 20, "{what}: {} iterations", step.iterations);
+        }
+        let contact = |state: &rkpm::solve::State| problem.contact(state, "plate").unwrap();
+        let steps = path.steps.len();
+        let (before, now) = (contact(&path.steps[steps - 2].state), contact(path.last()));
+        let moved = now.travel - before.travel;
+        let mut slides = 0;
+        for (was, point) in before.points.iter().zip(&now.points).filter(|(_, point)| point.is_active) {
+            let tangential = Point::<3>::new(point.traction[0], point.traction[1], 0.0);
+            assert!(tangential.norm() <= friction * point.pressure * (1.0 + 1e-6), "{what}: {point:?}");
+            if !point.slips {
+                continue;
+            }
+            slides += 1;
+            assert!((tangential.norm() / (friction * point.pressure) - 1.0).abs() < 1e-5, "{what}: {point:?}");
+            // The particle is near the mean of its trace function.
+            let slip = point.position - was.position - moved;
+            let slip = Point::<3>::new(slip[0], slip[1], 0.0);
+            if slip.norm() > 2e-3 {
+                let cosine = tangential.dot(&slip) / (tangential.norm() * slip.norm());
+                assert!(cosine < -0.9, "{what}: {cosine} at {:?}", point.reference);
+            }
+        }
+        assert!(slides > 0 || aside < 0.1, "{what}: nothing slides");
+    }
+}

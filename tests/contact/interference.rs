@@ -106,3 +106,35 @@ fn stages_that_are_none() {
         Error::Geometry(_)
     ));
 }
+
+/// A bush shrunk on a thick sleeve, as radial lines: the pressure of Lamé's solution at a small interference, and both faces where the
+/// other one is at a large one.
+#[test]
+fn shrink_fit_of_radial_lines() {
+    let (shear, bulk) = (1.0, 30.0);
+    let rubber = || Rubber::neo_hookean(0.5 * shear, bulk).unwrap();
+    let [inner, joint, outer] = [3.0, 5.0, 8.0];
+    let fit = |interference: f64| {
+        let scene = Scene::assembly(RadialCylinder)
+            .body("sleeve", Block::new([inner], [joint + interference]), rubber())
+            .body("bush", Block::new([joint], [outer]), rubber())
+            .press_fit(Place::on(Side::Max).of("sleeve"), Place::on(Side::Min).of("bush"), "fit");
+        let problem = scene.discretize(&Scheme::default().particles([25])).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        (problem, path)
+    };
+    let interference = 1e-4;
+    let (problem, path) = fit(interference);
+    // Plane strain: 1 − 2ν = 3µ/(3k + µ), both compliances at the joint over the pressure.
+    let less = 3.0 * shear / (3.0 * bulk + shear);
+    let give =
+        |free: f64| joint / (2.0 * shear) * (less * joint * joint + free * free) / (joint * joint - free * free).abs();
+    let pressure = interference / (give(inner) + give(outer));
+    let found = problem.contact(path.last(), "fit").unwrap();
+    assert!((found.peak_pressure() / pressure - 1.0).abs() < 2e-3, "{} {pressure}", found.peak_pressure());
+    let (problem, path) = fit(0.6);
+    let found = problem.contact(path.last(), "fit").unwrap();
+    let places: Vec<f64> = found.points.iter().map(|point| point.position[0]).collect();
+    assert!(places.len() == 2 && (places[0] - places[1]).abs() < 1e-9, "{places:?}");
+    assert!(found.points.iter().map(|point| point.force[0]).sum::<f64>().abs() < 1e-9, "{found:?}");
+}

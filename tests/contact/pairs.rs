@@ -124,14 +124,84 @@ fn uniform_pressure_in_space() {
         .prescribe(Place::on((1, Side::Min)).of("upper"), 1, 0.0)
         .traction(Place::on((2, Side::Max)).of("upper"), [0.0, 0.0, -0.3])
         .contact_between(Place::on((2, Side::Max)).of("lower"), Place::on((2, Side::Min)).of("upper"), "joint");
-    let (problem, path) = solved(&scene, &Scheme::default().particles([3, 3, 3]));
-    let joint = problem.contact(path.last(), "joint").unwrap();
-    let f = problem.deformation_gradients(path.last()).unwrap()[0];
-    let stretch = f.determinant() / f[(2, 2)];
-    for point in &joint.points {
-        let error = point.pressure * stretch / 0.3 - 1.0;
-        assert!(error.abs() < 1e-8, "{error:e} at {:?}", point.reference);
+    for counts in [[3, 3, 3], [4, 6, 3], [7, 5, 3]] {
+        let (problem, path) = solved(&scene, &Scheme::default().particles(counts));
+        let joint = problem.contact(path.last(), "joint").unwrap();
+        let f = problem.deformation_gradients(path.last()).unwrap()[0];
+        let stretch = f.determinant() / f[(2, 2)];
+        for point in &joint.points {
+            let error = point.pressure * stretch / 0.3 - 1.0;
+            assert!(error.abs() < 1e-8, "{error:e} at {:?} of {counts:?}", point.reference);
+        }
+        assert_eq!(joint.points.len(), 2 * counts[0] * counts[1]);
+        assert!((joint.force[2] + 0.3).abs() < 1e-9 && (joint.extent / stretch - 1.0).abs() < 1e-8, "{joint:?}");
     }
-    assert_eq!(joint.points.len(), 18);
-    assert!((joint.force[2] + 0.3).abs() < 1e-9 && (joint.extent / stretch - 1.0).abs() < 1e-8, "{joint:?}");
+}
+
+/// Finite elements of either order that lie on each other, in the plane and in space: a uniform pressure over all of the joint.
+#[test]
+fn uniform_pressure_between_elements() {
+    fn joint<const D: usize>(kinematics: impl Kinematics<D> + 'static, scheme: &Scheme) {
+        let up = D - 1;
+        let block = |low: f64, high: f64| {
+            let (mut min, mut max) = ([0.0; D], [1.0; D]);
+            (min[up], max[up]) = (low, high);
+            Block::new(min, max)
+        };
+        let mut traction = [0.0; D];
+        traction[up] = -0.3;
+        let on = |axis: usize, side: Side, of: &str| Place::<D>::on((axis, side)).of(of);
+        let mut scene = Scene::assembly(kinematics)
+            .body("lower", block(0.0, 1.0), rubber())
+            .body("upper", block(1.0, 1.8), rubber())
+            .prescribe(on(up, Side::Min, "lower"), up, 0.0)
+            .traction(on(up, Side::Max, "upper"), traction)
+            .contact_between(on(up, Side::Max, "lower"), on(up, Side::Min, "upper"), "joint");
+        for axis in 0..up {
+            scene = scene.prescribe(on(axis, Side::Min, "lower"), axis, 0.0).prescribe(
+                on(axis, Side::Min, "upper"),
+                axis,
+                0.0,
+            );
+        }
+        let (problem, path) = solved(&scene, scheme);
+        let joint = problem.contact(path.last(), "joint").unwrap();
+        let f = problem.deformation_gradients(path.last()).unwrap()[0];
+        let stretch = f.determinant() / f[(up, up)];
+        let worst = joint.points.iter().map(|point| (point.pressure * stretch / 0.3 - 1.0).abs()).fold(0.0, f64::max);
+        assert!(worst < 1e-8 && joint.points.len() == 2 * 5usize.pow(up as u32), "{D}: {worst:e} {:#?}", joint.points);
+    }
+    for order in [1, 2] {
+        joint::<2>(PlaneStrain, &Scheme::elements(order).particles([5, 5]));
+        joint::<3>(Solid, &Scheme::elements(order).particles([5, 5, 5]));
+    }
+}
+
+/// Two blocks that share a face: what a contact is said for opens, the rest stays bonded.
+#[test]
+fn faces_in_contact_are_not_bonded() {
+    let opened = |half: bool| {
+        let side = move |x: &Point<2>| !half || x[0] > 1.0;
+        let scene = Scene::assembly(PlaneStrain)
+            .body("lower", Block::new([0.0, 0.0], [2.0, 1.0]), rubber())
+            .body("upper", Block::new([0.0, 1.0], [2.0, 2.0]), rubber())
+            .hold(Place::on((1, Side::Min)).of("lower"))
+            .with(Condition::on(Place::on((1, Side::Max)).of("upper")).displacement([0.0, 0.2]).named("pulled"))
+            .contact_between(
+                Place::on((1, Side::Max)).of("lower").within(side),
+                Place::on((1, Side::Min)).of("upper").within(side),
+                "joint",
+            );
+        let (problem, path) = solved(&scene, &Scheme::default().particles([9, 5]));
+        let jump = |x: f64| {
+            let at = Point::<2>::new(x, 1.0);
+            let of = |body: usize| problem.discrete_bodies()[body].displacement(path.last(), &at).unwrap();
+            (of(1) - of(0)).norm()
+        };
+        ([0.25, 0.5, 1.75].map(jump), problem.reaction(path.last(), "pulled").unwrap()[1])
+    };
+    let ([a, b, c], force) = opened(true);
+    assert!(a < 5e-3 && b < 5e-3 && c > 0.05 && force > 0.1, "{a} {b} {c} {force}");
+    let (jumps, force) = opened(false);
+    assert!(jumps.iter().all(|jump| (jump - 0.2).abs() < 1e-6) && force.abs() < 1e-6, "{jumps:?} {force}");
 }

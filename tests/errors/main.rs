@@ -2,4 +2,5 @@
 
 mod input;
 mod misfits;
+mod misuses;
 mod silent;

@@ -107,7 +107,7 @@ fn names_and_torn_meshes_are_explained() {
     let refused = |scene: Scene<3>| scene.discretize(&Scheme::default()).err().unwrap().to_string();
     assert!(
         refused(Scene::new(part(), Solid, rubber()).hold("base"))
-            .contains("no boundary part base: this domain has part")
+            .contains("no boundary part base: name one of this domain, part")
     );
     let nameless = Mesh::<3>::new(
         [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Point::from).to_vec(),

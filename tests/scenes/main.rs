@@ -2,6 +2,7 @@
 
 mod answers;
 mod bodies;
+mod combinations;
 mod conditions;
 mod control;
 mod diagnosis;

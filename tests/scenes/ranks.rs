@@ -20,16 +20,16 @@ const TOLERANCE: f64 = 1e-10;
 
 /// What threads sum together.
 #[derive(Debug)]
-struct Exchange {
-    gate: Barrier,
-    values: Mutex<Vec<Vec<f64>>>,
+pub(crate) struct Exchange {
+    pub(crate) gate: Barrier,
+    pub(crate) values: Mutex<Vec<Vec<f64>>>,
 }
 
 #[derive(Debug, Clone)]
-struct Rank {
-    rank: usize,
-    count: usize,
-    exchange: Arc<Exchange>,
+pub(crate) struct Rank {
+    pub(crate) rank: usize,
+    pub(crate) count: usize,
+    pub(crate) exchange: Arc<Exchange>,
 }
 
 impl Rank {
@@ -63,7 +63,7 @@ impl Ranks for Rank {
 }
 
 /// Factors of the matrix that all have summed, on each of them.
-struct Gathered(Rank);
+pub(crate) struct Gathered(pub(crate) Rank);
 
 struct GatheredFactorizer {
     rank: Rank,

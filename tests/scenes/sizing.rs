@@ -137,6 +137,21 @@ fn what_is_not_reached_is_said_and_the_best_model_returned() {
     assert!(tube().solve_within(&nothing, Budget::default()).is_err());
 }
 
+/// On the same discretisation a transfer is the state itself: a block and a mesh of large cells, whose functions do not interpolate.
+#[test]
+fn a_transfer_to_the_same_model_is_the_state() {
+    let rubber = Rubber::neo_hookean(0.5, 50.0).unwrap();
+    let scene = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber)
+        .hold((2, Side::Min))
+        .with(Condition::on((2, Side::Max)).displacement([0.1, 0.0, -0.1]));
+    let [one, same] = [(); 2].map(|()| scene.discretize(&Scheme::default().particles([4, 4, 4])).unwrap());
+    let path = one.run().unwrap().completed().unwrap();
+    let guess = same.transfer(&one, path.last()).unwrap();
+    let size = path.last().displacement.iter().fold(0.0f64, |size, u| size.max(u.abs()));
+    let off = guess.displacement.iter().zip(&path.last().displacement).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-5 * size, "{off:e} of {size:e}");
+}
+
 /// The state of a coarse model, carried to a fine one, is nearly a solution: few iterations are left. A
 /// problem's own state needs none but the one that sees it.
 #[test]

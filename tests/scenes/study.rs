@@ -152,7 +152,7 @@ fn reactions_are_those_of_one_place_or_name() {
     for requested in ["en", "end 2", "u_0 on end", ""] {
         let error = of(requested).unwrap_err();
         assert!(matches!(error, Error::Boundary(BoundaryError::UnknownCondition { .. })), "{error:?}");
-        assert!(error.to_string().contains("conditions act on: end2; end; pull"), "{error}");
+        assert!(error.to_string().contains("name one that does: end2; end; pull"), "{error}");
     }
     assert!(matches!(moment("en"), Err(Error::Boundary(BoundaryError::UnknownCondition { .. }))));
     let bar =

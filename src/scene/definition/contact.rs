@@ -36,7 +36,8 @@ impl<const D: usize> Scene<D> {
     }
 
     /// Lets two boundary parts touch each other, of one body or of two, without friction; results are found by the name. A mortar method
-    /// that passes the patch test whether particles match or not; the part that has more facets carries the pressures.
+    /// that passes the patch test whether particles match or not; the part that has more facets carries the pressures. Faces of two
+    /// bodies that are to touch are not bonded there.
     pub fn contact_between(self, first: impl Into<Place<D>>, second: impl Into<Place<D>>, name: &str) -> Self {
         self.contact_pair(ContactPair::between(first, second, name))
     }

@@ -129,11 +129,6 @@ impl<const D: usize> Scene<D> {
         }
     }
 
-    /// Whether the scheme scatters the particles.
-    pub(crate) fn is_scattered(&self) -> bool {
-        matches!(self.only().map(|body| &body.source), Some(Source::Scattered(_)))
-    }
-
     /// The same scene over given particles and cells of the same body, the first of several; a scheme's resolution and
     /// layout are left out.
     pub fn with_cells(&self, cells: Arc<dyn Cells<D>>) -> Self {

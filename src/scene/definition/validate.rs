@@ -1,7 +1,7 @@
 //! What of a scene no scheme could serve.
 
 use crate::contact::ContactError;
-use crate::error::{BoundaryError, Error, Invalid};
+use crate::error::{BoundaryError, Error, GeometryError, Invalid};
 use crate::geometry::Part;
 use crate::material::Material;
 use crate::term::Amplitude;
@@ -22,7 +22,7 @@ impl<const D: usize> Scene<D> {
         }
         for condition in &self.conditions {
             let what = condition.name.clone().unwrap_or_else(|| condition.place.to_string());
-            condition.amplitude.validate()?;
+            condition.amplitude.validate(|| format!("condition on {what}"))?;
             is_finite(&condition.amplitude, || format!("condition on {what}"))?;
             if condition.prescribed.is_empty() {
                 return Err(BoundaryError::Incomplete { what: format!("condition on {what}") }.into());
@@ -42,7 +42,13 @@ impl<const D: usize> Scene<D> {
             }
         }
         for load in &self.loads {
-            load.amplitude.validate()?;
+            load.amplitude.validate(|| load.label())?;
+            if let (LoadKind::Pressure(_), Spot::Body | Spot::Point(_)) = (&load.kind, &load.place.spot) {
+                let needed = "a part of the boundary, whose normal it has: put it there";
+                return Err(
+                    GeometryError::Unsuited { what: "a pressure on a point or on the whole body", needed }.into()
+                );
+            }
             is_finite(&load.amplitude, || load.label())?;
             let value = match &load.kind {
                 LoadKind::Dead(Value::Constant(force)) | LoadKind::Total(force) => {

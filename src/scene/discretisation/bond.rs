@@ -3,9 +3,11 @@
 use std::collections::HashMap;
 
 use crate::boundary::{ConstraintEquation, Constraints};
+use crate::cells::BoundaryCells;
 use crate::error::Error;
 use crate::geometry::{Part, Point};
 use crate::kinematics::Kinematics;
+use crate::neighbours::BoxTree;
 use crate::shape::ShapeFunctions;
 use crate::term::Amplitude;
 
@@ -14,8 +16,12 @@ use super::discrete_body::DiscreteBody;
 use super::facet_rule::FacetRule;
 use super::interface::{InterfaceSide, MultiplierValues, carried, linear, shared};
 use super::interface_moments::correct;
-use crate::scene::definition::place::Place;
+use crate::scene::definition::place::{Place, Spot};
 use crate::scene::definition::scene::Scene;
+use crate::scene::definition::source::BodyCells;
+
+/// Middles of one facet found twice differ by less than this part of its coordinates.
+const SAME: f64 = 1e-9;
 
 /// Two rules integrate one interface where their measures and first moments agree to this part.
 const AGREED: f64 = 1e-9;
@@ -60,14 +66,9 @@ pub(crate) fn bond<const D: usize>(
     equations: &mut Constraints,
     ties: &mut Ties,
     discrete_bodies: [&DiscreteBody<D>; 2],
-    rules: [FacetRule; 2],
+    boundaries: [BoundaryCells<D>; 2],
     kinematics: &dyn Kinematics<D>,
 ) -> Result<bool, Error> {
-    let boundary = |side: usize| {
-        let rule = rules[side];
-        discrete_bodies[side].cells.boundary(&Part::Whole, rule.parts, rule.gauss)
-    };
-    let boundaries = [boundary(0)?, boundary(1)?];
     let chosen = shared([&boundaries[0], &boundaries[1]]);
     if chosen.iter().any(Vec::is_empty) {
         return Ok(false);
@@ -230,9 +231,50 @@ fn entries<const D: usize>(
     entries
 }
 
-/// Bonds all bodies that share faces and are not kept uncondensed; whether there are any.
+/// The boundaries of two bodies without the facets of the contacts between them: what is to touch is not bonded.
+fn bondable<const D: usize>(
+    scene: &Scene<D>,
+    all: &BodyCells<D>,
+    discrete_bodies: &[DiscreteBody<D>],
+    rules: &[FacetRule],
+    pair: [usize; 2],
+) -> Result<[BoundaryCells<D>; 2], Error> {
+    let boundary = |body: usize, part: &Part| {
+        let rule = rules[body];
+        discrete_bodies[body].cells.boundary(part, rule.parts, rule.gauss)
+    };
+    let mut boundaries = [boundary(pair[0], &Part::Whole)?, boundary(pair[1], &Part::Whole)?];
+    for contact in &scene.contact_pairs {
+        let Some(second) = &contact.second else { continue };
+        let mut sides = Vec::new();
+        for place in [&contact.first, second] {
+            let place = scene.resolve(place);
+            if let Spot::Part(part) = &place.spot {
+                let of = scene.bodies_at(&place, || format!("contact of {place}"), all, |_| true)?;
+                sides.extend(of.first().map(|&body| (body, part.clone(), place.clone())));
+            }
+        }
+        let [(a, ..), (b, ..)] = sides.as_slice() else { continue };
+        if [*a, *b] != pair && [*b, *a] != pair {
+            continue;
+        }
+        for (body, part, place) in &sides {
+            let middles = boundary(*body, part)?.within(&|x| place.holds(x)).middles();
+            let tree = BoxTree::of(&middles);
+            let own = &mut boundaries[usize::from(*body == pair[1])];
+            *own = own.within(&|x| {
+                let nearest = tree.nearest(x).map(|k| middles[k]);
+                nearest.is_none_or(|middle| (middle - x).norm() > SAME * x.norm().max(middle.norm()))
+            });
+        }
+    }
+    Ok(boundaries)
+}
+
+/// Bonds all bodies that share faces and are not left unbonded, but for the faces of contacts; whether there are any.
 pub(crate) fn bond_all<const D: usize>(
     scene: &Scene<D>,
+    all: &BodyCells<D>,
     discrete_bodies: &[DiscreteBody<D>],
     rules: &[FacetRule],
     equations: &mut Constraints,
@@ -252,7 +294,8 @@ pub(crate) fn bond_all<const D: usize>(
                 continue;
             }
             let before = equations.len();
-            bonded |= bond(equations, &mut ties, [earlier, later], [rules[first], rules[second]], &*scene.kinematics)?;
+            let boundaries = bondable(scene, all, discrete_bodies, rules, [first, second])?;
+            bonded |= bond(equations, &mut ties, [earlier, later], boundaries, &*scene.kinematics)?;
             // The force of the bond is that on the earlier body.
             let (name, place) = (Some(format!("bond of {} and {}", names[0], names[1])), Place::body());
             if equations.len() > before {

@@ -190,7 +190,7 @@ fn finish<const D: usize>(
         rules.push(facets);
         tables.extend(loads);
     }
-    let bonded = bond_all(scene, &discrete_bodies, &rules, &mut equations, &mut placed)?;
+    let bonded = bond_all(scene, all, &discrete_bodies, &rules, &mut equations, &mut placed)?;
     let frames = rigid::frames(scene, &ties, &mut equations, &mut placed, &mut positions)?;
     let mut model = Model::new(positions);
     if let Some(ranks) = sharing.ranks() {

@@ -120,7 +120,7 @@ pub(crate) fn clocked<const D: usize>(
     body: Body<D, Arc<dyn Material>>,
 ) -> Result<Body<D, Arc<dyn Material>>, Error> {
     let Some(clock) = &scene.clock else { return Ok(body) };
-    clock.validate()?;
+    clock.validate(|| "the clock of the scene".into())?;
     const LOOKS: usize = 64;
     let times = (0..=LOOKS).map(|k| clock.evaluate(k as f64 / LOOKS as f64).0);
     let times: Vec<f64> = match clock {
@@ -128,7 +128,11 @@ pub(crate) fn clocked<const D: usize>(
         _ => times.collect(),
     };
     if !times.iter().all(|t| t.is_finite()) || times.windows(2).any(|w| w[1] < w[0]) {
-        return Err(BoundaryError::Amplitude { what: "the time of a clock is not finite, or falls" }.into());
+        return Err(BoundaryError::Amplitude {
+            of: "the clock of the scene".into(),
+            what: "the time is not finite, or falls",
+        }
+        .into());
     }
     Ok(body.with_clock(clock.clone()))
 }
@@ -157,7 +161,7 @@ pub(crate) fn load_tables<const D: usize, A: Approximation<D>>(
         let load = &definition.scene.loads[*number];
         if let LoadKind::Moment(_) = load.kind {
             let remedy = "tie the part to a rigid body by Scene::rigid";
-            return Err(Incompatible::new("a moment", "a part that may deform", remedy).into());
+            return Err(Incompatible::new(load.label(), "a part that may deform", remedy).into());
         }
         let table = match &place.spot {
             Spot::Part(part) => (tables.boundary)(part, place)?,

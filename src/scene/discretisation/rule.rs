@@ -53,6 +53,12 @@ pub(crate) fn body_table<const D: usize, A: Approximation<D>>(
             let table = ShapeTable::consistent(approximation, &smoothing, kinematics)?;
             Ok((table, FacetRule { parts: 1, gauss }, field, Some(size)))
         }
+        // The cells of meshes and cut solids are divided once, at their corners, too coarsely for it.
+        Rule::Auto if scheme.order > 1 && cells.smoothing(3, 1, &cells.zones(size)).is_err() => {
+            let remedy = "take order 1, or a block in space";
+            Err(Incompatible::new("a basis of order 2 or 3", "cells of a mesh or of a cut solid in space", remedy)
+                .into())
+        }
         Rule::Auto | Rule::Smoothed { .. } => {
             let parts = if let Rule::Smoothed { parts } = scheme.rule { parts } else { 2 + more };
             let gauss = 2 + more;

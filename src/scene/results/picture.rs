@@ -1,6 +1,7 @@
 //! Pictures of states: the contact surface of the body, coloured by a field.
 
 use std::collections::{HashMap, HashSet};
+use std::f64::consts::PI;
 
 use crate::error::Error;
 use crate::geometry::Point;
@@ -91,6 +92,9 @@ impl<const D: usize> Problem<D> {
             drawn.add(divided, current, |k| values[k]);
         }
         let parts = divisions(faces.len());
+        if D == 1 {
+            return self.ring(field, state, &value);
+        }
         for own in &self.discrete_bodies {
             let first = own.nodes().start;
             let of_body = faces.iter().filter(|face| own.nodes().contains(&face[0]));
@@ -106,6 +110,41 @@ impl<const D: usize> Problem<D> {
         }
         let picture = Picture::new(&drawn.points, drawn.faces).coloured(field.label(), drawn.values).lines(drawn.lines);
         Ok(if D == 3 { picture.closed() } else { picture })
+    }
+
+    /// A quarter of the cut through a cylinder or a sphere whose radial line is the body.
+    fn ring(
+        &self,
+        field: Field,
+        state: &State,
+        value: &dyn Fn(&ShapeFunctions<D>, &Point<D>) -> f64,
+    ) -> Result<Picture, Error> {
+        let (mut points, mut faces, mut lines, mut values) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for own in &self.discrete_bodies {
+            for cell in own.cells.drawn() {
+                let ends: Vec<Point<D>> = cell.iter().map(|&end| own.cells.positions()[end]).collect();
+                let mut functions = own.values_at(&ends)?;
+                let moved: Vec<Point<D>> = functions.iter().map(|psi| own.weighted(psi, state)).collect();
+                let first = own.nodes().start as u32;
+                functions.iter_mut().flat_map(|psi| &mut psi.nodes).for_each(|node| *node += first);
+                let start = points.len();
+                for part in 0..=AROUND {
+                    let (sine, cosine) = (0.5 * PI * part as f64 / AROUND as f64).sin_cos();
+                    for ((x, u), psi) in ends.iter().zip(&moved).zip(&functions) {
+                        points.push(Point::<2>::new(cosine, sine) * (x[0] + u[0]));
+                        values.push(value(psi, u));
+                    }
+                }
+                let along = |end: usize| (0..=AROUND).map(move |part| start + 2 * part + end);
+                faces.extend((0..AROUND).map(|part| {
+                    let corner = start + 2 * part;
+                    vec![corner, corner + 1, corner + 3, corner + 2]
+                }));
+                lines.extend([along(0).collect(), along(1).collect::<Vec<usize>>()]);
+                lines.extend([vec![start, start + 1], vec![start + 2 * AROUND, start + 2 * AROUND + 1]]);
+            }
+        }
+        Ok(Picture::new(&points, faces).coloured(field.label(), values).lines(lines))
     }
 
     /// A web page on which the body is turned and its steps are run through, from rest to the last state of a path.
@@ -173,6 +212,9 @@ impl<const D: usize> Drawn<D> {
         self.points.extend(current);
     }
 }
+
+/// Parts of a quarter turn in pictures of radial lines.
+const AROUND: usize = 32;
 
 /// Into how many parts each edge is divided, so that curved faces look smooth: fewer where faces are many.
 fn divisions(faces: usize) -> usize {

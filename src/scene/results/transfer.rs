@@ -2,16 +2,52 @@
 
 use crate::compiled::compiled;
 use crate::error::{ApproximationError, Error};
+use crate::linear::vector::{dot, norm};
 use crate::neighbours::BoxTree;
+use crate::shape::ShapeFunctions;
 use crate::solve::State;
 
 use crate::term::variables_range;
 
 use crate::scene::Problem;
 
+/// Sweeps at most that make coefficients of values at particles.
+const SWEEPS: usize = 50;
+/// Part of the values that may be missing then: far below what models are apart.
+const MISSING: f64 = 1e-7;
+
+/// The coefficients $d$ whose values $\\sum_I \\Psi_I(x_J)\\,d_I$ at the particles are those wanted, `D` numbers each.
+pub(crate) fn coefficients<const D: usize>(functions: &[ShapeFunctions<D>], wanted: Vec<f64>) -> Vec<f64> {
+    let mut found = wanted.clone();
+    let size = norm(&wanted);
+    for _ in 0..SWEEPS {
+        let missing: Vec<f64> = wanted.iter().zip(values(functions, &found)).map(|(a, b)| a - b).collect();
+        if !(norm(&missing) > MISSING * size) {
+            break;
+        }
+        // Steps that leave least: where spacings jump, full ones lead away.
+        let answer = values(functions, &missing);
+        let step = dot(&missing, &answer) / dot(&answer, &answer);
+        found.iter_mut().zip(missing).for_each(|(found, missing)| *found += step * missing);
+    }
+    found
+}
+
+/// Values of a field by its coefficients, `D` numbers each.
+pub(crate) fn values<const D: usize>(functions: &[ShapeFunctions<D>], field: &[f64]) -> Vec<f64> {
+    let mut values = vec![0.0; D * functions.len()];
+    for (value, psi) in values.chunks_exact_mut(D).zip(functions) {
+        for (&node, psi) in psi.nodes.iter().zip(&psi.values) {
+            let given = &field[node as usize * D..];
+            value.iter_mut().zip(given).for_each(|(value, given)| *value += psi * given);
+        }
+    }
+    values
+}
+
 impl<const D: usize> Problem<D> {
     /// The state of another discretisation of the same scene as a first guess for this one, to be
-    /// [`correct`](crate::solve::Analysis::correct)ed: displacements evaluated at the particles, pressures
+    /// [`correct`](crate::solve::Analysis::correct)ed: displacements that agree at the particles, pressures
     /// and internal variables taken from the nearest integration point.
     ///
     /// # Errors
@@ -34,19 +70,25 @@ impl<const D: usize> Problem<D> {
             if let Some(x) = positions.iter().find(|x| !other.cells.contains(x)) {
                 return Err(ApproximationError::Outside { at: x.as_slice().to_vec() }.into());
             }
-            for (node, u) in discrete_body.nodes.clone().zip(other.displacements_at(positions, state)?) {
-                guess.displacement[node * D..(node + 1) * D].copy_from_slice(u.as_slice());
-            }
+            let wanted = other.displacements_at(positions, state)?.iter().flatten().copied().collect();
+            let found = coefficients(&discrete_body.values_at(positions)?, wanted);
+            let first = discrete_body.nodes.start * D;
+            guess.displacement[first..first + found.len()].copy_from_slice(&found);
             let place = from.discrete_bodies.iter().position(|m| m.name == other.name).unwrap_or(0);
             if let Some(pressures) = other.pressures(place, state) {
                 let nearest = BoxTree::of(other.body.table().positions());
-                let condensed = discrete_body.body.condensed_of(|x| pressures[nearest.nearest(x).unwrap_or(0)]);
+                let condensed = discrete_body.body.condensed_of(|x| {
+                    // A rank may have no point of the other one.
+                    nearest.nearest(x).and_then(|point| pressures.get(point)).copied().unwrap_or(0.0)
+                });
                 if let Some(own) = guess.condensed.get_mut(number).filter(|own| own.len() >= condensed.len()) {
                     own[..condensed.len()].copy_from_slice(&condensed);
                 }
             }
             let range = variables_range(&*discrete_body.body);
-            if let (false, Some(given)) = (range.is_empty(), state.condensed.get(place)) {
+            if let (false, Some(given)) =
+                (range.is_empty() || other.body.table().is_empty(), state.condensed.get(place))
+            {
                 let nearest = BoxTree::of(other.body.table().positions());
                 let internal_variables =
                     discrete_body.body.memory_from(&other.body, given, |x| nearest.nearest(x).unwrap_or(0));

@@ -1,0 +1,133 @@
+//! Models of scenes of several bodies, of meshes, or of both: all bodies are made finer together.
+
+use std::sync::Arc;
+
+use crate::error::Error;
+use crate::mesh::Mesh;
+use crate::scene::{BodyOf, Scene, Scheme, Source};
+
+use super::sides::Sides;
+use super::strategy::{Found, Model, Next, ORDERS, Strategy, factor};
+
+/// How one body is made finer.
+enum Refinable<const D: usize> {
+    /// By the number of its particles.
+    Sides(Sides<D>),
+    /// By cutting each cell at the middles of its edges: the mesh with no cut, one, two and so on.
+    Mesh(Vec<Arc<Mesh<D>>>),
+}
+
+/// Bodies that are made finer together; meshes, whose cells can only be halved, set the pace where there are any.
+pub(super) struct Assembled<'a, const D: usize> {
+    scene: &'a Scene<D>,
+    scheme: Scheme,
+    bodies: Vec<Refinable<D>>,
+    fineness: f64,
+    /// Cuts of the meshes.
+    cuts: usize,
+    halves: bool,
+}
+
+impl<'a, const D: usize> Assembled<'a, D> {
+    pub(crate) fn new(scene: &'a Scene<D>, scheme: &Scheme) -> Result<Self, Error> {
+        let refinable = |body: &BodyOf<D>| match &body.source {
+            Source::Mesh(mesh) => Ok(Refinable::Mesh(vec![mesh.clone()])),
+            source => Ok(Refinable::Sides(Sides::of_body(source, &own_scheme(body, scheme))?)),
+        };
+        let bodies = scene.bodies.iter().map(refinable).collect::<Result<Vec<_>, Error>>()?;
+        let halves = bodies.iter().any(|body| matches!(body, Refinable::Mesh(_)));
+        // The number of particles is chosen here, body by body.
+        let scheme = Scheme { resolution: None, ..scheme.clone() };
+        Ok(Assembled { scene, scheme, bodies, fineness: 1.0, cuts: 0, halves })
+    }
+
+    /// Cuts meshes until they have been cut as often as is asked for.
+    fn cut(&mut self) -> Result<(), Error> {
+        for body in &mut self.bodies {
+            if let Refinable::Mesh(meshes) = body {
+                while meshes.len() <= self.cuts {
+                    let finer = meshes[meshes.len() - 1].refined()?;
+                    meshes.push(Arc::new(finer));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn model(&self) -> Model<D> {
+        let mut scene = self.scene.clone();
+        let mut particles = 0;
+        for (body, refinable) in scene.bodies.iter_mut().zip(&self.bodies) {
+            match refinable {
+                Refinable::Mesh(meshes) => {
+                    let mesh = &meshes[self.cuts.min(meshes.len() - 1)];
+                    particles += mesh.points().len();
+                    body.source = Source::Mesh(mesh.clone());
+                }
+                Refinable::Sides(sides) => {
+                    let counts = sides.counts(self.fineness);
+                    particles += counts.iter().product::<usize>();
+                    let (sides, own) = (*sides, body.scheme.take());
+                    body.scheme = Some(Arc::new(move |scheme: Scheme| {
+                        let scheme = own.as_ref().map_or(scheme.clone(), |own| own(scheme));
+                        sides.scheme(&scheme, &counts)
+                    }));
+                }
+            }
+        }
+        Model { scene, scheme: self.scheme.clone(), counts: vec![particles], spacing: 1.0 / self.fineness }
+    }
+
+    /// Particles of the bodies that are no meshes.
+    fn particles(&self) -> usize {
+        let count = |body: &Refinable<D>| match body {
+            Refinable::Sides(sides) => sides.counts(self.fineness).iter().product(),
+            Refinable::Mesh(_) => 0,
+        };
+        self.bodies.iter().map(count).sum()
+    }
+}
+
+/// The scheme of a body.
+fn own_scheme<const D: usize>(body: &BodyOf<D>, scheme: &Scheme) -> Scheme {
+    body.scheme.as_ref().map_or_else(|| scheme.clone(), |own| own(scheme.clone()))
+}
+
+impl<const D: usize> Strategy<D> for Assembled<'_, D> {
+    fn coarsest(&self) -> Model<D> {
+        self.model()
+    }
+
+    fn thicken(&mut self) -> bool {
+        self.fineness *= 2.0;
+        self.cuts += 1;
+        self.cut().is_ok()
+    }
+
+    fn next(&mut self, found: &Found<'_>) -> Result<Next<D>, String> {
+        let (factor, mut last) = factor::<D>(found);
+        if self.halves {
+            last &= factor <= 2.0;
+            self.fineness *= 2.0;
+            self.cuts += 1;
+            self.cut().map_err(|error| format!("the mesh can't be refined: {error}"))?;
+        } else {
+            let before = self.particles();
+            self.fineness *= factor;
+            // Models that round to the same counts are skipped.
+            while self.particles() == before {
+                self.fineness *= 1.05;
+            }
+        }
+        Ok(Next { coarse: None, fine: self.model(), last })
+    }
+
+    fn steepest(&self) -> f64 {
+        ORDERS[1]
+    }
+}
+
+/// Whether a scene is sized body by body.
+pub(super) fn is_assembled<const D: usize>(scene: &Scene<D>) -> bool {
+    scene.bodies.len() > 1 || scene.bodies.iter().any(|body| matches!(body.source, Source::Mesh(_)))
+}
