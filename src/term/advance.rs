@@ -85,8 +85,7 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
         if n > 0 {
             // The exponent follows the pressure that is held, not that of the step: increments are linear in steps.
             let held = view.condensed[body.unknowns(cluster)][2 * n];
-            condensed_step[2 * n] =
-                body.pulled(cluster, pi[0] * body.unit(cluster), Some(view.displacement), held) - held;
+            condensed_step[2 * n] = body.pulled(cluster, pi[0] * body.unit(cluster), held) - held;
         }
         bound
     }

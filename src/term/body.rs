@@ -28,8 +28,7 @@ use super::volumetric_measure::VolumetricMeasure;
 /// whatever the pressure. Under tension the root destabilises a stretch in one direction instead, by
 /// $-p\\,(1 - \tfrac1m)\\,(\delta J)^2$: beyond 3 to 4 $\mu_0$ bonded bodies show cavitation-like modes inside their macro cells.
 /// The exponent $q$ of $G = 1 + (J^q - 1)/q$ therefore rises from $1/m$ to 1, in sixteen parts, while the mean pressure of the
-/// zone rises from 0.8 to 1.6 of $\mu_0 + \sigma$, with the von Mises stress $\sigma$ of the zone. In membranes and threads the
-/// pressure comes from their stretch, and the root stays. It is a condensed unknown that [`advance`](super::Term::advance)
+/// zone rises from 0.8 to 1.6 of $\mu_0$. It is a condensed unknown that [`advance`](super::Term::advance)
 /// sets by the pressure and everything else takes as given: forces and matrix are those of the potential with it.
 pub struct Body<const D: usize, M> {
     pub(super) table: ShapeTable<D>,

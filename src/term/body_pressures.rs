@@ -89,7 +89,7 @@ impl<const D: usize, M: Material> Body<D, M> {
                     let weight = self.table.weights()[point];
                     (sum, volume) = (sum + weight * pressure(&self.table.positions()[point]), volume + weight);
                 }
-                let pulled = self.pulled(cluster, sum / volume, None, 0.0);
+                let pulled = self.pulled(cluster, sum / volume, 0.0);
                 condensed[range.end - 1] = pulled;
                 measure = self.measure.towards_volume(pulled * self.unit(cluster));
             }

@@ -1,6 +1,6 @@
 //! The zones of pressure of a body: their functions, measures, stabilisation and energy.
 
-use nalgebra::{Matrix3, SMatrix};
+use nalgebra::SMatrix;
 
 use crate::geometry::Point;
 use crate::material::Material;
@@ -11,9 +11,8 @@ use super::element::View;
 use super::stabilisation::{POINTWISE_SHARE, WIDEST};
 use super::volumetric_measure::VolumetricMeasure;
 
-/// Tensions of a zone, by the sum of its initial shear modulus and von Mises' stress, between which its measure goes over
-/// from roots of $J$ to $J$. Roots are stable below 3 to 4; with 1 and 3 a cylinder of revolution, bonded and pulled by 30 %,
-/// had unstable modes on the way. A pulled sheet stays below 2/3.
+/// Tensions of a zone, by its initial shear modulus, between which its measure goes over from roots of $J$ to $J$. Roots are stable
+/// below 3 to 4; with 1 and 3 a cylinder of revolution, bonded and pulled by 30 %, had unstable modes on the way.
 const TENSION_BLEND: [f64; 2] = [0.8, 1.6];
 
 /// Equal parts of that way: the measure goes it part by part, so that it rests while Newton's method comes to rest.
@@ -105,39 +104,20 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 
     /// The last condensed unknown of a zone that has `held` under a mean pressure: how far it is on the way from roots of $J$
-    /// to $J$. Without a displacement the stresses of shape are taken for none.
+    /// to $J$.
     #[inline(always)]
-    pub(super) fn pulled(&self, cluster: usize, pressure: f64, displacement: Option<&[f64]>, held: f64) -> f64 {
+    pub(super) fn pulled(&self, cluster: usize, pressure: f64, held: f64) -> f64 {
         let [from, to] = TENSION_BLEND;
         let unit = self.unit(cluster);
         // Without a shear modulus nothing is known; a zone without a volume has no pressure.
         if !(self.shear > 0.0 && unit > 0.0 && (pressure > from * self.shear || held != 0.0)) {
             return 0.0;
         }
-        let scale = self.shear + displacement.map_or(0.0, |d| self.shape_stress(cluster, d)).max(0.0);
-        let x = ((pressure - from * scale) / ((to - from) * scale)).clamp(0.0, 1.0);
+        let x = ((pressure / self.shear - from) / (to - from)).clamp(0.0, 1.0);
         let (wanted, held_part) = (PARTS * x * x * (3.0 - 2.0 * x), PARTS * held * unit);
         // What was predicted from two states, or gone by a part of a step, may lie between.
         let whole = (held_part - held_part.round()).abs() < 1e-6;
         if whole && (wanted - held_part).abs() <= KEPT { held } else { wanted.round() / (PARTS * unit) }
-    }
-
-    /// The mean of von Mises' stress, of the distortional energy per volume at rest, over a zone.
-    #[inline(never)]
-    fn shape_stress(&self, cluster: usize, displacement: &[f64]) -> f64 {
-        let Some((distortional, _)) = self.material.split() else { return 0.0 };
-        const ALL: [usize; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
-        let (mut sum, mut volume) = (0.0, 0.0);
-        for point in self.table.clusters().points(cluster) {
-            let f = self.deformation_gradient(point, displacement);
-            let mut stress = [0.0; 9];
-            distortional.respond(&f, &ALL, &mut stress, &mut []);
-            let kirchhoff = Matrix3::from_row_slice(&stress) * f.transpose();
-            let deviator = kirchhoff - Matrix3::identity() * (kirchhoff.trace() / 3.0);
-            let weight = self.table.weights()[point];
-            (sum, volume) = (sum + weight * (1.5 * deviator.norm_squared()).sqrt(), volume + weight);
-        }
-        sum / volume
     }
 
     /// The part of the volumetric energy of a zone that stays pointwise.

@@ -518,3 +518,36 @@ fn following_pressure_rolls_a_free_strip_up() {
     assert!((tips[0] - Point::<2>::new(-2.636, -0.611)).norm() < 0.08, "{}", tips[0]);
     assert!(tips.iter().all(|tip| (tip - tips[0]).norm() < 1e-6), "{tips:?}");
 }
+
+/// Inflated discs, whose cells are shorter than wide through the thickness or wider, by the numbers of particles: nothing in them is unstable,
+/// and the deflection of the pole is that of the finest model. The edge is singular, so that it rises with the particles along the radius.
+#[test]
+fn inflated_discs_have_no_mode_of_their_own() {
+    let pole = |radius: f64, thickness: f64, pressure: f64, counts: [usize; 2]| {
+        let rubber = Rubber::mooney_rivlin(80.0, 20.0, 1e5).unwrap(); // psi
+        let scene = Scene::new(Block::new([0.0, 0.0], [radius, thickness]), Axisymmetric, rubber)
+            .prescribe((0, Side::Min), 0, 0.0)
+            .hold((0, Side::Max))
+            .pressure((1, Side::Min), pressure);
+        let problem = scene.discretize(&Scheme::default().particles(counts)).unwrap();
+        let path = problem.run().unwrap().completed().unwrap_or_else(|error| panic!("{counts:?}: {error}"));
+        let unstable = path.steps.last().unwrap().unstable;
+        assert_eq!(unstable, Some(0), "{radius} × {thickness} at {pressure}, {counts:?}");
+        problem.displacement(path.last(), &[0.0, 0.0].into()).unwrap()[1]
+    };
+    for across in [3, 5, 9] {
+        for along in [41, 61, 77, 97, 161] {
+            let deflection = pole(7.5, 0.5, 45.0, [along, across]); // in, psi
+            assert!((deflection / 15.05 - 1.0).abs() < 0.02, "{along} × {across}: {deflection}");
+        }
+    }
+    // Drawn: cells up to eight times as long as thick, or as thick as long. Pressures by the thickness over the radius, as membranes take them.
+    let mut random = fastrand::Rng::with_seed(15);
+    for _ in 0..24 {
+        let mut between = |low: f64, high: f64| low + (high - low) * random.f64();
+        let (thickness, across) = (between(0.1, 1.0), between(2.0, 9.9) as usize);
+        let ratio = 8f64.powf(between(-1.0, 1.0));
+        let along = (7.5 / (ratio * thickness / (across as f64 - 1.0))).clamp(12.0, 220.0) as usize;
+        pole(7.5, thickness, between(200.0, 650.0) * thickness / 7.5, [along, across]);
+    }
+}
