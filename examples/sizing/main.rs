@@ -5,9 +5,11 @@
 //! 1 to 8, which `--develop` runs), compares with the references, and writes `summary.csv`, `runs.csv` and
 //! `sizing.svg`. Then scenes are drawn at random, twelve of each of five families, and requested 2 to 0.1 %: `promises.csv` and
 //! the rows `kept` to `seconds_over_direct`. `--drawn N` does that part alone, with N scenes of each family, `--local` that of local
-//! refinement.
+//! refinement. `--parts N SEED` asks 2 % of N drawn parts of each of five families (regions, planar meshes, two bodies, contact, closed
+//! surfaces), whose references are asked 0.4 %, and writes `parts.csv`.
 
 mod local;
+mod parts;
 mod promises;
 #[path = "../support/mod.rs"]
 mod support;
@@ -244,6 +246,8 @@ struct Asked {
     develop: bool,
     drawn_alone: Option<u64>,
     local_alone: bool,
+    /// Parts of each family, and the first seed.
+    parts_alone: Option<(u64, u64)>,
     /// Scenes of each family and the first seed, and the families; none for all.
     bounds_alone: Option<(u64, u64)>,
     families: Vec<String>,
@@ -259,6 +263,11 @@ fn asked() -> Result<Asked, Box<dyn Error>> {
             Some("--develop") => asked.develop = true,
             Some("--drawn") => asked.drawn_alone = Some(number().ok_or("--drawn needs a number")?),
             Some("--local") => asked.local_alone = true,
+            Some("--parts") => {
+                let both = number().zip(number());
+                asked.parts_alone =
+                    Some(both.ok_or("--parts needs two numbers: parts of each family, and the first seed")?);
+            }
             Some("--bounds") => {
                 let both = number().zip(number());
                 asked.bounds_alone = Some(both.ok_or("--bounds needs two numbers: scenes, and the first seed")?);
@@ -266,8 +275,7 @@ fn asked() -> Result<Asked, Box<dyn Error>> {
             Some(name) if !name.starts_with('-') => asked.families.push(name.to_string()),
             Some("--out") => asked.out = Some(arguments.next().ok_or("--out needs a directory")?.into()),
             _ => {
-                let usage =
-                    "usage: sizing [--out DIR] [--develop] [--drawn N] [--local] [--bounds N SEED [FAMILY ...]]";
+                let usage = "usage: sizing [--out DIR] [--develop] [--drawn N] [--local] [--parts N SEED [FAMILY ...]] [--bounds N SEED [FAMILY ...]]";
                 return Err(usage.into());
             }
         }
@@ -276,7 +284,7 @@ fn asked() -> Result<Asked, Box<dyn Error>> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let Asked { develop, drawn_alone, local_alone, bounds_alone, families, out } = asked()?;
+    let Asked { develop, drawn_alone, local_alone, parts_alone, bounds_alone, families, out } = asked()?;
     let out = out.unwrap_or_else(|| ["target", "rkpm", "sizing"].iter().collect());
     if let Some(each) = drawn_alone {
         let mut summary = Summary::new();
@@ -289,6 +297,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     if let Some((each, seed)) = bounds_alone {
         let mut summary = Summary::new();
         promises::bounds(each, seed, &families, &mut summary)?;
+        print!("{summary}");
+        return Ok(());
+    }
+    if let Some((each, seed)) = parts_alone {
+        let (mut summary, mut rows) = (Summary::new(), parts::table());
+        parts::run((each, seed), &families, &mut summary, &mut rows)?;
+        rows.write(out.join("parts.csv"))?;
         print!("{summary}");
         return Ok(());
     }

@@ -1,0 +1,208 @@
+//! Parts of no block: regions, planar meshes, closed surfaces, two bodies, contact, drawn at random and asked for 2 %.
+
+use std::error::Error;
+
+use rkpm::mesh::{CellShape, Mesh};
+use rkpm::output::{Cell, Summary, Table};
+use rkpm::prelude::*;
+use rkpm::solid::{Select, Shape};
+use rkpm::study::{Answer, Budget, Quantity, Tolerance, Verdict};
+
+/// Draws a part, given numbers between two.
+type Draw = fn(&mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<2>, rkpm::Error>;
+
+const ASKED: f64 = 0.02;
+/// What references are asked for.
+const REFERENCE: f64 = 0.004;
+
+/// What became of one part.
+struct Row {
+    family: &'static str,
+    number: u64,
+    reached: bool,
+    bound: f64,
+    error: f64,
+    uncertainty: f64,
+    particles: usize,
+    seconds: f64,
+}
+
+/// Sizes `count` parts of each family, or of those that are named, and makes a row for each.
+pub fn run(
+    (count, seed): (u64, u64),
+    families: &[String],
+    summary: &mut Summary,
+    table: &mut Table,
+) -> Result<(), Box<dyn Error>> {
+    let mut rows = Vec::new();
+    let flat: [(&'static str, Draw); 4] =
+        [("region", region), ("planar mesh", mesh), ("two bodies", bodies), ("contact", contact)];
+    let wanted = |name: &str| families.is_empty() || families.iter().any(|family| family == name);
+    for number in 0..count {
+        let mut random = fastrand::Rng::with_seed(seed + number);
+        let mut between = |low: f64, high: f64| low + (high - low) * random.f64();
+        for (family, draw) in flat.into_iter().filter(|(name, _)| wanted(name)) {
+            let moved = Quantity::reaction("moved", 1);
+            judge((family, number), &draw(&mut between)?, moved, 60_000, &mut rows);
+        }
+        if wanted("closed surface") {
+            let moved = Quantity::reaction("top", 2);
+            judge(("closed surface", number), &solid(&mut between)?, moved, 20_000, &mut rows);
+        }
+    }
+    let of = |holds: &dyn Fn(&Row) -> bool| rows.iter().filter(|row| holds(row)).count() as f64 / rows.len() as f64;
+    summary.note("parts", rows.len() as f64)?;
+    summary.note("parts_reached", of(&|row| row.reached))?;
+    let kept = |row: &Row| row.reached && row.error <= ASKED + row.uncertainty;
+    summary.note("parts_kept", of(&kept))?;
+    summary.note("parts_bounds_held", of(&|row| row.error <= row.bound + row.uncertainty))?;
+    summary.note("parts_kept_strictly", of(&|row| row.reached && row.error <= ASKED))?;
+    summary.note("parts_bounds_held_strictly", of(&|row| row.error <= row.bound))?;
+    for row in rows {
+        let numbers = [row.bound, row.error, row.uncertainty, row.particles as f64, row.seconds].map(Cell::from);
+        let words =
+            [Cell::from(row.family), Cell::from(row.number as f64), Cell::from(f64::from(u8::from(row.reached)))];
+        table.rows.push(words.into_iter().chain(numbers).collect());
+    }
+    Ok(())
+}
+
+/// The columns of the rows.
+pub fn table() -> Table {
+    Table::new(["family", "number", "reached", "bound", "error", "uncertainty", "particles", "seconds"])
+}
+
+/// Sizes a part twice, the second time as its reference.
+fn judge<const D: usize>(
+    (family, number): (&'static str, u64),
+    scene: &Scene<D>,
+    quantity: Quantity<D>,
+    unknowns: usize,
+    rows: &mut Vec<Row>,
+) {
+    let budget = Budget { unknowns, ..Budget::default() };
+    let size = |error: f64| scene.solve_within(&Tolerance::of(quantity.clone(), error), budget);
+    let value = |answer: &Answer<D>| answer.values()[0];
+    let mut row = Row {
+        family,
+        number,
+        reached: false,
+        bound: f64::NAN,
+        error: f64::NAN,
+        uncertainty: f64::NAN,
+        particles: 0,
+        seconds: f64::NAN,
+    };
+    match (size(ASKED), size(REFERENCE)) {
+        (Ok(answer), Ok(reference)) => {
+            row.reached = answer.reached();
+            row.bound = answer.bound;
+            row.error = (value(&answer) / value(&reference) - 1.0).abs();
+            row.uncertainty = reference.bound;
+            row.particles = answer.problem.model().positions().len();
+            row.seconds = answer.seconds();
+            if let Verdict::NotReached(why) = &answer.verdict {
+                println!("{family} {number}: not reached: {why}");
+            }
+        }
+        (answer, reference) => {
+            let errors = [answer.err(), reference.err()].into_iter().flatten().map(|error| error.to_string());
+            println!("{family} {number}: {}", errors.collect::<Vec<_>>().join("; "));
+        }
+    }
+    println!(
+        "{family} {number}: bound {:.4}, error {:.4} to {:.4}, {} particles, {:.2} s",
+        row.bound, row.error, row.uncertainty, row.particles, row.seconds
+    );
+    rows.push(row);
+}
+
+fn rubber(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Rubber, rkpm::Error> {
+    Ok(Rubber::neo_hookean(between(0.2, 1.0), 10f64.powf(between(2.0, 4.0)))?)
+}
+
+/// A motion of an upper face: down, and aside.
+fn motion(between: &mut dyn FnMut(f64, f64) -> f64) -> [f64; 2] {
+    [between(0.0, 0.2), between(-0.15, -0.05)]
+}
+
+/// A plate with a round hole.
+fn region(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<2>, rkpm::Error> {
+    let (width, radius) = (between(1.0, 2.5), between(0.12, 0.3));
+    let outline = Outline::at([0.0, 0.0]).line("bottom", [width, 0.0]).line("side", [width, 1.0]);
+    let hole = Outline::circle("hole", [between(0.4, 0.6) * width, between(0.4, 0.6)], radius);
+    let part = Region::with_holes(outline.line("top", [0.0, 1.0]).close("side"), [hole])?;
+    Ok(Scene::new(part, PlaneStrain, rubber(between)?)
+        .hold("bottom")
+        .with(Condition::on("top").displacement(motion(between)).named("moved")))
+}
+
+/// Quadrangles of a trapezium, their inner nodes moved.
+fn mesh(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<2>, rkpm::Error> {
+    let counts = [between(3.0, 6.9) as usize, between(3.0, 5.9) as usize];
+    let (width, slant) = (between(0.8, 2.0), between(-0.3, 0.3));
+    let along = counts[0] + 1;
+    let mut points = Vec::new();
+    for j in 0..=counts[1] {
+        for i in 0..=counts[0] {
+            let inside = i > 0 && i < counts[0] && j > 0 && j < counts[1];
+            let mut shifted =
+                |k: usize, n: usize| (k as f64 + if inside { between(-0.2, 0.2) } else { 0.0 }) / n as f64;
+            let (x, y) = (shifted(i, counts[0]), shifted(j, counts[1]));
+            points.push(Point::<2>::new(x * width + slant * y * (1.0 - 2.0 * x), y));
+        }
+    }
+    let cells: Vec<usize> = (0..counts[1])
+        .flat_map(|j| (0..counts[0]).map(move |i| j * along + i))
+        .flat_map(|k| [k, k + 1, k + along + 1, k + along])
+        .collect();
+    let row = |first: usize| (0..counts[0]).flat_map(move |i| [first + i, first + i + 1]);
+    let edges: Vec<usize> = row(0).chain(row(counts[1] * along)).collect();
+    let first = counts[0] * counts[1];
+    let groups = [
+        ("bottom".to_string(), (first..first + counts[0]).collect()),
+        ("top".to_string(), (first + counts[0]..first + 2 * counts[0]).collect()),
+    ];
+    let part = Mesh::new(points, &[(CellShape::Quadrangle, cells), (CellShape::Line, edges)], &groups)?;
+    Ok(Scene::new(part, PlaneStrain, rubber(between)?)
+        .hold("bottom")
+        .with(Condition::on("top").displacement(motion(between)).named("moved")))
+}
+
+/// Two bonded layers.
+fn bodies(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<2>, rkpm::Error> {
+    let (width, joint) = (between(0.8, 3.0), between(0.3, 0.7));
+    Ok(Scene::assembly(PlaneStrain)
+        .body("lower", Block::new([0.0, 0.0], [width, joint]), rubber(between)?)
+        .body("upper", Block::new([0.0, joint], [width, 1.0]), rubber(between)?)
+        .hold(Place::on((1, Side::Min)).of("lower"))
+        .with(Condition::on(Place::on((1, Side::Max)).of("upper")).displacement(motion(between)).named("moved")))
+}
+
+/// A half of a round cord on a plate, pressed by its flat side.
+fn contact(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<2>, rkpm::Error> {
+    let radius = between(0.6, 1.4);
+    let outline =
+        Outline::at([0.0, -radius]).arc("round", [radius, 0.0], [0.0, 0.0], Turn::Left).line("top", [0.0, 0.0]);
+    let down = between(0.08, 0.25) * radius;
+    let floor = RigidSurface::plane([0.0, -radius], [0.0, 1.0]).named("floor");
+    Ok(Scene::new(Region::new(outline.close("axis"))?, PlaneStrain, rubber(between)?)
+        .prescribe("axis", 0, 0.0)
+        .with(Condition::on("top").displacement([0.0, -down]).named("moved"))
+        .contact("round", floor))
+}
+
+/// A block with a bore along its width.
+fn solid(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<3>, rkpm::Error> {
+    let (width, depth, radius) = (between(0.8, 1.5), between(0.8, 1.5), between(0.15, 0.3));
+    let middle = [between(0.4, 0.6) * width, between(0.4, 0.6)];
+    let bore = Shape::cylinder([middle[0], -0.1, middle[1]], [middle[0], depth + 0.1, middle[1]], radius);
+    let part = Shape::block([0.0; 3], [width, depth, 1.0]).minus(bore).solid(0.1)?;
+    let at = |height: f64| [0.5 * width, 0.5 * depth, height];
+    let part = part.name("bottom", Select::plane(at(0.0), [0.0, 0.0, -1.0]))?;
+    let part = part.name("top", Select::plane(at(1.0), [0.0, 0.0, 1.0]))?;
+    let [aside, down] = motion(between);
+    Ok(Scene::new(part, Solid, rubber(between)?)
+        .hold("bottom")
+        .with(Condition::on("top").displacement([aside, 0.0, down])))
+}
