@@ -49,7 +49,7 @@ impl<const D: usize> Friction<D> {
         if size <= self.coefficient * (self.pressure - self.decisive * self.gap) {
             StickSlip::Stick(slip)
         } else {
-            // Of the law's own traction -μπ s/|s| across the slip, where π and s have come to rest: what is requested is the sum of both.
+            // The slope of the law's traction -μπ s/|s| across the slip, μπ/|s|: at rest the request is as long as μπ + c|s|.
             let limit = self.coefficient * self.pressure.max(0.0);
             let turning = limit * self.decisive / (size - limit);
             let turning = if turning >= 0.0 { turning.min(self.proximal) } else { self.proximal };

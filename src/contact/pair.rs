@@ -74,7 +74,7 @@ pub(super) struct Piece<const D: usize> {
 /// where $\xi$ runs along the chord, $\eta$ along the one that is opposite along its normal $n$, and the integral is cut where chords
 /// begin and end: exact whether particles match or not. In space $t$ is changed by least squares so that vertices lie at the particles of flat
 /// faces, and the integral is the sum over the facet points of the face that
-/// carries pressures, each with its distance from a triangle: exact where particles match.
+/// carries pressures, each with its distance from a triangle: exact where particles of even lattices match.
 /// The law between pressure and $\bar g_J = G_J/a_J$, $a_J = \int N_J\\,\mathrm d\Gamma$ over what has something opposite, is that of rigid
 /// surfaces, a saddle of $\Pi - \sum_J A_J\\,\pi_J\\,\bar g_J$ with $\pi_J$ per area $A_J$ of the whole trace function: its force
 /// $-\pi_J A_J\nabla\bar g_J$, $\nabla\bar g = (\nabla G - \bar g\\,\nabla a)/a$, pushes along the gap even where an overlap is small and grows.

@@ -131,7 +131,7 @@ impl Stepping {
             }
         }
         if self.steps == 0 {
-            return Err(SolveError::Empty { what: "steps of a stepping", remedy: "give at least 1" });
+            return Err(Invalid::new("number of steps", 0.0, "give at least 1").into());
         }
         Ok(())
     }

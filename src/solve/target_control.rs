@@ -19,6 +19,8 @@ pub(super) struct TargetSteps<'a> {
     start: f64,
     /// The next increment as a part of what is left.
     part: f64,
+    /// Where the first step starts, where something may touch.
+    touching: Option<State>,
 }
 
 impl<'a> TargetSteps<'a> {
@@ -30,7 +32,8 @@ impl<'a> TargetSteps<'a> {
     ) -> Self {
         let started = run.control_state().filter(|control_state| control_state.reached == index);
         let part = started.map_or(1.0, |control_state| control_state.increment);
-        TargetSteps { functional, index, target, start: functional.value(&run.path.start.displacement), part }
+        let start = functional.value(&run.path.start.displacement);
+        TargetSteps { functional, index, target, start, part, touching: None }
     }
 }
 
@@ -53,7 +56,10 @@ impl<const D: usize> StepRule<D> for TargetSteps<'_> {
     ) -> Result<(usize, State), Rejection> {
         let before = run.previous.as_ref().map(|previous| self.functional.value(&previous.displacement));
         let ratio = before.map_or(0.0, |before| (next - now) / (now - before));
-        let touching = if run.previous.is_none() { run.touching() } else { None };
+        if run.previous.is_none() && self.touching.is_none() {
+            self.touching = run.touching();
+        }
+        let touching = self.touching.clone().filter(|_| run.previous.is_none());
         let start = touching.unwrap_or_else(|| run.predicted(ratio));
         run.attempt(start, Control::Functional(self.functional, next))
     }

@@ -22,7 +22,7 @@ const EXACT: f64 = 1e-10;
 
 impl<const D: usize> Scene<D> {
     /// Solves the scene with the cheapest model found sufficient: finite elements of order 2 on blocks and mapped blocks, the default
-    /// scheme's particles where those fail, in one dimension and on drawn shapes; see
+    /// scheme's particles where those fail, in one dimension, on drawn shapes and meshes, and for several bodies; see
     /// [`solve_within_observed`](Scene::solve_within_observed).
     ///
     /// ```

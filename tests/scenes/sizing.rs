@@ -89,7 +89,7 @@ fn bounds_hold_where_models_agree_by_accident() {
 }
 
 /// A disk that is blown up to a bubble, whose coarse models say little: no model takes more than four times the work of all before it, the last
-/// one sixteen times. Counted in iterations times the power 3/2 of the unknowns, 30 of a model of 2000 unknowns being 3e6.
+/// one sixteen times, but for small ones, which are free. Counted in iterations times the power 3/2 of the unknowns, 30 of a model of 2000 unknowns being 3e6.
 #[test]
 fn searches_do_not_run_away() {
     for pressure in [0.1449, 0.17, 0.19, 0.205] {

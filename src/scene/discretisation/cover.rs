@@ -70,6 +70,7 @@ fn places<const D: usize>(cells: &dyn Cells<D>, order: u8) -> Result<Vec<Point<D
     places.extend(cells.gauss(1)?.positions);
     // Those of the default rule, where weak constraint equations and sub-cells ask for them.
     let per_direction = 2 + usize::from(order > 1);
+    // Facets of meshes in space are divided in two at most.
     places.extend(cells.boundary(&Part::Whole, per_direction.min(2), per_direction)?.points.positions);
     Ok(places)
 }

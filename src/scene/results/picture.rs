@@ -91,10 +91,10 @@ impl<const D: usize> Problem<D> {
             divided.lines.clear();
             drawn.add(divided, current, |k| values[k]);
         }
-        let parts = divisions(faces.len());
         if D == 1 {
             return self.ring(field, state, &value);
         }
+        let parts = divisions(faces.len());
         for own in &self.discrete_bodies {
             let first = own.nodes().start;
             let of_body = faces.iter().filter(|face| own.nodes().contains(&face[0]));

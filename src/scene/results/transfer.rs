@@ -16,7 +16,7 @@ const SWEEPS: usize = 50;
 /// Part of the values that may be missing then: far below what models are apart.
 const MISSING: f64 = 1e-7;
 
-/// The coefficients $d$ whose values $\\sum_I \\Psi_I(x_J)\\,d_I$ at the particles are those wanted, `D` numbers each.
+/// The coefficients $d$ whose values $\sum_I \Psi_I(x_J)\\,d_I$ at the particles are those wanted, `D` numbers each.
 pub(crate) fn coefficients<const D: usize>(functions: &[ShapeFunctions<D>], wanted: Vec<f64>) -> Vec<f64> {
     let mut found = wanted.clone();
     let size = norm(&wanted);
