@@ -20,7 +20,7 @@ const ON: f64 = 1e-6;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Placed {
     pub(super) positions: Vec<Point<3>>,
-    /// The pieces of the surface that a particle lies on, with their unit normals there; none inside.
+    /// The pieces of the surface that a particle lies on, with the mean normals there; none inside.
     pub(super) on: Vec<Vec<(u32, Point<3>)>>,
     /// The particle of each place of the lattice.
     pub(super) at: HashMap<[i32; 3], u32>,
@@ -123,7 +123,8 @@ impl Placing<'_> {
         self.split.patches[patch as usize].corners.map(|corner| self.split.points[corner as usize])
     }
 
-    /// The pieces of the surface that a point lies on, with their mean unit normals there.
+    /// The pieces of the surface that a point lies on, with the mean of their facets' normals there: a mean lies in their affine hull, which
+    /// a unit vector along it does not where the normals are those of a cone.
     fn pieces(&self, x: &Point<3>) -> Vec<(u32, Point<3>)> {
         let mut found: Vec<(u32, Point<3>, Vec<u32>)> = Vec::new();
         for patch in self.near(x, ON) {
@@ -142,7 +143,7 @@ impl Placing<'_> {
             }
         }
         found.sort_by_key(|known| known.0);
-        found.into_iter().map(|(piece, normal, _)| (piece, normal / normal.norm().max(f64::MIN_POSITIVE))).collect()
+        found.into_iter().map(|(piece, normal, facets)| (piece, normal / facets.len() as f64)).collect()
     }
 
     /// Particles on corners, along sharp edges, and those of the lattice: inside, or moved onto the surface where it is nearer than

@@ -20,6 +20,8 @@ const SINGULAR: f64 = 1e-12;
 const SHARE: f64 = 0.3;
 /// Part of an equation that is left beyond others, below which it counts as dependent on them.
 const LEFT: f64 = 0.03;
+/// Products of unit rows below this are taken for none.
+const UNSEEN: f64 = 1e-3;
 /// Rounds of leaving such ones out: functions of the others become wider.
 const ROUNDS: usize = 20;
 
@@ -344,7 +346,7 @@ fn longest(sites: &[Site], beside: &[([usize; 2], f64)], into: &[usize], own: us
 
 /// Particles whose equations depend on those of others: their functions reach into a small part of a surface from outside, or there
 /// are more of them than it has room for. Equations are $\int f_J\,\Psi_I$, kernels standing for shape functions; those of large measure
-/// come first, and each is compared with those before it that are near.
+/// come first, and each is compared with those before it that it overlaps.
 fn dependent(positions: &[Point<3>], found: &[Found]) -> BTreeSet<u32> {
     let all = (0..positions.len() as u32).map(|particle| (particle, Point::<3>::zeros())).collect();
     let kernels = Traces::new(positions, all, false, f64::NEG_INFINITY);
@@ -362,17 +364,9 @@ fn dependent(positions: &[Point<3>], found: &[Found]) -> BTreeSet<u32> {
     let mut order: Vec<(u32, f64, Row)> =
         rows.into_iter().map(|(particle, (m, row))| (particle, m, unit(row))).collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-    let (mut taken, mut left): (HashMap<[i32; 3], Vec<usize>>, BTreeSet<u32>) = (HashMap::new(), BTreeSet::new());
-    for (own, (particle, _, row)) in order.iter().enumerate() {
-        let (x, middle) = (positions[*particle as usize], cube(&positions[*particle as usize]));
-        let around = (0..27)
-            .filter_map(|k| taken.get(&[middle[0] + k % 3 - 1, middle[1] + k / 3 % 3 - 1, middle[2] + k / 9 - 1]));
-        let is_near = |other: &&usize| (positions[order[**other].0 as usize] - x).norm() < 2.0 * REACH;
-        let near: Vec<&[(u32, f64)]> =
-            around.flatten().filter(is_near).map(|&other| order[other].2.as_slice()).collect();
-        if beyond(row, &near) > LEFT {
-            taken.entry(middle).or_default().push(own);
-        } else {
+    let (mut independent, mut left) = (Independent::default(), BTreeSet::new());
+    for (particle, _, row) in &order {
+        if !independent.take(row) {
             left.insert(*particle);
         }
     }
@@ -388,28 +382,49 @@ fn unit(row: BTreeMap<u32, f64>) -> Row {
     row.into_iter().map(|(other, value)| (other, value / size)).collect()
 }
 
-/// The length of what a unit row has beyond the span of others, which are unit rows too.
-fn beyond(row: &[(u32, f64)], others: &[&[(u32, f64)]]) -> f64 {
-    let product = |a: &[(u32, f64)], b: &[(u32, f64)]| {
-        let (mut sum, mut k) = (0.0, 0);
-        for &(column, value) in a {
-            while k < b.len() && b[k].0 < column {
-                k += 1;
-            }
-            if k < b.len() && b[k].0 == column {
-                sum += value * b[k].1;
+/// Unit rows none of which lies in the span of those before it.
+#[derive(Default)]
+struct Independent {
+    /// The rows that have an entry in a column, and the entries.
+    columns: HashMap<u32, Vec<(usize, f64)>>,
+    /// Products of each row with those before it, by rising number.
+    products: Vec<Vec<(usize, f64)>>,
+}
+
+impl Independent {
+    /// Takes a row in, where enough of it is left beyond the span of others that it has a product with.
+    fn take(&mut self, row: &[(u32, f64)]) -> bool {
+        let mut products: BTreeMap<usize, f64> = BTreeMap::new();
+        for (column, value) in row {
+            for (other, entry) in self.columns.get(column).into_iter().flatten() {
+                *products.entry(*other).or_default() += value * entry;
             }
         }
-        sum
-    };
-    let n = others.len();
-    // What rounding may take from the products of dependent rows is given back.
-    let round = 1e-10;
-    let gram = DMatrix::from_fn(n, n, |i, j| if i < j { 0.0 } else { product(others[i], others[j]) });
-    let gram = DMatrix::from_fn(n, n, |i, j| gram[(i.max(j), i.min(j))] + if i == j { round } else { 0.0 });
-    let along = DVector::from_fn(n, |i, _| product(others[i], row));
-    let Some(factor) = gram.cholesky() else { return 0.0 };
-    (1.0 - along.dot(&factor.solve(&along))).max(0.0).sqrt()
+        products.retain(|_, product| product.abs() > UNSEEN);
+        let near: Vec<(usize, f64)> = products.into_iter().collect();
+        if self.beyond(&near) <= LEFT {
+            return false;
+        }
+        let number = self.products.len();
+        row.iter().for_each(|&(column, value)| self.columns.entry(column).or_default().push((number, value)));
+        self.products.push(near);
+        true
+    }
+
+    fn product(&self, a: usize, b: usize) -> f64 {
+        let all = &self.products[a.max(b)];
+        all.binary_search_by_key(&a.min(b), |known| known.0).map_or(0.0, |at| all[at].1)
+    }
+
+    /// The length of what a unit row with some products has beyond the span of others.
+    fn beyond(&self, near: &[(usize, f64)]) -> f64 {
+        let n = near.len();
+        // What rounding may take from the products of dependent rows is given back.
+        let gram = DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 + 1e-10 } else { self.product(near[i].0, near[j].0) });
+        let along = DVector::from_iterator(n, near.iter().map(|known| known.1));
+        let Some(factor) = gram.cholesky() else { return 0.0 };
+        (1.0 - along.dot(&factor.solve(&along))).max(0.0).sqrt()
+    }
 }
 
 /// Cosine between normals above which a particle of a neighbouring piece counts at a point.
