@@ -122,7 +122,7 @@ fn boxes(random: &mut fastrand::Rng) -> Surface {
 }
 
 /// A drawn solid at a drawn angle and place.
-pub fn drawn(random: &mut fastrand::Rng) -> Solid3 {
+fn drawn(random: &mut fastrand::Rng) -> Solid3 {
     loop {
         let [size, height, share] =
             [[0.8, 1.2], [0.6, 1.6], [0.3, 0.5]].map(|[low, high]| low + (high - low) * random.f64());
@@ -163,7 +163,7 @@ pub fn drawn(random: &mut fastrand::Rng) -> Solid3 {
     }
 }
 
-pub fn rubber(bulk: f64) -> Result<impl Material + 'static, rkpm::Error> {
+fn rubber(bulk: f64) -> Result<impl Material + 'static, rkpm::Error> {
     Ok(Rubber::neo_hookean(0.5, bulk)?)
 }
 

@@ -21,13 +21,14 @@ use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_point_count};
 use crate::solid::Solid3;
 
+use super::inertia::Inertia;
 use super::zones::{collect, join_by_sides};
 use super::{BoundaryCells, Cells, Smoothing, Zones};
 use features::Features;
 use frame::{Frame, dominant_axes};
 use parts::{NONE, Parts, each_triangle};
 use placing::{Placed, Placing};
-use rules::{Inertia, Rules};
+use rules::Rules;
 use sections::{Grid, Sections};
 use split::{ByBrick, Patch, Split};
 use traces::{Site, assign};
@@ -257,11 +258,13 @@ impl CutLattice {
         self.around(part, |base| rules.in_tetrahedron(&part.centre, &base, &mut with));
     }
 
-    /// Four points of a sub-cell that have its moments of second order.
-    fn by_moments(&self, part: u32, with: impl FnMut(Point<3>, f64)) {
-        let part = &self.parts.parts[part as usize];
+    /// Four points of sub-cells together that have their moments of second order.
+    fn by_moments(&self, parts: &[u32], with: impl FnMut(Point<3>, f64)) {
         let mut inertia = Inertia::default();
-        self.around(part, |base| inertia.add_cone(&part.centre, &base));
+        for &part in parts {
+            let part = &self.parts.parts[part as usize];
+            self.around(part, |base| inertia.add_cone(&part.centre, &base));
+        }
         inertia.in_body(with);
     }
 
@@ -579,7 +582,7 @@ impl Cells<3> for CutLattice {
                             let centre = self.parts.parts[own as usize].centre;
                             part.in_brick(&(centre - Point::<3>::repeat(0.5)), 1.0, &mut add);
                         }
-                        false if n <= 8 => self.by_moments(own, &mut add),
+                        false if n <= 8 => self.by_moments(&[own], &mut add),
                         false => self.in_part(&part, own, &mut add),
                     }
                 }
@@ -645,7 +648,7 @@ impl Cells<3> for CutLattice {
                             let corner = Point::<3>::from(self.lowest(cell as usize).map(f64::from));
                             volume_rule.in_brick(&corner, f64::from(STEP), &mut add);
                         } else {
-                            run.iter().for_each(|&part| self.in_part(&volume_rule, part, &mut add));
+                            self.by_moments(run, &mut add);
                         }
                     }
                     let volume: f64 = run.iter().map(|&part| self.parts.parts[part as usize].volume).sum();

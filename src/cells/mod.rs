@@ -8,6 +8,7 @@ mod boundary;
 mod brick;
 mod cut;
 mod edges;
+mod inertia;
 mod lattice;
 mod lattice_particles;
 mod lattice_rules;

@@ -12,6 +12,7 @@ use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::brick::{area_vector, multilinear};
+use super::inertia::Inertia;
 use super::locator::Locator;
 use super::zones::{Graph, stars};
 use super::{BoundaryCells, Cells, Smoothing, Zones};
@@ -148,6 +149,10 @@ impl<const D: usize> Unstructured<D> {
     }
 }
 
+fn padded<const D: usize>(x: &Point<D>) -> Point<3> {
+    Point::<3>::from_fn(|i, _| if i < D { x[i] } else { 0.0 })
+}
+
 /// Mean distances to the neighbours, averaged over them: supports of unequal size beside each other cost accuracy.
 fn smoothed_spacings<const D: usize>(positions: &[Point<D>], neighbours: &Graph) -> Vec<f64> {
     let mean = |particle: usize, value: &dyn Fn(u32) -> f64| {
@@ -267,13 +272,13 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
         };
         let ends: [[Vec<(Point<D>, f64)>; 2]; D] =
             std::array::from_fn(|axis| [0.0, 1.0].map(|end| side_points(axis, end, &rule)));
-        let two = gauss_legendre(2)?;
+        let [two, three] = [gauss_legendre(2)?, gauss_legendre(3)?];
         for zone in zones.offsets.windows(2) {
             for &cell in &zones.cells[zone[0]..zone[1]] {
                 let cell = cell as usize;
                 let (shape, corners) = self.mesh.cell(cell);
                 let mut whole = Vec::new();
-                let mut inside = Vec::new();
+                let (mut inside, mut inertia) = (Vec::new(), Inertia::default());
                 for corner in 0..corners.len() {
                     let brick = self.brick(cell, corner);
                     let mut store = |facet: usize, axis: usize, upper: usize, sign: f64| {
@@ -305,8 +310,13 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
                             own.push((facet as u32, if corner < other { 1.0 } else { -1.0 }));
                         }
                     }
-                    // Hoops are averaged inside; in space there are none.
+                    // Hoops are averaged inside; in space there are none, and whole cells take the points of their moments.
                     let points = if D == 3 { Vec::new() } else { interior(&brick, &two) };
+                    if D == 3 && parts == 1 {
+                        interior(&brick, &three)
+                            .iter()
+                            .for_each(|(at, weight)| inertia.add_point(&padded(at), *weight));
+                    }
                     if parts == 2 {
                         smoothing.cells.push(own);
                         smoothing.centres.push(multilinear(&brick, &Point::repeat(0.5)).0);
@@ -316,6 +326,7 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
                     }
                 }
                 if parts == 1 {
+                    inertia.in_body(|at, weight| inside.push((Point::from_fn(|i, _| at[i]), weight)));
                     smoothing.cells.push(whole);
                     let sum: Point<D> = corners.iter().map(|&node| self.mesh.points()[node as usize]).sum();
                     smoothing.centres.push(sum / corners.len() as f64);

@@ -121,6 +121,22 @@ fn sub_cells_are_closed_and_fill_the_solid() {
     }
 }
 
+/// On a cone the mean of two facets' normals, scaled to a unit vector, would leave the plane that the normals end in.
+#[test]
+fn cones_and_quadratic_bases_keep_homogeneous_fields() {
+    let mut random = fastrand::Rng::with_seed(11);
+    let gradient = Matrix3::new(0.1, 0.05, -0.03, 0.02, -0.08, 0.04, 0.06, -0.02, 0.05);
+    let cone = moved(turned(&[[0.6, 0.0], [0.3, 1.0]], 24), &mut random);
+    for (name, shape, order) in
+        [("cone", cone, 1), ("block", block([1.0; 3]), 2), ("ball", moved(ball(0.6, 24), &mut random), 2)]
+    {
+        let cells = Arc::new(lattice(&shape, 0.26, Some(askew(&mut random))));
+        let scene = Scene::new(Geometry::cells(cells), Solid, Rubber::neo_hookean(0.5, 1e3).unwrap());
+        let patch = patch_test_of(&scene, &gradient, &Scheme::default().order(order)).unwrap().error;
+        assert!(patch < 1e-10, "{name} of order {order}: {patch:e}");
+    }
+}
+
 #[test]
 fn homogeneous_fields_are_exact_and_neither_modes_nor_pressures_are_spurious() {
     let mut random = fastrand::Rng::with_seed(3);

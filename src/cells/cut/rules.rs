@@ -2,63 +2,19 @@
 
 use std::f64::consts::SQRT_2;
 
-use nalgebra::{Matrix3, SymmetricEigen};
-
 use crate::error::GeometryError;
 use crate::geometry::Point;
 use crate::quadrature::gauss_legendre;
 
+use super::super::inertia::Inertia;
 use super::parts::cross;
 
 /// Length below which a triangle takes a single point, in bricks: a sixth of the spacing.
 const TINY: f64 = 0.33;
 
-/// Measure and moments of a plane piece or a body.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Inertia {
-    measure: f64,
-    first: Point<3>,
-    second: Matrix3<f64>,
-}
-
-impl Inertia {
-    /// Adds a simplex by its corners, three in a plane or four in space, its measure signed.
-    fn add(&mut self, corners: &[Point<3>], measure: f64) {
-        let count = corners.len() as f64;
-        let centre = corners.iter().sum::<Point<3>>() / count;
-        let spread = corners.iter().map(|x| (x - centre) * (x - centre).transpose()).sum::<Matrix3<f64>>();
-        self.measure += measure;
-        self.first += centre * measure;
-        self.second += (spread / (count * (count + 1.0)) + centre * centre.transpose()) * measure;
-    }
-
-    /// Adds the tetrahedron from a place to a triangle around a body, seen from outside.
-    pub(super) fn add_cone(&mut self, apex: &Point<3>, [a, b, c]: &[Point<3>; 3]) {
-        let volume = (a - apex).dot(&cross(&(b - apex), &(c - apex))) / 6.0;
-        self.add(&[*apex, *a, *b, *c], volume);
-    }
-
-    /// Four points of a body that have its moments of second order.
-    pub(super) fn in_body(&self, mut with: impl FnMut(Point<3>, f64)) {
-        if !(self.measure > 0.0) {
-            return;
-        }
-        let (centre, [p, q, r]) = self.axes();
-        for [s, t, u] in [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]] {
-            with(centre + p * s + q * t + r * u, self.measure / 4.0);
-        }
-    }
-
-    /// The centre, and the semi-axes of the points' spread: $\sqrt{\lambda_k}\,e_k$ with the eigenvalues of the second moments over the
-    /// measure, the largest first.
-    fn axes(&self) -> (Point<3>, [Point<3>; 3]) {
-        let centre = self.first / self.measure;
-        let eigen = SymmetricEigen::new(self.second / self.measure - centre * centre.transpose());
-        let mut order = [0, 1, 2];
-        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-        (centre, order.map(|k| eigen.eigenvectors.column(k) * eigen.eigenvalues[k].max(0.0).sqrt()))
-    }
-}
+/// Three points of a triangle for moments of second order, and parts of its area.
+const SECOND: [([f64; 2], f64); 3] =
+    [([1.0 / 6.0, 1.0 / 6.0], 1.0 / 3.0), ([4.0 / 6.0, 1.0 / 6.0], 1.0 / 3.0), ([1.0 / 6.0, 4.0 / 6.0], 1.0 / 3.0)];
 
 /// Rules with so many points per direction.
 pub(super) struct Rules {
@@ -72,7 +28,7 @@ impl Rules {
         let line = gauss_legendre(gauss)?;
         let triangle = match gauss {
             1 => vec![([1.0 / 3.0; 2], 1.0)],
-            2 => [[1.0, 1.0], [4.0, 1.0], [1.0, 4.0]].map(|at| (at.map(|x| x / 6.0), 1.0 / 3.0)).to_vec(),
+            2 => SECOND.to_vec(),
             _ => {
                 let pairs = line.0.iter().zip(&line.1);
                 let all = pairs.clone().flat_map(|(x, v)| pairs.clone().map(move |(y, w)| ((*x, *v), (*y, *w))));
@@ -86,10 +42,13 @@ impl Rules {
     pub(super) fn on_triangle(&self, [a, b, c]: &[Point<3>; 3], mut with: impl FnMut(Point<3>, Point<3>)) {
         let area = cross(&(b - a), &(c - a)) * 0.5;
         let longest = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
-        if longest < TINY * TINY {
-            return with((a + b + c) / 3.0, area);
-        }
-        for &([s, t], share) in &self.triangle {
+        let rule = match (longest < TINY * TINY, self.line.0.len()) {
+            (true, 1 | 2) => return with((a + b + c) / 3.0, area),
+            // Gradients that vary in cells ask for moments of second order everywhere.
+            (true, _) => &SECOND[..],
+            (false, _) => &self.triangle,
+        };
+        for &([s, t], share) in rule {
             with(a + (b - a) * s + (c - a) * t, area * share);
         }
     }

@@ -46,18 +46,17 @@ pub(crate) fn body_table<const D: usize, A: Approximation<D>>(
             let table = ShapeTable::new(approximation, &points, kinematics)?;
             Ok((table, FacetRule { parts: 1, gauss: 1 }, field, None))
         }
+        // Gradients that are linear in a cell are all that these have: a cubic basis would cost more and be no better.
+        Rule::Auto if scheme.order > 2 && D == 3 && cells.lattice().is_none() => {
+            let remedy = "take order 1 or 2, or a block in space";
+            Err(Incompatible::new("a basis of order 3", "cells of a mesh or of a cut solid in space", remedy).into())
+        }
         // Averages would leave a basis that can do more at their second order.
-        Rule::Auto if scheme.order > 1 && (D == 2 || cells.lattice().is_some()) => {
+        Rule::Auto if scheme.order > 1 => {
             let gauss = 2 + more;
             let smoothing = sharing.smoothing(cells, [1, gauss], cells.zones(size))?;
             let table = ShapeTable::consistent(approximation, &smoothing, kinematics)?;
             Ok((table, FacetRule { parts: 1, gauss }, field, Some(size)))
-        }
-        // The cells of meshes and cut solids are divided once, at their corners, too coarsely for it.
-        Rule::Auto if scheme.order > 1 && cells.smoothing(3, 1, &cells.zones(size)).is_err() => {
-            let remedy = "take order 1, or a block in space";
-            Err(Incompatible::new("a basis of order 2 or 3", "cells of a mesh or of a cut solid in space", remedy)
-                .into())
         }
         Rule::Auto | Rule::Smoothed { .. } => {
             let parts = if let Rule::Smoothed { parts } = scheme.rule { parts } else { 2 + more };
