@@ -53,14 +53,14 @@ impl Rules {
         }
     }
 
-    /// Points on a plane piece of several triangles with $n\,\mathrm dA$: with two points per direction those that have its moments of
-    /// second order, however many triangles it is made of.
+    /// Points on a plane piece of several triangles with $n\,\mathrm dA$: with two points per direction and more those that have its
+    /// moments of second order, however many triangles it is made of.
     pub(super) fn on_piece(
         &self,
         triangles: impl ExactSizeIterator<Item = [Point<3>; 3]>,
         mut with: impl FnMut(Point<3>, Point<3>),
     ) {
-        if self.line.0.len() != 2 || triangles.len() == 1 {
+        if self.line.0.len() == 1 || triangles.len() == 1 {
             return triangles.for_each(|corners| self.on_triangle(&corners, &mut with));
         }
         let (mut inertia, mut area) = (Inertia::default(), Point::<3>::zeros());
@@ -74,7 +74,7 @@ impl Rules {
             return;
         }
         let (centre, [p, q, _]) = inertia.axes();
-        if 24.0 * p.norm_squared() < TINY * TINY {
+        if self.line.0.len() == 2 && 24.0 * p.norm_squared() < TINY * TINY {
             return with(centre, area);
         }
         let (third, half) = (area / 3.0, (0.75f64).sqrt());
