@@ -51,6 +51,18 @@ pub struct Unstructured<const D: usize> {
 }
 
 impl<const D: usize> Unstructured<D> {
+    /// Four points of a cell in space that have its moments of second order, by a rule in its bricks.
+    fn by_moments(&self, cell: usize, rule: &(Vec<f64>, Vec<f64>)) -> Vec<(Point<D>, f64)> {
+        let (mut inertia, mut points) = (Inertia::default(), Vec::with_capacity(4));
+        for corner in 0..self.mesh.cell(cell).1.len() {
+            for (at, weight) in interior(&self.brick(cell, corner), rule) {
+                inertia.add_point(&padded(&at), weight);
+            }
+        }
+        inertia.in_body(|at, weight| points.push((Point::from_fn(|i, _| at[i]), weight)));
+        points
+    }
+
     /// The brick at a corner of a cell: its corners along three edges, axis 0 running fastest.
     fn brick(&self, cell: usize, corner: usize) -> [Point<D>; 8] {
         let (shape, corners) = self.mesh.cell(cell);
@@ -278,7 +290,7 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
                 let cell = cell as usize;
                 let (shape, corners) = self.mesh.cell(cell);
                 let mut whole = Vec::new();
-                let (mut inside, mut inertia) = (Vec::new(), Inertia::default());
+                let mut inside = Vec::new();
                 for corner in 0..corners.len() {
                     let brick = self.brick(cell, corner);
                     let mut store = |facet: usize, axis: usize, upper: usize, sign: f64| {
@@ -312,11 +324,6 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
                     }
                     // Hoops are averaged inside; in space there are none, and whole cells take the points of their moments.
                     let points = if D == 3 { Vec::new() } else { interior(&brick, &two) };
-                    if D == 3 && parts == 1 {
-                        interior(&brick, &three)
-                            .iter()
-                            .for_each(|(at, weight)| inertia.add_point(&padded(at), *weight));
-                    }
                     if parts == 2 {
                         smoothing.cells.push(own);
                         smoothing.centres.push(multilinear(&brick, &Point::repeat(0.5)).0);
@@ -326,11 +333,10 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
                     }
                 }
                 if parts == 1 {
-                    inertia.in_body(|at, weight| inside.push((Point::from_fn(|i, _| at[i]), weight)));
                     smoothing.cells.push(whole);
                     let sum: Point<D> = corners.iter().map(|&node| self.mesh.points()[node as usize]).sum();
                     smoothing.centres.push(sum / corners.len() as f64);
-                    smoothing.interior.push(inside);
+                    smoothing.interior.push(if D == 3 { self.by_moments(cell, &three) } else { inside });
                 }
             }
             smoothing.groups.push(smoothing.cells.len());
