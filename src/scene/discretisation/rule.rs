@@ -46,7 +46,7 @@ pub(crate) fn body_table<const D: usize, A: Approximation<D>>(
             let table = ShapeTable::new(approximation, &points, kinematics)?;
             Ok((table, FacetRule { parts: 1, gauss: 1 }, field, None))
         }
-        // Gradients that are linear in a cell are all that these have: a cubic basis would cost more and be no better.
+        // Gradients that are linear in a cell do not integrate a cubic basis to its order.
         Rule::Auto if scheme.order > 2 && D == 3 && cells.lattice().is_none() => {
             let remedy = "take order 1 or 2, or a block in space";
             Err(Incompatible::new("a basis of order 3", "cells of a mesh or of a cut solid in space", remedy).into())
