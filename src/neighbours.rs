@@ -1,8 +1,11 @@
 //! Spatial search: a grid of bins for particles that cover a point, a tree of boxes for all else.
 
 mod box_tree;
+mod visibility;
 
 pub(crate) use box_tree::BoxTree;
+pub use visibility::Connections;
+pub(crate) use visibility::{Adjacent, MARGIN, Search, Visibility};
 
 use crate::geometry::{Bounds, Point};
 use crate::particles::Particles;

@@ -1,5 +1,6 @@
 //! A lattice of particles in a closed surface, its bricks cut by the surface.
 
+mod connected;
 mod features;
 mod frame;
 mod parts;
@@ -23,7 +24,8 @@ use crate::solid::Solid3;
 
 use super::inertia::Inertia;
 use super::zones::{collect, join_by_sides};
-use super::{BoundaryCells, Cells, Smoothing, Zones};
+use super::{BoundaryCells, Cells, Connections, Smoothing, Zones};
+use connected::{Bricks, Connected, Whole};
 use features::Features;
 use frame::{Frame, dominant_axes};
 use parts::{NONE, Parts, each_triangle};
@@ -31,7 +33,7 @@ use placing::{Placed, Placing};
 use rules::Rules;
 use sections::{Grid, Sections};
 use split::{ByBrick, Patch, Split};
-use traces::{Site, assign};
+use traces::{Place, Site, assign};
 use zoning::{FEWEST, Inner};
 
 /// Bricks between particles along each axis.
@@ -73,6 +75,7 @@ pub struct CutLattice {
     sections: Sections,
     /// Sub-cells: parts of bricks of half a spacing, small ones joined to their neighbours.
     parts: Parts,
+    of_brick: Bricks,
     /// The sub-cells of each cell.
     cells: Vec<Vec<u32>>,
     features: Features,
@@ -129,10 +132,24 @@ impl CutLattice {
         for part in &mut parts.parts {
             part.patches.sort_by_cached_key(|&patch| (plane_of(&split, &features, patch), patch));
         }
-        let placed = Placing { split: &split, by_brick: &by_brick, grid, features: &features }.place(&sections);
+        let of_brick = Bricks::new(&split, &sections, &parts);
+        let connected = Connected { split: &split, sections: &sections, parts: &parts, by_brick: &of_brick };
+        let placed = Placing { split: &split, by_brick: &by_brick, grid, features: &features }.place(&connected);
         let positions = placed.positions.iter().map(|u| frame.place(u)).collect();
-        let lattice =
-            CutLattice { frame, grid, split, by_brick, sections, parts, cells, features, placed, positions, names };
+        let lattice = CutLattice {
+            frame,
+            grid,
+            split,
+            by_brick,
+            sections,
+            parts,
+            of_brick,
+            cells,
+            features,
+            placed,
+            positions,
+            names,
+        };
         lattice.check()?;
         Ok(lattice)
     }
@@ -193,6 +210,10 @@ impl CutLattice {
 
     fn placing(&self) -> Placing<'_> {
         Placing { split: &self.split, by_brick: &self.by_brick, grid: self.grid, features: &self.features }
+    }
+
+    fn connected(&self) -> Connected<'_> {
+        Connected { split: &self.split, sections: &self.sections, parts: &self.parts, by_brick: &self.of_brick }
     }
 
     /// The patches of a sub-cell in runs of one plane and brick.
@@ -308,36 +329,57 @@ impl CutLattice {
         Ok(found)
     }
 
-    /// The boundary cells of pieces, each with its trace functions; where a predicate is given, those whose middle it holds for.
-    fn traces(
+    /// The points of pieces; where a predicate is given, those whose middle it holds for are asked for.
+    fn sites(
         &self,
-        part: &Part,
+        pieces: &[u32],
         [parts, gauss]: [usize; 2],
-        positive: bool,
         holds: Option<&dyn Fn(&Point<3>) -> bool>,
-    ) -> Result<Vec<BoundaryCells<3>>, GeometryError> {
+    ) -> Result<Vec<Site>, GeometryError> {
         if parts == 0 {
             Self::check_parts(parts)?;
         }
         let (rules, finer) = (Rules::new(gauss)?, parts.div_ceil(STEP as usize));
         check_point_count(self.split.patches.len(), finer.saturating_mul(gauss).saturating_pow(2))?;
-        let pieces = self.pieces(part)?;
-        let mut place = vec![usize::MAX; self.features.curved.len()];
-        pieces.iter().enumerate().for_each(|(at, piece)| place[*piece as usize] = at);
+        let place = self.places_of(pieces);
         let mut sites: Vec<Site> = pieces.iter().map(|piece| Site::new(self.features.needs[*piece as usize])).collect();
         let area = self.frame.size * self.frame.size;
+        let mut number = 0;
         for part in &self.parts.parts {
             for run in self.runs(part) {
                 let facet = self.split.patches[run[0] as usize].facet as usize;
                 let Some(site) = sites.get_mut(place[self.features.pieces[facet] as usize]) else { continue };
                 let (brick, normal) = (self.brick_of(run[0]), self.features.normals[facet]);
                 site.open((part.brick, brick));
-                self.on_run(&rules, run, finer, |at, own| site.places.push((at, normal, own.norm() * area)));
+                self.on_run(&rules, run, finer, |at, own| {
+                    site.places.push(Place { at, normal, measure: own.norm() * area, number });
+                    number += 1;
+                });
             }
         }
         for site in &mut sites {
             site.close(holds.map(|holds| |middle: &Point<3>| holds(&self.frame.place(middle))));
         }
+        Ok(sites)
+    }
+
+    /// The number of each piece among some.
+    fn places_of(&self, pieces: &[u32]) -> Vec<usize> {
+        let mut place = vec![usize::MAX; self.features.curved.len()];
+        pieces.iter().enumerate().for_each(|(at, piece)| place[*piece as usize] = at);
+        place
+    }
+
+    /// The boundary cells of pieces, each with its trace functions; where a predicate is given, those whose middle it holds for.
+    fn traces(
+        &self,
+        part: &Part,
+        rule: [usize; 2],
+        positive: bool,
+        holds: Option<&dyn Fn(&Point<3>) -> bool>,
+    ) -> Result<Vec<BoundaryCells<3>>, GeometryError> {
+        let pieces = self.pieces(part)?;
+        let (mut sites, place) = (self.sites(&pieces, rule, holds)?, self.places_of(&pieces));
         for (particle, on) in self.placed.on.iter().enumerate() {
             let on = on.iter().filter(|(piece, _)| place[*piece as usize] != usize::MAX);
             on.for_each(|&(piece, normal)| sites[place[piece as usize]].particles.push((particle as u32, normal)));
@@ -347,19 +389,18 @@ impl CutLattice {
             (a != usize::MAX && b != usize::MAX).then_some(([a, b], length))
         });
         let found = assign(&self.placed.positions, sites, &beside.collect::<Vec<_>>(), positive);
-        Ok(found
-            .into_iter()
-            .map(|(places, groups, traces)| {
-                let mut cells = BoundaryCells { points: Points::empty(), traces };
-                for (at, normal, weight) in places {
-                    cells.points.positions.push(self.frame.place(&at));
-                    cells.points.weights.push(weight);
-                    cells.points.normals.push(self.frame.turned(&normal));
-                }
-                cells.points.groups.extend(groups);
-                cells
-            })
-            .collect())
+        Ok(found.into_iter().map(|(places, groups, traces)| self.boundary_cells(&places, groups, traces)).collect())
+    }
+
+    fn boundary_cells(&self, places: &[Place], groups: Vec<usize>, traces: Vec<Vec<(u32, f64)>>) -> BoundaryCells<3> {
+        let mut cells = BoundaryCells { points: Points::empty(), traces };
+        for place in places {
+            cells.points.positions.push(self.frame.place(&place.at));
+            cells.points.weights.push(place.measure);
+            cells.points.normals.push(self.frame.turned(&place.normal));
+        }
+        cells.points.groups.extend(groups);
+        cells
     }
 
     fn brick_of(&self, patch: u32) -> [i32; 3] {
@@ -464,6 +505,10 @@ impl Cells<3> for CutLattice {
 
     fn drawn(&self) -> Vec<Vec<usize>> {
         Vec::new()
+    }
+
+    fn connections(&self) -> Option<Connections<3>> {
+        Some(Connections::new(Whole::new(&self.frame, &self.connected(), &self.cells, &self.placed.positions)))
     }
 
     fn drawn_surface(&self) -> Option<(Vec<Point<3>>, Vec<Vec<usize>>)> {
@@ -670,6 +715,12 @@ impl Cells<3> for CutLattice {
 
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<3>, GeometryError> {
         Ok(joined(self.boundary_pieces(part, parts, gauss)?))
+    }
+
+    fn boundary_points(&self, part: &Part, parts: usize, gauss: usize) -> Result<Points<3>, GeometryError> {
+        let sites = self.sites(&self.pieces(part)?, [parts, gauss], None)?;
+        let without = sites.into_iter().map(|site| self.boundary_cells(&site.places, site.groups, Vec::new()));
+        Ok(joined(without.collect()).points)
     }
 
     fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<3>>, GeometryError> {

@@ -26,6 +26,7 @@ mod unstructured;
 mod voronoi;
 mod zones;
 
+pub use crate::neighbours::Connections;
 pub use boundary::BoundaryCells;
 pub(crate) use brick::{determinant, ravel, unravel};
 pub use cut::CutLattice;

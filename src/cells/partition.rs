@@ -7,7 +7,7 @@ use crate::geometry::{Part, Point};
 use crate::particles::Particles;
 use crate::quadrature::Points;
 
-use super::{BoundaryCells, Lattice, Smoothing, Zones};
+use super::{BoundaryCells, Connections, Lattice, Smoothing, Zones};
 
 /// Particles and the background cells between them: one partition hands out everything that must agree.
 ///
@@ -79,6 +79,12 @@ pub trait Cells<const D: usize>: Send + Sync {
         None
     }
 
+    /// Which cells share faces: near slots a function ends where no connected cells lead to its particle. By default those of
+    /// [`drawn`](Cells::drawn) that have $D$ corners in common; where there are none, functions reach across slots.
+    fn connections(&self) -> Option<Connections<D>> {
+        Connections::between(self.positions(), self.drawn())
+    }
+
     /// The distance from a particle to its neighbours \[length\]: on lattices and refined ones the length of
     /// [`spacings`](Cells::spacings), the diagonal of a cell.
     fn local_spacing(&self, particle: usize) -> f64;
@@ -148,6 +154,14 @@ pub trait Cells<const D: usize>: Send + Sync {
     /// # Errors
     /// Where the part does not exist or the numbers are impossible.
     fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError>;
+
+    /// The points of [`boundary`](Cells::boundary) alone, in any order of facets.
+    ///
+    /// # Errors
+    /// As [`boundary`](Cells::boundary).
+    fn boundary_points(&self, part: &Part, parts: usize, gauss: usize) -> Result<Points<D>, GeometryError> {
+        Ok(self.boundary(part, parts, gauss)?.points)
+    }
 
     /// The facets of a boundary part in pieces: faces, lines, arcs. Weak constraint equations are made piece by piece, so that the
     /// trace functions of each sum to one. By default a part is one piece.

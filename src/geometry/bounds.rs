@@ -41,6 +41,11 @@ impl<const D: usize> Bounds<D> {
         (0..D).all(|i| self.low[i] <= x[i] && x[i] <= self.high[i])
     }
 
+    /// Whether two boxes have a point in common.
+    pub(crate) fn meets(&self, other: &Self) -> bool {
+        (0..D).all(|i| self.low[i] <= other.high[i] && other.low[i] <= self.high[i])
+    }
+
     /// The distance of a point from the box.
     pub(crate) fn distance(&self, x: &Point<D>) -> f64 {
         (self.low - x).sup(&(x - self.high)).map(|away| away.max(0.0)).norm()

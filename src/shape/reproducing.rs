@@ -3,13 +3,15 @@
 mod evaluation;
 mod refusal;
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, SMatrix};
 
 use crate::basis::Basis;
 use crate::error::ApproximationError;
 use crate::geometry::Point;
 use crate::kernel::Kernel;
-use crate::neighbours::BinGrid;
+use crate::neighbours::{BinGrid, Search, Visibility};
 use crate::particles::{Particles, Support};
 
 use super::correction::Sums;
@@ -47,6 +49,8 @@ pub struct ReproducingKernel<const D: usize, K, B> {
     /// Volumes over those of supports: with volumes inside the sum the kernel is a density, (3.3), (3.26).
     densities: Vec<f64>,
     rcond_limit: f64,
+    /// What is seen near slots; without it everything within reach.
+    visibility: Option<Arc<Visibility<D>>>,
 }
 
 /// A particle as the search sees it.
@@ -81,6 +85,7 @@ pub struct KernelScratch<const D: usize> {
     factors: Vec<f64>,
     factor_slopes: Vec<f64>,
     sums: Sums,
+    search: Search,
 }
 
 /// Supports end here, in terms of their half-width. On lattices edges of supports meet points everywhere, and rounding
@@ -144,6 +149,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
             basis,
             bins,
             rcond_limit: RCOND_LIMIT,
+            visibility: None,
         })
     }
 
@@ -153,6 +159,12 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         if !limit.is_nan() {
             self.rcond_limit = limit;
         }
+        self
+    }
+
+    /// The same functions, each zero where its particle is not seen.
+    pub(crate) fn seeing(mut self, visibility: Option<Visibility<D>>) -> Self {
+        self.visibility = visibility.map(Arc::new);
         self
     }
 

@@ -7,6 +7,7 @@ mod laws;
 mod memory;
 mod pictures;
 mod reading;
+mod slots;
 
 use memory::peak;
 

@@ -2,10 +2,13 @@
 
 use std::collections::HashMap;
 
-use crate::geometry::Point;
+use crate::geometry::{Bounds, Point};
+use crate::neighbours::{MARGIN, Search};
 
+use super::connected::Connected;
 use super::features::{Crease, Features};
-use super::sections::{Grid, Sections};
+use super::parts::NONE;
+use super::sections::Grid;
 use super::split::{ByBrick, Split};
 
 /// Bricks between particles along each axis.
@@ -13,6 +16,8 @@ const STEP: i32 = 2;
 /// Half the spacing of particles, in bricks: those that the surface is nearer to are moved onto it, and of two particles that
 /// are closer one goes.
 const HALF: f64 = 1.0;
+/// Half the side of a cube that meets the faces between the eight bricks around a place, and none beyond.
+const AROUND: f64 = 0.9;
 /// Distance within which a particle lies on a facet.
 const ON: f64 = 1e-6;
 
@@ -70,14 +75,12 @@ impl Hash {
         self.0.entry(Self::cube(x)).or_default().push(number);
     }
 
-    /// Whether a point is closer than half a spacing.
-    fn is_taken(&self, x: &Point<3>, all: &[Point<3>]) -> bool {
+    /// Those closer to a point than half a spacing.
+    fn close<'a>(&'a self, x: &'a Point<3>, all: &'a [Point<3>]) -> impl Iterator<Item = u32> + 'a {
         let cube = Self::cube(x);
-        (0..27).any(|k| {
-            let near = [cube[0] + k % 3 - 1, cube[1] + k / 3 % 3 - 1, cube[2] + k / 9 - 1];
-            let inside = |number: &u32| (all[*number as usize] - x).norm() < HALF * (1.0 - 1e-9);
-            self.0.get(&near).is_some_and(|numbers| numbers.iter().any(inside))
-        })
+        let near = (0..27)
+            .filter_map(move |k| self.0.get(&[cube[0] + k % 3 - 1, cube[1] + k / 3 % 3 - 1, cube[2] + k / 9 - 1]));
+        near.flatten().copied().filter(move |number| (all[*number as usize] - x).norm() < HALF * (1.0 - 1e-9))
     }
 }
 
@@ -147,13 +150,20 @@ impl Placing<'_> {
     }
 
     /// Particles on corners, along sharp edges, and those of the lattice: inside, or moved onto the surface where it is nearer than
-    /// half a spacing; of two that are closer than that the later one goes, those from outside come last.
-    pub(super) fn place(&self, sections: &Sections) -> Placed {
+    /// half a spacing; of two that are closer than that and not on either side of a slot the later one goes, those from outside come last.
+    /// Where a slot divides the solid around a place of the lattice, each part has a particle of its own.
+    pub(super) fn place(&self, connected: &Connected) -> Placed {
         let mut placed = Placed::default();
-        let mut hash = Hash::default();
+        let (mut hash, mut search) = (Hash::default(), Search::default());
         let mut add = |placed: &mut Placed, at: Point<3>, on: Vec<(u32, Point<3>)>| {
-            if hash.is_taken(&at, &placed.positions) {
-                return None;
+            let mut around = Vec::new();
+            for close in hash.close(&at, &placed.positions) {
+                if around.is_empty() {
+                    connected.at(&at, &mut around);
+                }
+                if is_connected(connected, &mut search, [&at, &placed.positions[close as usize]], &around) {
+                    return None;
+                }
             }
             let number = placed.positions.len() as u32;
             hash.add(&at, number);
@@ -168,30 +178,27 @@ impl Placing<'_> {
         let mut inner: Vec<[i32; 3]> = Vec::new();
         let mut near: [Vec<([i32; 3], Point<3>)>; 2] = [Vec::new(), Vec::new()];
         let counts = self.grid.counts.map(|count| count as i32);
+        let mut search = Search::default();
         for k in (0..=counts[2]).step_by(STEP as usize) {
             for j in (0..=counts[1]).step_by(STEP as usize) {
                 for i in (0..=counts[0]).step_by(STEP as usize) {
                     let place = [i, j, k];
-                    let inside = sections.is_inside(self.grid.node(place));
+                    let mut inside = connected.sections.is_inside(self.grid.node(place));
                     let x = Point::<3>::from(place.map(f64::from));
-                    let mut least = (HALF, None);
-                    for patch in self.near(&x, HALF) {
-                        let at = nearest(&x, &self.corners(patch));
-                        if (at - x).norm() < least.0 {
-                            least = ((at - x).norm(), Some(at));
+                    for at in self.nearest_by_part(connected, &mut search, &x, inside) {
+                        match at {
+                            Some(at) => near[usize::from(!inside)].push((place, at)),
+                            None if inside => inner.push(place),
+                            None => {}
                         }
-                    }
-                    match least.1 {
-                        Some(at) => near[usize::from(!inside)].push((place, at)),
-                        None if inside => inner.push(place),
-                        None => {}
+                        inside = false;
                     }
                 }
             }
         }
         for (place, at) in near.into_iter().flatten() {
             if let Some(number) = add(&mut placed, at, self.pieces(&at)) {
-                placed.at.insert(place, number);
+                placed.at.entry(place).or_insert(number);
             }
         }
         for place in inner {
@@ -201,4 +208,66 @@ impl Placing<'_> {
         }
         placed
     }
+
+    /// The nearest point of the surface within half a spacing of a place, for each part of the solid around it that is connected there: the one
+    /// that holds the place first, if it lies inside.
+    fn nearest_by_part(
+        &self,
+        connected: &Connected,
+        search: &mut Search,
+        x: &Point<3>,
+        inside: bool,
+    ) -> Vec<Option<Point<3>>> {
+        // The sub-cell, the point and its distance.
+        let mut by_part: Vec<(u32, Option<Point<3>>, f64)> = Vec::new();
+        if inside {
+            let mut around = Vec::new();
+            connected.at(x, &mut around);
+            by_part.extend(around.first().map(|&part| (part, None, HALF)));
+        }
+        for patch in self.near(x, HALF) {
+            let part = connected.by_brick.of_patch[patch as usize];
+            if part == NONE {
+                continue;
+            }
+            let at = nearest(x, &self.corners(patch));
+            let distance = (at - x).norm();
+            let known = match by_part.iter().position(|known| known.0 == part) {
+                Some(known) => known,
+                None => {
+                    by_part.push((part, None, HALF));
+                    by_part.len() - 1
+                }
+            };
+            if distance < by_part[known].2 {
+                (by_part[known].1, by_part[known].2) = (Some(at), distance);
+            }
+        }
+        let within = Bounds { low: x.add_scalar(-AROUND), high: x.add_scalar(AROUND) };
+        let mut groups: Vec<(u32, Option<Point<3>>, f64)> = Vec::new();
+        for (part, at, distance) in by_part {
+            search.start.clear();
+            search.start.push(part);
+            match groups.iter_mut().find(|group| group.0 == part || search.reaches(connected, (&[group.0], x), &within))
+            {
+                Some(group) if distance < group.2 => (group.1, group.2) = (at, distance),
+                Some(_) => {}
+                None => groups.push((part, at, distance)),
+            }
+        }
+        if groups.is_empty() && inside {
+            groups.push((0, None, HALF));
+        }
+        groups.into_iter().map(|group| group.1).collect()
+    }
+}
+
+/// Whether two points are connected through sub-cells near both; the first lies in the given ones.
+fn is_connected(connected: &Connected, search: &mut Search, [x, y]: [&Point<3>; 2], around: &[u32]) -> bool {
+    let margin = Point::<3>::repeat(MARGIN * f64::from(STEP));
+    let mut goal = Vec::new();
+    connected.at(y, &mut goal);
+    search.start.clear();
+    search.start.extend_from_slice(around);
+    search.reaches(connected, (&goal, y), &Bounds { low: x.inf(y) - margin, high: x.sup(y) + margin })
 }

@@ -29,14 +29,54 @@ const ROUNDS: usize = 20;
 pub(super) struct Traces<'a> {
     positions: &'a [Point<3>],
     particles: Vec<(u32, Point<3>)>,
-    cubes: HashMap<[i32; 3], Vec<u32>>,
+    cubes: Cubes,
     curved: bool,
     /// Cosine between normals above which a particle counts at a point.
     facing: f64,
 }
 
-fn cube(x: &Point<3>) -> [i32; 3] {
-    std::array::from_fn(|i| (x[i] / REACH).floor() as i32)
+/// Places of particles by the cubes of a grid around all of them.
+struct Cubes {
+    low: [i32; 3],
+    counts: [i32; 3],
+    /// Where those of each cube begin.
+    offsets: Vec<u32>,
+    places: Vec<u32>,
+}
+
+impl Cubes {
+    fn of(x: &Point<3>) -> [i32; 3] {
+        std::array::from_fn(|i| (x[i] / REACH).floor() as i32)
+    }
+
+    fn new(points: impl Iterator<Item = Point<3>>) -> Self {
+        let cubes: Vec<[i32; 3]> = points.map(|x| Self::of(&x)).collect();
+        let low: [i32; 3] = std::array::from_fn(|i| cubes.iter().map(|cube| cube[i]).min().unwrap_or(0));
+        let counts = std::array::from_fn(|i| cubes.iter().map(|cube| cube[i] - low[i] + 1).max().unwrap_or(0));
+        let mut grid =
+            Cubes { low, counts, offsets: vec![0; counts.iter().product::<i32>() as usize + 1], places: Vec::new() };
+        let numbers: Vec<usize> = cubes.iter().filter_map(|cube| grid.number(*cube)).collect();
+        let mut order: Vec<u32> = (0..cubes.len() as u32).collect();
+        order.sort_by_key(|&place| numbers[place as usize]);
+        numbers.iter().for_each(|&number| grid.offsets[number + 1] += 1);
+        (1..grid.offsets.len()).for_each(|cube| grid.offsets[cube] += grid.offsets[cube - 1]);
+        grid.places = order;
+        grid
+    }
+
+    fn number(&self, cube: [i32; 3]) -> Option<usize> {
+        let [i, j, k]: [i32; 3] = std::array::from_fn(|axis| cube[axis] - self.low[axis]);
+        let [n, m, l] = self.counts;
+        let inside = (0..n).contains(&i) && (0..m).contains(&j) && (0..l).contains(&k);
+        inside.then_some((i + n * (j + m * k)) as usize)
+    }
+
+    fn in_cube(&self, cube: [i32; 3]) -> &[u32] {
+        match self.number(cube) {
+            Some(number) => &self.places[self.offsets[number] as usize..self.offsets[number + 1] as usize],
+            None => &[],
+        }
+    }
 }
 
 /// Wendland's function of the distance in parts of the radius.
@@ -46,21 +86,18 @@ fn weight(q: f64) -> f64 {
 
 impl<'a> Traces<'a> {
     pub(super) fn new(positions: &'a [Point<3>], particles: Vec<(u32, Point<3>)>, curved: bool, facing: f64) -> Self {
-        let mut cubes: HashMap<[i32; 3], Vec<u32>> = HashMap::new();
-        for (place, &(particle, _)) in particles.iter().enumerate() {
-            cubes.entry(cube(&positions[particle as usize])).or_default().push(place as u32);
-        }
+        let cubes = Cubes::new(particles.iter().map(|&(particle, _)| positions[particle as usize]));
         Traces { positions, particles, cubes, curved, facing }
     }
 
     /// Particles within a radius whose normals are not turned away, by rising index, with their weights.
     fn around(&self, x: &Point<3>, normal: &Point<3>, radius: f64) -> Vec<(u32, f64)> {
-        let (middle, rings) = (cube(x), (radius / REACH).ceil() as i32);
+        let (middle, rings) = (Cubes::of(x), (radius / REACH).ceil() as i32);
         let mut found: Vec<(u32, f64)> = Vec::new();
         for k in -rings..=rings {
             for j in -rings..=rings {
                 for i in -rings..=rings {
-                    let Some(own) = self.cubes.get(&[middle[0] + i, middle[1] + j, middle[2] + k]) else { continue };
+                    let own = self.cubes.in_cube([middle[0] + i, middle[1] + j, middle[2] + k]);
                     found.extend(own.iter().filter_map(|&place| {
                         let (particle, towards) = self.particles[place as usize];
                         let weight = weight((self.positions[particle as usize] - x).norm() / radius);
@@ -161,8 +198,14 @@ impl<'a> Traces<'a> {
     }
 }
 
-/// A point with its unit normal and its measure.
-type Place = (Point<3>, Point<3>, f64);
+/// A point with its unit normal and its measure, and its number among those of all sites.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    pub(super) at: Point<3>,
+    pub(super) normal: Point<3>,
+    pub(super) measure: f64,
+    pub(super) number: u32,
+}
 
 /// A piece of the surface: its points by bricks, and the particles on it.
 pub(super) struct Site {
@@ -204,7 +247,7 @@ impl Site {
         let mut first = 0;
         for &end in &self.groups {
             let own = &self.places[first..end];
-            let middle = own.iter().map(|place| place.0).sum::<Point<3>>() / own.len() as f64;
+            let middle = own.iter().map(|place| place.at).sum::<Point<3>>() / own.len() as f64;
             self.kept.resize(end, holds(&middle));
             first = end;
         }
@@ -215,9 +258,9 @@ impl Site {
         let traces = Traces::new(positions, self.particles.clone(), false, 0.0);
         let mut shares = vec![[0.0; 2]; self.particles.len()];
         for (place, &kept) in self.places.iter().zip(&self.kept) {
-            for (particle, value) in traces.plain(&place.0, &place.1) {
-                shares[particle as usize][0] += value * place.2;
-                shares[particle as usize][1] += if kept { value * place.2 } else { 0.0 };
+            for (particle, value) in traces.plain(&place.at, &place.normal) {
+                shares[particle as usize][0] += value * place.measure;
+                shares[particle as usize][1] += if kept { value * place.measure } else { 0.0 };
             }
         }
         let part = |share: &[f64; 2]| if share[0] > 0.0 { share[1] / share[0] } else { 0.0 };
@@ -241,7 +284,7 @@ impl Site {
 }
 
 /// Points of a piece, the ends of their groups, and the functions at each.
-type Found = (Vec<Place>, Vec<usize>, Functions);
+pub(super) type Found = (Vec<Place>, Vec<usize>, Functions);
 
 /// Functions at points, by particles.
 type Functions = Vec<Vec<(u32, f64)>>;
@@ -261,8 +304,12 @@ pub(super) fn assign(
         own(&mut sites);
     }
     let mut found = functions(positions, &sites, beside, positive);
+    if positive {
+        return found;
+    }
+    let kernels = kernels(positions, &sites);
     for _ in 0..ROUNDS {
-        let dependent = if positive { BTreeSet::new() } else { dependent(positions, &found) };
+        let dependent = dependent(&kernels, &found);
         if dependent.is_empty() {
             break;
         }
@@ -318,7 +365,7 @@ fn on(positions: &[Point<3>], members: &[&Site], positive: bool) -> (Functions, 
     let traces = Traces::new(positions, particles, curved, if alone { 0.0 } else { ACROSS });
     let (mut own, mut exact) = (Vec::new(), true);
     for site in members {
-        for (at, normal, _) in &site.places {
+        for Place { at, normal, .. } in &site.places {
             let (mut functions, is_exact) = traces.exact(at, normal);
             exact &= is_exact;
             // The rest of a piece has tractions of its own: there is nothing to extrapolate for.
@@ -344,21 +391,32 @@ fn longest(sites: &[Site], beside: &[([usize; 2], f64)], into: &[usize], own: us
     lengths.into_iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).map(|other| other.0)
 }
 
+/// Kernels of all particles that cover the points of sites, by the numbers of points.
+fn kernels(positions: &[Point<3>], sites: &[Site]) -> Vec<Vec<(u32, f64)>> {
+    let all = (0..positions.len() as u32).map(|particle| (particle, Point::<3>::zeros())).collect();
+    let traces = Traces::new(positions, all, false, f64::NEG_INFINITY);
+    let numbers = sites.iter().flat_map(|site| &site.places).map(|place| place.number as usize + 1);
+    let mut kernels = vec![Vec::new(); numbers.max().unwrap_or(0)];
+    for place in sites.iter().flat_map(|site| &site.places) {
+        kernels[place.number as usize] = traces.shepard(&place.at, &place.normal, REACH).unwrap_or_default();
+    }
+    kernels
+}
+
 /// Particles whose equations depend on those of others: their functions reach into a small part of a surface from outside, or there
 /// are more of them than it has room for. Equations are $\int f_J\,\Psi_I$, kernels standing for shape functions; those of large measure
 /// come first, and each is compared with those before it that it overlaps.
-fn dependent(positions: &[Point<3>], found: &[Found]) -> BTreeSet<u32> {
-    let all = (0..positions.len() as u32).map(|particle| (particle, Point::<3>::zeros())).collect();
-    let kernels = Traces::new(positions, all, false, f64::NEG_INFINITY);
+fn dependent(kernels: &[Vec<(u32, f64)>], found: &[Found]) -> BTreeSet<u32> {
     let mut rows: BTreeMap<u32, (f64, BTreeMap<u32, f64>)> = BTreeMap::new();
-    for ((at, normal, weight), functions) in
-        found.iter().flat_map(|(places, _, functions)| places.iter().zip(functions))
-    {
-        let Some(around) = kernels.shepard(at, normal, REACH) else { continue };
+    for (place, functions) in found.iter().flat_map(|(places, _, functions)| places.iter().zip(functions)) {
+        let around = &kernels[place.number as usize];
+        if around.is_empty() {
+            continue;
+        }
         for &(particle, value) in functions {
             let (measure, row) = rows.entry(particle).or_default();
-            *measure += weight * value;
-            around.iter().for_each(|&(other, kernel)| *row.entry(other).or_default() += weight * value * kernel);
+            *measure += place.measure * value;
+            around.iter().for_each(|&(other, kernel)| *row.entry(other).or_default() += place.measure * value * kernel);
         }
     }
     let mut order: Vec<(u32, f64, Row)> =

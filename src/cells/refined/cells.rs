@@ -13,7 +13,7 @@ use super::super::brick::determinant;
 use super::super::lattice::ASKEW;
 use super::super::mesh::parabola;
 use super::super::smoothing::on_facets;
-use super::super::{BoundaryCells, Cells, Smoothing, Zones};
+use super::super::{BoundaryCells, Cells, Connections, Smoothing, Zones};
 use super::Refined;
 use super::subcells::{Facets, Rules};
 
@@ -29,6 +29,11 @@ impl Cells<2> for Refined {
     fn corners(&self, cell: usize) -> Vec<usize> {
         // Axis 0 running fastest, as in lattices.
         [0, 1, 3, 2].map(|k| self.cells[cell].corners[k] as usize).to_vec()
+    }
+
+    fn connections(&self) -> Option<Connections<2>> {
+        // Cells of different sizes have no face in common, and blocks have no slots.
+        None
     }
 
     fn local_spacing(&self, particle: usize) -> f64 {

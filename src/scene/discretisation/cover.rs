@@ -7,6 +7,7 @@ use crate::cells::Cells;
 use crate::error::{ApproximationError, Error};
 use crate::geometry::{Part, Point};
 use crate::kernel::Kernel;
+use crate::neighbours::Visibility;
 use crate::parallel::map_with;
 use crate::particles::Particles;
 use crate::quadrature::Points;
@@ -64,6 +65,22 @@ pub(crate) fn approximation<const D: usize>(
     })
 }
 
+/// Middles and outward normals of boundary facets; none where a body has no boundary.
+fn facets<const D: usize>(cells: &dyn Cells<D>) -> Vec<(Point<D>, Point<D>)> {
+    let Ok(points) = cells.boundary_points(&Part::Whole, 1, 1) else { return Vec::new() };
+    points.positions.into_iter().zip(points.normals).collect()
+}
+
+/// What points see of particles near the slots of a body; none where it has no slots within reach of a support.
+fn visibility<const D: usize>(
+    particles: &Particles<D>,
+    cells: &dyn Cells<D>,
+    facets: &[(Point<D>, Point<D>)],
+) -> Option<Visibility<D>> {
+    let spacings = (0..particles.positions().len()).map(|particle| cells.spacings(particle));
+    Visibility::new(particles, spacings, facets, || cells.connections())
+}
+
 /// Particles, middles of cells and points on the boundary: the places where scattered supports fail first.
 fn places<const D: usize>(cells: &dyn Cells<D>, order: u8) -> Result<Vec<Point<D>>, Error> {
     let mut places = cells.positions().to_vec();
@@ -71,7 +88,7 @@ fn places<const D: usize>(cells: &dyn Cells<D>, order: u8) -> Result<Vec<Point<D
     // Those of the default rule, where weak constraint equations and sub-cells ask for them.
     let per_direction = 2 + usize::from(order > 1);
     // Facets of meshes in space are divided in two at most.
-    places.extend(cells.boundary(&Part::Whole, per_direction.min(2), per_direction)?.points.positions);
+    places.extend(cells.boundary_points(&Part::Whole, per_direction.min(2), per_direction)?.positions);
     Ok(places)
 }
 
@@ -95,7 +112,9 @@ pub(crate) fn covering<const D: usize>(
     particles: Particles<D>,
     cells: &dyn Cells<D>,
 ) -> Result<(KernelFunctions<D>, usize), Error> {
-    let mut approximation = approximation(scheme, particles)?;
+    let facets = facets(cells);
+    let seen = visibility(&particles, cells, &facets);
+    let mut approximation = approximation(scheme, particles)?.seeing(seen);
     let mut places = places(cells, scheme.order)?;
     // Where nothing is near the limit at these, nothing is beyond it in between.
     if failing(&approximation, &places, EASY).is_empty() {
@@ -121,7 +140,9 @@ pub(crate) fn covering<const D: usize>(
                 raised[particle] = true;
             }
         }
-        approximation = self::approximation(scheme, Particles::new(old.positions().to_vec(), supports)?)?;
+        let wider = Particles::new(old.positions().to_vec(), supports)?;
+        let seen = visibility(&wider, cells, &facets);
+        approximation = self::approximation(scheme, wider)?.seeing(seen);
     }
     Ok((approximation, raised.iter().filter(|r| **r).count()))
 }

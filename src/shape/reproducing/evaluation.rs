@@ -120,6 +120,14 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         out.nodes.truncate(covering);
         scratch.row = row;
         scratch.balls = balls;
+        if let Some(visibility) = &self.visibility
+            && out.nodes.iter().any(|&node| visibility.is_near_slot(node))
+        {
+            let mut search = std::mem::take(&mut scratch.search);
+            visibility.locate(at, &mut search);
+            self.retain(scratch, out, |_, node| !visibility.is_near_slot(node) || visibility.sees(node, &mut search));
+            scratch.search = search;
+        }
     }
 
     /// Removes particles whose kernel vanishes at the point; the kernel is nowhere negative.
@@ -130,10 +138,23 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         out: &mut ShapeFunctions<D>,
     ) -> Result<(), ApproximationError> {
         self.check_kernel(at, scratch, out)?;
+        let weights = std::mem::take(&mut scratch.sums.weights);
+        self.retain(scratch, out, |a, _| weights[a] > 0.0);
+        scratch.sums.weights = weights;
+        Ok(())
+    }
+
+    /// Keeps covering particles, given by their place and number, for which a predicate holds.
+    fn retain(
+        &self,
+        scratch: &mut KernelScratch<D>,
+        out: &mut ShapeFunctions<D>,
+        mut keeps: impl FnMut(usize, u32) -> bool,
+    ) {
         let row = scratch.row;
         let mut kept = 0;
         for a in 0..out.nodes.len() {
-            if scratch.sums.weights[a] > 0.0 {
+            if keeps(a, out.nodes[a]) {
                 out.nodes[kept] = out.nodes[a];
                 scratch.offsets[kept] = scratch.offsets[a];
                 scratch.inverse_halves[kept] = scratch.inverse_halves[a];
@@ -145,7 +166,6 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         }
         out.nodes.truncate(kept);
         scratch.balls = out.nodes.iter().filter(|&&node| self.reaches[node as usize].form == Form::Ball).count();
-        Ok(())
     }
 
     /// Kernel values and, if requested, gradients of the collected particles, as [`kernel_at`](Self::kernel_at)
@@ -153,7 +173,8 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
     fn weigh(&self, scratch: &mut KernelScratch<D>, out: &ShapeFunctions<D>, gradients: bool) -> bool {
         let covering = out.nodes.len();
         let stride = padded(covering);
-        let KernelScratch { offsets, inverse_halves, balls, row, distances, factors, factor_slopes, sums } = scratch;
+        let KernelScratch { offsets, inverse_halves, balls, row, distances, factors, factor_slopes, sums, .. } =
+            scratch;
         let (balls, row) = (*balls, *row);
         resize(&mut sums.weights, stride);
         resize(&mut sums.slopes, D * stride);
@@ -278,6 +299,9 @@ impl<const D: usize, K: Kernel, B: Basis<D>> Approximation<D> for ReproducingKer
             }
         };
         if !self.bins.within(low, high, touches, nodes) {
+            return false;
+        }
+        if self.visibility.as_ref().is_some_and(|v| nodes.iter().any(|&node| v.is_near_slot(node))) {
             return false;
         }
         let Some(&first) = nodes.first() else { return true };

@@ -1,0 +1,246 @@
+//! Which sub-cells of a cut lattice hold a point, and which are connected.
+
+use std::f64::consts::PI;
+
+use crate::geometry::{Bounds, Point};
+use crate::neighbours::Adjacent;
+
+use super::frame::Frame;
+use super::parts::{NONE, Parts, cross, each_triangle};
+use super::sections::Sections;
+use super::split::Split;
+
+/// Part of the full solid angle that a sub-cell fills around the points that it holds: that of a sharp corner.
+const HELD: f64 = 0.01;
+/// Triangles whose plane a point lies in to this share of its distances from their corners fill no angle.
+const EDGE_ON: f64 = 1e-9;
+
+/// Sub-cells by the bricks that they have volume in, in coordinates of the lattice.
+pub(super) struct Connected<'a> {
+    pub(super) split: &'a Split,
+    pub(super) sections: &'a Sections,
+    pub(super) parts: &'a Parts,
+    pub(super) by_brick: &'a Bricks,
+}
+
+/// The sub-cells of each brick.
+#[derive(Debug, Clone)]
+pub(super) struct Bricks {
+    offsets: Vec<u32>,
+    parts: Vec<u32>,
+    /// The sub-cell that each patch bounds.
+    pub(super) of_patch: Vec<u32>,
+}
+
+impl Bricks {
+    pub(super) fn new(split: &Split, sections: &Sections, parts: &Parts) -> Self {
+        let mut of_patch = vec![NONE; split.patches.len()];
+        let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(parts.parts.len());
+        for (number, part) in parts.parts.iter().enumerate() {
+            pairs.push((part.brick, number as u32));
+            for &patch in &part.patches {
+                of_patch[patch as usize] = number as u32;
+                pairs.push((sections.grid.brick(split.patches[patch as usize].brick) as u32, number as u32));
+            }
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        let mut offsets = vec![0u32; sections.grid.len() + 1];
+        pairs.iter().for_each(|(brick, _)| offsets[*brick as usize + 1] += 1);
+        (0..sections.grid.len()).for_each(|brick| offsets[brick + 1] += offsets[brick]);
+        Bricks { offsets, parts: pairs.into_iter().map(|(_, part)| part).collect(), of_patch }
+    }
+
+    fn of(&self, brick: usize) -> &[u32] {
+        &self.parts[self.offsets[brick] as usize..self.offsets[brick + 1] as usize]
+    }
+}
+
+/// The solid angle of a triangle seen from the origin (van Oosterom and Strackee 1983).
+fn solid_angle([a, b, c]: [Point<3>; 3]) -> f64 {
+    let lengths = [a, b, c].map(|corner| corner.norm());
+    let whole: f64 = lengths.iter().product();
+    let volume = a.dot(&cross(&b, &c));
+    if volume.abs() <= EDGE_ON * whole {
+        return 0.0;
+    }
+    2.0 * volume.atan2(whole + a.dot(&b) * lengths[2] + b.dot(&c) * lengths[0] + c.dot(&a) * lengths[1])
+}
+
+impl Connected<'_> {
+    /// The part of the full solid angle around a point that a sub-cell fills: one inside, a half on its faces.
+    fn share(&self, part: u32, x: &Point<3>) -> f64 {
+        let part = &self.parts.parts[part as usize];
+        let mut angle = 0.0;
+        let point = |corner: u32| self.sections.point(self.split, corner) - x;
+        for &(section, sign) in &part.sections {
+            each_triangle(self.sections, section, |corners| angle += sign * solid_angle(corners.map(point)));
+        }
+        for &patch in &part.patches {
+            angle += solid_angle(self.split.patches[patch as usize].corners.map(point));
+        }
+        angle / (4.0 * PI)
+    }
+
+    /// Adds the sub-cells that hold a point.
+    pub(super) fn at(&self, x: &Point<3>, found: &mut Vec<u32>) {
+        let first = found.len();
+        let mut best: Option<(f64, u32)> = None;
+        let ranges: [[i32; 2]; 3] = std::array::from_fn(|i| {
+            let whole = self.sections.grid.counts[i] as i32 - 1;
+            [x[i] - EDGE_ON, x[i] + EDGE_ON].map(|end| (end.floor() as i32).clamp(0, whole))
+        });
+        let [[a, b], [c, d], [e, f]] = ranges;
+        if let ([only], true) = (self.by_brick.of(self.sections.grid.brick([a, c, e])), [a, c, e] == [b, d, f]) {
+            found.push(*only);
+            return;
+        }
+        for place in (e..=f).flat_map(|k| (c..=d).flat_map(move |j| (a..=b).map(move |i| [i, j, k]))) {
+            for &part in self.by_brick.of(self.sections.grid.brick(place)) {
+                if found[first..].contains(&part) {
+                    continue;
+                }
+                let share = if self.parts.parts[part as usize].patches.is_empty() { 1.0 } else { self.share(part, x) };
+                if best.is_none_or(|known| known.0 < share) {
+                    best = Some((share, part));
+                }
+                if share > HELD {
+                    found.push(part);
+                }
+            }
+        }
+        if found.len() == first {
+            found.extend(best.map(|(_, part)| part));
+        }
+    }
+
+    /// Hands out the sub-cells beside one, with the box of the section between.
+    fn each_beside(&self, part: u32, with: &mut dyn FnMut(u32, &Bounds<3>)) {
+        for &(section, sign) in &self.parts.parts[part as usize].sections {
+            let other = self.parts.beside[section as usize][usize::from(sign > 0.0)];
+            if other == NONE {
+                continue;
+            }
+            // The whole face between the bricks, however little of it the solid fills.
+            let section = &self.sections.sections[section as usize];
+            let low = Point::<3>::from(self.sections.grid.place(section.brick as usize).map(f64::from));
+            let mut high = low.add_scalar(1.0);
+            high[section.axis as usize] = low[section.axis as usize];
+            with(other, &Bounds { low, high });
+        }
+    }
+}
+
+/// Places are those of the lattice, and no cells are known around particles.
+impl Adjacent<3> for Connected<'_> {
+    fn count(&self) -> usize {
+        self.parts.parts.len()
+    }
+
+    fn at(&self, x: &Point<3>, found: &mut Vec<u32>) {
+        Connected::at(self, x, found);
+    }
+
+    fn around(&self, _: u32) -> &[u32] {
+        &[]
+    }
+
+    fn beside(&self, cell: u32, with: &mut dyn FnMut(u32, &Bounds<3>)) {
+        self.each_beside(cell, with);
+    }
+}
+
+/// The cells of a lattice as points see them.
+pub(super) struct Whole {
+    frame: Frame,
+    split: Split,
+    sections: Sections,
+    parts: Parts,
+    by_brick: Bricks,
+    /// The cell of each sub-cell.
+    cell_of: Vec<u32>,
+    /// The cells around each particle.
+    around: Vec<Vec<u32>>,
+    /// Those beside each cell, with the box of the faces between.
+    beside: Vec<Vec<(u32, Bounds<3>)>>,
+}
+
+impl Whole {
+    /// Cells are given by their sub-cells, particles by their places in the lattice.
+    pub(super) fn new(frame: &Frame, connected: &Connected, cells: &[Vec<u32>], particles: &[Point<3>]) -> Self {
+        let mut cell_of = vec![NONE; connected.parts.parts.len()];
+        for (cell, parts) in cells.iter().enumerate() {
+            parts.iter().for_each(|&part| cell_of[part as usize] = cell as u32);
+        }
+        let beside = cells.iter().enumerate().map(|(cell, parts)| {
+            let mut beside: Vec<(u32, Bounds<3>)> = Vec::new();
+            for &part in parts {
+                connected.each_beside(part, &mut |other, face| {
+                    let other = cell_of[other as usize];
+                    match beside.iter_mut().find(|known| known.0 == other) {
+                        Some(known) => known.1 = known.1.join(face),
+                        None if other as usize != cell => beside.push((other, *face)),
+                        None => {}
+                    }
+                });
+            }
+            beside
+        });
+        let beside = beside.collect();
+        let mut all = Whole {
+            frame: frame.clone(),
+            split: connected.split.clone(),
+            sections: connected.sections.clone(),
+            parts: connected.parts.clone(),
+            by_brick: connected.by_brick.clone(),
+            cell_of,
+            around: Vec::new(),
+            beside,
+        };
+        let around = |x: &Point<3>| {
+            let mut found = Vec::new();
+            all.in_lattice(x, &mut found);
+            found
+        };
+        all.around = particles.iter().map(around).collect();
+        all
+    }
+
+    fn connected(&self) -> Connected<'_> {
+        Connected { split: &self.split, sections: &self.sections, parts: &self.parts, by_brick: &self.by_brick }
+    }
+
+    /// Adds the cells that hold a point of the lattice.
+    fn in_lattice(&self, u: &Point<3>, found: &mut Vec<u32>) {
+        let first = found.len();
+        self.connected().at(u, found);
+        found[first..].iter_mut().for_each(|part| *part = self.cell_of[*part as usize]);
+        found.dedup();
+    }
+}
+
+impl Adjacent<3> for Whole {
+    fn count(&self) -> usize {
+        self.beside.len()
+    }
+
+    fn at(&self, x: &Point<3>, found: &mut Vec<u32>) {
+        self.in_lattice(&self.frame.local(x), found);
+    }
+
+    fn around(&self, particle: u32) -> &[u32] {
+        &self.around[particle as usize]
+    }
+
+    fn beside(&self, cell: u32, with: &mut dyn FnMut(u32, &Bounds<3>)) {
+        self.beside[cell as usize].iter().for_each(|(other, face)| with(*other, face));
+    }
+
+    fn in_boxes(&self, x: &Point<3>) -> Point<3> {
+        self.frame.local(x)
+    }
+
+    fn margin_of_boxes(&self, margin: &Point<3>) -> Point<3> {
+        margin / self.frame.size
+    }
+}
