@@ -305,8 +305,11 @@ impl<const D: usize> Visibility<D> {
         search.from[..D].copy_from_slice(self.connections.0.in_boxes(x).as_slice());
     }
 
-    /// Whether a located point is connected to a particle through cells in the box around both and a margin.
+    /// Whether a located point is connected to a particle through cells in the box around both and a margin; one that is in no cell sees all.
     pub(crate) fn sees(&self, particle: u32, search: &mut Search) -> bool {
+        if search.start.is_empty() {
+            return true;
+        }
         let cells = &*self.connections.0;
         let [from, to] = [Point::<D>::from_column_slice(&search.from[..D]), self.positions[particle as usize]];
         let margin = self.margins[particle as usize];

@@ -82,13 +82,24 @@ impl Connected<'_> {
         angle / (4.0 * PI)
     }
 
-    /// Adds the sub-cells that hold a point.
+    /// Adds the sub-cells that hold a point, or the one nearby that it is most inside of: points of a rule may lie a little outside.
     pub(super) fn at(&self, x: &Point<3>, found: &mut Vec<u32>) {
+        let first = found.len();
+        for reach in [EDGE_ON, 1.0] {
+            self.within(x, reach, found);
+            if found.len() > first {
+                break;
+            }
+        }
+    }
+
+    /// The same in the bricks within a distance.
+    fn within(&self, x: &Point<3>, reach: f64, found: &mut Vec<u32>) {
         let first = found.len();
         let mut best: Option<(f64, u32)> = None;
         let ranges: [[i32; 2]; 3] = std::array::from_fn(|i| {
             let whole = self.sections.grid.counts[i] as i32 - 1;
-            [x[i] - EDGE_ON, x[i] + EDGE_ON].map(|end| (end.floor() as i32).clamp(0, whole))
+            [x[i] - reach, x[i] + reach].map(|end| (end.floor() as i32).clamp(0, whole))
         });
         let [[a, b], [c, d], [e, f]] = ranges;
         if let ([only], true) = (self.by_brick.of(self.sections.grid.brick([a, c, e])), [a, c, e] == [b, d, f]) {
@@ -100,7 +111,8 @@ impl Connected<'_> {
                 if found[first..].contains(&part) {
                     continue;
                 }
-                let share = if self.parts.parts[part as usize].patches.is_empty() { 1.0 } else { self.share(part, x) };
+                let inside = reach < 1.0 && self.parts.parts[part as usize].patches.is_empty();
+                let share = if inside { 1.0 } else { self.share(part, x) };
                 if best.is_none_or(|known| known.0 < share) {
                     best = Some((share, part));
                 }
