@@ -246,7 +246,7 @@ pub fn pair_in_the_plane(seed: u64) -> Scene<2> {
         disc.arc("other", [at + half, y + half], [at, y + half], Turn::Left).close("roof")
     };
     let aside = draw.between(-0.3, 0.3) * path;
-    let pair = ContactPair::between("face", "other", "joint");
+    let pair = ContactPair::between("face", "other", "joint").friction(coefficient(&mut draw));
     Scene::assembly(PlaneStrain)
         .body("lower", Region::new(floor).unwrap(), lower)
         .body("upper", Region::new(above).unwrap(), upper)
@@ -269,11 +269,12 @@ pub fn itself_in_the_plane(seed: u64) -> Scene<2> {
         .line("roof", [0.0, high])
         .close("back");
     let pair = ContactPair::itself("flank", "groove");
+    let (down, friction) = (draw.between(0.15, 0.35) * high, coefficient(&mut draw));
     Scene::new(Region::new(outline).unwrap(), PlaneStrain, rubber)
         .hold("base")
-        .prescribe("roof", 1, -draw.between(0.15, 0.35) * high)
+        .prescribe("roof", 1, -down)
         .prescribe("roof", 0, 0.0)
-        .contact_pair(pair)
+        .contact_pair(pair.friction(friction))
 }
 
 /// Two blocks in space, the upper one beside the middle of the lower one, turned by nothing, moved down and aside.
@@ -287,7 +288,8 @@ pub fn pair_in_space(seed: u64) -> Scene<3> {
     let z = size[2] + gap;
     let aside = [draw.between(-0.3, 0.3) * path, draw.between(-0.3, 0.3) * path];
     let face = |side: Side, body: &str| -> Place<3> { Place::on((2, side)).of(body) };
-    let pair = ContactPair::between(face(Side::Max, "lower"), face(Side::Min, "upper"), "joint");
+    let pair = ContactPair::between(face(Side::Max, "lower"), face(Side::Min, "upper"), "joint")
+        .friction(coefficient(&mut draw));
     Scene::assembly(Solid)
         .body("lower", Block::new([0.0; 3], size), lower)
         .body("upper", Block::new([from[0], from[1], z], [to[0], to[1], z + 0.5]), upper)

@@ -23,6 +23,7 @@ mod shapes;
 mod stick_slip;
 mod surface;
 mod triangulated;
+mod turning;
 mod vertices;
 
 pub use crate::error::ContactError;
@@ -37,6 +38,6 @@ pub(crate) use chains::chains;
 pub(crate) use contact_surface::{ContactSurface, Trace};
 pub(crate) use interference::Interference;
 pub(crate) use neutral::RollingSpring;
-pub(crate) use obstacle::{RigidContact, Stiffness};
+pub(crate) use obstacle::{LocalContact, RigidContact, Stiffness};
 pub(crate) use pair::{PairContact, PairLaw};
 pub(crate) use rigid_dof::{ArtificialSpring, RigidBodyDof};

@@ -44,7 +44,13 @@ impl Stiffness {
 const ROUNDED: f64 = 4.0;
 
 /// Part of its width that a trace function may go too far in one iteration where it comes to touch.
-pub(super) const TOO_FAR: f64 = 0.5;
+const TOO_FAR: f64 = 0.5;
+
+/// The part of a step after which a trace function that does not touch has gone too far in, or further than where it is inside already.
+pub(super) fn farthest(gap: f64, change: f64, width: f64) -> f64 {
+    let most = gap.max(0.0) + TOO_FAR * width;
+    if change < -most { most / -change } else { 1.0 }
+}
 
 /// Largest curvature times width that the matrix knows: to a trace function what is rounder is a corner, which no tangent describes.
 const SHARPEST: f64 = 4.0;
@@ -67,8 +73,11 @@ const SHARPEST: f64 = 4.0;
 pub(crate) struct RigidContact<const D: usize> {
     pub contact_surface: ContactSurface<D>,
     pub surface: RigidSurface<D>,
-    /// The node whose first component is the travel of a surface that is pushed.
+    /// The node whose first component is the travel of a surface that is pushed, and whose second one is the turn of one that is free to turn,
+    /// times the lever.
     pub rigid_dof: Option<u32>,
+    /// The largest coordinate of the body part \[length\].
+    pub lever: f64,
     pub stiffness: Stiffness,
     /// Mean gap of each trace function at rest, where an interference is resolved.
     pub at_rest: Vec<f64>,
@@ -82,14 +91,43 @@ pub(crate) struct LocalContact<const D: usize> {
     pub by_load: f64,
     /// The mean normal, a unit vector.
     pub normal: Point<D>,
-    /// The mean displacement of the trace function beside the surface \[length\].
+    /// The mean displacement of the trace function beside what the surface has gone \[length\].
     pub beside: Point<D>,
+    /// By how much the surface has turned \[rad\], and what a unit angle moves it by under the trace function \[length\].
+    pub angle: f64,
+    pub spun: Point<D>,
+    /// How the surface moves under the trace function with the load factor.
+    rate: Point<D>,
+}
+
+impl<const D: usize> LocalContact<D> {
+    /// Mean displacement beside the material of the surface since an earlier state.
+    pub(crate) fn slip(&self, beside: &Point<D>, angle: f64) -> Point<D> {
+        self.beside - beside - self.spun * (self.angle - angle)
+    }
 }
 
 impl<const D: usize> RigidContact<D> {
     pub(crate) fn placed(&self, displacement: &[f64], load: f64) -> Placed<D> {
-        let travel = self.rigid_dof.map_or(0.0, |node| displacement[node as usize * D]);
-        self.surface.placed(load, travel)
+        let own = |i: usize| self.rigid_dof.map_or(0.0, |node| displacement[node as usize * D + i]);
+        self.surface.placed(load, [own(0), if self.turns_freely() { own(1) / self.lever } else { 0.0 }])
+    }
+
+    fn turns_freely(&self) -> bool {
+        self.surface.turning.as_ref().is_some_and(|turning| turning.free)
+    }
+
+    /// How the unknowns of the surface itself move it at the end of an arm.
+    fn motions(&self, placed: &Placed<D>, arm: &Point<D>) -> [Option<Point<D>>; 2] {
+        [self.surface.free_direction(), self.turns_freely().then(|| placed.spun(arm) / self.lever)]
+    }
+
+    /// How much a step of the unknowns of the surface moves it at the end of an arm.
+    fn moved(&self, placed: &Placed<D>, arm: &Point<D>, step: &[f64]) -> Point<D> {
+        let Some(node) = self.rigid_dof else { return Point::zeros() };
+        let own = |i: usize| step[node as usize * D + i];
+        let motions = self.motions(placed, arm).into_iter().enumerate();
+        motions.filter_map(|(i, motion)| motion.map(|motion| motion * own(i))).sum()
     }
 
     pub(crate) fn has_friction(&self) -> bool {
@@ -122,13 +160,14 @@ impl<const D: usize> RigidContact<D> {
         rigid_dof: Option<u32>,
         stiffness: Stiffness,
     ) -> Self {
-        let mut contact = RigidContact { contact_surface, surface, rigid_dof, stiffness, at_rest: Vec::new() };
+        let lever = contact_surface.extent;
+        let mut contact = RigidContact { contact_surface, surface, rigid_dof, lever, stiffness, at_rest: Vec::new() };
         if let Some(interference) = contact.surface.interference.take() {
             let (table, all) = (&contact.contact_surface.table, contact.contact_surface.traces.len());
             let unknowns = D * contact.rigid_dof.map_or(0, |node| node as usize + 1).max(table.node_count());
             let rest = vec![0.0; unknowns];
             let view = View { displacement: &rest, condensed: &[], load: 0.0 };
-            let gaps = (0..all).map(|trace| contact.local_contact(trace, &view, |_, _, _| {}).gap);
+            let gaps = (0..all).map(|trace| contact.local_contact(trace, &view, |_, _, _, _| {}).gap);
             contact.at_rest = gaps.collect();
             contact.surface.interference = Some(interference);
         }
@@ -140,29 +179,34 @@ impl<const D: usize> RigidContact<D> {
         &self,
         trace: usize,
         view: &View<'_>,
-        mut visit: impl FnMut(usize, f64, &Nearest<D>),
+        mut visit: impl FnMut(usize, f64, &Nearest<D>, &Point<D>),
     ) -> LocalContact<D> {
         let (index, trace) = (trace, &self.contact_surface.traces[trace]);
         let placed = self.placed(view.displacement, view.load);
         let (mut gap, mut by_load) = (0.0, 0.0);
-        let (mut normal, mut beside) = (Point::<D>::zeros(), Point::<D>::zeros());
+        let (mut normal, mut beside, mut arms) = (Point::<D>::zeros(), Point::<D>::zeros(), Point::<D>::zeros());
         for (k, &(point, weight)) in trace.points.iter().enumerate() {
             let u = self.contact_surface.displacement(point, view.displacement);
             let x = self.contact_surface.table.positions()[point as usize] + u;
             let found = placed.nearest(&*self.surface.shape, &x);
             gap += weight * found.gap;
-            by_load -= weight * found.normal.dot(&placed.slope);
+            let arm = placed.arm(&x);
+            by_load -= weight * found.normal.dot(&placed.rate(&arm));
+            arms += arm * weight;
             normal += found.normal * weight;
             beside += u * weight;
-            visit(k, weight, &found);
+            visit(k, weight, &found, &arm);
         }
-        let length = normal.norm();
+        let (length, arms) = (normal.norm(), arms / trace.area);
         let [shift, shift_by_load] = self.shift(index, view.load);
         LocalContact {
             gap: gap / trace.area + shift,
             by_load: by_load / trace.area + shift_by_load,
             normal: if length > 0.0 { normal / length } else { normal },
             beside: beside / trace.area - placed.offset,
+            angle: placed.angle(),
+            spun: placed.spun(&arms),
+            rate: placed.rate(&arms),
         }
     }
 
@@ -183,8 +227,7 @@ impl<const D: usize> RigidContact<D> {
     /// What friction asks of a trace function that touches.
     fn friction(&self, trace: usize, view: &View<'_>, local_contact: &LocalContact<D>) -> Friction<D> {
         let (pressure, traction) = self.pressure(trace, view.condensed);
-        let first = self.variables().start + trace * D;
-        let was = Point::<D>::from_fn(|i, _| view.condensed[first + i]);
+        let (beside, angle) = self.before(trace, view.condensed);
         let area = self.contact_surface.traces[trace].area;
         Friction {
             coefficient: self.surface.friction,
@@ -196,29 +239,46 @@ impl<const D: usize> RigidContact<D> {
             gap: local_contact.gap,
             gap_by_load: local_contact.by_load,
             gap_area: area,
-            slip: local_contact.beside - was,
-            slip_by_load: -self.placed(view.displacement, view.load).slope,
+            slip: local_contact.slip(&beside, angle),
+            slip_by_load: -local_contact.rate,
             area,
         }
     }
 
-    /// How unknowns of a trace function move it beside the surface, times its area: displacements by $\int\Theta\Psi_a$, and the travel of the
-    /// surface.
-    fn moves(&self, trace: usize) -> Vec<(usize, Point<D>)> {
+    /// Where a trace function was beside the surface at the last converged state, and by how much the surface had turned.
+    fn before(&self, trace: usize, condensed: &[f64]) -> (Point<D>, f64) {
+        let variables = &condensed[self.variables()];
+        let angle = if self.surface.turning.is_some() { variables[variables.len() - 1] } else { 0.0 };
+        (Point::from_fn(|i, _| variables[trace * D + i]), angle)
+    }
+
+    /// How unknowns of a trace function move it beside the surface, times its area: displacements by $\int\Theta\Psi_a$, also to where the
+    /// surface has turned by another way, and travel and turn of the surface.
+    fn moves(&self, trace: usize, view: &View<'_>) -> Vec<(usize, Point<D>)> {
+        let (_, was) = self.before(trace, view.condensed);
+        let placed = self.placed(view.displacement, view.load);
         let trace = &self.contact_surface.traces[trace];
         let mut values = vec![0.0; trace.nodes.len()];
+        let mut arm = Point::<D>::zeros();
         for (k, &(point, weight)) in trace.points.iter().enumerate() {
             for (&l, value) in trace.local(k).iter().zip(self.contact_surface.table.values(point as usize)) {
                 values[l as usize] += weight * value;
             }
+            if self.surface.turning.is_some() {
+                let x = self.contact_surface.table.positions()[point as usize];
+                arm += placed.arm(&(x + self.contact_surface.displacement(point, view.displacement)))
+                    * (weight / trace.area);
+            }
         }
+        let turned = |by: Point<D>| by - placed.spun(&by) * (placed.angle() - was);
         let mut moves: Vec<(usize, Point<D>)> = Vec::with_capacity(values.len() * D);
-        let unit = |i: usize| Point::<D>::from_fn(|j, _| f64::from(u8::from(i == j)));
+        let unit = |i: usize| turned(Point::<D>::from_fn(|j, _| f64::from(u8::from(i == j))));
         for (a, value) in values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
             moves.extend((0..D).map(|i| (a * D + i, unit(i) * *value)));
         }
-        if let (Some(_), Some(along)) = (self.rigid_dof, self.surface.free_direction()) {
-            moves.push(((trace.nodes.len() - 1) * D, along * -trace.area));
+        let [along, spun] = self.motions(&placed, &arm);
+        for (i, by) in [along.map(turned), spun].into_iter().enumerate() {
+            moves.extend(by.map(|by| ((trace.nodes.len() - 1) * D + i, by * -trace.area)));
         }
         moves
     }
@@ -227,7 +287,7 @@ impl<const D: usize> RigidContact<D> {
     pub(crate) fn passed_end(&self, trace: usize, view: &View<'_>) -> Option<Point<D>> {
         let mut passed = None;
         let points = &self.contact_surface.traces[trace].points;
-        let local_contact = self.local_contact(trace, view, |k, _, found| {
+        let local_contact = self.local_contact(trace, view, |k, _, found, _| {
             if found.passed_end {
                 passed = Some(points[k].0);
             }
@@ -241,18 +301,67 @@ impl<const D: usize> RigidContact<D> {
 
     /// Gap of a trace function, $\nabla\bar g\cdot\delta d$, and its mean displacement beside the surface by the step.
     fn change(&self, trace: usize, view: &View<'_>, step: &[f64]) -> (LocalContact<D>, f64, Point<D>) {
-        let travel = self.rigid_dof.map_or(0.0, |node| step[node as usize * D]);
-        let pushed = self.surface.free_direction().map_or_else(Point::zeros, |along| along * travel);
+        let placed = self.placed(view.displacement, view.load);
         let (mut change, mut moved) = (0.0, Point::<D>::zeros());
         let points = &self.contact_surface.traces[trace].points;
-        let local_contact = self.local_contact(trace, view, |k, weight, found| {
+        let was = if self.has_friction() { self.before(trace, view.condensed).1 } else { 0.0 };
+        let local_contact = self.local_contact(trace, view, |k, weight, found, arm| {
             let (point, _) = points[k];
-            let by = self.contact_surface.displacement(point, step) - pushed;
-            change += weight * found.normal.dot(&by);
-            moved += by * weight;
+            let (by, pushed) = (self.contact_surface.displacement(point, step), self.moved(&placed, arm, step));
+            change += weight * found.normal.dot(&(by - pushed));
+            let along = self.moved(&placed, &Point::zeros(), step);
+            moved += (by - pushed - placed.spun(&(by - along)) * (placed.angle() - was)) * weight;
         });
         let area = self.contact_surface.traces[trace].area;
         (local_contact, change / area, moved / area)
+    }
+}
+
+impl<const D: usize> RigidContact<D> {
+    /// Adds a factor times the second derivatives of the gap of the k-th point of a trace function: by its displacement and by the motions of
+    /// the surface, whose normal turns with it.
+    fn add_curvature(
+        &self,
+        trace: &Trace,
+        k: usize,
+        factor: f64,
+        (found, placed, motions): (&Nearest<D>, &Placed<D>, &[Option<Point<D>>; 2]),
+        matrix: &mut [f64],
+    ) {
+        let (size, local) = (trace.nodes.len() * D, trace.local(k));
+        let values = self.contact_surface.table.values(trace.points[k].0 as usize);
+        for (&b, value) in local.iter().zip(values) {
+            for j in 0..D {
+                let column = &mut matrix[(b as usize * D + j) * size..][..size];
+                for (&a, other) in local.iter().zip(values) {
+                    for i in 0..D {
+                        column[a as usize * D + i] += factor * value * other * found.curvature[(i, j)];
+                    }
+                }
+            }
+        }
+        let spun = [Point::zeros(), placed.spun(&found.normal) / self.lever];
+        for (m, motion) in motions.iter().enumerate() {
+            let Some(motion) = motion else { continue };
+            // The change of the normal with this motion.
+            let turned = spun[m] - found.curvature * motion;
+            let place = size - D + m;
+            for (&a, value) in local.iter().zip(values) {
+                for i in 0..D {
+                    let entry = factor * value * turned[i];
+                    matrix[place * size + a as usize * D + i] += entry;
+                    matrix[(a as usize * D + i) * size + place] += entry;
+                }
+            }
+            for (l, other) in motions.iter().enumerate().take(m + 1) {
+                let Some(other) = other else { continue };
+                let (entry, row) = (-factor * turned.dot(other), size - D + l);
+                matrix[place * size + row] += entry;
+                if l != m {
+                    matrix[row * size + place] += entry;
+                }
+            }
+        }
     }
 }
 
@@ -279,44 +388,25 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         let mut slope = std::mem::take(&mut out.scratch);
         slope.clear();
         slope.resize(size, 0.0);
-        let free = self.surface.free_direction();
-        let travel = self.rigid_dof.map(|_| size - D);
+        let placed = self.placed(view.displacement, view.load);
         let matrix = &mut out.matrix;
         let curved = out.with_matrix && pressure > 0.0;
-        let local_contact = self.local_contact(cluster, &view, |k, weight, found| {
+        let local_contact = self.local_contact(cluster, &view, |k, weight, found, arm| {
             let values = self.contact_surface.table.values(trace.points[k].0 as usize);
-            let local = trace.local(k);
-            for (&l, value) in local.iter().zip(values) {
+            let motions = self.motions(&placed, arm);
+            for (&l, value) in trace.local(k).iter().zip(values) {
                 for i in 0..D {
                     slope[l as usize * D + i] += weight * value * found.normal[i];
                 }
             }
-            if let (Some(place), Some(along)) = (travel, &free) {
-                slope[place] -= weight * found.normal.dot(along);
+            for (i, motion) in motions.iter().enumerate() {
+                if let Some(motion) = motion {
+                    slope[size - D + i] -= weight * found.normal.dot(motion);
+                }
             }
-            if curved && found.curvature.iter().any(|c| *c != 0.0) {
+            if curved && (motions[1].is_some() || found.curvature.iter().any(|c| *c != 0.0)) {
                 let factor = -pressure * weight * (SHARPEST / (trace.width * found.curvature.norm())).min(1.0);
-                for (&b, value) in local.iter().zip(values) {
-                    for j in 0..D {
-                        let column = &mut matrix[(b as usize * D + j) * size..][..size];
-                        for (&a, other) in local.iter().zip(values) {
-                            for i in 0..D {
-                                column[a as usize * D + i] += factor * value * other * found.curvature[(i, j)];
-                            }
-                        }
-                    }
-                }
-                if let (Some(place), Some(along)) = (travel, &free) {
-                    let turned = found.curvature * along;
-                    for (&a, value) in local.iter().zip(values) {
-                        for i in 0..D {
-                            let entry = -factor * value * turned[i];
-                            matrix[place * size + a as usize * D + i] += entry;
-                            matrix[(a as usize * D + i) * size + place] += entry;
-                        }
-                    }
-                    matrix[place * size + place] += factor * along.dot(&turned);
-                }
+                self.add_curvature(trace, k, factor, (found, &placed, &motions), matrix);
             }
         });
         if !self.is_active(cluster, pressure, local_contact.gap) {
@@ -343,7 +433,7 @@ impl<const D: usize> Term<D> for RigidContact<D> {
             }
         }
         if self.has_friction() {
-            self.friction(cluster, &view, &local_contact).add(&self.moves(cluster), &slope, out);
+            self.friction(cluster, &view, &local_contact).add(&self.moves(cluster, &view), &slope, out);
         }
         out.scratch = slope;
     }
@@ -357,11 +447,7 @@ impl<const D: usize> Term<D> for RigidContact<D> {
             if self.has_friction() {
                 condensed_step[1..1 + D].iter_mut().zip(&traction).for_each(|(s, t)| *s = -t);
             }
-            let most = TOO_FAR * self.contact_surface.traces[cluster].width;
-            if local_contact.gap + change < -most && change < 0.0 {
-                return ((local_contact.gap + most) / -change).min(1.0);
-            }
-            return 1.0;
+            return farthest(local_contact.gap, change, self.contact_surface.traces[cluster].width);
         }
         let proximal = self.proximal(cluster);
         condensed_step[0] = -proximal * (local_contact.gap + change);
@@ -397,20 +483,26 @@ impl<const D: usize> History for RigidContact<D> {
         let traces = self.contact_surface.traces.len();
         let first = traces * self.stride();
         // Where each trace function was beside the surface; without friction that does not matter.
-        first..first + if self.has_friction() { traces * D } else { 0 }
+        let turned = usize::from(self.surface.turning.is_some());
+        first..first + if self.has_friction() { traces * D + turned } else { 0 }
     }
 
     fn start_variables(&self, variables: &mut [f64]) {
-        let offset = self.surface.placed(0.0, 0.0).offset;
-        for was in variables.chunks_exact_mut(D) {
-            was.iter_mut().zip(&offset).for_each(|(was, offset)| *was = -offset);
+        let placed = self.surface.placed(0.0, [0.0; 2]);
+        let traces = self.contact_surface.traces.len();
+        for was in variables.chunks_exact_mut(D).take(traces) {
+            was.iter_mut().zip(&placed.offset).for_each(|(was, offset)| *was = -offset);
         }
+        variables.iter_mut().skip(traces * D).for_each(|was| *was = placed.angle());
     }
 
     fn update(&self, view: View<'_>, next: &mut [f64]) {
-        for (trace, now) in next.chunks_exact_mut(D).enumerate() {
-            now.copy_from_slice(self.local_contact(trace, &view, |_, _, _| {}).beside.as_slice());
+        let traces = self.contact_surface.traces.len();
+        for (trace, now) in next.chunks_exact_mut(D).take(traces).enumerate() {
+            now.copy_from_slice(self.local_contact(trace, &view, |_, _, _, _| {}).beside.as_slice());
         }
+        let angle = self.placed(view.displacement, view.load).angle();
+        next.iter_mut().skip(traces * D).for_each(|now| *now = angle);
     }
 }
 
@@ -421,7 +513,7 @@ impl<const D: usize> Unilateral for RigidContact<D> {
 
     fn advance_load(&self, cluster: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {
         let (pressure, _) = self.pressure(cluster, view.condensed);
-        let local_contact = self.local_contact(cluster, &view, |_, _, _| {});
+        let local_contact = self.local_contact(cluster, &view, |_, _, _, _| {});
         if !self.is_active(cluster, pressure, local_contact.gap) {
             return;
         }
@@ -445,11 +537,17 @@ impl<const D: usize> Unilateral for RigidContact<D> {
     fn farthest_load(&self, from: f64, to: f64) -> f64 {
         let to = if self.has_friction() { friction_step(from, to) } else { to };
         let depth = 0.5 * self.surface.shape.depth();
-        let Drive::Moved { by, amplitude } = &self.surface.drive else { return to };
-        if !depth.is_finite() {
+        let moves = matches!(self.surface.drive, Drive::Moved { .. }) || self.surface.turning.is_some();
+        if !depth.is_finite() || !moves {
             return to;
         }
-        let direction = |load: f64| by.norm() * (amplitude.evaluate(load).0 - amplitude.evaluate(from).0).abs();
+        let start = self.surface.placed(from, [0.0; 2]);
+        let positions = self.contact_surface.table.positions().iter();
+        let lever = positions.map(|x| start.spun(&start.arm(x)).norm()).fold(0.0, f64::max);
+        let direction = |load: f64| {
+            let placed = self.surface.placed(load, [0.0; 2]);
+            (placed.offset - start.offset).norm() + lever * (placed.angle() - start.angle()).abs()
+        };
         let mut part = 1.0;
         while direction(from + part * (to - from)) > depth && part > 1e-3 {
             part *= 0.5;

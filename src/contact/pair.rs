@@ -80,8 +80,9 @@ pub(super) struct Piece<const D: usize> {
 /// $-\pi_J A_J\nabla\bar g_J$, $\nabla\bar g = (\nabla G - \bar g\\,\nabla a)/a$, pushes along the gap even where an overlap is small and grows.
 ///
 /// Friction: the mean slip of a trace function is that of the material points which faced each other at the last converged state,
-/// $$s_J = \frac1{A_J}\int N_J\\,\big(\Delta x - \Delta y\big)\mathrm d\Gamma$$
-/// along its mean normal there, so that it is linear in displacements within a step. The law is that of rigid surfaces.
+/// $$s_J = \frac1{a_J}\int N_J\\,\big(\Delta x - \Delta y\big)\mathrm d\Gamma$$
+/// along its mean normal there, with the overlaps of that state, so that it is linear in displacements within a step. The law is that of
+/// rigid surfaces, its traction per area $A_J$ as the pressure is: force $A_J\\,\tau_J\nabla s_J$.
 pub(crate) struct PairContact<const D: usize> {
     pub contact_surfaces: Vec<ContactSurface<D>>,
     pub law: PairLaw,
@@ -119,11 +120,10 @@ pub(super) struct Held<const D: usize> {
     pub(super) slips: Vec<Option<Slip<D>>>,
 }
 
-/// The slip of a trace function as a combination of displacements, times area.
+/// The slip of a trace function as a combination of displacements, and the normal that it is across to.
 pub(super) struct Slip<const D: usize> {
     pub(super) weights: Combination,
     pub(super) normal: Point<D>,
-    pub(super) area: f64,
 }
 
 /// What a trace function knows of what is opposite.
@@ -253,7 +253,7 @@ impl<const D: usize> PairContact<D> {
         if self.has_friction() { 1 + D } else { 1 }
     }
 
-    /// Pressure per area of the whole trace function, and tangential traction per area of what has something opposite.
+    /// Pressure and tangential traction, per area of the whole trace function.
     pub(crate) fn pressure(&self, trace: usize, condensed: &[f64]) -> (f64, Point<D>) {
         let first = trace * self.stride();
         let traction =
@@ -293,7 +293,8 @@ impl<const D: usize> PairContact<D> {
         });
         let length = normal.norm();
         let found = overlap.gap.is_finite() && length > 0.0;
-        found.then(|| Slip { weights: merged(weights), normal: normal / length, area: overlap.area })
+        weights.iter_mut().for_each(|entry| entry.1 /= overlap.area);
+        found.then(|| Slip { weights: merged(weights), normal: normal / length })
     }
 
     /// The mean displacement of a trace function beside what is opposite, since the last converged state.
@@ -306,7 +307,7 @@ impl<const D: usize> PairContact<D> {
                 sum[i] += value * (displacement[first + i] - internal_variables[was + i]);
             }
         }
-        sum / slip.area
+        sum
     }
 
     /// The faces at a state.
@@ -539,8 +540,9 @@ impl<const D: usize> PairContact<D> {
             if !self.is_active(trace, pressure, overlap.gap) {
                 continue;
             }
-            let pressure = pressure * self.concentration(trace, &overlap);
             found.slides[trace] = traction.norm() >= (1.0 - 1e-6) * self.law.friction * pressure;
+            let concentration = self.concentration(trace, &overlap);
+            let (pressure, traction) = (pressure * concentration, traction * concentration);
             for piece in pieces {
                 for (k, &mover) in piece.movers.iter().enumerate() {
                     let own = (piece.carries)(k);
@@ -568,7 +570,10 @@ impl<const D: usize> PairContact<D> {
         let each = held.slips.iter().enumerate().filter_map(|(trace, slip)| {
             let slip = slip.as_ref()?;
             let [now, was] = [after, before].map(|view| self.pressure(trace, view.condensed).1);
-            Some(-0.5 * slip.area * (now + was).dot(&self.slipped(slip, after.displacement, before.condensed)))
+            Some(
+                -0.5 * self.contact_surfaces[0].traces[trace].area
+                    * (now + was).dot(&self.slipped(slip, after.displacement, before.condensed)),
+            )
         });
         each.sum()
     }

@@ -4,7 +4,7 @@ use crate::geometry::Point;
 use crate::term::{CondensedUnknowns, Element, History, Protocol, Term, Unilateral, View};
 
 use super::friction::{Friction, friction_step};
-use super::obstacle::TOO_FAR;
+use super::obstacle::farthest;
 use super::pair::{ContactPair, PairContact, Piece, Slip};
 
 impl<const D: usize> Term<D> for PairContact<D> {
@@ -83,8 +83,9 @@ impl<const D: usize> Term<D> for PairContact<D> {
         }
         if let Some(slip) = slip {
             let mut moves: Vec<(usize, Point<D>)> = Vec::with_capacity(size);
+            let area = self.contact_surfaces[0].traces[cluster].area;
             for &(place, value) in &slip.weights {
-                let along = |i: usize| Point::<D>::from_fn(|j, _| if i == j { value } else { 0.0 });
+                let along = |i: usize| Point::<D>::from_fn(|j, _| if i == j { area * value } else { 0.0 });
                 moves.extend((0..D).map(|i| (local(place) * D + i, along(i))));
             }
             self.friction(cluster, &view, &overlap, slip).add(&moves, &slope, out);
@@ -110,7 +111,7 @@ impl<const D: usize> Term<D> for PairContact<D> {
             if self.has_friction() {
                 let held = self.held(view.condensed);
                 let next = held.slips[cluster].as_ref().map_or_else(Point::zeros, |slip| {
-                    let moved = self.moved(&slip.weights, step) / slip.area;
+                    let moved = self.moved(&slip.weights, step);
                     self.friction(cluster, &view, &overlap, slip).next(change, &moved)
                 });
                 set(next - traction, condensed_step);
@@ -121,9 +122,8 @@ impl<const D: usize> Term<D> for PairContact<D> {
         set(-traction, condensed_step);
         let width = self.width(cluster);
         if gap.is_finite() {
-            let most = TOO_FAR * width;
             // An overlap that grows changes the mean gap, but takes nothing further in.
-            return if gap + opening < -most && opening < 0.0 { ((gap + most) / -opening).min(1.0) } else { 1.0 };
+            return farthest(gap, opening, width);
         }
         // What has nothing opposite goes no further than the search saw.
         let direction = self.moved(&self.movers.combinations[cluster], step).norm();
@@ -243,20 +243,19 @@ impl<const D: usize> PairContact<D> {
     /// What friction asks of a trace function that touches.
     fn friction(&self, trace: usize, view: &View<'_>, overlap: &ContactPair, slip: &Slip<D>) -> Friction<D> {
         let (pressure, traction) = self.pressure(trace, view.condensed);
-        let concentration = self.concentration(trace, overlap);
         Friction {
             coefficient: self.law.friction,
-            proximal: self.proximal(trace) * concentration,
-            decisive: self.decisive(trace) * concentration,
+            proximal: self.proximal(trace),
+            decisive: self.decisive(trace),
             normal: slip.normal,
-            pressure: pressure * concentration,
+            pressure,
             traction,
             gap: overlap.gap,
             gap_by_load: overlap.by_load,
             gap_area: overlap.area,
             slip: self.slipped(slip, view.displacement, view.condensed),
             slip_by_load: Point::zeros(),
-            area: slip.area,
+            area: self.contact_surfaces[0].traces[trace].area,
         }
     }
 }

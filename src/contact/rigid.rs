@@ -2,12 +2,16 @@
 
 use std::sync::Arc;
 
+use nalgebra::{SMatrix, Vector3};
+
 use crate::error::{Error, GeometryError, Invalid};
 use crate::geometry::Point;
 use crate::mesh::Mesh;
+use crate::solid::Solid3;
 use crate::term::Amplitude;
 
 use super::interference::Interference;
+use super::turning::{Turned, Turning};
 use super::{Ball, Cone, ContactError, Cylinder, Nearest, Plane, Profile, Surface, Triangulated};
 
 /// How a rigid surface moves.
@@ -36,6 +40,7 @@ pub struct RigidSurface<const D: usize> {
     pub(crate) shape: Arc<dyn Surface<D>>,
     pub(crate) name: String,
     pub(crate) drive: Drive<D>,
+    pub(crate) turning: Option<Turning<D>>,
     /// Where it has gone before the run \[length\].
     pub(crate) start: Point<D>,
     pub(crate) friction: f64,
@@ -49,6 +54,7 @@ pub(crate) struct Placed<const D: usize> {
     pub offset: Point<D>,
     /// Its change with the load factor.
     pub slope: Point<D>,
+    pub turned: Option<Turned<D>>,
 }
 
 impl<const D: usize> RigidSurface<D> {
@@ -62,6 +68,7 @@ impl<const D: usize> RigidSurface<D> {
             shape: Arc::new(shape),
             name: name.into(),
             drive: Drive::Fixed,
+            turning: None,
             start: Point::zeros(),
             friction: 0.0,
             interference: None,
@@ -136,6 +143,9 @@ impl<const D: usize> RigidSurface<D> {
         if let Some(interference) = &self.interference {
             interference.validate(&contact)?;
         }
+        if let Some(turning) = &self.turning {
+            turning.validate(&contact)?;
+        }
         let bad = |v: f64| !v.is_finite();
         let unfit = |what: &str, value| {
             Error::from(Invalid::new(format!("{contact}: {what} of the rigid surface"), value, "give finite numbers"))
@@ -171,8 +181,14 @@ impl<const D: usize> RigidSurface<D> {
         }
     }
 
+    /// Whether it moves by unknowns of its own.
+    pub(crate) fn is_free(&self) -> bool {
+        self.free_direction().is_some() || self.turning.as_ref().is_some_and(|turning| turning.free)
+    }
+
     /// Stays where it has come to at load factor 1, pushed by the force that it has there.
     pub(crate) fn stay(&mut self) {
+        self.turning.iter_mut().for_each(Turning::stay);
         match &mut self.drive {
             Drive::Fixed => {}
             Drive::Moved { by, amplitude } => {
@@ -186,31 +202,59 @@ impl<const D: usize> RigidSurface<D> {
         }
     }
 
-    /// Where it has gone at a load factor; `travel` is its own unknown where it is pushed.
-    pub(crate) fn placed(&self, load: f64, travel: f64) -> Placed<D> {
-        match &self.drive {
-            Drive::Fixed => Placed { offset: self.start, slope: Point::zeros() },
+    /// Where it has gone at a load factor; travel and angle are its own unknowns where it is pushed and free to turn.
+    pub(crate) fn placed(&self, load: f64, [travel, angle]: [f64; 2]) -> Placed<D> {
+        let (by, slope) = match &self.drive {
+            Drive::Fixed => (Point::zeros(), Point::zeros()),
             Drive::Moved { by, amplitude } => {
                 let (value, slope) = amplitude.evaluate(load);
-                Placed { offset: self.start + by * value, slope: by * slope }
+                (by * value, by * slope)
             }
-            Drive::Pushed { along, .. } => Placed { offset: self.start + along * travel, slope: Point::zeros() },
-        }
+            Drive::Pushed { along, .. } => (along * travel, Point::zeros()),
+        };
+        let turned = self.turning.as_ref().map(|turning| turning.at(load, angle));
+        Placed { offset: self.start + by, slope, turned }
     }
 
     /// Load factors at which its motion has break points.
     pub(crate) fn break_points(&self) -> Vec<f64> {
-        match &self.drive {
+        let mut found = match &self.drive {
             Drive::Fixed => Vec::new(),
             Drive::Moved { amplitude, .. } | Drive::Pushed { amplitude, .. } => amplitude.break_points(),
-        }
+        };
+        found.extend(self.turning.iter().flat_map(|turning| turning.amplitude.break_points()));
+        found
     }
 }
 
 impl<const D: usize> Placed<D> {
     /// Gap, normal and curvature at a current position.
     pub(crate) fn nearest(&self, shape: &dyn Surface<D>, x: &Point<D>) -> Nearest<D> {
-        shape.nearest(&(x - self.offset))
+        let Some(turned) = &self.turned else { return shape.nearest(&(x - self.offset)) };
+        let rotation = turned.rotation;
+        let found = shape.nearest(&(turned.about + rotation.tr_mul(&self.arm(x))));
+        let curvature = rotation * found.curvature * rotation.transpose();
+        Nearest { normal: rotation * found.normal, curvature, ..found }
+    }
+
+    /// From the axis to a current position.
+    pub(crate) fn arm(&self, x: &Point<D>) -> Point<D> {
+        self.turned.as_ref().map_or_else(Point::zeros, |turned| x - self.offset - turned.about)
+    }
+
+    /// What a turn by a unit angle moves the surface by at the end of an arm.
+    pub(crate) fn spun(&self, arm: &Point<D>) -> Point<D> {
+        self.turned.as_ref().map_or_else(Point::zeros, |turned| turned.spin * arm)
+    }
+
+    /// How the surface moves with the load factor at the end of an arm.
+    pub(crate) fn rate(&self, arm: &Point<D>) -> Point<D> {
+        self.slope + self.spun(arm) * self.turned.as_ref().map_or(0.0, |turned| turned.rate)
+    }
+
+    /// The angle that it has turned by.
+    pub(crate) fn angle(&self) -> f64 {
+        self.turned.as_ref().map_or(0.0, |turned| turned.angle)
     }
 }
 
@@ -254,8 +298,55 @@ impl RigidSurface<3> {
         RigidSurface::named_shape(Triangulated::hull(mesh), "hull")
     }
 
+    /// A closed surface as a rigid body: that of an STL file, for example.
+    pub fn solid(solid: &Solid3) -> Self {
+        let shape = Triangulated::new(solid.vertices().to_vec(), solid.facets().to_vec());
+        RigidSurface::named_shape(shape, "solid")
+    }
+
     /// An endless rigid cone from its tip along its axis.
     pub fn cone(tip: [f64; 3], along: [f64; 3], half_angle: f64) -> Self {
         RigidSurface::named_shape(Cone { tip: tip.into(), along: along.into(), half_angle }, "cone")
+    }
+}
+
+impl<const D: usize> RigidSurface<D> {
+    fn with_turning(mut self, about: Point<D>, axis: Vector3<f64>, amount: f64, free: bool) -> Self {
+        let cross = axis.normalize().cross_matrix();
+        let spin = SMatrix::from_fn(|i, j| cross[(i, j)]);
+        self.turning = Some(Turning { about, spin, amount, amplitude: Amplitude::Ramp, free, start: 0.0 });
+        self
+    }
+
+    /// Lets the turn follow an amplitude in place of the load factor.
+    pub fn turning_along(mut self, amplitude: Amplitude) -> Self {
+        self.turning.iter_mut().for_each(|turning| turning.amplitude = amplitude.clone());
+        self
+    }
+}
+
+impl RigidSurface<2> {
+    /// Turns about a point, which moves with the surface, by an angle \[rad\], counter-clockwise, while the load factor goes from 0 to 1.
+    pub fn turning(self, about: [f64; 2], angle: f64) -> Self {
+        self.with_turning(about.into(), Vector3::z(), angle, false)
+    }
+
+    /// Is free to turn about a point, which moves with the surface, under a moment that grows with the load factor \[force·length per
+    /// unit thickness\]; without one it tilts until its moment vanishes.
+    pub fn driven(self, about: [f64; 2], moment: f64) -> Self {
+        self.with_turning(about.into(), Vector3::z(), moment, true)
+    }
+}
+
+impl RigidSurface<3> {
+    /// Turns about an axis through a point, which moves with the surface, by an angle \[rad\] while the load factor goes from 0 to 1.
+    pub fn turning(self, about: [f64; 3], axis: [f64; 3], angle: f64) -> Self {
+        self.with_turning(about.into(), axis.into(), angle, false)
+    }
+
+    /// Is free to turn about an axis through a point, which moves with the surface, under a moment that grows with the load factor
+    /// \[force·length\]; without one it tilts until its moment vanishes.
+    pub fn driven(self, about: [f64; 3], axis: [f64; 3], moment: f64) -> Self {
+        self.with_turning(about.into(), axis.into(), moment, true)
     }
 }

@@ -1,13 +1,13 @@
 //! The travel of pushed surfaces, and what keeps bodies regular that nothing but contact holds.
 
-use crate::term::{Element, Term, TermMatrix, View};
+use crate::term::{Amplitude, Element, Term, TermMatrix, View};
 
-/// The unknown travel of a rigid surface that is pushed: its load, and what keeps the components regular that it has no use
-/// for.
+/// The unknown travel of a rigid surface that is pushed, and the turn of one that is free to turn, as a length at the end of a lever: their
+/// loads, and what keeps the components regular that it has no use for.
 pub(crate) struct RigidBodyDof<const D: usize> {
     pub node: [u32; 1],
-    pub force: f64,
-    pub amplitude: crate::term::Amplitude,
+    /// Force and moment over the lever with their amplitudes, where it is free to move so.
+    pub loads: [Option<(f64, Amplitude)>; 2],
     /// Stiffness of the unused components.
     pub stiffness: f64,
 }
@@ -22,7 +22,7 @@ impl<const D: usize> Term<D> for RigidBodyDof<D> {
     }
 
     fn break_points(&self) -> Vec<f64> {
-        self.amplitude.break_points()
+        self.loads.iter().flatten().flat_map(|(_, amplitude)| amplitude.break_points()).collect()
     }
 
     fn matrix(&self) -> TermMatrix {
@@ -30,10 +30,13 @@ impl<const D: usize> Term<D> for RigidBodyDof<D> {
     }
 
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
-        let (factor, slope) = self.amplitude.evaluate(view.load);
-        out.residual[0] = -self.force * factor;
-        out.load_slope[0] = -self.force * slope;
-        for i in 1..D {
+        for i in 0..D {
+            if let Some((force, amplitude)) = self.loads.get(i).and_then(Option::as_ref) {
+                let (factor, slope) = amplitude.evaluate(view.load);
+                out.residual[i] = -force * factor;
+                out.load_slope[i] = -force * slope;
+                continue;
+            }
             out.residual[i] = self.stiffness * view.displacement[self.node[0] as usize * D + i];
             if out.with_matrix {
                 out.matrix[i * D + i] = self.stiffness;

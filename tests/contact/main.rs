@@ -2,6 +2,7 @@
 
 mod errors;
 mod friction;
+mod friction_between;
 mod interference;
 mod meshes;
 mod pairs;
@@ -9,3 +10,4 @@ mod rigid;
 mod rings;
 mod rolling;
 mod surfaces;
+mod turning;

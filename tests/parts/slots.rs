@@ -145,7 +145,7 @@ fn slots_of_solid_meshes_open() {
 
 #[test]
 fn slots_of_surfaces_open() {
-    let body = |whole: bool| Scene::new(&Solid3::of_mesh(&hexahedra(whole)).unwrap(), Solid, rubber());
+    let body = |whole: bool| Scene::new(Solid3::of_mesh(&hexahedra(whole)).unwrap(), Solid, rubber());
     let [slot, half, patch] = openings(body, &Scheme::default().spacing(0.1));
     // The brick that holds the root is one cell, and connects both sides up to a spacing above: 0.15 is lost at this one.
     assert!((slot / half - 1.0).abs() < 0.2, "{slot:.3e}, by symmetry {half:.3e}");

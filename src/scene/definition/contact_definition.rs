@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::contact::{Interference, PairContact, RigidContact, RigidSurface};
-use crate::error::{Error, GeometryError};
+use crate::error::{Error, GeometryError, Invalid};
 
 use super::place::Place;
 
@@ -24,8 +24,8 @@ impl<const D: usize> ContactDefinition<D> {
 ///
 /// ```
 /// use rkpm::prelude::*;
-/// // A bush whose bore is drawn smaller than the shaft that it is pressed on.
-/// let pair = ContactPair::between("shaft", "bore", "fit").interference(0.5);
+/// // A bush whose bore is drawn smaller than the shaft that it is pressed on, with friction.
+/// let pair = ContactPair::between("shaft", "bore", "fit").interference(0.5).friction(0.4);
 /// # let _: ContactPair<2> = pair;
 /// ```
 #[derive(Clone)]
@@ -33,6 +33,7 @@ pub struct ContactPair<const D: usize> {
     pub(crate) first: Place<D>,
     pub(crate) second: Option<Place<D>>,
     pub(crate) name: String,
+    pub(crate) friction: f64,
     pub(crate) interference: Option<Interference>,
 }
 
@@ -44,7 +45,13 @@ impl<const D: usize> ContactPair<D> {
 
     /// A part that may touch itself where it folds.
     pub fn itself(place: impl Into<Place<D>>, name: &str) -> Self {
-        ContactPair { first: place.into(), second: None, name: name.into(), interference: None }
+        ContactPair { first: place.into(), second: None, name: name.into(), friction: 0.0, interference: None }
+    }
+
+    /// Coulomb's coefficient of friction, in the plane and in space.
+    pub fn friction(mut self, coefficient: f64) -> Self {
+        self.friction = coefficient;
+        self
     }
 
     /// Lets the parts begin inside each other: the overlap is resolved while the load factor goes from 0 to `until`.
@@ -53,9 +60,13 @@ impl<const D: usize> ContactPair<D> {
         self
     }
 
-    /// Refuses stages that are none.
+    /// Refuses coefficients and stages that are none.
     pub(super) fn validate(&self) -> Result<(), Error> {
         let contact = format!("contact {}", self.name);
+        if !(self.friction >= 0.0 && self.friction.is_finite()) {
+            let what = format!("{contact}: coefficient of friction");
+            return Err(Invalid::new(what, self.friction, "give a finite number from 0 on").into());
+        }
         if let Some(interference) = &self.interference {
             interference.validate(&contact)?;
             if self.second.is_none() {

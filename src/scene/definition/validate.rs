@@ -147,8 +147,19 @@ fn is_finite(amplitude: &Amplitude, label: impl Fn() -> String) -> Result<(), Bo
 fn contacts<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
     for contact in &scene.contacts {
         contact.surface.validate(&contact.label())?;
+        if contact.surface.turning.is_some() && !scene.kinematics.hoop_components().is_empty() {
+            let what = "a surface that turns beside a body of revolution";
+            return Err(GeometryError::Unsuited { what, needed: "a body in the plane or in space" }.into());
+        }
     }
     scene.contact_pairs.iter().try_for_each(|pair| pair.validate())?;
+    let revolved = !scene.kinematics.hoop_components().is_empty();
+    if revolved && scene.contact_pairs.iter().any(|pair| pair.friction > 0.0) {
+        let what = "friction between bodies of revolution";
+        return Err(
+            GeometryError::Unsuited { what, needed: "bodies in the plane or in space, or a rigid surface" }.into()
+        );
+    }
     let rigid = scene.contacts.iter().map(|contact| &contact.surface.name);
     let names: Vec<&String> = rigid.chain(scene.contact_pairs.iter().map(|contact_pair| &contact_pair.name)).collect();
     match names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)) {

@@ -29,12 +29,12 @@ pub(crate) type ContactSurfaces<'a, const D: usize> = &'a dyn Fn(&Place<D>) -> R
 
 /// Number of surfaces that are pushed.
 pub(crate) fn rigid_dof_count<const D: usize>(scene: &Scene<D>) -> usize {
-    scene.contacts.iter().filter(|contact| contact.surface.free_direction().is_some()).count()
+    scene.contacts.iter().filter(|contact| contact.surface.is_free()).count()
 }
 
 /// Positions of the unknown travels of surfaces that are pushed, behind those of the particles.
 pub(crate) fn rigid_dofs<const D: usize>(scene: &Scene<D>, positions: &[Point<D>]) -> Vec<Point<D>> {
-    let pushed = scene.contacts.iter().filter(|contact| contact.surface.free_direction().is_some());
+    let pushed = scene.contacts.iter().filter(|contact| contact.surface.is_free());
     pushed.filter_map(|_| positions.last().copied()).collect()
 }
 
@@ -63,7 +63,7 @@ pub(crate) fn add<const D: usize>(
     let mut next = particles;
     for contact in &scene.contacts {
         let (cells, table) = contact_surfaces(&contact.place)?;
-        let rigid_dof = contact.surface.free_direction().map(|_| {
+        let rigid_dof = contact.surface.is_free().then(|| {
             next += 1;
             next as u32 - 1
         });
@@ -73,12 +73,19 @@ pub(crate) fn add<const D: usize>(
             looks_at(&law, model.unknowns(), contact)?;
             starts_outside(&law, model.unknowns(), contact)?;
         }
+        let lever = law.lever;
         let law = Arc::new(law);
         let name = contact.surface.name.clone();
         contacts.push(Contact { name, term: model.terms().len(), law: Law::Rigid(law.clone()) });
         model.add_shared(law);
-        if let (Some(node), Drive::Pushed { force, amplitude, .. }) = (rigid_dof, &contact.surface.drive) {
-            model.add(RigidBodyDof { node: [node], force: *force, amplitude: amplitude.clone(), stiffness: shear });
+        if let Some(node) = rigid_dof {
+            let pushed = match &contact.surface.drive {
+                Drive::Pushed { force, amplitude, .. } => Some((*force, amplitude.clone())),
+                _ => None,
+            };
+            let turning = contact.surface.turning.as_ref().filter(|turning| turning.free);
+            let turned = turning.map(|turning| (turning.amount / lever, turning.amplitude.clone()));
+            model.add(RigidBodyDof { node: [node], loads: [pushed, turned], stiffness: shear });
         }
     }
     for contact_pair in &scene.contact_pairs {
@@ -86,16 +93,15 @@ pub(crate) fn add<const D: usize>(
         if let Some(second) = &contact_pair.second {
             found.push(contact_surfaces(second)?);
         }
-        // Pressures live on the finer side.
-        let swapped = found.len() > 1 && found[1].0.points.groups.len() > found[0].0.points.groups.len();
+        let swapped = found.len() > 1 && carries(&found[1].0, &found[0].0);
         if swapped {
             found.reverse();
         }
         let faces: Vec<&BoundaryCells<D>> = found.iter().map(|face| &face.0).collect();
         let contact_surface = |face: &Face<D>| ContactSurface::new(&face.0, face.1.clone(), None);
         let bodies = found.iter().map(contact_surface).collect::<Result<_, _>>()?;
-        let interference = contact_pair.interference;
-        let law = PairLaw { stiffness: Stiffness::of(shear, bulk), friction: 0.0, interference };
+        let (friction, interference) = (contact_pair.friction, contact_pair.interference);
+        let law = PairLaw { stiffness: Stiffness::of(shear, bulk), friction, interference };
         let law = PairContact::new(bodies, &faces, positions, law);
         if interference.is_none() {
             separate_at_rest(&law, model.unknowns(), contact_pair)?;
@@ -112,6 +118,15 @@ pub(crate) fn add<const D: usize>(
         model.add(artificial_spring(model.positions(), volume, shear));
     }
     Ok(contacts)
+}
+
+/// Whether a face is to carry the pressures rather than another one: the smaller one, whose trace functions lie on the other one as a whole;
+/// of two that differ by less than a facet the finer one.
+fn carries<const D: usize>(face: &BoundaryCells<D>, other: &BoundaryCells<D>) -> bool {
+    let size = |face: &BoundaryCells<D>| (face.points.weights.iter().sum::<f64>(), face.points.groups.len());
+    let ((area, facets), (its_area, its_facets)) = (size(face), size(other));
+    let alike = (area - its_area).abs() * (facets.max(its_facets) as f64) < area.max(its_area);
+    if alike { facets > its_facets } else { area < its_area }
 }
 
 /// Cosine of the angle between the outward normals of a part and of the surface nearest to it above which they look the same

@@ -91,7 +91,7 @@ fn rolling<const D: usize>(body: &DiscreteBody<D>, contacts: &[Contact<D>], mode
     // Where surfaces are farthest away, and opposite of it.
     let distance = |x: &Point<D>| {
         let rigid = contacts.iter().filter_map(|contact| match &contact.law {
-            Law::Rigid(law) => Some(law.surface.placed(0.0, 0.0).nearest(&*law.surface.shape, x).gap),
+            Law::Rigid(law) => Some(law.surface.placed(0.0, [0.0; 2]).nearest(&*law.surface.shape, x).gap),
             Law::Pair(..) => None,
         });
         rigid.fold(f64::INFINITY, f64::min)

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::contact::{ContactError, PairContact, Trace, chains};
+use crate::contact::{ContactError, LocalContact, PairContact, Trace, chains};
 use crate::error::{Error, OutputError};
 use crate::geometry::Point;
 use crate::output::Table;
@@ -46,6 +46,8 @@ pub struct ContactState<const D: usize> {
     pub extent: f64,
     /// How far the surface has gone \[length\].
     pub travel: Point<D>,
+    /// By how much it has turned \[rad\].
+    pub angle: f64,
     /// The boundary particles, along the boundary.
     pub points: Vec<ContactPoint<D>>,
 }
@@ -96,11 +98,13 @@ impl<const D: usize> Problem<D> {
             Law::Pair(law, swapped) => return self.pair_contact(law, *swapped, state, condensed),
         };
         let view = View { displacement: &state.displacement, condensed, load: state.load };
+        let placed = law.placed(&state.displacement, state.load);
         let mut found = ContactState {
             force: Point::zeros(),
             moment: Vector3::zeros(),
             extent: 0.0,
-            travel: law.placed(&state.displacement, state.load).offset,
+            travel: placed.offset,
+            angle: placed.angle(),
             points: Vec::with_capacity(law.contact_surface.traces.len()),
         };
         let mut sizes = Vec::with_capacity(law.contact_surface.traces.len());
@@ -111,7 +115,7 @@ impl<const D: usize> Problem<D> {
             let reference = self.model.positions()[particle];
             let moved = self.node_displacement(particle, state)?;
             let (mut force, mut moment) = (Point::<D>::zeros(), Vector3::zeros());
-            let local_contact = law.local_contact(k, &view, |p, weight, nearest| {
+            let local_contact = law.local_contact(k, &view, |p, weight, nearest, _| {
                 let (point, _) = trace.points[p];
                 let x = law.contact_surface.table.positions()[point as usize]
                     + law.contact_surface.displacement(point, &state.displacement);
@@ -162,20 +166,22 @@ impl<const D: usize> Problem<D> {
             Law::Pair(law, _) => return self.pair_friction_work(law, contact.term, path),
         };
         let mut work = 0.0;
-        let mut before: Option<Vec<(Point<D>, Point<D>)>> = None;
+        let mut before: Option<Vec<(Point<D>, LocalContact<D>)>> = None;
         for state in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)) {
             state.check_lengths(&self.model, &self.equations)?;
             let condensed = &state.condensed[contact.term];
             let view = View { displacement: &state.displacement, condensed, load: state.load };
             let now: Vec<_> = (0..law.contact_surface.traces.len())
                 .map(|trace| {
-                    let local_contact = law.local_contact(trace, &view, |_, _, _| {});
-                    (law.pressure(trace, condensed).1 * law.contact_surface.traces[trace].area, local_contact.beside)
+                    let local_contact = law.local_contact(trace, &view, |_, _, _, _| {});
+                    (law.pressure(trace, condensed).1 * law.contact_surface.traces[trace].area, local_contact)
                 })
                 .collect();
             if let Some(before) = before {
                 let steps = now.iter().zip(&before);
-                work -= steps.map(|((f, u), (f0, u0))| 0.5 * (f + f0).dot(&(u - u0))).sum::<f64>();
+                work -= steps
+                    .map(|((f, now), (f0, was))| 0.5 * (f + f0).dot(&now.slip(&was.beside, was.angle)))
+                    .sum::<f64>();
             }
             before = Some(now);
         }
@@ -204,6 +210,7 @@ impl<const D: usize> Problem<D> {
             moment: Vector3::zeros(),
             extent: 0.0,
             travel: Point::zeros(),
+            angle: 0.0,
             points: Vec::with_capacity(law.traces),
         };
         let pressed = law.pressed(&View { displacement: &state.displacement, condensed, load: state.load });

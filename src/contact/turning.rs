@@ -1,0 +1,74 @@
+//! Rigid surfaces that turn about an axis.
+
+use nalgebra::SMatrix;
+
+use crate::error::Invalid;
+use crate::geometry::Point;
+use crate::term::Amplitude;
+
+/// How a rigid surface turns: by a given angle, or free under a given moment.
+#[derive(Debug, Clone)]
+pub(crate) struct Turning<const D: usize> {
+    /// A point of the axis \[length\].
+    pub about: Point<D>,
+    /// $\hat\omega$: what a turn by a unit angle moves a point by is $\hat\omega\,(x - x_0)$.
+    pub spin: SMatrix<f64, D, D>,
+    /// The angle where it is given, else the moment.
+    pub amount: f64,
+    pub amplitude: Amplitude,
+    pub free: bool,
+    /// By how much it has turned before the run.
+    pub start: f64,
+}
+
+/// A surface that has turned.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Turned<const D: usize> {
+    pub about: Point<D>,
+    pub spin: SMatrix<f64, D, D>,
+    pub rotation: SMatrix<f64, D, D>,
+    pub angle: f64,
+    /// Change of the angle with the load factor.
+    pub rate: f64,
+}
+
+impl<const D: usize> Turning<D> {
+    /// At a load factor; `angle` is its own unknown where it is free.
+    pub(crate) fn at(&self, load: f64, angle: f64) -> Turned<D> {
+        let (angle, rate) = if self.free {
+            (angle, 0.0)
+        } else {
+            let (value, slope) = self.amplitude.evaluate(load);
+            (self.start + self.amount * value, self.amount * slope)
+        };
+        let (sine, cosine) = angle.sin_cos();
+        // Rodrigues.
+        let rotation = SMatrix::identity() + self.spin * sine + self.spin * self.spin * (1.0 - cosine);
+        Turned { about: self.about, spin: self.spin, rotation, angle, rate }
+    }
+
+    /// Stays as it is at load factor 1.
+    pub(crate) fn stay(&mut self) {
+        let value = self.amplitude.evaluate(1.0).0;
+        if self.free {
+            self.amplitude = Amplitude::Table(vec![(0.0, value), (1.0, value)]);
+        } else {
+            self.start += self.amount * value;
+            self.amount = 0.0;
+        }
+    }
+
+    /// Refuses axes and amounts that are none.
+    pub(crate) fn validate(&self, contact: &str) -> Result<(), crate::error::Error> {
+        self.amplitude.validate(|| contact.to_string())?;
+        let ends = [0.0, 0.5, 1.0].map(|load| self.amplitude.evaluate(load).0);
+        let all = ends.into_iter().chain([self.amount]).chain(self.about.iter().chain(self.spin.iter()).copied());
+        match all.into_iter().find(|value| !value.is_finite()) {
+            Some(value) => {
+                let what = format!("{contact}: turn of the rigid surface");
+                Err(Invalid::new(what, value, "give finite numbers, and an axis of some length").into())
+            }
+            None => Ok(()),
+        }
+    }
+}

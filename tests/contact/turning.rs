@@ -1,0 +1,143 @@
+//! Rigid surfaces that turn by an angle or under a moment.
+
+use rkpm::prelude::*;
+use rkpm::solve::EquilibriumPath;
+
+const RADIUS: f64 = 0.5;
+
+fn rubber() -> Rubber {
+    Rubber::mooney_rivlin(0.293, 0.177, 100.0).unwrap()
+}
+
+/// A rubber layer held at its base and a roller above it that is pressed in and then does something else.
+fn rolled(sunk: f64, then: impl Fn(RigidSurface<2>) -> RigidSurface<2>) -> (Problem<2>, EquilibriumPath) {
+    let shaft = RigidSurface::shaft([0.0, 1.0 + RADIUS - sunk], RADIUS).named("roller");
+    let scene = Scene::new(Block::new([-2.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber())
+        .hold((1, Side::Min))
+        .contact((1, Side::Max), then(shaft));
+    let problem = scene.discretize(&Scheme::default().particles([33, 7])).unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
+    println!("{} iterations in {} steps", path.iterations, path.steps.len());
+    (problem, path)
+}
+
+/// Moment on the body about a point.
+fn about(state: &rkpm::scene::ContactState<2>, at: [f64; 2]) -> f64 {
+    state.moment[2] - (at[0] * state.force[1] - at[1] * state.force[0])
+}
+
+fn pressed_until(load: f64) -> Amplitude {
+    Amplitude::table(vec![(0.0, 0.0), (load, 1.0), (1.0, 1.0)]).unwrap()
+}
+
+fn from(load: f64) -> Amplitude {
+    Amplitude::table(vec![(0.0, 0.0), (load, 0.0), (1.0, 1.0)]).unwrap()
+}
+
+/// A roller turned far beyond the limit slides everywhere: its torque is the radius times μ times the sum of the pressures. The work of
+/// friction is the torque times the turn once all slides.
+#[test]
+fn a_turned_roller_slides() {
+    let (friction, down, angle) = (0.3, 0.1, 0.6);
+    let (problem, path) = rolled(0.0, |shaft| {
+        shaft
+            .moving_along([0.0, -down], pressed_until(0.3))
+            .turning([0.0, 1.0 + RADIUS], angle)
+            .turning_along(from(0.3))
+            .friction(friction)
+    });
+    let roller = problem.contact(path.last(), "roller").unwrap();
+    assert!((roller.angle - angle).abs() < 1e-12);
+    let centre = [0.0, 1.0 + RADIUS - down];
+    let torque = about(&roller, centre);
+    let mut expected = 0.0;
+    for point in roller.points.iter().filter(|point| point.is_active) {
+        assert!(point.slips);
+        let normal = (point.position - Point::<2>::from(centre)).normalize();
+        expected += friction * point.force.dot(&normal) * RADIUS;
+    }
+    println!("torque {torque}, {expected}");
+    assert!(torque > 0.0 && (torque / expected - 1.0).abs() < 2e-3, "{torque} {expected}");
+    // Over the last step.
+    let last = path.steps.len() - 1;
+    let mut part = path.clone();
+    part.steps.truncate(last);
+    let work = problem.friction_work(&path, "roller").unwrap() - problem.friction_work(&part, "roller").unwrap();
+    let turned = angle - problem.contact(&path.steps[last - 1].state, "roller").unwrap().angle;
+    assert!((work / (torque * turned) - 1.0).abs() < 0.02, "{work} {torque} {turned}");
+}
+
+/// A roller that is driven by a moment below the limit turns until the layer balances it.
+#[test]
+fn a_driven_roller_is_balanced() {
+    let moment = 5e-3;
+    let (problem, path) = rolled(0.0, |shaft| {
+        shaft
+            .moving_along([0.0, -0.1], pressed_until(0.3))
+            .driven([0.0, 1.0 + RADIUS], moment)
+            .turning_along(from(0.3))
+            .friction(0.5)
+    });
+    let roller = problem.contact(path.last(), "roller").unwrap();
+    let torque = about(&roller, [0.0, 0.9 + RADIUS]);
+    println!("torque {torque}, angle {}", roller.angle);
+    assert!((torque / moment - 1.0).abs() < 1e-7, "{torque}");
+    assert!(roller.angle > 0.0 && roller.angle < 0.2, "{}", roller.angle);
+}
+
+/// A roller that is drawn along and free to turn rolls, without a moment.
+#[test]
+fn a_drawn_roller_rolls() {
+    let (way, sunk) = (0.3, 0.1);
+    let (problem, path) = rolled(sunk, |shaft| {
+        let about = [0.0, 1.0 + RADIUS - sunk];
+        shaft.moving_along([way, 0.0], from(0.2)).driven(about, 0.0).friction(0.5).interference(0.2)
+    });
+    let roller = problem.contact(path.last(), "roller").unwrap();
+    println!("angle {}", roller.angle);
+    assert!(about(&roller, [way, 1.0 + RADIUS - sunk]).abs() < 1e-8 * roller.force[1].abs());
+    assert!((roller.angle * RADIUS / way + 1.0).abs() < 0.15, "{}", roller.angle);
+}
+
+/// A plate pushed beside the middle of a block tilts about where it is pushed until it has no moment there.
+#[test]
+fn a_plate_tilts() {
+    let at = [1.2, 1.0];
+    let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold((1, Side::Min)).contact(
+        (1, Side::Max),
+        RigidSurface::plane(at, [0.0, -1.0]).pushed([0.0, -0.2]).driven(at, 0.0).named("plate"),
+    );
+    let problem = scene.discretize(&Scheme::default().particles([13, 7])).unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
+    let plate = problem.contact(path.last(), "plate").unwrap();
+    println!("angle {}, travel {}, {} iterations", plate.angle, plate.travel, path.iterations);
+    assert!((plate.force[1] + 0.2).abs() < 1e-9 && plate.travel[1] < 0.0);
+    assert!(plate.angle < -1e-3 && plate.angle > -0.2);
+    let now = [at[0] + plate.travel[0], at[1] + plate.travel[1]];
+    assert!(about(&plate, now).abs() < 1e-9, "{}", about(&plate, now));
+}
+
+/// In space a plate that turns about its normal under friction takes a body's top along.
+#[test]
+fn a_plate_twists_in_space() {
+    let scene =
+        Scene::new(Block::new([-0.5, -0.5, 0.0], [0.5, 0.5, 0.5]), Solid, rubber()).hold((2, Side::Min)).contact(
+            (2, Side::Max),
+            RigidSurface::plane([0.0, 0.0, 0.5], [0.0, 0.0, -1.0])
+                .moving_along([0.0, 0.0, -0.05], pressed_until(0.3))
+                .turning([0.0, 0.0, 0.5], [0.0, 0.0, 2.0], 0.2)
+                .turning_along(from(0.3))
+                .friction(2.0)
+                .named("plate"),
+        );
+    let problem = scene.discretize(&Scheme::default().particles([5, 5, 4])).unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
+    let plate = problem.contact(path.last(), "plate").unwrap();
+    let at: Point<3> = [0.25, 0.25, 0.5].into();
+    let u = problem.displacement(path.last(), &at).unwrap();
+    let (sine, cosine) = 0.2f64.sin_cos();
+    let turned = [0.25 * (cosine - 1.0 - sine), 0.25 * (cosine - 1.0 + sine)];
+    println!("{u} {turned:?} {} iterations", path.iterations);
+    assert!((u[0] - turned[0]).abs() < 0.01 && (u[1] - turned[1]).abs() < 0.01, "{u} {turned:?}");
+    assert!(plate.moment[2] > 0.0);
+}
