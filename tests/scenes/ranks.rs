@@ -166,6 +166,33 @@ fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
     }
 }
 
+/// Supports as narrow as the particles stand along a block do not cover its fine end across: the rank with that end cannot discretise its share, and none waits for it.
+#[test]
+fn all_refuse_what_one_cannot_discretise() {
+    let rubber = Rubber::neo_hookean(0.5, 100.0).unwrap();
+    let scene = Scene::new(Block::new([0.0, 0.0], [8.0, 1.0]), PlaneStrain, rubber)
+        .hold(Side::Min)
+        .traction(Side::Max, [0.1, 0.0]);
+    let dense = Layout::Graded(Arc::new(|axis, t| if axis == 0 { t * t } else { t }));
+    let scheme =
+        Scheme::default().particles([33, 5]).layout(dense).dilation(Dilation::Neighbour { rank: 1, factor: 2.2 });
+    let exchange = Arc::new(Exchange { gate: Barrier::new(2), values: Mutex::new(vec![Vec::new(); 2]) });
+    let errors: Vec<Error> = thread::scope(|scope| {
+        let run = |rank| {
+            let (exchange, scene, scheme) = (exchange.clone(), &scene, &scheme);
+            scope.spawn(move || {
+                let solver = Gathered(Rank { rank, count: 2, exchange });
+                scene.discretize(&scheme.clone().solver(solver)).map(|_| ()).unwrap_err()
+            })
+        };
+        let threads: Vec<_> = (0..2).map(run).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    });
+    let waits = |error: &&Error| matches!(error, Error::Incompatible(_));
+    assert_eq!(errors.iter().filter(waits).count(), 1, "{errors:?}");
+    assert!(errors.iter().any(|error| matches!(error, Error::Approximation(_))), "{errors:?}");
+}
+
 /// Whether each cell stands in one piece, with the same points and the same values on them and on itself.
 fn pieces_hold_the_grid(grid: &VtkGrid, parts: usize) {
     let mut cell = 0;

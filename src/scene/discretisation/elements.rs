@@ -47,10 +47,13 @@ pub(crate) fn elements<const D: usize>(
     };
     let sharing = definition.sharing;
     let own = sharing.run(Zones::single(elements.element_count()));
-    let table = ShapeTable::of_elements(&elements, &elements.gauss_in(points, &own)?, kinematics)?;
-    // Q1/P0 and Q2/P1 as the literature has them: all of the volumetric energy projected.
-    let law = material(scene, &definition.body.material);
-    let body = clocked(scene, Body::zonal(definition.among_all(expanding(scene, table)?), law, field, 0.0))?;
+    let body = || {
+        let table = ShapeTable::of_elements(&elements, &elements.gauss_in(points, &own)?, kinematics)?;
+        // Q1/P0 and Q2/P1 as the literature has them: all of the volumetric energy projected.
+        let law = material(scene, &definition.body.material);
+        clocked(scene, Body::zonal(definition.among_all(expanding(scene, table)?), law, field, 0.0))
+    };
+    let body = sharing.agreed(body())?;
     let tables = Tables {
         boundary: &|part, place| {
             let points = elements.boundary(part, points * if place.within.is_some() { FINER } else { 1 })?;

@@ -163,18 +163,19 @@ pub(crate) fn load_tables<const D: usize, A: Approximation<D>>(
             let remedy = "tie the part to a rigid body by Scene::rigid";
             return Err(Incompatible::new(load.label(), "a part that may deform", remedy).into());
         }
-        let table = match &place.spot {
-            Spot::Part(part) => (tables.boundary)(part, place)?,
+        let table = || match &place.spot {
+            Spot::Part(part) => (tables.boundary)(part, place),
             // A point load is a force already: it takes no measure.
             Spot::Point(at) => {
                 if !definition.cells.contains(at) {
                     let what = load.label();
                     return Err(BoundaryError::Outside { what, at: at.as_slice().to_vec() }.into());
                 }
-                ShapeTable::new(approximation, &definition.sharing.points(Points::single(*at)), &Unmeasured)?
+                Ok(ShapeTable::new(approximation, &definition.sharing.points(Points::single(*at)), &Unmeasured)?)
             }
-            Spot::Body => (tables.body)(place)?,
+            Spot::Body => (tables.body)(place),
         };
+        let table = definition.sharing.agreed(table())?;
         let mut points = [table.weights().len() as f64];
         definition.sharing.total(&mut points);
         if points[0] == 0.0 {

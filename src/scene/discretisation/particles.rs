@@ -22,9 +22,11 @@ pub(crate) fn particles<const D: usize>(
     let dilations = approximation.particles().supports().iter().map(|s| s.half_widths().max()).collect();
     let kinematics = &*scene.kinematics;
     let sharing = definition.sharing;
-    let (table, facets, field, zone) = body_table(definition, &approximation)?;
-    let (table, law) = (definition.among_all(expanding(scene, table)?), material(scene, &definition.body.material));
-    let mut body = clocked(scene, Body::projecting(table, law, field, scheme.measure))?;
+    let body = body_table(definition, &approximation).and_then(|(table, facets, field, zone)| {
+        let (table, law) = (definition.among_all(expanding(scene, table)?), material(scene, &definition.body.material));
+        Ok((clocked(scene, Body::projecting(table, law, field, scheme.measure))?, facets, zone))
+    });
+    let (mut body, facets, zone) = sharing.agreed(body)?;
     // Of clusters that are zones of cells.
     if let Some(directions) =
         zone.and_then(|size| cells.pressure_directions(&sharing.zones(&**cells, cells.zones(size))))

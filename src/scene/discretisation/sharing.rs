@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::assembly::Ranks;
 use crate::cells::{Cells, Smoothing, Zones};
-use crate::error::{GeometryError, Incompatible};
+use crate::error::{Error, GeometryError, Incompatible};
 use crate::geometry::{Morton, Point};
 use crate::quadrature::Points;
 use crate::shape::ElementPoints;
@@ -53,6 +53,20 @@ impl Sharing {
         // A rank without zones asks for nothing.
         let fewest = ranks.least(if mine > 0 { mine as f64 } else { f64::INFINITY });
         Some(if fewest.is_finite() { fewest as usize } else { 0 })
+    }
+
+    /// What this rank has built of its share, where all could build theirs: one that goes on alone waits for the others for ever.
+    ///
+    /// # Errors
+    /// Its own, or that another rank has one.
+    pub(crate) fn agreed<T>(&self, built: Result<T, Error>) -> Result<T, Error> {
+        let Some(ranks) = &self.0 else { return built };
+        let all = ranks.least(f64::from(u8::from(built.is_ok()))) > 0.5;
+        let refused = |_| {
+            let (with, remedy) = ("a share that another rank cannot discretise", "the error of that rank says why");
+            Err(Incompatible::new("a solver on several ranks", with, remedy).into())
+        };
+        if all { built } else { built.map_or_else(Err, refused) }
     }
 
     /// Replaces values by their sums over the ranks.
