@@ -26,7 +26,7 @@ fn left_before(left: &[f64], rotations: &[[f64; 2]], end: usize) -> f64 {
 const PIECE: usize = 1 << 15;
 
 /// The sum over pieces of vectors, the same for any number of threads.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+fn dot<A: Copy + Into<f64> + Sync>(a: &[A], b: &[f64]) -> f64 {
     if a.len() <= PIECE {
         return dot_of_piece(a, b);
     }
@@ -35,27 +35,41 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// $y \mathrel{+}= f x$.
-fn add_multiple(factor: f64, x: &[f64], y: &mut [f64]) {
+fn add_multiple(factor: f64, x: &[f32], y: &mut [f64]) {
     let mut pieces: Vec<_> = y.chunks_mut(PIECE).zip(x.chunks(PIECE)).collect();
-    for_each_mut(&mut pieces, |_, (y, x)| y.iter_mut().zip(&**x).for_each(|(y, x)| *y += factor * x));
+    for_each_mut(&mut pieces, |_, (y, x)| y.iter_mut().zip(&**x).for_each(|(y, x)| *y += factor * f64::from(*x)));
 }
 
-fn dot_of_piece(a: &[f64], b: &[f64]) -> f64 {
+fn dot_of_piece<A: Copy + Into<f64>>(a: &[A], b: &[f64]) -> f64 {
     // Eight sums fill the registers, in an order that depends on nothing.
     let (a8, a_rest) = a.as_chunks::<8>();
     let (b8, b_rest) = b.as_chunks::<8>();
     let mut sums = [0.0; 8];
     for (a, b) in a8.iter().zip(b8) {
         for l in 0..8 {
-            sums[l] += a[l] * b[l];
+            sums[l] += a[l].into() * b[l];
         }
     }
-    sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
+    sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| (*a).into() * b).sum::<f64>()
 }
+
+/// A vector times a number in half the width.
+fn kept(factor: f64, x: &[f64]) -> Vec<f32> {
+    x.iter().map(|x| (factor * x) as f32).collect()
+}
+
+/// A vector of half the width.
+fn widened(x: &[f32], y: &mut [f64]) {
+    y.iter_mut().zip(x).for_each(|(y, x)| *y = f64::from(*x));
+}
+
+/// Tolerance below which rotations do not tell the residual: directions are kept in half the width, and orthogonal to that.
+const KNOWN: f64 = 1e-5;
 
 /// Solves $A P^{-1} y = b$, $x = P^{-1} y$, from zero: flexible GMRES, restarted after `krylov_iterations`. `apply` and
 /// `precondition` write their answers into the second vector, `total` adds up products of pieces of vectors where ranks hold
-/// such. Where it `may_stall` it ends as soon as directions hardly help.
+/// such. Directions and answers are kept in half the width: what is applied are those, so that the sum of the answers is as exact as the
+/// residual of a restart. Where it `may_stall` it ends as soon as directions hardly help.
 pub(crate) fn gmres(
     b: &[f64],
     x: &mut [f64],
@@ -66,39 +80,40 @@ pub(crate) fn gmres(
     total: impl Fn(f64) -> f64,
 ) -> Minimised {
     let n = b.len();
-    let dot = |a: &[f64], b: &[f64]| total(dot(a, b));
-    let size = dot(b, b).sqrt();
+    let norm = |a: &[f64]| total(dot(a, a)).sqrt();
+    let size = norm(b);
     x.fill(0.0);
     let mut done = Minimised { iterations: 0, residual: 0.0 };
     if !(size > 0.0) {
         return done;
     }
     let mut residual = b.to_vec();
-    let mut product = vec![0.0; n];
+    let (mut product, mut answer) = (vec![0.0; n], vec![0.0; n]);
     let (mut stalled, mut converged) = (false, false);
     loop {
-        let start = dot(&residual, &residual).sqrt();
+        let start = norm(&residual);
         done.residual = start / size;
         if !(done.residual > tolerance) || done.iterations >= most {
             return done;
         }
-        let mut basis = vec![residual.iter().map(|r| r / start).collect::<Vec<f64>>()];
-        let mut answers: Vec<Vec<f64>> = Vec::new();
+        let mut basis = vec![kept(1.0 / start, &residual)];
+        let mut answers: Vec<Vec<f32>> = Vec::new();
         let (mut columns, mut rotations, mut left) = (Vec::<Vec<f64>>::new(), Vec::<[f64; 2]>::new(), vec![start]);
         while answers.len() < krylov_iterations && done.iterations < most {
             let last = &basis[basis.len() - 1];
-            let mut answer = vec![0.0; n];
-            precondition(last, &mut answer);
+            widened(last, &mut product);
+            precondition(&product, &mut answer);
+            answers.push(kept(1.0, &answer));
+            widened(&answers[answers.len() - 1], &mut answer);
             apply(&answer, &mut product);
-            answers.push(answer);
             done.iterations += 1;
             let mut column = Vec::with_capacity(basis.len() + 1);
             for other in &basis {
-                let along = dot(other, &product);
+                let along = total(dot(other, &product));
                 add_multiple(-along, other, &mut product);
                 column.push(along);
             }
-            let length = dot(&product, &product).sqrt();
+            let length = norm(&product);
             for (k, [cosine, sine]) in rotations.iter().enumerate() {
                 let (a, b) = (column[k], column[k + 1]);
                 (column[k], column[k + 1]) = (cosine * a + sine * b, cosine * b - sine * a);
@@ -115,7 +130,7 @@ pub(crate) fn gmres(
             rotations.push(rotation);
             left.push(-rotation[1] * left[end]);
             left[end] *= rotation[0];
-            if left[end + 1].abs() <= tolerance * size || length <= f64::EPSILON * hypotenuse {
+            if left[end + 1].abs() <= tolerance * size || length <= f64::from(f32::EPSILON) * hypotenuse {
                 converged = true;
                 break;
             }
@@ -124,14 +139,14 @@ pub(crate) fn gmres(
                 stalled = true;
                 break;
             }
-            basis.push(product.iter().map(|p| p / length).collect());
+            basis.push(kept(1.0 / length, &product));
         }
         for k in (0..columns.len()).rev() {
             let known: f64 = (k + 1..columns.len()).map(|j| columns[j][k] * left[j]).sum();
             left[k] = (left[k] - known) / columns[k][k];
             add_multiple(left[k], &answers[k], x);
         }
-        if converged {
+        if converged && tolerance > KNOWN {
             // Rotations know the residual of so few directions as well as a product would.
             done.residual = left[columns.len()].abs() / size;
             return done;
@@ -139,7 +154,7 @@ pub(crate) fn gmres(
         apply(x, &mut product);
         if stalled {
             residual.iter_mut().zip(b).zip(&product).for_each(|((r, b), p)| *r = b - p);
-            done.residual = dot(&residual, &residual).sqrt() / size;
+            done.residual = norm(&residual) / size;
             return done;
         }
         residual.iter_mut().zip(b).zip(&product).for_each(|((r, b), p)| *r = b - p);

@@ -57,6 +57,8 @@ pub(super) struct KrylovFactorizer {
 impl KrylovFactorizer {
     /// The stiffness of the elements at a state.
     fn stiffness(&mut self, at: StateRef<'_>) -> Result<(), LinearError> {
+        // The levels of the state before make room for the matrix of this one.
+        self.multilevel = None;
         let Auxiliary { model, term, places, cells, held, .. } = &*self.auxiliary;
         let own: Vec<f64> = match &self.values_at {
             Some(values) => {
