@@ -1,6 +1,6 @@
 //! A rubber mount from two STL files beside the same part from a mesh.
 //!
-//! GOAL: rubber and insert as closed surfaces; the forces of both routes.
+//! GOAL: rubber and insert as closed surfaces; the forces of both routes, each with two models.
 //! GEOMETRY: the mount of `mount` [mm]: STL files of rubber and insert, here written from the mesh's own surface.
 //! BOUNDARY: the base is held, the insert pressed down by 2 mm and aside by 1.5 mm; the plane y = 0 is one of symmetry.
 //! REFERENCE: none.
@@ -50,20 +50,27 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let law = || Rubber::yeoh(0.55, -0.05, 0.01, 1e3); // MPa
     let way = [1.5, 0.0, -2.0];
-    let by_surface = Scene::new(&mount, Solid, law()?)
-        .hold("base")
-        .prescribe("middle", 1, 0.0)
-        .with(Condition::on("insert").displacement(way).named("insert"));
-    let by_mesh = Scene::new(mesh, Solid, law()?)
-        .hold("base")
-        .prescribe("middle", 1, 0.0)
-        .rigid("insert", "insert")
-        .with(Condition::on("insert").displacement(way));
+    let by_surface = || -> Result<Scene<3>, rkpm::Error> {
+        Ok(Scene::new(&mount, Solid, law()?)
+            .hold("base")
+            .prescribe("middle", 1, 0.0)
+            .with(Condition::on("insert").displacement(way).named("insert")))
+    };
+    let by_mesh = |mesh: Mesh<3>| -> Result<Scene<3>, rkpm::Error> {
+        Ok(Scene::new(mesh, Solid, law()?)
+            .hold("base")
+            .prescribe("middle", 1, 0.0)
+            .rigid("insert", "insert")
+            .with(Condition::on("insert").displacement(way)))
+    };
 
     let mut summary = Summary::new();
-    for (route, scene, scheme) in
-        [("surface", by_surface, Scheme::default().spacing(2.5)), ("mesh", by_mesh, Scheme::default())]
-    {
+    for (route, scene, scheme) in [
+        ("surface_coarse", by_surface()?, Scheme::default().spacing(2.5)),
+        ("surface", by_surface()?, Scheme::default().spacing(1.8)),
+        ("mesh_coarse", by_mesh(mesh.clone())?, Scheme::default()),
+        ("mesh", by_mesh(mesh.refined()?)?, Scheme::default()),
+    ] {
         let problem = scene.discretize(&scheme)?;
         let path = problem.run()?.completed()?;
         let force = problem.reaction(path.last(), "insert")? * 2.0; // half of the mount was modelled
