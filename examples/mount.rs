@@ -17,7 +17,7 @@ use rkpm::scene::Field;
 
 fn main() -> Result<(), rkpm::Error> {
     let out = support::out_dir("mount");
-    let mount = Mesh::<3>::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/meshes/mount.msh"))?;
+    let mount = Mesh::<3>::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/meshes/mount.msh"))?.refined()?;
     println!("rubber {:.0} mm³, insert {:.0} mm³", mount.measure("rubber")?, mount.measure("insert")?);
     // Down, then aside.
     let way = |load: f64| [3.0 * (2.0 * load - 1.0).max(0.0), 0.0, -4.0 * (2.0 * load).min(1.0)];
