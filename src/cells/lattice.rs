@@ -287,6 +287,11 @@ impl<const D: usize> Lattice<D> {
         ravel(&index, &self.counts)
     }
 
+    /// Whether its lines run along the axes, so that no two of its faces look at each other from outside.
+    pub(crate) fn runs_along_axes(&self) -> bool {
+        self.lines.is_empty()
+    }
+
     /// The $2^D$ corners of a cell, axis 0 running fastest (unused entries are zero).
     pub(crate) fn corner_nodes(&self, cell: usize) -> [usize; 8] {
         let base = unravel(cell, &self.cell_counts());

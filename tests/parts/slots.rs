@@ -60,6 +60,29 @@ fn slots_of_regions_open() {
     assert!(test.unwrap().error < 1e-11);
 }
 
+/// A mapped block bent to a ring of radii 16 and 20, whose ends stand 0.2 apart and are moved away from each other, or half of it.
+#[test]
+fn ends_of_a_bent_block_open() {
+    let force = |whole: bool| {
+        let [from, to] = [0.1 / 18.0, if whole { std::f64::consts::TAU - 0.1 / 18.0 } else { std::f64::consts::PI }];
+        let ring = Mapped(move |unit: &Point<2>| {
+            let angle = from + (to - from) * unit[0];
+            (16.0 + 4.0 * unit[1]) * Point::<2>::new(angle.sin(), angle.cos())
+        });
+        let scene = Scene::new(ring, PlaneStrain, rubber()).with(Condition::on(Side::Min).displacement([1.0, 0.0]));
+        let scene = if whole {
+            scene.with(Condition::on(Side::Max).displacement([-1.0, 0.0]))
+        } else {
+            scene.prescribe(Side::Max, 0, 0.0)
+        };
+        let problem = scene.discretize(&Scheme::default().particles([if whole { 65 } else { 33 }, 5])).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        problem.reaction(path.last(), Side::Min).unwrap()[0]
+    };
+    let (ring, half) = (force(true), force(false));
+    assert!((ring / half - 1.0).abs() < 0.01, "{ring:.3e}, by symmetry {half:.3e}");
+}
+
 /// The square of hexahedra, half as thick, with particles on both sides of the slot.
 fn hexahedra(whole: bool) -> Mesh<3> {
     const N: usize = 8;

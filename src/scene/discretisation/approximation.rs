@@ -37,10 +37,14 @@ pub(crate) fn covering<const D: usize>(
         return Err(ApproximationError::Length { what, given, particles: needed }.into());
     }
     // On lattices the default covers by construction, and a dilation that does not is the user's to know.
-    if cells.lattice().is_some() {
-        Ok((cover::approximation(scheme, particles)?, 0))
-    } else {
-        cover::covering(scheme, particles, cells)
+    match cells.lattice() {
+        Some(lattice) if lattice.runs_along_axes() => Ok((cover::approximation(scheme, particles)?, 0)),
+        // Ends of a bent one may come close to each other.
+        Some(_) => {
+            let seen = cover::visibility(&particles, cells, &cover::facets(cells));
+            Ok((cover::approximation(scheme, particles)?.seeing(seen), 0))
+        }
+        None => cover::covering(scheme, particles, cells),
     }
 }
 

@@ -66,13 +66,13 @@ pub(crate) fn approximation<const D: usize>(
 }
 
 /// Middles and outward normals of boundary facets; none where a body has no boundary.
-fn facets<const D: usize>(cells: &dyn Cells<D>) -> Vec<(Point<D>, Point<D>)> {
+pub(crate) fn facets<const D: usize>(cells: &dyn Cells<D>) -> Vec<(Point<D>, Point<D>)> {
     let Ok(points) = cells.boundary_points(&Part::Whole, 1, 1) else { return Vec::new() };
     points.positions.into_iter().zip(points.normals).collect()
 }
 
 /// What points see of particles near the slots of a body; none where it has no slots within reach of a support.
-fn visibility<const D: usize>(
+pub(crate) fn visibility<const D: usize>(
     particles: &Particles<D>,
     cells: &dyn Cells<D>,
     facets: &[(Point<D>, Point<D>)],
