@@ -164,7 +164,9 @@ fn assert_tangent<const D: usize>(kinematics: impl Kinematics<D> + 'static, fric
     model.add_shared(term.clone());
     let lower: usize = particles[0].iter().product();
     let (mut draw, mut displacement) = (drawn(0.3), vec![0.0; model.unknowns()]);
-    displacement[lower * D..].iter_mut().step_by(D).for_each(|u| *u = 0.043);
+    for u in displacement[lower * D..].chunks_exact_mut(D) {
+        u[..last].iter_mut().zip([0.043, 0.0271]).for_each(|(u, by)| *u = by);
+    }
     let direction: Vec<f64> = displacement.iter().map(|_| draw() - 0.5).collect();
     let mut condensed = model.start();
     let held = term.history().unwrap().variables().start;
@@ -189,12 +191,13 @@ fn assert_tangent<const D: usize>(kinematics: impl Kinematics<D> + 'static, fric
     let difference = |((a, b), f): ((&f64, &f64), &f64)| (f - (a - b) / (2.0 * step)).abs() / largest;
     let worst = ahead.iter().zip(&behind).zip(&found).map(difference).fold(0.0, f64::max);
     println!("friction {friction} in {D}D: off by {worst:e}");
-    // In space the matrix knows what the traction turns by where the slip is along it, as it is at rest; the drawn one is not.
-    assert!(worst < if D == 3 { 1e-2 } else { 1e-6 }, "{worst:e}");
+    // What slides in space turns with its slip, by as much as the matrix knows at rest, where slip and traction are parallel: drawn ones are not.
+    assert!(worst < if D == 3 && friction < 1.0 { 1e-4 } else { 1e-6 }, "{worst:e}");
 }
 
 #[test]
 fn tangents_are_differences_of_forces() {
+    // All sticks with the first one, all slides with the second.
     for friction in [2.0, 0.01] {
         assert_tangent(PlaneStrain, friction, [[8, 4], [6, 4]]);
         assert_tangent(Solid, friction, [[4, 4, 3], [3, 3, 3]]);

@@ -41,7 +41,7 @@ pub(crate) fn covering<const D: usize>(
         Some(lattice) if lattice.runs_along_axes() => Ok((cover::approximation(scheme, particles)?, 0)),
         // Ends of a bent one may come close to each other.
         Some(_) => {
-            let seen = cover::visibility(&particles, cells, &cover::facets(cells));
+            let seen = cover::visibility(&particles, cells, &cover::facets(cells), || cells.connections());
             Ok((cover::approximation(scheme, particles)?.seeing(seen), 0))
         }
         None => cover::covering(scheme, particles, cells),

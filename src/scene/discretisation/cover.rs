@@ -1,9 +1,10 @@
 //! Supports that cover the body, and the certificate of a discretisation's shape functions.
 
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 use crate::basis::Polynomial;
-use crate::cells::Cells;
+use crate::cells::{Cells, Connections};
 use crate::error::{ApproximationError, Error};
 use crate::geometry::{Part, Point};
 use crate::kernel::Kernel;
@@ -76,9 +77,10 @@ pub(crate) fn visibility<const D: usize>(
     particles: &Particles<D>,
     cells: &dyn Cells<D>,
     facets: &[(Point<D>, Point<D>)],
+    connections: impl FnOnce() -> Option<Connections<D>>,
 ) -> Option<Visibility<D>> {
     let spacings = (0..particles.positions().len()).map(|particle| cells.spacings(particle));
-    Visibility::new(particles, spacings, facets, || cells.connections())
+    Visibility::new(particles, spacings, facets, connections)
 }
 
 /// Particles, middles of cells and points on the boundary: the places where scattered supports fail first.
@@ -113,7 +115,10 @@ pub(crate) fn covering<const D: usize>(
     cells: &dyn Cells<D>,
 ) -> Result<(KernelFunctions<D>, usize), Error> {
     let facets = facets(cells);
-    let seen = visibility(&particles, cells, &facets);
+    // Found once, where any are asked for: wider supports do not change them.
+    let connections = OnceCell::new();
+    let connected = || connections.get_or_init(|| cells.connections()).clone();
+    let seen = visibility(&particles, cells, &facets, connected);
     let mut approximation = approximation(scheme, particles)?.seeing(seen);
     let mut places = places(cells, scheme.order)?;
     // Where nothing is near the limit at these, nothing is beyond it in between.
@@ -141,7 +146,7 @@ pub(crate) fn covering<const D: usize>(
             }
         }
         let wider = Particles::new(old.positions().to_vec(), supports)?;
-        let seen = visibility(&wider, cells, &facets);
+        let seen = visibility(&wider, cells, &facets, connected);
         approximation = self::approximation(scheme, wider)?.seeing(seen);
     }
     Ok((approximation, raised.iter().filter(|r| **r).count()))
