@@ -64,7 +64,9 @@ pub struct Level {
     pub seconds: f64,
     /// Values of the quantities requested, then the energy.
     pub values: Vec<f64>,
-    /// Estimated relative error of the worst quantity; none for the first model.
+    /// What the changes from model to model say is still missing of the values requested.
+    pub corrections: Vec<f64>,
+    /// Estimated relative error of the worst corrected value; none for the first model.
     pub estimate: Option<f64>,
 }
 
@@ -73,7 +75,7 @@ pub struct Level {
 pub enum Verdict {
     /// The estimate of the last model is below the tolerance.
     Reached,
-    /// It is not; why the search ended. The last model is the best there is.
+    /// It is not; why the search ended. The answer is the model with the least bound.
     NotReached(String),
 }
 
@@ -81,9 +83,9 @@ pub enum Verdict {
 pub struct Answer<const D: usize> {
     /// Whether the tolerance was met.
     pub verdict: Verdict,
-    /// The bound given for the relative error of the worst quantity of the last model.
+    /// The bound given for the relative error of the worst of [`values`](Answer::values).
     pub bound: f64,
-    /// The last model.
+    /// The model of the answer.
     pub problem: Problem<D>,
     /// Its solution; where it was corrected from a coarser one, a path of one step.
     pub path: EquilibriumPath,
@@ -93,18 +95,25 @@ pub struct Answer<const D: usize> {
     pub choice: String,
     /// Models of approximations that were tried and left.
     pub tried: Vec<Level>,
-    /// Whether the last model is at rest within its part of the tolerance alone.
+    /// Whether the model is at rest only as far as comparisons need.
     pub(super) rough: bool,
-    /// Dual solutions of the last model, quantity by quantity, that of the energy last.
+    /// Corrected values of the quantities requested.
+    pub(super) values: Vec<f64>,
+    /// Dual solutions of the model, quantity by quantity, that of the energy last.
     pub(super) duals: Vec<Option<Vec<f64>>>,
 }
 
 impl<const D: usize> Answer<D> {
-    /// Values of the quantities requested.
+    /// Values of the quantities requested: those of the model, and what the series of models says is still missing of them
+    /// ([`Level::corrections`]). [`bound`](Answer::bound) is about these.
     pub fn values(&self) -> &[f64] {
-        let values = self.levels.last().map_or(&[][..], |level| &level.values);
-        // The energy that stands behind them served the estimate.
-        &values[..values.len().saturating_sub(1)]
+        &self.values
+    }
+
+    /// What the values of the last model were corrected by.
+    pub(super) fn corrections(&self) -> Vec<f64> {
+        let own = self.levels.last().map_or(&[][..], |level| &level.values);
+        self.values.iter().zip(own).map(|(corrected, own)| corrected - own).collect()
     }
 
     /// Whether the tolerance was met.
@@ -117,7 +126,7 @@ impl<const D: usize> Answer<D> {
         self.levels.iter().chain(&self.tried).map(|level| level.seconds).sum()
     }
 
-    /// Particles, unknowns, iterations, seconds and estimates, a row per model.
+    /// Particles, unknowns, iterations, seconds and estimates, a row per model: error against cost.
     pub fn table(&self) -> Table {
         let mut table = Table::new(["counts", "unknowns", "iterations", "seconds", "estimate"]);
         table.rows.extend(self.levels.iter().map(|level| {

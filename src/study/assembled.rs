@@ -7,7 +7,7 @@ use crate::mesh::Mesh;
 use crate::scene::{BodyOf, Scene, Scheme, Source};
 
 use super::sides::Sides;
-use super::strategy::{Found, Model, Next, ORDERS, Strategy, factor};
+use super::strategy::{Found, Model, Next, ORDERS, Strategy, finer};
 
 /// How one body is made finer.
 enum Refinable<const D: usize> {
@@ -104,22 +104,19 @@ impl<const D: usize> Strategy<D> for Assembled<'_, D> {
         self.cut().is_ok()
     }
 
-    fn next(&mut self, found: &Found<'_>) -> Result<Next<D>, String> {
-        let (factor, mut last) = factor::<D>(found);
+    fn next(&mut self, _: &Found<'_>) -> Result<Next<D>, String> {
         if self.halves {
-            last &= factor <= 2.0;
             self.fineness *= 2.0;
             self.cuts += 1;
             self.cut().map_err(|error| format!("the mesh can't be refined: {error}"))?;
         } else {
             let before = self.particles();
-            self.fineness *= factor;
             // Models that round to the same counts are skipped.
             while self.particles() == before {
-                self.fineness *= 1.05;
+                self.fineness = finer(self.fineness);
             }
         }
-        Ok(Next { coarse: None, fine: self.model(), last })
+        Ok(Next { coarse: None, fine: self.model() })
     }
 
     fn steepest(&self) -> f64 {

@@ -24,6 +24,8 @@ pub(super) struct DifferenceBound {
     pub most: f64,
     /// What each zone of the finer model adds, all quantities together.
     pub zones: Vec<f64>,
+    /// The dual-weighted change of each quantity, relative to its value.
+    pub weighted: Vec<f64>,
 }
 
 /// How far two models are apart in what is requested, relative to the values of the finer one: for each quantity the larger one
@@ -43,7 +45,7 @@ pub(super) fn difference_bound<const D: usize>(
     let clusters = fine.problem.discrete_bodies().iter().map(|body| body.body().table().clusters().len());
     let mut zones = vec![0.0; clusters.sum()];
     let (Some(before), Some(now)) = (coarse.levels.last(), fine.levels.last()) else {
-        return Ok(DifferenceBound { most: f64::INFINITY, zones });
+        return Ok(DifferenceBound { most: f64::INFINITY, zones, weighted: Vec::new() });
     };
     let relative = |k: usize, value: f64| {
         let size = tolerance.quantities.get(k).map_or(0.0, |quantity| quantity.size);
@@ -55,11 +57,12 @@ pub(super) fn difference_bound<const D: usize>(
     // Bodies at rest are solved by any model; what is left is rounding.
     if before.values[energy] == 0.0 && now.values[energy] == 0.0 {
         let most = (0..tolerance.quantities.len()).map(difference).fold(0.0, f64::max);
-        return Ok(DifferenceBound { most, zones });
+        return Ok(DifferenceBound { most, zones, weighted: vec![0.0; tolerance.quantities.len()] });
     }
     let changes = Changes::new(coarse, fine)?;
     let mut of_energy = None;
     let mut most: f64 = 0.0;
+    let mut weighted = Vec::with_capacity(tolerance.quantities.len());
     for (k, quantity) in tolerance.quantities.iter().enumerate() {
         let half = if quantity.is_energy() { 0.5 } else { 0.0 };
         let (sums, of, part) = match changes.sums(k, half)? {
@@ -77,9 +80,10 @@ pub(super) fn difference_bound<const D: usize>(
         let known = if of == k { 0.0 } else { part * difference(energy) };
         let eta = part * relative(of, sums.iter().sum());
         most = most.max(difference(k)).max(eta).max(known);
+        weighted.push(eta.max(known));
         zones.iter_mut().zip(&sums).for_each(|(zone, sum)| *zone += part * relative(of, *sum));
     }
-    Ok(DifferenceBound { most: if most.is_nan() { f64::INFINITY } else { most }, zones })
+    Ok(DifferenceBound { most: if most.is_nan() { f64::INFINITY } else { most }, zones, weighted })
 }
 
 /// How much a quantity changed beside the energy: root of the sums of squares over this comparison and the change between the two models

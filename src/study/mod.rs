@@ -26,6 +26,7 @@ mod assembled;
 mod clock;
 mod dilation;
 mod evidence;
+mod limit;
 mod nested;
 mod progress;
 mod quantity;

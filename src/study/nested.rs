@@ -55,9 +55,9 @@ pub(super) fn unsettled<const D: usize>(answer: &Answer<D>, tolerance: &Toleranc
     format!("; the last models say {from:.6e} and {to:.6e} of {name} ({remedy})")
 }
 
-/// Corrections end once increments are below this part of the tolerance: what is left of a quadratic fall is then its
+/// Corrections end once increments are below this, whatever is requested: what is left of a quadratic fall is then its
 /// square, and steps with a reused tangent end at far less.
-const ALGEBRAIC: f64 = 0.1;
+const ALGEBRAIC: f64 = 1e-4;
 
 /// Solves one model, corrected from a coarser one where there is one, and its dual problems.
 pub(super) fn solve<const D: usize>(
@@ -69,7 +69,7 @@ pub(super) fn solve<const D: usize>(
     let start = Instant::now();
     let Model { scene, scheme, counts, .. } = model;
     let mut problem = scene.discretize(&scheme)?;
-    limits.counts(problem.model().unknowns());
+    limits.begin(problem.model().unknowns());
     let energy = Quantity::energy();
     let requested: Vec<&Quantity<D>> = tolerance.quantities.iter().chain([&energy]).collect();
     let mut wasted = 0;
@@ -79,7 +79,7 @@ pub(super) fn solve<const D: usize>(
     if let Some(coarser) = coarser.filter(|_| !has_history) {
         let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
         let tight = problem.analysis().newton.tolerance;
-        problem.analysis_mut().newton.tolerance = tight.max(ALGEBRAIC * tolerance.error);
+        problem.analysis_mut().newton.tolerance = tight.max(ALGEBRAIC);
         let found = problem.analysis().correct(problem.model(), problem.equations(), guess, &mut *limits);
         problem.analysis_mut().newton.tolerance = tight;
         // A guess that can't be corrected costs its iterations and nothing else.
@@ -107,8 +107,10 @@ pub(super) fn solve<const D: usize>(
         iterations: path.iterations + wasted,
         seconds: start.elapsed().as_secs_f64(),
         values,
+        corrections: vec![0.0; tolerance.quantities.len()],
         estimate: None,
     };
+    let values = level.values[..tolerance.quantities.len()].to_vec();
     Ok(Answer {
         verdict: Verdict::NotReached(String::new()),
         bound: f64::INFINITY,
@@ -118,6 +120,7 @@ pub(super) fn solve<const D: usize>(
         choice: name_of(&scheme).to_string(),
         tried: Vec::new(),
         rough,
+        values,
         duals,
     })
 }
@@ -132,17 +135,17 @@ pub(super) fn settle<const D: usize>(
         return Ok(());
     }
     let start = Instant::now();
-    limits.begin(true);
     let (problem, guess) = (&answer.problem, answer.path.last().clone());
-    limits.counts(problem.model().unknowns());
+    limits.begin(problem.model().unknowns());
     let path = problem.analysis().correct(problem.model(), problem.equations(), guess, limits)?;
     if path.ending != Ending::Completed {
         // Broken off: what was compared is the answer.
         return Ok(());
     }
     if let Some(level) = answer.levels.last_mut() {
-        for (value, quantity) in level.values.iter_mut().zip(&tolerance.quantities) {
-            *value = quantity.evaluate(problem, path.last())?;
+        for (k, quantity) in tolerance.quantities.iter().enumerate() {
+            level.values[k] = quantity.evaluate(problem, path.last())?;
+            answer.values[k] = level.values[k] + level.corrections[k];
         }
         level.iterations += path.iterations;
         level.seconds += start.elapsed().as_secs_f64();

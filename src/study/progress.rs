@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use crate::solve::{Iteration, MatrixUse, Observer, Step};
 
 use super::answer::Level;
-use super::strategy::{RUNAWAY, RUNAWAY_LAST};
+use super::strategy::RUNAWAY;
 
 /// Watches the search for a model: every iteration and step of each analysis, and each model that is solved.
 ///
@@ -47,39 +47,42 @@ const LEAST: f64 = 8.0;
 /// bodies in the plane.
 pub(super) struct Limits<'a> {
     pub watch: &'a mut dyn Progress,
-    /// Work of all models so far.
-    spent: f64,
+    /// Work of all models of the search so far.
+    pub spent: f64,
     /// Work at which the current model is given up.
     allowed: f64,
-    /// Times the work so far that the current model may take.
-    times: f64,
     /// Work of one factorisation of the current model.
     each: f64,
+    /// Matrices of the current model so far.
+    matrices: f64,
+    /// Matrices of the first model, which is run from its beginning.
+    first: f64,
     /// Whether a model was given up for its work.
     pub exceeded: bool,
 }
 
 impl<'a> Limits<'a> {
     pub(crate) fn new(watch: &'a mut dyn Progress) -> Self {
-        Limits { watch, spent: 0.0, allowed: f64::INFINITY, times: RUNAWAY, each: 0.0, exceeded: false }
+        Limits { watch, spent: 0.0, allowed: f64::INFINITY, each: 0.0, matrices: 0.0, first: 0.0, exceeded: false }
     }
 
-    /// Before a model that will be the last, or not; nothing is known to limit the first one.
-    pub(crate) fn begin(&mut self, last: bool) {
-        self.times = if last { RUNAWAY_LAST } else { RUNAWAY };
+    /// Once the unknowns of the next model are known; nothing is known to limit the first one.
+    pub(crate) fn begin(&mut self, unknowns: usize) {
         self.exceeded = false;
-    }
-
-    /// Once the unknowns of the model are known.
-    pub(crate) fn counts(&mut self, unknowns: usize) {
         self.each = (unknowns as f64).powf(1.5);
-        let most = (self.times * self.spent).max(FREE).max(LEAST * self.each);
+        if self.spent == 0.0 || self.first == 0.0 {
+            self.first = if self.spent == 0.0 { 0.0 } else { self.matrices };
+        }
+        self.matrices = 0.0;
+        // A history that is run anew takes as many as the first model, and some more.
+        let most = (RUNAWAY * self.spent).max(FREE).max(LEAST.max(2.0 * self.first) * self.each);
         self.allowed = if self.spent > 0.0 { self.spent + most } else { f64::INFINITY };
     }
 
     /// Counts one more matrix of the current model.
     pub(crate) fn matrix(&mut self) {
         self.spent += self.each;
+        self.matrices += 1.0;
     }
 }
 
@@ -87,7 +90,7 @@ impl Observer for Limits<'_> {
     fn iteration(&mut self, iteration: &Iteration) -> ControlFlow<()> {
         let flow = self.watch.iteration(iteration);
         if iteration.matrix == MatrixUse::Formed {
-            self.spent += self.each;
+            self.matrix();
         }
         if self.spent > self.allowed {
             self.exceeded = true;

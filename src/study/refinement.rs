@@ -129,7 +129,7 @@ impl Strategy<2> for Local<'_> {
         let fine = self.cells.refined(&all).map_err(refused)?;
         self.parents = self.cells.parents(&fine);
         let coarse = (!found.first).then(|| self.model(self.cells.clone()));
-        Ok(Next { coarse, fine: self.model(fine), last: false })
+        Ok(Next { coarse, fine: self.model(fine) })
     }
 
     fn steepest(&self) -> f64 {

@@ -60,35 +60,24 @@ impl<const D: usize> Sides<D> {
         Ok(Sides { lengths, first, thin: longest / THIN, fewest: 1.0, scattered: false, elements })
     }
 
-    /// Cells along each axis for a spacing `fineness` times finer than the first.
+    /// Cells along each axis, `fineness` times those of the first model: models whose cells are divided alike have errors
+    /// that fall as powers of one spacing.
     fn cells(&self, fineness: f64) -> Vec<usize> {
-        let spacing = self.first / fineness;
+        let spacing = self.first;
         let cells = |&length: &f64| {
             let coarser = if length < self.thin { ACROSS } else { 1.0 };
             let cells = (length / (coarser * spacing)).max(self.fewest).min(1e7);
             let even = 2.0 * (0.5 * cells).round();
             // Pressure zones take two by two: the wider one that an odd number leaves makes errors of its own, and models
             // with and without it differ by them.
-            let cells = match (self.scattered, self.elements) {
-                (false, true) => even.max(2.0),
-                (false, false) if cells >= 2.5 => even,
-                _ => cells.round().max(1.0),
-            };
-            cells as usize
+            let cells = if self.scattered || D == 1 { cells.round().max(1.0) } else { even.max(2.0) };
+            (cells * fineness).round() as usize
         };
         self.lengths.iter().map(cells).collect()
     }
 
     pub(crate) fn counts(&self, fineness: f64) -> Vec<usize> {
         self.cells(fineness).into_iter().map(|cells| cells + 1).collect()
-    }
-
-    /// Particles along each axis with twice the cells; as many for drawn shapes.
-    pub(crate) fn halved(&self, fineness: f64) -> Vec<usize> {
-        if self.scattered {
-            return self.counts(fineness);
-        }
-        self.cells(fineness).into_iter().map(|cells| 2 * cells + 1).collect()
     }
 
     /// The mean spacing of counts, in parts of the body.

@@ -9,6 +9,7 @@ use crate::solve::NO_FREE;
 use super::answer::{Answer, Budget, Tolerance, Verdict};
 use super::assembled::{Assembled, is_assembled};
 use super::evidence::{DifferenceBound, difference_bound};
+use super::limit::limit;
 use super::nested::{BROKEN_OFF, check, failed, name_of, settle, solve, unsettled};
 use super::progress::{Limits, Progress};
 use super::strategy::{Even, Found, Model, Next, ORDERS, Strategy};
@@ -73,26 +74,32 @@ impl<const D: usize> Scene<D> {
     /// model to an observer: give the scheme first that is expected to be cheapest. The number of particles is chosen here, and
     /// elements of order 2 whose layout is regular are graded towards all faces, by the power 5/4 of the distance.
     ///
-    /// Each model is compared with one of half its cells along each axis, from which it is corrected. With the solutions $u$, the
-    /// dual solutions $z$ of a quantity $q$ (of a displacement, a reaction, a volume or the energy; each model takes one more
-    /// matrix for them), their pressures $p$ and $p_z$, and $\Delta$ for what changes from the coarse model to the fine one, the bound
-    /// is
-    /// $$e = \frac{\max(|\Delta q|, \eta)}{(2^p - 1)\\,|q|},\qquad
-    /// \eta = \sum_\text{zones}\Big|\int\Delta\mathbf P:\nabla\Delta z
+    /// Whatever is requested, a scheme has the same series of models, with 1, 2, 3, 4, 6, 8, 12 and so on times the cells of the first along
+    /// each axis, each solved from the one before: a tighter tolerance goes further along it, and never answers worse than a looser one under the same budget.
+    /// From the third model on the values of the series are continued to their limit: the answer is the value of its model and that
+    /// correction ([`Level::corrections`](super::Level::corrections)), and the bound is about what is left.
+    ///
+    /// What order $a$ would leave of the last value, after the last change and after the one before, is
+    /// $r_a = \max_{k = n, n-1}|q_k - q_{k-1}|\\,h_n^a/(h_{k-1}^a - h_k^a)$ with values $q_k$ and spacings $h_k$ of models $k \le n$.
+    /// With the order $p$ of the last three values, correction and bound (over the size of
+    /// [`relative_to`](super::Quantity::relative_to) where that is larger) are
+    /// $$c = \frac{q_n - q_{n-1}}{(h_{n-1}/h_n)^{\max(p, 2)} - 1},\qquad
+    /// e = \frac{1}{|q|}\max\Big(\frac{\eta}{4}\frac{h_n}{h_{n-1} - h_n},
+    /// r_{\min(p, 1)} - |c|\Big).$$
+    /// Where the last two changes differ in sign the value is not corrected, and its bound is $r_{1/2}$. $\eta$ weighs what
+    /// changes, $\Delta$, from the coarse model to the fine one by the dual solutions $z$ of the quantity $q$ (of a displacement, a reaction, a volume or the energy; each model takes one more
+    /// matrix for them), with the solutions $u$, their pressures $p$ and $p_z$:
+    /// $$\eta = \sum_\text{zones}\Big|\int\Delta\mathbf P:\nabla\Delta z
     /// \+ \Delta p\operatorname{cof}\mathbf F:\nabla\Delta z
     /// \+ \Delta p_z\Big(\operatorname{cof}\mathbf F:\nabla\Delta u - \frac{\Delta p}{U''}\Big)\\,\mathrm d\Omega\Big|$$
-    /// with the distortional stress $\mathbf P$, over the size of [`relative_to`](super::Quantity::relative_to) where that is
-    /// larger. Without the absolute values of zones the sum is $\Delta q$ itself, as Galerkin's orthogonality has it; that may
-    /// vanish by accident, where parts of the body cancel each other. For the energy $z - u/2$ stands for $z$. Quantities
-    /// of one's own, whose derivative is not known, take the $\eta$ of the energy, in proportion to what they changed beside it.
-    /// The order $p$ is 1 at first, then that by which $\max(|\Delta q|, \eta)$ falls from model to model, between 1/2 and 5/4. Drawn shapes,
-    /// whose particles can't be halved, meshes, whose cells are halved, and several bodies are compared with the model before.
+    /// with the distortional stress $\mathbf P$. Without the absolute values of zones the sum is $\Delta q$ itself, as Galerkin's
+    /// orthogonality has it; that may vanish by accident, where parts of the body cancel each other. For the energy $z - u/2$ stands
+    /// for $z$. Quantities of one's own, whose derivative is not known, are not corrected, and take the $\eta$ of the energy, in
+    /// proportion to what they changed beside it.
     ///
-    /// The next model aims at eight tenths of the tolerance. No model may take more than four times the work of all before
-    /// it, unless the bound says that it will be the last: then sixteen times (work is counted in factorisations times the power 3/2 of
-    /// the unknowns; small models and eight matrices of any are free). No answer rests on one comparison: two coarse models of one kind may agree by
-    /// accident. A search ends once the measured order tells that the budget will not do; where no scheme comes to its end, the one
-    /// with the best bound is brought as near as the budget allows.
+    /// No model may take more than sixteen times the work of all before it (work is counted in factorisations times the power 3/2 of
+    /// the unknowns; small models, eight matrices of any and twice as many as the first took are free). A search ends once the fall of its bounds tells that the budget
+    /// will not do; where no scheme comes to its end, each is brought as near as the budget allows, and the least bound is the answer.
     /// Where everything that the coarsest model has is prescribed, as one cell through a thin bonded body, it takes more
     /// cells across.
     ///
@@ -108,10 +115,10 @@ impl<const D: usize> Scene<D> {
     ) -> Result<Answer<D>, Error> {
         check(tolerance)?;
         let mut limits = Limits::new(watch);
-        let (mut best, mut refused) = (None::<Search<'_, D>>, None);
-        let (mut tried, mut left) = (Vec::new(), Vec::new());
+        let (mut searches, mut refused, mut left) = (Vec::<Search<'_, D>>::new(), None, Vec::new());
         for scheme in schemes {
             let name = name_of(scheme);
+            limits.spent = 0.0;
             let started = strategy(self, scheme).and_then(|strategy| Search::start(strategy, tolerance, &mut limits));
             let mut found = match started {
                 Ok(found) => found,
@@ -122,31 +129,39 @@ impl<const D: usize> Scene<D> {
                 }
             };
             found.run(tolerance, budget, false, &mut limits);
-            let done = found.answer.reached()
-                || matches!(&found.answer.verdict, Verdict::NotReached(why) if why == BROKEN_OFF);
             if let Verdict::NotReached(why) = &found.answer.verdict {
                 left.push(format!("{name} did not: {why}"));
             }
-            let better = |best: &Search<'_, D>| found.answer.reached() || found.answer.bound < best.answer.bound;
-            let other = if best.as_ref().is_none_or(better) { best.replace(found) } else { Some(found) };
-            tried.extend(other.into_iter().flat_map(|other| other.answer.levels));
-            if done {
+            searches.push(found);
+            if searches.last().is_some_and(Search::is_done) {
                 break;
             }
         }
+        // What can't be reached is brought as near as the budget allows by all: a tighter tolerance never answers worse than a looser one.
+        if !searches.iter().any(Search::is_done) {
+            for search in searches.iter_mut().filter(|search| search.hopeless) {
+                search.run(tolerance, budget, true, &mut limits);
+                if search.is_done() {
+                    break;
+                }
+            }
+        }
+        let rank = |search: &Search<'_, D>| (!search.answer.reached(), search.answer.bound);
+        let better = |a: &Search<'_, D>, b: &Search<'_, D>| {
+            let (a, b) = (rank(a), rank(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        };
+        let best = (0..searches.len()).min_by(|&a, &b| better(&searches[a], &searches[b]));
         let remedy = "give at least one";
         let none = || refused.unwrap_or_else(|| SolveError::Empty { what: "schemes to choose from", remedy }.into());
-        let mut best = best.ok_or_else(none)?;
-        // What can't be reached is brought as near as the budget allows: a tighter tolerance never answers worse than a looser one.
-        if best.hopeless {
-            best.run(tolerance, budget, true, &mut limits);
-        }
-        let mut answer = best.answer;
+        let mut answer = searches.remove(best.ok_or_else(none)?).answer;
         if answer.reached() && schemes.len() > 1 {
             let why = if left.is_empty() { "reached the tolerance first".into() } else { left.join("; ") };
             answer.choice = format!("{} ({why})", answer.choice);
         }
-        answer.tried = tried;
+        for other in searches {
+            answer.tried.extend(other.answer.levels.into_iter().chain(other.answer.tried));
+        }
         settle(&mut answer, tolerance, &mut limits)?;
         Ok(answer)
     }
@@ -179,10 +194,13 @@ pub(super) fn search<'a, const D: usize>(
 struct Search<'a, const D: usize> {
     strategy: Box<dyn Strategy<D> + 'a>,
     answer: Answer<D>,
-    /// Spacing of the last model.
-    spacing: f64,
-    /// How far it was from the one it was compared with.
+    /// A model before the last one whose bound is less, and how many there were then.
+    best: Option<(usize, Answer<D>)>,
+    /// Spacings of all models.
+    spacings: Vec<f64>,
+    /// How far the last two were apart, where models are compared with companions.
     compared: Option<f64>,
+    /// By which bounds fall.
     order: f64,
     /// Whether the order was measured: two comparisons, of three models at least. Before, two coarse models of one kind may agree by
     /// accident, and no answer rests on them.
@@ -190,6 +208,8 @@ struct Search<'a, const D: usize> {
     /// Whether the search ended because it would not come to its end within the budget.
     hopeless: bool,
     zones: Vec<f64>,
+    /// Work so far.
+    spent: f64,
 }
 
 impl<'a, const D: usize> Search<'a, D> {
@@ -202,7 +222,6 @@ impl<'a, const D: usize> Search<'a, D> {
         let mut attempts = 0;
         loop {
             attempts += 1;
-            limits.begin(true);
             let coarsest = strategy.coarsest();
             let spacing = coarsest.spacing;
             match solve(coarsest, tolerance, None, limits) {
@@ -211,9 +230,18 @@ impl<'a, const D: usize> Search<'a, D> {
                     if attempts < ATTEMPTS && strategy.thicken() => {}
                 solved => {
                     let answer = solved?;
-                    let (compared, order, zones) = (None, ORDER, Vec::new());
-                    let (measured, hopeless) = (false, false);
-                    return Ok(Search { strategy, answer, spacing, compared, order, measured, hopeless, zones });
+                    return Ok(Search {
+                        strategy,
+                        answer,
+                        best: None,
+                        spacings: vec![spacing],
+                        compared: None,
+                        order: ORDER,
+                        measured: false,
+                        hopeless: false,
+                        zones: Vec::new(),
+                        spent: limits.spent,
+                    });
                 }
             }
         }
@@ -226,7 +254,8 @@ impl<'a, const D: usize> Search<'a, D> {
             _ => ControlFlow::Continue(()),
         };
         self.hopeless = false;
-        self.answer.verdict = loop {
+        limits.spent = self.spent;
+        let verdict = loop {
             if self.measured && self.answer.bound < tolerance.error {
                 break Verdict::Reached;
             }
@@ -245,6 +274,23 @@ impl<'a, const D: usize> Search<'a, D> {
             }
             flow = self.answer.levels.last().map_or(flow, |level| limits.watch.level(level));
         };
+        self.spent = limits.spent;
+        let ended = !self.hopeless && verdict != Verdict::Reached;
+        // What was solved after the best model was tried and left.
+        if let Some((last, best)) = self.best.take_if(|(_, best)| ended && best.bound < self.answer.bound) {
+            let mut levels = std::mem::take(&mut self.answer.levels);
+            let tried = levels.split_off(last);
+            self.answer = Answer { levels, tried, ..best };
+        }
+        self.answer.verdict = verdict;
+    }
+
+    /// Whether the tolerance is reached, or the observer broke off.
+    fn is_done(&self) -> bool {
+        match &self.answer.verdict {
+            Verdict::Reached => true,
+            Verdict::NotReached(why) => why == BROKEN_OFF,
+        }
     }
 
     /// Whether the budget leaves no further model.
@@ -262,7 +308,8 @@ impl<'a, const D: usize> Search<'a, D> {
             return Some(format!("{} models say nothing of their error", self.answer.levels.len()));
         }
         // With the best order that is believed.
-        let finer = (self.answer.bound / tolerance).powf(D as f64 / self.strategy.steepest());
+        let order = self.order.max(self.strategy.steepest());
+        let finer = (self.answer.bound / tolerance).powf(D as f64 / order);
         let needed = self.answer.problem.model().unknowns() as f64 * finer;
         let most = budget.unknowns as f64;
         (needed > most).then(|| format!("it would take about {needed:.0e} unknowns, the budget allows {most}"))
@@ -271,34 +318,53 @@ impl<'a, const D: usize> Search<'a, D> {
     /// Solves the next model, and the one with half its cells, and compares them.
     fn advance(&mut self, tolerance: &Tolerance<D>, budget: Budget, limits: &mut Limits<'_>) -> Result<(), Verdict> {
         let counts = self.answer.levels.last().map(|level| level.counts.clone()).unwrap_or_default();
-        let found = Found {
-            first: self.answer.levels.len() < 2,
-            bound: self.answer.bound,
-            tolerance: tolerance.error,
-            order: self.order,
-            counts: &counts,
-            zones: &self.zones,
-            unknowns: budget.unknowns,
-        };
+        let found = Found { first: self.answer.levels.len() < 2, counts: &counts, zones: &self.zones };
         let none = |why: String| Verdict::NotReached(why + &unsettled(&self.answer, tolerance));
-        let Next { coarse, fine, last } = self.strategy.next(&found).map_err(none)?;
+        let Next { coarse, fine } = self.strategy.next(&found).map_err(none)?;
         let unknowns = fine.counts.iter().fold(D, |n, &c| n.saturating_mul(c));
         if unknowns > budget.unknowns {
             return Err(none(format!("the next model has {unknowns} unknowns, the budget allows {}", budget.unknowns)));
         }
-        let (spacing, before) = (fine.spacing, self.spacing);
-        let mut solved = |model: Model<D>, last: bool| {
-            limits.begin(last);
+        let (spacing, before) = (fine.spacing, self.spacings.last().copied().unwrap_or(1.0));
+        let mut solved = |model: Model<D>| {
             let counts = model.counts.clone();
             solve(model, tolerance, Some(&self.answer), limits).map_err(|error| failed(&counts, &error, limits))
         };
         let coarser = coarse.as_ref().map_or(before, |coarse| coarse.spacing);
-        let companion = coarse.map(|coarse| solved(coarse, true)).transpose()?;
+        let companion = coarse.map(&mut solved).transpose()?;
         let particles = fine.counts.clone();
-        let mut next = solved(fine, last)?;
-        let DifferenceBound { most, zones } =
+        let mut next = solved(fine)?;
+        let difference =
             difference_bound(companion.as_ref().unwrap_or(&self.answer), &next, tolerance, &self.answer.levels)
                 .map_err(|error| failed(&particles, &error, limits))?;
+        let level = &mut next.levels[0];
+        for companion in companion.iter().flat_map(|companion| &companion.levels) {
+            level.iterations += companion.iterations;
+            level.seconds += companion.seconds;
+        }
+        next.levels.splice(0..0, std::mem::take(&mut self.answer.levels));
+        self.spacings.push(spacing);
+        let previous = std::mem::replace(&mut self.answer, next);
+        if companion.is_some() {
+            self.compare((before, coarser), difference);
+        } else {
+            self.continue_series(&difference, tolerance);
+        }
+        let corrections = self.answer.corrections();
+        if let Some(level) = self.answer.levels.last_mut() {
+            (level.estimate, level.corrections) = (Some(self.answer.bound), corrections);
+        }
+        let least = self.best.as_ref().map_or(f64::INFINITY, |(_, best)| best.bound);
+        if previous.bound < self.answer.bound.min(least) {
+            self.best = Some((self.answer.levels.len() - 1, previous));
+        }
+        Ok(())
+    }
+
+    /// The bound by the change from a companion, that much coarser than the last model.
+    fn compare(&mut self, (before, coarser): (f64, f64), difference: DifferenceBound) {
+        let spacing = self.spacings.last().copied().unwrap_or(1.0);
+        let DifferenceBound { most, zones, .. } = difference;
         if let Some(then) = self.compared {
             let order = (then / most).ln() / (before / spacing).ln();
             if order.is_finite() {
@@ -306,16 +372,29 @@ impl<'a, const D: usize> Search<'a, D> {
             }
         }
         self.measured = self.compared.is_some() || most <= EXACT;
-        (self.compared, self.spacing, self.zones) = (Some(most), spacing, zones);
-        next.bound = most / ((coarser / spacing).powf(self.order) - 1.0);
-        let level = &mut next.levels[0];
-        level.estimate = Some(next.bound);
-        for companion in companion.iter().flat_map(|companion| &companion.levels) {
-            level.iterations += companion.iterations;
-            level.seconds += companion.seconds;
+        (self.compared, self.zones) = (Some(most), zones);
+        self.answer.bound = most / ((coarser / spacing).powf(self.order) - 1.0);
+    }
+
+    /// Values and bound by the series of all models.
+    fn continue_series(&mut self, difference: &DifferenceBound, tolerance: &Tolerance<D>) {
+        let before = self.answer.levels.iter().rev().find_map(|level| level.estimate);
+        let mut bound: f64 = 0.0;
+        for (k, quantity) in tolerance.quantities.iter().enumerate() {
+            let value = self.answer.values[k];
+            let size = value.abs().max(quantity.size);
+            let values = self.answer.levels.iter().map(|level| level.values[k]);
+            let series: Vec<(f64, f64)> = self.spacings.iter().copied().zip(values).collect();
+            let eta = difference.weighted.get(k).map_or(f64::INFINITY, |weighted| weighted * size);
+            let found = limit(&series, eta, self.answer.duals.get(k).is_some_and(Option::is_some));
+            self.answer.values[k] += found.correction;
+            let left = if found.left == 0.0 { 0.0 } else { found.left / size };
+            bound = if left.is_nan() { f64::INFINITY } else { bound.max(left) };
         }
-        next.levels.splice(0..0, std::mem::take(&mut self.answer.levels));
-        self.answer = next;
-        Ok(())
+        self.answer.bound = bound;
+        self.measured = self.spacings.len() > 2 || difference.most <= EXACT;
+        if let (Some(before), [.., coarser, finer]) = (before, &self.spacings[..]) {
+            self.order = (before / bound).ln() / (coarser / finer).ln();
+        }
     }
 }

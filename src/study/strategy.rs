@@ -4,16 +4,10 @@ use crate::scene::{Scene, Scheme};
 
 use super::sides::Sides;
 
-/// Measured orders are believed between these.
+/// Measured orders of bounds are believed between these.
 pub(super) const ORDERS: [f64; 2] = [0.5, 1.25];
-/// Bounds of the ratio of spacings from model to model.
-const FACTORS: [f64; 2] = [1.25, 2.5];
-/// The next model aims at this part of the tolerance.
-const AIM: f64 = 0.8;
-/// No model takes more than so many times the work of all before it,
-pub(super) const RUNAWAY: f64 = 4.0;
-/// unless it is expected to be the last.
-pub(super) const RUNAWAY_LAST: f64 = 16.0;
+/// No model takes more than so many times the work of all before it.
+pub(super) const RUNAWAY: f64 = 16.0;
 
 /// A model of a search.
 pub(super) struct Model<const D: usize> {
@@ -29,15 +23,10 @@ pub(super) struct Model<const D: usize> {
 pub(super) struct Found<'a> {
     /// None but the coarsest model was solved.
     pub first: bool,
-    pub bound: f64,
-    pub tolerance: f64,
-    pub order: f64,
     /// Particles of the last model.
     pub counts: &'a [usize],
     /// What the zones of the last model contribute to its bound.
     pub zones: &'a [f64],
-    /// Most displacement unknowns of a model.
-    pub unknowns: usize,
 }
 
 /// The next models of a search.
@@ -45,8 +34,6 @@ pub(super) struct Next<const D: usize> {
     /// The one to compare with; none where that is the last model.
     pub coarse: Option<Model<D>>,
     pub fine: Model<D>,
-    /// Whether the tolerance is expected of it.
-    pub last: bool,
 }
 
 /// How the models of a search are made finer.
@@ -71,7 +58,7 @@ pub(super) struct Even<'a, const D: usize> {
     scene: &'a Scene<D>,
     scheme: &'a Scheme,
     sides: Sides<D>,
-    /// Of the model with half the cells.
+    /// Of the last model.
     fineness: f64,
 }
 
@@ -84,14 +71,6 @@ impl<'a, const D: usize> Even<'a, D> {
         let spacing = self.sides.spacing(&counts);
         Model { scene: self.scene.clone(), scheme: self.sides.scheme(self.scheme, &counts), counts, spacing }
     }
-}
-
-/// The ratio of spacings to the next model, and whether that is expected to be the last.
-pub(super) fn factor<const D: usize>(found: &Found<'_>) -> (f64, bool) {
-    // The ratio that multiplies the work.
-    let by = |times: f64| times.powf(1.0 / (1.5 * D as f64)).min(FACTORS[1]);
-    let wanted = (found.bound / (AIM * found.tolerance)).powf(1.0 / found.order);
-    if wanted <= by(RUNAWAY_LAST) { (wanted.max(FACTORS[0]), true) } else { (by(RUNAWAY), false) }
 }
 
 impl<const D: usize> Strategy<D> for Even<'_, D> {
@@ -110,26 +89,23 @@ impl<const D: usize> Strategy<D> for Even<'_, D> {
     }
 
     fn next(&mut self, found: &Found<'_>) -> Result<Next<D>, String> {
-        // The first model is halved.
-        let halved = found.first && !self.sides.scattered;
-        let (mut factor, mut last) = if halved { (1.0, true) } else { factor::<D>(found) };
-        // As much as the budget allows, where it does not allow that much.
-        let unknowns = |fineness: f64| self.sides.halved(fineness).iter().fold(D, |n, &c| n.saturating_mul(c));
-        while factor > FACTORS[0] && unknowns(self.fineness * factor) > found.unknowns {
-            (factor, last) = ((0.95 * factor).max(FACTORS[0]), false);
-        }
-        self.fineness *= factor;
         // Models that round to the same counts are skipped.
-        while self.sides.halved(self.fineness) == found.counts {
-            self.fineness *= 1.05;
+        while self.sides.counts(self.fineness) == found.counts {
+            self.fineness = finer(self.fineness);
         }
-        let coarse = self.sides.counts(self.fineness);
-        // Drawn shapes are compared with the model before.
-        let coarse = (coarse != found.counts && !self.sides.scattered).then(|| self.model(coarse));
-        Ok(Next { coarse, fine: self.model(self.sides.halved(self.fineness)), last })
+        Ok(Next { coarse: None, fine: self.model(self.sides.counts(self.fineness)) })
     }
 
     fn steepest(&self) -> f64 {
         ORDERS[1]
     }
+}
+
+/// The next of 1, 2, 3, 4, 6, 8, 12 and so on: whatever is requested, the models are the same.
+pub(super) fn finer(fineness: f64) -> f64 {
+    if fineness < 2.0 {
+        return 2.0;
+    }
+    let power = fineness.log2().floor().exp2();
+    if fineness < 1.5 * power { 1.5 * power } else { 2.0 * power }
 }

@@ -41,7 +41,7 @@ fn bounds_hold_and_each_model_is_corrected_from_the_one_before() {
 
         let w = Quantity::displacement([0.0, 0.0], 1);
         let answer = disk(0.1035).solve_within(&Tolerance::of(w, tolerance), Budget::default()).unwrap();
-        assert!(answer.reached());
+        assert!(answer.reached(), "{tolerance}: {:?} {:?} {:?}", answer.verdict, answer.levels, answer.tried);
         let error = answer.values()[0] / 17.949637 - 1.0;
         assert!(error.abs() < answer.bound, "{error} {}", answer.bound);
 
@@ -297,5 +297,30 @@ fn laws_that_remember_run_their_history() {
     assert!(answer.reached() && answer.levels.len() > 1);
     let path = answer.problem.run().unwrap().completed().unwrap();
     let expected = answer.problem.reaction(path.last(), "top").unwrap()[0];
-    assert!((answer.values()[0] / expected - 1.0).abs() < 1e-9, "{} beside {expected}", answer.values()[0]);
+    let level = answer.levels.last().unwrap();
+    assert!((level.values[0] / expected - 1.0).abs() < 1e-9, "{} beside {expected}", level.values[0]);
+    assert!((answer.values()[0] - level.values[0] - level.corrections[0]).abs() < 1e-12 * expected.abs());
+}
+
+/// A tighter tolerance never has a larger bound under the same budget, reached or not.
+#[test]
+fn tighter_tolerances_never_answer_worse() {
+    let pad = Scene::new(Block::new([0.0, 0.0], [40.0, 10.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold((1, Side::Min))
+        .prescribe((1, Side::Max), 0, 5.0)
+        .prescribe((1, Side::Max), 1, -0.3);
+    let shear = Quantity::reaction((1, Side::Max), 0);
+    let tip = Quantity::displacement([48.0, 60.0], 1);
+    let middle = Quantity::displacement([0.0, 0.0], 1);
+    for (scene, quantity) in [(cook(1.0), tip.clone()), (cook(4.0), tip), (pad, shear), (disk(0.1449), middle)] {
+        let mut looser = f64::INFINITY;
+        for tolerance in [0.05, 0.02, 0.005, 0.001, 2e-4, 1e-5] {
+            let budget = Budget { unknowns: 1500, levels: 12 };
+            let answer = scene.solve_within(&Tolerance::of(quantity.clone(), tolerance), budget).unwrap();
+            // The models are the same, whatever is requested.
+            assert!(answer.bound <= looser * (1.0 + 1e-9), "{tolerance}: {} after {looser}", answer.bound);
+            assert_eq!(answer.reached(), answer.bound < tolerance);
+            looser = answer.bound;
+        }
+    }
 }
