@@ -39,7 +39,7 @@ impl<const D: usize> Lattice<D> {
     ///
     /// # Errors
     /// For an impossible number of points.
-    pub fn gauss(&self, n: usize) -> Result<Points<D>, GeometryError> {
+    pub(crate) fn gauss(&self, n: usize) -> Result<Points<D>, GeometryError> {
         self.gauss_in(n, &self.zones(1))
     }
 
@@ -47,7 +47,7 @@ impl<const D: usize> Lattice<D> {
     ///
     /// # Errors
     /// For an impossible number of points.
-    pub fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<D>, GeometryError> {
+    pub(crate) fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<D>, GeometryError> {
         let (abscissae, weights) = gauss_legendre(n)?;
         let shape = [n; D];
         let per_cell = n.pow(D as u32);
@@ -90,7 +90,7 @@ impl<const D: usize> Lattice<D> {
     ///
     /// # Errors
     /// Where the part does not exist.
-    pub fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
+    pub(crate) fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
         let faces = self.faces(part)?;
         Ok((0..self.positions.len())
             .filter(|&node| {
@@ -106,7 +106,7 @@ impl<const D: usize> Lattice<D> {
 
 impl<const D: usize> Lattice<D> {
     /// Whether a point lies in the body, up to a tenth of a cell.
-    pub fn contains(&self, at: &Point<D>) -> bool {
+    pub(crate) fn contains(&self, at: &Point<D>) -> bool {
         if !at.iter().all(|x| x.is_finite()) {
             return false;
         }

@@ -38,7 +38,6 @@ pub fn materials(input: &mut Input) {
         let _ = rubber.existence().holds();
     }
     if let Ok(polynomial) = RivlinPolynomial::new(exponents) {
-        let _ = polynomial.terms().count();
         if let Ok(volume) = HartmannNeffVolume::new(k) {
             let _ = existence(&polynomial, &volume);
             ask(&NearlyIncompressible { distortional: Invariants(polynomial), volumetric: volume }, &f);
