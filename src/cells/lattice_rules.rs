@@ -14,7 +14,7 @@ const SLACK: f64 = 0.1;
 impl<const D: usize> Lattice<D> {
     /// Zones of `size` cells per direction; left-over cells join their neighbour's zone, because a
     /// macro cell of one fails the inf-sup test.
-    pub fn zones(&self, size: usize) -> Zones {
+    pub(crate) fn zones(&self, size: usize) -> Zones {
         let cells = self.cell_counts();
         let starts: [Vec<usize>; D] = std::array::from_fn(|i| block_starts(cells[i], size.max(1)));
         let zone_counts: [usize; D] = std::array::from_fn(|i| starts[i].len() - 1);
@@ -35,14 +35,6 @@ impl<const D: usize> Lattice<D> {
 }
 
 impl<const D: usize> Lattice<D> {
-    /// Gauss–Legendre points, `n` per direction in each cell, grouped by cell.
-    ///
-    /// # Errors
-    /// For an impossible number of points.
-    pub(crate) fn gauss(&self, n: usize) -> Result<Points<D>, GeometryError> {
-        self.gauss_in(n, &self.zones(1))
-    }
-
     /// Gauss–Legendre points, `n` per direction in each cell, grouped by zone.
     ///
     /// # Errors

@@ -235,7 +235,7 @@ impl<const D: usize> Lattice<D> {
     ///
     /// # Errors
     /// For an impossible number of parts or points.
-    pub fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<D>, GeometryError> {
+    pub(crate) fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<D>, GeometryError> {
         zones.validate(self.cell_count())?;
         let fine = self.refined(parts)?;
         let gauss = on_facets(gauss, self.is_curved());

@@ -62,7 +62,7 @@ impl<const D: usize> Connections<D> {
     /// Those of cells between particles: positions \[length\], and cells by the particles at their corners in the order of
     /// [`Cells::corners`](crate::cells::Cells::corners). Cells with $D$ common corners share a face. None where there are no cells, or
     /// corners that are no particles.
-    pub(crate) fn between(positions: &[Point<D>], corners: Vec<Vec<usize>>) -> Option<Self> {
+    pub fn between(positions: &[Point<D>], corners: Vec<Vec<usize>>) -> Option<Self> {
         let known = corners.iter().flatten().all(|&corner| corner < positions.len());
         (known && !corners.is_empty()).then(|| Self::new(Between::new(positions.to_vec(), corners)))
     }

@@ -62,13 +62,13 @@ impl Clusters {
 
     /// The nodes of a cluster, by rising index; none where there is no such cluster.
     #[inline]
-    pub(crate) fn nodes(&self, cluster: usize) -> &[u32] {
+    pub fn nodes(&self, cluster: usize) -> &[u32] {
         &self.nodes[between(&self.node_offsets, cluster)]
     }
 
     /// For each node of a point, its place among the nodes of the point's cluster; none where there is no such point.
     #[inline]
-    pub(crate) fn local(&self, point: usize) -> &[u16] {
+    pub fn local(&self, point: usize) -> &[u16] {
         &self.local[self.entries(point)]
     }
 

@@ -249,7 +249,7 @@ impl<const D: usize> ShapeTable<D> {
     }
 
     /// Whether there is no point.
-    pub(crate) fn is_empty(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.weights.is_empty()
     }
 

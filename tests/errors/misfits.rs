@@ -229,7 +229,8 @@ fn tables_asked_for_points_and_vectors_that_are_not_there() {
     }
     for point in [table.len(), usize::MAX] {
         assert!(table.nodes(point).is_empty() && table.values(point).is_empty() && table.gradients(point).is_empty());
-        assert!(table.clusters().points(point).is_empty());
+        assert!(table.clusters().local(point).is_empty());
+        assert!(table.clusters().nodes(point).is_empty() && table.clusters().points(point).is_empty());
     }
     assert!(table.pushed_forward(&fits).is_ok());
     let error = table.pushed_forward(&short).unwrap_err();

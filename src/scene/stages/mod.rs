@@ -20,6 +20,9 @@ struct Stage<const D: usize> {
     stepping: Option<Stepping>,
 }
 
+/// Makes the observer of a stage, by its name.
+pub type Observers<'a> = &'a mut dyn FnMut(&str) -> Result<Box<dyn Observer>, Error>;
+
 /// A history of named stages in order. Each begins where the one before ended, with its conditions, loads and surfaces held as they
 /// are, and changes some: it adds them by the methods of [`Scene`], takes them away by [`Scene::without`] and moves surfaces on by
 /// [`Scene::move_on`]. The load factor runs from 0 to 1 in every stage, a clock goes on, and laws that remember do.
@@ -109,7 +112,7 @@ impl<const D: usize> Stages<D> {
         &self,
         scheme: &Scheme,
         paths: Vec<EquilibriumPath>,
-        observers: &mut dyn FnMut(&str) -> Result<Box<dyn Observer>, Error>,
+        observers: Observers<'_>,
     ) -> Result<Vec<StagePath<D>>, Error> {
         self.go_on(scheme, paths, |name, problem, path| problem.resume(path, &mut *observers(name)?))
     }
