@@ -93,7 +93,7 @@ impl<const D: usize> Points<D> {
     }
 
     /// One point of weight 1: the carrier of a point load.
-    pub fn single(at: Point<D>) -> Self {
+    pub(crate) fn single(at: Point<D>) -> Self {
         Points { positions: vec![at], weights: vec![1.0], normals: Vec::new(), groups: vec![0, 1] }
     }
 
@@ -170,7 +170,7 @@ impl<const D: usize> Points<D> {
     ///
     /// # Errors
     /// [`GeometryError::Count`] and [`Invalid`] in these cases.
-    pub fn validate(&self) -> Result<(), GeometryError> {
+    pub(crate) fn validate(&self) -> Result<(), GeometryError> {
         let n = self.positions.len();
         let lengths_fit = self.weights.len() == n && (self.normals.is_empty() || self.normals.len() == n);
         let groups_fit = self.groups.first() == Some(&0)

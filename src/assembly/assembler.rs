@@ -50,12 +50,12 @@ impl<const D: usize> Model<D> {
 
     /// The assembler of this model that keeps pressures of zones apart: [`System::values`] lacks what they would add, and
     /// [`System::zones`] holds it.
-    pub fn assembler_apart(&self) -> Assembler {
+    pub(crate) fn assembler_apart(&self) -> Assembler {
         Assembler::with(self, true, false)
     }
 
-    /// As [`assembler_apart`](Self::assembler_apart), and nothing of the terms with such zones is summed into
-    /// [`System::values`] either: [`multiply_zone`](Self::multiply_zone) gives products with what they keep at points.
+    /// The assembler of this model that keeps pressures of zones apart, in [`System::zones`], and sums nothing of the terms with
+    /// such zones into [`System::values`]: solvers are given products with what they keep at points.
     /// [`System::residual`] has the forces with the current pressures; what the local equations leave is in the zones.
     pub fn assembler_free(&self) -> Assembler {
         Assembler::with(self, true, true)
@@ -123,7 +123,7 @@ impl Assembler {
     ///
     /// # Errors
     /// As [`assemble`](Assembler::assemble).
-    pub fn assemble_forces<'a, const D: usize>(
+    pub(crate) fn assemble_forces<'a, const D: usize>(
         &mut self,
         model: &Model<D>,
         state: impl Into<StateRef<'a>>,

@@ -37,7 +37,7 @@ impl<const D: usize> ModelAt<'_, D> {
     }
 
     /// How far the state can be trusted: the worst of all clusters.
-    pub fn diagnostics(self) -> StateDiagnostics {
+    pub(crate) fn diagnostics(self) -> StateDiagnostics {
         let mut diagnostics = StateDiagnostics::default();
         for (number, term) in self.model.terms.iter().enumerate() {
             let Some(own) = term.diagnostics() else { continue };

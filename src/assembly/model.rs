@@ -156,7 +156,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Whether the memory of a term fades with time: steps of the load are steps of time.
-    pub fn is_timed(&self) -> bool {
+    pub(crate) fn is_timed(&self) -> bool {
         self.terms.iter().any(|term| term.history().is_some_and(|history| history.is_timed()))
     }
 
@@ -173,7 +173,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// The product of a zone's matrix, $C^T H C$ left out, with a vector over all unknowns: node by node of the zone.
-    pub fn multiply_zone(&self, zone: &Zone, x: &[f64], product: &mut Product) {
+    pub(crate) fn multiply_zone(&self, zone: &Zone, x: &[f64], product: &mut Product) {
         if let Some(term) = self.terms.get(zone.owner[0] as usize) {
             term.protocol().multiply(zone, x, product);
         }

@@ -40,7 +40,7 @@ impl<const D: usize> ModelAt<'_, D> {
     }
 
     /// $\partial r/\partial\lambda$.
-    pub fn load_slope(self) -> Vec<f64> {
+    pub(crate) fn load_slope(self) -> Vec<f64> {
         self.sum_forces(|_, change| change)
     }
 

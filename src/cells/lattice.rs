@@ -278,7 +278,7 @@ impl<const D: usize> Lattice<D> {
     }
 
     /// Number of cells.
-    pub fn cell_count(&self) -> usize {
+    pub(crate) fn cell_count(&self) -> usize {
         self.cell_counts().iter().product()
     }
 

@@ -45,7 +45,7 @@ impl<const D: usize> Lattice<D> {
     ///
     /// # Errors
     /// For $r \le \tfrac12$ and a wrong number of dilations.
-    pub fn particles_with(&self, dilations: &[f64]) -> Result<Particles<D>, ApproximationError> {
+    pub(crate) fn particles_with(&self, dilations: &[f64]) -> Result<Particles<D>, ApproximationError> {
         if dilations.len() != self.positions.len() {
             return Err(ApproximationError::Length {
                 what: "dilations",
@@ -100,7 +100,7 @@ impl<const D: usize> Lattice<D> {
     ///
     /// # Errors
     /// For $r \le \tfrac12$.
-    pub fn particles_global(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
+    pub(crate) fn particles_global(&self, r: f64) -> Result<Particles<D>, ApproximationError> {
         check_dilation(r)?;
         let mut spacing = Point::<D>::zeros();
         for node in 0..self.positions.len() {

@@ -14,7 +14,7 @@ const SLACK: f64 = 0.1;
 impl<const D: usize> Lattice<D> {
     /// Zones of `size` cells per direction; left-over cells join their neighbour's zone, because a
     /// macro cell of one fails the inf-sup test.
-    pub fn zones(&self, size: usize) -> Zones {
+    pub(crate) fn zones(&self, size: usize) -> Zones {
         let cells = self.cell_counts();
         let starts: [Vec<usize>; D] = std::array::from_fn(|i| block_starts(cells[i], size.max(1)));
         let zone_counts: [usize; D] = std::array::from_fn(|i| starts[i].len() - 1);
@@ -35,19 +35,11 @@ impl<const D: usize> Lattice<D> {
 }
 
 impl<const D: usize> Lattice<D> {
-    /// Gauss–Legendre points, `n` per direction in each cell, grouped by cell.
-    ///
-    /// # Errors
-    /// For an impossible number of points.
-    pub fn gauss(&self, n: usize) -> Result<Points<D>, GeometryError> {
-        self.gauss_in(n, &self.zones(1))
-    }
-
     /// Gauss–Legendre points, `n` per direction in each cell, grouped by zone.
     ///
     /// # Errors
     /// For an impossible number of points.
-    pub fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<D>, GeometryError> {
+    pub(crate) fn gauss_in(&self, n: usize, zones: &Zones) -> Result<Points<D>, GeometryError> {
         let (abscissae, weights) = gauss_legendre(n)?;
         let shape = [n; D];
         let per_cell = n.pow(D as u32);
@@ -90,7 +82,7 @@ impl<const D: usize> Lattice<D> {
     ///
     /// # Errors
     /// Where the part does not exist.
-    pub fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
+    pub(crate) fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
         let faces = self.faces(part)?;
         Ok((0..self.positions.len())
             .filter(|&node| {
@@ -106,7 +98,7 @@ impl<const D: usize> Lattice<D> {
 
 impl<const D: usize> Lattice<D> {
     /// Whether a point lies in the body, up to a tenth of a cell.
-    pub fn contains(&self, at: &Point<D>) -> bool {
+    pub(crate) fn contains(&self, at: &Point<D>) -> bool {
         if !at.iter().all(|x| x.is_finite()) {
             return false;
         }

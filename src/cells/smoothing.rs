@@ -50,12 +50,12 @@ impl<const D: usize> Smoothing<D> {
     }
 
     /// Number of facets.
-    pub fn facet_count(&self) -> usize {
+    pub(crate) fn facet_count(&self) -> usize {
         self.facet_offsets.len().saturating_sub(1)
     }
 
     /// The places of the points of a facet; none for a facet that does not exist.
-    pub fn facet(&self, facet: usize) -> Range<usize> {
+    pub(crate) fn facet(&self, facet: usize) -> Range<usize> {
         match self.facet_offsets.get(facet..facet.saturating_add(2)) {
             Some(&[first, end]) => first..end,
             _ => 0..0,
@@ -115,7 +115,7 @@ impl<const D: usize> Smoothing<D> {
     /// # Errors
     /// [`GeometryError::Count`] with the array that is too long or too short, or names what does not exist;
     /// [`GeometryError::Shape`] for facets that leave a gap.
-    pub fn validate(&self) -> Result<(), GeometryError> {
+    pub(crate) fn validate(&self) -> Result<(), GeometryError> {
         let wrong = |what, count, needed| Err(GeometryError::Count { what, count, needed });
         let (points, cells) = (self.facet_points.len(), self.cells.len());
         let rise = |offsets: &[usize], least: usize, end| {
@@ -235,7 +235,7 @@ impl<const D: usize> Lattice<D> {
     ///
     /// # Errors
     /// For an impossible number of parts or points.
-    pub fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<D>, GeometryError> {
+    pub(crate) fn smoothing(&self, parts: usize, gauss: usize, zones: &Zones) -> Result<Smoothing<D>, GeometryError> {
         zones.validate(self.cell_count())?;
         let fine = self.refined(parts)?;
         let gauss = on_facets(gauss, self.is_curved());
@@ -313,7 +313,7 @@ impl<const D: usize> Lattice<D> {
     ///
     /// # Errors
     /// For an impossible number of points.
-    pub fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError> {
+    pub(crate) fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError> {
         let zones = self.zones(1);
         let halves = self.smoothing(2, gauss, &zones)?;
         // Sub-cells run like corners: sub-cell k of a cell touches its corner k.
@@ -330,7 +330,7 @@ impl<const D: usize> Lattice<D> {
     ///
     /// # Errors
     /// Where the part does not exist or the numbers are impossible.
-    pub fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
+    pub(crate) fn boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<D>, GeometryError> {
         if parts == 0 {
             return Err(GeometryError::Count {
                 what: "sub-cells per direction",

@@ -40,7 +40,7 @@ pub struct InfSup {
 /// scheme runs in displacement form, and that is what is certified).
 ///
 /// # Errors
-/// As [`Scene::discretize`]; beyond [`SIZE_LIMIT`](super::SIZE_LIMIT) pressures or unknowns of one
+/// As [`Scene::discretize`]; beyond 3000 pressures or unknowns of one
 /// component; where conditions leave no displacement or the rule has spurious modes of its own.
 ///
 /// ```

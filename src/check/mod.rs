@@ -8,7 +8,7 @@
 //! * [`kernel`], [`basis`], [`material`], [`invariant_energy`], [`term`], [`solver`]: does a piece keep the contract of
 //!   its trait?
 //!
-//! Certificates use dense linear algebra and small problems (at most [`SIZE_LIMIT`] unknowns): what they
+//! Certificates use dense linear algebra and small problems (at most 3000 unknowns): what they
 //! tell of a scheme does not depend on the size. Contract checks sample the piece, with fixed seeds, and
 //! report every law with its largest violation; nothing panics.
 //!
@@ -57,7 +57,7 @@ use std::fmt;
 use crate::material::StableRange;
 
 /// Unknowns up to which certificates are computed: dense matrices of 72 MB, spectra in under a minute.
-pub const SIZE_LIMIT: usize = 3000;
+pub(crate) const SIZE_LIMIT: usize = 3000;
 
 /// One law of a contract and how well it was kept.
 #[derive(Debug, Clone, PartialEq)]

@@ -49,7 +49,7 @@ pub struct Stability {
 /// displacement form, whatever the scheme's pressures. Conditions and loads of the scene are left out.
 ///
 /// # Errors
-/// As [`Scene::discretize`]; beyond [`SIZE_LIMIT`](super::SIZE_LIMIT) unknowns; for a material that is
+/// As [`Scene::discretize`]; beyond 3000 unknowns; for a material that is
 /// not stable at rest.
 ///
 /// ```

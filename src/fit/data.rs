@@ -141,7 +141,7 @@ impl TestData {
 
 impl Test {
     /// The root of the mean square of the stresses \[stress\].
-    pub fn size(&self) -> f64 {
+    pub(crate) fn size(&self) -> f64 {
         (self.points.iter().map(|[_, stress]| stress * stress).sum::<f64>() / self.points.len() as f64).sqrt()
     }
 

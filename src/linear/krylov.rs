@@ -16,7 +16,7 @@ use crate::geometry::Morton;
 
 use super::{Direct, Factorizer, LinearSolver, MatrixClass};
 
-pub use auxiliary::Auxiliary;
+pub(crate) use auxiliary::Auxiliary;
 
 use convergence::ConvergenceHistory;
 use factorizer::KrylovFactorizer;
@@ -33,7 +33,7 @@ use interpolation::Interpolation;
 /// which sees the same displacements at particles and has a tenth of the entries; one multilevel cycle stands for $A^{-1}$.
 /// In place of Schur's complement it has the mass of the pressures, $1/(2\mu) + H^{-1}$.
 #[derive(Clone)]
-pub struct Krylov {
+pub(crate) struct Krylov {
     auxiliary: Arc<Auxiliary>,
     /// What one cycle is solved by in place of this crate's own.
     preconditioner: Option<Arc<dyn LinearSolver>>,
@@ -42,7 +42,7 @@ pub struct Krylov {
 
 impl Krylov {
     /// With the elements that belong to the particles.
-    pub fn new(auxiliary: Auxiliary) -> Self {
+    pub(crate) fn new(auxiliary: Auxiliary) -> Self {
         Krylov { auxiliary: Arc::new(auxiliary), preconditioner: None, counts: Arc::default() }
     }
 

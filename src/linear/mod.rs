@@ -12,7 +12,7 @@ pub(crate) mod vector;
 pub use direct::Direct;
 pub(crate) use direct::minimum_degree;
 pub(crate) use gmres::minimal_residuals;
-pub use krylov::{Auxiliary, Krylov};
+pub(crate) use krylov::{Auxiliary, Krylov};
 pub(crate) use ordering::after_their_rows;
 pub(crate) use ordering::banded;
 pub use ordering::nested_dissection;
@@ -124,7 +124,7 @@ pub trait LinearSolver: Send + Sync {
     }
 
     /// A solver of one cycle over nodes at these positions in space, for solvers that solve about: scenes take it into the
-    /// preconditioner of a [`Krylov`] iteration. None for those that solve by themselves.
+    /// preconditioner of a Krylov iteration. None for those that solve by themselves.
     fn preconditioner(&self, _nodes: &[Point<3>]) -> Option<Arc<dyn LinearSolver>> {
         None
     }

@@ -4,8 +4,7 @@ use std::fmt;
 
 use crate::term::{Product, Zone};
 
-/// The product of a zone's own matrix with a vector over all unknowns, as
-/// [`Model::multiply_zone`](crate::assembly::Model::multiply_zone).
+/// The product of a zone's own matrix, $C^T H C$ left out, with a vector over all unknowns: node by node of the zone.
 pub type ZoneProduct<'a> = &'a (dyn Fn(&Zone, &[f64], &mut Product) + Sync);
 
 /// A linearised system: its reduced matrix, and what is kept uncondensed from it.

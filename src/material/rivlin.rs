@@ -24,7 +24,7 @@ pub struct RivlinPolynomial {
 impl RivlinPolynomial {
     /// The largest exponent accepted; fits to tests of rubber go up to 3, and a slip of the pen must
     /// not allocate a table of gigabytes.
-    pub const LARGEST_EXPONENT: u32 = 12;
+    pub(crate) const LARGEST_EXPONENT: u32 = 12;
 
     /// The polynomial with terms $((m, n), A_{mn})$; terms with the same exponents add up.
     ///
@@ -32,7 +32,7 @@ impl RivlinPolynomial {
     ///
     /// # Errors
     /// [`Invalid`] for a constant that isn't finite, for $m = n = 0$ and for exponents
-    /// above [`Self::LARGEST_EXPONENT`]; [`MaterialError::Empty`] where no constant differs from zero.
+    /// above 12; [`MaterialError::Empty`] where no constant differs from zero.
     pub fn new(terms: impl IntoIterator<Item = ((u32, u32), f64)>) -> Result<Self, MaterialError> {
         let terms: Vec<_> = terms.into_iter().collect();
         let reject = |(m, n): (u32, u32), value, needed| {
@@ -95,7 +95,7 @@ impl RivlinPolynomial {
     }
 
     /// The terms $((m, n), A_{mn})$ that differ from zero.
-    pub fn terms(&self) -> impl Iterator<Item = ((u32, u32), f64)> + '_ {
+    pub(crate) fn terms(&self) -> impl Iterator<Item = ((u32, u32), f64)> + '_ {
         self.coefficients
             .iter()
             .enumerate()

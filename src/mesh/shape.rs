@@ -50,7 +50,7 @@ impl CellShape {
     }
 
     /// Its name.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             CellShape::Vertex => "point",
             CellShape::Line => "line",

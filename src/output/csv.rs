@@ -221,8 +221,7 @@ impl Summary {
     }
 
     /// The summary as a table; the last two cells of a note are empty.
-    #[must_use]
-    pub fn table(&self) -> Table {
+    fn table(&self) -> Table {
         let row = |q: &SummaryRow| {
             vec![
                 Cell::from(q.name.as_str()),

@@ -310,11 +310,6 @@ impl Solid3 {
         let (facet, point, distance) = self.tree.closest(x).unwrap_or((0, *x, f64::NAN));
         Closest { facet: facet as usize, point, distance }
     }
-
-    /// Calls `visit` for the facets whose boxes meet the box between two corners, in an order of its own.
-    pub fn for_each_facet_in(&self, low: &Point<3>, high: &Point<3>, visit: impl FnMut(u32)) {
-        self.tree.for_each_in(low, high, visit);
-    }
 }
 
 /// Twice a facet's area along its normal.

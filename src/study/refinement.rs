@@ -58,7 +58,7 @@ impl Scene<2> {
     ///
     /// # Errors
     /// As [`solve_within_locally`](Scene::solve_within_locally).
-    pub fn solve_within_locally_observed(
+    pub(crate) fn solve_within_locally_observed(
         &self,
         scheme: &Scheme,
         tolerance: &Tolerance<2>,

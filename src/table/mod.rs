@@ -118,7 +118,7 @@ impl<const D: usize> ShapeTable<D> {
     ///
     /// # Errors
     /// Where a hoop is needed at $R < 0$.
-    pub fn of_elements(
+    pub(crate) fn of_elements(
         elements: &FiniteElements<D>,
         points: &ElementPoints<D>,
         kinematics: &(impl Kinematics<D> + ?Sized),
@@ -321,7 +321,7 @@ impl<const D: usize> ShapeTable<D> {
     }
 
     /// The smallest reciprocal condition number met while tabulating.
-    pub fn smallest_rcond(&self) -> f64 {
+    pub(crate) fn smallest_rcond(&self) -> f64 {
         self.smallest_rcond
     }
 

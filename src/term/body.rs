@@ -179,7 +179,7 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 
     /// The measure of volume that projected fields project.
-    pub fn projected_measure(&self) -> ProjectedMeasure {
+    pub(crate) fn projected_measure(&self) -> ProjectedMeasure {
         self.projected
     }
 
@@ -190,7 +190,7 @@ impl<const D: usize, M: Material> Body<D, M> {
 
     /// The deformation gradient $F$ at a point of the table; NaN where there is no such point, or the displacement is too
     /// short.
-    pub fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
+    pub(crate) fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
         self.material.deformation(&self.local_gradient(point, displacement))
     }
 

@@ -53,7 +53,7 @@ pub struct Element {
 
 impl Element {
     /// Zeroes the buffers for a cluster of `size` unknowns.
-    pub fn reset(&mut self, size: usize, with_matrix: bool) {
+    pub(crate) fn reset(&mut self, size: usize, with_matrix: bool) {
         self.residual.clear();
         self.residual.resize(size, 0.0);
         self.load_slope.clear();

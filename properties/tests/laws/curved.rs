@@ -78,7 +78,6 @@ const ROUNDING: f64 = 1e-11;
 fn laws<const D: usize>(what: &str, cells: &dyn Cells<D>, kinematics: &dyn Kinematics<D>) {
     let functions = ReproducingKernel::new(cells.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
     let holds = |rule: &str, smoothing: &Smoothing<D>, parts: usize, gauss: usize| {
-        smoothing.validate().unwrap();
         let table = ShapeTable::smoothed(&functions, smoothing, kinematics).unwrap();
         let mut inner = vec![Point::<D>::zeros(); cells.positions().len()];
         for point in 0..table.len() {
@@ -151,7 +150,7 @@ fn lattice_off_axis() -> Lattice<2> {
 #[test]
 fn straight_domains_keep_straight_cells() {
     // Two points on each facet of straight cells, three on those of curved ones.
-    let facets = |lattice: &Lattice<2>| lattice.smoothing(2, 2, &lattice.zones(1)).unwrap().facet(0).len();
+    let facets = |lattice: &Lattice<2>| lattice.smoothing(2, 2, &lattice.zones(1)).unwrap().facet_offsets[1];
     let corners = [[0.0, 0.0], [48.0, 44.0], [48.0, 60.0], [0.0, 44.0]];
     let jittered = Layout::Jittered { amount: 0.3, seed: 1 };
     let straight = Lattice::new(&Quadrilateral { corners }, [5, 6], &jittered).unwrap();

@@ -240,7 +240,7 @@ fn cells_tile_the_shape() {
             assert!(volumes.iter().all(|v| *v > 0.0));
             assert!((volumes.iter().sum::<f64>() - area).abs() < 1e-12);
             // A facet inside has two sides of opposite sign, one on the boundary has one.
-            let mut sides = vec![(0, 0.0); smoothing.facet_count()];
+            let mut sides = vec![(0, 0.0); smoothing.facet_offsets.len() - 1];
             for &(facet, sign) in smoothing.cells.iter().flatten() {
                 sides[facet as usize].0 += 1;
                 sides[facet as usize].1 += sign;

@@ -5,6 +5,7 @@ use std::cell::Cell;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestCaseError, TestRunner};
 use rkpm::basis::{Basis, Polynomial};
+use rkpm::cells::Cells;
 use rkpm::error::ApproximationError;
 use rkpm::kernel::{CubicSpline, Gaussian, Kernel, QuinticSpline, WendlandC2};
 use rkpm::nalgebra::{DMatrix, DVector, SMatrix};

@@ -95,7 +95,7 @@ impl Picture {
 
     /// Says that the faces enclose a body, corners around outward by the right hand: those that look away are left out.
     #[must_use]
-    pub fn closed(mut self) -> Self {
+    pub(crate) fn closed(mut self) -> Self {
         self.closed = true;
         self
     }

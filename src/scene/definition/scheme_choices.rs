@@ -135,7 +135,7 @@ pub enum SolverChoice {
     Auto,
     /// By factors.
     Direct,
-    /// By Krylov iteration with pressures kept uncondensed from the matrix ([`Krylov`](crate::linear::Krylov)): lattices in space
+    /// By Krylov iteration with pressures kept uncondensed from the matrix: lattices in space
     /// with projected pressures alone. Whether states are stable is not known then. Scenes with contact, rigid bodies or
     /// several bodies are solved by factors all the same.
     Krylov,
