@@ -113,7 +113,7 @@ impl<const D: usize> Strategy<D> for Assembled<'_, D> {
             let before = self.particles();
             // Models that round to the same counts are skipped.
             while self.particles() == before {
-                self.fineness = finer(self.fineness);
+                self.fineness = finer(self.fineness, false);
             }
         }
         Ok(Next { coarse: None, fine: self.model() })

@@ -91,7 +91,7 @@ impl<const D: usize> Strategy<D> for Even<'_, D> {
     fn next(&mut self, found: &Found<'_>) -> Result<Next<D>, String> {
         // Models that round to the same counts are skipped.
         while self.sides.counts(self.fineness) == found.counts {
-            self.fineness = finer(self.fineness);
+            self.fineness = finer(self.fineness, self.sides.scattered);
         }
         Ok(Next { coarse: None, fine: self.model(self.sides.counts(self.fineness)) })
     }
@@ -101,9 +101,9 @@ impl<const D: usize> Strategy<D> for Even<'_, D> {
     }
 }
 
-/// The next of 1, 2, 3, 4, 6, 8, 12 and so on: whatever is requested, the models are the same.
-pub(super) fn finer(fineness: f64) -> f64 {
-    if fineness < 2.0 {
+/// The next of 1, 2, 3, 4, 6, 8, 12 and so on, whatever is requested; shapes without sides to divide alike have 3/2 between 1 and 2.
+pub(super) fn finer(fineness: f64, scattered: bool) -> f64 {
+    if fineness < 2.0 && !scattered {
         return 2.0;
     }
     let power = fineness.log2().floor().exp2();
