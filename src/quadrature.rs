@@ -170,7 +170,7 @@ impl<const D: usize> Points<D> {
     ///
     /// # Errors
     /// [`GeometryError::Count`] and [`Invalid`] in these cases.
-    pub(crate) fn validate(&self) -> Result<(), GeometryError> {
+    pub fn validate(&self) -> Result<(), GeometryError> {
         let n = self.positions.len();
         let lengths_fit = self.weights.len() == n && (self.normals.is_empty() || self.normals.len() == n);
         let groups_fit = self.groups.first() == Some(&0)

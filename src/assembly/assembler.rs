@@ -123,7 +123,7 @@ impl Assembler {
     ///
     /// # Errors
     /// As [`assemble`](Assembler::assemble).
-    pub(crate) fn assemble_forces<'a, const D: usize>(
+    pub fn assemble_forces<'a, const D: usize>(
         &mut self,
         model: &Model<D>,
         state: impl Into<StateRef<'a>>,

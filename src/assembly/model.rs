@@ -156,7 +156,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Whether the memory of a term fades with time: steps of the load are steps of time.
-    pub(crate) fn is_timed(&self) -> bool {
+    pub fn is_timed(&self) -> bool {
         self.terms.iter().any(|term| term.history().is_some_and(|history| history.is_timed()))
     }
 

@@ -61,7 +61,7 @@ impl<const D: usize> BoundaryCells<D> {
     ///
     /// # Errors
     /// As [`Points::validate`], and [`GeometryError::Count`] for the trace functions.
-    pub(crate) fn validate(&self, particles: usize) -> Result<(), GeometryError> {
+    pub fn validate(&self, particles: usize) -> Result<(), GeometryError> {
         self.points.validate()?;
         let wrong = |what, count, needed| Err(GeometryError::Count { what, count, needed });
         if self.traces.len() != self.points.positions.len() {

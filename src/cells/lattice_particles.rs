@@ -45,7 +45,7 @@ impl<const D: usize> Lattice<D> {
     ///
     /// # Errors
     /// For $r \le \tfrac12$ and a wrong number of dilations.
-    pub(crate) fn particles_with(&self, dilations: &[f64]) -> Result<Particles<D>, ApproximationError> {
+    pub fn particles_with(&self, dilations: &[f64]) -> Result<Particles<D>, ApproximationError> {
         if dilations.len() != self.positions.len() {
             return Err(ApproximationError::Length {
                 what: "dilations",

@@ -115,7 +115,7 @@ impl<const D: usize> Smoothing<D> {
     /// # Errors
     /// [`GeometryError::Count`] with the array that is too long or too short, or names what does not exist;
     /// [`GeometryError::Shape`] for facets that leave a gap.
-    pub(crate) fn validate(&self) -> Result<(), GeometryError> {
+    pub fn validate(&self) -> Result<(), GeometryError> {
         let wrong = |what, count, needed| Err(GeometryError::Count { what, count, needed });
         let (points, cells) = (self.facet_points.len(), self.cells.len());
         let rise = |offsets: &[usize], least: usize, end| {

@@ -61,7 +61,7 @@ impl Zones {
     ///
     /// # Errors
     /// [`GeometryError::Count`] in these cases.
-    pub(crate) fn validate(&self, count: usize) -> Result<(), GeometryError> {
+    pub fn validate(&self, count: usize) -> Result<(), GeometryError> {
         if let Some(&cell) = self.cells.iter().find(|&&cell| cell as usize >= count) {
             let needed = "zones hold cells of the partition, counted from 0";
             return Err(GeometryError::Count { what: "cell of a zone", count: cell as usize, needed });

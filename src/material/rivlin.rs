@@ -95,7 +95,7 @@ impl RivlinPolynomial {
     }
 
     /// The terms $((m, n), A_{mn})$ that differ from zero.
-    pub(crate) fn terms(&self) -> impl Iterator<Item = ((u32, u32), f64)> + '_ {
+    pub fn terms(&self) -> impl Iterator<Item = ((u32, u32), f64)> + '_ {
         self.coefficients
             .iter()
             .enumerate()

@@ -21,7 +21,7 @@ const QUARTER: f64 = 0.26;
 /// Tables are built from (mesh, rule) by [`ShapeTable::of_elements`](crate::table::ShapeTable::of_elements): a bare point on an edge between elements has two gradients.
 /// With one pressure per element they are Q1/P0, with linear pressures Q2/P1.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct FiniteElements<const D: usize> {
+pub struct FiniteElements<const D: usize> {
     lattice: Lattice<D>,
     order: usize,
     elements: [usize; D],
@@ -30,7 +30,7 @@ pub(crate) struct FiniteElements<const D: usize> {
 
 /// Points that know their element.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct ElementPoints<const D: usize> {
+pub struct ElementPoints<const D: usize> {
     /// Positions, weights, normals; one group per element or element face.
     pub points: Points<D>,
     /// Element of each point.
@@ -81,7 +81,7 @@ impl<const D: usize> FiniteElements<D> {
     ///
     /// # Errors
     /// For other orders, and where the cells along an axis are no multiple of the order.
-    pub(crate) fn new(lattice: Lattice<D>, order: usize) -> Result<Self, GeometryError> {
+    pub fn new(lattice: Lattice<D>, order: usize) -> Result<Self, GeometryError> {
         if order != 1 && order != 2 {
             return Err(GeometryError::Count {
                 what: "order of finite elements",
@@ -131,16 +131,29 @@ impl<const D: usize> FiniteElements<D> {
         (0..positions.len()).find(|&node| wrong(node)).map(|node| positions[node])
     }
 
+    /// The lattice of nodes.
+    pub fn lattice(&self) -> &Lattice<D> {
+        &self.lattice
+    }
+
     /// Number of elements.
-    pub(crate) fn element_count(&self) -> usize {
+    pub fn element_count(&self) -> usize {
         self.elements.iter().product()
+    }
+
+    /// Gauss points, `n` per direction in each element, one group per element.
+    ///
+    /// # Errors
+    /// For an impossible number of points or an inverted element.
+    pub fn gauss(&self, n: usize) -> Result<ElementPoints<D>, GeometryError> {
+        self.gauss_in(n, &Zones::single(self.element_count()))
     }
 
     /// Gauss points, `n` per direction in each element, one group per zone of elements.
     ///
     /// # Errors
     /// For an impossible number of points, an inverted element, or zones of other elements.
-    pub(crate) fn gauss_in(&self, n: usize, zones: &Zones) -> Result<ElementPoints<D>, GeometryError> {
+    pub fn gauss_in(&self, n: usize, zones: &Zones) -> Result<ElementPoints<D>, GeometryError> {
         let (abscissae, weights) = gauss_legendre(n)?;
         check_point_count(self.element_count(), n.pow(D as u32))?;
         zones.validate(self.element_count())?;
@@ -172,7 +185,7 @@ impl<const D: usize> FiniteElements<D> {
     ///
     /// # Errors
     /// Where the part does not exist or the number of points is impossible.
-    pub(crate) fn boundary(&self, part: &Part, n: usize) -> Result<ElementPoints<D>, GeometryError> {
+    pub fn boundary(&self, part: &Part, n: usize) -> Result<ElementPoints<D>, GeometryError> {
         self.faces_by(part, &gauss_legendre(n)?, 1)
     }
 
@@ -304,7 +317,7 @@ impl<const D: usize> FiniteElements<D> {
     }
 
     /// Writes the functions of one element at a local point, nodes by rising index.
-    pub(crate) fn fill(&self, element: usize, local: &Point<D>, out: &mut ShapeFunctions<D>) {
+    pub fn fill(&self, element: usize, local: &Point<D>, out: &mut ShapeFunctions<D>) {
         let (_, columns) = self.map(element, local);
         let jacobian = nalgebra::SMatrix::<f64, D, D>::from_columns(&columns);
         // Inverted elements were refused with the rule; a singular corner of a degenerate one gives zeros.

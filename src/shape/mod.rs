@@ -4,7 +4,7 @@ mod correction;
 mod finite_elements;
 mod reproducing;
 
-pub(crate) use finite_elements::{ElementPoints, FiniteElements};
+pub use finite_elements::{ElementPoints, FiniteElements};
 pub use reproducing::{KernelScratch, ReproducingKernel};
 
 use crate::error::ApproximationError;

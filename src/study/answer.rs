@@ -64,22 +64,23 @@ pub struct Level {
     pub seconds: f64,
     /// Values of the quantities requested, then the energy.
     pub values: Vec<f64>,
-    /// What the changes from model to model say is still missing of the values requested.
+    /// What extrapolation adds to the values requested, in their units; zero for the first two models and in local refinement.
     pub corrections: Vec<f64>,
-    /// Estimated relative error of the worst corrected value; none for the first model.
+    /// Estimated relative error of the worst corrected value; none for the first model, and for the
+    /// second one where values are extrapolated: their order is not known.
     pub estimate: Option<f64>,
 }
 
 /// Whether the tolerance was met.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
-    /// The estimate of the last model is below the tolerance.
+    /// The bound of the last model is below the tolerance.
     Reached,
     /// It is not; why the search ended. The answer is the model with the least bound.
     NotReached(String),
 }
 
-/// The answer to a tolerance: the last model, its solution, and the way there.
+/// The answer to a tolerance: the model, its solution, the values extrapolated from its series, and the way there.
 pub struct Answer<const D: usize> {
     /// Whether the tolerance was met.
     pub verdict: Verdict,
@@ -89,11 +90,11 @@ pub struct Answer<const D: usize> {
     pub problem: Problem<D>,
     /// Its solution; where it was corrected from a coarser one, a path of one step.
     pub path: EquilibriumPath,
-    /// All models of the approximation that was chosen, from coarse to fine.
+    /// Models of the approximation that was chosen, from coarse to fine; the last one is that of the answer.
     pub levels: Vec<Level>,
     /// Which approximation was chosen, and why.
     pub choice: String,
-    /// Models of approximations that were tried and left.
+    /// Models of other approximations, and finer ones whose bound is larger.
     pub tried: Vec<Level>,
     /// Whether the model is at rest only as far as comparisons need.
     pub(super) rough: bool,
@@ -104,8 +105,9 @@ pub struct Answer<const D: usize> {
 }
 
 impl<const D: usize> Answer<D> {
-    /// Values of the quantities requested: those of the model, and what the series of models says is still missing of them
-    /// ([`Level::corrections`]). [`bound`](Answer::bound) is about these.
+    /// Values of the quantities requested, $q_n + c$: those of the model and their extrapolation
+    /// ([`Level::corrections`], [`Scene::solve_within_observed`](crate::scene::Scene::solve_within_observed)), to which
+    /// [`bound`](Answer::bound) refers. Fields and forces of [`problem`](Answer::problem) are those of the model alone.
     pub fn values(&self) -> &[f64] {
         &self.values
     }

@@ -26,7 +26,7 @@ mod assembled;
 mod clock;
 mod dilation;
 mod evidence;
-mod limit;
+mod extrapolation;
 mod nested;
 mod progress;
 mod quantity;

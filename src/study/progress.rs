@@ -53,9 +53,7 @@ pub(super) struct Limits<'a> {
     allowed: f64,
     /// Work of one factorisation of the current model.
     each: f64,
-    /// Matrices of the current model so far.
-    matrices: f64,
-    /// Matrices of the first model, which is run from its beginning.
+    /// Matrices of the first model, which nothing limits.
     first: f64,
     /// Whether a model was given up for its work.
     pub exceeded: bool,
@@ -63,26 +61,26 @@ pub(super) struct Limits<'a> {
 
 impl<'a> Limits<'a> {
     pub(crate) fn new(watch: &'a mut dyn Progress) -> Self {
-        Limits { watch, spent: 0.0, allowed: f64::INFINITY, each: 0.0, matrices: 0.0, first: 0.0, exceeded: false }
+        Limits { watch, spent: 0.0, allowed: f64::INFINITY, each: 0.0, first: 0.0, exceeded: false }
     }
 
     /// Once the unknowns of the next model are known; nothing is known to limit the first one.
     pub(crate) fn begin(&mut self, unknowns: usize) {
         self.exceeded = false;
         self.each = (unknowns as f64).powf(1.5);
-        if self.spent == 0.0 || self.first == 0.0 {
-            self.first = if self.spent == 0.0 { 0.0 } else { self.matrices };
+        if self.spent == 0.0 {
+            (self.first, self.allowed) = (0.0, f64::INFINITY);
+            return;
         }
-        self.matrices = 0.0;
         // A history that is run anew takes as many as the first model, and some more.
         let most = (RUNAWAY * self.spent).max(FREE).max(LEAST.max(2.0 * self.first) * self.each);
-        self.allowed = if self.spent > 0.0 { self.spent + most } else { f64::INFINITY };
+        self.allowed = self.spent + most;
     }
 
     /// Counts one more matrix of the current model.
     pub(crate) fn matrix(&mut self) {
         self.spent += self.each;
-        self.matrices += 1.0;
+        self.first += if self.allowed.is_infinite() { 1.0 } else { 0.0 };
     }
 }
 

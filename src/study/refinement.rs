@@ -58,7 +58,7 @@ impl Scene<2> {
     ///
     /// # Errors
     /// As [`solve_within_locally`](Scene::solve_within_locally).
-    pub(crate) fn solve_within_locally_observed(
+    pub fn solve_within_locally_observed(
         &self,
         scheme: &Scheme,
         tolerance: &Tolerance<2>,
@@ -130,6 +130,10 @@ impl Strategy<2> for Local<'_> {
         self.parents = self.cells.parents(&fine);
         let coarse = (!found.first).then(|| self.model(self.cells.clone()));
         Ok(Next { coarse, fine: self.model(fine) })
+    }
+
+    fn is_uniform(&self) -> bool {
+        false
     }
 
     fn steepest(&self) -> f64 {

@@ -9,7 +9,7 @@ use crate::solve::NO_FREE;
 use super::answer::{Answer, Budget, Tolerance, Verdict};
 use super::assembled::{Assembled, is_assembled};
 use super::evidence::{DifferenceBound, difference_bound};
-use super::limit::limit;
+use super::extrapolation::extrapolate;
 use super::nested::{BROKEN_OFF, check, failed, name_of, settle, solve, unsettled};
 use super::progress::{Limits, Progress};
 use super::strategy::{Even, Found, Model, Next, ORDERS, Strategy};
@@ -76,7 +76,7 @@ impl<const D: usize> Scene<D> {
     ///
     /// Whatever is requested, a scheme has the same series of models, with 1, 2, 3, 4, 6, 8, 12 and so on times the cells of the first along
     /// each axis, each solved from the one before: a tighter tolerance goes further along it, and never answers worse than a looser one under the same budget.
-    /// From the third model on the values of the series are continued to their limit: the answer is the value of its model and that
+    /// From the third model on values are extrapolated (Richardson): the answer is the value of its model and a
     /// correction ([`Level::corrections`](super::Level::corrections)), and the bound is about what is left.
     ///
     /// What order $a$ would leave of the last value, after the last change and after the one before, is
@@ -117,21 +117,17 @@ impl<const D: usize> Scene<D> {
         let mut limits = Limits::new(watch);
         let (mut searches, mut refused, mut left) = (Vec::<Search<'_, D>>::new(), None, Vec::new());
         for scheme in schemes {
-            let name = name_of(scheme);
             limits.spent = 0.0;
             let started = strategy(self, scheme).and_then(|strategy| Search::start(strategy, tolerance, &mut limits));
             let mut found = match started {
                 Ok(found) => found,
                 Err(error) => {
-                    left.push(format!("{name} failed: {error}"));
+                    left.push(format!("{} failed: {error}", name_of(scheme)));
                     refused.get_or_insert(error);
                     continue;
                 }
             };
             found.run(tolerance, budget, false, &mut limits);
-            if let Verdict::NotReached(why) = &found.answer.verdict {
-                left.push(format!("{name} did not: {why}"));
-            }
             searches.push(found);
             if searches.last().is_some_and(Search::is_done) {
                 break;
@@ -155,6 +151,11 @@ impl<const D: usize> Scene<D> {
         let remedy = "give at least one";
         let none = || refused.unwrap_or_else(|| SolveError::Empty { what: "schemes to choose from", remedy }.into());
         let mut answer = searches.remove(best.ok_or_else(none)?).answer;
+        for other in &searches {
+            if let Verdict::NotReached(why) = &other.answer.verdict {
+                left.push(format!("{} did not: {why}", other.answer.choice));
+            }
+        }
         if answer.reached() && schemes.len() > 1 {
             let why = if left.is_empty() { "reached the tolerance first".into() } else { left.join("; ") };
             answer.choice = format!("{} ({why})", answer.choice);
@@ -198,7 +199,7 @@ struct Search<'a, const D: usize> {
     best: Option<(usize, Answer<D>)>,
     /// Spacings of all models.
     spacings: Vec<f64>,
-    /// How far the last two were apart, where models are compared with companions.
+    /// How far the last two compared were apart, where cells are cut one by one.
     compared: Option<f64>,
     /// By which bounds fall.
     order: f64,
@@ -315,7 +316,7 @@ impl<'a, const D: usize> Search<'a, D> {
         (needed > most).then(|| format!("it would take about {needed:.0e} unknowns, the budget allows {most}"))
     }
 
-    /// Solves the next model, and the one with half its cells, and compares them.
+    /// Solves the next model, and the one to compare it with where that is not the last, and bounds its error.
     fn advance(&mut self, tolerance: &Tolerance<D>, budget: Budget, limits: &mut Limits<'_>) -> Result<(), Verdict> {
         let counts = self.answer.levels.last().map(|level| level.counts.clone()).unwrap_or_default();
         let found = Found { first: self.answer.levels.len() < 2, counts: &counts, zones: &self.zones };
@@ -344,24 +345,27 @@ impl<'a, const D: usize> Search<'a, D> {
         }
         next.levels.splice(0..0, std::mem::take(&mut self.answer.levels));
         self.spacings.push(spacing);
-        let previous = std::mem::replace(&mut self.answer, next);
-        if companion.is_some() {
-            self.compare((before, coarser), difference);
+        let (previous, was_measured) = (std::mem::replace(&mut self.answer, next), self.measured);
+        let uniform = self.strategy.is_uniform();
+        if uniform {
+            self.extrapolate(&difference, tolerance);
         } else {
-            self.continue_series(&difference, tolerance);
+            self.compare((before, coarser), difference);
         }
         let corrections = self.answer.corrections();
         if let Some(level) = self.answer.levels.last_mut() {
-            (level.estimate, level.corrections) = (Some(self.answer.bound), corrections);
+            level.corrections = corrections;
+            // Extrapolation from two models rests on an order that nothing measured.
+            level.estimate = (self.measured || !uniform).then_some(self.answer.bound);
         }
         let least = self.best.as_ref().map_or(f64::INFINITY, |(_, best)| best.bound);
-        if previous.bound < self.answer.bound.min(least) {
+        if was_measured && previous.bound < self.answer.bound.min(least) {
             self.best = Some((self.answer.levels.len() - 1, previous));
         }
         Ok(())
     }
 
-    /// The bound by the change from a companion, that much coarser than the last model.
+    /// The bound by the change from the model that the last one is compared with, whose spacing is `coarser`.
     fn compare(&mut self, (before, coarser): (f64, f64), difference: DifferenceBound) {
         let spacing = self.spacings.last().copied().unwrap_or(1.0);
         let DifferenceBound { most, zones, .. } = difference;
@@ -376,8 +380,8 @@ impl<'a, const D: usize> Search<'a, D> {
         self.answer.bound = most / ((coarser / spacing).powf(self.order) - 1.0);
     }
 
-    /// Values and bound by the series of all models.
-    fn continue_series(&mut self, difference: &DifferenceBound, tolerance: &Tolerance<D>) {
+    /// Values and bound, extrapolated from all models.
+    fn extrapolate(&mut self, difference: &DifferenceBound, tolerance: &Tolerance<D>) {
         let before = self.answer.levels.iter().rev().find_map(|level| level.estimate);
         let mut bound: f64 = 0.0;
         for (k, quantity) in tolerance.quantities.iter().enumerate() {
@@ -386,7 +390,7 @@ impl<'a, const D: usize> Search<'a, D> {
             let values = self.answer.levels.iter().map(|level| level.values[k]);
             let series: Vec<(f64, f64)> = self.spacings.iter().copied().zip(values).collect();
             let eta = difference.weighted.get(k).map_or(f64::INFINITY, |weighted| weighted * size);
-            let found = limit(&series, eta, self.answer.duals.get(k).is_some_and(Option::is_some));
+            let found = extrapolate(&series, eta, self.answer.duals.get(k).is_some_and(Option::is_some));
             self.answer.values[k] += found.correction;
             let left = if found.left == 0.0 { 0.0 } else { found.left / size };
             bound = if left.is_nan() { f64::INFINITY } else { bound.max(left) };

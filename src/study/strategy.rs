@@ -49,6 +49,11 @@ pub(super) trait Strategy<const D: usize> {
     /// The next model, and the one to compare it with; why there is none.
     fn next(&mut self, found: &Found<'_>) -> Result<Next<D>, String>;
 
+    /// Whether all cells are divided alike, so that values are extrapolated from model to model.
+    fn is_uniform(&self) -> bool {
+        true
+    }
+
     /// The best order in the mean spacing, by which a search is called hopeless.
     fn steepest(&self) -> f64;
 }

@@ -118,7 +118,7 @@ impl<const D: usize> ShapeTable<D> {
     ///
     /// # Errors
     /// Where a hoop is needed at $R < 0$.
-    pub(crate) fn of_elements(
+    pub fn of_elements(
         elements: &FiniteElements<D>,
         points: &ElementPoints<D>,
         kinematics: &(impl Kinematics<D> + ?Sized),

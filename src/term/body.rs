@@ -190,7 +190,7 @@ impl<const D: usize, M: Material> Body<D, M> {
 
     /// The deformation gradient $F$ at a point of the table; NaN where there is no such point, or the displacement is too
     /// short.
-    pub(crate) fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
+    pub fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
         self.material.deformation(&self.local_gradient(point, displacement))
     }
 

@@ -110,6 +110,7 @@ fn sub_cells_are_closed_and_fill_the_solid() {
             let cells = lattice(&shape, 0.23, axes);
             for parts in [1, 2] {
                 let smoothing = cells.smoothing(parts, 2, &cells.zones(2)).unwrap();
+                smoothing.validate().unwrap();
                 let total: f64 = smoothing.volumes().iter().sum();
                 assert!((total / volume(&shape) - 1.0).abs() < 1e-12, "{name} {total} {}", volume(&shape));
                 assert!(smoothing.volumes().iter().all(|v| *v > 0.0));
@@ -205,6 +206,7 @@ fn pieces_of_the_boundary_have_functions_that_sum_to_one_and_to_the_normal() {
         let known: HashSet<[u64; 3]> = smoothing.facet_points.iter().map(bits).collect();
         let (mut area, mut flux) = (0.0, 0.0);
         for piece in cells.boundary_pieces(&Part::Whole, 2, 2).unwrap() {
+            piece.validate(cells.positions().len()).unwrap();
             for ((at, weight), traces) in piece.points.positions.iter().zip(&piece.points.weights).zip(&piece.traces) {
                 assert!((traces.iter().map(|f| f.1).sum::<f64>() - 1.0).abs() < 1e-10, "{name}");
                 // Those of the smoothing.

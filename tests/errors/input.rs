@@ -269,6 +269,12 @@ fn supports() {
             ["particle 1", "volume", "give the volume"]
         );
     }
+    let lattice = Block::new([0.0, 0.0], [1.0, 1.0]).lattice([3, 3]).unwrap();
+    refused!(
+        lattice.particles_with(&[1.0; 4]).unwrap_err(),
+        ApproximationError::Length { given: 4, particles: 9, .. },
+        ["dilations: 4 entries for 9"]
+    );
 }
 
 #[test]

@@ -236,6 +236,8 @@ fn tables_asked_for_points_and_vectors_that_are_not_there() {
     let error = table.pushed_forward(&short).unwrap_err();
     assert!(matches!(error, Error::Solve(SolveError::Length { given: 39, needed: 40, .. })), "{error}");
     let body = Body::new(table, rubber(), PressureField::Linear);
+    assert!(body.deformation_gradient(9999, &fits).iter().all(|f| f.is_nan()));
+    assert!(body.deformation_gradient(0, &short).iter().all(|f| f.is_nan()));
 
     let mut model = Model::new(lattice().positions().to_vec());
     model.add(body);
@@ -277,6 +279,7 @@ fn assemblers_asked_for_models_and_vectors_of_others() {
     for (d, condensed) in [(&vec![0.0; 39], &condensed), (&fits, &vec![]), (&fits, &vec![vec![]])] {
         let state = StateRef::new(d, condensed, 0.0);
         assert!(is_refused(assembler.assemble(&mine, state, &mut system)));
+        assert!(is_refused(assembler.assemble_forces(&mine, state, &mut system)));
     }
     // A body that reaches beyond the nodes of its model.
     let small = model(12, 1);
@@ -320,7 +323,7 @@ fn patterns_and_lattices_asked_for_what_is_not_there() {
 #[test]
 fn limits_that_are_no_numbers() {
     let functions = functions().with_rcond_limit(f64::NAN);
-    assert!(functions.shape_functions(&[0.7, 0.4].into()).is_ok());
+    assert!(functions.rcond_limit() == 1e-8 && functions.shape_functions(&[0.7, 0.4].into()).is_ok());
     let scheme = Scheme::default().particles([5, 4]).rcond_limit(f64::NAN);
     let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold((0, Side::Min));
     let Err(error) = scene.discretize(&scheme) else { panic!("a limit that is no number") };
@@ -360,6 +363,7 @@ fn surfaces_that_do_not_close() {
         assert!(error.to_string().contains("do not close it"), "{error}");
     }
     let boundary = lattice().boundary(&Part::Whole, 2, 2).unwrap();
+    assert!(boundary.validate(20).is_ok());
     for factor in [0.0, 0.5, 1.001] {
         let mut points = boundary.points.clone();
         points.normals[3] *= factor;

@@ -5,6 +5,7 @@ use rkpm::geometry::*;
 use rkpm::kernel::Kernel;
 use rkpm::prelude::*;
 use rkpm::quadrature::gauss_legendre;
+use rkpm::shape::FiniteElements;
 
 use super::harness::Input;
 
@@ -118,4 +119,14 @@ fn lattice<const D: usize>(input: &mut Input) {
     let cells: &dyn Cells<D> = &lattice;
     let _ = (cells.is_thin(), cells.gauss(n));
     input.passed = true;
+    let order = input.count(1, 2);
+    let order = input.saw("order", order);
+    if let Ok(elements) = FiniteElements::new(lattice.clone(), order) {
+        let _ = elements.gauss(n);
+        let _ = elements.boundary(&part, n);
+        let mut psi = ShapeFunctions::default();
+        let element = input.random.usize(0..elements.element_count());
+        elements.fill(element, &at, &mut psi);
+        let _ = elements.shape_functions(&at);
+    }
 }

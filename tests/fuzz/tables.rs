@@ -44,8 +44,10 @@ fn table<const D: usize>(input: &mut Input, one: impl Kinematics<D>, other: impl
             spoilt_points(input, &mut points);
             let _ = input.saw("points", &points);
             let mut more = Points::<D>::default();
+            let _ = points.validate();
             more.append(points.clone());
             more.append(Points::default());
+            let _ = more.validate();
             ShapeTable::new(&kernel, &points, kinematics)
         }
         1 => {

@@ -236,10 +236,12 @@ fn shares_of_zones_hold_each_once_and_are_even() {
     (0..40).for_each(|zone| offsets.push(offsets[zone] + 1 + zone % 3));
     let count = offsets[40];
     let all = Zones::new((0..count as u32).rev().collect(), offsets);
+    all.validate(count).unwrap();
     for parts in [1, 2, 3, 7] {
         let mut named = vec![0; count];
         for part in 0..parts {
             let share = all.share(part, parts, |cell| u64::from(cell * 7919 % 101));
+            share.validate(count).unwrap();
             assert!(share.cells.len().abs_diff(count / parts) <= 4, "{parts} parts");
             share.cells.iter().for_each(|&cell| named[cell as usize] += 1);
         }

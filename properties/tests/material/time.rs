@@ -263,6 +263,7 @@ fn bodies_that_do_not_remember_carry_nothing() {
     let condensed = clusters.map(|cluster| plain.body().unknowns(cluster).end).max().unwrap();
     assert_eq!(plain.at_rest().condensed[0].len(), condensed);
     assert!(plain.body().history().is_none());
+    assert!(!plain.model().is_timed());
     let path = plain.run().unwrap().completed().unwrap();
     assert_eq!(path.steps.len(), 1, "time is no reason for steps where nothing relaxes");
 }

@@ -90,12 +90,12 @@ impl<const D: usize> DiscreteBody<D> {
     }
 
     /// Its term of the potential.
-    pub(crate) fn body(&self) -> &Arc<Body<D, Arc<dyn Material>>> {
+    pub fn body(&self) -> &Arc<Body<D, Arc<dyn Material>>> {
         &self.body
     }
 
     /// Its particles and the cells between them.
-    pub(crate) fn cells(&self) -> &Arc<dyn Cells<D>> {
+    pub fn cells(&self) -> &Arc<dyn Cells<D>> {
         &self.cells
     }
 
@@ -136,7 +136,7 @@ impl<const D: usize> DiscreteBody<D> {
     ///
     /// # Errors
     /// Where a particle is not covered, and for a state of another problem.
-    pub(crate) fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
+    pub fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
         self.reads(state)?;
         let particles = 0..self.nodes.len();
         particles.map(|p| Ok(self.weighted(&self.approximation.values_at_node(p)?, state))).collect()
