@@ -75,7 +75,8 @@ impl<const D: usize> Scene<D> {
     /// elements of order 2 whose layout is regular are graded towards all faces, by the power 5/4 of the distance.
     ///
     /// Whatever is requested, a scheme has the same series of models, with 1, 2, 3, 4, 6, 8, 12 and so on times the cells of the first along
-    /// each axis, each solved from the one before: a tighter tolerance goes further along it, and never answers worse than a looser one under the same budget.
+    /// each axis, each solved from the one before: a tighter tolerance goes further along it, and never answers worse than a looser one
+    /// under the same budget.
     /// From the third model on values are extrapolated (Richardson): the answer is the value of its model and a
     /// correction ([`Level::corrections`](super::Level::corrections)), and the bound is about what is left.
     ///
@@ -98,8 +99,8 @@ impl<const D: usize> Scene<D> {
     /// proportion to what they changed beside it.
     ///
     /// No model may take more than sixteen times the work of all before it (work is counted in factorisations times the power 3/2 of
-    /// the unknowns; small models, eight matrices of any and twice as many as the first took are free). A search ends once the fall of its bounds tells that the budget
-    /// will not do; where no scheme comes to its end, each is brought as near as the budget allows, and the least bound is the answer.
+    /// the unknowns; small models, eight matrices of any and twice as many as the first took are free). A search ends once the fall of
+    /// its bounds tells that the budget will not do; where no scheme comes to its end, each is brought as near as the budget allows, and the least bound is the answer.
     /// Where everything that the coarsest model has is prescribed, as one cell through a thin bonded body, it takes more
     /// cells across.
     ///
