@@ -6,7 +6,7 @@ use crate::error::{GeometryError, Invalid, SolidError};
 use crate::geometry::{Block, Point};
 use crate::mesh::Mesh;
 
-use super::crossing::crossings;
+use super::crossing::first_crossing;
 use super::tree::Tree;
 use super::weld::{ADDED, drop_doubles, turn_flat, weld};
 use super::{orient, stl};
@@ -147,15 +147,14 @@ impl Solid3 {
         }
         let origins: Vec<u32> = facets.iter().map(|facet| facet.origin).collect();
         let solid = Self::measured(vertices, facets.iter().map(|facet| facet.corners).collect());
-        let found = crossings(&solid.vertices, &solid.facets, &solid.tree);
-        if let Some(first) = found.first() {
+        if let Some((count, first)) = first_crossing(&solid.vertices, &solid.facets, &solid.tree) {
             // A facet that closes an opening has no number but its own.
             let given = |facet: u32| match origins[facet as usize] {
                 ADDED => facet as usize,
                 origin => origin as usize,
             };
             let facets = first.facets.map(given);
-            return Err(SolidError::Crossing { count: found.len(), facets, at: first.at }.into());
+            return Err(SolidError::Crossing { count, facets, at: first.at }.into());
         }
         Ok((solid.outward()?, origins))
     }

@@ -19,24 +19,44 @@ pub(super) struct Crossing {
 
 /// All pairs of facets that cross, by the lower facet.
 pub(super) fn crossings(vertices: &[Point<3>], facets: &[[u32; 3]], tree: &Tree) -> Vec<Crossing> {
-    let corners = |facet: u32| facets[facet as usize].map(|vertex| vertices[vertex as usize]);
     let found = map_ranges(facets.len(), 4096, |range| {
         let mut found = Vec::new();
-        for one in range.start as u32..range.end as u32 {
-            let x = corners(one);
-            let begun = found.len();
-            tree.for_each_in(&x[0].inf(&x[1]).inf(&x[2]), &x[0].sup(&x[1]).sup(&x[2]), |other| {
-                if other > one
-                    && let Some(at) = crossing(&x, facets[one as usize], &corners(other), facets[other as usize])
-                {
-                    found.push(Crossing { facets: [one, other], at: at.into() });
-                }
-            });
-            found[begun..].sort_unstable_by_key(|crossing| crossing.facets);
-        }
+        range.for_each(|one| of_facet(vertices, facets, tree, one as u32, &mut found));
         found
     });
     found.concat()
+}
+
+/// How many pairs cross, and the first of them. None is kept: a damaged surface may have as many as the square of its facets.
+pub(super) fn first_crossing(vertices: &[Point<3>], facets: &[[u32; 3]], tree: &Tree) -> Option<(usize, Crossing)> {
+    let found = map_ranges(facets.len(), 4096, |range| {
+        let (mut count, mut first) = (0, None);
+        let mut found = Vec::new();
+        for one in range {
+            found.clear();
+            of_facet(vertices, facets, tree, one as u32, &mut found);
+            count += found.len();
+            first = first.or(found.first().copied());
+        }
+        (count, first)
+    });
+    let first = found.iter().find_map(|range| range.1)?;
+    Some((found.iter().map(|range| range.0).sum(), first))
+}
+
+/// Adds the pairs of a facet with later ones, in their order.
+fn of_facet(vertices: &[Point<3>], facets: &[[u32; 3]], tree: &Tree, one: u32, found: &mut Vec<Crossing>) {
+    let corners = |facet: u32| facets[facet as usize].map(|vertex| vertices[vertex as usize]);
+    let x = corners(one);
+    let begun = found.len();
+    tree.for_each_in(&x[0].inf(&x[1]).inf(&x[2]), &x[0].sup(&x[1]).sup(&x[2]), |other| {
+        if other > one
+            && let Some(at) = crossing(&x, facets[one as usize], &corners(other), facets[other as usize])
+        {
+            found.push(Crossing { facets: [one, other], at: at.into() });
+        }
+    });
+    found[begun..].sort_unstable_by_key(|crossing| crossing.facets);
 }
 
 /// A point that two facets share beyond their common vertices.

@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3;
 
-use crate::error::GeometryError;
+use crate::error::{GeometryError, Invalid};
 use crate::geometry::Point;
 
 use super::parts::cross;
@@ -84,6 +84,9 @@ impl Frame {
             counts[axis] = ((high - shift[axis]).floor() as usize + 2).next_multiple_of(STEP);
         }
         frame.origin = frame.turned(&shift) * size;
+        if !frame.origin.iter().all(|x| x.is_finite()) {
+            return Err(Invalid::new("particle spacing", spacing, "give one that is smaller than the part").into());
+        }
         Ok((frame, Grid { counts }))
     }
 }
