@@ -143,7 +143,9 @@ fn rings(start: u32, next: &mut HashMap<u32, Vec<u32>>) -> Vec<Vec<u32>> {
             Some(&from) => {
                 let ring: Vec<u32> = way[from..].to_vec();
                 // Its own alone: a look at the whole way for each ring would be long where many hang on a long way.
-                way.drain(from + 1..).for_each(|vertex| drop(place.remove(&vertex)));
+                for vertex in way.drain(from + 1..) {
+                    place.remove(&vertex);
+                }
                 found.push(ring);
             }
             None => {
