@@ -34,7 +34,7 @@ fn torus(n: usize, m: usize) -> Facets {
     quads.flat_map(of_quad).collect()
 }
 
-fn binary(facets: &Facets) -> Vec<u8> {
+fn binary(facets: &[[[f64; 3]; 3]]) -> Vec<u8> {
     let mut out = vec![b' '; 80];
     out.extend((facets.len() as u32).to_le_bytes());
     for facet in facets {
