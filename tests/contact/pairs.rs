@@ -138,6 +138,39 @@ fn uniform_pressure_in_space() {
     }
 }
 
+/// The same where particles do not match. Facet points of the finer face press against triangles of the other one, whose own rule does not
+/// integrate their forces: that is exact where one lattice halves the other, and else off by the square of the spacing on the coarser
+/// lattice. The forces in all are exact whatever the particles are.
+#[test]
+fn pressure_in_space_where_particles_do_not_match() {
+    let worst = |lower: [usize; 3], upper: [usize; 3]| {
+        let scene = Scene::assembly(Solid)
+            .body("lower", Block::new([0.0; 3], [1.0, 1.0, 1.0]), rubber())
+            .body("upper", Block::new([0.0, 0.0, 1.3], [1.0, 1.0, 2.3]), rubber())
+            .scheme_of("lower", move |scheme| scheme.particles(lower))
+            .scheme_of("upper", move |scheme| scheme.particles(upper))
+            .prescribe(Place::on((2, Side::Min)).of("lower"), 2, 0.0)
+            .prescribe(Place::on((0, Side::Min)).of("lower"), 0, 0.0)
+            .prescribe(Place::on((1, Side::Min)).of("lower"), 1, 0.0)
+            .prescribe(Place::on((0, Side::Min)).of("upper"), 0, 0.0)
+            .prescribe(Place::on((1, Side::Min)).of("upper"), 1, 0.0)
+            .traction(Place::on((2, Side::Max)).of("upper"), [0.0, 0.0, -0.3])
+            .contact_between(Place::on((2, Side::Max)).of("lower"), Place::on((2, Side::Min)).of("upper"), "joint");
+        let (problem, path) = solved(&scene, &Scheme::default());
+        let joint = problem.contact(path.last(), "joint").unwrap();
+        let f = problem.deformation_gradients(path.last()).unwrap()[0];
+        let stretch = f.determinant() / f[(2, 2)];
+        let worst = joint.points.iter().map(|point| (point.pressure * stretch / 0.3 - 1.0).abs()).fold(0.0, f64::max);
+        println!("{lower:?} on {upper:?}: {worst:e}, {} iterations", path.iterations);
+        assert!((joint.force[2] / 0.3 + 1.0).abs() < 1e-8, "{}", joint.force);
+        worst
+    };
+    assert!(worst([3, 3, 3], [5, 5, 3]) < 1e-8);
+    for counts in [[[4, 4, 3], [5, 5, 3]], [[5, 5, 3], [4, 4, 3]]] {
+        assert!(worst(counts[0], counts[1]) < 0.01);
+    }
+}
+
 /// Finite elements of either order that lie on each other, in the plane and in space: a uniform pressure over all of the joint.
 #[test]
 fn uniform_pressure_between_elements() {

@@ -88,7 +88,7 @@ fn hertz() {
     assert!(found.0.abs() < 0.03 && found.1.abs() < 0.03, "width and peak off by {found:?}");
 }
 
-/// Metres and pascals take the same iterations as millimetres and megapascals, and give the same digits.
+/// Metres or millimetres, with pascals, megapascals or gigapascals: the same steps, iterations and digits.
 #[test]
 fn units_do_not_matter() {
     let run = |metre: f64, pascal: f64| {
@@ -99,14 +99,20 @@ fn units_do_not_matter() {
             .contact("bottom", RigidSurface::shaft([0.3 * metre, -0.7 * metre], 0.5 * metre).named("die"));
         let (problem, path) = solved(&scene, &Scheme::default().particles([9]));
         let die = problem.contact(path.last(), "die").unwrap();
-        (path.iterations, die.force[1] / (metre * pascal), die.extent / metre)
+        let loads: Vec<f64> = path.steps.iter().map(|step| step.state.load).collect();
+        ((loads, path.iterations), die.force[1] / (metre * pascal), die.extent / metre)
     };
-    let (first, second) = (run(1.0, 1e6), run(1e3, 1.0));
-    assert_eq!(first.0, second.0);
-    assert!(
-        (first.1 / second.1 - 1.0).abs() < 1e-10 && (first.2 / second.2 - 1.0).abs() < 1e-10,
-        "{first:?} {second:?}"
-    );
+    let first = run(1.0, 1.0);
+    for metre in [1.0, 1e3] {
+        // From megapascals.
+        for pascal in [1e6, 1.0, 1e-3] {
+            let other = run(metre, pascal);
+            assert_eq!(first.0, other.0, "{metre} {pascal}");
+            let off = [first.1 / other.1 - 1.0, first.2 / other.2 - 1.0];
+            println!("{metre} {pascal}: force and width differ by {off:?}");
+            assert!(off.iter().all(|off| off.abs() < 1e-10), "{first:?} {other:?}");
+        }
+    }
     // It began with a gap, and nothing but the die holds it against the traction.
     assert!((first.1 - 0.1).abs() < 1e-10, "{first:?}");
 }
@@ -209,4 +215,38 @@ fn hulls_press_as_planes_do() {
     let (hull, plane) =
         (force(RigidSurface::hull(&lid)), force(RigidSurface::plane([0.0, 0.0, 1.1], [0.0, 0.0, -1.0])));
     assert!(plane < -0.1 && (hull / plane - 1.0).abs() < 1e-9, "{hull} {plane}");
+}
+
+/// A rounded block of rubber between six plates that come in from all sides by different ways, until it fills most of the room between them:
+/// the run completes, each plate balances the opposite one, and no moment is left. Nothing but the plates holds the block.
+#[test]
+fn squeezed_on_six_sides() {
+    let rounded = Mapped(|unit: &Point<3>| {
+        let x = unit.map(|t| 2.0 * t - 1.0);
+        let square = x.map(|v| v * v);
+        Point::<3>::from_fn(|i, _| {
+            let (a, b) = (square[(i + 1) % 3], square[(i + 2) % 3]);
+            x[i] * (1.0 - 0.2 * (a + b) + 0.05 * a * b)
+        })
+    });
+    let ways = [0.12, 0.1, 0.08];
+    let mut scene = Scene::new(rounded, Solid, rubber());
+    for axis in 0..3 {
+        for (side, sign) in [(Side::Min, -1.0), (Side::Max, 1.0)] {
+            let along = |length: f64| std::array::from_fn(|i| if i == axis { length } else { 0.0 });
+            let plate = RigidSurface::plane(along(sign), along(-sign)).moving(along(-sign * ways[axis]));
+            scene = scene.contact((axis, side), plate.named(&format!("{axis} {sign}")));
+        }
+    }
+    let (problem, path) = solved(&scene, &Scheme::default().particles([5, 5, 5]));
+    println!("{} steps, {} iterations", path.steps.len(), path.iterations);
+    let (mut moment, mut arms) = (Point::<3>::zeros(), 0.0);
+    for axis in 0..3 {
+        let [low, high] = ["-1", "1"].map(|sign| problem.contact(path.last(), &format!("{axis} {sign}")).unwrap());
+        println!("axis {axis}: {} {}", low.force[axis], high.force[axis]);
+        assert!(low.force[axis] > 0.1 && (high.force[axis] / low.force[axis] + 1.0).abs() < 1e-6);
+        moment += low.moment + high.moment;
+        arms += low.force.norm();
+    }
+    assert!(moment.norm() < 1e-6 * arms, "{moment}");
 }
