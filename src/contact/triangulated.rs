@@ -38,11 +38,16 @@ pub struct Triangulated {
     at_points: Vec<Point<3>>,
     /// Sums of the normals on both sides of an edge, its lower corner first, and how many there are.
     at_edges: HashMap<[u32; 2], (Point<3>, usize)>,
+    /// Whether a corner lies at a border, beyond which there are no triangles.
+    at_borders: Vec<bool>,
     low: Point<3>,
     high: Point<3>,
     size: f64,
     bins: HashMap<[i32; 3], Vec<u32>>,
 }
+
+/// Part of the cube around a closed surface below which its volume is rounding.
+const ROUNDING: f64 = 1e-8;
 
 fn edge(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
@@ -57,6 +62,7 @@ impl Triangulated {
             triangles: Vec::new(),
             normals: Vec::new(),
             at_edges: HashMap::new(),
+            at_borders: Vec::new(),
             low: Point::repeat(f64::INFINITY),
             high: Point::repeat(f64::NEG_INFINITY),
             size: 0.0,
@@ -82,6 +88,10 @@ impl Triangulated {
                 surface.high = surface.high.zip_map(&x[k], f64::max);
             }
         }
+        surface.at_borders = vec![false; surface.points.len()];
+        for (ends, _) in surface.at_edges.iter().filter(|(_, (_, count))| *count < 2) {
+            ends.iter().for_each(|&end| surface.at_borders[end as usize] = true);
+        }
         surface.size = total / (3 * surface.triangles.len()).max(1) as f64;
         for k in 0..surface.triangles.len() {
             let x = surface.triangles[k].map(|corner| surface.points[corner as usize]);
@@ -101,6 +111,20 @@ impl Triangulated {
     /// The hull of a mesh: the faces that belong to one cell alone, quadrangles cut in two.
     pub fn hull(mesh: &Mesh<3>) -> Self {
         Triangulated::new(mesh.points().to_vec(), mesh.surface().0)
+    }
+
+    /// Whether it has no border.
+    fn is_closed(&self) -> bool {
+        !self.at_borders.contains(&true)
+    }
+
+    /// What a closed surface encloses, negative where it is the wall of a cavity.
+    fn volume(&self) -> f64 {
+        let of = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|corner| self.points[corner as usize] - self.low);
+            a.dot(&b.cross(&c)) / 6.0
+        };
+        self.triangles.iter().map(of).sum()
     }
 
     fn bin(&self, x: &Point<3>) -> [i32; 3] {
@@ -177,7 +201,8 @@ impl Surface<3> for Triangulated {
             let along = (self.points[b as usize] - self.points[a as usize]).normalize();
             (sum, SMatrix::<f64, 3, 3>::identity() - along * along.transpose(), count < 2)
         } else {
-            (self.at_points[triangle[corners[0]] as usize], SMatrix::identity(), false)
+            let corner = triangle[corners[0]] as usize;
+            (self.at_points[corner], SMatrix::identity(), self.at_borders[corner])
         };
         if open {
             // On straight beyond a border.
@@ -187,8 +212,10 @@ impl Surface<3> for Triangulated {
         if away.dot(&outward) >= 0.0 { found } else { found.hollow() }
     }
 
+    /// An open surface has no far side: a flat one, whose box has no height, would let nothing move otherwise.
     fn depth(&self) -> f64 {
-        0.5 * (self.high - self.low).min()
+        let extent = self.high - self.low;
+        if self.is_closed() { 0.5 * extent.min() } else { 0.5 * extent.max() }
     }
 
     fn validate(&self) -> Result<(), GeometryError> {
@@ -199,6 +226,11 @@ impl Surface<3> for Triangulated {
             return Err(GeometryError::Shape { what, at, remedy });
         }
         match self.normals.iter().position(|normal| !normal.norm().is_finite()) {
+            None if self.is_closed() && self.volume().abs() <= ROUNDING * (self.high - self.low).amax().powi(3) => {
+                let (what, remedy) =
+                    ("a closed rigid surface has no inside", "give it a volume, or leave out one of its two sides");
+                Err(GeometryError::Shape { what, at, remedy })
+            }
             None => Ok(()),
             Some(k) => {
                 let at = self.points[self.triangles[k][0] as usize].as_slice().to_vec();

@@ -81,7 +81,10 @@ pub enum BoundaryError {
         name: String,
     },
     /// Two bodies lie in each other.
-    #[error("bodies {first} and {second} overlap, at X = {at:?} for instance: move one of them, or cut it")]
+    #[error(
+        "bodies {first} and {second} overlap, at X = {at:?} for instance: move one of them, cut it, or let a press fit resolve it \
+         (Scene::press_fit)"
+    )]
     Overlap {
         /// The one.
         first: String,

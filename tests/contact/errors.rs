@@ -1,8 +1,9 @@
 //! Bad contacts are refused with what, where and what to do.
 
 use rkpm::Error;
-use rkpm::contact::{ContactError, Profile};
-use rkpm::error::GeometryError;
+use rkpm::contact::{ContactError, Profile, Surface, Triangulated};
+use rkpm::error::{BoundaryError, GeometryError};
+use rkpm::kinematics::Kinematics;
 use rkpm::prelude::*;
 use rkpm::solve::{Cause, Ending};
 
@@ -99,4 +100,137 @@ fn open_profiles_that_are_passed_at_their_end() {
         other => panic!("{other:?}"),
     }
     assert!(path.last().load > 0.5 && problem.contact(path.last(), "lid").is_ok(), "{}", path.last().load);
+}
+
+fn rubber() -> Rubber {
+    Rubber::neo_hookean(0.5, 1e3).unwrap()
+}
+
+/// Two blocks that overlap along the last axis by more than contact looks for faces behind each other, and by less.
+fn overlapping<const D: usize>(kinematics: impl Kinematics<D> + 'static, overlap: f64, fitted: bool) -> Scene<D> {
+    let up = D - 1;
+    let block = |low: f64| {
+        let (mut min, mut max) = ([0.0; D], [1.0; D]);
+        (min[up], max[up]) = (low, low + 1.0);
+        Block::new(min, max)
+    };
+    let on = |side: Side, of: &str| Place::<D>::on((up, side)).of(of);
+    let scene = Scene::assembly(kinematics)
+        .body("lower", block(0.0), rubber())
+        .body("upper", block(1.0 - overlap), rubber())
+        .hold(on(Side::Min, "lower"))
+        .hold(on(Side::Max, "upper"));
+    let (first, second) = (on(Side::Max, "lower"), on(Side::Min, "upper"));
+    if fitted { scene.press_fit(first, second, "fit") } else { scene.contact_between(first, second, "joint") }
+}
+
+/// Bodies that begin in each other without a stage that says so, be it by a part of a cell or by half of themselves; with one they are taken.
+#[test]
+fn bodies_inside_each_other_at_the_start() {
+    fn check<const D: usize>(kinematics: impl Kinematics<D> + Clone + 'static) {
+        let scheme = Scheme::default().particles([7]);
+        for overlap in [0.02, 0.1, 0.3, 0.5] {
+            let error = match overlapping(kinematics.clone(), overlap, false).discretize(&scheme) {
+                Err(error) => error,
+                Ok(_) => panic!("{overlap} taken"),
+            };
+            let expected = matches!(error, Error::Contact(ContactError::Penetrates { .. }))
+                || matches!(error, Error::Boundary(BoundaryError::Overlap { .. }));
+            assert!(expected, "{overlap}: {error}");
+            assert!(overlapping(kinematics.clone(), overlap, true).discretize(&scheme).is_ok());
+        }
+        assert!(overlapping(kinematics, 0.0, false).discretize(&scheme).is_ok());
+    }
+    check(PlaneStrain);
+    check(Solid);
+    // A disc within a square: no face of one looks at one of the other.
+    let square = Outline::at([0.0, 0.0]).line("rim", [4.0, 0.0]).line("rim", [4.0, 4.0]).line("rim", [0.0, 4.0]);
+    let scene = Scene::assembly(PlaneStrain)
+        .body("square", Region::new(square.close("rim")).unwrap(), rubber())
+        .body("disc", Region::new(Outline::circle("edge", [2.0, 2.0], 0.5)).unwrap(), rubber())
+        .hold("rim")
+        .contact_between("rim", "edge", "joint");
+    assert!(matches!(refused(scene), Error::Boundary(BoundaryError::Overlap { .. })));
+}
+
+#[test]
+fn friction_between_bodies_below_zero() {
+    for value in [-0.1, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for pair in
+            [ContactPair::between((1, Side::Max), (0, Side::Min), "joint"), ContactPair::itself((1, Side::Max), "fold")]
+        {
+            let error = refused(block().contact_pair(pair.friction(value)));
+            assert!(matches!(error, Error::Invalid(_)), "{error}");
+        }
+    }
+}
+
+fn cube() -> Scene<3> {
+    Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber()).hold((2, Side::Min))
+}
+
+/// A sheet of two triangles about the axis of the cube, which looks down.
+fn sheet(size: f64) -> Triangulated {
+    let corner = |[x, y]: [f64; 2]| Point::<3>::new(0.5 - size * x, 0.5 + size * y, 1.1);
+    let corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(corner);
+    Triangulated::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]])
+}
+
+/// Tools in space that bound nothing.
+#[test]
+fn tools_without_extent() {
+    let high = [0.5, 0.5, 3.0];
+    let points = |last: f64| vec![[0.0, 0.0, 2.0].into(), [1.0, 0.0, 2.0].into(), [0.5 * last, last, 2.0].into()];
+    let tools = [
+        RigidSurface::sphere(high, 0.0),
+        RigidSurface::sphere(high, f64::INFINITY),
+        RigidSurface::cylinder(high, [0.0; 3], 1.0),
+        RigidSurface::cylinder(high, [1.0, 0.0, 0.0], -1.0),
+        RigidSurface::sleeve(high, [1.0, 0.0, 0.0], 0.0),
+        RigidSurface::cone(high, [0.0, 0.0, 1.0], 0.0),
+        RigidSurface::new(Triangulated::new(Vec::new(), Vec::new())),
+        // A triangle without area, corners that do not exist, and two triangles back to back.
+        RigidSurface::new(Triangulated::new(points(0.0), vec![[0, 1, 2]])),
+        RigidSurface::new(Triangulated::new(points(1.0), vec![[0, 1, 3]])),
+        RigidSurface::new(Triangulated::new(points(f64::NAN), vec![[0, 1, 2]])),
+        RigidSurface::new(Triangulated::new(points(1.0), vec![[0, 1, 2], [0, 2, 1]])),
+    ];
+    for (number, tool) in tools.into_iter().enumerate() {
+        match cube().contact((2, Side::Max), tool).discretize(&Scheme::default().particles([3])) {
+            Err(Error::Invalid(_) | Error::Geometry(GeometryError::Shape { .. })) => {}
+            Err(other) => panic!("{number}: {other}"),
+            Ok(_) => panic!("{number}: taken"),
+        }
+    }
+}
+
+/// An open sheet presses as a plane does while the body stays under it; one that the body reaches beyond is refused, along borders and at their
+/// corners.
+#[test]
+fn open_tools_in_space() {
+    let run = |surface: RigidSurface<3>| {
+        let scene = cube().contact((2, Side::Max), surface.moving([0.0, 0.0, -0.2]).named("lid"));
+        let problem = scene.discretize(&Scheme::default().particles([4])).unwrap();
+        let path = problem.run().unwrap();
+        (problem, path)
+    };
+    let force = |surface: RigidSurface<3>| {
+        let (problem, path) = run(surface);
+        let path = path.completed().unwrap();
+        assert!(path.iterations < 30, "{}", path.iterations);
+        problem.contact(path.last(), "lid").unwrap().force[2]
+    };
+    let plane = force(RigidSurface::plane([0.5, 0.5, 1.1], [0.0, 0.0, -1.0]));
+    assert!((force(RigidSurface::new(sheet(3.0))) / plane - 1.0).abs() < 1e-9);
+    let (_, path) = run(RigidSurface::new(sheet(0.8)));
+    match &path.ending {
+        Ending::Stalled(stalled) => {
+            assert!(matches!(&stalled.cause, Cause::Refused(why) if why.contains("open end")), "{stalled}");
+        }
+        other => panic!("{other:?}"),
+    }
+    for beyond in [[1.5, 0.6, 1.0], [1.5, 1.6, 1.0], [-0.5, 1.6, 1.2]] {
+        assert!(sheet(1.0).nearest(&beyond.into()).passed_end, "{beyond:?}");
+    }
+    assert!(!sheet(1.0).nearest(&[0.7, 0.6, 1.0].into()).passed_end);
 }

@@ -1,5 +1,6 @@
 //! Contact: laws of the surfaces, of the pressures, and scenes with known answers.
 
+mod closed_forms;
 mod errors;
 mod friction;
 mod friction_between;

@@ -88,7 +88,7 @@ fn hertz() {
     assert!(found.0.abs() < 0.03 && found.1.abs() < 0.03, "width and peak off by {found:?}");
 }
 
-/// Metres and pascals take the same iterations as millimetres and megapascals, and give the same digits.
+/// Metres or millimetres, with pascals, megapascals or gigapascals: the same steps, iterations and digits.
 #[test]
 fn units_do_not_matter() {
     let run = |metre: f64, pascal: f64| {
@@ -99,14 +99,20 @@ fn units_do_not_matter() {
             .contact("bottom", RigidSurface::shaft([0.3 * metre, -0.7 * metre], 0.5 * metre).named("die"));
         let (problem, path) = solved(&scene, &Scheme::default().particles([9]));
         let die = problem.contact(path.last(), "die").unwrap();
-        (path.iterations, die.force[1] / (metre * pascal), die.extent / metre)
+        let loads: Vec<f64> = path.steps.iter().map(|step| step.state.load).collect();
+        ((loads, path.iterations), die.force[1] / (metre * pascal), die.extent / metre)
     };
-    let (first, second) = (run(1.0, 1e6), run(1e3, 1.0));
-    assert_eq!(first.0, second.0);
-    assert!(
-        (first.1 / second.1 - 1.0).abs() < 1e-10 && (first.2 / second.2 - 1.0).abs() < 1e-10,
-        "{first:?} {second:?}"
-    );
+    let first = run(1.0, 1.0);
+    for metre in [1.0, 1e3] {
+        // From megapascals.
+        for pascal in [1e6, 1.0, 1e-3] {
+            let other = run(metre, pascal);
+            assert_eq!(first.0, other.0, "{metre} {pascal}");
+            let off = [first.1 / other.1 - 1.0, first.2 / other.2 - 1.0];
+            println!("{metre} {pascal}: force and width differ by {off:?}");
+            assert!(off.iter().all(|off| off.abs() < 1e-10), "{first:?} {other:?}");
+        }
+    }
     // It began with a gap, and nothing but the die holds it against the traction.
     assert!((first.1 - 0.1).abs() < 1e-10, "{first:?}");
 }
@@ -209,4 +215,75 @@ fn hulls_press_as_planes_do() {
     let (hull, plane) =
         (force(RigidSurface::hull(&lid)), force(RigidSurface::plane([0.0, 0.0, 1.1], [0.0, 0.0, -1.0])));
     assert!(plane < -0.1 && (hull / plane - 1.0).abs() < 1e-9, "{hull} {plane}");
+}
+
+/// Six plates that come in upon all faces of a block by their ways.
+fn between_plates(block: impl Domain<3> + 'static, rubber: Rubber, ways: [f64; 3]) -> Scene<3> {
+    let mut scene = Scene::new(block, Solid, rubber);
+    for axis in 0..3 {
+        for (side, sign) in [(Side::Min, -1.0), (Side::Max, 1.0)] {
+            let along = |length: f64| std::array::from_fn(|i| if i == axis { length } else { 0.0 });
+            let plate = RigidSurface::plane(along(sign), along(-sign)).moving(along(-sign * ways[axis]));
+            scene = scene.contact((axis, side), plate.named(&format!("{axis} {sign}")));
+        }
+    }
+    scene
+}
+
+/// The forces of the plates along each axis, which balance each other and leave no moment.
+fn balanced(problem: &Problem<3>, path: &EquilibriumPath) -> [f64; 3] {
+    let (mut moment, mut arms) = (Point::<3>::zeros(), 0.0);
+    let forces = std::array::from_fn(|axis| {
+        let [low, high] = ["-1", "1"].map(|sign| problem.contact(path.last(), &format!("{axis} {sign}")).unwrap());
+        assert!(low.force[axis] > 0.1 && (high.force[axis] / low.force[axis] + 1.0).abs() < 1e-8);
+        moment += low.moment + high.moment;
+        arms += low.force.norm();
+        low.force[axis]
+    });
+    assert!(moment.norm() < 1e-8 * arms, "{moment}");
+    forces
+}
+
+/// A cube that six plates hold and lock: they leave it no way but to lose volume. It stays a box, to 1e-8, and the plates have its stresses, up to
+/// a pressure of 29 shear moduli; at 41 runs stall.
+#[test]
+fn a_cube_locked_by_six_plates() {
+    for (bulk, ways) in [(94.0, [0.06, 0.03, 0.02]), (1410.0, [0.01, 0.006, 0.004])] {
+        let rubber = Rubber::mooney_rivlin(0.293, 0.177, bulk).unwrap();
+        let scene = between_plates(Block::new([-1.0; 3], [1.0; 3]), rubber, ways);
+        let (problem, path) = solved(&scene, &Scheme::default().particles([5]));
+        let forces = balanced(&problem, &path);
+        println!("forces {forces:?}, {} iterations in {} steps", path.iterations, path.steps.len());
+        let stretches = ways.map(|way| 1.0 - way);
+        for f in problem.deformation_gradients(path.last()).unwrap() {
+            assert!((f - diagonal(stretches)).norm() < 1e-8, "{f}");
+        }
+        let stress = problem.stress(path.last(), &Point::<3>::zeros()).unwrap();
+        for axis in 0..3 {
+            let area = 4.0 * stretches.iter().product::<f64>() / stretches[axis];
+            assert!((-stress[(axis, axis)] * area / forces[axis] - 1.0).abs() < 1e-8, "{stress}");
+        }
+    }
+}
+
+fn diagonal(values: [f64; 3]) -> rkpm::nalgebra::Matrix3<f64> {
+    rkpm::nalgebra::Matrix3::from_diagonal(&values.into())
+}
+
+/// A rounded block of rubber that nothing but six plates holds, each of which touches the middle of its face.
+#[test]
+fn a_rounded_block_squeezed_on_six_sides() {
+    let rounded = Mapped(|unit: &Point<3>| {
+        let x = unit.map(|t| 2.0 * t - 1.0);
+        let square = x.map(|v| v * v);
+        Point::<3>::from_fn(|i, _| {
+            let (a, b) = (square[(i + 1) % 3], square[(i + 2) % 3]);
+            x[i] * (1.0 - 0.2 * (a + b) + 0.05 * a * b)
+        })
+    });
+    let (problem, path) =
+        solved(&between_plates(rounded, rubber(), [0.12, 0.1, 0.08]), &Scheme::default().particles([5]));
+    let forces = balanced(&problem, &path);
+    println!("forces {forces:?}, {} iterations in {} steps", path.iterations, path.steps.len());
+    assert!(path.iterations < 20);
 }

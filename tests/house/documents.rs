@@ -55,6 +55,23 @@ fn links_between_documents_lead_to_files() {
     assert!(seen > 80, "{seen} links found");
 }
 
+/// The site has the pages that the summary lists and the files beside them, and nothing outside `docs`.
+#[test]
+fn links_of_listed_pages_lead_to_listed_pages() {
+    let docs = root().join("docs").canonicalize().unwrap();
+    let summary = fs::read_to_string(docs.join("SUMMARY.md")).unwrap();
+    let listed: Vec<_> = links(&summary).iter().map(|page| docs.join(page)).collect();
+    for page in &listed {
+        for link in links(&prose(&fs::read_to_string(page).unwrap()).0) {
+            let target = page.parent().unwrap().join(link).canonicalize().unwrap();
+            let is_page = target.extension().is_some_and(|ending| ending == "md");
+            assert!(target.starts_with(&docs), "{}: {link} is outside the book", page.display());
+            assert!(!is_page || listed.contains(&target), "{}: {link} is not in docs/SUMMARY.md", page.display());
+        }
+    }
+    assert!(listed.len() > 30, "{} pages", listed.len());
+}
+
 #[test]
 fn every_page_of_the_book_is_listed_and_run() {
     let summary = fs::read_to_string(root().join("docs/SUMMARY.md")).unwrap();

@@ -158,6 +158,7 @@ fn plot<'a>(
     let label = |scale: Scale, (low, high): (f64, f64)| {
         move |even: &f64| match scale {
             Scale::Linear => short(*even, high - low),
+            Scale::Logarithmic if high - low < 2.0 => two_digits(10f64.powf(*even)),
             Scale::Logarithmic if (even - even.round()).abs() < 1e-9 => power_of_ten(even.round() as i32),
             Scale::Logarithmic => format!("{:.1e}", 10f64.powf(*even)),
         }
@@ -350,6 +351,16 @@ fn power_of_ten(exponent: i32) -> String {
     "10".chars().chain(exponent.to_string().chars().map(raised)).collect()
 }
 
+/// A number of two digits, for axes of less than two decades.
+fn two_digits(value: f64) -> String {
+    if !(1e-4..1e5).contains(&value) {
+        return format!("{value:.1e}");
+    }
+    let last = (value * 1.000001).log10().floor() as i32 - 1;
+    let (unit, digits) = (10f64.powi(last.abs()), last.min(0).unsigned_abs() as usize);
+    if last > 0 { format!("{:.0}", (value / unit).round() * unit) } else { format!("{value:.digits$}") }
+}
+
 fn rgb(colour: Colour) -> RGBColor {
     match colour {
         Colour::Automatic | Colour::Blue => RGBColor(0x00, 0x72, 0xB2),
@@ -369,11 +380,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_are_cut_at_the_edges() {
+    fn lines_are_cut_at_the_edges_and_ticks_have_few_digits() {
         let ranges = [(0.0, 1.0), (0.0, 2.0)];
         assert_eq!(clip(&ranges, (-1.0, 1.0), (3.0, 1.0)), Some([(0.0, 1.0), (1.0, 1.0)]));
         assert_eq!(clip(&ranges, (0.5, 0.5), (0.5, 0.5)), Some([(0.5, 0.5); 2]));
         assert_eq!(clip(&ranges, (-1.0, 1.0), (0.5, 4.0)), None);
         assert_eq!(power_of_ten(-12), "10⁻¹²");
+        let texts = [10f64.powf(2.6), 10f64.powf(3.1), 1e-3, 10f64.powf(-3.2), 2.0, 1e-9].map(two_digits);
+        assert_eq!(texts, ["400", "1300", "0.0010", "0.00063", "2.0", "1.0e-9"]);
     }
 }

@@ -3,21 +3,25 @@
 use crate::error::{BoundaryError, Error};
 use crate::geometry::Point;
 
+use crate::scene::definition::place::Place;
 use crate::scene::definition::scene::Scene;
 use crate::scene::definition::source::BodyCells;
 
 /// Refuses bodies of which the middle of a cell lies in another body: bonds and contacts begin at surfaces. Bodies whose
-/// contact is requested may be pressed into each other at the start, which the contact itself judges.
+/// interference is resolved may begin as deep in each other as they are drawn. Contact without one looks for faces a chord and a half deep,
+/// so that bodies deeper in each other would pass by unseen.
 pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, all: &BodyCells<D>) -> Result<(), Error> {
-    if all.len() < 2 || scene.contact_pairs.iter().any(|contact_pair| contact_pair.second.is_some()) {
+    if all.len() < 2 {
         return Ok(());
     }
+    let fits = fits(scene, all);
     let boxes: Vec<[Point<D>; 2]> = all.iter().map(|(_, cells)| bounds(cells.positions())).collect();
     for (first, (_, cells)) in all.iter().enumerate() {
         for (second, (_, others)) in all.iter().enumerate() {
             let [low, high] = boxes[second];
             let unbonded = |i: usize| boxes[first][1][i] <= low[i] || boxes[first][0][i] >= high[i];
-            if first == second || (0..D).any(unbonded) {
+            let fitted = fits.contains(&[first, second]) || fits.contains(&[second, first]);
+            if first == second || fitted || (0..D).any(unbonded) {
                 continue;
             }
             let inside = |x: &&Point<D>| (0..D).all(|i| x[i] > low[i] && x[i] < high[i]) && others.contains(x);
@@ -29,6 +33,16 @@ pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, all: &BodyCells<D>) -> Re
         }
     }
     Ok(())
+}
+
+/// The bodies that contacts with an interference press into each other. Places that do not exist are refused with the contacts.
+fn fits<const D: usize>(scene: &Scene<D>, all: &BodyCells<D>) -> Vec<[usize; 2]> {
+    let body = |place: &Place<D>| {
+        let found = scene.bodies_at(&scene.resolve(place), || format!("contact of {place}"), all, |_| true);
+        found.ok().and_then(|found| found.first().copied())
+    };
+    let pairs = scene.contact_pairs.iter().filter(|pair| pair.interference.is_some());
+    pairs.filter_map(|pair| Some([body(&pair.first)?, body(pair.second.as_ref()?)?])).collect()
 }
 
 fn bounds<const D: usize>(positions: &[Point<D>]) -> [Point<D>; 2] {
