@@ -30,7 +30,8 @@ use interpolation::Interpolation;
 /// for $C^T H C$ would couple all particles of a zone and defeat every preconditioner. Conditions hold exactly in each
 /// direction: $\Pi = 1 - G^T (G G^T)^{-1} G$. The preconditioner is block triangular. In place of $K^{-1}$ it has
 /// $N^{-1} A^{-1} N^{-T}$ with $N_{JI} = \Psi_I(X_J)$ and the stiffness $A$ of trilinear elements between the particles,
-/// which sees the same displacements at particles and has a tenth of the entries; one multilevel cycle stands for $A^{-1}$.
+/// which sees the same displacements at particles and has a tenth of the entries; one multilevel cycle stands for $A^{-1}$. Off lattices
+/// gradients of linear fits to the nearest particles take the place of elements.
 /// In place of Schur's complement it has the mass of the pressures, $1/(2\mu) + H^{-1}$.
 #[derive(Clone)]
 pub(crate) struct Krylov {

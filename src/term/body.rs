@@ -139,6 +139,15 @@ impl<const D: usize, M: Material> Body<D, M> {
         self
     }
 
+    /// The same body over another table with the same points and clusters.
+    #[cfg(feature = "solve")]
+    pub(crate) fn over(&self, table: ShapeTable<D>) -> Self
+    where
+        M: Clone,
+    {
+        Body { table, material: self.material.clone(), phi: self.phi.clone(), clock: self.clock.clone(), ..*self }
+    }
+
     /// Whether it takes time.
     #[cfg(feature = "solve")]
     pub(crate) fn has_clock(&self) -> bool {

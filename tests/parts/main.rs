@@ -3,6 +3,7 @@
 mod conditions;
 mod cook;
 mod fuzz;
+mod iteration;
 mod laws;
 mod memory;
 mod pictures;

@@ -8,7 +8,7 @@ use crate::assembly::{Model, Ranks};
 /// Elements beside the particles, which are stiff where these are: what a large model is preconditioned with.
 #[derive(Clone)]
 pub(crate) struct Auxiliary {
-    /// Linear elements on the particles with the material and the zones of the body.
+    /// Linear elements on the particles, or fits of linear fields to them, with the material and the zones of the body.
     pub model: Arc<Model<3>>,
     /// Which term of the model to be solved has the same condensed unknowns.
     pub term: usize,

@@ -106,8 +106,8 @@ impl Solved<'_> {
                 last: convergence,
             });
         }
-        // What is not quite solved is left to Newton's next iteration.
-        let allowed = if rounding { 0.5 } else { most };
+        // What is not quite solved is left to Newton's next iteration; rounding is left by every solution.
+        let allowed = if rounding { 1.0 } else { most };
         self.left.set(done.residual);
         if !(done.residual <= allowed) {
             return Err(LinearError::Residual { residual: done.residual });

@@ -135,8 +135,8 @@ pub enum SolverChoice {
     Auto,
     /// By factors.
     Direct,
-    /// By Krylov iteration with pressures kept uncondensed from the matrix: lattices in space
-    /// with projected pressures alone. Whether states are stable is not known then. Scenes with contact, rigid bodies or
+    /// By Krylov iteration with pressures kept uncondensed from the matrix: one body in space, lattice, mesh or cut solid, with
+    /// projected pressures alone. Whether states are stable is not known then. Scenes with contact, rigid bodies or
     /// several bodies are solved by factors all the same.
     Krylov,
 }

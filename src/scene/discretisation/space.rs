@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::assembly::Model;
 use crate::boundary::Constraints;
-use crate::cells::{Cells, Layout};
+use crate::cells::{Cells, Lattice, Layout};
 use crate::error::{Error, Incompatible, SolveError};
 use crate::geometry::{Domain, Point};
 use crate::linear::{Auxiliary, Krylov};
@@ -15,6 +15,8 @@ use crate::shape::{Approximation, FiniteElements};
 use crate::table::ShapeTable;
 use crate::term::{Body, PressureField};
 
+use super::linear_fit::linear_fits;
+use super::one_body::expanding;
 use super::sharing::Sharing;
 use super::unmeasured::Unmeasured;
 use crate::scene::Scene;
@@ -128,33 +130,36 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         true => Err(Incompatible::new("solution by Krylov iteration", with, remedy).into()),
         false => Ok(None),
     };
-    let Some(lattice) = cells.lattice().filter(|_| D == 3) else {
-        return refused("cells that are no lattice in space", "factors are cheap there: take SolverChoice::Auto");
-    };
-    if preconditioner.is_none() && !iterates(scheme, &lattice.counts()) {
+    if D != 3 {
+        return refused("a body that is not in space", "factors are cheap there: take SolverChoice::Auto");
+    }
+    if preconditioner.is_some() && cells.lattice().is_none() {
+        return refused(
+            "a solver of preconditioners off lattices",
+            "take SolverChoice::Krylov on one rank, or factors",
+        );
+    }
+    // Thin parts take more directions than blocks: they are solved so where it is asked for.
+    if !requested && cells.lattice().is_none_or(|lattice| !iterates(scheme, &lattice.counts())) {
         return Ok(None);
     }
-    let size = match scheme.pressure {
-        PressureScheme::Auto if cells.is_thin() => 1,
-        PressureScheme::Auto => 2,
-        PressureScheme::Field { size, .. } => size,
-    };
-    let zones = sharing.zones(cells, cells.zones(size));
     let projected = matches!(body.field(), PressureField::Constant | PressureField::Linear);
-    if !projected || body.table().clusters().len() + 1 != zones.offsets.len() {
+    let Some(elements) = (match cells.lattice() {
+        _ if !projected => None,
+        Some(lattice) => elements_of(scene, scheme, (cells, lattice), body, sharing)?,
+        None => {
+            let stretch = |x: &Point<D>| scene.expansion.as_ref().map_or(1.0, |stretch| stretch.at(x, 1.0));
+            let table = linear_fits(body.table(), cells.positions(), &*scene.kinematics, &stretch)?;
+            Some(body.over(expanding(scene, table)?))
+        }
+    }) else {
         return refused("pressures that are not projected on zones of cells", "take the default rule and volume");
-    }
-    let elements = FiniteElements::new(lattice.clone(), 1)?;
-    let table = ShapeTable::of_alike_elements(&elements, &elements.gauss_in(2, &zones)?, &*scene.kinematics)?;
+    };
     let mut model = Model::new(cells.positions().to_vec());
-    let mut elastic = Body::projecting(table, body.material().clone(), body.field(), body.projected_measure());
-    if let Some(fewest) = sharing.fewest(elastic.fewest()) {
-        elastic = elastic.with_fewest(fewest);
-    }
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);
     }
-    model.add(elastic);
+    model.add(elements);
     let model: Box<dyn Any> = Box::new(model);
     let Ok(model) = model.downcast::<Model<3>>() else { return Ok(None) };
     let mut at = Points::empty();
@@ -171,29 +176,80 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         values.2.extend_from_slice(table.values(point));
         values.0.push(values.1.len());
     }
-    let (counts, along) = (lattice.counts(), lattice.cell_counts());
-    let mut places = vec![[0.0; 3]; cells.positions().len()];
-    for node in 0..counts.iter().product() {
-        let mut index = [0; D];
-        let mut rest = node;
-        for i in 0..D {
-            (index[i], rest) = (rest % counts[i], rest / counts[i]);
-        }
-        for i in 0..3 {
-            places[lattice.node(index)][i] = index[i] as f64 / along[i] as f64;
-        }
-    }
     // Rows that move one component of particles in a neighbourhood; ties and motions of whole bodies hold none.
     let held = equations.equations().iter().filter(|equation| {
         let sum: f64 = equation.entries.iter().map(|e| e.1).sum();
         sum.abs() > 0.5 * equation.measure() && equation.entries.iter().all(|e| e.0 % D == equation.dependent % D)
     });
     let held = held.map(|equation| equation.dependent).collect();
-    let auxiliary =
-        Auxiliary { model: Arc::from(model), term: 0, values, places, cells: std::array::from_fn(|i| along[i]), held };
+    let Places { places, cells } = Places::of(cells, body.table());
+    let auxiliary = Auxiliary { model: Arc::from(model), term: 0, values, places, cells, held };
     let krylov = Krylov::new(auxiliary);
     Ok(Some(match preconditioner {
         Some(preconditioner) => krylov.with_cycle(preconditioner),
         None => krylov,
     }))
+}
+
+/// Linear elements on a lattice with the material and the zones of its body; none where the body's clusters are others.
+fn elements_of<const D: usize>(
+    scene: &Scene<D>,
+    scheme: &Scheme,
+    (cells, lattice): (&dyn Cells<D>, &Lattice<D>),
+    body: &Body<D, Arc<dyn Material>>,
+    sharing: &Sharing,
+) -> Result<Option<Body<D, Arc<dyn Material>>>, Error> {
+    let size = match scheme.pressure {
+        PressureScheme::Auto if cells.is_thin() => 1,
+        PressureScheme::Auto => 2,
+        PressureScheme::Field { size, .. } => size,
+    };
+    let zones = sharing.zones(cells, cells.zones(size));
+    if body.table().clusters().len() + 1 != zones.offsets.len() {
+        return Ok(None);
+    }
+    let elements = FiniteElements::new(lattice.clone(), 1)?;
+    let table = ShapeTable::of_alike_elements(&elements, &elements.gauss_in(2, &zones)?, &*scene.kinematics)?;
+    let elastic = Body::projecting(table, body.material().clone(), body.field(), body.projected_measure());
+    Ok(Some(match sharing.fewest(elastic.fewest()) {
+        Some(fewest) => elastic.with_fewest(fewest),
+        None => elastic,
+    }))
+}
+
+/// Where particles stand in the unit cube.
+struct Places {
+    places: Vec<[f64; 3]>,
+    /// Cells of about the spacing of particles along each axis.
+    cells: [usize; 3],
+}
+
+impl Places {
+    /// Those of a lattice by its own axes, those of other cells in the box around them.
+    fn of<const D: usize>(cells: &dyn Cells<D>, table: &ShapeTable<D>) -> Places {
+        let positions = cells.positions();
+        let mut places = vec![[0.0; 3]; positions.len()];
+        if let Some(lattice) = cells.lattice() {
+            let (counts, along) = (lattice.counts(), lattice.cell_counts());
+            for node in 0..counts.iter().product() {
+                let mut index = [0; D];
+                let mut rest = node;
+                for i in 0..D {
+                    (index[i], rest) = (rest % counts[i], rest / counts[i]);
+                }
+                for i in 0..3 {
+                    places[lattice.node(index)][i] = index[i] as f64 / along[i] as f64;
+                }
+            }
+            return Places { places, cells: std::array::from_fn(|i| along[i]) };
+        }
+        let start: [Point<D>; 2] = [Point::repeat(f64::INFINITY), Point::repeat(f64::NEG_INFINITY)];
+        let [low, high] = positions.iter().fold(start, |[l, h], x| [l.inf(x), h.sup(x)]);
+        let spacing = (table.weights().iter().sum::<f64>() / positions.len() as f64).cbrt();
+        let cells = std::array::from_fn(|i| (((high[i] - low[i]) / spacing).round() as usize).max(1));
+        for (place, x) in places.iter_mut().zip(positions) {
+            *place = std::array::from_fn(|i| (x[i] - low[i]) / (high[i] - low[i]));
+        }
+        Places { places, cells }
+    }
 }

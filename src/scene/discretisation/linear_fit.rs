@@ -1,0 +1,101 @@
+//! Gradients by linear fits: what stands for a body on any particles where it is solved by iteration.
+
+use nalgebra::{Matrix4, Vector4};
+
+use crate::error::Error;
+use crate::geometry::Point;
+use crate::kinematics::Kinematics;
+use crate::quadrature::Points;
+use crate::table::ShapeTable;
+
+/// Particles that a fit takes first, and where those lie in a plane.
+const NEAREST: [usize; 4] = [8, 14, 27, usize::MAX];
+/// Smallest over largest eigenvalue of the moments, in units of the mean distance squared, below which particles lie in a plane.
+const FLAT: f64 = 0.02;
+/// Distance at which weights vanish, in that of the last particle, and the power by which they fall: fits that are nearly local are as stiff
+/// as trilinear elements, wide ones let displacements that change from particle to particle go almost free.
+const REACH: f64 = 1.2;
+const FALL: i32 = 6;
+/// Points in whose fits a particle has a weight at least, and the distance at which it vanishes, in that of the last of them: squares of
+/// weights are its stiffness.
+const POINTS: usize = 4;
+const OWN_REACH: f64 = 2.5;
+
+/// A table on the points and clusters of another one whose gradients are those of the linear field that fits the nearest particles best,
+/// of those that the other sees. Weights fall with the distance, so that points of one cell fit different fields, and none but rigid motions
+/// goes without stiffness. Free expansion is left out: `stretch` is what the other table's weights hold of it.
+///
+/// # Errors
+/// As [`ShapeTable::tabulate`].
+pub(super) fn linear_fits<const D: usize>(
+    of: &ShapeTable<D>,
+    nodes: &[Point<D>],
+    kinematics: &dyn Kinematics<D>,
+    stretch: &(dyn Fn(&Point<D>) -> f64 + Sync),
+) -> Result<ShapeTable<D>, Error> {
+    let clusters = of.clusters();
+    let weights = of.positions().iter().zip(of.weights()).map(|(x, weight)| weight / stretch(x).powi(3)).collect();
+    let mut points = Points { positions: of.positions().to_vec(), weights, ..Points::empty() };
+    points.groups.extend((0..clusters.len()).map(|cluster| clusters.points(cluster).end));
+    let closest = closest(of, nodes);
+    ShapeTable::tabulate::<Vec<(f64, u32)>>(nodes.len(), &points, kinematics, |near, point, out| {
+        let at = of.positions()[point];
+        near.clear();
+        near.extend(of.nodes(point).iter().map(|&node| ((nodes[node as usize] - at).norm(), node)));
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let (mut scale, mut moments) = (1.0, Matrix4::zeros());
+        let term = |node: u32, scale: f64| {
+            let off = (nodes[node as usize] - at) / scale;
+            Vector4::from_fn(|i, _| if i == 0 { 1.0 } else { off.get(i - 1).copied().unwrap_or(0.0) })
+        };
+        // Particles far from all points have weights in the fits of those that are nearest to them.
+        let weight = |distance: f64, node: u32, scale: f64| {
+            (1.0 - (distance / scale.max(OWN_REACH * closest[node as usize])).powi(2)).max(0.0).powi(FALL)
+        };
+        for nearest in NEAREST {
+            let count = nearest.min(near.len());
+            scale = REACH * near.get(count.saturating_sub(1)).map_or(1.0, |last| last.0).max(f64::MIN_POSITIVE);
+            moments = Matrix4::zeros();
+            for &(distance, node) in near.iter() {
+                let p = term(node, scale);
+                moments += p * p.transpose() * weight(distance, node, scale);
+            }
+            let eigenvalues = moments.symmetric_eigenvalues();
+            if eigenvalues.min() > FLAT * eigenvalues.max() || count == near.len() {
+                break;
+            }
+        }
+        // Directions in which no particle lies have no gradient.
+        let inverse = moments.pseudo_inverse(1e-9 * moments.trace()).unwrap_or_else(|_| Matrix4::zeros());
+        near.retain(|&(distance, node)| weight(distance, node, scale) > 0.0);
+        near.sort_by_key(|own| own.1);
+        out.nodes.clear();
+        out.values.clear();
+        out.gradients.clear();
+        for &(distance, node) in near.iter() {
+            let own = inverse * term(node, scale) * weight(distance, node, scale);
+            out.nodes.push(node);
+            out.values.push(own[0]);
+            out.gradients.push(Point::from_fn(|i, _| own[i + 1] / scale));
+        }
+        out.rcond = 1.0;
+        Ok(())
+    })
+}
+
+/// The distance of each particle from the last of its nearest points.
+fn closest<const D: usize>(of: &ShapeTable<D>, nodes: &[Point<D>]) -> Vec<f64> {
+    let mut nearest = vec![[f64::INFINITY; POINTS]; nodes.len()];
+    for (point, at) in of.positions().iter().enumerate() {
+        for &node in of.nodes(point) {
+            let distance = (nodes[node as usize] - at).norm();
+            let known = &mut nearest[node as usize];
+            let place = known.partition_point(|own| *own <= distance);
+            if place < POINTS {
+                known[place..].rotate_right(1);
+                known[place] = distance;
+            }
+        }
+    }
+    nearest.iter().map(|own| own.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max)).collect()
+}
