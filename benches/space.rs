@@ -1,6 +1,6 @@
 //! Three dimensions: which supports, what they are worth, and what an iteration takes: `cargo bench -p rkpm-benches --bench space`.
 //!
-//! One part: `-- supports`, `rules`, `gradings`, `cube`, `iteration`. Prints a table of `name,value` rows.
+//! One part: `-- supports`, `rules`, `gradings`, `cube`, `iteration`, `solids`. Prints a table of `name,value` rows.
 
 mod support;
 
@@ -9,8 +9,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use rkpm::geometry::Mapped;
+use rkpm::nalgebra::Rotation3;
 use rkpm::prelude::*;
 use rkpm::scene::{Rule, SolverChoice};
+use rkpm::solid::{Select, Shape};
 use rkpm::solve::State;
 
 /// A bonded cube of 10 mm, its top moved aside by 3 mm.
@@ -258,6 +260,53 @@ fn iteration() {
     }
 }
 
+/// A solid of side 1, held below, its top moved.
+fn cut(shape: Shape, along: Option<([f64; 3], f64)>, by: [f64; 3], ratio: f64) -> Result<Scene<3>, rkpm::Error> {
+    let turned = along.map(|(axis, angle)| Rotation3::new(Point::<3>::from(axis).normalize() * angle));
+    let up: [f64; 3] = turned.map_or(Point::<3>::z(), |turn| turn * Point::<3>::z()).into();
+    let shape = along.map_or(shape.clone(), |(axis, angle)| shape.rotated(axis, angle));
+    let solid = shape.solid(0.04)?;
+    let solid = solid.name("base", Select::plane([0.0; 3], up.map(|x| -x)))?.name("top", Select::plane(up, up))?;
+    let rubber = Rubber::neo_hookean(0.5, ratio)?;
+    Ok(Scene::new(&solid, Solid, rubber).hold("base").with(Condition::on("top").displacement(by).named("top")))
+}
+
+/// Cut solids by iteration and by factors: directions, seconds, the force on the top.
+fn solids() {
+    let block = || Shape::block([0.0; 3], [1.0; 3]);
+    let void = || block().minus(Shape::sphere([0.5; 3], 0.3));
+    let bore = || block().minus(Shape::cylinder([0.5, -0.1, 0.5], [0.5, 1.1, 0.5], 0.25));
+    let cylinder = || Shape::cylinder([0.5, 0.5, 0.0], [0.5, 0.5, 1.0], 0.5);
+    let (press, shear, aslant) = ([0.0, 0.0, -0.15], [0.2, 0.0, 0.0], Some(([1.0, 2.0, 0.5], 0.4)));
+    let scenes = [
+        ("block", block(), None, shear, 5e2, 0.125),
+        ("void", void(), None, press, 5e2, 0.125),
+        ("void", void(), None, press, 5e2, 0.0625),
+        ("void", void(), None, press, 5e4, 0.0625),
+        ("bore", bore(), aslant, shear, 5e2, 0.125),
+        ("bore", bore(), aslant, shear, 5e4, 0.0625),
+        ("cylinder", cylinder(), None, shear, 5e2, 0.1),
+        ("cylinder", cylinder(), None, shear, 5e2, 0.05),
+    ];
+    for (name, shape, along, by, ratio, spacing) in scenes {
+        let scene = cut(shape, along, by, ratio).expect("a closed solid with two plane faces");
+        for choice in [SolverChoice::Krylov, SolverChoice::Direct] {
+            let scheme = Scheme::default().spacing(spacing).solver_choice(choice);
+            let problem = scene.discretize(&scheme).expect("a spacing of a part of the side");
+            let (start, particles) = (Instant::now(), problem.model().positions().len());
+            let ended = problem.run().and_then(|path| {
+                let force = problem.reaction(&path.steps[path.steps.len() - 1].state, "top")?;
+                Ok((path.ending, path.iterations, force.norm()))
+            });
+            println!(
+                "{name}_{particles}_{ratio:e}_{choice:?},{:?},{ended:?},{:.2} s",
+                problem.analysis().solver.krylov_iterations(),
+                start.elapsed().as_secs_f64()
+            );
+        }
+    }
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let requested = |name: &str| arguments.iter().any(|a| a == name);
@@ -267,6 +316,7 @@ fn main() {
         ("gradings", gradings),
         ("cube", cube),
         ("iteration", iteration),
+        ("solids", solids),
     ];
     let all = !parts.iter().any(|(part, _)| requested(part));
     for (name, run) in parts {

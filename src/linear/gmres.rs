@@ -69,11 +69,12 @@ const KNOWN: f64 = 1e-5;
 /// Solves $A P^{-1} y = b$, $x = P^{-1} y$, from zero: flexible GMRES, restarted after `krylov_iterations`. `apply` and
 /// `precondition` write their answers into the second vector, `total` adds up products of pieces of vectors where ranks hold
 /// such. Directions and answers are kept in half the width: what is applied are those, so that the sum of the answers is as exact as the
-/// residual of a restart. Where it `may_stall` it ends as soon as directions hardly help.
+/// residual of a restart. Once no more than `enough` is left it ends as soon as directions hardly help; the first ones may help little and later
+/// ones much.
 pub(crate) fn gmres(
     b: &[f64],
     x: &mut [f64],
-    (tolerance, may_stall): (f64, bool),
+    (tolerance, enough): (f64, f64),
     [krylov_iterations, most]: [usize; 2],
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&[f64], &mut [f64]),
@@ -135,6 +136,7 @@ pub(crate) fn gmres(
                 break;
             }
             // Rounding leaves residuals where they are.
+            let may_stall = left[end + 1].abs() <= enough * size;
             if may_stall && end >= STALLED && left[end + 1].abs() > 0.7 * left_before(&left, &rotations, end) {
                 stalled = true;
                 break;
@@ -180,7 +182,7 @@ pub(crate) fn minimal_residuals(
     let done = gmres(
         b,
         &mut x,
-        (tolerance, false),
+        (tolerance, 0.0),
         [UNAIDED; 2],
         |v, product| {
             if let Err(error) = apply(v, product) {
@@ -236,7 +238,7 @@ mod tests {
         for krylov_iterations in [40, 4] {
             let mut x = vec![0.0; n];
             let jacobi = |r: &[f64], z: &mut [f64]| (0..n).for_each(|k| z[k] = r[k] / (3.0 + k as f64));
-            let done = gmres(&b, &mut x, (1e-11, false), [krylov_iterations, 200], apply, jacobi, |dot| dot);
+            let done = gmres(&b, &mut x, (1e-11, 0.0), [krylov_iterations, 200], apply, jacobi, |dot| dot);
             assert!(done.residual <= 1e-11 && done.iterations < 100, "{done:?}");
             let mut y = vec![0.0; n];
             apply(&x, &mut y);

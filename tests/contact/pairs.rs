@@ -114,18 +114,8 @@ fn two_cylinders_and_a_plane() {
 /// The patch test between two bodies in space whose particles match, across a gap.
 #[test]
 fn uniform_pressure_in_space() {
-    let scene = Scene::assembly(Solid)
-        .body("lower", Block::new([0.0; 3], [1.0, 1.0, 1.0]), rubber())
-        .body("upper", Block::new([0.0, 0.0, 1.3], [1.0, 1.0, 2.3]), rubber())
-        .prescribe(Place::on((2, Side::Min)).of("lower"), 2, 0.0)
-        .prescribe(Place::on((0, Side::Min)).of("lower"), 0, 0.0)
-        .prescribe(Place::on((1, Side::Min)).of("lower"), 1, 0.0)
-        .prescribe(Place::on((0, Side::Min)).of("upper"), 0, 0.0)
-        .prescribe(Place::on((1, Side::Min)).of("upper"), 1, 0.0)
-        .traction(Place::on((2, Side::Max)).of("upper"), [0.0, 0.0, -0.3])
-        .contact_between(Place::on((2, Side::Max)).of("lower"), Place::on((2, Side::Min)).of("upper"), "joint");
     for counts in [[3, 3, 3], [4, 6, 3], [7, 5, 3]] {
-        let (problem, path) = solved(&scene, &Scheme::default().particles(counts));
+        let (problem, path) = solved(&cubes(counts, counts), &Scheme::default());
         let joint = problem.contact(path.last(), "joint").unwrap();
         let f = problem.deformation_gradients(path.last()).unwrap()[0];
         let stretch = f.determinant() / f[(2, 2)];
@@ -138,9 +128,9 @@ fn uniform_pressure_in_space() {
     }
 }
 
-/// How far pressures between two cubes are from uniform, each with its own particles, where facets are cut into `parts` per direction.
-fn off_uniform(lower: [usize; 3], upper: [usize; 3], parts: usize) -> f64 {
-    let scene = Scene::assembly(Solid)
+/// Two cubes across a gap, each with its own particles; the upper one is pressed down by a uniform traction.
+fn cubes(lower: [usize; 3], upper: [usize; 3]) -> Scene<3> {
+    Scene::assembly(Solid)
         .body("lower", Block::new([0.0; 3], [1.0, 1.0, 1.0]), rubber())
         .body("upper", Block::new([0.0, 0.0, 1.3], [1.0, 1.0, 2.3]), rubber())
         .scheme_of("lower", move |scheme| scheme.particles(lower))
@@ -151,8 +141,12 @@ fn off_uniform(lower: [usize; 3], upper: [usize; 3], parts: usize) -> f64 {
         .prescribe(Place::on((0, Side::Min)).of("upper"), 0, 0.0)
         .prescribe(Place::on((1, Side::Min)).of("upper"), 1, 0.0)
         .traction(Place::on((2, Side::Max)).of("upper"), [0.0, 0.0, -0.3])
-        .contact_between(Place::on((2, Side::Max)).of("lower"), Place::on((2, Side::Min)).of("upper"), "joint");
-    let (problem, path) = solved(&scene, &Scheme::default().rule(rkpm::scene::Rule::Smoothed { parts }));
+        .contact_between(Place::on((2, Side::Max)).of("lower"), Place::on((2, Side::Min)).of("upper"), "joint")
+}
+
+/// How far pressures between two cubes are from uniform, each with its own particles, where facets are cut into `parts` per direction.
+fn off_uniform(lower: [usize; 3], upper: [usize; 3], parts: usize) -> f64 {
+    let (problem, path) = solved(&cubes(lower, upper), &Scheme::default().rule(rkpm::scene::Rule::Smoothed { parts }));
     let joint = problem.contact(path.last(), "joint").unwrap();
     let f = problem.deformation_gradients(path.last()).unwrap()[0];
     let stretch = f.determinant() / f[(2, 2)];

@@ -1,7 +1,6 @@
 //! Runs cases, catches what they must not do, and makes bad numbers.
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::io::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
@@ -25,26 +24,6 @@ static CLASS: Mutex<&str> = Mutex::new("");
 static NOTE: Mutex<String> = Mutex::new(String::new());
 static PANIC: Mutex<String> = Mutex::new(String::new());
 
-thread_local! {
-    /// Bytes that this thread holds, and the most that it held.
-    static HELD: Cell<(usize, usize)> = const { Cell::new((0, 0)) };
-}
-
-fn hold(change: impl Fn(usize) -> usize) {
-    // Threads that end no longer count.
-    let _ = HELD.try_with(|held| {
-        let now = change(held.get().0);
-        held.set((now, held.get().1.max(now)));
-    });
-}
-
-/// The most bytes that this thread held at a time within `f`, beside those before.
-pub fn held<T>(f: impl FnOnce() -> T) -> (usize, T) {
-    HELD.with(|held| held.set((0, 0)));
-    let result = f();
-    (HELD.with(|held| held.get().1), result)
-}
-
 /// The system's allocator, watched.
 struct Watched;
 
@@ -55,21 +34,17 @@ static ALLOCATOR: Watched = Watched;
 unsafe impl GlobalAlloc for Watched {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         LARGEST.fetch_max(layout.size(), Relaxed);
-        hold(|held| held.wrapping_add(layout.size()));
         unsafe { System.alloc(layout) }
     }
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        hold(|held| held.saturating_sub(layout.size()));
         unsafe { System.dealloc(pointer, layout) }
     }
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         LARGEST.fetch_max(layout.size(), Relaxed);
-        hold(|held| held.wrapping_add(layout.size()));
         unsafe { System.alloc_zeroed(layout) }
     }
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         LARGEST.fetch_max(size, Relaxed);
-        hold(|held| held.saturating_sub(layout.size()).wrapping_add(size));
         unsafe { System.realloc(pointer, layout, size) }
     }
 }

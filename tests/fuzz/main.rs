@@ -41,8 +41,7 @@ fn bad_input_is_refused_by_class() {
     fuzz.class("assemblies in space", 400, assemblies::solids);
     fuzz.class("planar regions", 1_500, regions::shapes);
     fuzz.class("refined lattices and sizing", 400, regions::sizing);
-    fuzz.class("closed surfaces of files", 5_000, surfaces::files);
-    fuzz.class("closed surfaces of arrays", 2_000, surfaces::arrays);
+    fuzz.class("closed surfaces", 2_000, surfaces::arrays);
     fuzz.class("tables and summaries", 8_000, outputs::tables);
     fuzz.class("grids", 5_000, outputs::grids);
     #[cfg(feature = "chart")]

@@ -12,18 +12,18 @@ use crate::table::ShapeTable;
 const NEAREST: [usize; 4] = [8, 14, 27, usize::MAX];
 /// Smallest over largest eigenvalue of the moments, in units of the mean distance squared, below which particles lie in a plane.
 const FLAT: f64 = 0.02;
-/// Distance at which weights vanish, in that of the last particle, and the power by which they fall: fits that are nearly local are as stiff
-/// as trilinear elements, wide ones let displacements that change from particle to particle go almost free.
+/// Distance at which weights vanish, in that of the last particle, and the power by which they fall: fits to close particles are as stiff as
+/// trilinear elements, fits to many average out displacements that alternate from particle to particle.
 const REACH: f64 = 1.2;
 const FALL: i32 = 6;
-/// Points in whose fits a particle has a weight at least, and the distance at which it vanishes, in that of the last of them: squares of
-/// weights are its stiffness.
+/// Points in whose fits a particle has a weight at least, and the distance at which the weight vanishes, in that of the last of them: the
+/// stiffness of a particle goes with the square of its weights.
 const POINTS: usize = 4;
 const OWN_REACH: f64 = 2.5;
 
 /// A table on the points and clusters of another one whose gradients are those of the linear field that fits the nearest particles best,
-/// of those that the other sees. Weights fall with the distance, so that points of one cell fit different fields, and none but rigid motions
-/// goes without stiffness. Free expansion is left out: `stretch` is what the other table's weights hold of it.
+/// of those that the other sees. Weights fall with the distance, so that points of one cell fit different fields and rigid motions alone
+/// have no energy. Free expansion is left out: `stretch` is what the other table's weights hold of it.
 ///
 /// # Errors
 /// As [`ShapeTable::tabulate`].

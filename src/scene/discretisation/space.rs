@@ -134,10 +134,8 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         return refused("a body that is not in space", "factors are cheap there: take SolverChoice::Auto");
     }
     if preconditioner.is_some() && cells.lattice().is_none() {
-        return refused(
-            "a solver of preconditioners off lattices",
-            "take SolverChoice::Krylov on one rank, or factors",
-        );
+        let remedy = "leave the solver out and take SolverChoice::Krylov, or one that takes factors";
+        return refused("a solver of preconditioners and cells that are no lattice", remedy);
     }
     // Thin parts take more directions than blocks: they are solved so where it is asked for.
     if !requested && cells.lattice().is_none_or(|lattice| !iterates(scheme, &lattice.counts())) {
