@@ -1,7 +1,7 @@
 //! Charts as SVG: curves, work against precision, deformed shapes.
 //!
 //! A [`Chart`] says what is shown; ranges come from the data, and plotters draws axes and series. The legend stands
-//! beneath the plot.
+//! beneath the plot, or names stand [beside their curves](Chart::names_beside_curves).
 //!
 //! ```
 //! use rkpm::output::Chart;
@@ -18,6 +18,7 @@
 //! ```
 
 mod draw;
+mod labels;
 mod ranges;
 mod series;
 
@@ -116,6 +117,8 @@ pub struct Chart {
     pub(crate) bands: Vec<Band>,
     /// How the axes relate.
     pub(crate) aspect: Aspect,
+    /// Names stand beside their curves.
+    pub(crate) beside: bool,
     /// Width and height in pixels, at least 320 by 240. The legend adds to the height; a flat shape drawn to scale takes less.
     pub(crate) size: (u32, u32),
 }
@@ -130,6 +133,7 @@ impl Default for Chart {
             references: Vec::new(),
             bands: Vec::new(),
             aspect: Aspect::Free,
+            beside: false,
             size: (680, 440),
         }
     }
@@ -246,6 +250,13 @@ impl Chart {
     #[must_use]
     pub fn equal_aspect(mut self) -> Self {
         self.aspect = Aspect::Equal;
+        self
+    }
+
+    /// Writes names beside their curves, in their colours. The legend keeps those for which there is no room.
+    #[must_use]
+    pub fn names_beside_curves(mut self) -> Self {
+        self.beside = true;
         self
     }
 

@@ -162,9 +162,10 @@ impl Study {
     #[cfg(feature = "chart")]
     pub fn chart(&self) -> Chart {
         let threads = if self.threads == 1 { "1 thread".to_string() } else { format!("{} threads", self.threads) };
-        let mut chart = Chart::new(format!("{}: error against time, {threads}", self.name))
+        let mut chart = Chart::new(format!("{}, {threads}", self.name))
             .x_log("seconds of the whole analysis")
-            .y_log("worst relative error");
+            .y_log("worst relative error")
+            .names_beside_curves();
         let drawn = || self.runs.iter().filter(|run| run.error_envelope > 0.0 && run.seconds > 0.0);
         let least = drawn().map(|run| run.error_envelope).fold(f64::INFINITY, f64::min);
         if self.uncertainty > 0.0 && least.is_finite() {

@@ -9,6 +9,7 @@ use plotters::element::{DashedPathElement, DynElement};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::labels::{Curve, place};
 use super::ranges::ranges;
 use super::{Aspect, Chart, Colour, Direction, Marker, Scale, Series, Stroke};
 use crate::error::OutputError;
@@ -25,6 +26,8 @@ const MARKERS: [Marker; 5] = [Marker::Circle, Marker::Square, Marker::Triangle, 
 const FONT: &str = "Helvetica, Arial, DejaVu Sans, sans-serif";
 const GRID: RGBColor = RGBColor(0xE3, 0xE3, 0xE3);
 const SHADE: RGBColor = RGBColor(0xD2, 0xD2, 0xD2);
+/// The colour of a band's name.
+const NAMED: RGBColor = RGBColor(0x50, 0x50, 0x50);
 /// Units per pixel: plotters counts whole units, and curves are to stay smooth.
 const PIXEL: i32 = 10;
 /// Sizes of letters: of the title, of labels and of all other text \[px\]; plotters divides them by 1.24.
@@ -91,8 +94,8 @@ fn svg(chart: &Chart) -> Result<String, OutputError> {
     let mut ranges = ranges(chart)?;
     let [width, mut height] = [chart.size.0.max(320), chart.size.1.max(240)].map(|side| side as i32);
     let title = if chart.title.is_empty() { 0 } else { TITLE };
-    let room = [width - LEFT - 6 - EDGE, height - title - BENEATH - EDGE].map(f64::from);
     if equal {
+        let room = room(width, height, title);
         // One scale for both axes: a flat shape takes less height, a slender one stands in the middle.
         let spans = ranges.map(|(low, high)| high - low);
         let unit = (spans[0] / room[0]).max(spans[1] / room[1]);
@@ -106,7 +109,10 @@ fn svg(chart: &Chart) -> Result<String, OutputError> {
     if !drawn[..chart.series.len()].iter().any(visible) {
         return Err(chart.error("no point to draw: all lie outside the range given"));
     }
-    let entries: Vec<&Drawn<'_>> = drawn.iter().filter(|d| !d.name.trim().is_empty()).collect();
+    let beside = if chart.beside { names(chart, &ranges, &drawn, room(width, height, title)) } else { Vec::new() };
+    let named = |k: usize| beside.get(k).is_some_and(Option::is_some);
+    let entries: Vec<&Drawn<'_>> =
+        drawn.iter().enumerate().filter(|(k, d)| !d.name.trim().is_empty() && !named(*k)).map(|(_, d)| d).collect();
     let widest = entries.iter().map(|d| d.name.chars().count() as i32).max().unwrap_or(0) * 8 + 48;
     let columns = (width / widest.max(1)).clamp(1, entries.len().max(1) as i32) as usize;
     let rows = entries.len().div_ceil(columns);
@@ -117,7 +123,7 @@ fn svg(chart: &Chart) -> Result<String, OutputError> {
         let root = Svg::with_string(text, ((size[0] * PIXEL) as u32, (size[1] * PIXEL) as u32)).into_drawing_area();
         root.fill(&WHITE)?;
         let (upper, lower) = root.split_vertically(height * PIXEL);
-        plot(chart, &upper, ranges, &drawn)?;
+        plot(chart, &upper, ranges, &drawn, &beside)?;
         let lower = lower.margin(0, 6 * PIXEL, EDGE * PIXEL, 0);
         let cells = if rows > 0 { lower.split_evenly((rows, columns)) } else { Vec::new() };
         for (entry, cell) in entries.iter().zip(cells) {
@@ -138,6 +144,7 @@ fn plot<'a>(
     area: &DrawingArea<Svg<'a>, Shift>,
     [x, y]: Ranges,
     drawn: &[Drawn<'_>],
+    beside: &[Option<[f64; 2]>],
 ) -> Result<(), Box<dyn std::error::Error>> {
     let mut builder = ChartBuilder::on(area);
     builder.margin(EDGE * PIXEL).margin_left(6 * PIXEL).margin_bottom(0);
@@ -193,7 +200,43 @@ fn plot<'a>(
     for (k, series) in drawn.iter().enumerate() {
         lines(&mut plot, series, k < chart.series.len())?;
     }
+    let area = plot.plotting_area().strip_coord_spec();
+    for (drawn, at) in drawn.iter().zip(beside) {
+        if let Some([x, y]) = at.map(|at| at.map(|px| (px * f64::from(PIXEL)) as i32)) {
+            let colour = if drawn.colour == SHADE { NAMED } else { drawn.colour };
+            let style =
+                TextStyle::from((FONT, LETTERS[2] * PIXEL)).pos(Pos::new(HPos::Left, VPos::Center)).color(&colour);
+            area.draw(&Text::new(drawn.name.to_owned(), (x, y), style))?;
+        }
+    }
     Ok(())
+}
+
+/// Width and height of the plot \[px\].
+fn room(width: i32, height: i32, title: i32) -> [f64; 2] {
+    [width - LEFT - 6 - EDGE, height - title - BENEATH - EDGE].map(f64::from)
+}
+
+/// Where the names of what is drawn stand, from the upper left corner of the plot \[px\].
+fn names(chart: &Chart, ranges: &Ranges, drawn: &[Drawn<'_>], room: [f64; 2]) -> Vec<Option<[f64; 2]>> {
+    let [x, y] = *ranges;
+    let at = |&(a, b): &(f64, f64)| [(a - x.0) / (x.1 - x.0) * room[0], (y.1 - b) / (y.1 - y.0) * room[1]];
+    let first_band = drawn.len() - chart.bands.len();
+    let curve = |(k, drawn): (usize, &Drawn<'_>)| {
+        let markers: Vec<[f64; 2]> = drawn.points.iter().map(at).collect();
+        let lines: Vec<Vec<[f64; 2]>> = drawn.runs.iter().map(|run| run.iter().map(at).collect()).collect();
+        let anchors = match k.checked_sub(first_band).map(|k| &chart.bands[k]) {
+            Some(band) => {
+                let ends = [band.lower, band.upper].map(|end| chart.y.scale.forward(end).max(y.0).min(y.1));
+                let middle = at(&(x.0, (ends[0] + ends[1]) / 2.0))[1];
+                vec![[room[0], middle], [0.0, middle]]
+            }
+            None if markers.is_empty() => lines.concat(),
+            None => markers.clone(),
+        };
+        Curve { letters: drawn.name.trim().chars().count(), lines, markers, anchors }
+    };
+    place(&drawn.iter().enumerate().map(curve).collect::<Vec<_>>(), room)
 }
 
 /// The lines and the markers of a series.
@@ -323,7 +366,7 @@ fn visible(chart: &Chart, series: &Series, ranges: &Ranges) -> (Vec<Points>, Poi
 }
 
 /// The part of a line inside the plot (Liang and Barsky).
-fn clip(ranges: &Ranges, a: (f64, f64), b: (f64, f64)) -> Option<[(f64, f64); 2]> {
+pub(super) fn clip(ranges: &Ranges, a: (f64, f64), b: (f64, f64)) -> Option<[(f64, f64); 2]> {
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
     for ((low, high), a, b) in [(ranges[0], a.0, b.0), (ranges[1], a.1, b.1)] {
         if a == b {

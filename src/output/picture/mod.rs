@@ -48,6 +48,8 @@ pub struct Picture {
     lines: Option<Vec<Vec<usize>>>,
     flat: bool,
     closed: bool,
+    /// Where the points are at rest, if that differs.
+    rest: Option<Vec<Vector3<f64>>>,
     values: Vec<f64>,
     label: String,
     title: String,
@@ -61,13 +63,13 @@ pub struct Picture {
 impl Picture {
     /// Faces by their corners around; points in the plane have two coordinates.
     pub fn new<const D: usize>(points: &[SVector<f64, D>], faces: Vec<Vec<usize>>) -> Self {
-        let padded = |x: &SVector<f64, D>| Vector3::from_fn(|i, _| if i < D { x[i] } else { 0.0 });
         Picture {
             points: points.iter().map(padded).collect(),
             faces,
             lines: None,
             flat: D < 3,
             closed: false,
+            rest: None,
             values: Vec::new(),
             label: String::new(),
             title: String::new(),
@@ -97,6 +99,13 @@ impl Picture {
     #[must_use]
     pub(crate) fn closed(mut self) -> Self {
         self.closed = true;
+        self
+    }
+
+    /// Says where the points are at rest: edges are those of the part at rest.
+    #[must_use]
+    pub(crate) fn at_rest<const D: usize>(mut self, points: &[SVector<f64, D>]) -> Self {
+        self.rest = Some(points.iter().map(padded).collect());
         self
     }
 
@@ -245,7 +254,7 @@ impl Picture {
         let at: Vec<[f64; 3]> = seen.iter().map(place).collect();
         let (least, most) = range;
         let part = |v: f64| if most > least { ((v - least) / (most - least)).clamp(0.0, 1.0) } else { 0.0 };
-        let surface = surface::Surface::new(&self.points, &self.faces);
+        let surface = surface::Surface::new(&self.points, self.rest.as_ref().unwrap_or(&self.points), &self.faces);
         let eye = (!self.flat).then_some(eye);
         for (number, face) in self.faces.iter().enumerate() {
             if self.closed && eye.is_some_and(|eye| surface.normal(number).dot(&eye) <= 0.0) {
@@ -323,6 +332,11 @@ impl Picture {
         let label = escaped(&self.label);
         let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{:.1}\" font-size=\"{letters}\">{label}</text>", from - 14.0);
     }
+}
+
+/// A point of three coordinates.
+fn padded<const D: usize>(x: &SVector<f64, D>) -> Vector3<f64> {
+    Vector3::from_fn(|i, _| if i < D { x[i] } else { 0.0 })
 }
 
 /// The least and the largest value that pictures show.

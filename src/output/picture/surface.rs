@@ -12,14 +12,17 @@ pub(super) struct Surface<'a> {
     faces: &'a [Vec<usize>],
     /// Unit normals, outward by the right hand.
     normals: Vec<Vector3<f64>>,
+    /// Those between which angles are taken: at rest, so that a bent face is not taken for two.
+    angles: Vec<Vector3<f64>>,
     /// Faces at each point.
     around: Vec<Vec<u32>>,
     edges: Vec<([usize; 2], Vec<u32>)>,
 }
 
 impl<'a> Surface<'a> {
-    pub(super) fn new(points: &[Vector3<f64>], faces: &'a [Vec<usize>]) -> Self {
-        let normals = faces.iter().map(|face| normal(points, face)).collect();
+    pub(super) fn new(points: &[Vector3<f64>], rest: &[Vector3<f64>], faces: &'a [Vec<usize>]) -> Self {
+        let [normals, angles] =
+            [points, rest].map(|points| faces.iter().map(|face| normal(points, face)).collect::<Vec<_>>());
         let mut around = vec![Vec::new(); points.len()];
         let mut numbers: HashMap<[usize; 2], usize> = HashMap::new();
         let mut edges: Vec<([usize; 2], Vec<u32>)> = Vec::new();
@@ -35,7 +38,7 @@ impl<'a> Surface<'a> {
                 around[a].push(number as u32);
             }
         }
-        Surface { faces, normals, around, edges }
+        Surface { faces, normals, angles, around, edges }
     }
 
     pub(super) fn normal(&self, face: usize) -> Vector3<f64> {
@@ -44,9 +47,10 @@ impl<'a> Surface<'a> {
 
     /// The mean normal of the faces around a corner that make no sharp edge with its face.
     pub(super) fn corner_normal(&self, face: usize, corner: usize) -> Vector3<f64> {
-        let own = self.normals[face];
-        let near = self.around[self.faces[face][corner]].iter().map(|&other| self.normals[other as usize]);
-        near.filter(|other| own.dot(other) > CREASE).sum::<Vector3<f64>>().try_normalize(0.0).unwrap_or(own)
+        let own = self.angles[face];
+        let near = self.around[self.faces[face][corner]].iter().map(|&other| other as usize);
+        let smooth = near.filter(|&other| own.dot(&self.angles[other]) > CREASE).map(|other| self.normals[other]);
+        smooth.sum::<Vector3<f64>>().try_normalize(0.0).unwrap_or(self.normals[face])
     }
 
     pub(super) fn edges(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
@@ -56,7 +60,7 @@ impl<'a> Surface<'a> {
     /// Edges at which the surface has an angle or ends.
     pub(super) fn creases(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
         let sharp = |faces: &[u32]| match faces {
-            [a, b] => self.normals[*a as usize].dot(&self.normals[*b as usize]) < CREASE,
+            [a, b] => self.angles[*a as usize].dot(&self.angles[*b as usize]) < CREASE,
             _ => true,
         };
         self.edges.iter().filter(move |(_, faces)| sharp(faces)).map(|(ends, _)| *ends)

@@ -73,11 +73,12 @@ impl<const D: usize> Problem<D> {
         let positions = &self.model().positions()[..displacements.len()];
         let mut drawn = Drawn::default();
         let mut faces = contact_surface(&self.drawn_cells(), positions);
+        let mut bonded: HashSet<[usize; 2]> = HashSet::new();
         for shape in self.rigid_shapes(state) {
-            let own = self.faces_beside(&shape, &mut faces, positions);
-            let current: Vec<Point<D>> =
-                shape.mesh.points().iter().zip(&shape.displacements).map(|(x, u)| x + u).collect();
-            drawn.add(Divided::new(&current, &own, 1), current, |_| f64::NAN);
+            let own = self.faces_beside(&shape, &mut faces, &mut bonded, positions);
+            let points = shape.mesh.points();
+            let current: Vec<Point<D>> = points.iter().zip(&shape.displacements).map(|(x, u)| x + u).collect();
+            drawn.add(Divided::new(points, &own, 1), current, |_| f64::NAN);
         }
         let value = |psi: &ShapeFunctions<D>, u: &Point<D>| match field {
             Field::Displacement => u.norm(),
@@ -102,13 +103,21 @@ impl<const D: usize> Problem<D> {
                 of_body.map(|face| face.iter().map(|corner| corner - first).collect()).collect();
             let divided = Divided::new(&positions[own.nodes()], &of_body, parts);
             let mut functions = own.values_at(&divided.points)?;
-            let moved: Vec<Point<D>> = functions.iter().map(|psi| own.weighted(psi, state)).collect();
+            let mut moved: Vec<Point<D>> = functions.iter().map(|psi| own.weighted(psi, state)).collect();
+            // The rim of a face that is bonded to a rigid body moves with it.
+            let rim = |ends: &[usize; 2]| bonded.contains(&ends.map(|corner| first + corner));
+            for (line, _) in divided.lines.iter().zip(&divided.ends).filter(|(_, ends)| rim(ends)) {
+                let [from, to] = [line[0], line[line.len() - 1]].map(|end| moved[end]);
+                let part = |k: usize| k as f64 / (line.len() - 1) as f64;
+                line.iter().enumerate().for_each(|(k, &point)| moved[point] = from + (to - from) * part(k));
+            }
             functions.iter_mut().flat_map(|psi| &mut psi.nodes).for_each(|node| *node += first as u32);
             let values: Vec<f64> = functions.iter().zip(&moved).map(|(psi, u)| value(psi, u)).collect();
             let current = divided.points.iter().zip(&moved).map(|(x, u)| x + u).collect();
             drawn.add(divided, current, |k| values[k]);
         }
         let picture = Picture::new(&drawn.points, drawn.faces).coloured(field.label(), drawn.values).lines(drawn.lines);
+        let picture = picture.at_rest(&drawn.rest);
         Ok(if D == 3 { picture.closed() } else { picture })
     }
 
@@ -170,11 +179,13 @@ impl<const D: usize> Problem<D> {
         })
     }
 
-    /// The faces of a rigid volume that are seen; faces that it shares with the bodies are inside and taken out of both.
+    /// The faces of a rigid volume that are seen; faces that it shares with the bodies are inside and taken out of both, their
+    /// edges are noted.
     fn faces_beside(
         &self,
         shape: &RigidShape<'_, D>,
         faces: &mut Vec<Vec<usize>>,
+        bonded_edges: &mut HashSet<[usize; 2]>,
         positions: &[Point<D>],
     ) -> Vec<Vec<usize>> {
         let points = shape.mesh.points();
@@ -186,7 +197,14 @@ impl<const D: usize> Problem<D> {
         };
         let [bonded, rigid]: [HashSet<_>; 2] =
             [(&*faces, positions), (&own, points)].map(|(all, x)| all.iter().map(|face| place(face, x)).collect());
-        faces.retain(|face| !rigid.contains(&place(face, positions)));
+        faces.retain(|face| {
+            let seen = !rigid.contains(&place(face, positions));
+            if !seen {
+                let edges = (0..face.len()).map(|k| sorted([face[k], face[(k + 1) % face.len()]]));
+                bonded_edges.extend(edges);
+            }
+            seen
+        });
         own.retain(|face| !bonded.contains(&place(face, points)));
         own
     }
@@ -195,6 +213,8 @@ impl<const D: usize> Problem<D> {
 /// What a picture is made of, body by body.
 #[derive(Default)]
 struct Drawn<const D: usize> {
+    /// Where points are at rest and in the state.
+    rest: Vec<Point<D>>,
     points: Vec<Point<D>>,
     faces: Vec<Vec<usize>>,
     lines: Vec<Vec<usize>>,
@@ -209,6 +229,7 @@ impl<const D: usize> Drawn<D> {
         self.faces.extend(shifted(divided.faces));
         self.lines.extend(shifted(divided.lines));
         self.values.extend((0..current.len()).map(value));
+        self.rest.extend(divided.points);
         self.points.extend(current);
     }
 }
@@ -229,6 +250,8 @@ struct Divided<const D: usize> {
     points: Vec<Point<D>>,
     faces: Vec<Vec<usize>>,
     lines: Vec<Vec<usize>>,
+    /// The corners that a line joins, where edges are divided.
+    ends: Vec<[usize; 2]>,
 }
 
 impl<const D: usize> Divided<D> {
@@ -239,9 +262,10 @@ impl<const D: usize> Divided<D> {
                 points: points.to_vec(),
                 faces: faces.to_vec(),
                 lines: faces.iter().map(around).collect(),
+                ends: Vec::new(),
             };
         }
-        let mut divided = Divided { points: Vec::new(), faces: Vec::new(), lines: Vec::new() };
+        let mut divided = Divided { points: Vec::new(), faces: Vec::new(), lines: Vec::new(), ends: Vec::new() };
         let mut corners: HashMap<usize, usize> = HashMap::new();
         let mut edges: HashMap<[usize; 2], Vec<usize>> = HashMap::new();
         for face in faces {
@@ -266,23 +290,24 @@ impl<const D: usize> Divided<D> {
         corners: &mut HashMap<usize, usize>,
         edges: &mut HashMap<[usize; 2], Vec<usize>>,
     ) -> Vec<usize> {
-        let sorted = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-        let side = edges.entry(sorted).or_insert_with(|| {
-            let [a, b] = sorted.map(|corner| points[corner]);
+        let edge = sorted(ends);
+        let side = edges.entry(edge).or_insert_with(|| {
+            let [a, b] = edge.map(|corner| points[corner]);
             let mut corner = |number: usize| {
                 *corners.entry(number).or_insert_with(|| {
                     self.points.push(points[number]);
                     self.points.len() - 1
                 })
             };
-            let [from, to] = sorted.map(&mut corner);
+            let [from, to] = edge.map(&mut corner);
             let first = self.points.len();
             self.points.extend((1..parts).map(|k| a + (b - a) * (k as f64 / parts as f64)));
             let side: Vec<usize> = [from].into_iter().chain(first..first + parts - 1).chain([to]).collect();
             self.lines.push(side.clone());
+            self.ends.push(edge);
             side
         });
-        if ends == sorted { side.clone() } else { side.iter().rev().copied().collect() }
+        if ends == edge { side.clone() } else { side.iter().rev().copied().collect() }
     }
 
     fn triangle(&mut self, sides: &[Vec<usize>], n: usize) {
@@ -325,6 +350,10 @@ impl<const D: usize> Divided<D> {
         self.points.extend((1..n).map(|k| a + (b - a) * (k as f64 / n as f64)));
         [from].into_iter().chain(first..first + n - 1).chain([to]).collect()
     }
+}
+
+fn sorted(ends: [usize; 2]) -> [usize; 2] {
+    [ends[0].min(ends[1]), ends[0].max(ends[1])]
 }
 
 /// Coordinates as they are stored.
