@@ -511,7 +511,7 @@ impl Cells<3> for CutLattice {
     }
 
     fn connections(&self) -> Option<Connections<3>> {
-        Some(Connections::new(Whole::new(&self.frame, &self.connected(), &self.placed.positions)))
+        Some(Connections::new(Whole::new(&self.frame, &self.connected(), &self.cells, &self.placed.positions)))
     }
 
     fn drawn_surface(&self) -> Option<(Vec<Point<3>>, Vec<Vec<usize>>)> {

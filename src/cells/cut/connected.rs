@@ -113,7 +113,12 @@ impl Bricks {
         let mut offsets = vec![0u32; sections.grid.len() + 1];
         pairs.iter().for_each(|(brick, _)| offsets[*brick as usize + 1] += 1);
         (0..sections.grid.len()).for_each(|brick| offsets[brick + 1] += offsets[brick]);
-        Bricks { offsets, parts: pairs.into_iter().map(|(_, part)| part).collect(), of_patch, divisions: Divisions::default() }
+        Bricks {
+            offsets,
+            parts: pairs.into_iter().map(|(_, part)| part).collect(),
+            of_patch,
+            divisions: Divisions::default(),
+        }
     }
 
     fn of(&self, brick: usize) -> &[u32] {
@@ -185,7 +190,10 @@ impl Connected<'_> {
             return;
         }
         let Some(divided) = self.by_brick.divisions.of_part.get(&part) else {
-            return with(part, self.split.patches[patch as usize].corners.map(|corner| self.split.points[corner as usize]));
+            return with(
+                part,
+                self.split.patches[patch as usize].corners.map(|corner| self.split.points[corner as usize]),
+            );
         };
         for &piece in divided.of_patch.get(&patch).into_iter().flatten() {
             let corners = divided.split.patches[piece as usize].corners;
@@ -268,33 +276,66 @@ impl Adjacent<3> for Connected<'_> {
     }
 }
 
-/// The sub-cells of a lattice as points see them.
+/// The cells of a lattice as points see them: whole ones, and at the roots of slots their sub-cells and divisions.
 pub(super) struct Whole {
     frame: Frame,
     split: Split,
     sections: Sections,
     parts: Parts,
     by_brick: Bricks,
+    /// The first sub-cell of the cell that each sub-cell or division counts as; itself at the roots of slots.
+    first: Vec<u32>,
     /// Those around each particle.
     around: Vec<Vec<u32>>,
+    /// Those beside each, with the box of the faces between.
+    beside: Vec<Vec<(u32, Bounds<3>)>>,
 }
 
 impl Whole {
-    /// Particles are given by their places in the lattice.
-    pub(super) fn new(frame: &Frame, connected: &Connected, particles: &[Point<3>]) -> Self {
-        let around = |x: &Point<3>| {
-            let mut found = Vec::new();
-            connected.at(x, &mut found);
-            found
-        };
-        Whole {
+    /// Cells are given by their sub-cells, particles by their places in the lattice.
+    pub(super) fn new(frame: &Frame, connected: &Connected, cells: &[Vec<u32>], particles: &[Point<3>]) -> Self {
+        let divisions = &connected.by_brick.divisions;
+        let mut first: Vec<u32> = (0..divisions.count as u32).collect();
+        for parts in cells.iter().filter(|parts| !parts.iter().any(|part| divisions.of_part.contains_key(part))) {
+            parts.iter().for_each(|&part| first[part as usize] = parts[0]);
+        }
+        let mut beside: Vec<Vec<(u32, Bounds<3>)>> = vec![Vec::new(); first.len()];
+        for (number, &own) in (0u32..).zip(&first).filter(|(number, _)| !divisions.of_part.contains_key(number)) {
+            connected.each_beside(number, &mut |other, face| {
+                let other = first[other as usize];
+                let known = &mut beside[own as usize];
+                match known.iter_mut().find(|known| known.0 == other) {
+                    Some(known) => known.1 = known.1.join(face),
+                    None if other != own => known.push((other, *face)),
+                    None => {}
+                }
+            });
+        }
+        let mut all = Whole {
             frame: frame.clone(),
             split: connected.split.clone(),
             sections: connected.sections.clone(),
             parts: connected.parts.clone(),
             by_brick: connected.by_brick.clone(),
-            around: particles.iter().map(around).collect(),
-        }
+            first,
+            around: Vec::new(),
+            beside,
+        };
+        let around = |x: &Point<3>| {
+            let mut found = Vec::new();
+            all.in_lattice(x, &mut found);
+            found
+        };
+        all.around = particles.iter().map(around).collect();
+        all
+    }
+
+    /// Adds what holds a point of the lattice.
+    fn in_lattice(&self, u: &Point<3>, found: &mut Vec<u32>) {
+        let before = found.len();
+        self.connected().at(u, found);
+        found[before..].iter_mut().for_each(|number| *number = self.first[*number as usize]);
+        found.dedup();
     }
 
     fn connected(&self) -> Connected<'_> {
@@ -304,11 +345,11 @@ impl Whole {
 
 impl Adjacent<3> for Whole {
     fn count(&self) -> usize {
-        self.by_brick.divisions.count
+        self.first.len()
     }
 
     fn at(&self, x: &Point<3>, found: &mut Vec<u32>) {
-        self.connected().at(&self.frame.local(x), found);
+        self.in_lattice(&self.frame.local(x), found);
     }
 
     fn around(&self, particle: u32) -> &[u32] {
@@ -316,7 +357,7 @@ impl Adjacent<3> for Whole {
     }
 
     fn beside(&self, cell: u32, with: &mut dyn FnMut(u32, &Bounds<3>)) {
-        self.connected().each_beside(cell, with);
+        self.beside[cell as usize].iter().for_each(|(other, face)| with(*other, face));
     }
 
     fn in_boxes(&self, x: &Point<3>) -> Point<3> {
