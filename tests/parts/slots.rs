@@ -289,39 +289,7 @@ fn drawn_slots_of_surfaces_open() {
             println!(
                 "width {width:.3}, depth {depth:.2}, angle {angle:+.2}, spacing {spacing}: opening {error:+.3}, patch test {patch:.1e}, θ {theta:.3}"
             );
-            assert!(error.abs() < 0.1 && patch < 1e-10 && theta > 0.3);
+            assert!(error.abs() < 0.05 && patch < 1e-10 && theta > 0.3);
         }
-    }
-}
-
-/// The split ring of radii 16 and 20 as a surface, beside the planar one.
-#[test]
-fn split_rings_of_surfaces_open() {
-    const SIDES: usize = 96;
-    let force = |spacing: f64| {
-        let (gap, height) = (0.1f64, 2.0 * spacing);
-        let corners: Vec<Point<2>> = (0..=SIDES)
-            .flat_map(|k| {
-                [16.0, 20.0].map(|radius| {
-                    let end = (gap / radius).asin();
-                    let angle = end + (std::f64::consts::TAU - 2.0 * end) * k as f64 / SIDES as f64;
-                    radius * Point::<2>::new(angle.sin(), angle.cos())
-                })
-            })
-            .collect();
-        // Angles are those of a clock.
-        let quads: Vec<[usize; 4]> = (0..SIDES).map(|k| [2 * k + 2, 2 * k + 3, 2 * k + 1, 2 * k]).collect();
-        let solid = prism(&corners, &quads, height);
-        let end = |side: f64| Place::from(Part::Whole).within(move |x| x[1] > 15.0 && (side * x[0] - 0.1).abs() < 1e-9);
-        let scene = Scene::new(&solid, Solid, rubber())
-            .with(Condition::on(end(1.0)).displacement([2.0, 0.0, 0.0]).named("right"))
-            .with(Condition::on(end(-1.0)).displacement([-2.0, 0.0, 0.0]))
-            .prescribe(Place::from(Part::Whole).within(move |x| x[2] < 1e-9 || x[2] > height - 1e-9), 2, 0.0);
-        let problem = scene.discretize(&Scheme::default().spacing(spacing)).unwrap();
-        let path = problem.run().unwrap().completed().unwrap();
-        problem.reaction(path.last(), "right").unwrap()[0] / height
-    };
-    for spacing in [2.0, 1.5] {
-        println!("ring as a surface, spacing {spacing}: {:.6}", force(spacing));
     }
 }
