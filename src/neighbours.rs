@@ -5,7 +5,7 @@ mod visibility;
 
 pub(crate) use box_tree::BoxTree;
 pub use visibility::Connections;
-pub(crate) use visibility::{Adjacent, MARGIN, Search, Visibility};
+pub(crate) use visibility::{Adjacent, FACING, MARGIN, Search, Visibility};
 
 use crate::geometry::{Bounds, Point};
 use crate::particles::Particles;

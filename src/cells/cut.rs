@@ -6,6 +6,7 @@ mod frame;
 mod parts;
 mod placing;
 mod polygon;
+mod roots;
 mod rules;
 mod sections;
 mod split;
@@ -25,7 +26,7 @@ use crate::solid::Solid3;
 use super::inertia::Inertia;
 use super::zones::{collect, join_by_sides};
 use super::{BoundaryCells, Cells, Connections, Smoothing, Zones};
-use connected::{Bricks, Connected, Whole};
+use connected::{Bricks, Connected, Divisions, Whole};
 use features::Features;
 use frame::{Frame, dominant_axes};
 use parts::{NONE, Parts, each_triangle};
@@ -132,7 +133,9 @@ impl CutLattice {
         for part in &mut parts.parts {
             part.patches.sort_by_cached_key(|&patch| (plane_of(&split, &features, patch), patch));
         }
-        let of_brick = Bricks::new(&split, &sections, &parts);
+        let mut of_brick = Bricks::new(&split, &sections, &parts);
+        let undivided = Connected { split: &split, sections: &sections, parts: &parts, by_brick: &of_brick };
+        of_brick.divisions = Divisions::new(&undivided, &features.normals);
         let connected = Connected { split: &split, sections: &sections, parts: &parts, by_brick: &of_brick };
         let placed = Placing { split: &split, by_brick: &by_brick, grid, features: &features }.place(&connected);
         let positions = placed.positions.iter().map(|u| frame.place(u)).collect();

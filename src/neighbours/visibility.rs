@@ -15,7 +15,7 @@ use super::BoxTree;
 /// no simple fraction, so that the sides of the box and those of cells do not coincide where particles stand in rows.
 pub(crate) const MARGIN: f64 = 0.0871;
 /// Two boundary facets face each other where the product of their unit normals is below this: reentrant right angles are no slots.
-const FACING: f64 = -0.1;
+pub(crate) const FACING: f64 = -0.1;
 /// A point lies in all cells that are this part of their size nearer to it or less.
 const ROUNDING: f64 = 1e-9;
 

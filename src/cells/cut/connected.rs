@@ -1,5 +1,6 @@
 //! Which sub-cells of a cut lattice hold a point, and which are connected.
 
+use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
 
 use crate::geometry::{Bounds, Point};
@@ -24,12 +25,76 @@ pub(super) struct Connected<'a> {
 }
 
 /// The sub-cells of each brick.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Bricks {
     offsets: Vec<u32>,
     parts: Vec<u32>,
     /// The sub-cell that each patch bounds.
     pub(super) of_patch: Vec<u32>,
+    /// What sub-cells at the roots of slots are divided into.
+    pub(super) divisions: Divisions,
+}
+
+/// What sub-cells at the roots of slots are divided into, numbered behind all sub-cells.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Divisions {
+    /// The number of sub-cells and divisions.
+    pub(super) count: usize,
+    /// By the number of the sub-cell.
+    pub(super) of_part: BTreeMap<u32, Divided>,
+    /// What lies beside divisions and the sub-cells around them, with a box around the face between.
+    pub(super) beside: HashMap<u32, Vec<(u32, Bounds<3>)>>,
+}
+
+/// A sub-cell divided by planes of its own: in its coordinates those are integers.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Divided {
+    /// The number of its first division.
+    pub(super) first: u32,
+    /// Divisions of a brick along each axis.
+    pub(super) scale: f64,
+    /// The corner of bricks that its coordinates are counted from.
+    pub(super) low: Point<3>,
+    /// Coordinates of that corner.
+    pub(super) shift: f64,
+    pub(super) split: Split,
+    pub(super) sections: Sections,
+    pub(super) parts: Parts,
+    pub(super) bricks: Bricks,
+    /// The pieces of each patch of the surface.
+    pub(super) of_patch: HashMap<u32, Vec<u32>>,
+}
+
+impl Divided {
+    pub(super) fn connected(&self) -> Connected<'_> {
+        Connected { split: &self.split, sections: &self.sections, parts: &self.parts, by_brick: &self.bricks }
+    }
+
+    /// A place of the lattice in its coordinates.
+    pub(super) fn local(&self, x: &Point<3>) -> Point<3> {
+        (x - self.low).map(|x| x * self.scale + self.shift)
+    }
+
+    /// The place of its coordinates in the lattice.
+    pub(super) fn place(&self, u: &Point<3>) -> Point<3> {
+        self.low + u.map(|u| (u - self.shift) / self.scale)
+    }
+
+    /// The same of a box.
+    pub(super) fn in_lattice(&self, face: &Bounds<3>) -> Bounds<3> {
+        Bounds { low: self.place(&face.low), high: self.place(&face.high) }
+    }
+
+    /// Adds the divisions that hold a place of the lattice, the nearest one where it lies outside of all.
+    fn at(&self, x: &Point<3>, found: &mut Vec<u32>) {
+        let (u, first) = (self.local(x), found.len());
+        self.connected().at(&u, found);
+        if found.len() == first {
+            let away = |part: &u32| (self.parts.parts[*part as usize].centre - u).norm_squared();
+            found.extend((0..self.parts.parts.len() as u32).min_by(|a, b| away(a).total_cmp(&away(b))));
+        }
+        found[first..].iter_mut().for_each(|number| *number += self.first);
+    }
 }
 
 impl Bricks {
@@ -48,7 +113,12 @@ impl Bricks {
         let mut offsets = vec![0u32; sections.grid.len() + 1];
         pairs.iter().for_each(|(brick, _)| offsets[*brick as usize + 1] += 1);
         (0..sections.grid.len()).for_each(|brick| offsets[brick + 1] += offsets[brick]);
-        Bricks { offsets, parts: pairs.into_iter().map(|(_, part)| part).collect(), of_patch }
+        Bricks {
+            offsets,
+            parts: pairs.into_iter().map(|(_, part)| part).collect(),
+            of_patch,
+            divisions: Divisions::default(),
+        }
     }
 
     fn of(&self, brick: usize) -> &[u32] {
@@ -91,6 +161,47 @@ impl Connected<'_> {
                 break;
             }
         }
+        if found[first..].iter().any(|part| self.by_brick.divisions.of_part.contains_key(part)) {
+            for part in found.split_off(first) {
+                match self.by_brick.divisions.of_part.get(&part) {
+                    Some(divided) => divided.at(x, found),
+                    None => found.push(part),
+                }
+            }
+        }
+    }
+
+    /// The sub-cells with walls in the bricks that a box meets.
+    pub(super) fn cut_near(&self, within: &Bounds<3>) -> Vec<u32> {
+        let ranges: [[i32; 2]; 3] = std::array::from_fn(|i| {
+            let whole = self.sections.grid.counts[i] as i32 - 1;
+            [within.low[i], within.high[i]].map(|end| (end.floor() as i32).clamp(0, whole))
+        });
+        let [[a, b], [c, d], [e, f]] = ranges;
+        let places = (e..=f).flat_map(|k| (c..=d).flat_map(move |j| (a..=b).map(move |i| [i, j, k])));
+        let near = places.flat_map(|place| self.by_brick.of(self.sections.grid.brick(place)).iter().copied());
+        near.filter(|part| !self.parts.parts[*part as usize].patches.is_empty()).collect()
+    }
+
+    /// Hands out the triangles of a patch with the sub-cells or divisions that they bound.
+    pub(super) fn each_wall(&self, patch: u32, mut with: impl FnMut(u32, [Point<3>; 3])) {
+        let part = self.by_brick.of_patch[patch as usize];
+        if part == NONE {
+            return;
+        }
+        let Some(divided) = self.by_brick.divisions.of_part.get(&part) else {
+            return with(
+                part,
+                self.split.patches[patch as usize].corners.map(|corner| self.split.points[corner as usize]),
+            );
+        };
+        for &piece in divided.of_patch.get(&patch).into_iter().flatten() {
+            let corners = divided.split.patches[piece as usize].corners;
+            let own = divided.bricks.of_patch[piece as usize];
+            if own != NONE {
+                with(divided.first + own, corners.map(|corner| divided.place(&divided.split.points[corner as usize])));
+            }
+        }
     }
 
     /// The same in the bricks within a distance.
@@ -127,7 +238,10 @@ impl Connected<'_> {
     }
 
     /// Hands out the sub-cells beside one, with the box of the section between.
-    fn each_beside(&self, part: u32, with: &mut dyn FnMut(u32, &Bounds<3>)) {
+    pub(super) fn each_beside(&self, part: u32, with: &mut dyn FnMut(u32, &Bounds<3>)) {
+        if let Some(beside) = self.by_brick.divisions.beside.get(&part) {
+            return beside.iter().for_each(|(other, face)| with(*other, face));
+        }
         for &(section, sign) in &self.parts.parts[part as usize].sections {
             let other = self.parts.beside[section as usize][usize::from(sign > 0.0)];
             if other == NONE {
@@ -146,7 +260,7 @@ impl Connected<'_> {
 /// Places are those of the lattice, and no cells are known around particles.
 impl Adjacent<3> for Connected<'_> {
     fn count(&self) -> usize {
-        self.parts.parts.len()
+        self.parts.parts.len().max(self.by_brick.divisions.count)
     }
 
     fn at(&self, x: &Point<3>, found: &mut Vec<u32>) {
@@ -162,50 +276,48 @@ impl Adjacent<3> for Connected<'_> {
     }
 }
 
-/// The cells of a lattice as points see them.
+/// The cells of a lattice as points see them: whole ones, and at the roots of slots their sub-cells and divisions.
 pub(super) struct Whole {
     frame: Frame,
     split: Split,
     sections: Sections,
     parts: Parts,
     by_brick: Bricks,
-    /// The cell of each sub-cell.
-    cell_of: Vec<u32>,
-    /// The cells around each particle.
+    /// The first sub-cell of the cell that each sub-cell or division counts as; itself at the roots of slots.
+    first: Vec<u32>,
+    /// Those around each particle.
     around: Vec<Vec<u32>>,
-    /// Those beside each cell, with the box of the faces between.
+    /// Those beside each, with the box of the faces between.
     beside: Vec<Vec<(u32, Bounds<3>)>>,
 }
 
 impl Whole {
     /// Cells are given by their sub-cells, particles by their places in the lattice.
     pub(super) fn new(frame: &Frame, connected: &Connected, cells: &[Vec<u32>], particles: &[Point<3>]) -> Self {
-        let mut cell_of = vec![NONE; connected.parts.parts.len()];
-        for (cell, parts) in cells.iter().enumerate() {
-            parts.iter().for_each(|&part| cell_of[part as usize] = cell as u32);
+        let divisions = &connected.by_brick.divisions;
+        let mut first: Vec<u32> = (0..divisions.count as u32).collect();
+        for parts in cells.iter().filter(|parts| !parts.iter().any(|part| divisions.of_part.contains_key(part))) {
+            parts.iter().for_each(|&part| first[part as usize] = parts[0]);
         }
-        let beside = cells.iter().enumerate().map(|(cell, parts)| {
-            let mut beside: Vec<(u32, Bounds<3>)> = Vec::new();
-            for &part in parts {
-                connected.each_beside(part, &mut |other, face| {
-                    let other = cell_of[other as usize];
-                    match beside.iter_mut().find(|known| known.0 == other) {
-                        Some(known) => known.1 = known.1.join(face),
-                        None if other as usize != cell => beside.push((other, *face)),
-                        None => {}
-                    }
-                });
-            }
-            beside
-        });
-        let beside = beside.collect();
+        let mut beside: Vec<Vec<(u32, Bounds<3>)>> = vec![Vec::new(); first.len()];
+        for (number, &own) in (0u32..).zip(&first).filter(|(number, _)| !divisions.of_part.contains_key(number)) {
+            connected.each_beside(number, &mut |other, face| {
+                let other = first[other as usize];
+                let known = &mut beside[own as usize];
+                match known.iter_mut().find(|known| known.0 == other) {
+                    Some(known) => known.1 = known.1.join(face),
+                    None if other != own => known.push((other, *face)),
+                    None => {}
+                }
+            });
+        }
         let mut all = Whole {
             frame: frame.clone(),
             split: connected.split.clone(),
             sections: connected.sections.clone(),
             parts: connected.parts.clone(),
             by_brick: connected.by_brick.clone(),
-            cell_of,
+            first,
             around: Vec::new(),
             beside,
         };
@@ -218,22 +330,22 @@ impl Whole {
         all
     }
 
-    fn connected(&self) -> Connected<'_> {
-        Connected { split: &self.split, sections: &self.sections, parts: &self.parts, by_brick: &self.by_brick }
+    /// Adds what holds a point of the lattice.
+    fn in_lattice(&self, u: &Point<3>, found: &mut Vec<u32>) {
+        let before = found.len();
+        self.connected().at(u, found);
+        found[before..].iter_mut().for_each(|number| *number = self.first[*number as usize]);
+        found.dedup();
     }
 
-    /// Adds the cells that hold a point of the lattice.
-    fn in_lattice(&self, u: &Point<3>, found: &mut Vec<u32>) {
-        let first = found.len();
-        self.connected().at(u, found);
-        found[first..].iter_mut().for_each(|part| *part = self.cell_of[*part as usize]);
-        found.dedup();
+    fn connected(&self) -> Connected<'_> {
+        Connected { split: &self.split, sections: &self.sections, parts: &self.parts, by_brick: &self.by_brick }
     }
 }
 
 impl Adjacent<3> for Whole {
     fn count(&self) -> usize {
-        self.beside.len()
+        self.first.len()
     }
 
     fn at(&self, x: &Point<3>, found: &mut Vec<u32>) {

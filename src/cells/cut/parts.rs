@@ -27,7 +27,7 @@ pub(super) struct Part {
 }
 
 /// All parts, and those below and above each section.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Parts {
     pub(super) parts: Vec<Part>,
     pub(super) beside: Vec<[u32; 2]>,

@@ -7,7 +7,6 @@ use crate::neighbours::{MARGIN, Search};
 
 use super::connected::Connected;
 use super::features::{Crease, Features};
-use super::parts::NONE;
 use super::sections::Grid;
 use super::split::{ByBrick, Split};
 
@@ -226,22 +225,20 @@ impl Placing<'_> {
             by_part.extend(around.first().map(|&part| (part, None, HALF)));
         }
         for patch in self.near(x, HALF) {
-            let part = connected.by_brick.of_patch[patch as usize];
-            if part == NONE {
-                continue;
-            }
-            let at = nearest(x, &self.corners(patch));
-            let distance = (at - x).norm();
-            let known = match by_part.iter().position(|known| known.0 == part) {
-                Some(known) => known,
-                None => {
-                    by_part.push((part, None, HALF));
-                    by_part.len() - 1
+            connected.each_wall(patch, |part, corners| {
+                let at = nearest(x, &corners);
+                let distance = (at - x).norm();
+                let known = match by_part.iter().position(|known| known.0 == part) {
+                    Some(known) => known,
+                    None => {
+                        by_part.push((part, None, HALF));
+                        by_part.len() - 1
+                    }
+                };
+                if distance < by_part[known].2 {
+                    (by_part[known].1, by_part[known].2) = (Some(at), distance);
                 }
-            };
-            if distance < by_part[known].2 {
-                (by_part[known].1, by_part[known].2) = (Some(at), distance);
-            }
+            });
         }
         let within = Bounds { low: x.add_scalar(-AROUND), high: x.add_scalar(AROUND) };
         let mut groups: Vec<(u32, Option<Point<3>>, f64)> = Vec::new();

@@ -8,7 +8,7 @@ use super::polygon::{Corner, area, holds, triangles};
 use super::split::Split;
 
 /// Bricks of unit size from the origin on.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Grid {
     pub(super) counts: [usize; 3],
 }
@@ -59,7 +59,7 @@ pub(super) struct Section {
 }
 
 /// The sections on all faces.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Sections {
     pub(super) grid: Grid,
     /// Number of points of the split surface: corners between bricks are counted behind them.

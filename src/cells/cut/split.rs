@@ -19,7 +19,7 @@ pub(super) struct Patch {
 
 /// A closed surface whose facets end at the planes of integer coordinates: neighbours share their corners, so that it is as closed
 /// as it was.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Split {
     /// Corners of the surface and points where its edges meet planes.
     pub(super) points: Vec<Point<3>>,

@@ -1,0 +1,236 @@
+//! Sub-cells at the roots of slots, divided so finely that what is connected there follows the surface.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use crate::geometry::{Bounds, Point};
+use crate::neighbours::{FACING, MARGIN, Search};
+
+use super::connected::{Bricks, Connected, Divided, Divisions};
+use super::parts::{NONE, Parts, cross, each_triangle};
+use super::sections::{Grid, Sections};
+use super::split::{ByBrick, Split};
+
+/// Divisions of a brick along each axis.
+const FINER: i32 = 4;
+/// Where the first plane between divisions lies, in their size: no simple fraction, so that the surface seldom lies in one.
+const FIRST: f64 = 0.4383;
+/// Distance below which facets that face each other are the walls of a slot, in bricks: that between particles.
+const ACROSS: f64 = 2.0;
+/// Margin of the box in which sub-cells connect the walls of a slot, in bricks.
+const AROUND: f64 = 2.0 * MARGIN;
+
+/// Facets of a sub-cell that look alike.
+struct Wall {
+    part: u32,
+    /// Their middle.
+    at: Point<3>,
+    /// Their mean normal, outward.
+    normal: Point<3>,
+}
+
+/// Where a triangle around a divided sub-cell comes from.
+#[derive(Clone, Copy)]
+enum Source {
+    /// A section, and which of its triangles.
+    Section(u32, u32),
+    /// A patch of the surface.
+    Patch(u32),
+}
+
+/// A division of a sub-cell beside a section.
+struct Beside {
+    number: u32,
+    /// Whether the section is on its upper side.
+    above: bool,
+    face: Bounds<3>,
+}
+
+/// The walls of all sub-cells, by the brick that their middle lies in.
+fn walls(connected: &Connected, normals: &[Point<3>]) -> HashMap<[i32; 3], Vec<Wall>> {
+    let split = connected.split;
+    let mut found: HashMap<[i32; 3], Vec<Wall>> = HashMap::new();
+    for (part, own) in connected.parts.parts.iter().enumerate() {
+        let mut alike: BTreeMap<[i8; 3], (Point<3>, Point<3>, f64)> = BTreeMap::new();
+        for &patch in &own.patches {
+            let patch = &split.patches[patch as usize];
+            let normal = normals[patch.facet as usize];
+            let [a, b, c] = patch.corners.map(|corner| split.points[corner as usize]);
+            let area = cross(&(b - a), &(c - a)).norm();
+            let (at, along, whole) = alike.entry(std::array::from_fn(|i| normal[i].round() as i8)).or_default();
+            (*at, *along, *whole) = (*at + (a + b + c) * (area / 3.0), *along + normal * area, *whole + area);
+        }
+        for (at, along, whole) in alike.into_values().filter(|own| own.2 > 0.0) {
+            let at = at / whole;
+            let place = std::array::from_fn(|i| at[i].floor() as i32);
+            found.entry(place).or_default().push(Wall { part: part as u32, at, normal: along / whole });
+        }
+    }
+    found
+}
+
+/// Whether the solid lies on both sides of what is between two walls.
+fn face_each_other(a: &Wall, b: &Wall) -> bool {
+    let between = b.at - a.at;
+    a.normal.dot(&b.normal) < FACING
+        && a.normal.dot(&between) > 0.0
+        && b.normal.dot(&between) < 0.0
+        && between.norm() < ACROSS
+}
+
+/// The sub-cells at the roots of slots: those around walls that face each other and that sub-cells connect near the line between them.
+fn at_roots(connected: &Connected, normals: &[Point<3>]) -> BTreeSet<u32> {
+    let (walls, mut search, mut found) = (walls(connected, normals), Search::default(), BTreeSet::new());
+    let reach = ACROSS.ceil() as i32;
+    let steps = || -reach..=reach;
+    for (place, own) in &walls {
+        let offsets = steps().flat_map(|i| steps().flat_map(move |j| steps().map(move |k| [i, j, k])));
+        // Each pair of bricks once.
+        for offset in offsets.filter(|offset| *offset >= [0; 3]) {
+            let Some(others) = walls.get(&std::array::from_fn(|i| place[i] + offset[i])) else { continue };
+            for (a, b) in own.iter().flat_map(|a| others.iter().map(move |b| (a, b))) {
+                if !face_each_other(a, b) {
+                    continue;
+                }
+                let within =
+                    Bounds { low: a.at.inf(&b.at).add_scalar(-AROUND), high: a.at.sup(&b.at).add_scalar(AROUND) };
+                search.start.clear();
+                search.start.push(a.part);
+                if search.reaches(connected, (&[b.part], &b.at), &within) {
+                    found.extend(connected.cut_near(&within));
+                }
+            }
+        }
+    }
+    found
+}
+
+/// A sub-cell divided by planes between those of bricks, its divisions numbered from one on, and where the triangles around it come from.
+fn divided(connected: &Connected, part: u32, first: u32) -> (Divided, Vec<Source>) {
+    let own = &connected.parts.parts[part as usize];
+    let (mut triangles, mut sources) = (Vec::new(), Vec::new());
+    for &(section, sign) in &own.sections {
+        let mut number = 0;
+        each_triangle(connected.sections, section, |[a, b, c]| {
+            triangles.push(if sign > 0.0 { [a, b, c] } else { [a, c, b] });
+            sources.push(Source::Section(section, number));
+            number += 1;
+        });
+    }
+    for &patch in &own.patches {
+        triangles.push(connected.split.patches[patch as usize].corners);
+        sources.push(Source::Patch(patch));
+    }
+    let mut numbers: HashMap<u32, u32> = HashMap::new();
+    let mut corners: Vec<Point<3>> = Vec::new();
+    for corner in triangles.iter_mut().flatten() {
+        *corner = *numbers.entry(*corner).or_insert_with(|| {
+            corners.push(connected.sections.point(connected.split, *corner));
+            corners.len() as u32 - 1
+        });
+    }
+    // From whole bricks on, so that planes on both sides of a section are the same.
+    let around = Bounds::of(&corners);
+    let low: [i32; 3] = std::array::from_fn(|i| around.low[i].floor() as i32);
+    let counts = std::array::from_fn(|i| ((around.high[i].ceil() as i32 - low[i]).max(1) * FINER + 2) as usize);
+    let mut own = Divided {
+        first,
+        scale: f64::from(FINER),
+        low: Point::<3>::from(low.map(f64::from)),
+        shift: FIRST,
+        ..Divided::default()
+    };
+    let corners: Vec<Point<3>> = corners.iter().map(|corner| own.local(corner)).collect();
+    let grid = Grid { counts };
+    own.split = Split::new(&corners, &triangles);
+    let by_brick = ByBrick::new(&own.split, grid.len(), |place| grid.brick(place));
+    own.sections = Sections::new(&own.split, grid);
+    own.parts = Parts::new(&own.split, &by_brick, &own.sections);
+    own.bricks = Bricks::new(&own.split, &own.sections, &own.parts);
+    for (number, patch) in own.split.patches.iter().enumerate() {
+        if let Source::Patch(patch) = sources[patch.facet as usize] {
+            own.of_patch.entry(patch).or_default().push(number as u32);
+        }
+    }
+    (own, sources)
+}
+
+/// Pairs that have a face in common, with a box around it, either way.
+#[derive(Default)]
+struct Pairs(BTreeMap<(u32, u32), Bounds<3>>);
+
+impl Pairs {
+    fn add(&mut self, a: u32, b: u32, face: &Bounds<3>) {
+        for pair in [(a, b), (b, a)] {
+            let known = self.0.entry(pair).or_insert_with(Bounds::none);
+            *known = known.join(face);
+        }
+    }
+}
+
+impl Divisions {
+    /// Divides the sub-cells at the roots of slots; normals are those of facets.
+    pub(super) fn new(connected: &Connected, normals: &[Point<3>]) -> Self {
+        let mut all = Divisions { count: connected.parts.parts.len(), ..Divisions::default() };
+        let mut sources = Vec::new();
+        for part in at_roots(connected, normals) {
+            let (own, from) = divided(connected, part, all.count as u32);
+            all.count += own.parts.parts.len();
+            all.of_part.insert(part, own);
+            sources.push(from);
+        }
+        all.connect(connected, &sources);
+        all
+    }
+
+    /// Finds what lies beside divisions, and beside the sub-cells around them.
+    fn connect(&mut self, connected: &Connected, sources: &[Vec<Source>]) {
+        let mut pairs = Pairs::default();
+        // Divisions on both sides of a section hold the same pieces of its triangles: by section, triangle and place.
+        let mut across: BTreeMap<(u32, u32, [i32; 3]), Vec<Beside>> = BTreeMap::new();
+        let mut around: BTreeSet<u32> = BTreeSet::new();
+        for ((&part, own), sources) in self.of_part.iter().zip(sources) {
+            let signs: HashMap<u32, f64> = connected.parts.parts[part as usize].sections.iter().copied().collect();
+            let inner = own.connected();
+            for number in 0..own.parts.parts.len() as u32 {
+                let mut add =
+                    |other, face: &Bounds<3>| pairs.add(own.first + number, own.first + other, &own.in_lattice(face));
+                inner.each_beside(number, &mut add);
+            }
+            for (patch, &number) in own.split.patches.iter().zip(&own.bricks.of_patch) {
+                let Source::Section(section, triangle) = sources[patch.facet as usize] else { continue };
+                let above = signs[&section] > 0.0;
+                let other = connected.parts.beside[section as usize][usize::from(above)];
+                if other == NONE || number == NONE {
+                    continue;
+                }
+                let face = Bounds::of(&patch.corners.map(|corner| own.place(&own.split.points[corner as usize])));
+                let number = own.first + number;
+                if !self.of_part.contains_key(&other) {
+                    around.insert(other);
+                    pairs.add(number, other, &face);
+                    continue;
+                }
+                let mut place: [i32; 3] = std::array::from_fn(|i| patch.brick[i] + FINER * own.low[i] as i32);
+                place[usize::from(connected.sections.sections[section as usize].axis)] = 0;
+                across.entry((section, triangle, place)).or_default().push(Beside { number, above, face });
+            }
+        }
+        for both in across.into_values() {
+            let below = both.iter().filter(|own| own.above);
+            for (a, b) in below.flat_map(|a| both.iter().filter(|own| !own.above).map(move |b| (a, b))) {
+                pairs.add(a.number, b.number, &a.face.join(&b.face));
+            }
+        }
+        for part in around {
+            connected.each_beside(part, &mut |other, face| {
+                if !self.of_part.contains_key(&other) {
+                    let known = pairs.0.entry((part, other)).or_insert_with(Bounds::none);
+                    *known = known.join(face);
+                }
+            });
+        }
+        for ((number, other), face) in pairs.0 {
+            self.beside.entry(number).or_default().push((other, face));
+        }
+    }
+}
