@@ -16,6 +16,8 @@ struct Facet {
     outward: Point<3>,
     /// Facets beside it, itself among them.
     beside: Vec<u32>,
+    /// The connected part of the surface that it lies in, and its distance in facets from an end of that.
+    rank: (u32, u32),
 }
 
 /// A point of a facet that is no triangles, of the part that carries pressures, and the mover there.
@@ -109,7 +111,7 @@ impl Faces {
                 let middle = shares.iter().map(|share| solid(&ends[share.0 as usize])).sum::<Point<3>>()
                     / shares.len().max(1) as f64;
                 let facet = faces.facets.len() as u32;
-                faces.facets.push(Facet { middle, outward, beside: Vec::new() });
+                faces.facets.push(Facet { middle, outward, beside: Vec::new(), rank: (0, 0) });
                 traces_of.push(shares.iter().map(|share| share.0).collect());
                 if (3..=4).contains(&shares.len()) {
                     faces.push_facet(shares, |trace| solid(&ends[trace as usize]));
@@ -183,16 +185,48 @@ impl Faces {
         for (facet, traces) in traces_of.iter().enumerate() {
             traces.iter().for_each(|&trace| at.entry(particle(trace)).or_default().push(facet as u32));
         }
+        let wider = |ring: &[u32]| {
+            let traces = ring.iter().flat_map(|&f| &traces_of[f as usize]);
+            let mut wider: Vec<u32> = traces.flat_map(|&trace| at[&particle(trace)].iter().copied()).collect();
+            wider.sort_unstable();
+            wider.dedup();
+            wider
+        };
         for facet in 0..self.facets.len() {
             let mut ring = vec![facet as u32];
-            for _ in 0..RINGS {
-                let traces = ring.iter().flat_map(|&f| &traces_of[f as usize]);
-                ring = traces.flat_map(|&trace| at[&particle(trace)].iter().copied()).collect();
-                ring.sort_unstable();
-                ring.dedup();
-            }
+            (0..RINGS).for_each(|_| ring = wider(&ring));
             self.facets[facet].beside = ring;
         }
+        // From an end of each connected part: the facet farthest from its first one.
+        let mut part = 0;
+        for first in 0..self.facets.len() as u32 {
+            if self.facets[first as usize].rank.0 > 0 {
+                continue;
+            }
+            part += 1;
+            let distances = |from: u32| {
+                let mut known = std::collections::HashMap::from([(from, 0u32)]);
+                let (mut front, mut distance) = (vec![from], 0);
+                let mut last = from;
+                while let Some(&any) = front.first() {
+                    (last, distance) = (any, distance + 1);
+                    front = wider(&front);
+                    front.retain(|facet| !known.contains_key(facet));
+                    known.extend(front.iter().map(|&facet| (facet, distance)));
+                }
+                (last, known)
+            };
+            let (end, _) = distances(first);
+            for (facet, distance) in distances(end).1 {
+                self.facets[facet as usize].rank = (part, distance);
+            }
+        }
+    }
+
+    /// Whether of two facets of one part that face each other the first one carries the pressures: the one nearer to an end of the surface,
+    /// so that all of a fold's one side does. Were neighbours to differ, slivers along their edges would carry pressures on both sides.
+    fn is_first(&self, mine: u32, its: u32) -> bool {
+        (self.facets[mine as usize].rank, mine) < (self.facets[its as usize].rank, its)
     }
 
     /// Finds what faces each triangle that carries pressures, given positions of all corners, and what is opposite of loose points, given
@@ -213,15 +247,14 @@ impl Faces {
             let facing = (0..self.carrying).map(|own| {
                 let mine = self.triangles[own].facet;
                 let mut facing = sorted.facing(own, self.deeper, |other, gap| self.may_touch(mine, other, gap));
-                // Of two facets that face each other the one that comes first carries the pressures.
-                facing.retain(|facing| self.two || self.triangles[facing.other as usize].facet > mine);
+                facing.retain(|facing| self.two || self.is_first(mine, self.triangles[facing.other as usize].facet));
                 facing.sort_by_key(|facing| facing.other);
                 facing
             });
             let opposite = points.iter().zip(&self.loose).map(|((x, outward), loose)| {
                 let may = |other: usize, gap: f64| self.may_touch(loose.facet, other, gap);
                 let found = sorted.nearest(x, outward, self.deeper, may)?;
-                (self.two || self.triangles[found].facet > loose.facet).then_some(found as u32)
+                (self.two || self.is_first(loose.facet, self.triangles[found].facet)).then_some(found as u32)
             });
             (facing.collect(), opposite.collect(), sorted.reach())
         };
@@ -250,9 +283,8 @@ impl Faces {
     /// The derivatives of the mean gaps under a triangle, over each of those that face it.
     pub(crate) fn derivatives<'a>(&self, laid: &'a LaidFaces, triangle: usize) -> &'a [GapDerivatives] {
         let all = &laid.facing[triangle];
-        let of = |facing: &Facing| {
-            pair(&self.triangles, &laid.corners, triangle, facing.other).derivatives(&facing.overlap)
-        };
+        let of =
+            |facing: &Facing| pair(&self.triangles, &laid.corners, triangle, facing.other).derivatives(&facing.overlap);
         laid.derivatives[triangle].get_or_init(|| all.iter().map(of).collect())
     }
 

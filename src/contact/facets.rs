@@ -240,12 +240,7 @@ pub(super) fn pair(triangles: &[Triangle], corners: &[[Point<3>; 3]], own: usize
 }
 
 /// What a triangle covers of another one, if anything.
-pub(super) fn covered(
-    triangles: &[Triangle],
-    corners: &[[Point<3>; 3]],
-    own: usize,
-    other: u32,
-) -> Option<Facing> {
+pub(super) fn covered(triangles: &[Triangle], corners: &[[Point<3>; 3]], own: usize, other: u32) -> Option<Facing> {
     let pair = pair(triangles, corners, own, other);
     let overlap = Overlap::new(&pair.opposite().0)?;
     let gaps = pair.mean_gaps(&overlap);

@@ -275,9 +275,7 @@ fn cut(vertices: &[Vertex], side: usize, places: &[[f64; 2]; 3]) -> Vec<Vertex> 
 
 /// The normal of a triangle, times twice its area.
 fn area_vector<T: Scalar>(first: [T; 3], second: [T; 3]) -> [T; 3] {
-    std::array::from_fn(|i| {
-        first[(i + 1) % 3] * second[(i + 2) % 3] - first[(i + 2) % 3] * second[(i + 1) % 3]
-    })
+    std::array::from_fn(|i| first[(i + 1) % 3] * second[(i + 2) % 3] - first[(i + 2) % 3] * second[(i + 1) % 3])
 }
 
 fn dot<T: Scalar>(a: [T; 3], b: [T; 3]) -> T {
@@ -323,9 +321,8 @@ impl Triangles {
 
     /// Place and gap of a corner of the other one over coordinates of the edges of the first one and its own.
     fn place(&self, corner: usize) -> [Jet<PLACE>; 3] {
-        let of = |x: Point<3>, first: usize| -> [Jet<PLACE>; 3] {
-            std::array::from_fn(|i| Jet::variable(x[i], first + i))
-        };
+        let of =
+            |x: Point<3>, first: usize| -> [Jet<PLACE>; 3] { std::array::from_fn(|i| Jet::variable(x[i], first + i)) };
         let [a, b, c] = self.own;
         let (first, second, away) = (of(b - a, 0), of(c - a, 3), of(self.other[corner] - a, 6));
         let across = area_vector(first, second);
@@ -497,7 +494,9 @@ mod tests {
             (found.values, found.areas)
         };
         let (values, areas) = of(corners);
-        for common in [[0.3, 0.4], [0.5, 0.5], [0.0, 0.0], [0.4, 0.0], [0.0, 0.2], [0.4, 1e-12], [0.6, 0.6], [0.4, -1e-10]] {
+        for common in
+            [[0.3, 0.4], [0.5, 0.5], [0.0, 0.0], [0.4, 0.0], [0.0, 0.2], [0.4, 1e-12], [0.6, 0.6], [0.4, -1e-10]]
+        {
             let (mut value, mut area) = ([0.0; 3], [0.0; 3]);
             for k in 0..3 {
                 let part = of([corners[k], corners[(k + 1) % 3], common]);

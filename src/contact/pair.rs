@@ -68,7 +68,12 @@ struct Derivatives {
 enum Source {
     Here(Derivatives),
     /// Those of a triangle over one of those that face it; parts of its corners, and what is added to the gap.
-    Triangle { triangle: usize, number: usize, parts: [f64; 3], shift: f64 },
+    Triangle {
+        triangle: usize,
+        number: usize,
+        parts: [f64; 3],
+        shift: f64,
+    },
 }
 
 /// Pieces with their derivatives over the points that they have in common.
@@ -371,7 +376,8 @@ impl<const D: usize> PairContact<D> {
                 (Opposite::Plane(laid), reach)
             }
             Geometry::Space(faces) => {
-                let corners = faces.triangles.iter().map(|triangle| triangle.movers.map(|k| padded(&places[k as usize])));
+                let corners =
+                    faces.triangles.iter().map(|triangle| triangle.movers.map(|k| padded(&places[k as usize])));
                 let table = &self.contact_surfaces[0].table;
                 let points = faces.loose.iter().map(|loose| {
                     let point = loose.point as usize;

@@ -54,9 +54,6 @@ impl<const D: usize> Term<D> for PairContact<D> {
                 }
             }
         }
-        if order == Order::Second {
-            set_curvature::<D>(&gathered, &points, pressure, out);
-        }
         // A ∇ḡ.
         slope.iter_mut().zip(&by_area).for_each(|(s, a)| *s -= overlap.gap * a);
         let force = pressure - proximal * overlap.gap;
@@ -68,13 +65,8 @@ impl<const D: usize> Term<D> for PairContact<D> {
         }
         if out.with_matrix {
             let shrinks = pressure.max(0.0) / overlap.area;
-            for (j, column) in out.matrix.chunks_exact_mut(size).enumerate() {
-                let along_gap = proximal / overlap.area * slope[j] + shrinks * by_area[j];
-                let along_area = shrinks * slope[j];
-                for ((entry, a), b) in column.iter_mut().zip(&slope).zip(&by_area) {
-                    *entry += along_gap * a + along_area * b;
-                }
-            }
+            let matrix = point_matrix(gathered, &overlap, [pressure, proximal / overlap.area, shrinks]);
+            set_matrix::<D>(&matrix, &points, out);
         }
         if let Some(slip) = slip {
             let mut moves: Vec<(usize, Point<D>)> = Vec::with_capacity(size);
@@ -204,32 +196,44 @@ impl<const D: usize> Protocol for PairContact<D> {
     }
 }
 
-/// Sets the matrix to $-\pi\,T^{\mathsf T}(\partial^2 G)\,T$, one side after the other, of which one half is summed; `points` has for each
-/// point places in the element, rising, and factors.
-fn set_curvature<const D: usize>(
-    gathered: &Gathered,
-    points: &[Vec<(usize, f64)>],
-    pressure: f64,
-    out: &mut Element,
-) {
-    let (size, rows) = (out.residual.len(), gathered.slope.len());
+/// The matrix over the coordinates of points, column by column: $-\pi\,\partial^2 G + \varepsilon\,s\,s^{\mathsf T}
+/// + \sigma\,(a\,s^{\mathsf T} + s\,a^{\mathsf T})$ with $s = \partial G - \bar g\,a$ and the gradient $a$ of the area.
+fn point_matrix(gathered: Gathered, overlap: &ContactPair, [pressure, proximal, shrinks]: [f64; 3]) -> Vec<f64> {
+    let Gathered { slope, area_slope, curve: mut matrix, .. } = gathered;
+    let size = slope.len();
+    matrix.iter_mut().for_each(|entry| *entry *= -pressure);
+    matrix.resize(size * size, 0.0);
+    let slope: Vec<f64> = slope.iter().zip(&area_slope).map(|(s, a)| s - overlap.gap * a).collect();
+    for (j, column) in matrix.chunks_exact_mut(size).enumerate() {
+        let along_gap = proximal * slope[j] + shrinks * area_slope[j];
+        let along_area = shrinks * slope[j];
+        for ((entry, s), a) in column.iter_mut().zip(&slope).zip(&area_slope) {
+            *entry += along_gap * s + along_area * a;
+        }
+    }
+    matrix
+}
+
+/// Sets the matrix of an element to $T^{\mathsf T} M\,T$ with a symmetric $M$ over points, one side after the other, of which one half is
+/// summed; `points` has for each point places in the element, rising, and factors.
+fn set_matrix<const D: usize>(matrix: &[f64], points: &[Vec<(usize, f64)>], out: &mut Element) {
+    let (size, rows) = (out.residual.len(), points.len() * D);
     let mut half = vec![0.0; rows * size];
     for (k, of) in points.iter().enumerate() {
         for i in 0..D {
-            let column = &gathered.curve[(k * D + i) * rows..][..rows];
+            let column = &matrix[(k * D + i) * rows..][..rows];
             for &(place, value) in of {
                 let target = &mut half[(place * D + i) * rows..][..rows];
-                target.iter_mut().zip(column).for_each(|(t, c)| *t -= pressure * value * c);
+                target.iter_mut().zip(column).for_each(|(t, c)| *t += value * c);
             }
         }
     }
     for ((j, column), from) in out.matrix.chunks_exact_mut(size).enumerate().zip(half.chunks_exact(rows)) {
-        for (k, of) in points.iter().enumerate() {
+        for (of, from) in points.iter().zip(from.chunks_exact(D)) {
             let first = of.partition_point(|entry| entry.0 < j / D);
             for &(place, value) in &of[first..] {
-                for i in 0..D {
-                    column[place * D + i] += value * from[k * D + i];
-                }
+                let target = &mut column[place * D..][..D];
+                target.iter_mut().zip(from).for_each(|(t, f)| *t += value * f);
             }
         }
     }
