@@ -1,37 +1,59 @@
 //! Boundary parts in space that may touch each other: triangles, and which is opposite of which point.
 
+use std::sync::OnceLock;
+
 use crate::cells::BoundaryCells;
 use crate::geometry::Point;
 
 use super::ContactSurface;
-use super::facets::{Gap, Sorted, Triangle, gap};
+use super::facets::{Facing, Gap, Sorted, Triangle, covered, gap, pair};
 use super::facing::{RINGS, THROUGH};
+use super::overlap::GapDerivatives;
 
 /// A facet at rest.
 struct Facet {
-    part: u8,
     middle: Point<3>,
     outward: Point<3>,
     /// Facets beside it, itself among them.
     beside: Vec<u32>,
+    /// The connected part of the surface that it lies in, and its distance in facets from an end of that.
+    rank: (u32, u32),
+}
+
+/// A point of a facet that is no triangles, of the part that carries pressures, and the mover there.
+pub(super) struct Loose {
+    pub point: u32,
+    pub mover: u32,
+    facet: u32,
 }
 
 /// Faces of one or two parts.
 pub(super) struct Faces {
+    /// Those of the part that carries pressures, then those of the other one.
     pub triangles: Vec<Triangle>,
+    /// For each trace function that carries pressures its triangles, and what it is at their corners.
+    pub of_trace: Vec<Vec<(u32, [f64; 3])>>,
+    pub loose: Vec<Loose>,
+    /// The place among those of each point, where there are any.
+    loose_of: Vec<Option<u32>>,
     facets: Vec<Facet>,
-    /// The facet of each point of the part that carries pressures.
-    facet_of: Vec<u32>,
+    /// Triangles of the part that carries pressures.
+    carrying: usize,
     two: bool,
-    /// How much deeper than usual a point may lie behind a triangle \[length\].
+    /// How much deeper than usual a triangle may lie behind another one \[length\].
     pub deeper: f64,
 }
 
 /// Faces at a state.
 pub(super) struct LaidFaces {
-    /// The triangle opposite of each point of the part that carries pressures.
-    pub opposite: Vec<Option<u32>>,
-    /// How far around a point is known.
+    corners: Vec<[Point<3>; 3]>,
+    /// What faces each triangle of the part that carries pressures.
+    pub facing: Vec<Vec<Facing>>,
+    /// The derivatives of its mean gaps, once they are needed.
+    derivatives: Vec<OnceLock<Vec<GapDerivatives>>>,
+    /// The triangle opposite of each point of a facet that is no triangles.
+    opposite: Vec<Option<u32>>,
+    /// How far around a triangle is known.
     pub reach: f64,
 }
 
@@ -39,71 +61,122 @@ fn solid<const D: usize>(x: &Point<D>) -> Point<3> {
     Point::<3>::from_fn(|i, _| x.get(i).copied().unwrap_or(0.0))
 }
 
+/// Measures of the triangles of a facet, each between a corner and the next one, for which the linear functions of its corners have the
+/// integrals `shares` of its trace functions.
+fn measures(shares: &[f64]) -> Vec<f64> {
+    let whole: f64 = shares.iter().sum();
+    let &[a, b, c, d] = shares else { return vec![whole] };
+    let (first, second) = (0.75 * (a - c + b - d), 0.75 * (b - d - a + c));
+    let found = [first, second, -first, -second].map(|more| 0.25 * whole + more);
+    // Facets that are bent far.
+    if found.iter().all(|part| *part > 0.0) { found.to_vec() } else { vec![0.25 * whole; 4] }
+}
+
 impl Faces {
-    /// Facets of three or four corners; others, and those without all their trace functions, touch nothing.
+    /// Facets of three or four corners are triangles; points of others press against those of the other part.
     pub(crate) fn new<const D: usize>(
         contact_surfaces: &[ContactSurface<D>],
         cells: &[&BoundaryCells<D>],
         ends: &[Point<D>],
     ) -> Self {
         let two = contact_surfaces.len() > 1;
-        let mut faces = Faces { triangles: Vec::new(), facets: Vec::new(), facet_of: Vec::new(), two, deeper: 0.0 };
+        let mut faces = Faces {
+            triangles: Vec::new(),
+            of_trace: vec![Vec::new(); contact_surfaces[0].traces.len()],
+            loose: Vec::new(),
+            loose_of: Vec::new(),
+            facets: Vec::new(),
+            carrying: 0,
+            two,
+            deeper: 0.0,
+        };
         let mut traces_of: Vec<Vec<u32>> = Vec::new();
         let mut first = 0u32;
         for (part, (contact_surface, cells)) in contact_surfaces.iter().zip(cells).enumerate() {
-            let mut over: Vec<Vec<u32>> = vec![Vec::new(); cells.points.positions.len()];
+            let mut over: Vec<Vec<(u32, f64)>> = vec![Vec::new(); cells.points.positions.len()];
             for (k, trace) in contact_surface.traces.iter().enumerate() {
-                trace.points.iter().for_each(|&(point, _)| over[point as usize].push(k as u32 + first));
+                trace.points.iter().for_each(|&(point, w)| over[point as usize].push((k as u32 + first, w)));
             }
             for group in cells.points.groups.windows(2) {
                 let range = group[0]..group[1];
-                let mut traces: Vec<u32> = range.clone().flat_map(|point| over[point].iter().copied()).collect();
-                traces.sort_unstable();
-                traces.dedup();
-                let number = faces.facets.len() as u32;
-                if part == 0 {
-                    faces.facet_of.resize(range.end.max(faces.facet_of.len()), number);
-                    faces.facet_of[range.clone()].fill(number);
-                }
+                let mut shares: Vec<(u32, f64)> = range.clone().flat_map(|point| over[point].iter().copied()).collect();
+                shares.sort_by_key(|share| share.0);
+                shares.dedup_by(|second, first| {
+                    let same = second.0 == first.0;
+                    first.1 += if same { second.1 } else { 0.0 };
+                    same
+                });
                 let outward = range.clone().map(|point| solid(&cells.points.normals[point])).sum::<Point<3>>();
                 let outward = outward / outward.norm().max(f64::MIN_POSITIVE);
-                let middle =
-                    traces.iter().map(|&h| solid(&ends[h as usize])).sum::<Point<3>>() / traces.len().max(1) as f64;
-                faces.facets.push(Facet { part: part as u8, middle, outward, beside: Vec::new() });
-                traces_of.push(traces.clone());
-                if !(3..=4).contains(&traces.len()) {
-                    continue;
-                }
-                // Counter-clockwise about the outward normal.
-                let axis = outward.cross(&(solid(&ends[traces[0] as usize]) - middle)).normalize();
-                let other = axis.cross(&outward);
-                let angle = |h: u32| {
-                    let away = solid(&ends[h as usize]) - middle;
-                    away.dot(&axis).atan2(away.dot(&other))
-                };
-                traces.sort_by(|a, b| angle(*a).total_cmp(&angle(*b)));
-                let mut push = |corners: [Vec<u32>; 3]| {
-                    let at = |k: usize| {
-                        corners[k].iter().map(|&h| solid(&ends[h as usize])).sum::<Point<3>>() / corners[k].len() as f64
-                    };
-                    let turned = (at(1) - at(0)).cross(&(at(2) - at(0))).dot(&outward);
-                    let sign = if turned >= 0.0 { 1.0 } else { -1.0 };
-                    faces.triangles.push(Triangle { corners, sign, facet: number });
-                };
-                if let [a, b, c] = traces[..] {
-                    push([vec![a], vec![b], vec![c]]);
-                } else {
-                    for k in 0..traces.len() {
-                        push([vec![traces[k]], vec![traces[(k + 1) % traces.len()]], traces.clone()]);
+                let middle = shares.iter().map(|share| solid(&ends[share.0 as usize])).sum::<Point<3>>()
+                    / shares.len().max(1) as f64;
+                let facet = faces.facets.len() as u32;
+                faces.facets.push(Facet { middle, outward, beside: Vec::new(), rank: (0, 0) });
+                traces_of.push(shares.iter().map(|share| share.0).collect());
+                if (3..=4).contains(&shares.len()) {
+                    faces.push_facet(shares, |trace| solid(&ends[trace as usize]));
+                } else if part == 0 {
+                    faces.loose_of.resize(over.len(), None);
+                    for point in range {
+                        faces.loose_of[point] = Some(faces.loose.len() as u32);
+                        faces.loose.push(Loose { point: point as u32, mover: u32::MAX, facet });
                     }
                 }
             }
+            if part == 0 {
+                faces.carrying = faces.triangles.len();
+            }
             first += contact_surface.traces.len() as u32;
         }
+        faces.find_traces();
         if !two {
             faces.find_neighbours(contact_surfaces, &traces_of);
         }
         faces
+    }
+
+    /// Adds the triangles of the last facet, given its trace functions with their integrals over it.
+    fn push_facet(&mut self, mut shares: Vec<(u32, f64)>, end: impl Fn(u32) -> Point<3>) {
+        let number = self.facets.len() - 1;
+        let Facet { middle, outward, .. } = self.facets[number];
+        // Counter-clockwise about the outward normal.
+        let axis = outward.cross(&(end(shares[0].0) - middle)).normalize();
+        let other = axis.cross(&outward);
+        let angle = |trace: u32| {
+            let away = end(trace) - middle;
+            away.dot(&axis).atan2(away.dot(&other))
+        };
+        shares.sort_by(|a, b| angle(a.0).total_cmp(&angle(b.0)));
+        let traces: Vec<u32> = shares.iter().map(|share| share.0).collect();
+        let measures = measures(&shares.iter().map(|share| share.1).collect::<Vec<_>>());
+        for (k, &measure) in measures.iter().enumerate() {
+            let corners = match traces[..] {
+                [a, b, c] => [vec![a], vec![b], vec![c]],
+                _ => [vec![traces[k]], vec![traces[(k + 1) % traces.len()]], traces.clone()],
+            };
+            let at = |k: usize| corners[k].iter().map(|&trace| end(trace)).sum::<Point<3>>() / corners[k].len() as f64;
+            let turned = (at(1) - at(0)).cross(&(at(2) - at(0))).dot(&outward);
+            let sign = if turned >= 0.0 { 1.0 } else { -1.0 };
+            self.triangles.push(Triangle { corners, movers: [0; 3], sign, measure, facet: number as u32 });
+        }
+    }
+
+    /// Finds the triangles of each trace function that carries pressures.
+    fn find_traces(&mut self) {
+        for (k, triangle) in self.triangles[..self.carrying].iter().enumerate() {
+            for (corner, traces) in triangle.corners.iter().enumerate() {
+                let part = 1.0 / traces.len() as f64;
+                for &trace in traces {
+                    let list = &mut self.of_trace[trace as usize];
+                    if list.last().is_none_or(|last| last.0 != k as u32) {
+                        list.push((k as u32, [0.0; 3]));
+                    }
+                    if let Some(last) = list.last_mut() {
+                        last.1[corner] += part;
+                    }
+                }
+            }
+        }
     }
 
     fn find_neighbours<const D: usize>(&mut self, contact_surfaces: &[ContactSurface<D>], traces_of: &[Vec<u32>]) {
@@ -112,36 +185,87 @@ impl Faces {
         for (facet, traces) in traces_of.iter().enumerate() {
             traces.iter().for_each(|&trace| at.entry(particle(trace)).or_default().push(facet as u32));
         }
+        let wider = |ring: &[u32]| {
+            let traces = ring.iter().flat_map(|&f| &traces_of[f as usize]);
+            let mut wider: Vec<u32> = traces.flat_map(|&trace| at[&particle(trace)].iter().copied()).collect();
+            wider.sort_unstable();
+            wider.dedup();
+            wider
+        };
         for facet in 0..self.facets.len() {
             let mut ring = vec![facet as u32];
-            for _ in 0..RINGS {
-                let traces = ring.iter().flat_map(|&f| &traces_of[f as usize]);
-                ring = traces.flat_map(|&trace| at[&particle(trace)].iter().copied()).collect();
-                ring.sort_unstable();
-                ring.dedup();
-            }
+            (0..RINGS).for_each(|_| ring = wider(&ring));
             self.facets[facet].beside = ring;
+        }
+        // From an end of each connected part: the facet farthest from its first one.
+        let mut part = 0;
+        for first in 0..self.facets.len() as u32 {
+            if self.facets[first as usize].rank.0 > 0 {
+                continue;
+            }
+            part += 1;
+            let distances = |from: u32| {
+                let mut known = std::collections::HashMap::from([(from, 0u32)]);
+                let (mut front, mut distance) = (vec![from], 0);
+                let mut last = from;
+                while let Some(&any) = front.first() {
+                    (last, distance) = (any, distance + 1);
+                    front = wider(&front);
+                    front.retain(|facet| !known.contains_key(facet));
+                    known.extend(front.iter().map(|&facet| (facet, distance)));
+                }
+                (last, known)
+            };
+            let (end, _) = distances(first);
+            for (facet, distance) in distances(end).1 {
+                self.facets[facet as usize].rank = (part, distance);
+            }
         }
     }
 
-    /// Finds what is opposite of each point, given positions of the triangles' corners, and of the points with their normals.
-    pub(crate) fn laid(&self, corners: Vec<[Point<3>; 3]>, points: &[(Point<3>, Point<3>)]) -> LaidFaces {
-        let sorted = Sorted::new(&self.triangles, corners);
-        let opposite = points.iter().enumerate().map(|(point, (x, outward))| {
-            let mine = self.facet_of.get(point).copied().unwrap_or(u32::MAX);
-            let may = |k: usize, gap: f64| {
-                let its = self.triangles[k].facet;
-                if self.two {
-                    return self.facets[its as usize].part == 1;
-                }
-                let Some(facet) = self.facets.get(mine as usize) else { return false };
-                facet.beside.binary_search(&its).is_err() && !(gap < 0.0 && self.through(mine, its))
+    /// Whether of two facets of one part that face each other the first one carries the pressures: the one nearer to an end of the surface,
+    /// so that all of a fold's one side does. Were neighbours to differ, slivers along their edges would carry pressures on both sides.
+    fn is_first(&self, mine: u32, its: u32) -> bool {
+        (self.facets[mine as usize].rank, mine) < (self.facets[its as usize].rank, its)
+    }
+
+    /// Finds what faces each triangle that carries pressures, given positions of all corners, and what is opposite of loose points, given
+    /// those with their normals; with the search of another state its triangles are cut anew.
+    pub(crate) fn laid(
+        &self,
+        corners: Vec<[Point<3>; 3]>,
+        points: &[(Point<3>, Point<3>)],
+        searched: Option<&LaidFaces>,
+    ) -> LaidFaces {
+        let (facing, opposite, reach) = if let Some(laid) = searched {
+            let again = |(own, facing): (usize, &Vec<Facing>)| {
+                facing.iter().filter_map(|facing| covered(&self.triangles, &corners, own, facing.other)).collect()
             };
-            let found = sorted.nearest(x, outward, self.deeper, may)?;
-            // Of two facets that face each other the one that comes first carries the pressures.
-            (self.two || self.triangles[found].facet > mine).then_some(found as u32)
-        });
-        LaidFaces { opposite: opposite.collect(), reach: sorted.reach() }
+            (laid.facing.iter().enumerate().map(again).collect(), laid.opposite.clone(), laid.reach)
+        } else {
+            let sorted = Sorted::new(&self.triangles, &corners, if self.two { self.carrying } else { 0 });
+            let facing = (0..self.carrying).map(|own| {
+                let mine = self.triangles[own].facet;
+                let mut facing = sorted.facing(own, self.deeper, |other, gap| self.may_touch(mine, other, gap));
+                facing.retain(|facing| self.two || self.is_first(mine, self.triangles[facing.other as usize].facet));
+                facing.sort_by_key(|facing| facing.other);
+                facing
+            });
+            let opposite = points.iter().zip(&self.loose).map(|((x, outward), loose)| {
+                let may = |other: usize, gap: f64| self.may_touch(loose.facet, other, gap);
+                let found = sorted.nearest(x, outward, self.deeper, may)?;
+                (self.two || self.is_first(loose.facet, self.triangles[found].facet)).then_some(found as u32)
+            });
+            (facing.collect(), opposite.collect(), sorted.reach())
+        };
+        LaidFaces { derivatives: vec![OnceLock::new(); self.carrying], corners, facing, opposite, reach }
+    }
+
+    /// Whether a triangle at a gap may touch a facet.
+    fn may_touch(&self, mine: u32, other: usize, gap: f64) -> bool {
+        let its = self.triangles[other].facet;
+        self.two
+            || self.facets[mine as usize].beside.binary_search(&its).is_err() && !(gap < 0.0 && self.through(mine, its))
     }
 
     /// Whether the body lies between two facets at rest.
@@ -151,8 +275,46 @@ impl Faces {
         direction.dot(&mine.outward) < -THROUGH * direction.norm()
     }
 
-    /// The gap of a point over a triangle.
-    pub(crate) fn gap(&self, triangle: usize, point: &Point<3>, corners: &[Point<3>; 3]) -> Gap {
-        gap(point, corners, self.triangles[triangle].sign)
+    /// The outward normal of a triangle that carries pressures.
+    pub(crate) fn normal(&self, laid: &LaidFaces, triangle: usize) -> Point<3> {
+        pair(&self.triangles, &laid.corners, triangle, triangle as u32).normal()
+    }
+
+    /// The derivatives of the mean gaps under a triangle, over each of those that face it.
+    pub(crate) fn derivatives<'a>(&self, laid: &'a LaidFaces, triangle: usize) -> &'a [GapDerivatives] {
+        let all = &laid.facing[triangle];
+        let of =
+            |facing: &Facing| pair(&self.triangles, &laid.corners, triangle, facing.other).derivatives(&facing.overlap);
+        laid.derivatives[triangle].get_or_init(|| all.iter().map(of).collect())
+    }
+
+    /// The mover of a loose point, and the triangle opposite of it with the gap there.
+    pub(crate) fn loose_gap(
+        &self,
+        laid: &LaidFaces,
+        point: u32,
+        place: impl Fn(u32) -> Point<3>,
+    ) -> Option<(u32, u32, Gap)> {
+        let loose = (*self.loose_of.get(point as usize)?)? as usize;
+        let (mover, triangle) = (self.loose[loose].mover, laid.opposite[loose]?);
+        let sign = self.triangles[triangle as usize].sign;
+        Some((mover, triangle, gap(&place(mover), &laid.corners[triangle as usize], sign)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Linear functions of a facet's corners over its triangles have the integrals of its bilinear trace functions: on a
+    /// trapezium of sides 1 and 2 with the density 1 + x.
+    #[test]
+    fn triangles_measure_trace_functions() {
+        let shares = [4.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 4.0 / 12.0];
+        let found = measures(&shares);
+        for (k, share) in shares.iter().enumerate() {
+            let sum = (found[k] + found[(k + 3) % 4]) / 3.0 + found.iter().sum::<f64>() / 12.0;
+            assert!((sum - share).abs() < 1e-15, "{found:?}");
+        }
     }
 }

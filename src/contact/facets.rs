@@ -1,4 +1,4 @@
-//! Triangles of the boundary in space, and the gap of a point over one of them.
+//! Triangles of the boundary in space, which of them face each other, and the gap of a point over one of them.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -6,6 +6,7 @@ use crate::geometry::Point;
 
 use super::facing::{BEHIND, FACING};
 use super::jet::Jet;
+use super::overlap::{MeanGaps, Overlap, Triangles};
 
 /// Coordinates of a point and of three corners.
 pub(super) const LOCAL: usize = 12;
@@ -13,14 +14,20 @@ pub(super) const LOCAL: usize = 12;
 /// How far beyond its edges a triangle still takes points, as a part of it: between two that meet at a convex edge there is a wedge.
 const BEYOND: f64 = 0.02;
 /// Bins around a point that are searched.
-const REACH: usize = 8;
+const REACH: i32 = 8;
+/// Parts of a triangle that are none: rounding of what others cover of it.
+const PART: f64 = 1e-6;
 
-/// A triangle of a boundary part: a half of a facet of three corners, a quarter of one of four.
+/// A triangle of a boundary part: a facet of three corners, a quarter of one of four.
 pub(super) struct Triangle {
     /// For each corner the trace functions whose mean it is.
     pub corners: [Vec<u32>; 3],
+    /// The movers at its corners.
+    pub movers: [u32; 3],
     /// 1 where the corners run counter-clockwise seen from outside, -1 otherwise.
     pub sign: f64,
+    /// Reference measure.
+    pub measure: f64,
     /// The facet that it is a part of.
     pub facet: u32,
 }
@@ -63,35 +70,47 @@ pub(super) fn gap(point: &Point<3>, ends: &[Point<3>; 3], sign: f64) -> Gap {
     Gap { value: found.value, slope: found.slope, curve: found.curve }
 }
 
+/// What faces a triangle.
+#[derive(Clone)]
+pub(super) struct Facing {
+    pub other: u32,
+    pub overlap: Overlap,
+    pub gaps: MeanGaps,
+}
+
 /// Triangles at a state, sorted into bins.
-pub(super) struct Sorted {
+pub(super) struct Sorted<'a> {
+    triangles: &'a [Triangle],
     low: Point<3>,
     size: f64,
+    /// The last bin along each axis.
+    last: [i32; 3],
     bins: std::collections::HashMap<[i32; 3], Vec<u32>>,
-    corners: Vec<[Point<3>; 3]>,
+    corners: &'a [[Point<3>; 3]],
     normals: Vec<Point<3>>,
 }
 
-impl Sorted {
-    /// Triangles with their corners now.
-    pub(crate) fn new(triangles: &[Triangle], corners: Vec<[Point<3>; 3]>) -> Self {
-        let mut low = Point::<3>::repeat(f64::INFINITY);
-        let mut total = 0.0;
-        for triangle in &corners {
-            for (k, x) in triangle.iter().enumerate() {
-                low = low.zip_map(x, f64::min);
-                total += (triangle[(k + 1) % 3] - x).norm();
-            }
-        }
-        let size = total / (3 * corners.len()).max(1) as f64;
+impl<'a> Sorted<'a> {
+    /// Triangles with their corners now, of which those from a given one on are looked for.
+    pub(crate) fn new(triangles: &'a [Triangle], corners: &'a [[Point<3>; 3]], from: usize) -> Self {
+        let (mut low, mut high) = (Point::<3>::repeat(f64::INFINITY), Point::<3>::repeat(f64::NEG_INFINITY));
+        let sought = &corners[from..];
+        sought.iter().flatten().for_each(|x| (low, high) = (low.inf(x), high.sup(x)));
+        let edge = |triangles: &[[Point<3>; 3]]| {
+            let all = triangles.iter().flat_map(|x| (0..3).map(|k| (x[(k + 1) % 3] - x[k]).norm()));
+            all.sum::<f64>() / (3 * triangles.len()).max(1) as f64
+        };
+        let size = edge(sought).max(edge(&corners[..from]));
         let size = if size > 0.0 && size.is_finite() { size } else { f64::INFINITY };
-        let mut sorted =
-            Sorted { low, size, bins: std::collections::HashMap::new(), corners: Vec::new(), normals: Vec::new() };
-        for (k, (x, triangle)) in corners.iter().zip(triangles).enumerate() {
+        let normals = corners.iter().zip(triangles).map(|(x, triangle)| {
             let normal = (x[1] - x[0]).cross(&(x[2] - x[0])) * triangle.sign;
-            sorted.normals.push(normal / normal.norm().max(f64::MIN_POSITIVE));
-            let (from, to) = (x[0].zip_map(&x[1], f64::min), x[0].zip_map(&x[1], f64::max));
-            let (from, to) = (sorted.bin(&from.zip_map(&x[2], f64::min)), sorted.bin(&to.zip_map(&x[2], f64::max)));
+            normal / normal.norm().max(f64::MIN_POSITIVE)
+        });
+        let (normals, bins) = (normals.collect(), std::collections::HashMap::new());
+        let mut sorted = Sorted { triangles, low, size, last: [0; 3], bins, corners, normals };
+        sorted.last = sorted.bin(&high);
+        for (k, x) in corners.iter().enumerate().skip(from) {
+            let (from, to) = (sorted.bin(&x[0].inf(&x[1]).inf(&x[2])), sorted.bin(&x[0].sup(&x[1]).sup(&x[2])));
             for i in from[0]..=to[0] {
                 for j in from[1]..=to[1] {
                     for l in from[2]..=to[2] {
@@ -100,17 +119,29 @@ impl Sorted {
                 }
             }
         }
-        sorted.corners = corners;
         sorted
     }
 
     /// How far from a point triangles are found.
     pub(crate) fn reach(&self) -> f64 {
-        (REACH - 1) as f64 * self.size
+        f64::from(REACH - 1) * self.size
     }
 
     fn bin(&self, x: &Point<3>) -> [i32; 3] {
         std::array::from_fn(|i| ((x[i] - self.low[i]) / self.size).floor().clamp(-1e6, 1e6) as i32)
+    }
+
+    /// Visits what lies in the bins that are `ring` bins away from a given one.
+    fn ring(&self, middle: [i32; 3], ring: i32, mut visit: impl FnMut(usize)) {
+        let span = |i: usize| (middle[i] - ring).max(0)..=(middle[i] + ring).min(self.last[i]);
+        for i in span(0) {
+            for j in span(1) {
+                let whole = (i - middle[0]).abs() == ring || (j - middle[1]).abs() == ring;
+                for l in span(2).filter(|l| whole || (l - middle[2]).abs() == ring) {
+                    self.bins.get(&[i, j, l]).into_iter().flatten().for_each(|&k| visit(k as usize));
+                }
+            }
+        }
     }
 
     /// The triangle over which a point with an outward normal has the smallest gap, among those that may.
@@ -123,26 +154,16 @@ impl Sorted {
     ) -> Option<usize> {
         let middle = self.bin(x);
         let mut best: Option<(f64, usize)> = None;
-        for ring in 0..=REACH as i32 {
-            if best.is_some_and(|(least, _)| least < (ring as f64 - 1.0) * self.size) {
+        for ring in 0..=REACH {
+            if best.is_some_and(|(least, _)| least < (f64::from(ring) - 1.0) * self.size) {
                 break;
             }
-            for i in -ring..=ring {
-                for j in -ring..=ring {
-                    let whole = i.abs() == ring || j.abs() == ring;
-                    let step = if whole || ring == 0 { 1 } else { 2 * ring as usize };
-                    for l in (-ring..=ring).step_by(step) {
-                        let bin = [middle[0] + i, middle[1] + j, middle[2] + l];
-                        for &k in self.bins.get(&bin).into_iter().flatten() {
-                            let k = k as usize;
-                            let Some(gap) = self.over(k, x, outward, deeper) else { continue };
-                            if best.is_none_or(|(least, _)| gap.abs() < least) && may(k, gap) {
-                                best = Some((gap.abs(), k));
-                            }
-                        }
-                    }
+            self.ring(middle, ring, |k| {
+                let Some(gap) = self.over(k, x, outward, deeper) else { return };
+                if best.is_none_or(|(least, _)| gap.abs() < least) && may(k, gap) {
+                    best = Some((gap.abs(), k));
                 }
-            }
+            });
         }
         best.map(|(_, k)| k)
     }
@@ -163,6 +184,67 @@ impl Sorted {
         let size = first.norm().max(second.norm());
         (inside && gap >= -BEHIND * size - deeper).then_some(gap)
     }
+
+    /// What faces a triangle along its normal, among those that may: the nearest where there are several.
+    pub(crate) fn facing(&self, own: usize, deeper: f64, may: impl Fn(usize, f64) -> bool) -> Vec<Facing> {
+        let corners = &self.corners[own];
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let radius = corners.iter().map(|x| (x - middle).norm()).fold(0.0, f64::max);
+        let bin = self.bin(&middle);
+        let mut found: Vec<(f64, Facing)> = Vec::new();
+        let (mut covered, mut farthest) = (0.0, 0.0f64);
+        for ring in 0..=REACH {
+            if covered >= 1.0 - PART && farthest + radius < (f64::from(ring) - 1.0) * self.size {
+                break;
+            }
+            self.ring(bin, ring, |other| {
+                if found.iter().any(|(_, facing)| facing.other == other as u32) {
+                    return;
+                }
+                if let Some((gap, facing)) = self.covers(other, own, deeper).filter(|(gap, _)| may(other, *gap)) {
+                    covered += facing.overlap.area();
+                    farthest = farthest.max(gap.abs());
+                    found.push((gap.abs(), facing));
+                }
+            });
+        }
+        found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.other.cmp(&b.1.other)));
+        let mut kept: Vec<Facing> = Vec::with_capacity(found.len());
+        for (_, facing) in found {
+            if !kept.iter().any(|nearer| facing.overlap.lies_over(&nearer.overlap, PART)) {
+                kept.push(facing);
+            }
+        }
+        kept
+    }
+
+    /// What a triangle covers of another one that it faces, with its mean gap there.
+    fn covers(&self, other: usize, own: usize, deeper: f64) -> Option<(f64, Facing)> {
+        if self.normals[own].dot(&self.normals[other]) > FACING {
+            return None;
+        }
+        let facing = covered(self.triangles, self.corners, own, other as u32)?;
+        let gap = facing.gaps.values.iter().sum::<f64>() / facing.gaps.areas.iter().sum::<f64>();
+        let size = [own, other].map(|k| {
+            let [a, b, c] = &self.corners[k];
+            (b - a).norm().max((c - a).norm())
+        });
+        (gap >= -BEHIND * size[0].max(size[1]) - deeper).then_some((gap, facing))
+    }
+}
+
+/// Two of some triangles at a state.
+pub(super) fn pair(triangles: &[Triangle], corners: &[[Point<3>; 3]], own: usize, other: u32) -> Triangles {
+    let Triangle { sign, measure, .. } = triangles[own];
+    Triangles { own: corners[own], other: corners[other as usize], sign, measure }
+}
+
+/// What a triangle covers of another one, if anything.
+pub(super) fn covered(triangles: &[Triangle], corners: &[[Point<3>; 3]], own: usize, other: u32) -> Option<Facing> {
+    let pair = pair(triangles, corners, own, other);
+    let overlap = Overlap::new(&pair.opposite().0)?;
+    let gaps = pair.mean_gaps(&overlap);
+    Some(Facing { other, overlap, gaps })
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ mod jet;
 mod mortar;
 mod neutral;
 mod obstacle;
+mod overlap;
 mod pair;
 mod pair_term;
 mod profile;

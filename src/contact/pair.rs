@@ -11,11 +11,10 @@ use crate::term::View;
 
 use super::chain::{Chain, Chord, Laid};
 use super::faces::{Faces, LaidFaces};
-use super::facets::Triangle;
 use super::interference::Interference;
 use super::obstacle::Stiffness;
 use super::vertices::{Combination, Means, Movers, merged};
-use super::{ContactSurface, facets, mortar};
+use super::{ContactSurface, facets, mortar, overlap};
 
 /// What faces what.
 pub(super) enum Geometry {
@@ -23,8 +22,8 @@ pub(super) enum Geometry {
     Line(Vec<f64>),
     /// Chords in the plane.
     Plane(Chain),
-    /// Facets in space; for each triangle its corners, and the first of the points that carry pressures.
-    Space(Faces, Vec<[u32; 3]>, u32),
+    /// Facets in space.
+    Space(Faces),
 }
 
 pub(super) enum Opposite {
@@ -50,14 +49,48 @@ pub(super) struct Piece<const D: usize> {
     pub(super) carries: fn(usize) -> bool,
     pub(super) value: f64,
     pub(super) area: f64,
-    pub(super) slope: DVector<f64>,
-    pub(super) curve: DMatrix<f64>,
-    /// Gradient of the area.
-    pub(super) area_slope: DVector<f64>,
     /// What each mover moves the trace function by, times area.
     pub(super) shares: Vec<f64>,
     /// A unit normal of the faces.
     pub(super) normal: Point<D>,
+    source: Source,
+}
+
+/// Derivatives over the coordinates of a piece's points.
+struct Derivatives {
+    slope: DVector<f64>,
+    curve: DMatrix<f64>,
+    /// Gradient of the area.
+    area_slope: DVector<f64>,
+}
+
+/// Where the derivatives of a piece are.
+enum Source {
+    Here(Derivatives),
+    /// Those of a triangle over one of those that face it; parts of its corners, and what is added to the gap.
+    Triangle {
+        triangle: usize,
+        number: usize,
+        parts: [f64; 3],
+        shift: f64,
+    },
+}
+
+/// Pieces with their derivatives over the points that they have in common.
+pub(super) struct Gathered {
+    pub(super) points: Vec<u32>,
+    /// Gradients of the gap times area, and of the area.
+    pub(super) slope: Vec<f64>,
+    pub(super) area_slope: Vec<f64>,
+    /// Column by column, empty where it was not asked for.
+    pub(super) curve: Vec<f64>,
+}
+
+/// Whether the second derivatives of pieces are needed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Order {
+    First,
+    Second,
 }
 
 /// Unilateral contact between two boundary parts, or of a part with itself, with Coulomb's friction or without.
@@ -69,12 +102,12 @@ pub(super) struct Piece<const D: usize> {
 /// So it lies at the particle where the displacement is linear, and as $t$ is symmetric, forces $\pi A_K$ on the vertices are those
 /// $\pi\int\Theta_K$ of a uniform pressure, by the integration that the body is smoothed with: the patch test is passed.
 ///
-/// In the plane a mortar method: a trace function $J$ of a chord that carries pressures has the gap
+/// A mortar method: a trace function $J$ of the face that carries pressures has the gap
 /// $$G_J = \int N_J\\,n\cdot\Big(\sum_K N_K(\eta(\xi))\\,\hat y_K - \sum_L N_L(\xi)\\,\hat x_L\Big)\mathrm d\Gamma,$$
-/// where $\xi$ runs along the chord, $\eta$ along the one that is opposite along its normal $n$, and the integral is cut where chords
-/// begin and end: exact whether particles match or not. In space $t$ is changed by least squares so that vertices lie at the particles of flat
-/// faces, and the integral is the sum over the facet points of the face that
-/// carries pressures, each with its distance from a triangle: exact where particles of even lattices match.
+/// where $\xi$ runs along a chord or over a triangle, $\eta$ over the one that is opposite along its normal $n$, and the integral is cut
+/// where chords begin and end, and along the edges of triangles: exact whether particles match or not. In space $t$ is changed by
+/// least squares so that vertices lie at the particles of flat faces; a facet of four vertices is four triangles around their mean. A facet
+/// of any other number, as lattices have that a surface cuts, presses with its points, each with its distance from a triangle.
 /// The law between pressure and $\bar g_J = G_J/a_J$, $a_J = \int N_J\\,\mathrm d\Gamma$ over what has something opposite, is that of rigid
 /// surfaces, a saddle of $\Pi - \sum_J A_J\\,\pi_J\\,\bar g_J$ with $\pi_J$ per area $A_J$ of the whole trace function: its force
 /// $-\pi_J A_J\nabla\bar g_J$, $\nabla\bar g = (\nabla G - \bar g\\,\nabla a)/a$, pushes along the gap even where an overlap is small and grows.
@@ -158,7 +191,7 @@ impl<const D: usize> PairContact<D> {
         nodes.sort_unstable();
         nodes.dedup();
         let place = |node: u32| nodes.partition_point(|&n| n < node) as u16;
-        let mut movers = Movers { combinations: Vec::new(), rest: Vec::new(), owners: Vec::new() };
+        let mut movers = Movers::default();
         for contact_surface in &contact_surfaces {
             let means = Means::of(contact_surface, positions);
             for trace in 0..contact_surface.traces.len() {
@@ -169,26 +202,12 @@ impl<const D: usize> PairContact<D> {
         }
         let traces = movers.rest.len();
         let geometry = if D == 3 {
-            let found = Faces::new(&contact_surfaces, faces, &movers.rest[..traces]);
-            let corners = |triangle: &Triangle, movers: &mut Movers<D>| -> [u32; 3] {
-                std::array::from_fn(|k| movers.push_mean(&triangle.corners[k]))
-            };
-            let corners = found.triangles.iter().map(|triangle| corners(triangle, &mut movers)).collect();
-            let first = movers.rest.len() as u32;
-            let table = &contact_surfaces[0].table;
-            let mut owners: Vec<Vec<(u32, f64)>> = vec![Vec::new(); table.len()];
-            for (k, trace) in contact_surfaces[0].traces.iter().enumerate() {
-                trace
-                    .points
-                    .iter()
-                    .for_each(|&(p, w)| owners[p as usize].push((k as u32, w / table.weights()[p as usize])));
+            let mut found = Faces::new(&contact_surfaces, faces, &movers.rest[..traces]);
+            for triangle in &mut found.triangles {
+                triangle.movers = triangle.corners.each_ref().map(|corner| movers.push_mean(corner));
             }
-            for (point, owners) in owners.into_iter().enumerate() {
-                let seen = table.nodes(point).iter().map(|&n| place(n));
-                let combination = seen.zip(table.values(point).iter().copied()).collect();
-                movers.push(combination, table.positions()[point], owners);
-            }
-            Geometry::Space(found, corners, first)
+            add_loose(&mut found, &contact_surfaces[0], place, &mut movers);
+            Geometry::Space(found)
         } else if D == 1 {
             let outward = contact_surfaces.iter().flat_map(|surface| {
                 surface.traces.iter().map(|trace| surface.table.normals()[trace.points[0].0 as usize][0])
@@ -238,7 +257,7 @@ impl<const D: usize> PairContact<D> {
     fn deepen(&mut self, by: f64) {
         match &mut self.geometry {
             Geometry::Plane(chain) => chain.deeper = by,
-            Geometry::Space(faces, ..) => faces.deeper = by,
+            Geometry::Space(faces) => faces.deeper = by,
             Geometry::Line(_) => {}
         }
         self.last = Mutex::new(None);
@@ -356,18 +375,21 @@ impl<const D: usize> PairContact<D> {
                 let reach = laid.reach;
                 (Opposite::Plane(laid), reach)
             }
-            Geometry::Space(faces, corners, first) => {
-                let corners = corners.iter().map(|of| std::array::from_fn(|k| padded(&places[of[k] as usize])));
+            Geometry::Space(faces) => {
+                let corners =
+                    faces.triangles.iter().map(|triangle| triangle.movers.map(|k| padded(&places[k as usize])));
                 let table = &self.contact_surfaces[0].table;
-                let points = (0..table.len()).map(|point| {
+                let points = faces.loose.iter().map(|loose| {
+                    let point = loose.point as usize;
                     let f = Matrix3::identity() + table.displacement_gradient(point, displacement);
                     let normal = cofactor(&f) * padded::<D, 3>(&table.normals()[point]);
-                    (padded(&places[*first as usize + point]), normal / normal.norm().max(f64::MIN_POSITIVE))
+                    (padded(&places[loose.mover as usize]), normal / normal.norm().max(f64::MIN_POSITIVE))
                 });
-                let laid = match searched.map(|state| &state.opposite) {
-                    Some(Opposite::Space(laid)) => LaidFaces { opposite: laid.opposite.clone(), reach: laid.reach },
-                    _ => faces.laid(corners.collect(), &points.collect::<Vec<_>>()),
+                let before = match searched.map(|state| &state.opposite) {
+                    Some(Opposite::Space(laid)) => Some(laid),
+                    _ => None,
                 };
+                let laid = faces.laid(corners.collect(), &points.collect::<Vec<_>>(), before);
                 let reach = laid.reach;
                 (Opposite::Space(laid), reach)
             }
@@ -435,11 +457,13 @@ impl<const D: usize> PairContact<D> {
                         carries: |k| k == 0,
                         value: area * normal * away,
                         area,
-                        slope: DVector::from_column_slice(&[-area * normal, area * normal]),
-                        curve: DMatrix::zeros(2, 2),
-                        area_slope: DVector::zeros(2),
                         shares: vec![area; 2],
                         normal: Point::<D>::repeat(normal),
+                        source: Source::Here(Derivatives {
+                            slope: DVector::from_column_slice(&[-area * normal, area * normal]),
+                            curve: DMatrix::zeros(2, 2),
+                            area_slope: DVector::zeros(2),
+                        }),
                     });
                 }
             }
@@ -455,38 +479,21 @@ impl<const D: usize> PairContact<D> {
                             carries: |k| k < 2,
                             value: found.value,
                             area: found.area,
-                            slope: DVector::from_column_slice((found.slope + found.area_slope * shift).as_slice()),
-                            curve: DMatrix::from_column_slice(mortar::LOCAL, mortar::LOCAL, found.curve.as_slice()),
-                            area_slope: DVector::from_column_slice(found.area_slope.as_slice()),
                             shares: found.shares.to_vec(),
                             normal,
+                            source: Source::Here(Derivatives {
+                                slope: DVector::from_column_slice((found.slope + found.area_slope * shift).as_slice()),
+                                curve: DMatrix::from_column_slice(mortar::LOCAL, mortar::LOCAL, found.curve.as_slice()),
+                                area_slope: DVector::from_column_slice(found.area_slope.as_slice()),
+                            }),
                         });
                     }
                 }
             }
-            (Geometry::Space(faces, corners, first), Opposite::Space(laid)) => {
-                for &(point, weight) in &self.contact_surfaces[0].traces[trace].points {
-                    let Some(triangle) = laid.opposite[point as usize] else { continue };
-                    let of = corners[triangle as usize];
-                    let at = |k: usize| -> Point<3> { padded(&state.places[of[k] as usize]) };
-                    let own = first + point;
-                    let x: Point<3> = padded(&state.places[own as usize]);
-                    let found = faces.gap(triangle as usize, &x, &[at(0), at(1), at(2)]);
-                    take(Piece {
-                        movers: std::iter::once(own).chain(of).collect(),
-                        carries: |k| k == 0,
-                        value: weight * found.value,
-                        area: weight,
-                        slope: DVector::from_column_slice((found.slope * weight).as_slice()),
-                        curve: DMatrix::from_column_slice(
-                            facets::LOCAL,
-                            facets::LOCAL,
-                            (found.curve * weight).as_slice(),
-                        ),
-                        area_slope: DVector::zeros(facets::LOCAL),
-                        shares: found.shares().map(|share| weight * share).to_vec(),
-                        normal: padded(&-found.normal()),
-                    });
+            (Geometry::Space(faces), Opposite::Space(laid)) => {
+                self.overlap_of_triangles((faces, laid), trace, shift, &mut take);
+                if !faces.loose.is_empty() {
+                    self.overlap_of_points((faces, laid), trace, state, &mut take);
                 }
             }
             _ => {}
@@ -496,14 +503,133 @@ impl<const D: usize> PairContact<D> {
         ContactPair { gap: if area > least { gap / area + shift } else { f64::INFINITY }, by_load, area }
     }
 
-    /// The change of a piece by a step: of its gap times area, and of its area.
-    pub(super) fn change(&self, piece: &Piece<D>, step: &[f64]) -> [f64; 2] {
-        let mut found = [0.0; 2];
-        for (k, &mover) in piece.movers.iter().enumerate() {
-            let by = self.moved(&self.movers.combinations[mover as usize], step);
-            for i in 0..D {
-                found[0] += piece.slope[k * D + i] * by[i];
-                found[1] += piece.area_slope[k * D + i] * by[i];
+    /// Visits the triangles under a trace function with what faces each of them.
+    fn overlap_of_triangles(
+        &self,
+        (faces, laid): (&Faces, &LaidFaces),
+        trace: usize,
+        shift: f64,
+        take: &mut impl FnMut(Piece<D>),
+    ) {
+        for &(triangle, parts) in &faces.of_trace[trace] {
+            let triangle = triangle as usize;
+            let normal = padded(&faces.normal(laid, triangle));
+            for (number, facing) in laid.facing[triangle].iter().enumerate() {
+                let sum = |of: [f64; 3]| parts.iter().zip(of).map(|(part, value)| part * value).sum::<f64>();
+                let movers = faces.triangles[triangle].movers.iter();
+                let gaps = &facing.gaps;
+                take(Piece {
+                    movers: movers.chain(&faces.triangles[facing.other as usize].movers).copied().collect(),
+                    carries: |k| k < 3,
+                    value: sum(gaps.values),
+                    area: sum(gaps.areas),
+                    shares: (0..6).map(|k| sum(gaps.shares.map(|of| of[k]))).collect(),
+                    normal,
+                    source: Source::Triangle { triangle, number, parts, shift },
+                });
+            }
+        }
+    }
+
+    /// Visits the points under a trace function whose facets are no triangles.
+    fn overlap_of_points(
+        &self,
+        (faces, laid): (&Faces, &LaidFaces),
+        trace: usize,
+        state: &State<D>,
+        take: &mut impl FnMut(Piece<D>),
+    ) {
+        for &(point, weight) in &self.contact_surfaces[0].traces[trace].points {
+            let place = |mover: u32| padded(&state.places[mover as usize]);
+            let Some((own, triangle, found)) = faces.loose_gap(laid, point, place) else { continue };
+            take(Piece {
+                movers: std::iter::once(own).chain(faces.triangles[triangle as usize].movers).collect(),
+                carries: |k| k == 0,
+                value: weight * found.value,
+                area: weight,
+                shares: found.shares().map(|share| weight * share).to_vec(),
+                normal: padded(&-found.normal()),
+                source: Source::Here(Derivatives {
+                    slope: DVector::from_column_slice((found.slope * weight).as_slice()),
+                    curve: DMatrix::from_column_slice(facets::LOCAL, facets::LOCAL, (found.curve * weight).as_slice()),
+                    area_slope: DVector::zeros(facets::LOCAL),
+                }),
+            });
+        }
+    }
+
+    /// Gradients of a piece's gap times area and of its area, over the coordinates of its movers.
+    fn slopes(&self, piece: &Piece<D>, state: &State<D>) -> [DVector<f64>; 2] {
+        match (&piece.source, &self.geometry, &state.opposite) {
+            (Source::Here(of), ..) => [of.slope.clone(), of.area_slope.clone()],
+            (&Source::Triangle { triangle, number, parts, shift }, Geometry::Space(faces), Opposite::Space(laid)) => {
+                let found = &faces.derivatives(laid, triangle)[number];
+                let (mut slope, mut area_slope) = (DVector::zeros(overlap::LOCAL), DVector::zeros(overlap::LOCAL));
+                for (corner, part) in parts.into_iter().enumerate().filter(|(_, part)| *part > 0.0) {
+                    slope += (found.slopes[corner] + found.area_slopes[corner] * shift) * part;
+                    area_slope += found.area_slopes[corner] * part;
+                }
+                [slope, area_slope]
+            }
+            _ => [DVector::zeros(piece.movers.len() * D), DVector::zeros(piece.movers.len() * D)],
+        }
+    }
+
+    /// Second derivatives of a piece's gap times area.
+    fn curve(&self, piece: &Piece<D>, state: &State<D>) -> DMatrix<f64> {
+        match (&piece.source, &self.geometry, &state.opposite) {
+            (Source::Here(of), ..) => of.curve.clone(),
+            (&Source::Triangle { triangle, number, parts, .. }, Geometry::Space(faces), Opposite::Space(laid)) => {
+                let found = &faces.derivatives(laid, triangle)[number];
+                let mut curve = DMatrix::zeros(overlap::LOCAL, overlap::LOCAL);
+                for (corner, part) in parts.into_iter().enumerate().filter(|(_, part)| *part > 0.0) {
+                    curve += found.curves[corner] * part;
+                }
+                curve
+            }
+            _ => DMatrix::zeros(piece.movers.len() * D, piece.movers.len() * D),
+        }
+    }
+
+    /// The derivatives of pieces over the points that their movers are means of.
+    pub(super) fn gathered(&self, pieces: &[Piece<D>], state: &State<D>, order: Order) -> Gathered {
+        let parts = |mover: &u32| &self.movers.parts[*mover as usize];
+        let mut points: Vec<u32> =
+            pieces.iter().flat_map(|piece| &piece.movers).flat_map(parts).map(|part| part.0).collect();
+        points.sort_unstable();
+        points.dedup();
+        let size = points.len() * D;
+        let mut found = Gathered {
+            slope: vec![0.0; size],
+            area_slope: vec![0.0; size],
+            curve: if order == Order::Second { vec![0.0; size * size] } else { Vec::new() },
+            points,
+        };
+        for piece in pieces {
+            let [slope, area_slope] = self.slopes(piece, state);
+            // For each point its first place, the first coordinate of its mover, and its part.
+            let mut spread: Vec<(usize, usize, f64)> = Vec::with_capacity(2 * piece.movers.len());
+            for (k, mover) in piece.movers.iter().enumerate() {
+                let place = |point: u32| found.points.partition_point(|&p| p < point) * D;
+                spread.extend(parts(mover).iter().map(|&(point, part)| (place(point), k * D, part)));
+            }
+            for &(place, from, part) in &spread {
+                for i in 0..D {
+                    found.slope[place + i] += part * slope[from + i];
+                    found.area_slope[place + i] += part * area_slope[from + i];
+                }
+            }
+            if order == Order::First {
+                continue;
+            }
+            let curve = self.curve(piece, state);
+            for &(column, second, b) in &spread {
+                for j in 0..D {
+                    let target = &mut found.curve[(column + j) * size..][..size];
+                    for &(place, first, a) in &spread {
+                        (0..D).for_each(|i| target[place + i] += a * b * curve[(first + i, second + j)]);
+                    }
+                }
             }
         }
         found
@@ -514,13 +640,20 @@ impl<const D: usize> PairContact<D> {
         self.contact_surfaces[0].traces[trace].area / overlap.area
     }
 
-    /// How a step opens a piece whose overlap stays as it is, times area.
-    pub(super) fn opening(&self, piece: &Piece<D>, step: &[f64]) -> f64 {
-        let along = |(k, mover): (usize, &u32)| {
-            let by = piece.normal.dot(&self.moved(&self.movers.combinations[*mover as usize], step)) * piece.shares[k];
-            if (piece.carries)(k) { -by } else { by }
-        };
-        piece.movers.iter().enumerate().map(along).sum()
+    /// How a step opens pieces whose overlaps stay as they are, times area.
+    pub(super) fn opening(&self, pieces: &[Piece<D>], step: &[f64]) -> f64 {
+        let mut movers: Vec<u32> = pieces.iter().flat_map(|piece| &piece.movers).copied().collect();
+        movers.sort_unstable();
+        movers.dedup();
+        let mut sums = vec![Point::<D>::zeros(); movers.len()];
+        for piece in pieces {
+            for (k, &mover) in piece.movers.iter().enumerate() {
+                let share = if (piece.carries)(k) { -piece.shares[k] } else { piece.shares[k] };
+                sums[movers.partition_point(|&m| m < mover)] += piece.normal * share;
+            }
+        }
+        let all = movers.iter().zip(&sums);
+        all.map(|(&mover, sum)| sum.dot(&self.moved(&self.movers.combinations[mover as usize], step))).sum()
     }
 
     /// Gaps and forces at a state.
@@ -544,10 +677,11 @@ impl<const D: usize> PairContact<D> {
             let concentration = self.concentration(trace, &overlap);
             let (pressure, traction) = (pressure * concentration, traction * concentration);
             for piece in pieces {
+                let [slope, _] = self.slopes(&piece, &state);
                 for (k, &mover) in piece.movers.iter().enumerate() {
                     let own = (piece.carries)(k);
                     let rubbed = traction * (if own { 1.0 } else { -1.0 } * piece.shares[k]);
-                    let force = Point::<D>::from_fn(|i, _| pressure * piece.slope[k * D + i]) + rubbed;
+                    let force = Point::<D>::from_fn(|i, _| pressure * slope[k * D + i]) + rubbed;
                     for &(owner, part) in &self.movers.owners[mover as usize] {
                         found.forces[owner as usize] += force * part;
                     }
@@ -600,6 +734,30 @@ pub(crate) struct Pressed<const D: usize> {
 
 fn padded<const D: usize, const N: usize>(x: &Point<D>) -> Point<N> {
     Point::<N>::from_fn(|i, _| x.get(i).copied().unwrap_or(0.0))
+}
+
+/// Adds movers at the points whose facets are no triangles.
+fn add_loose<const D: usize>(
+    faces: &mut Faces,
+    contact_surface: &ContactSurface<D>,
+    place: impl Fn(u32) -> u16,
+    movers: &mut Movers<D>,
+) {
+    let table = &contact_surface.table;
+    let mut owners: Vec<Vec<(u32, f64)>> = vec![Vec::new(); table.len()];
+    if !faces.loose.is_empty() {
+        for (k, trace) in contact_surface.traces.iter().enumerate() {
+            let own = |&(p, w): &(u32, f64)| owners[p as usize].push((k as u32, w / table.weights()[p as usize]));
+            trace.points.iter().for_each(own);
+        }
+    }
+    for loose in &mut faces.loose {
+        let point = loose.point as usize;
+        let seen = table.nodes(point).iter().map(|&n| place(n));
+        let combination = seen.zip(table.values(point).iter().copied()).collect();
+        loose.mover = movers.rest.len() as u32;
+        movers.push(combination, table.positions()[point], std::mem::take(&mut owners[point]));
+    }
 }
 
 /// The chords of the faces.

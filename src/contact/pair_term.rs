@@ -5,7 +5,7 @@ use crate::term::{CondensedUnknowns, Element, History, Protocol, Term, Unilatera
 
 use super::friction::{Friction, friction_step};
 use super::obstacle::farthest;
-use super::pair::{ContactPair, PairContact, Piece, Slip};
+use super::pair::{ContactPair, Gathered, Order, PairContact, Piece, Slip};
 
 impl<const D: usize> Term<D> for PairContact<D> {
     fn clusters(&self) -> usize {
@@ -30,9 +30,10 @@ impl<const D: usize> Term<D> for PairContact<D> {
         }
         let concentration = self.concentration(cluster, &overlap);
         let (pressure, proximal) = (pressure * concentration, self.proximal(cluster) * concentration);
-        let of = |mover: u32| &self.movers.combinations[mover as usize];
-        let all = pieces.iter().flat_map(|piece| &piece.movers);
-        let mut used: Vec<u16> = all.flat_map(|&mover| of(mover)).map(|entry| entry.0).collect();
+        let order = if out.with_matrix && pressure > 0.0 { Order::Second } else { Order::First };
+        let gathered = self.gathered(&pieces, &state, order);
+        let of = |point: &u32| &self.movers.combinations[*point as usize];
+        let mut used: Vec<u16> = gathered.points.iter().flat_map(of).map(|entry| entry.0).collect();
         let held = self.has_friction().then(|| self.held(view.condensed));
         let slip = held.as_ref().and_then(|held| held.slips[cluster].as_ref());
         used.extend(slip.iter().flat_map(|slip| &slip.weights).map(|entry| entry.0));
@@ -42,24 +43,15 @@ impl<const D: usize> Term<D> for PairContact<D> {
         let size = used.len() * D;
         let local = |place: u16| used.partition_point(|&u| u < place);
         let (mut slope, mut by_area) = (vec![0.0; size], vec![0.0; size]);
-        let mut half: Vec<f64> = Vec::new();
-        for piece in &pieces {
-            // (place in the element, factor) of each mover.
-            let points: Vec<Vec<(usize, f64)>> = piece
-                .movers
-                .iter()
-                .map(|&mover| of(mover).iter().map(|&(place, value)| (local(place), value)).collect())
-                .collect();
-            for (k, of) in points.iter().enumerate() {
-                for &(place, value) in of {
-                    for i in 0..D {
-                        slope[place * D + i] += value * piece.slope[k * D + i];
-                        by_area[place * D + i] += value * piece.area_slope[k * D + i];
-                    }
+        // (place in the element, factor) of each point.
+        let spread = |point: &u32| of(point).iter().map(|&(place, value)| (local(place), value)).collect();
+        let points: Vec<Vec<(usize, f64)>> = gathered.points.iter().map(spread).collect();
+        for (k, of) in points.iter().enumerate() {
+            for &(place, value) in of {
+                for i in 0..D {
+                    slope[place * D + i] += value * gathered.slope[k * D + i];
+                    by_area[place * D + i] += value * gathered.area_slope[k * D + i];
                 }
-            }
-            if out.with_matrix && pressure > 0.0 {
-                add_curvature::<D>(piece, &points, pressure, &mut half, out);
             }
         }
         // A ∇ḡ.
@@ -73,13 +65,8 @@ impl<const D: usize> Term<D> for PairContact<D> {
         }
         if out.with_matrix {
             let shrinks = pressure.max(0.0) / overlap.area;
-            for (j, column) in out.matrix.chunks_exact_mut(size).enumerate() {
-                let along_gap = proximal / overlap.area * slope[j] + shrinks * by_area[j];
-                let along_area = shrinks * slope[j];
-                for ((entry, a), b) in column.iter_mut().zip(&slope).zip(&by_area) {
-                    *entry += along_gap * a + along_area * b;
-                }
-            }
+            let matrix = point_matrix(gathered, &overlap, [pressure, proximal / overlap.area, shrinks]);
+            set_matrix::<D>(&matrix, &points, out);
         }
         if let Some(slip) = slip {
             let mut moves: Vec<(usize, Point<D>)> = Vec::with_capacity(size);
@@ -95,18 +82,20 @@ impl<const D: usize> Term<D> for PairContact<D> {
     fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
         let (pressure, traction) = self.pressure(cluster, view.condensed);
         let state = self.now(view.displacement);
-        let (mut change, mut opening) = ([0.0; 2], 0.0);
-        let overlap = self.overlap(cluster, &state, view.load, |piece| {
-            let [gap, area] = self.change(&piece, step);
-            change = [change[0] + gap, change[1] + area];
-            opening += self.opening(&piece, step);
-        });
-        let (gap, opening) = (overlap.gap, opening / overlap.area);
-        let change = (change[0] - gap * change[1]) / overlap.area;
+        let mut pieces: Vec<Piece<D>> = Vec::new();
+        let overlap = self.overlap(cluster, &state, view.load, |piece| pieces.push(piece));
+        let gap = overlap.gap;
         let set = |traction_step: Point<D>, condensed_step: &mut [f64]| {
             condensed_step[1..].iter_mut().zip(&traction_step).for_each(|(s, t)| *s = *t);
         };
         if self.is_active(cluster, pressure, gap) {
+            let gathered = self.gathered(&pieces, &state, Order::First);
+            let mut change = 0.0;
+            for (k, &point) in gathered.points.iter().enumerate() {
+                let by = self.moved(&self.movers.combinations[point as usize], step);
+                let along = |i: usize| gathered.slope[k * D + i] - gap * gathered.area_slope[k * D + i];
+                change += (0..D).map(|i| along(i) * by[i]).sum::<f64>() / overlap.area;
+            }
             condensed_step[0] = -self.proximal(cluster) * (gap + change);
             if self.has_friction() {
                 let held = self.held(view.condensed);
@@ -123,7 +112,7 @@ impl<const D: usize> Term<D> for PairContact<D> {
         let width = self.width(cluster);
         if gap.is_finite() {
             // An overlap that grows changes the mean gap, but takes nothing further in.
-            return farthest(gap, opening, width);
+            return farthest(gap, self.opening(&pieces, step) / overlap.area, width);
         }
         // What has nothing opposite goes no further than the search saw.
         let direction = self.moved(&self.movers.combinations[cluster], step).norm();
@@ -207,34 +196,50 @@ impl<const D: usize> Protocol for PairContact<D> {
     }
 }
 
-/// Adds $-\pi\,T^{\mathsf T}(\partial^2 G)\,T$ of a piece, one side after the other; `points` has for each mover places in the element and
-/// factors.
-fn add_curvature<const D: usize>(
-    piece: &Piece<D>,
-    points: &[Vec<(usize, f64)>],
-    pressure: f64,
-    half: &mut Vec<f64>,
-    out: &mut Element,
-) {
-    let (size, rows) = (out.residual.len(), piece.curve.nrows());
-    half.clear();
-    half.resize(rows * size, 0.0);
+/// The matrix over the coordinates of points, column by column: $-\pi\,\partial^2 G + \varepsilon\,s\,s^{\mathsf T}
+/// + \sigma\,(a\,s^{\mathsf T} + s\,a^{\mathsf T})$ with $s = \partial G - \bar g\,a$ and the gradient $a$ of the area.
+fn point_matrix(gathered: Gathered, overlap: &ContactPair, [pressure, proximal, shrinks]: [f64; 3]) -> Vec<f64> {
+    let Gathered { slope, area_slope, curve: mut matrix, .. } = gathered;
+    let size = slope.len();
+    matrix.iter_mut().for_each(|entry| *entry *= -pressure);
+    matrix.resize(size * size, 0.0);
+    let slope: Vec<f64> = slope.iter().zip(&area_slope).map(|(s, a)| s - overlap.gap * a).collect();
+    for (j, column) in matrix.chunks_exact_mut(size).enumerate() {
+        let along_gap = proximal * slope[j] + shrinks * area_slope[j];
+        let along_area = shrinks * slope[j];
+        for ((entry, s), a) in column.iter_mut().zip(&slope).zip(&area_slope) {
+            *entry += along_gap * s + along_area * a;
+        }
+    }
+    matrix
+}
+
+/// Sets the matrix of an element to $T^{\mathsf T} M\,T$ with a symmetric $M$ over points, one side after the other, of which one half is
+/// summed; `points` has for each point places in the element, rising, and factors.
+fn set_matrix<const D: usize>(matrix: &[f64], points: &[Vec<(usize, f64)>], out: &mut Element) {
+    let (size, rows) = (out.residual.len(), points.len() * D);
+    let mut half = vec![0.0; rows * size];
     for (k, of) in points.iter().enumerate() {
         for i in 0..D {
-            let column = piece.curve.column(k * D + i);
+            let column = &matrix[(k * D + i) * rows..][..rows];
             for &(place, value) in of {
                 let target = &mut half[(place * D + i) * rows..][..rows];
-                target.iter_mut().zip(column.iter()).for_each(|(t, c)| *t -= pressure * value * c);
+                target.iter_mut().zip(column).for_each(|(t, c)| *t += value * c);
             }
         }
     }
-    for (column, from) in out.matrix.chunks_exact_mut(size).zip(half.chunks_exact(rows)) {
-        for (k, of) in points.iter().enumerate() {
-            for &(place, value) in of {
-                for i in 0..D {
-                    column[place * D + i] += value * from[k * D + i];
-                }
+    for ((j, column), from) in out.matrix.chunks_exact_mut(size).enumerate().zip(half.chunks_exact(rows)) {
+        for (of, from) in points.iter().zip(from.chunks_exact(D)) {
+            let first = of.partition_point(|entry| entry.0 < j / D);
+            for &(place, value) in &of[first..] {
+                let target = &mut column[place * D..][..D];
+                target.iter_mut().zip(from).for_each(|(t, f)| *t += value * f);
             }
+        }
+    }
+    for j in 0..size {
+        for i in (j / D + 1) * D..size {
+            out.matrix[i * size + j] = out.matrix[j * size + i];
         }
     }
 }

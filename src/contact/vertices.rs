@@ -8,14 +8,18 @@ use super::ContactSurface;
 pub(super) type Combination = Vec<(u16, f64)>;
 
 /// Points that move with the body, each a combination of displacements, and whose force goes to which trace functions.
+#[derive(Default)]
 pub(super) struct Movers<const D: usize> {
     pub combinations: Vec<Combination>,
     pub rest: Vec<Point<D>>,
     pub owners: Vec<Vec<(u32, f64)>>,
+    /// For each the points that it is the mean of, with its parts: itself where it is none.
+    pub parts: Vec<Vec<(u32, f64)>>,
 }
 
 impl<const D: usize> Movers<D> {
     pub(crate) fn push(&mut self, combination: Combination, rest: Point<D>, owners: Vec<(u32, f64)>) {
+        self.parts.push(vec![(self.rest.len() as u32, 1.0)]);
         self.combinations.push(combination);
         self.rest.push(rest);
         self.owners.push(owners);
@@ -27,12 +31,19 @@ impl<const D: usize> Movers<D> {
             return *one;
         }
         let part = 1.0 / of.len() as f64;
+        let parts: Vec<(u32, f64)> = of.iter().map(|&k| (k, part)).collect();
+        // The triangles of a facet share their common corner.
+        if self.parts.last() == Some(&parts) {
+            return self.parts.len() as u32 - 1;
+        }
         let all = of.iter().flat_map(|&k| &self.combinations[k as usize]);
         let combination = merged(all.map(|&(node, value)| (node, part * value)).collect());
         let rest = of.iter().map(|&k| self.rest[k as usize]).sum::<Point<D>>() * part;
         let owners = of.iter().flat_map(|&k| &self.owners[k as usize]).map(|&(trace, value)| (trace, part * value));
         let owners = owners.collect();
         self.push(combination, rest, owners);
+        self.parts.pop();
+        self.parts.push(parts);
         self.combinations.len() as u32 - 1
     }
 }

@@ -109,3 +109,59 @@ fn contact_with_itself_takes_factors() {
     let touching = cube.contact_itself((2, Side::Max), "itself");
     assert!(!touching.discretize(&krylov).unwrap().analysis().solver.keeps_pressures());
 }
+
+/// A sheet folded around a bend of a given inner radius, in space: arms along the first axis, above and below the plane between them, or the
+/// lower half of it. `uneven` makes lengths along the sheet grow from one end to the other.
+fn folded(whole: bool, uneven: f64) -> Mapped<impl Fn(&Point<3>) -> Point<3> + Send + Sync + 'static> {
+    let (radius, thickness, arm, width) = (0.12, 0.2, 1.0, 0.5);
+    let bend = std::f64::consts::PI * (radius + 0.5 * thickness);
+    let length = if whole { 2.0 * arm + bend } else { arm + 0.5 * bend };
+    Mapped(move |unit: &Point<3>| {
+        let along = length * (unit[0] + uneven * unit[0] * (1.0 - unit[0]));
+        let out = radius + thickness * unit[2];
+        let [x, y] = if along < arm {
+            [arm - along, -out]
+        } else if along > arm + bend {
+            [along - arm - bend, out]
+        } else {
+            let (sine, cosine) = ((along - arm) / bend * std::f64::consts::PI).sin_cos();
+            [-out * sine, -out * cosine]
+        };
+        Point::<3>::new(x, y, -width * unit[1])
+    })
+}
+
+/// A folded sheet whose arms are pressed on each other is, by symmetry, its half on a rigid floor. Where the cells of the arms do not match
+/// forces balance as well; they are not those of the half, as other cells lie in what is pressed.
+#[test]
+fn a_folded_sheet_touches_itself_in_space() {
+    let arm = |up: bool| Place::<3>::on((2, Side::Max)).within(move |x: &Point<3>| x[0] > 0.5 && (x[1] > 0.0) == up);
+    let found = |whole: bool, uneven: f64, particles: [usize; 3]| {
+        let mut scene = Scene::new(folded(whole, uneven), Solid, rubber())
+            .prescribe((1, Side::Min), 2, 0.0)
+            .prescribe((0, Side::Min), 0, 0.0)
+            .with(Condition::on(arm(false)).component(1, 0.14).named("pressed"));
+        scene = if whole {
+            scene
+                .prescribe((0, Side::Max), 0, 0.0)
+                .with(Condition::on(arm(true)).component(1, -0.14))
+                .contact_itself((2, Side::Min), "fold")
+        } else {
+            let floor = RigidSurface::plane([0.0; 3], [0.0, -1.0, 0.0]).named("fold");
+            scene.prescribe((0, Side::Max), 1, 0.0).contact((2, Side::Min), floor)
+        };
+        let (problem, path) = solved(&scene, &Scheme::default().particles(particles));
+        let fold = problem.contact(path.last(), "fold").unwrap();
+        let touched: f64 = fold.points.iter().map(|point| point.force[1].abs()).sum();
+        let force = problem.reaction(path.last(), "pressed").unwrap()[1];
+        println!("whole {whole}, uneven {uneven}: {force} {touched}, {} iterations", path.iterations);
+        (force, touched, fold.force.norm())
+    };
+    let (expected, floor, _) = found(false, 0.0, [15, 4, 3]);
+    for uneven in [0.0, 0.1] {
+        let (force, touched, total) = found(true, uneven, [29, 4, 3]);
+        assert!(touched > 0.0 && total < 1e-9 * touched, "forces of a body on itself leave {total:e}");
+        let off = [force / expected - 1.0, 0.5 * touched / floor - 1.0];
+        assert!(uneven > 0.0 || off.iter().all(|off| off.abs() < 0.01), "{off:?}");
+    }
+}
