@@ -13,6 +13,7 @@ mod support;
 use std::error::Error;
 use std::path::Path as FilePath;
 
+use rkpm::error::SolveError;
 use rkpm::output::chart::{Colour, Marker, Series, Stroke};
 use rkpm::output::{Cell, Chart, PvdCollection, Summary, Table};
 use rkpm::prelude::*;
@@ -65,6 +66,14 @@ impl Inflation {
     /// Through given pressures, which the default stepping would not meet: each analysis starts from the
     /// state of the last one.
     fn through(pressures: &[f64], scheme: &Scheme) -> Result<Self, rkpm::Error> {
+        match Inflation::toward(pressures, scheme)? {
+            (inflation, None) => Ok(inflation),
+            (_, Some(error)) => Err(error.into()),
+        }
+    }
+
+    /// The same as far as states are found, and why no further.
+    fn toward(pressures: &[f64], scheme: &Scheme) -> Result<(Self, Option<SolveError>), rkpm::Error> {
         let rest = disk(PRESSURE, Held::Rim)?.discretize(scheme)?;
         let start = State {
             displacement: vec![0.0; rest.model().unknowns()],
@@ -78,11 +87,14 @@ impl Inflation {
             let (model, rows, analysis) = (problem.model(), problem.equations(), problem.analysis());
             let mut start = inflation.last().clone();
             start.load *= PRESSURE / pressure;
-            let path = analysis.run_from(model, rows, start, &mut ())?.completed()?;
+            let path = match analysis.run_from(model, rows, start, &mut ())?.completed() {
+                Ok(path) => path,
+                Err(error) => return Ok((inflation, Some(error))),
+            };
             inflation.states.push(State { load: pressure / PRESSURE, ..path.last().clone() });
             inflation.iterations += path.iterations;
         }
-        Ok(inflation)
+        Ok((inflation, None))
     }
 
     fn last(&self) -> &State {
@@ -170,7 +182,8 @@ impl Inflations {
         let schemes = DILATIONS.map(|r| (format!("paper_r{r}"), paper_with(r)));
         let mut beside = Vec::new();
         for (name, scheme) in schemes.into_iter().chain([("default_22".to_string(), default([11, 2]))]) {
-            beside.push((name, Inflation::through(reference.pressures(), &scheme)?.curve()?));
+            // Some of the paper's schemes have a limit point before the last pressure.
+            beside.push((name, Inflation::toward(reference.pressures(), &scheme)?.0.curve()?));
         }
         let through = |counts: [usize; 2]| {
             Inflation::through(reference.pressures(), &Scheme::elements(1).particles(counts))?.curve()
@@ -215,12 +228,14 @@ impl Inflations {
 
         // Fig. 9: 22 nodes of each kind beside 404 nodes of elements, over the paper's pressures.
         let elements = [("q1p0_10x1".to_string(), self.elements[0].clone())];
+        let at =
+            |curve: &[[f64; 2]], p: f64| curve.iter().find(|point| (point[0] - p).abs() < 1e-9).map(|point| point[1]);
         for (name, curve) in self.beside.iter().chain(&elements) {
+            summary.note(format!("beside_100x3_reached_{name}"), curve.last().map_or(0.0, |point| point[0]))?;
             for p in [0.01035, 0.0207, 0.05175, 0.1035, 0.15525, 0.207] {
-                let at = |curve: &[[f64; 2]]| {
-                    curve.iter().find(|point| (point[0] - p).abs() < 1e-9).map_or(f64::NAN, |point| point[1])
-                };
-                summary.record(format!("beside_100x3_{p}_{name}"), at(curve), at(&self.elements[2]))?;
+                if let (Some(own), Some(finest)) = (at(curve, p), at(&self.elements[2], p)) {
+                    summary.record(format!("beside_100x3_{p}_{name}"), own, finest)?;
+                }
             }
         }
         // The paper's finite elements against the same elements of another code.

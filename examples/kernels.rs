@@ -249,7 +249,8 @@ impl Spatial {
     fn rebuilt(self: &Arc<Self>, displacement: &[f64]) -> Result<Self, ApproximationError> {
         let before = Some((self.clone(), displacement.to_vec()));
         let mut next = Spatial { rk: self.rk.clone(), nodes: self.nodes.clone(), before };
-        let moved = next.nodes.iter().map(|node| Ok(next.motion(node)?.0)).collect::<Result<_, ApproximationError>>()?;
+        let moved =
+            next.nodes.iter().map(|node| Ok(next.motion(node)?.0)).collect::<Result<_, ApproximationError>>()?;
         next.rk = self.rk.spatial(moved)?;
         Ok(next)
     }

@@ -72,7 +72,11 @@ enum Line<'a> {
         state: &'a State,
     },
     Step(&'a Step),
-    End { ending: &'a Ending, iterations: usize, rejected: usize },
+    End {
+        ending: &'a Ending,
+        iterations: usize,
+        rejected: usize,
+    },
 }
 
 #[derive(Deserialize)]
@@ -85,7 +89,11 @@ enum Record {
         state: State,
     },
     Step(Step),
-    End { ending: Ending, iterations: usize, rejected: usize },
+    End {
+        ending: Ending,
+        iterations: usize,
+        rejected: usize,
+    },
 }
 
 /// Writes a run to a file while it runs: an [`Observer`] to hand to it, beside another one as `(&mut journal, other)`.

@@ -104,7 +104,9 @@ fn pages_with_numbers_name_what_shows_them() {
     }
     assert!(seen > 15, "{seen} pages with numbers");
     assert!(unfounded.is_empty(), "no command, test or example is named by {unfounded:?}");
-    assert!(says_a_measured_number("off by 0.7 %") && says_a_measured_number("1e-8") && !says_a_measured_number("8 cells"));
+    assert!(
+        says_a_measured_number("off by 0.7 %") && says_a_measured_number("1e-8") && !says_a_measured_number("8 cells")
+    );
 }
 
 #[test]

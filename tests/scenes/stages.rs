@@ -165,14 +165,16 @@ fn stages_are_written_as_one_series() {
     // The start of a later stage is the end of the one before.
     let states = 1 + paths.iter().map(|stage| stage.path.steps.len()).sum::<usize>();
     assert_eq!(series.matches("<DataSet").count(), states);
-    let files = std::fs::read_dir(&folder).unwrap().filter(|entry| {
-        entry.as_ref().unwrap().path().extension().is_some_and(|extension| extension == "vtu")
-    });
+    let files = std::fs::read_dir(&folder)
+        .unwrap()
+        .filter(|entry| entry.as_ref().unwrap().path().extension().is_some_and(|extension| extension == "vtu"));
     assert_eq!(files.count(), states);
-    let times: Vec<f64> = series.split("timestep=\"").skip(1).map(|rest| {
-        rest.split('"').next().unwrap().parse().unwrap()
-    }).collect();
-    assert!(times[0] == 0.0 && *times.last().unwrap() == 3.0 && times.windows(2).all(|pair| pair[0] < pair[1]), "{times:?}");
+    let times: Vec<f64> =
+        series.split("timestep=\"").skip(1).map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect();
+    assert!(
+        times[0] == 0.0 && *times.last().unwrap() == 3.0 && times.windows(2).all(|pair| pair[0] < pair[1]),
+        "{times:?}"
+    );
     let table = std::fs::read_to_string(folder.join("fit.csv")).unwrap();
     assert_eq!(table.lines().count(), history(&paths).unwrap().rows.len() + 1);
 }

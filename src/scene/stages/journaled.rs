@@ -23,7 +23,8 @@ impl<const D: usize> Stages<D> {
         observer: &mut dyn Observer,
     ) -> Result<Vec<StagePath<D>>, Error> {
         let file = file.as_ref();
-        let exists = file.try_exists().map_err(|source| OutputError::Io { path: file.display().to_string(), source })?;
+        let exists =
+            file.try_exists().map_err(|source| OutputError::Io { path: file.display().to_string(), source })?;
         let (mut journal, given) = match exists.then(|| Journal::reopen_stages(file)).transpose()? {
             Some((journal, given)) => (Some(journal), given),
             None => (None, Vec::new()),

@@ -49,10 +49,7 @@ pub fn history<const D: usize>(stages: &[StagePath<D>]) -> Result<Table, Error> 
 ///
 /// # Errors
 /// As [`Problem::write`].
-pub fn write_stages<const D: usize>(
-    stages: &[StagePath<D>],
-    file: impl AsRef<std::path::Path>,
-) -> Result<(), Error> {
+pub fn write_stages<const D: usize>(stages: &[StagePath<D>], file: impl AsRef<std::path::Path>) -> Result<(), Error> {
     let file = file.as_ref();
     let mut films = PvdCollection::default();
     for (number, StagePath { problem, path, .. }) in stages.iter().enumerate() {

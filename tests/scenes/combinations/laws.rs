@@ -11,7 +11,8 @@ use rkpm::solve::{EnclosedVolume, Step, StepControl};
 use rkpm::study::{Budget, Quantity, Tolerance};
 
 use super::parts::{
-    Dimension, Line, PRESSURE, Plane, Space, TRACTION, TURN, contact, is_pressed_by_surface, is_stacked, scene, scheme, weight,
+    Dimension, Line, PRESSURE, Plane, Space, TRACTION, TURN, contact, is_pressed_by_surface, is_stacked, scene, scheme,
+    weight,
 };
 use super::ranks::on_two;
 use super::{ACTION, APPROXIMATION, BY_FACTORS, Case, Failure, KINEMATICS, LAW, RESULT, RUN, SOURCE};
@@ -356,11 +357,7 @@ fn result<const D: usize, S: Dimension<D>>(
             let found = problem.contact(state, name)?;
             let sum: Point<D> = found.points.iter().map(|point| point.force).sum();
             // On both bodies, where there are two.
-            let all = if is_stacked(case) && name == "contact" {
-                Point::zeros()
-            } else {
-                found.force
-            };
+            let all = if is_stacked(case) && name == "contact" { Point::zeros() } else { found.force };
             require((sum - all).norm() <= 1e-9 * found.force.norm().max(1e-9), || {
                 format!("forces of points {sum:?}, of all {:?}", found.force)
             })?;
