@@ -81,9 +81,10 @@ fn material_and_spatial_kernels() {
         ("spatial_reached_r1.5", Between(3.099, 3.101)),
         ("spatial_reached_r1", Between(2.049, 2.051)),
         ("spatial_lost_its_cover", Between(1.0, 1.0)),
-        ("spatial_force_error", Below(5e-2)),
         ("material_reached", Between(3.999, 4.001)),
-        ("material_force_error", Below(1e-2)),
+        // The reference is incompressible: a stress of 78 MPa over the bulk modulus at a stretch of 4.
+        ("spatial_force_error", Below(1e-3)),
+        ("material_force_error", Below(1e-3)),
     ];
     check(&kernels::summary(&kernels::analyses().unwrap()).unwrap(), &expected);
 }
@@ -197,8 +198,24 @@ fn disk_blown_up_to_a_bubble() {
         ("w_q2p1_0.005", Between(3.82, 3.85)),
         ("w_default_0.005", Near(1e-2)),
         ("w_paper_0.005", Off(-0.75, -0.63)),
-        // Beside 100 × 3 elements, as Fig. 9 has it.
-        ("beside_100x3_", Off(-1.0, 0.1)),
+        // 22 nodes beside 100 × 3 elements, as Fig. 9 has it. The paper's scheme locks while the disk bends, and all 22 nodes are too stiff
+        // for the bubble, elements most. With r = 1.5 there is a limit point at 0.2045 MPa.
+        ("beside_100x3_reached_paper_r1.5", Between(0.196, 0.2045)),
+        ("beside_100x3_reached_", Between(0.206999, 0.207001)),
+        ("beside_100x3_0.01035_paper_", Off(-0.57, -0.47)),
+        ("beside_100x3_0.0207_paper_", Off(-0.36, -0.26)),
+        ("beside_100x3_0.05175_paper_", Off(-0.09, -0.04)),
+        ("beside_100x3_0.1035_paper_", Off(-0.06, -0.02)),
+        ("beside_100x3_0.15525_paper_", Off(-0.17, -0.06)),
+        ("beside_100x3_0.207_paper_r1", Off(-0.33, -0.24)),
+        ("beside_100x3_0.207_paper_r2", Off(-0.2, -0.1)),
+        ("beside_100x3_0.207_default_22", Off(-0.27, -0.17)),
+        ("beside_100x3_0.207_q1p0_10x1", Off(-0.39, -0.29)),
+        ("beside_100x3_0.15525_default_22", Off(-0.13, -0.07)),
+        ("beside_100x3_0.15525_q1p0_10x1", Off(-0.19, -0.11)),
+        ("beside_100x3_0.1035_", Off(-0.05, -0.02)),
+        // Below, as with the whole reference.
+        ("beside_100x3_", Near(1.2e-2)),
         // The same elements by another code: its digits.
         ("q1p0_", Below(5e-6)),
         // Of 207 steps; one step is 0.005 of the last pressure.
