@@ -303,7 +303,7 @@ const STEP: f64 = 0.15;
 pub struct PulledSheet {
     r: f64,
     is_spatial: bool,
-    /// Stretches and forces of the pulled end \[N/mm\], as far as the analysis came.
+    /// Stretches and forces of the pulled end \[MPa cm\], as far as the analysis came.
     curve: Vec<[f64; 2]>,
     error: Option<rkpm::Error>,
 }
@@ -368,15 +368,19 @@ pub fn analyses() -> Result<Vec<PulledSheet>, rkpm::Error> {
 fn draw_analyses(out: &FilePath, analyses: &[PulledSheet]) -> Result<(), Box<dyn Error>> {
     let stretches = (0..=120).map(|k| 1.0 + f64::from(k) / 40.0);
     let exact: Vec<[f64; 2]> = stretches.map(|stretch| [stretch, exact_force(stretch)]).collect();
-    let mut table = Table::new(["r", "is_spatial", "stretch", "force_N_per_mm"]);
+    let mut table = Table::new(["r", "is_spatial", "stretch", "force_MPa_cm"]);
     let mut chart = Chart::new("A sheet pulled by material and spatial kernels")
         .x("stretch")
-        .y("force on the end [N/mm]")
+        .y("force on the end [MPa cm]")
         .line("exact, incompressible", &exact);
     let markers = [Marker::Circle, Marker::Square, Marker::Cross];
     for (k, PulledSheet { r, is_spatial, curve, .. }) in analyses.iter().enumerate() {
         for [stretch, force] in curve {
             table.push([*r, f64::from(u8::from(*is_spatial)), *stretch, *force])?;
+        }
+        // Material kernels of all dilations lie on each other.
+        if !is_spatial && *r != 1.0 {
+            continue;
         }
         let (kernel, colour) = if *is_spatial { ("spatial", Colour::Vermilion) } else { ("material", Colour::Blue) };
         let series = Series::markers(format!("{kernel}, r = {r}"), curve);

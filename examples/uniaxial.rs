@@ -272,7 +272,8 @@ fn shapes(out: &FilePath, whose: &str, scheme: &Scheme) -> Result<(), Box<dyn Er
         ("tension", "Rubber sheet in tension", [1.0, 2.0, 4.0, 10.0]),
         ("compression", "Rubber sheet in compression", [1.0, 0.5, 0.2, 0.1]),
     ] {
-        let mut chart = Chart::new(title).x("x [cm]").y("y [cm]").equal_aspect();
+        let by = if whose.is_empty() { "" } else { ", paper's scheme" };
+        let mut chart = Chart::new(format!("{title}{by}")).x("x [cm]").y("y [cm]").equal_aspect();
         let colours = [Colour::Grey, Colour::Sky, Colour::Blue, Colour::Vermilion];
         // Tall pieces stand side by side, long ones lie above each other.
         let mut place = [0.0, 0.0];
