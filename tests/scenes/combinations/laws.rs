@@ -10,12 +10,9 @@ use rkpm::scene::Field;
 use rkpm::solve::{EnclosedVolume, Step, StepControl};
 use rkpm::study::{Budget, Quantity, Tolerance};
 
-use super::parts::{
-    Dimension, Line, PRESSURE, Plane, Space, TRACTION, TURN, contact, is_pressed_by_surface, is_stacked, scene, scheme,
-    weight,
-};
+use super::parts::{Dimension, Line, PRESSURE, Plane, Space, TRACTION, contact, scene, scheme, weight};
 use super::ranks::on_two;
-use super::{ACTION, APPROXIMATION, BY_FACTORS, Case, Failure, KINEMATICS, LAW, RESULT, RUN, SOURCE};
+use super::{ACTION, APPROXIMATION, Case, Failure, KINEMATICS, LAW, RESULT, RUN, SOURCE};
 
 type Held = Result<(), Failure>;
 
@@ -148,7 +145,7 @@ fn in_equilibrium<const D: usize>(case: Case, problem: &Problem<D>, state: &Stat
         return Ok(());
     }
     let revolved = case.option(KINEMATICS) == "revolution";
-    let free = is_pressed_by_surface(case);
+    let free = ["rigid contact", "friction"].contains(&case.option(ACTION));
     let by_driven = if free { Point::zeros() } else { problem.reaction(state, "driven")? };
     let mut forces = vec![problem.reaction(state, "bottom")?, by_driven];
     for name in ["contact", "wall"] {
@@ -199,7 +196,7 @@ fn pushed<const D: usize>(case: Case, problem: &Problem<D>, state: &State) -> Re
 /// The state of a case is that which a plain run finds.
 fn by_another_way<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem<D>, state: &State) -> Held {
     let (within, sized) = match case.option(RUN) {
-        "deflection" | "volume" | "arc length" | "iteration" => (1e-5, false),
+        "deflection" | "volume" | "arc length" => (1e-5, false),
         // The plain run has few particles, and is off by as much.
         "solve_within" | "locally" => (2.0 * TOLERANCE, true),
         _ => return Ok(()),
@@ -214,7 +211,7 @@ fn by_another_way<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem
         (own - plain).norm() / plain.norm()
     };
     // Where it slides the state depends on the steps to it.
-    let slides = ["friction", "friction between bodies"].contains(&case.option(ACTION));
+    let slides = case.option(ACTION) == "friction";
     let (within, of_load) = if slides { (SLIDING.max(within), SLIDING) } else { (within, 1e-4) };
     require((state.load - 1.0).abs() < of_load, || format!("ended at load factor {}", state.load))?;
     require(off <= within, || format!("the plain run is off by {off:.1e} of the displacement"))
@@ -230,7 +227,11 @@ fn matters<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem<D>, st
         require(!same, || "the shape functions are those of order 1".into())?;
     }
     let volume: f64 = problem.weights().sum();
-    let area = if is_stacked(case) { 1.4 } else { 1.0 };
+    let area = if case.option(ACTION) == "several bodies" || case.option(ACTION) == "contact of two bodies" {
+        1.4
+    } else {
+        1.0
+    };
     match case.option(KINEMATICS) {
         "revolution" => require(volume > 2.0 * area, || format!("no revolution: {volume}"))?,
         "plane stress" => {
@@ -256,11 +257,6 @@ fn matters<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem<D>, st
             }
             _ => require(!near(own, other, 1e-3, 0.0), || format!("the energy is that of the elastic law: {own}"))?,
         }
-    }
-    if case.option(RUN) == "iteration" {
-        let by_factors = BY_FACTORS.contains(&case.option(ACTION)) || contact(case).is_some();
-        let iterates = problem.analysis().solver.keeps_pressures();
-        require(iterates != by_factors, || format!("solved by iteration: {iterates}"))?;
     }
     acts::<D, S>(case, problem, state)
 }
@@ -294,14 +290,10 @@ fn acts<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem<D>, state
             let motion = problem.rigid_motion(state, "plate")?;
             require((motion.displacement[D - 1] + 0.1 * state.load).abs() < 1e-9, || format!("{motion:?}"))
         }
-        "rigid contact" | "friction" | "contact of two bodies" | "friction between bodies" | "surface that turns" => {
+        "rigid contact" | "friction" | "contact of two bodies" => {
             let found = problem.contact(state, "contact")?;
             require(found.force.norm() > 1e-3, || format!("nothing touches: {found:?}"))?;
-            if case.option(ACTION) == "surface that turns" {
-                let turned = found.angle - TURN * state.load;
-                require(turned.abs() < 1e-9, || format!("turned by {}", found.angle))?;
-            }
-            if ["friction", "friction between bodies"].contains(&case.option(ACTION)) {
+            if case.option(ACTION) == "friction" {
                 let along = found.points.iter().map(|point| point.traction[0].abs()).fold(0.0, f64::max);
                 require(along > 1e-6, || "no friction".into())?;
             }
@@ -357,7 +349,11 @@ fn result<const D: usize, S: Dimension<D>>(
             let found = problem.contact(state, name)?;
             let sum: Point<D> = found.points.iter().map(|point| point.force).sum();
             // On both bodies, where there are two.
-            let all = if is_stacked(case) && name == "contact" { Point::zeros() } else { found.force };
+            let all = if case.option(ACTION) == "contact of two bodies" && name == "contact" {
+                Point::zeros()
+            } else {
+                found.force
+            };
             require((sum - all).norm() <= 1e-9 * found.force.norm().max(1e-9), || {
                 format!("forces of points {sum:?}, of all {:?}", found.force)
             })?;
@@ -428,7 +424,7 @@ fn moment<const D: usize>(case: Case, problem: &Problem<D>, state: &State) -> Re
         require(bottom == [0.0; 3], || format!("a moment {bottom:?}"))?;
         return Ok(bottom.to_vec());
     }
-    let free = is_pressed_by_surface(case);
+    let free = ["rigid contact", "friction"].contains(&case.option(ACTION));
     let mut all = vec![bottom];
     if !free {
         all.push(problem.moment(state, "driven", [0.0; D])?);

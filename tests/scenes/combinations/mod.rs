@@ -33,16 +33,11 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "contact of two bodies",
             "contact with itself",
             "friction",
-            "friction between bodies",
-            "surface that turns",
         ],
     ),
-    ("run", &["load", "deflection", "volume", "arc length", "solve_within", "locally", "resume", "ranks", "iteration"]),
+    ("run", &["load", "deflection", "volume", "arc length", "solve_within", "locally", "resume", "ranks"]),
     ("result", &["reaction", "moment", "stress", "contact pressure", "picture", "VTU", "transfer"]),
 ];
-
-/// Number of the solid mesh among the sources.
-const IN_SPACE: usize = 5;
 
 const SOURCE: usize = 0;
 const APPROXIMATION: usize = 1;
@@ -51,18 +46,6 @@ const LAW: usize = 3;
 const ACTION: usize = 4;
 const RUN: usize = 5;
 const RESULT: usize = 6;
-
-/// Actions whose matrix is not that of one body: `SolverChoice::Krylov` takes factors for them, as its page says.
-const BY_FACTORS: [&str; 8] = [
-    "several bodies",
-    "rigid body",
-    "rigid contact",
-    "contact of two bodies",
-    "contact with itself",
-    "friction",
-    "friction between bodies",
-    "surface that turns",
-];
 
 /// An option of each group.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -85,10 +68,6 @@ impl Case {
     fn of(pair: Pair) -> Self {
         let mut case = Case([0; 7]);
         pair.iter().for_each(|&(group, option)| case.0[group] = option);
-        // The plain source of iteration is a body in space.
-        if case.option(RUN) == "iteration" && pair.iter().all(|own| ![SOURCE, KINEMATICS].contains(&own.0)) {
-            case.0[SOURCE] = IN_SPACE;
-        }
         case
     }
 
@@ -116,7 +95,6 @@ fn by_types(pair: Pair) -> Option<&'static str> {
         ["solid mesh" | "cut surface", "revolution"] => {
             Some("a body in space is not turned about an axis: draw its meridian, `Mesh<2>` or `Region`")
         }
-        ["radial", "surface that turns"] => Some("a line has no angle to turn by"),
         ["radial", "locally"] => Some("a line needs no local refinement: take Scene::solve_within"),
         ["solid mesh" | "cut surface", "locally"] => {
             Some("cells in space are not halved one by one: take Scene::solve_within")
@@ -156,11 +134,9 @@ impl Search {
         }
     }
 
-    /// A case with a pair that nothing is known of, and as many more as there are; and the pair, where some group has no option that
-    /// goes with it.
-    fn next(&self) -> Option<(Case, Option<Pair>)> {
+    /// A case with a pair that nothing is known of, and as many more as there are.
+    fn next(&self) -> Option<Case> {
         let pair = *self.open.first()?;
-        let mut complete = true;
         let mut chosen: Vec<(usize, usize)> = pair.to_vec();
         for group in (0..7).filter(|group| pair.iter().all(|own| own.0 != *group)) {
             let with = |option: usize| {
@@ -176,12 +152,11 @@ impl Search {
             });
             let gain = |option: &usize| with(*option).iter().filter(|pair| self.open.contains(*pair)).count();
             let best = possible.max_by_key(|option| (gain(option), std::cmp::Reverse(*option)));
-            complete &= best.is_some();
             chosen.push((group, best.unwrap_or(0)));
         }
         let mut case = Case([0; 7]);
         chosen.into_iter().for_each(|(group, option)| case.0[group] = option);
-        Some((case, (!complete).then_some(pair)))
+        Some(case)
     }
 
     /// Runs a case and notes what it tells of its pairs.
@@ -289,8 +264,6 @@ fn page(search: &Search) -> String {
         let [a, b] = pair.map(name);
         let _ = writeln!(text, "| {a} × {b} | {by} | {reason} |");
     }
-    let by_factors: Vec<String> = BY_FACTORS.iter().map(|action| format!("{action} × iteration")).collect();
-    let _ = writeln!(text, "\nSolved by factors although iteration is asked for: {}.", by_factors.join(", "));
     if !search.stalled.is_empty() {
         text += "\nCases of more than two options that found no state, and said so (`Ending::Stalled`); each of their pairs was passed by \
             another case:\n\n";
@@ -315,14 +288,9 @@ fn all_pairs_pass_their_laws_or_are_refused() {
         return;
     }
     let mut search = Search::new();
-    while let Some((case, alone)) = search.next() {
-        match (search.run(case), alone) {
-            (Err(refusal), None) => search.find_cause(case, &refusal),
-            (Err(refusal), Some(pair)) => {
-                search.open.remove(&pair);
-                search.refused.insert(pair, (refusal.to_string(), false));
-            }
-            (Ok(()), _) => {}
+    while let Some(case) = search.next() {
+        if let Err(refusal) = search.run(case) {
+            search.find_cause(case, &refusal);
         }
     }
     println!("{} cases, {} passed, {} refused", search.cases, search.passed.len(), search.refused.len());

@@ -7,7 +7,6 @@ use rkpm::error::Error;
 use rkpm::material::{Material, Mullins, OgdenFoam, Prony, TotalStretches, Viscoelastic};
 use rkpm::mesh::CellShape;
 use rkpm::prelude::*;
-use rkpm::scene::SolverChoice;
 use rkpm::solid::{Select, Shape};
 use rkpm::study::{Answer, Budget, Tolerance};
 
@@ -20,8 +19,6 @@ pub const PRESSURE: f64 = 0.05;
 /// How far the upper face comes down, and how far it goes aside.
 const PRESSED: f64 = 0.1;
 const ASIDE: f64 = 0.03;
-/// Angle by which surfaces turn about the middle of the upper face.
-pub const TURN: f64 = 0.05;
 /// Thickness of sheets.
 const THICKNESS: f64 = 2.0;
 
@@ -29,7 +26,6 @@ const THICKNESS: f64 = 2.0;
 pub trait Dimension<const D: usize> {
     fn geometry(case: Case) -> Geometry<D>;
     fn kinematics(case: Case) -> Arc<dyn Kinematics<D>>;
-    fn turning(surface: RigidSurface<D>, angle: f64) -> RigidSurface<D>;
     fn locally(scene: &Scene<D>, scheme: &Scheme, tolerance: &Tolerance<D>, budget: Budget)
     -> Result<Answer<D>, Error>;
 }
@@ -58,10 +54,6 @@ impl Dimension<1> for Line {
             "revolution" => Arc::new(RadialSphere),
             _ => Arc::new(RadialCylinder),
         }
-    }
-
-    fn turning(_: RigidSurface<1>, _: f64) -> RigidSurface<1> {
-        unreachable!("refused by types")
     }
 
     fn locally(_: &Scene<1>, _: &Scheme, _: &Tolerance<1>, _: Budget) -> Result<Answer<1>, Error> {
@@ -94,10 +86,6 @@ impl Dimension<2> for Plane {
         }
     }
 
-    fn turning(surface: RigidSurface<2>, angle: f64) -> RigidSurface<2> {
-        surface.turning([1.5, 1.0], angle)
-    }
-
     fn locally(
         scene: &Scene<2>,
         scheme: &Scheme,
@@ -125,10 +113,6 @@ impl Dimension<3> for Space {
 
     fn kinematics(_: Case) -> Arc<dyn Kinematics<3>> {
         Arc::new(Solid)
-    }
-
-    fn turning(surface: RigidSurface<3>, angle: f64) -> RigidSurface<3> {
-        surface.turning([1.5, 0.5, 1.0], [0.0, 1.0, 0.0], angle)
     }
 
     fn locally(_: &Scene<3>, _: &Scheme, _: &Tolerance<3>, _: Budget) -> Result<Answer<3>, Error> {
@@ -195,13 +179,8 @@ pub fn place<const D: usize>(case: Case, name: &str) -> Place<D> {
 }
 
 /// Whether two bodies lie on each other.
-pub fn is_stacked(case: Case) -> bool {
-    ["several bodies", "contact of two bodies", "friction between bodies"].contains(&case.option(ACTION))
-}
-
-/// Whether the upper face is pressed by a rigid surface alone.
-pub fn is_pressed_by_surface(case: Case) -> bool {
-    ["rigid contact", "friction", "surface that turns"].contains(&case.option(ACTION))
+fn is_stacked(case: Case) -> bool {
+    ["several bodies", "contact of two bodies"].contains(&case.option(ACTION))
 }
 
 /// Where the scene is driven: the face that conditions move.
@@ -214,8 +193,8 @@ pub fn driven<const D: usize>(case: Case) -> Place<D> {
 
 /// What the contact of a case is called, if it has one.
 pub fn contact(case: Case) -> Option<&'static str> {
-    let between = ["contact of two bodies", "contact with itself", "friction between bodies"];
-    let own = is_pressed_by_surface(case) || between.contains(&case.option(ACTION));
+    let touches = ["rigid contact", "contact of two bodies", "contact with itself", "friction"];
+    let own = touches.contains(&case.option(ACTION));
     match (own, case.option(RESULT)) {
         (true, _) => Some("contact"),
         (false, "contact pressure") => Some("wall"),
@@ -253,11 +232,9 @@ pub fn scene<const D: usize, S: Dimension<D>>(case: Case, size: f64) -> Scene<D>
         "rigid contact" => scene.contact(top(), plate()),
         "friction" => scene.contact(top(), plate().friction(0.3)),
         "rigid body" => scene.rigid("plate", top()).with(Condition::on("plate").displacement(motion).named("driven")),
-        "surface that turns" => scene.contact(top(), S::turning(plate(), TURN * size)),
-        "contact of two bodies" | "friction between bodies" => {
+        "contact of two bodies" => {
             let under = Place::on((up, Side::Min)).of("cap");
-            let rough = if case.option(ACTION) == "friction between bodies" { 0.3 } else { 0.0 };
-            scene.with(drive).contact_pair(ContactPair::between(top(), under, "contact").friction(rough))
+            scene.with(drive).contact_between(top(), under, "contact")
         }
         "contact with itself" => scene.with(drive).contact_itself(place(case, "right"), "contact"),
         _ => scene.with(drive),
@@ -298,10 +275,6 @@ pub fn scheme<const D: usize>(case: Case) -> Scheme {
         _ => Scheme::default(),
     };
     let sized = ["solve_within", "locally"].contains(&case.option(RUN));
-    let scheme = match case.option(RUN) {
-        "iteration" => scheme.solver_choice(SolverChoice::Krylov),
-        _ => scheme,
-    };
     match D {
         _ if sized || !is_resolved(case) => scheme,
         1 => scheme.particles([7]),
