@@ -84,7 +84,7 @@ fn columns() -> Vec<Column> {
             [7, 8],
             2.236 / 2.256 - 1.0,
         ),
-        column("uz_outer_56_paper_r1.0", "paper's scheme, r = 1.0, 56 particles", paper(1.0), [7, 8], 0.0),
+        column(PAPER, "paper's scheme, r = 1.0, 56 particles", paper(1.0), [7, 8], 0.0),
         column("uz_outer_q1p0_42", "Q1/P0, 42 elements", Scheme::elements(1), [7, 8], 2.316 / 2.256 - 1.0),
         column("uz_outer_q1p0_168", "Q1/P0, 168 elements", Scheme::elements(1), [13, 15], 2.284 / 2.256 - 1.0),
         column("uz_outer_q1p0_672", "Q1/P0, 672 elements", Scheme::elements(1), [25, 29], 0.0),
@@ -93,6 +93,7 @@ fn columns() -> Vec<Column> {
 
 const BENCHMARK: &str = "uz_outer_q2p1";
 const DEFAULT: &str = "uz_outer_56";
+const PAPER: &str = "uz_outer_56_paper_r1.0";
 
 /// One analysis of the assembly with prescribed sleeves.
 pub struct Assembled {
@@ -166,8 +167,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     summary.write(out.join("summary.csv"))?;
     table(&assemblies)?.write(out.join("table_1.csv"))?;
     draw_meshes(&out, &assemblies)?;
-    for assembled in assemblies.iter().filter(|a| [DEFAULT, "uz_outer_q1p0_672"].contains(&a.column.name)) {
-        draw_shapes(&out, assembled)?;
+    for (name, set) in [(DEFAULT, "particles"), (PAPER, "paper"), ("uz_outer_q1p0_672", "elements")] {
+        for assembled in assemblies.iter().filter(|a| a.column.name == name) {
+            draw_shapes(&out, set, assembled)?;
+        }
     }
     println!("results in {}", out.display());
     Ok(())
@@ -222,17 +225,17 @@ fn draw_meshes(out: &FilePath, assemblies: &[Assembled]) -> Result<(), Box<dyn E
 }
 
 /// The ring before and after assembly, with its particles where it has some (Fig. 12), and both for ParaView.
-fn draw_shapes(out: &FilePath, assembled: &Assembled) -> Result<(), Box<dyn Error>> {
+fn draw_shapes(out: &FilePath, set: &str, assembled: &Assembled) -> Result<(), Box<dyn Error>> {
     let Assembled { column, problem, path, .. } = assembled;
-    let set = if column.name == DEFAULT { "particles" } else { "elements" };
+    let has_particles = set != "elements";
     let title = format!("Rubber ring before and after assembly, {}", column.label);
     let mut chart = Chart::new(title).x("R [cm]").y("Z [cm]");
     let mut animation = PvdCollection::default();
     let states = [("free ring (assumed)", &path.start, Colour::Grey), ("assembled", path.last(), Colour::Blue)];
     for (k, (name, state, colour)) in states.into_iter().enumerate() {
-        let parts = if column.name == DEFAULT { 6 } else { 1 };
+        let parts = if has_particles { 6 } else { 1 };
         chart = chart.with(Series::outlines(name, &support::grid_lines(problem, state, parts)?).colour(colour));
-        if column.name == DEFAULT {
+        if has_particles {
             let particles = support::deformed(problem, state)?;
             chart = chart.with(Series::markers("", &particles).marker(Marker::Circle).colour(colour));
         }

@@ -13,6 +13,7 @@ mod support;
 use std::error::Error;
 use std::path::Path as FilePath;
 
+use rkpm::error::SolveError;
 use rkpm::output::chart::{Colour, Marker, Series, Stroke};
 use rkpm::output::{Cell, Chart, PvdCollection, Summary, Table};
 use rkpm::prelude::*;
@@ -65,6 +66,14 @@ impl Inflation {
     /// Through given pressures, which the default stepping would not meet: each analysis starts from the
     /// state of the last one.
     fn through(pressures: &[f64], scheme: &Scheme) -> Result<Self, rkpm::Error> {
+        match Inflation::toward(pressures, scheme)? {
+            (inflation, None) => Ok(inflation),
+            (_, Some(error)) => Err(error.into()),
+        }
+    }
+
+    /// The same as far as states are found, and why no further.
+    fn toward(pressures: &[f64], scheme: &Scheme) -> Result<(Self, Option<SolveError>), rkpm::Error> {
         let rest = disk(PRESSURE, Held::Rim)?.discretize(scheme)?;
         let start = State {
             displacement: vec![0.0; rest.model().unknowns()],
@@ -78,11 +87,14 @@ impl Inflation {
             let (model, rows, analysis) = (problem.model(), problem.equations(), problem.analysis());
             let mut start = inflation.last().clone();
             start.load *= PRESSURE / pressure;
-            let path = analysis.run_from(model, rows, start, &mut ())?.completed()?;
+            let path = match analysis.run_from(model, rows, start, &mut ())?.completed() {
+                Ok(path) => path,
+                Err(error) => return Ok((inflation, Some(error))),
+            };
             inflation.states.push(State { load: pressure / PRESSURE, ..path.last().clone() });
             inflation.iterations += path.iterations;
         }
-        Ok(inflation)
+        Ok((inflation, None))
     }
 
     fn last(&self) -> &State {
@@ -134,9 +146,17 @@ fn default(counts: [usize; 2]) -> Scheme {
     Scheme::default().particles(counts)
 }
 
-fn paper() -> Scheme {
-    Scheme::paper(1.0).particles([11, 2]).integration_zones([10, 1])
+/// The paper's particles and zones; it does not give its dilation here.
+fn paper_with(r: f64) -> Scheme {
+    Scheme::paper(r).particles([11, 2]).integration_zones([10, 1])
 }
+
+fn paper() -> Scheme {
+    paper_with(1.0)
+}
+
+/// Dilations at which the paper's scheme is compared with the paper's finest elements.
+const DILATIONS: [f64; 3] = [1.0, 1.5, 2.0];
 
 fn q2p1() -> Scheme {
     Scheme::elements(2).particles([161, 9])
@@ -149,15 +169,22 @@ pub struct Inflations {
     paper_22: Inflation,
     /// The paper's finite elements: 10 × 1, 10 × 2 and 100 × 3.
     elements: Vec<Vec<[f64; 2]>>,
+    /// 22 particles through the same pressures, by what they are called: the paper's scheme and the default.
+    beside: Vec<(String, Vec<[f64; 2]>)>,
 }
 
 const MESHES: [(&str, [usize; 2]); 3] = [("10x1", [11, 2]), ("10x2", [11, 3]), ("100x3", [101, 4])];
 
 impl Inflations {
-    /// To the full pressure: the default stepping controls the deflection, the paper takes 207 load steps. The paper does not
-    /// give its dilation here.
+    /// To the full pressure: the default stepping controls the deflection, the paper takes 207 load steps.
     pub fn run() -> Result<Self, rkpm::Error> {
         let reference = Reference::read();
+        let schemes = DILATIONS.map(|r| (format!("paper_r{r}"), paper_with(r)));
+        let mut beside = Vec::new();
+        for (name, scheme) in schemes.into_iter().chain([("default_22".to_string(), default([11, 2]))]) {
+            // Some of the paper's schemes have a limit point before the last pressure.
+            beside.push((name, Inflation::toward(reference.pressures(), &scheme)?.0.curve()?));
+        }
         let through = |counts: [usize; 2]| {
             Inflation::through(reference.pressures(), &Scheme::elements(1).particles(counts))?.curve()
         };
@@ -166,6 +193,7 @@ impl Inflations {
             default_82: Inflation::run(Held::Rim, &default([41, 2]))?,
             paper_22: Inflation::run(Held::Rim, &paper().stepping(Stepping::equal(207)))?,
             elements: MESHES.into_iter().map(|(_, counts)| through(counts)).collect::<Result<_, _>>()?,
+            beside,
         })
     }
 
@@ -198,6 +226,18 @@ impl Inflations {
         summary.record("w_default_0.005", deflection(0.005, &default([11, 2]))?, bent)?;
         summary.record("w_paper_0.005", deflection(0.005, &paper())?, bent)?;
 
+        // Fig. 9: 22 nodes of each kind beside 404 nodes of elements, over the paper's pressures.
+        let elements = [("q1p0_10x1".to_string(), self.elements[0].clone())];
+        let at =
+            |curve: &[[f64; 2]], p: f64| curve.iter().find(|point| (point[0] - p).abs() < 1e-9).map(|point| point[1]);
+        for (name, curve) in self.beside.iter().chain(&elements) {
+            summary.note(format!("beside_100x3_reached_{name}"), curve.last().map_or(0.0, |point| point[0]))?;
+            for p in [0.01035, 0.0207, 0.05175, 0.1035, 0.15525, 0.207] {
+                if let (Some(own), Some(finest)) = (at(curve, p), at(&self.elements[2], p)) {
+                    summary.record(format!("beside_100x3_{p}_{name}"), own, finest)?;
+                }
+            }
+        }
         // The paper's finite elements against the same elements of another code.
         for ((mesh, _), curve) in MESHES.into_iter().zip(&self.elements) {
             let theirs = reference.column(&format!("a_Q1P0_{mesh}"));
@@ -228,7 +268,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let finest = finest.map(|(&p, &w)| [p, w]).collect::<Vec<_>>();
     let small = Inflation::through(&[5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2], &q2p1())?;
     let line = |name: &str, curve: &[[f64; 2]], colour| Series::line(name, curve).colour(colour);
-    let Inflations { default_22, default_82, paper_22, elements } = &inflations;
+    let Inflations { default_22, default_82, paper_22, elements, .. } = &inflations;
     let defaults = [
         line("default, 11 × 2 particles", &default_22.curve()?, Colour::Blue).marker(Marker::Circle),
         line("default, 41 × 2 particles", &default_82.curve()?, Colour::Green).marker(Marker::Square),
@@ -242,7 +282,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     ];
     let small = Series::markers("Q2/P1, 80 × 4 elements", &small.curve()?).marker(Marker::Cross).colour(Colour::Black);
     draw_curves(&out, [&references[..], &defaults[..]].concat(), [&defaults[..], &[small]].concat())?;
-    draw_shapes(&out)?;
+    draw_shapes(&out, "", &default([11, 2]))?;
+    draw_shapes(&out, "_paper", &paper())?;
     println!("results in {}", out.display());
     Ok(())
 }
@@ -272,8 +313,8 @@ fn draw_curves(out: &FilePath, all: Vec<Series>, start: Vec<Series>) -> Result<(
     Ok(())
 }
 
-/// Progressive shapes with particles (Fig. 10), also for ParaView.
-fn draw_shapes(out: &FilePath) -> Result<(), Box<dyn Error>> {
+/// Progressive shapes with particles (Fig. 10), also for ParaView, by a scheme that file names tell.
+fn draw_shapes(out: &FilePath, whose: &str, scheme: &Scheme) -> Result<(), Box<dyn Error>> {
     let shapes = [
         (0.0, Colour::Grey),
         (0.0207, Colour::Blue),
@@ -284,20 +325,24 @@ fn draw_shapes(out: &FilePath) -> Result<(), Box<dyn Error>> {
         (0.207, Colour::Black),
     ];
     let pressures = shapes.map(|(pressure, _)| pressure);
-    let Inflation { problem, states, .. } =
-        &Inflation::through(&pressures[1..], &Scheme::default().particles([11, 2]))?;
-    let mut chart = Chart::new("Half sections of the disk, 11 × 2 particles").x("R [cm]").y("Z [cm]");
+    let Inflation { problem, states, .. } = &Inflation::through(&pressures[1..], scheme)?;
+    let mut chart = Chart::new(format!(
+        "Half sections of the disk, 11 × 2 particles{}",
+        if whose.is_empty() { "" } else { ", paper's scheme" }
+    ))
+    .x("R [cm]")
+    .y("Z [cm]");
     let mut animation = PvdCollection::default();
     for (k, (state, (pressure, colour))) in states.iter().zip(shapes).enumerate() {
         let lines = support::grid_lines(problem, state, 8)?;
         chart = chart
             .with(Series::outlines(format!("{pressure} MPa"), &lines).colour(colour))
             .with(Series::markers("", &support::deformed(problem, state)?).marker(Marker::Circle).colour(colour));
-        let file = format!("disk_{k}.vtu");
+        let file = format!("disk{whose}_{k}.vtu");
         problem.vtk_grid(state)?.write(out.join(&file))?;
         animation.push(pressure, file);
     }
-    chart.equal_aspect().size(680, 900).write(out.join("shapes.svg"))?;
-    animation.write(out.join("disk.pvd"))?;
+    chart.equal_aspect().size(680, 900).write(out.join(format!("shapes{whose}.svg")))?;
+    animation.write(out.join(format!("disk{whose}.pvd")))?;
     Ok(())
 }

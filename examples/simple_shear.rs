@@ -94,6 +94,12 @@ pub fn summary() -> Result<Summary, Box<dyn Error>> {
             }
         }
     }
+    // Circular supports (3.27) of twice the distance to the nearest particle, those of r = 1.
+    let balls = Dilation::Neighbour { rank: 1, factor: 2.0 };
+    for (kind, layout) in layouts() {
+        let scheme = paper(1.0, ConstraintMethod::Transformation, layout).dilation(balls);
+        summary.record(format!("ball_sigma12_2_{kind}"), shear(scheme, &exact)?.stresses[STEPS - 1], last)?;
+    }
     Ok(summary)
 }
 

@@ -10,6 +10,9 @@
 //! line complete; each step is handed to the system in one piece before the analysis goes on. So whenever the
 //! process dies, the file holds every converged step but at most a piece of the last, which a reader ignores.
 //!
+//! A history of stages has one journal: behind the `end` of a completed stage stands the `start` of the next, each with the name of its
+//! stage (`"start":{"version":2,"stage":"release","state":{…}}`). `Stages::run_journaled` writes and resumes it.
+//!
 //! ```
 //! use rkpm::output::Journal;
 //! use rkpm::prelude::*;
@@ -62,17 +65,35 @@ pub enum Flush {
 #[derive(Serialize)]
 #[serde(rename_all = "lowercase")]
 enum Line<'a> {
-    Start { version: u32, state: &'a State },
+    Start {
+        version: u32,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        stage: Option<&'a str>,
+        state: &'a State,
+    },
     Step(&'a Step),
-    End { ending: &'a Ending, iterations: usize, rejected: usize },
+    End {
+        ending: &'a Ending,
+        iterations: usize,
+        rejected: usize,
+    },
 }
 
 #[derive(Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Record {
-    Start { version: u32, state: State },
+    Start {
+        version: u32,
+        #[serde(default)]
+        stage: Option<String>,
+        state: State,
+    },
     Step(Step),
-    End { ending: Ending, iterations: usize, rejected: usize },
+    End {
+        ending: Ending,
+        iterations: usize,
+        rejected: usize,
+    },
 }
 
 /// Writes a run to a file while it runs: an [`Observer`] to hand to it, beside another one as `(&mut journal, other)`.
@@ -95,7 +116,11 @@ impl Journal {
     /// [`OutputError::Io`] where the file exists — it may be all that is left of a run: resume or remove
     /// it — and where the file system refuses.
     pub fn create(path: impl AsRef<FilePath>, start: &State) -> Result<Self, OutputError> {
-        let path = path.as_ref();
+        Journal::create_for(path.as_ref(), None, start)
+    }
+
+    /// Starts the journal of a run, or of the first stage of a history.
+    pub(crate) fn create_for(path: &FilePath, stage: Option<&str>, start: &State) -> Result<Self, OutputError> {
         let refused = |source| io_error(path, source);
         if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
             fs::create_dir_all(parent).map_err(refused)?;
@@ -111,7 +136,7 @@ impl Journal {
         let file = File::create(&beside).map_err(refused)?;
         let mut journal =
             Journal { file, path: path.to_path_buf(), flush: Flush::default(), line: Vec::new(), failure: None };
-        journal.append(&Line::Start { version: VERSION, state: start }).map_err(refused)?;
+        journal.append(&Line::Start { version: VERSION, stage, state: start }).map_err(refused)?;
         fs::rename(&beside, path).map_err(refused)?;
         Ok(journal)
     }
@@ -122,14 +147,25 @@ impl Journal {
     /// As [`read`](Journal::read), and where the file can't be written to.
     pub fn reopen(path: impl AsRef<FilePath>) -> Result<(Self, EquilibriumPath), OutputError> {
         let path = path.as_ref();
+        let (runs, length) = read(path)?;
+        let so_far = only(path, runs)?;
+        Ok((Journal::behind(path, length)?, so_far))
+    }
+
+    /// The same for a history: its stages so far.
+    pub(crate) fn reopen_stages(path: &FilePath) -> Result<(Self, Vec<(String, EquilibriumPath)>), OutputError> {
+        let (runs, length) = read(path)?;
+        let stages = named(path, runs)?;
+        Ok((Journal::behind(path, length)?, stages))
+    }
+
+    /// The journal behind the whole records of a file.
+    fn behind(path: &FilePath, length: u64) -> Result<Self, OutputError> {
         let refused = |source| io_error(path, source);
-        let (so_far, length) = read(path)?;
         let mut file = OpenOptions::new().write(true).open(path).map_err(refused)?;
         file.set_len(length).map_err(refused)?;
         file.seek(SeekFrom::End(0)).map_err(refused)?;
-        let journal =
-            Journal { file, path: path.to_path_buf(), flush: Flush::default(), line: Vec::new(), failure: None };
-        Ok((journal, so_far))
+        Ok(Journal { file, path: path.to_path_buf(), flush: Flush::default(), line: Vec::new(), failure: None })
     }
 
     /// The path that a journal holds, also of a run that still goes on; a torn last record is left out.
@@ -137,10 +173,20 @@ impl Journal {
     /// The ending is [`Ending::Interrupted`] where none was written.
     ///
     /// # Errors
-    /// [`OutputError::Io`] where the file can't be read, [`OutputError::Journal`] where it is no journal, or
+    /// [`OutputError::Io`] where the file can't be read, [`OutputError::Journal`] where it is no journal or that of stages, or
     /// whole records stand behind a damaged one.
     pub fn read(path: impl AsRef<FilePath>) -> Result<EquilibriumPath, OutputError> {
-        Ok(read(path.as_ref())?.0)
+        let path = path.as_ref();
+        only(path, read(path)?.0)
+    }
+
+    /// The stages that the journal of a history holds, by name, as [`read`](Journal::read) does the path of a single run.
+    ///
+    /// # Errors
+    /// As [`read`](Journal::read), and for the journal of a run without stages.
+    pub fn read_stages(path: impl AsRef<FilePath>) -> Result<Vec<(String, EquilibriumPath)>, OutputError> {
+        let path = path.as_ref();
+        named(path, read(path)?.0)
     }
 
     /// Sets how far a record is brought before the analysis goes on.
@@ -155,6 +201,17 @@ impl Journal {
     /// # Errors
     /// [`OutputError::Io`] where the file system refused this or any earlier record.
     pub fn close(mut self, path: &EquilibriumPath) -> Result<(), OutputError> {
+        self.end(path)
+    }
+
+    /// Starts the record of a later stage.
+    pub(crate) fn begin(&mut self, stage: &str, start: &State) -> Result<(), OutputError> {
+        self.append(&Line::Start { version: VERSION, stage: Some(stage), state: start })
+            .map_err(|source| io_error(&self.path, source))
+    }
+
+    /// Writes how a run or a stage ended.
+    pub(crate) fn end(&mut self, path: &EquilibriumPath) -> Result<(), OutputError> {
         if let Some(failure) = self.failure.take() {
             return Err(io_error(&self.path, failure));
         }
@@ -213,8 +270,60 @@ fn parse(line: &[u8]) -> Result<Record, String> {
     serde_json::from_slice(body).map_err(|e| e.to_string())
 }
 
-/// The path in a file and the length of its whole records.
-fn read(path: &FilePath) -> Result<(EquilibriumPath, u64), OutputError> {
+/// A run, or a stage of a history, as it stands in a journal.
+struct Recorded {
+    stage: Option<String>,
+    path: EquilibriumPath,
+}
+
+/// The path of a journal without stages.
+fn only(path: &FilePath, runs: Vec<Recorded>) -> Result<EquilibriumPath, OutputError> {
+    let wrong = |what: &str| OutputError::Journal { path: path.display().to_string(), line: 0, what: what.into() };
+    match runs.into_iter().next() {
+        Some(Recorded { stage: None, path }) => Ok(path),
+        Some(_) => Err(wrong("a journal of stages: read it by Journal::read_stages, go on by Stages::run_journaled")),
+        None => Err(wrong("the file is empty")),
+    }
+}
+
+/// The stages of a journal of a history.
+fn named(path: &FilePath, runs: Vec<Recorded>) -> Result<Vec<(String, EquilibriumPath)>, OutputError> {
+    let what = "a journal of a run without stages: read it by Journal::read, go on by Journal::reopen";
+    let wrong = || OutputError::Journal { path: path.display().to_string(), line: 0, what: what.into() };
+    runs.into_iter().map(|run| Ok((run.stage.ok_or_else(wrong)?, run.path))).collect()
+}
+
+/// Adds a record to the runs so far, or says why it can't follow them.
+fn follow(runs: &mut Vec<Recorded>, record: Record) -> Result<(), String> {
+    match (runs.last_mut(), record) {
+        (_, Record::Start { version, .. }) if version != VERSION => {
+            return Err(format!("version {version} of the layout, this crate reads {VERSION}"));
+        }
+        (None, Record::Start { stage, state, .. }) => runs.push(Recorded { stage, path: EquilibriumPath::new(state) }),
+        (None, _) => return Err("the first record is not the start of a run".into()),
+        (Some(before), Record::Start { stage, state, .. }) => {
+            if before.stage.is_none() || stage.is_none() {
+                return Err("a second start".into());
+            }
+            if before.path.ending != Ending::Completed {
+                return Err("a stage behind one that was not completed".into());
+            }
+            runs.push(Recorded { stage, path: EquilibriumPath::new(state) });
+        }
+        (Some(Recorded { path, .. }), Record::Step(step)) => {
+            path.steps.push(step);
+            // Behind an ending, this is a run that was resumed; its own ending follows.
+            path.ending = Ending::Interrupted;
+        }
+        (Some(Recorded { path, .. }), Record::End { ending, iterations, rejected }) => {
+            (path.ending, path.iterations, path.rejected) = (ending, iterations, rejected);
+        }
+    }
+    Ok(())
+}
+
+/// The runs in a file, at least one, and the length of its whole records.
+fn read(path: &FilePath) -> Result<(Vec<Recorded>, u64), OutputError> {
     let refused = |source| io_error(path, source);
     let wrong = |line: usize, what: String| OutputError::Journal { path: path.display().to_string(), line, what };
     let file = File::open(path).map_err(refused)?;
@@ -223,7 +332,7 @@ fn read(path: &FilePath) -> Result<(EquilibriumPath, u64), OutputError> {
         return Err(wrong(0, "not a file".into()));
     }
     let mut reader = BufReader::new(file);
-    let mut so_far: Option<EquilibriumPath> = None;
+    let mut runs: Vec<Recorded> = Vec::new();
     let mut length = 0;
     let mut damage: Option<(usize, String)> = None;
     let mut line = Vec::new();
@@ -244,30 +353,15 @@ fn read(path: &FilePath) -> Result<(EquilibriumPath, u64), OutputError> {
                 continue;
             }
         };
-        match (&mut so_far, record) {
-            (None, Record::Start { version: VERSION, state }) => so_far = Some(EquilibriumPath::new(state)),
-            (None, Record::Start { version, .. }) => {
-                return Err(wrong(number, format!("version {version} of the layout, this crate reads {VERSION}")));
-            }
-            (None, _) => return Err(wrong(number, "the first record is not the start of a run".into())),
-            (Some(_), Record::Start { .. }) => return Err(wrong(number, "a second start".into())),
-            (Some(so_far), Record::Step(step)) => {
-                so_far.steps.push(step);
-                // Behind an ending, this is a run that was resumed; its own ending follows.
-                so_far.ending = Ending::Interrupted;
-            }
-            (Some(so_far), Record::End { ending, iterations, rejected }) => {
-                (so_far.ending, so_far.iterations, so_far.rejected) = (ending, iterations, rejected);
-            }
-        }
+        follow(&mut runs, record).map_err(|what| wrong(number, what))?;
         length += bytes as u64;
     }
-    match (so_far, damage) {
-        (Some(mut so_far), _) => {
-            if so_far.ending == Ending::Interrupted {
-                (so_far.iterations, so_far.rejected) = so_far.spent();
+    match (runs.last_mut(), damage) {
+        (Some(Recorded { path, .. }), _) => {
+            if path.ending == Ending::Interrupted {
+                (path.iterations, path.rejected) = path.spent();
             }
-            Ok((so_far, length))
+            Ok((runs, length))
         }
         (None, Some((number, what))) => Err(wrong(number, what)),
         (None, None) => Err(wrong(0, "the file is empty".into())),

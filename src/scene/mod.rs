@@ -46,4 +46,4 @@ pub use results::picture::Field;
 pub use results::recovery::StressField;
 pub use results::rigid_motion::RigidMotion;
 pub(crate) use results::transfer::{coefficients, values};
-pub use stages::{Observers, StagePath, Stages, history};
+pub use stages::{StagePath, Stages, history, write_stages};

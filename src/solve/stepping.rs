@@ -150,9 +150,7 @@ pub(super) const SLOW: usize = 10;
 /// Attempts of at least this many iterations may have folded the field between points: states that are right and as uneven
 /// take fewer, or a few smaller steps more.
 pub(super) const FOLD_ITERATIONS: usize = 7;
-/// The part of the load over which such attempts go at least.
+/// The part of the load over which such attempts go at least, unless bodies touch.
 pub(super) const FOLD_STEP: f64 = 0.13;
-/// The same where bodies touch: where the active set cycles, fields may fold in steps that are small for all else.
-pub(super) const FOLD_STEP_IN_CONTACT: f64 = 0.01;
 /// How many times less even the volume ratios have become in a folded field: the largest over the smallest.
 pub(super) const FOLDED: f64 = 1.8;

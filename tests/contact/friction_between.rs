@@ -101,7 +101,7 @@ fn refused_of_revolution() {
             ContactPair::between(on(1, Side::Max, "lower"), on(1, Side::Min, "upper"), "joint").friction(0.2),
         );
     let Err(error) = scene.discretize(&Scheme::default().particles([4, 4])) else { panic!("friction of revolution") };
-    assert!(error.to_string().contains("friction between bodies of revolution"), "{error}");
+    assert!(error.to_string().contains("friction between bodies does not go with bodies of revolution"), "{error}");
 }
 
 /// In space: a block that slides askew on another carries its friction against the way it goes.

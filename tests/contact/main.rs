@@ -2,6 +2,7 @@
 
 mod closed_forms;
 mod errors;
+mod folds;
 mod friction;
 mod friction_between;
 mod interference;

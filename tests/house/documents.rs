@@ -72,6 +72,43 @@ fn links_of_listed_pages_lead_to_listed_pages() {
     assert!(listed.len() > 30, "{} pages", listed.len());
 }
 
+/// Whether a text says a part in a hundred or a power of ten: what was measured.
+fn says_a_measured_number(text: &str) -> bool {
+    let all: Vec<char> = text.chars().collect();
+    all.windows(3).any(|three| {
+        let digit = three[0].is_ascii_digit();
+        let percent = three[1] == '%' || (three[1] == ' ' && three[2] == '%');
+        digit && (percent || three[1] == 'e' && three[2] == '-')
+    })
+}
+
+/// A page whose text says measured numbers names a command, a test, a bench or an example that shows them; a page of the book may
+/// be that program itself.
+#[test]
+fn pages_with_numbers_name_what_shows_them() {
+    let directories = ["docs", "docs/book", "docs/measurements", "petsc"].map(|name| root().join(name));
+    let files = directories.iter().flat_map(|directory| documents(directory)).chain([root().join("README.md")]);
+    let (mut seen, mut unfounded) = (0, Vec::new());
+    for file in files {
+        let text = fs::read_to_string(&file).unwrap();
+        let (prose, blocks) = prose(&text);
+        if !says_a_measured_number(&prose) {
+            continue;
+        }
+        seen += 1;
+        let sources = ["cargo run", "cargo test", "cargo bench", "tests/", "benches/", "examples/", "summary.csv"];
+        let is_program = file.starts_with(root().join("docs/book")) && blocks.contains(&"rust");
+        if !is_program && !sources.iter().any(|source| text.contains(source)) {
+            unfounded.push(file.display().to_string());
+        }
+    }
+    assert!(seen > 15, "{seen} pages with numbers");
+    assert!(unfounded.is_empty(), "no command, test or example is named by {unfounded:?}");
+    assert!(
+        says_a_measured_number("off by 0.7 %") && says_a_measured_number("1e-8") && !says_a_measured_number("8 cells")
+    );
+}
+
 #[test]
 fn every_page_of_the_book_is_listed_and_run() {
     let summary = fs::read_to_string(root().join("docs/SUMMARY.md")).unwrap();

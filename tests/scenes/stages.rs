@@ -3,7 +3,7 @@
 use rkpm::error::{BoundaryError, Incompatible};
 use rkpm::material::{Prony, Viscoelastic};
 use rkpm::prelude::*;
-use rkpm::scene::{StagePath, Stages, history};
+use rkpm::scene::{StagePath, Stages, history, write_stages};
 use rkpm::solve::StepControl;
 
 fn rubber() -> Rubber {
@@ -28,19 +28,32 @@ fn fit() -> Stages<2> {
         .then("load", |scene| scene.with(Load::traction((0, Side::Max), [0.05, 0.0]).named("side")))
 }
 
+/// The floor, the plate and the load at the side are in equilibrium to 1e-8 of the reaction.
+fn in_balance(stage: &StagePath<2>, is_loaded: bool) {
+    let StagePath { name, problem, path } = stage;
+    let state = path.last();
+    let (floor, plate) = (problem.reaction(state, (1, Side::Min)).unwrap(), problem.contact(state, "plate").unwrap());
+    let load = Point::<2>::new(if is_loaded { 0.05 } else { 0.0 }, 0.0);
+    let left = (floor + plate.force + load).norm() / floor.norm();
+    assert!(left < 1e-8, "{name}: {left:e} of the reaction is not balanced");
+}
+
+/// A folder of a test's own, emptied first.
+fn folder(name: &str) -> std::path::PathBuf {
+    let folder = std::path::PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("stages").join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
 #[test]
 fn a_press_fit_in_three_stages() {
     let paths = fit().run(&scheme()).unwrap();
     assert_eq!(paths.iter().map(|stage| stage.name.as_str()).collect::<Vec<_>>(), ["push in", "release", "load"]);
     let mut pressed = Vec::new();
-    for (number, StagePath { name, problem, path }) in paths.iter().enumerate() {
-        let state = path.last();
-        let (floor, plate) =
-            (problem.reaction(state, (1, Side::Min)).unwrap(), problem.contact(state, "plate").unwrap());
-        let load = Point::<2>::new(if number == 2 { 0.05 } else { 0.0 }, 0.0);
-        let left = (floor + plate.force + load).norm() / floor.norm();
-        assert!(left < 1e-8, "{name}: {left:e} of the reaction is not balanced");
-        pressed.push(-plate.force[1]);
+    for (number, stage) in paths.iter().enumerate() {
+        in_balance(stage, number == 2);
+        pressed.push(-stage.problem.contact(stage.path.last(), "plate").unwrap().force[1]);
     }
     assert!(pressed[1] < 0.5 * pressed[0] && pressed[1] > 0.1 * pressed[0], "{pressed:?}");
     // The same as a single run to where the plate stands: an elastic body does not remember.
@@ -62,18 +75,108 @@ fn a_run_broken_off_in_the_second_stage_goes_on_with_the_same_bits() {
     let mut torn: Vec<_> = whole.iter().take(2).map(|stage| stage.path.clone()).collect();
     torn[1].steps.truncate(2);
     torn[1].ending = Ending::Interrupted;
-    let mut seen = Vec::new();
-    let again = fit().resume(&scheme(), torn.clone(), &mut |name| {
-        seen.push(name.to_string());
-        Ok(Box::new(()))
-    });
-    let again = again.unwrap();
-    assert_eq!(seen, ["release", "load"]);
+    let again = fit().resume(&scheme(), torn.clone(), &mut ()).unwrap();
+    assert_eq!(again.len(), 3);
     for (stage, other) in whole.iter().zip(&again) {
         assert_eq!(stage.path.steps, other.path.steps, "{}", stage.name);
     }
     torn[1].start.displacement[0] += 1e-3;
-    assert!(fit().resume(&scheme(), torn, &mut |_| Ok(Box::new(()))).is_err());
+    assert!(fit().resume(&scheme(), torn, &mut ()).is_err());
+}
+
+/// One journal of all stages: whatever piece of it a kill leaves, the history goes on from there with the same bits, and in the end
+/// its file is that of a run without a break, byte by byte.
+#[cfg(feature = "serde")]
+#[test]
+fn one_journal_holds_all_stages() {
+    use rkpm::output::Journal;
+
+    let folder = folder("journal");
+    let file = folder.join("fit.jsonl");
+    let whole = fit().run_journaled(&scheme(), &file, &mut ()).unwrap();
+    let bytes = std::fs::read(&file).unwrap();
+    let recorded = Journal::read_stages(&file).unwrap();
+    assert_eq!(recorded.len(), 3);
+    for (stage, (name, path)) in whole.iter().zip(&recorded) {
+        assert_eq!((&stage.name, &stage.path), (name, path));
+        assert_eq!(path.ending, Ending::Completed);
+        in_balance(stage, stage.name == "load");
+    }
+    let line = |of: &str| bytes.windows(of.len()).position(|window| window == of.as_bytes()).unwrap();
+    let ends: Vec<usize> = (0..bytes.len()).filter(|&k| bytes[k] == b'\n').map(|k| k + 1).collect();
+    let second = ends.iter().position(|&end| end > line("\"stage\":\"release\"")).unwrap();
+    let steps = whole[1].path.steps.len();
+    assert!(steps >= 4);
+    // Before the second stage, behind its start, after each of its steps, each time with a piece of the next line, and behind its end.
+    for (k, &end) in ends[second - 1..=second + steps + 1].iter().enumerate() {
+        std::fs::write(&file, &bytes[..end + 7 * k]).unwrap();
+        let resumed = fit().run_journaled(&scheme(), &file, &mut ()).unwrap();
+        for (stage, other) in whole.iter().zip(&resumed) {
+            assert_eq!(stage.path, other.path, "{} torn at {end}", stage.name);
+        }
+        assert!(std::fs::read(&file).unwrap() == bytes, "torn at {end}");
+    }
+    // What is done stays as it is.
+    assert_eq!(fit().run_journaled(&scheme(), &file, &mut ()).unwrap()[2].path, whole[2].path);
+    assert!(std::fs::read(&file).unwrap() == bytes);
+}
+
+/// Journals of other histories, of single runs, and with stages that can't follow each other are told by what they are.
+#[cfg(feature = "serde")]
+#[test]
+fn journals_of_something_else_are_refused() {
+    use rkpm::error::OutputError;
+    use rkpm::output::Journal;
+
+    let folder = folder("refused");
+    let file = folder.join("fit.jsonl");
+    fit().run_journaled(&scheme(), &file, &mut ()).unwrap();
+    let says = |error: Error, words: &str| {
+        let what = error.to_string();
+        assert!(matches!(error, Error::Output(OutputError::Journal { .. })) && what.contains(words), "{what}");
+    };
+    says(Journal::read(&file).unwrap_err().into(), "read_stages");
+    says(Journal::reopen(&file).err().unwrap().into(), "run_journaled");
+    let press = |name: &str| Stages::new(name, block());
+    says(press("press").run_journaled(&scheme(), &file, &mut ()).err().unwrap(), "calls it press");
+    says(press("push in").run_journaled(&scheme(), &file, &mut ()).err().unwrap(), "has no such stage");
+    // The same names and another scene.
+    let other = press("push in").then("release", |scene| scene).then("load", |scene| scene);
+    assert!(matches!(other.run_journaled(&scheme(), &file, &mut ()), Err(Error::Solve(_))));
+    let text = std::fs::read_to_string(&file).unwrap();
+    let lines: Vec<&str> = text.split_inclusive('\n').collect();
+    let end = lines.iter().position(|line| line.contains("\"end\"")).unwrap();
+    std::fs::write(&file, [&lines[..end], &lines[end + 1..]].concat().concat()).unwrap();
+    says(Journal::read_stages(&file).unwrap_err().into(), "not completed");
+    let single = folder.join("single.jsonl");
+    let problem = block().discretize(&scheme()).unwrap();
+    drop(Journal::create(&single, &problem.at_rest()).unwrap());
+    says(Journal::read_stages(&single).unwrap_err().into(), "without stages");
+    says(fit().run_journaled(&scheme(), &single, &mut ()).err().unwrap(), "Journal::reopen");
+}
+
+/// One collection for ParaView and one table for all stages.
+#[test]
+fn stages_are_written_as_one_series() {
+    let folder = folder("series");
+    let paths = fit().run(&scheme()).unwrap();
+    write_stages(&paths, folder.join("fit.pvd")).unwrap();
+    let series = std::fs::read_to_string(folder.join("fit.pvd")).unwrap();
+    // The start of a later stage is the end of the one before.
+    let states = 1 + paths.iter().map(|stage| stage.path.steps.len()).sum::<usize>();
+    assert_eq!(series.matches("<DataSet").count(), states);
+    let files = std::fs::read_dir(&folder)
+        .unwrap()
+        .filter(|entry| entry.as_ref().unwrap().path().extension().is_some_and(|extension| extension == "vtu"));
+    assert_eq!(files.count(), states);
+    let times: Vec<f64> =
+        series.split("timestep=\"").skip(1).map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect();
+    assert!(
+        times[0] == 0.0 && *times.last().unwrap() == 3.0 && times.windows(2).all(|pair| pair[0] < pair[1]),
+        "{times:?}"
+    );
+    let table = std::fs::read_to_string(folder.join("fit.csv")).unwrap();
+    assert_eq!(table.lines().count(), history(&paths).unwrap().rows.len() + 1);
 }
 
 /// What is prescribed anew is reached from where the body is, and what is taken away falls off: pressed by a traction, sheared by a

@@ -1,7 +1,7 @@
 //! What of a scene no scheme could serve.
 
 use crate::contact::ContactError;
-use crate::error::{BoundaryError, Error, GeometryError, Invalid};
+use crate::error::{BoundaryError, Error, GeometryError, Incompatible, Invalid};
 use crate::geometry::Part;
 use crate::material::Material;
 use crate::term::Amplitude;
@@ -148,17 +148,15 @@ fn contacts<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
     for contact in &scene.contacts {
         contact.surface.validate(&contact.label())?;
         if contact.surface.turning.is_some() && !scene.kinematics.hoop_components().is_empty() {
-            let what = "a surface that turns beside a body of revolution";
-            return Err(GeometryError::Unsuited { what, needed: "a body in the plane or in space" }.into());
+            let remedy = "take a body in the plane or in space, or a surface that moves along the axis";
+            return Err(Incompatible::new("a rigid surface that turns", "a body of revolution", remedy).into());
         }
     }
     scene.contact_pairs.iter().try_for_each(|pair| pair.validate())?;
     let revolved = !scene.kinematics.hoop_components().is_empty();
     if revolved && scene.contact_pairs.iter().any(|pair| pair.friction > 0.0) {
-        let what = "friction between bodies of revolution";
-        return Err(
-            GeometryError::Unsuited { what, needed: "bodies in the plane or in space, or a rigid surface" }.into()
-        );
+        let remedy = "take bodies in the plane or in space, or a rigid surface in place of one of them";
+        return Err(Incompatible::new("friction between bodies", "bodies of revolution", remedy).into());
     }
     let rigid = scene.contacts.iter().map(|contact| &contact.surface.name);
     let names: Vec<&String> = rigid.chain(scene.contact_pairs.iter().map(|contact_pair| &contact_pair.name)).collect();

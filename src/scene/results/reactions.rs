@@ -186,32 +186,53 @@ impl<const D: usize> Problem<D> {
     /// For a path of another problem, and where the file system refuses.
     pub fn write(&self, path: &EquilibriumPath, file: impl AsRef<std::path::Path>) -> Result<(), Error> {
         let file = file.as_ref();
-        let stem = file.file_stem().map_or_else(|| "path".to_string(), |stem| stem.to_string_lossy().into_owned());
         let mut films = PvdCollection::default();
-        for (step, state) in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).enumerate() {
-            let grid = self.vtk_grid(state)?;
-            let own = match self.model.ranks() {
-                Some(ranks) => {
-                    let own = file.with_file_name(format!("{stem}_{step:04}.pvtu"));
-                    grid.write_piece(&own, ranks.rank(), ranks.count())?;
-                    own
-                }
-                None => {
-                    let own = file.with_file_name(format!("{stem}_{step:04}.vtu"));
-                    grid.write(&own)?;
-                    own
-                }
-            };
-            let time = if self.body().has_clock() { self.time(state) } else { state.load };
-            films.push(time, own);
-        }
+        self.write_states(path, 0, file, "", 0.0, &mut films)?;
         // All ranks sum forces.
         let history = self.history(path)?;
-        if self.model.ranks().is_none_or(|ranks| ranks.rank() == 0) {
+        if self.writes_for_all() {
             films.write(file.with_extension("pvd"))?;
             history.write(file.with_extension("csv"))?;
         }
         Ok(())
+    }
+
+    /// Writes the states of a path from one on, 0 that at rest, beside a file whose name they continue, and adds them to a collection.
+    /// Without a clock time is the load factor `since` some time.
+    pub(in crate::scene) fn write_states(
+        &self,
+        path: &EquilibriumPath,
+        first: usize,
+        file: &std::path::Path,
+        suffix: &str,
+        since: f64,
+        films: &mut PvdCollection,
+    ) -> Result<(), Error> {
+        let stem = file.file_stem().map_or_else(|| "path".to_string(), |stem| stem.to_string_lossy().into_owned());
+        let states = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state));
+        for (step, state) in states.enumerate().skip(first) {
+            let grid = self.vtk_grid(state)?;
+            let own = match self.model.ranks() {
+                Some(ranks) => {
+                    let own = file.with_file_name(format!("{stem}{suffix}_{step:04}.pvtu"));
+                    grid.write_piece(&own, ranks.rank(), ranks.count())?;
+                    own
+                }
+                None => {
+                    let own = file.with_file_name(format!("{stem}{suffix}_{step:04}.vtu"));
+                    grid.write(&own)?;
+                    own
+                }
+            };
+            let time = if self.body().has_clock() { self.time(state) } else { since + state.load };
+            films.push(time, own);
+        }
+        Ok(())
+    }
+
+    /// Whether this process writes what all ranks share.
+    pub(in crate::scene) fn writes_for_all(&self) -> bool {
+        self.model.ranks().is_none_or(|ranks| ranks.rank() == 0)
     }
 
     /// What a condition is called: its own name, that of its place, or the place.

@@ -2,6 +2,8 @@
 
 mod carry;
 mod held;
+#[cfg(feature = "serde")]
+mod journaled;
 mod stage_path;
 
 use crate::error::{BoundaryError, Error, SolveError};
@@ -9,7 +11,7 @@ use crate::solve::{Ending, EquilibriumPath, Observer, Stepping};
 
 use super::{Scene, Scheme};
 
-pub use stage_path::{StagePath, history};
+pub use stage_path::{StagePath, history, write_stages};
 
 /// What a stage changes in the scene of the one before.
 type Change<const D: usize> = Box<dyn Fn(Scene<D>) -> Scene<D> + Send + Sync>;
@@ -19,9 +21,6 @@ struct Stage<const D: usize> {
     change: Change<D>,
     stepping: Option<Stepping>,
 }
-
-/// Makes the observer of a stage, by its name.
-pub type Observers<'a> = &'a mut dyn FnMut(&str) -> Result<Box<dyn Observer>, Error>;
 
 /// A history of named stages in order. Each begins where the one before ended, with its conditions, loads and surfaces held as they
 /// are, and changes some: it adds them by the methods of [`Scene`], takes them away by [`Scene::without`] and moves surfaces on by
@@ -100,11 +99,11 @@ impl<const D: usize> Stages<D> {
     /// # Errors
     /// As [`run`](Stages::run).
     pub fn run_with(&self, scheme: &Scheme, observer: &mut dyn Observer) -> Result<Vec<StagePath<D>>, Error> {
-        self.go_on(scheme, Vec::new(), |_, problem, path| problem.resume(path, observer))
+        self.resume(scheme, Vec::new(), observer)
     }
 
     /// Goes on from the paths of a run that was broken off, stage by stage, the last of them unfinished or not, with the same bits as
-    /// if it had never been; without paths it starts. Each stage has an observer of its own, such as a journal.
+    /// if it had never been; without paths it starts.
     ///
     /// # Errors
     /// As [`run`](Stages::run), and where a path does not begin where the stage before has ended.
@@ -112,9 +111,9 @@ impl<const D: usize> Stages<D> {
         &self,
         scheme: &Scheme,
         paths: Vec<EquilibriumPath>,
-        observers: Observers<'_>,
+        observer: &mut dyn Observer,
     ) -> Result<Vec<StagePath<D>>, Error> {
-        self.go_on(scheme, paths, |name, problem, path| problem.resume(path, &mut *observers(name)?))
+        self.go_on(scheme, paths, |_, problem, path| problem.resume(path, observer))
     }
 
     fn go_on(

@@ -1,7 +1,7 @@
 //! What a stage has come to.
 
 use crate::error::Error;
-use crate::output::Table;
+use crate::output::{PvdCollection, Table};
 use crate::scene::Problem;
 use crate::solve::EquilibriumPath;
 
@@ -42,4 +42,25 @@ pub fn history<const D: usize>(stages: &[StagePath<D>]) -> Result<Table, Error> 
         }
     }
     Ok(whole)
+}
+
+/// Writes the paths of stages as [`Problem::write`] does one: `fit.pvd` with a `.vtu` file for each state of each stage, and
+/// [`history`] as `fit.csv`. Time is that of the scene's clock, else the number of the stage and the load factor within it.
+///
+/// # Errors
+/// As [`Problem::write`].
+pub fn write_stages<const D: usize>(stages: &[StagePath<D>], file: impl AsRef<std::path::Path>) -> Result<(), Error> {
+    let file = file.as_ref();
+    let mut films = PvdCollection::default();
+    for (number, StagePath { problem, path, .. }) in stages.iter().enumerate() {
+        // A stage begins in the state in which the one before has ended.
+        let first = usize::from(number > 0);
+        problem.write_states(path, first, file, &format!("_{number}"), number as f64, &mut films)?;
+    }
+    let table = history(stages)?;
+    if stages.iter().all(|stage| stage.problem.writes_for_all()) {
+        films.write(file.with_extension("pvd"))?;
+        table.write(file.with_extension("csv"))?;
+    }
+    Ok(())
 }
