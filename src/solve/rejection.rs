@@ -2,6 +2,8 @@
 
 use crate::error::{Cause, LinearError};
 
+use super::stepping::FOLD_STEP_IN_CONTACT;
+
 /// Why an attempt was given up.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Rejection {
@@ -23,6 +25,8 @@ impl Rejection {
     pub(super) fn least(&self, smallest: f64) -> f64 {
         match self {
             Rejection::Failed(Cause::Unstable { .. }) => LOCATED * smallest,
+            // What is folded was so before, if less: small steps lead on to no other state.
+            Rejection::Failed(Cause::UnevenVolumes { .. }) => smallest.max(FOLD_STEP_IN_CONTACT),
             Rejection::Stopped => f64::INFINITY,
             _ => smallest,
         }
