@@ -12,8 +12,6 @@ pub(crate) struct ContactSurface<const D: usize> {
     pub traces: Vec<Trace>,
     /// The largest coordinate: what positions are rounded by.
     pub extent: f64,
-    /// Its length in the plane, the root of its area in space \[length\].
-    pub size: f64,
 }
 
 /// Cosine between normals of facets below which they are faces of their own: a trace function around a corner would be held up by its mean gap
@@ -105,8 +103,7 @@ impl<const D: usize> ContactSurface<D> {
             }
         }
         let extent = table.positions().iter().map(|x| x.amax()).fold(0.0, f64::max);
-        let plain: f64 = plain.iter().sum();
-        Ok(ContactSurface { table, traces, extent, size: if D == 3 { plain.sqrt() } else { plain } })
+        Ok(ContactSurface { table, traces, extent })
     }
 
     /// The displacement that a vector of coefficients gives at a point.

@@ -428,8 +428,8 @@ impl<const D: usize> Term<D> for RigidContact<D> {
             zone.slopes.extend(slope.iter().map(|s| *s as f32));
             zone.hessian[0][0] = proximal / trace.area;
             zone.of_pi[0] = local_contact.gap * trace.area;
-            // What a pressure meets lies between w/μ where it changes from one trace function to the next and L/μ where it does not.
-            zone.shear = self.stiffness.decisive / (trace.area * (trace.width * self.contact_surface.size).sqrt());
+            // A pressure that changes from one trace function to the next meets w/μ.
+            zone.shear = self.stiffness.decisive / (trace.area * trace.width);
         }
         if out.with_matrix && condensed {
             for (column, b) in out.matrix.chunks_exact_mut(size).zip(&slope) {

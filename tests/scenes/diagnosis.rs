@@ -133,7 +133,10 @@ fn bodies_that_contact_lets_slide_are_named() {
             .body("lower", Block::new([0.0, 0.0], [2.0, 1.0]), rubber())
             .body("upper", Block::new([0.5, 1.0], [1.5, 2.0]), rubber())
             .hold(Place::on((1, Side::Min)).of("lower"))
-            .contact((1, Side::Max), RigidSurface::plane([0.0, 2.0], [0.0, -1.0]).moving([0.0, -0.1]))
+            .contact(
+                Place::on((1, Side::Max)).of("upper"),
+                RigidSurface::plane([0.0, 2.0], [0.0, -1.0]).moving([0.0, -0.1]),
+            )
             .contact_pair(
                 ContactPair::between(
                     Place::on((1, Side::Max)).of("lower"),

@@ -139,7 +139,8 @@ fn iteration_and_factors_agree_where_a_plate_presses() {
     assert!(a > 1e3 && (a / b - 1.0).abs() < 1e-6, "{a} {b}");
     let krylov_iterations = krylov.analysis().solver.krylov_iterations();
     println!("{krylov_iterations:?}");
-    assert!(!krylov_iterations.is_empty() && krylov_iterations.iter().all(|&d| d <= 40), "{krylov_iterations:?}");
+    // Without a restart, which comes after 80 directions.
+    assert!(!krylov_iterations.is_empty() && krylov_iterations.iter().all(|&d| d < 80), "{krylov_iterations:?}");
     // What an iteration does not go with is refused, and taken by factors where nobody asked for one.
     let free = Scene::new(Block::new([0.0; 3], [12.0, 10.0, 10.0]), Solid, rubber());
     for (scene, with) in [
