@@ -114,6 +114,9 @@ impl<const D: usize> Sum<'_, D> {
                 element.uncondensed = Some(Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
             } else {
                 element.reset(nodes.len() * D, has_matrix);
+                let keeps = has_matrix && self.places.uncondensed && protocol.keeps_pressures();
+                element.uncondensed =
+                    keeps.then(|| Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
             }
             term.linearize(cluster, self.at, element);
             if let Some(mut zone) = element.uncondensed.take().filter(|zone| !zone.slopes.is_empty()) {

@@ -4,15 +4,19 @@ use std::fmt;
 
 use nalgebra::DMatrix;
 
-use crate::assembly::StateRef;
+use crate::assembly::{Model, StateRef};
+use crate::contact::Trace;
 use crate::geometry::Point;
 use crate::scene::Problem;
+
+/// Parts of translations and rotations in a motion.
+type Parts<'a> = nalgebra::MatrixView<'a, f64, nalgebra::U1, nalgebra::Dyn, nalgebra::U1, nalgebra::Dyn>;
 
 /// Energy of a motion and what rows see of it, squares relative to stiffness and size, below which it is free.
 /// Rounding leaves 1e-15; a radial motion of a far, thin ring has 1e-6.
 const FREE: f64 = 1e-12;
 
-/// A rigid motion that neither conditions nor energy resist: $u = t + \Omega\\,(X - X_0)$.
+/// A rigid motion that neither conditions nor energy nor contact resist: $u = t + \Omega\\,(X - X_0)$.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeMotion {
     /// The translation $t$, components relative to the largest displacement of the motion.
@@ -21,6 +25,8 @@ pub struct FreeMotion {
     pub rotations: Vec<(usize, usize, f64)>,
     /// The centre $X_0$ of the rotations: the mean position of the particles \[length\].
     pub centre: Vec<f64>,
+    /// The body that can move so alone, where there are several.
+    pub body: Option<String>,
 }
 
 impl fmt::Display for FreeMotion {
@@ -35,76 +41,166 @@ impl fmt::Display for FreeMotion {
             write!(f, "{word}{part:.2} of a rotation in the plane of axes {j} and {i}")?;
             word = " and ";
         }
-        Ok(())
+        match &self.body {
+            Some(body) => write!(f, " of {body}"),
+            None => Ok(()),
+        }
     }
 }
 
-/// Combinations of translations and infinitesimal rotations that cost no energy at rest and that no row sees.
+/// Combinations of translations and infinitesimal rotations that cost no energy at rest, that no row sees and that no contact
+/// bars: of single bodies, where there are several, and of all together. A surface without friction bars the way along its normal
+/// alone, one that is pushed no way along its own.
 pub(super) fn free_motions<const D: usize>(problem: &Problem<D>) -> Vec<FreeMotion> {
-    let (model, equations) = (problem.model(), problem.equations());
-    let positions = model.positions();
-    let centre = positions.iter().sum::<Point<D>>() / positions.len() as f64;
-    let size = positions.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
-    let mut kinds: Vec<(usize, Option<usize>)> = (0..D).map(|i| (i, None)).collect();
-    kinds.extend((0..D).flat_map(|i| (0..i).map(move |j| (i, Some(j)))));
-    // Shape functions reproduce linear fields: their values at the particles are the coefficients.
-    let motion = |kind: &(usize, Option<usize>)| -> Vec<f64> {
-        let value = |x: Point<D>, k: usize| match *kind {
-            (i, None) => f64::from(u8::from(k == i)),
-            (i, Some(j)) if k == i => x[j] / size,
-            (i, Some(j)) if k == j => -x[i] / size,
-            _ => 0.0,
-        };
-        positions.iter().flat_map(|x| (0..D).map(move |k| value(x - centre, k))).collect()
-    };
-    let motions: Vec<Vec<f64>> = kinds.iter().map(motion).collect();
-    let m = motions.len();
-    let mut assembler = model.assembler();
-    let mut system = Default::default();
-    assembler.assemble_own(model, StateRef::new(&vec![0.0; model.unknowns()], &model.start(), 0.0), &mut system);
-    let pattern = assembler.pattern();
-    let stiffness = (0..pattern.size()).map(|c| system.values[pattern.columns[c]].abs()).fold(0.0, f64::max);
-    let energies: Vec<Vec<f64>> = motions
-        .iter()
-        .map(|motion| {
-            let mut force = vec![0.0; motion.len()];
-            pattern.multiply_add(&system.values, motion, &mut force);
-            force
-        })
-        .collect();
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let mut resistance =
-        DMatrix::<f64>::from_fn(m, m, |a, b| dot(&motions[a], &energies[b]) / (stiffness * positions.len() as f64));
-    for row in equations.equations() {
-        let scale: f64 = row.entries.iter().map(|e| e.1.abs()).sum();
-        let seen: Vec<f64> =
-            motions.iter().map(|r| row.entries.iter().map(|&(k, c)| c * r[k]).sum::<f64>() / scale).collect();
-        for a in 0..m {
-            for b in 0..m {
-                resistance[(a, b)] += seen[a] * seen[b];
-            }
-        }
-    }
+    let motions = Motions::of(problem);
+    let resistance = motions.resistance(problem);
     if !resistance.iter().all(|r| r.is_finite()) {
         return Vec::new();
     }
-    let resistance = (&resistance + resistance.transpose()) * 0.5;
-    let spectrum = resistance.symmetric_eigen();
+    let (m, groups) = (motions.kinds.len(), motions.groups.len());
+    let mut free = Vec::new();
+    let bodies = problem.discrete_bodies();
+    let alone = |group: usize| resistance.view((group * m, group * m), (m, m)).into_owned();
+    if groups > 1 {
+        for (group, body) in bodies.iter().enumerate() {
+            let of_body = null_space(alone(group));
+            free.extend(of_body.row_iter().map(|row| motions.named(row, Some(body.name().to_string()))));
+        }
+    }
+    let all = DMatrix::<f64>::from_fn(groups * m, m, |row, k| f64::from(u8::from(row % m == k)));
+    for row in null_space(all.transpose() * &resistance * all).row_iter() {
+        // What each body may do alone is named already.
+        let each = |group: usize| (row * alone(group) * row.transpose())[(0, 0)] <= FREE * row.norm_squared();
+        if groups == 1 || !(0..bodies.len()).all(each) {
+            free.push(motions.named(row, None));
+        }
+    }
+    free
+}
+
+/// The rigid motions of each group of nodes: the bodies, and the frames of rigid bodies together.
+struct Motions<const D: usize> {
+    /// A translation, or a rotation in the plane of two axes.
+    kinds: Vec<(usize, Option<usize>)>,
+    groups: Vec<Vec<usize>>,
+    centre: Point<D>,
+    size: f64,
+}
+
+impl<const D: usize> Motions<D> {
+    fn of(problem: &Problem<D>) -> Self {
+        let positions = problem.model().positions();
+        // Travels of surfaces that are pushed are no places.
+        let travels: Vec<usize> = problem.contacts.iter().filter_map(|contact| contact.law.rigid_dof()).collect();
+        let bodies = problem.discrete_bodies();
+        let mut groups: Vec<Vec<usize>> = bodies.iter().map(|body| body.nodes.clone().collect()).collect();
+        let last = bodies.iter().map(|body| body.nodes.end).max().unwrap_or(0);
+        let others: Vec<usize> = (last..positions.len()).filter(|node| !travels.contains(node)).collect();
+        groups.extend((!others.is_empty()).then_some(others));
+        let nodes = || groups.iter().flatten().map(|&node| &positions[node]);
+        let centre = nodes().sum::<Point<D>>() / nodes().count() as f64;
+        let size = nodes().map(|x| (x - centre).norm()).fold(0.0, f64::max);
+        let mut kinds: Vec<(usize, Option<usize>)> = (0..D).map(|i| (i, None)).collect();
+        kinds.extend((0..D).flat_map(|i| (0..i).map(move |j| (i, Some(j)))));
+        Motions { kinds, groups, centre, size }
+    }
+
+    /// A motion at a place, of the size 1 over the body.
+    fn at(&self, kind: usize, x: &Point<D>) -> Point<D> {
+        let away = (x - self.centre) / self.size;
+        Point::from_fn(|k, _| match self.kinds[kind] {
+            (i, None) => f64::from(u8::from(k == i)),
+            (i, Some(j)) if k == i => away[j],
+            (i, Some(j)) if k == j => -away[i],
+            _ => 0.0,
+        })
+    }
+
+    /// What energy, rows and contact see of all motions of all groups, as squares: relative to stiffness and size.
+    fn resistance(&self, problem: &Problem<D>) -> DMatrix<f64> {
+        let (positions, m) = (problem.model().positions(), self.kinds.len());
+        let count = self.groups.len() * m;
+        // Shape functions reproduce linear fields: their values at the particles are the coefficients.
+        let motion = |number: usize| -> Vec<f64> {
+            let mut all = vec![0.0; positions.len() * D];
+            for &node in &self.groups[number / m] {
+                all[node * D..][..D].copy_from_slice(self.at(number % m, &positions[node]).as_slice());
+            }
+            all
+        };
+        let motions: Vec<Vec<f64>> = (0..count).map(motion).collect();
+        let mut resistance = energies(problem.model(), &motions);
+        let mut see = |seen: &[f64]| {
+            for a in 0..count {
+                (0..count).for_each(|b| resistance[(a, b)] += seen[a] * seen[b]);
+            }
+        };
+        for row in problem.equations().equations() {
+            let scale: f64 = row.entries.iter().map(|e| e.1.abs()).sum();
+            let of = |r: &Vec<f64>| row.entries.iter().map(|&(k, c)| c * r[k]).sum::<f64>() / scale;
+            see(&motions.iter().map(of).collect::<Vec<f64>>());
+        }
+        for contact in &problem.contacts {
+            let group = |trace: &Trace| self.groups.iter().position(|nodes| nodes.contains(&(trace.particle as usize)));
+            contact.law.bars(&vec![0.0; positions.len() * D], &mut |trace, other, x, barred| {
+                let (own, other) = (group(trace), other.and_then(group));
+                let seen = |number: usize| {
+                    let along = self.at(number % m, x).dot(barred);
+                    let counts = |group: Option<usize>| f64::from(u8::from(group == Some(number / m)));
+                    along * (counts(own) - counts(other))
+                };
+                see(&(0..count).map(seen).collect::<Vec<f64>>());
+            });
+        }
+        (&resistance + resistance.transpose()) * 0.5
+    }
+
+    fn named(&self, parts: Parts<'_>, body: Option<String>) -> FreeMotion {
+        let largest = parts.iter().copied().max_by(|v, w| v.abs().total_cmp(&w.abs())).unwrap_or(1.0);
+        let part = |k: usize| parts[k] / largest;
+        FreeMotion {
+            translation: (0..D).map(part).collect(),
+            rotations: (D..parts.len()).map(|k| (self.kinds[k].0, self.kinds[k].1.unwrap_or(0), part(k))).collect(),
+            centre: self.centre.as_slice().to_vec(),
+            body,
+        }
+    }
+}
+
+/// Energies of motions at rest, relative to the stiffness: without what acts on steps alone.
+fn energies<const D: usize>(whole: &Model<D>, motions: &[Vec<f64>]) -> DMatrix<f64> {
+    let mut model = Model::new(whole.positions().to_vec());
+    if let Some(ranks) = whole.shared_ranks() {
+        model.share(ranks);
+    }
+    for term in whole.terms().iter().filter(|term| !term.protocol().is_artificial()) {
+        model.add_shared(term.clone());
+    }
+    let mut assembler = model.assembler();
+    let mut system = Default::default();
+    assembler.assemble_own(&model, StateRef::new(&vec![0.0; model.unknowns()], &model.start(), 0.0), &mut system);
+    let pattern = assembler.pattern();
+    let stiffness = (0..pattern.size()).map(|c| system.values[pattern.columns[c]].abs()).fold(0.0, f64::max);
+    let forces = |motion: &Vec<f64>| {
+        let mut force = vec![0.0; motion.len()];
+        pattern.multiply_add(&system.values, motion, &mut force);
+        force
+    };
+    let forces: Vec<Vec<f64>> = motions.iter().map(forces).collect();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let size = stiffness * whole.positions().len() as f64;
+    DMatrix::from_fn(motions.len(), motions.len(), |a, b| dot(&motions[a], &forces[b]) / size)
+}
+
+/// A basis of what a symmetric matrix takes to nothing, in rows: any serves, the reduced one has a translation or rotation of its own
+/// in each motion.
+fn null_space(matrix: DMatrix<f64>) -> DMatrix<f64> {
+    let m = matrix.nrows();
+    let spectrum = matrix.symmetric_eigen();
     let free: Vec<usize> = (0..m).filter(|&k| spectrum.eigenvalues[k] <= FREE).collect();
-    // Any basis of the space serves; the reduced one has a translation or rotation of its own in each motion.
     let mut basis = DMatrix::<f64>::from_fn(free.len(), m, |a, k| spectrum.eigenvectors[(k, free[a])]);
     reduce(&mut basis);
-    (0..free.len())
-        .map(|a| {
-            let largest = basis.row(a).iter().copied().max_by(|v, w| v.abs().total_cmp(&w.abs())).unwrap_or(1.0);
-            let part = |k: usize| basis[(a, k)] / largest;
-            FreeMotion {
-                translation: (0..D).map(part).collect(),
-                rotations: (D..m).map(|k| (kinds[k].0, kinds[k].1.unwrap_or(0), part(k))).collect(),
-                centre: centre.as_slice().to_vec(),
-            }
-        })
-        .collect()
+    basis
 }
 
 /// Gauss–Jordan elimination with row and column pivots: the rows span the same space.

@@ -1,5 +1,7 @@
 //! Before the solve: what stands between a scene and its solution.
 
+use std::fmt;
+
 use crate::boundary::dependent_rows;
 use crate::compiled::compiled;
 use crate::error::{ApproximationError, BoundaryError, Error};
@@ -91,7 +93,8 @@ impl Diagnosis {
             self.dependent.len(),
             words(self.dependent.iter().map(ToString::to_string).collect()),
         ));
-        let motions = self.free.iter().map(|m| format!("{m}: hold it"));
+        let held = "hold it by a condition, or by the friction of a contact";
+        let motions = self.free.iter().map(|m| format!("{m}: {held}"));
         report.findings.push(count("no rigid motion is free", self.free.len(), list(motions.collect())));
         if self.pressures == 0 {
             report.unchecked.push("pressures per displacement: the body has no pressures".into());
@@ -111,6 +114,13 @@ impl Diagnosis {
             report.unchecked.push(bending.into());
         }
         report
+    }
+}
+
+/// The text of its [`report`](Diagnosis::report).
+impl fmt::Display for Diagnosis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.report().fmt(f)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Contact of a body with a rigid surface.
 
 use crate::geometry::Point;
-use crate::term::{CondensedUnknowns, Element, History, Term, Unilateral, View};
+use crate::term::{CondensedUnknowns, Element, History, Product, Protocol, Term, Unilateral, View, Zone};
 
 use super::contact_surface::Trace;
 use super::friction::{Friction, friction_step};
@@ -415,14 +415,23 @@ impl<const D: usize> Term<D> for RigidContact<D> {
             return;
         }
         let proximal = self.proximal(cluster);
-        let force = pressure - proximal * local_contact.gap;
+        // Pressures that are kept uncondensed have a row of their own for the gap.
+        let condensed = out.uncondensed.is_none();
+        let force = pressure - if condensed { proximal * local_contact.gap } else { 0.0 };
         for (r, s) in out.residual.iter_mut().zip(&slope) {
             *r -= force * s;
         }
         for (l, s) in out.load_slope.iter_mut().zip(&slope) {
             *l += proximal * local_contact.by_load * s;
         }
-        if out.with_matrix {
+        if let Some(zone) = &mut out.uncondensed {
+            zone.slopes.extend(slope.iter().map(|s| *s as f32));
+            zone.hessian[0][0] = proximal / trace.area;
+            zone.of_pi[0] = local_contact.gap * trace.area;
+            // A pressure that changes from one trace function to the next meets w/μ.
+            zone.shear = self.stiffness.decisive / (trace.area * trace.width);
+        }
+        if out.with_matrix && condensed {
             for (column, b) in out.matrix.chunks_exact_mut(size).zip(&slope) {
                 let factor = proximal / trace.area * b;
                 if factor != 0.0 {
@@ -468,6 +477,27 @@ impl<const D: usize> Term<D> for RigidContact<D> {
 
     fn unilateral(&self) -> Option<&dyn Unilateral> {
         Some(self)
+    }
+
+    fn protocol(&self) -> &dyn Protocol {
+        self
+    }
+}
+
+/// Where pressures are kept uncondensed, an iteration solves for $q = -\delta\pi$ beside the displacements:
+/// $A\\,\nabla\bar g\cdot\delta d - q\\,A/\varepsilon = -A\\,\bar g$, so that what it leaves of a gap is not multiplied by $\varepsilon$.
+impl<const D: usize> Protocol for RigidContact<D> {
+    fn keeps_pressures(&self) -> bool {
+        !self.has_friction()
+    }
+
+    fn multiply(&self, zone: &Zone, _: &[f64], product: &mut Product) {
+        product.values.clear();
+        product.values.resize(D * zone.nodes.len(), 0.0);
+    }
+
+    fn take_pressures(&self, pressures: &[f64; 4], condensed_step: &mut [f64]) {
+        condensed_step[0] = -pressures[0];
     }
 }
 

@@ -1,6 +1,6 @@
 //! The travel of pushed surfaces, and what keeps bodies regular that nothing but contact holds.
 
-use crate::term::{Amplitude, Element, Term, TermMatrix, View};
+use crate::term::{Amplitude, Element, Protocol, Term, TermMatrix, View};
 
 /// The unknown travel of a rigid surface that is pushed, and the turn of one that is free to turn, as a length at the end of a lever: their
 /// loads, and what keeps the components regular that it has no use for.
@@ -71,5 +71,15 @@ impl<const D: usize> Term<D> for ArtificialSpring {
                 out.matrix[i * D + i] = self.stiffness[cluster];
             }
         }
+    }
+
+    fn protocol(&self) -> &dyn Protocol {
+        self
+    }
+}
+
+impl Protocol for ArtificialSpring {
+    fn is_artificial(&self) -> bool {
+        true
     }
 }

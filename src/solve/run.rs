@@ -158,6 +158,12 @@ impl Analysis {
             let remedy = "the load factor tells the time: take Analysis::run";
             return Err(Incompatible::new("control by a functional", "a law that relaxes", remedy).into());
         }
+        if self.solver.keeps_pressures() && model.is_unilateral() {
+            let remedy = "take SolverChoice::Direct, or the load in control";
+            return Err(
+                Incompatible::new("control by a functional", "contact that is solved by iteration", remedy).into()
+            );
+        }
         if let Some(&value) = targets.iter().find(|t| !t.is_finite()) {
             return Err(Invalid::new("control target", value, "give finite values").into());
         }

@@ -1,5 +1,6 @@
 //! What terms of this crate arrange with the assembler.
 
+use super::element::View;
 use super::uncondensed::{Product, Zone};
 
 /// What terms of this crate arrange with the assembler; those of users arrange nothing.
@@ -20,6 +21,11 @@ pub trait Protocol: Send + Sync {
         false
     }
 
+    /// Whether it keeps its own pressures uncondensed beside the matrix of its nodes, where the assembler asks for zones.
+    fn keeps_pressures(&self) -> bool {
+        false
+    }
+
     /// Writes the product of the kept part of a cluster's matrix with a vector, node by node: $K x$ beside $C^T H C x$.
     fn multiply(&self, _zone: &Zone, _x: &[f64], _product: &mut Product) {}
 
@@ -29,6 +35,17 @@ pub trait Protocol: Send + Sync {
     /// Lets the search for what faces what rest as it was at the last state, or go on; whether there is one.
     fn hold_search(&self, _hold: bool) -> bool {
         false
+    }
+
+    /// Whether the matrix acts on the steps of Newton's method alone and resists nothing.
+    fn is_artificial(&self) -> bool {
+        false
+    }
+
+    /// $\int(J/\bar J - 1)^2$ over a cluster and its volume, with the mean $\bar J$ that its pressures know: changes of volume that they do
+    /// not resist.
+    fn uneven_volumes(&self, _cluster: usize, _view: View<'_>) -> [f64; 2] {
+        [0.0; 2]
     }
 
     /// Visits lists of nodes, by their places in the cluster, that the matrix couples beside condensed unknowns.

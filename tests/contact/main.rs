@@ -8,6 +8,7 @@ mod friction_between;
 mod interference;
 mod meshes;
 mod pairs;
+mod partial_slip;
 mod rigid;
 mod rings;
 mod rolling;

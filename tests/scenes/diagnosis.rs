@@ -95,6 +95,69 @@ fn free_rigid_motions_are_counted_and_named() {
     );
 }
 
+/// Plates without friction hold a body between them across, not along; friction, a corner or a round tool do. What nothing but contact
+/// holds is looked at body by body, and a round body that could roll is held by the run itself.
+#[test]
+fn bodies_that_contact_lets_slide_are_named() {
+    let scheme = Scheme::default().particles([7, 5]);
+    let between = |friction: f64| {
+        let floor = RigidSurface::plane([0.0, 0.0], [0.0, 1.0]).friction(friction).named("floor");
+        let lid = RigidSurface::plane([0.0, 1.0], [0.0, -1.0]).moving([0.0, -0.1]).named("lid");
+        square().contact((1, Side::Min), floor).contact((1, Side::Max), lid)
+    };
+    let sliding = diagnose(&between(0.0), &scheme);
+    assert_eq!(broken(&sliding), ["no rigid motion is free"]);
+    let names: Vec<String> = sliding.free.iter().map(ToString::to_string).collect();
+    assert_eq!(names, ["1.00 of a translation along axis 0"]);
+    let text = sliding.to_string();
+    assert!(text.contains("translation along axis 0") && text.contains("friction"), "{text}");
+    assert_eq!(text, sliding.report().to_string());
+    let wall =
+        |scene: Scene<2>| scene.contact((0, Side::Min), RigidSurface::plane([0.0, 0.0], [1.0, 0.0]).named("wall"));
+    let pushed = |scene: Scene<2>| {
+        scene.contact((0, Side::Max), RigidSurface::plane([2.0, 0.0], [-1.0, 0.0]).pushed([-1.0, 0.0]).named("pushed"))
+    };
+    for held in
+        [between(0.3), wall(between(0.0)), pushed(wall(between(0.0))), between(0.0).prescribe((1, Side::Max), 0, 0.0)]
+    {
+        let diagnosis = diagnose(&held, &scheme);
+        assert!(diagnosis.holds(), "{diagnosis}");
+    }
+    // A surface that is pushed gives way along its own way.
+    assert_eq!(diagnose(&pushed(between(0.0)), &scheme).free.len(), 1);
+    let roller = RigidSurface::shaft([1.0, 2.0], 1.0).moving([0.0, -0.1]);
+    let rolled = square().prescribe((1, Side::Min), 1, 0.0).contact((1, Side::Max), roller);
+    assert!(diagnose(&rolled, &scheme).holds());
+    let on = |friction: f64| {
+        Scene::assembly(PlaneStrain)
+            .body("lower", Block::new([0.0, 0.0], [2.0, 1.0]), rubber())
+            .body("upper", Block::new([0.5, 1.0], [1.5, 2.0]), rubber())
+            .hold(Place::on((1, Side::Min)).of("lower"))
+            .contact(
+                Place::on((1, Side::Max)).of("upper"),
+                RigidSurface::plane([0.0, 2.0], [0.0, -1.0]).moving([0.0, -0.1]),
+            )
+            .contact_pair(
+                ContactPair::between(
+                    Place::on((1, Side::Max)).of("lower"),
+                    Place::on((1, Side::Min)).of("upper"),
+                    "joint",
+                )
+                .friction(friction),
+            )
+    };
+    let free: Vec<String> = diagnose(&on(0.0), &scheme).free.iter().map(ToString::to_string).collect();
+    assert_eq!(free, ["1.00 of a translation along axis 0 of upper"]);
+    assert!(diagnose(&on(0.3), &scheme).holds());
+    let ring = Region::with_holes(Outline::circle("rim", [0.0, 0.0], 0.2), [Outline::circle("bore", [0.0, 0.0], 0.12)]);
+    let plate = |y: f64, up: f64| RigidSurface::plane([0.0, y], [0.0, up]);
+    let ring = Scene::new(ring.unwrap(), PlaneStrain, rubber())
+        .contact("rim", plate(-0.2, 1.0).named("floor"))
+        .contact("rim", plate(0.2, -1.0).moving([0.0, -0.04]).named("top"));
+    let free = diagnose(&ring, &Scheme::default().particles([12])).free;
+    assert_eq!(free.iter().map(ToString::to_string).collect::<Vec<_>>(), ["1.00 of a translation along axis 0"]);
+}
+
 #[test]
 fn all_conflicts_are_named_at_once() {
     let scheme = Scheme::default().particles([5, 4]).constraint_kind(ConstraintKind::AtParticles);

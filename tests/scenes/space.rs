@@ -119,6 +119,47 @@ fn iteration_and_factors_agree() {
     assert!(!krylov_iterations.is_empty() && krylov_iterations.iter().all(|&d| d <= 40), "{krylov_iterations:?}");
 }
 
+#[test]
+fn iteration_and_factors_agree_where_a_plate_presses() {
+    let rubber = || Rubber::neo_hookean(40.097, 4e4).unwrap();
+    let plate = || RigidSurface::plane([0.0, 0.0, 10.5], [0.0, 0.0, -1.0]).moving([0.3, 0.0, -1.5]);
+    let held = || Scene::new(Block::new([0.0; 3], [12.0, 10.0, 10.0]), Solid, rubber()).hold((2, Side::Min));
+    let scene = held().contact((2, Side::Max), plate());
+    let scheme = Scheme::default().particles([7, 6, 6]);
+    let (direct, by_factors, _) = solved(&scene, &scheme.clone().solver_choice(SolverChoice::Direct));
+    let scheme = scheme.solver_choice(SolverChoice::Krylov);
+    let (krylov, by_iteration, _) = solved(&scene, &scheme);
+    assert!(krylov.analysis().solver.keeps_pressures());
+    for x in direct.cells().positions() {
+        let difference = direct.displacement(&by_factors, x).unwrap() - krylov.displacement(&by_iteration, x).unwrap();
+        assert!(difference.norm() < 1e-7 * 3.0, "{difference:?} at {x:?}");
+    }
+    let reaction = |problem: &Problem<3>, state: &State| problem.reaction(state, (2, Side::Min)).unwrap()[2];
+    let (a, b) = (reaction(&direct, &by_factors), reaction(&krylov, &by_iteration));
+    assert!(a > 1e3 && (a / b - 1.0).abs() < 1e-6, "{a} {b}");
+    let krylov_iterations = krylov.analysis().solver.krylov_iterations();
+    println!("{krylov_iterations:?}");
+    // Without a restart, which comes after 80 directions.
+    assert!(!krylov_iterations.is_empty() && krylov_iterations.iter().all(|&d| d < 80), "{krylov_iterations:?}");
+    // What an iteration does not go with is refused, and taken by factors where nobody asked for one.
+    let free = Scene::new(Block::new([0.0; 3], [12.0, 10.0, 10.0]), Solid, rubber());
+    for (scene, with) in [
+        (held().contact((2, Side::Max), plate().friction(0.2)), "friction"),
+        (
+            held().contact(
+                (2, Side::Max),
+                RigidSurface::plane([0.0, 0.0, 10.0], [0.0, 0.0, -1.0]).pushed([0.0, 0.0, -1.0]),
+            ),
+            "pushed",
+        ),
+        (free.contact((2, Side::Max), plate()), "nothing but contact holds"),
+    ] {
+        let refused = scene.discretize(&scheme).err().unwrap().to_string();
+        assert!(refused.contains("Krylov") && refused.contains(with), "{refused}");
+        assert!(!scene.discretize(&Scheme::default().particles([5])).unwrap().analysis().solver.keeps_pressures());
+    }
+}
+
 /// Most directions that a solution took, with so many particles a side and such a ratio of the moduli.
 fn most_directions(n: usize, ratio: f64) -> f64 {
     let scheme = Scheme::default().particles([n]).solver_choice(SolverChoice::Krylov);

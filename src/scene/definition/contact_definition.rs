@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::contact::{Interference, PairContact, RigidContact, RigidSurface};
+use crate::contact::{ContactSurface, Interference, PairContact, RigidContact, RigidSurface, Trace};
 use crate::error::{Error, GeometryError, Invalid};
+use crate::geometry::Point;
+use crate::term::View;
 
 use super::place::Place;
 
@@ -92,4 +94,64 @@ pub(crate) enum Law<const D: usize> {
     Rigid(Arc<RigidContact<D>>),
     /// Two parts, and whether they are in the other order than named.
     Pair(Arc<PairContact<D>>, bool),
+}
+
+impl<const D: usize> Law<D> {
+    /// The node of the travel of a surface that is pushed.
+    pub(crate) fn rigid_dof(&self) -> Option<usize> {
+        match self {
+            Law::Rigid(law) => law.rigid_dof.map(|node| node as usize),
+            Law::Pair(..) => None,
+        }
+    }
+
+    /// Visits the trace functions with what they touch, their places at rest and the ways that the contact bars there: vectors whose
+    /// squares, of the ways that are barred alike, add up to one. Without friction the way along the normal; none along which
+    /// a surface is pushed; none within one part.
+    pub(crate) fn bars(&self, rest: &[f64], visit: &mut dyn FnMut(&Trace, Option<&Trace>, &Point<D>, &Point<D>)) {
+        match self {
+            Law::Rigid(law) => {
+                let view = View { displacement: rest, condensed: &[], load: 0.0 };
+                let pushed = law.surface.free_direction();
+                let barred = |k: usize, _: &Point<D>| (law.local_contact(k, &view, |_, _, _, _| {}).normal, pushed);
+                along_ways(&law.contact_surface, law.has_friction(), barred, &mut |trace, x, way| {
+                    visit(trace, None, x, way);
+                });
+            }
+            Law::Pair(law, _) => {
+                let [surface, other] = &law.contact_surfaces[..] else { return };
+                let Some(opposite) = other.traces.first() else { return };
+                along_ways(surface, law.law.friction > 0.0, |_, normal| (*normal, None), &mut |trace, x, way| {
+                    visit(trace, Some(opposite), x, way);
+                });
+            }
+        }
+    }
+}
+
+/// Visits the ways that contact bars at the mean places of trace functions: along a normal or, with friction, along all axes, less the
+/// way along which nothing is barred. `barred` tells both from the number of a trace function and its own normal.
+fn along_ways<const D: usize>(
+    surface: &ContactSurface<D>,
+    friction: bool,
+    barred: impl Fn(usize, &Point<D>) -> (Point<D>, Option<Point<D>>),
+    visit: &mut dyn FnMut(&Trace, &Point<D>, &Point<D>),
+) {
+    let total: f64 = surface.traces.iter().map(|trace| trace.area).sum();
+    for (k, trace) in surface.traces.iter().enumerate() {
+        let (mut x, mut normal) = (Point::<D>::zeros(), Point::<D>::zeros());
+        for &(point, weight) in &trace.points {
+            x += surface.table.positions()[point as usize] * (weight / trace.area);
+            normal += surface.table.normals()[point as usize] * weight;
+        }
+        let (normal, free) = barred(k, &normal.normalize());
+        let share = (trace.area / total).sqrt();
+        let less = |way: Point<D>| (way - free.map_or(Point::zeros(), |free| free * way.dot(&free))) * share;
+        if friction {
+            let axis = |axis: usize| Point::<D>::from_fn(|i, _| f64::from(u8::from(i == axis)));
+            (0..D).for_each(|i| visit(trace, &x, &less(axis(i))));
+        } else {
+            visit(trace, &x, &less(normal));
+        }
+    }
 }

@@ -136,8 +136,8 @@ pub enum SolverChoice {
     /// By factors.
     Direct,
     /// By Krylov iteration with pressures kept uncondensed from the matrix: one body in space, lattice, mesh or cut solid, with
-    /// projected pressures alone. Whether states are stable is not known then. Scenes with contact, rigid bodies or
-    /// several bodies are solved by factors all the same.
+    /// projected pressures alone, pressed by rigid surfaces without friction or not. Whether states are stable is not known then. Scenes
+    /// with contact between faces, rigid bodies or several bodies are solved by factors all the same.
     Krylov,
 }
 

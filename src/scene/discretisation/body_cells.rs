@@ -45,7 +45,7 @@ fn cells_of<const D: usize>(
     let cells: Arc<dyn Cells<D>> = match &body.source {
         Source::Domain(domain) => {
             let counts = counts(&**domain, &scheme)?;
-            super::space::refuse(&scheme, &**domain, &counts, super::space::is_one_body(scene))?;
+            super::space::refuse(scene, &scheme, &**domain, &counts)?;
             Arc::new(Lattice::new(&**domain, counts, &layout(&scheme, counts))?)
         }
         Source::Cells(cells) => cells.clone(),

@@ -6,12 +6,14 @@ use std::sync::Arc;
 use crate::assembly::Model;
 use crate::boundary::Constraints;
 use crate::cells::{Cells, Lattice, Layout};
+use crate::contact::RigidSurface;
 use crate::error::{Error, Incompatible, SolveError};
 use crate::geometry::{Domain, Point};
 use crate::linear::{Auxiliary, Krylov};
 use crate::material::Material;
 use crate::quadrature::Points;
 use crate::shape::{Approximation, FiniteElements};
+use crate::solve::StepControl;
 use crate::table::ShapeTable;
 use crate::term::{Body, PressureField};
 
@@ -31,20 +33,22 @@ const REACH: f64 = 2.6;
 /// and tell whether states are stable, with 13 (1.7e6) 3.1 times.
 const WORTH: f64 = 1e6;
 
-/// Whether a scene's matrix is that of one body: with several, rigid ones or contact it is solved by factors.
+/// Whether a scene's matrix is that of one body and of rigid surfaces against it: with several, rigid ones or contact between faces it
+/// is solved by factors.
 pub(crate) fn is_one_body<const D: usize>(scene: &Scene<D>) -> bool {
-    scene.bodies.len() == 1 && scene.rigids.is_empty() && scene.contacts.is_empty() && scene.contact_pairs.is_empty()
+    scene.bodies.len() == 1 && scene.rigids.is_empty() && scene.contact_pairs.is_empty()
 }
 
 /// Whether a lattice of particles is solved by iteration where its scene allows for it: by the problem alone, whatever else
-/// the machine does.
-pub(crate) fn iterates(scheme: &Scheme, counts: &[usize]) -> bool {
+/// the machine does. Contact rests on stable states, which factors alone tell: it is solved by iteration where that is requested.
+pub(crate) fn iterates<const D: usize>(scene: &Scene<D>, scheme: &Scheme, counts: &[usize]) -> bool {
     if counts.len() != 3 || scheme.approximation != ApproximationChoice::Particles {
         return false;
     }
     match scheme.solver_choice {
         SolverChoice::Direct => false,
         SolverChoice::Krylov => true,
+        SolverChoice::Auto if !scene.contacts.is_empty() => false,
         SolverChoice::Auto => {
             let mut counts: Vec<f64> = counts.iter().map(|&c| c as f64).collect();
             counts.sort_by(f64::total_cmp);
@@ -60,10 +64,10 @@ pub(crate) fn iterates(scheme: &Scheme, counts: &[usize]) -> bool {
 /// # Errors
 /// [`SolveError::Memory`] with the bytes that the model would take and the size that fits.
 pub(crate) fn refuse<const D: usize>(
+    scene: &Scene<D>,
     scheme: &Scheme,
     domain: &dyn Domain<D>,
     counts: &[usize],
-    one_body: bool,
 ) -> Result<(), SolveError> {
     let limit = scheme.memory.or_else(super::memory::at_hand);
     let (Some(limit), 3, ApproximationChoice::Particles) = (limit, counts.len(), scheme.approximation) else {
@@ -76,7 +80,7 @@ pub(crate) fn refuse<const D: usize>(
     // Each of several ranks takes its share.
     let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).map_or(1, |ranks| ranks.count()) as f64;
     let preconditioner = scheme.solver.as_ref().is_some_and(|solver| solver.preconditioner(&[]).is_some());
-    let by_iteration = |counts: &[usize]| preconditioner || one_body && iterates(scheme, counts);
+    let by_iteration = |counts: &[usize]| preconditioner || is_one_body(scene) && iterates(scene, scheme, counts);
     let alike = matches!(scheme.layout, Layout::Regular) && straight(domain);
     let takes = |counts: &[usize]| super::memory::needed(counts, reach, by_iteration(counts), alike) / ranks;
     let (needed, limit) = (takes(counts), limit as f64);
@@ -126,6 +130,9 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         return Ok(None);
     }
     let requested = scheme.solver_choice == SolverChoice::Krylov || preconditioner.is_some();
+    if !scene.contacts.is_empty() && scheme.solver_choice != SolverChoice::Krylov {
+        return Ok(None);
+    }
     let refused = |with: &'static str, remedy: &'static str| match requested {
         true => Err(Incompatible::new("solution by Krylov iteration", with, remedy).into()),
         false => Ok(None),
@@ -138,8 +145,11 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         return refused("a solver of preconditioners and cells that are no lattice", remedy);
     }
     // Thin parts take more directions than blocks: they are solved so where it is asked for.
-    if !requested && cells.lattice().is_none_or(|lattice| !iterates(scheme, &lattice.counts())) {
+    if !requested && cells.lattice().is_none_or(|lattice| !iterates(scene, scheme, &lattice.counts())) {
         return Ok(None);
+    }
+    if let Some((with, remedy)) = unsuited_contact(scene, scheme, cells.positions(), equations) {
+        return refused(with, remedy);
     }
     let projected = matches!(body.field(), PressureField::Constant | PressureField::Linear);
     let Some(elements) = (match cells.lattice() {
@@ -187,6 +197,33 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         Some(preconditioner) => krylov.with_cycle(preconditioner),
         None => krylov,
     }))
+}
+
+/// What a solution by iteration does not go with in the contacts of a scene, and what to do instead.
+fn unsuited_contact<const D: usize>(
+    scene: &Scene<D>,
+    scheme: &Scheme,
+    positions: &[Point<D>],
+    equations: &Constraints,
+) -> Option<(&'static str, &'static str)> {
+    const FACTORS: &str = "take SolverChoice::Auto, which takes factors";
+    let any = |of: fn(&RigidSurface<D>) -> bool| scene.contacts.iter().any(|contact| of(&contact.surface));
+    if scene.contacts.is_empty() {
+        None
+    } else if any(|surface| surface.friction > 0.0) {
+        Some(("contact with friction", FACTORS))
+    } else if any(RigidSurface::is_free) {
+        Some((
+            "a rigid surface that is pushed or free to turn",
+            "move or turn it by a given way, or take SolverChoice::Auto",
+        ))
+    } else if !super::contact::holds(equations, positions, false) {
+        Some(("a body that nothing but contact holds", "hold it by conditions, or take SolverChoice::Auto"))
+    } else if scheme.stepping.control == StepControl::ArcLength {
+        Some(("contact under StepControl::ArcLength", "take StepControl::Load, or SolverChoice::Auto"))
+    } else {
+        None
+    }
 }
 
 /// Linear elements on a lattice with the material and the zones of its body; none where the body's clusters are others.
