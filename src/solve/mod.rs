@@ -10,6 +10,7 @@ mod critical_search;
 mod driver;
 mod driver_choice;
 mod functional;
+mod guess;
 mod increment;
 mod load_control;
 mod motion_limit;

@@ -36,7 +36,9 @@ pub(super) fn check<const D: usize>(tolerance: &Tolerance<D>) -> Result<(), Erro
 pub(super) fn failed(counts: &[usize], error: &Error, limits: &Limits<'_>) -> Verdict {
     let particles: Vec<String> = counts.iter().map(usize::to_string).collect();
     let particles = particles.join(" × ");
-    Verdict::NotReached(if limits.exceeded {
+    Verdict::NotReached(if let Some(why) = limits.late() {
+        format!("{why} with the model of {particles} particles under way")
+    } else if limits.exceeded {
         format!("the model of {particles} particles would take too many times the work of all before it")
     } else {
         format!("the model of {particles} particles failed: {error}")
@@ -98,14 +100,16 @@ pub(super) fn solve<const D: usize>(
     for (value, quantity) in values.iter().zip(&tolerance.quantities) {
         quantity.check(*value)?;
     }
-    let duals = duals(&requested, &problem, &path)?;
+    let (duals, matrix) = duals(&requested, &problem, &path)?;
     limits.matrix();
+    let tables: usize = problem.discrete_bodies().iter().map(|body| body.body().table().bytes()).sum();
     let level = Level {
         functions: name_of(&scheme),
         counts,
         unknowns: problem.model().unknowns(),
         iterations: path.iterations + wasted,
         seconds: start.elapsed().as_secs_f64(),
+        bytes: tables + matrix,
         values,
         corrections: vec![0.0; tolerance.quantities.len()],
         estimate: None,
@@ -136,6 +140,7 @@ pub(super) fn settle<const D: usize>(
     }
     let start = Instant::now();
     let (problem, guess) = (&answer.problem, answer.path.last().clone());
+    limits.settle();
     limits.begin(problem.model().unknowns());
     let path = problem.analysis().correct(problem.model(), problem.equations(), guess, limits)?;
     if path.ending != Ending::Completed {
@@ -154,19 +159,20 @@ pub(super) fn settle<const D: usize>(
     Ok(())
 }
 
-/// The dual solutions of quantities at the end of a path, by one matrix; none of quantities without a derivative.
+/// The dual solutions of quantities at the end of a path, by one matrix, and the bytes that it takes with its factors; none of
+/// quantities without a derivative.
 fn duals<const D: usize>(
     requested: &[&Quantity<D>],
     problem: &Problem<D>,
     path: &EquilibriumPath,
-) -> Result<Vec<Option<Vec<f64>>>, Error> {
+) -> Result<(Vec<Option<Vec<f64>>>, usize), Error> {
     let state: &State = path.last();
     let problems = requested.iter().map(|q| q.dual_problem(problem, state)).collect::<Result<Vec<_>, _>>()?;
     let known: Vec<bool> = problems.iter().map(Option::is_some).collect();
     let problems: Vec<Dual> = problems.into_iter().flatten().collect();
-    let solved = problem.analysis().duals(problem.model(), problem.equations(), state, &problems)?;
+    let (solved, bytes) = problem.analysis().duals(problem.model(), problem.equations(), state, &problems)?;
     let mut solved = solved.into_iter();
-    Ok(known.into_iter().map(|known| if known { solved.next() } else { None }).collect())
+    Ok((known.into_iter().map(|known| if known { solved.next() } else { None }).collect(), bytes))
 }
 
 /// What a scheme approximates with.

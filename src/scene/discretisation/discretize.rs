@@ -25,7 +25,7 @@ use super::elements::elements;
 use super::neutral::hold_rolling;
 use super::one_body::{BodyInput, BuiltBody};
 use super::particles::particles;
-use super::problem::Problem;
+use super::problem::{LoadTerms, Problem};
 use super::rigid;
 use super::sharing::Sharing;
 use crate::scene::definition::load::{Load, LoadKind, OnSheet, Shared, Varying, dead};
@@ -204,11 +204,17 @@ fn finish<const D: usize>(
     let mut measures = vec![0.0; scene.loads.len()];
     tables.iter().for_each(|(number, table)| measures[*number] += table.weights().iter().sum::<f64>());
     sharing.total(&mut measures);
+    let mut loads: Vec<(usize, LoadTerms)> = Vec::new();
     for (number, table) in tables {
         let node = table.clusters().nodes(0).first().map_or(0, |node| *node as usize);
         let own = discrete_bodies.iter().find(|body: &&DiscreteBody<D>| body.nodes.contains(&node));
         let sheet = own.filter(|_| scene.kinematics.is_plane_stress()).map(|body| body.body.material().clone());
-        add_load(&mut model, &scene.loads[number], table, measures[number], sheet);
+        let (load, term) = (&scene.loads[number], model.terms().len());
+        add_load(&mut model, load, table, measures[number], sheet);
+        match loads.last_mut().filter(|(last, _)| *last == number) {
+            Some((_, of)) => of.terms.end = model.terms().len(),
+            None => loads.push((number, LoadTerms::of(load, term..model.terms().len()))),
+        }
     }
     let modulus =
         |discrete_body: &DiscreteBody<D>| discrete_body.body.material().response(&Matrix3::identity()).tangent[(0, 0)];
@@ -235,6 +241,7 @@ fn finish<const D: usize>(
         equations,
         analysis,
         discrete_bodies,
+        loads: loads.into_iter().map(|(_, terms)| terms).collect(),
         contacts,
         rolling,
         frames,
