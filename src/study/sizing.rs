@@ -130,6 +130,10 @@ impl<const D: usize> Scene<D> {
         check(tolerance)?;
         let (mut searches, mut refused, mut left) = (Vec::<Search<'_, D>>::new(), None, Vec::new());
         for scheme in schemes {
+            if let Some(why) = limits.late() {
+                left.push(format!("{} was not begun: {why}", name_of(scheme)));
+                break;
+            }
             limits.spent = 0.0;
             let started = strategy(self, scheme).and_then(|strategy| Search::start(strategy, tolerance, limits));
             let mut found = match started {
@@ -427,5 +431,46 @@ impl<'a, const D: usize> Search<'a, D> {
         if let (Some(before), [.., coarser, finer]) = (before, &self.spacings[..]) {
             self.order = (before / bound).ln() / (coarser / finer).ln();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::time::Duration;
+
+    use super::super::quantity::Quantity;
+    use super::*;
+    use crate::geometry::{Block, Side};
+    use crate::kinematics::PlaneStrain;
+    use crate::material::Rubber;
+
+    /// Under a clock that ticks once an iteration: the more time, the more models and the smaller the bound, and never no answer.
+    #[test]
+    fn time_ends_searches_with_the_best_model() {
+        let scene = Scene::new(
+            Block::new([0.0, 0.0], [40.0, 10.0]),
+            PlaneStrain,
+            Rubber::neo_hookean(0.5, 1e3).unwrap(),
+        );
+        let scene = scene.hold((1, Side::Min)).prescribe((1, Side::Max), 0, 5.0).prescribe((1, Side::Max), 1, 0.0);
+        let tolerance = Tolerance::of(Quantity::reaction((1, Side::Max), 0), 1e-4);
+        let (mut models, mut least) = (0, f64::INFINITY);
+        for seconds in [0, 1, 5, 10, 20, 30] {
+            let ticks = Cell::new(0);
+            let clock = || {
+                ticks.set(ticks.get() + 1);
+                Duration::from_secs(ticks.get())
+            };
+            let budget = Budget { time: Some(Duration::from_secs(seconds)), ..Budget::default() };
+            let mut watch = ();
+            let schemes = [Scheme::elements(2), Scheme::default()];
+            let answer = scene.sized(&schemes, &tolerance, budget, &mut Limits::new(&mut watch, budget, &clock)).unwrap();
+            assert!(!answer.levels.is_empty() && answer.levels.len() >= models, "{seconds}: {:?}", answer.levels);
+            assert!(answer.bound <= least * (1.0 + 1e-12), "{seconds}: {} after {least}", answer.bound);
+            assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("is used up")), "{:?}", answer.verdict);
+            (models, least) = (answer.levels.len(), answer.bound);
+        }
+        assert!(models > 2 && least < 1.0);
     }
 }
