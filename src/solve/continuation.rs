@@ -124,7 +124,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     }
 
     /// Iterates a state to an equilibrium.
-    pub(super) fn iterate(&mut self, mut attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
+    fn iterate(&mut self, mut attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
         let before = self.workspace.iterations;
         let near = self.previous.is_some() && self.analysis.stepping.predict && !self.at_break_point();
         let newton = self.newton();
@@ -290,6 +290,21 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         }
         let [load, largest_load] = self.loads();
         self.path.ending = Ending::Stalled(Stalled { cause, load, largest_load, driven });
+    }
+
+    /// Takes the first state as a guess of the equilibrium at a load factor.
+    pub(super) fn correct(&mut self, load: f64) {
+        match self.iterate(self.state.clone(), Control::Load(load)) {
+            Ok((_, state)) => {
+                // A guess is no equilibrium: its modes count for nothing.
+                self.modes = self.workspace.unstable_modes();
+                self.accept(
+                    state,
+                    StepControlState { increment: self.analysis.stepping.first, ..StepControlState::default() },
+                );
+            }
+            Err(rejection) => self.stall(rejection, self.driven()),
+        }
     }
 }
 

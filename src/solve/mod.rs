@@ -10,7 +10,6 @@ mod critical_search;
 mod driver;
 mod driver_choice;
 mod functional;
-mod guess;
 mod increment;
 mod load_control;
 mod motion_limit;

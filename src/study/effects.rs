@@ -202,14 +202,14 @@ fn energy<'a, const D: usize>(
 fn compressibility<const D: usize>(problem: &Problem<D>, number: usize, state: &State) -> Option<Change> {
     let member = &problem.discrete_bodies()[number];
     let (body, table) = (member.body(), member.body().table());
-    let pressures = member.pressures(number, state)?;
+    let pressures = member.bulk_pressures(number, state)?;
     let (_, volumetric) = body.material().split()?;
     let mut change = Change::none(problem);
+    // The energy of volumes as a quadratic one: pointwise volumes of zones say nothing.
+    let give = volumetric.evaluate(1.0).curvature.recip();
     for (point, pressure) in pressures.into_iter().enumerate() {
         let f = body.deformation_gradient(point, &state.displacement);
         let stress = cofactor(&f) * (pressure * table.weights()[point]);
-        // As large as the energy of volumes where that is quadratic; pointwise volumes of zones say nothing.
-        let give = volumetric.evaluate(1.0).curvature.recip();
         change.energy += 0.5 * table.weights()[point] * pressure * pressure * give;
         table.add_stress(point, &stress, &mut change.residual);
     }

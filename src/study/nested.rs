@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::error::{Error, Invalid, SolveError};
 use crate::scene::{ApproximationChoice, Problem, Scheme};
-use crate::solve::{Dual, Ending, EquilibriumPath, State};
+use crate::solve::{Dual, Ending, EquilibriumPath, Newton, State};
 use crate::term::variables_range;
 
 use super::answer::{Answer, Level, Tolerance, Verdict};
@@ -61,6 +61,9 @@ pub(super) fn unsettled<const D: usize>(answer: &Answer<D>, tolerance: &Toleranc
 /// square, and steps with a reused tangent end at far less.
 const ALGEBRAIC: f64 = 1e-4;
 
+/// Iterations at most that correct a guess: those of discs and blocks that came to rest took up to 10, and what did not wandered on.
+const CORRECTIONS: usize = 12;
+
 /// Solves one model, corrected from a coarser one where there is one, and its dual problems.
 pub(super) fn solve<const D: usize>(
     model: Model<D>,
@@ -80,10 +83,11 @@ pub(super) fn solve<const D: usize>(
     let has_history = problem.model().terms().iter().any(|term| !variables_range(&**term).is_empty());
     if let Some(coarser) = coarser.filter(|_| !has_history) {
         let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
-        let tight = problem.analysis().newton.tolerance;
-        problem.analysis_mut().newton.tolerance = tight.max(ALGEBRAIC);
+        let tight = problem.analysis().newton;
+        let (tolerance, iterations) = (tight.tolerance.max(ALGEBRAIC), tight.iterations.min(CORRECTIONS));
+        problem.analysis_mut().newton = Newton { tolerance, iterations, ..tight };
         let found = problem.analysis().correct(problem.model(), problem.equations(), guess, &mut *limits);
-        problem.analysis_mut().newton.tolerance = tight;
+        problem.analysis_mut().newton = tight;
         // A guess that can't be corrected costs its iterations and nothing else.
         match found {
             Ok(path) if path.ending == Ending::Completed => (corrected, rough) = (Some(path), true),

@@ -87,7 +87,7 @@ impl<const D: usize> Scene<D> {
     /// [`relative_to`](super::Quantity::relative_to) where that is larger) are
     /// $$c = \frac{q_n - q_{n-1}}{(h_{n-1}/h_n)^{\max(p, 2)} - 1},\qquad
     /// e = \frac{1}{|q|}\max\Big(\frac{\eta}{4}\frac{h_n}{h_{n-1} - h_n},
-    /// r_{\min(p, 1)} - |c|\Big).$$
+    /// r_{\min(p, 3/2)} - |c|\Big).$$
     /// Where the last two changes differ in sign the value is not corrected, and its bound is $r_{1/2}$. $\eta$ weighs what
     /// changes, $\Delta$, from the coarse model to the fine one by the dual solutions $z$ of the quantity $q$ (of a displacement, a reaction, a volume or the energy; each model takes one more
     /// matrix for them), with the solutions $u$, their pressures $p$ and $p_z$:
@@ -96,7 +96,7 @@ impl<const D: usize> Scene<D> {
     /// \+ \Delta p_z\Big(\operatorname{cof}\mathbf F:\nabla\Delta u - \frac{\Delta p}{U''}\Big)\\,\mathrm d\Omega\Big|$$
     /// with the distortional stress $\mathbf P$. Without the absolute values of zones the sum is $\Delta q$ itself, as Galerkin's
     /// orthogonality has it; that may vanish by accident, where parts of the body cancel each other. For the energy $z - u/2$ stands
-    /// for $z$. Quantities of one's own, whose derivative is not known, are not corrected, and take the $\eta$ of the energy, in
+    /// for $z$. Quantities of one's own, whose derivative is not known, are not corrected, are bounded by $r_{\min(p, 1)}$, and take the $\eta$ of the energy, in
     /// proportion to what they changed beside it.
     ///
     /// No model may take more than sixteen times the work of all before it (work is counted in factorisations times the power 3/2 of
