@@ -10,7 +10,7 @@ use rkpm::study::{Budget, Quantity, Tolerance};
 use crate::COOK;
 
 /// What is asked for, so that the curves are long, and what models are recommended for.
-const ASKED: [f64; 2] = [2e-4, 0.01];
+const ASKED: [f64; 2] = [5e-4, 0.01];
 
 /// A bonded bearing that is sheared, Cook's membrane and half a bonded cylinder between plates, each asked for a force or displacement
 /// and the energy: a chart and a table each.
@@ -35,7 +35,7 @@ pub fn curves(out: &FilePath) -> Result<(), Box<dyn Error>> {
     let mut recommended = Vec::new();
     for (number, (name, scene, quantity)) in parts.into_iter().enumerate() {
         let requested = Tolerance::of(quantity, ASKED[0]).and(Quantity::energy());
-        let answer = scene.solve_within(&requested, Budget { unknowns: 20_000, ..Budget::default() })?;
+        let answer = scene.solve_within(&requested, Budget { unknowns: 6000, ..Budget::default() })?;
         answer.table().write(out.join(format!("curve_{number}.csv")))?;
         let all = answer.levels.iter().chain(&answer.tried);
         let estimated: Vec<[f64; 2]> = all.filter_map(|level| Some([level.unknowns as f64, level.estimate?])).collect();

@@ -160,8 +160,7 @@ impl<const D: usize> Answer<D> {
     /// What each model is made of, particles, unknowns, iterations, seconds, bytes and estimates, a row per model, those of other kinds last: error
     /// against cost.
     pub fn table(&self) -> Table {
-        let mut table =
-            Table::new(["functions", "counts", "unknowns", "iterations", "seconds", "bytes", "estimate"]);
+        let mut table = Table::new(["functions", "counts", "unknowns", "iterations", "seconds", "bytes", "estimate"]);
         table.rows.extend(self.all().map(|level| {
             let counts: Vec<String> = level.counts.iter().map(usize::to_string).collect();
             vec![

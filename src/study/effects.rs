@@ -186,10 +186,7 @@ fn residual<'a, const D: usize>(
 }
 
 /// The energy of some terms.
-fn energy<'a, const D: usize>(
-    state: &State,
-    terms: impl Iterator<Item = (&'a dyn Term<D>, &'a Vec<f64>)>,
-) -> f64 {
+fn energy<'a, const D: usize>(state: &State, terms: impl Iterator<Item = (&'a dyn Term<D>, &'a Vec<f64>)>) -> f64 {
     let of = |(term, condensed): (&'a dyn Term<D>, &'a Vec<f64>)| {
         let view = View { displacement: &state.displacement, condensed, load: state.load };
         (0..term.clusters()).map(|cluster| term.energy(cluster, view)).sum::<f64>()

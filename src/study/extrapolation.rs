@@ -6,8 +6,6 @@ const WEIGHTED: f64 = 0.25;
 const ORDERS: [f64; 2] = [0.5, 4.0];
 /// Values are corrected by this order at least: the changes of smooth parts reverse their sign where corners take over.
 const CAUTIOUS: f64 = 2.0;
-/// Bounds of corrected values believe in this order at most: half-way between that of corners and that of the correction.
-const BOUNDED: f64 = 1.5;
 /// Bisections for an order.
 const BISECTIONS: usize = 40;
 
@@ -25,7 +23,7 @@ pub(super) struct Extrapolation {
 /// What order $a$ would leave of the last value, after the last change and after the one before, is
 /// $$r_a = \max_{k = n, n-1}|q_k - q_{k-1}|\frac{h_n^a}{h_{k-1}^a - h_k^a}.$$
 /// With the order $p$ of the last three values, between 1/2 and 4, the correction is what order $\max(p, 2)$ leaves after the last change,
-/// with its sign, and the bound $r_{\min(p, 3/2)}$ less the correction. Where the last two changes differ in sign no order is known: the
+/// with its sign, and the bound $r_{\min(p, 1)}$ less the correction. Where the last two changes differ in sign no order is known: the
 /// value is not corrected, and its bound is $r_{1/2}$. Quantities without a dual solution are not corrected either; their bound is all of
 /// $r_{\min(p, 1)}$. No bound is less than a quarter of what first order leaves of $\eta$.
 pub(super) fn extrapolate(series: &[(f64, f64)], eta: f64, has_dual: bool) -> Extrapolation {
@@ -49,7 +47,7 @@ pub(super) fn extrapolate(series: &[(f64, f64)], eta: f64, has_dual: bool) -> Ex
         Some(p) if !has_dual => (0.0, remainder(p.min(1.0))),
         Some(p) => {
             let correction = (to - from) * left_by(p.max(CAUTIOUS), coarser, finest);
-            (correction, remainder(p.min(BOUNDED)) - correction.abs())
+            (correction, remainder(p.min(1.0)) - correction.abs())
         }
     };
     Extrapolation { correction, left: left.max(weighted) }

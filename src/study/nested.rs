@@ -163,13 +163,16 @@ pub(super) fn settle<const D: usize>(
     Ok(())
 }
 
+/// A dual solution for each quantity that has a derivative.
+type Duals = Vec<Option<Vec<f64>>>;
+
 /// The dual solutions of quantities at the end of a path, by one matrix, and the bytes that it takes with its factors; none of
 /// quantities without a derivative.
 fn duals<const D: usize>(
     requested: &[&Quantity<D>],
     problem: &Problem<D>,
     path: &EquilibriumPath,
-) -> Result<(Vec<Option<Vec<f64>>>, usize), Error> {
+) -> Result<(Duals, usize), Error> {
     let state: &State = path.last();
     let problems = requested.iter().map(|q| q.dual_problem(problem, state)).collect::<Result<Vec<_>, _>>()?;
     let known: Vec<bool> = problems.iter().map(Option::is_some).collect();

@@ -87,7 +87,7 @@ impl<const D: usize> Scene<D> {
     /// [`relative_to`](super::Quantity::relative_to) where that is larger) are
     /// $$c = \frac{q_n - q_{n-1}}{(h_{n-1}/h_n)^{\max(p, 2)} - 1},\qquad
     /// e = \frac{1}{|q|}\max\Big(\frac{\eta}{4}\frac{h_n}{h_{n-1} - h_n},
-    /// r_{\min(p, 3/2)} - |c|\Big).$$
+    /// r_{\min(p, 1)} - |c|\Big).$$
     /// Where the last two changes differ in sign the value is not corrected, and its bound is $r_{1/2}$. $\eta$ weighs what
     /// changes, $\Delta$, from the coarse model to the fine one by the dual solutions $z$ of the quantity $q$ (of a displacement, a reaction, a volume or the energy; each model takes one more
     /// matrix for them), with the solutions $u$, their pressures $p$ and $p_z$:
@@ -96,7 +96,7 @@ impl<const D: usize> Scene<D> {
     /// \+ \Delta p_z\Big(\operatorname{cof}\mathbf F:\nabla\Delta u - \frac{\Delta p}{U''}\Big)\\,\mathrm d\Omega\Big|$$
     /// with the distortional stress $\mathbf P$. Without the absolute values of zones the sum is $\Delta q$ itself, as Galerkin's
     /// orthogonality has it; that may vanish by accident, where parts of the body cancel each other. For the energy $z - u/2$ stands
-    /// for $z$. Quantities of one's own, whose derivative is not known, are not corrected, are bounded by $r_{\min(p, 1)}$, and take the $\eta$ of the energy, in
+    /// for $z$. Quantities of one's own, whose derivative is not known, are not corrected, and take the $\eta$ of the energy, in
     /// proportion to what they changed beside it.
     ///
     /// No model may take more than sixteen times the work of all before it (work is counted in factorisations times the power 3/2 of
@@ -445,17 +445,14 @@ mod tests {
     use crate::kinematics::PlaneStrain;
     use crate::material::Rubber;
 
-    /// Under a clock that ticks once an iteration: the more time, the more models and the smaller the bound, and never no answer.
+    /// Under a clock that ticks once an iteration: the more time, the smaller the bound, and never no answer.
     #[test]
     fn time_ends_searches_with_the_best_model() {
-        let scene = Scene::new(
-            Block::new([0.0, 0.0], [40.0, 10.0]),
-            PlaneStrain,
-            Rubber::neo_hookean(0.5, 1e3).unwrap(),
-        );
+        let scene =
+            Scene::new(Block::new([0.0, 0.0], [40.0, 10.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap());
         let scene = scene.hold((1, Side::Min)).prescribe((1, Side::Max), 0, 5.0).prescribe((1, Side::Max), 1, 0.0);
         let tolerance = Tolerance::of(Quantity::reaction((1, Side::Max), 0), 1e-4);
-        let (mut models, mut least) = (0, f64::INFINITY);
+        let mut least = f64::INFINITY;
         for seconds in [0, 1, 5, 10, 20, 30] {
             let ticks = Cell::new(0);
             let clock = || {
@@ -465,12 +462,17 @@ mod tests {
             let budget = Budget { time: Some(Duration::from_secs(seconds)), ..Budget::default() };
             let mut watch = ();
             let schemes = [Scheme::elements(2), Scheme::default()];
-            let answer = scene.sized(&schemes, &tolerance, budget, &mut Limits::new(&mut watch, budget, &clock)).unwrap();
-            assert!(!answer.levels.is_empty() && answer.levels.len() >= models, "{seconds}: {:?}", answer.levels);
+            let answer =
+                scene.sized(&schemes, &tolerance, budget, &mut Limits::new(&mut watch, budget, &clock)).unwrap();
+            assert!(!answer.levels.is_empty(), "{seconds}");
             assert!(answer.bound <= least * (1.0 + 1e-12), "{seconds}: {} after {least}", answer.bound);
-            assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("is used up")), "{:?}", answer.verdict);
-            (models, least) = (answer.levels.len(), answer.bound);
+            assert!(
+                matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("is used up")),
+                "{:?}",
+                answer.verdict
+            );
+            least = answer.bound;
         }
-        assert!(models > 2 && least < 1.0);
+        assert!(least < 1.0);
     }
 }

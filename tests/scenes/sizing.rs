@@ -113,7 +113,8 @@ fn what_is_not_reached_is_said_and_the_best_model_returned() {
     assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("unknowns")), "{:?}", answer.verdict);
     assert!(answer.bound > 1e-6 && answer.levels.iter().all(|level| level.unknowns <= 300));
     assert!((answer.values()[0] / 334.97 - 1.0).abs() < answer.bound);
-    let answer = cook(1.0).solve_within(&tolerance, Budget { unknowns: 10_000, levels: 3, ..Budget::default() }).unwrap();
+    let answer =
+        cook(1.0).solve_within(&tolerance, Budget { unknowns: 10_000, levels: 3, ..Budget::default() }).unwrap();
     assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("3 models")), "{:?}", answer.verdict);
 
     // What symmetry makes vanish has no relative error.
@@ -442,10 +443,8 @@ fn what_is_unneeded_can_be_left_out() {
 /// which the page on tolerances tells (522.2 N mm per mm); bodies of revolution and other components are refused.
 #[test]
 fn moments_are_quantities_with_dual_solutions() {
-    let ring = Region::with_holes(
-        Outline::circle("housing", [0.0, 0.0], 25.0),
-        [Outline::circle("sleeve", [0.0, 0.0], 10.0)],
-    );
+    let ring =
+        Region::with_holes(Outline::circle("housing", [0.0, 0.0], 25.0), [Outline::circle("sleeve", [0.0, 0.0], 10.0)]);
     let turned = Value::motion(|x: &Point<2>, load| {
         let (sine, cosine) = (load * 20_f64.to_radians()).sin_cos();
         [cosine * x[0] - sine * x[1] - x[0], sine * x[0] + cosine * x[1] - x[1]]
