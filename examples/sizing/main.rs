@@ -6,8 +6,12 @@
 //! `sizing.svg`. Then scenes are drawn at random, twelve of each of five families, and requested 2 to 0.1 %: `promises.csv` and
 //! the rows `kept` to `seconds_over_direct`. `--drawn N` does that part alone, with N scenes of each family, `--local` that of local
 //! refinement. `--parts N SEED` asks 2 % of N drawn parts of each of five families (regions, planar meshes, two bodies, contact, closed
-//! surfaces), whose references are asked 0.4 %, and writes `parts.csv`.
+//! surfaces), whose references are asked 0.4 %, and writes `parts.csv`. `--scenes N SEED` does both for scenes of revolution, in the
+//! plane and in space, for parts and for contact, 120 in all with N = 10. `--bounds N SEED` tells whether promises of N scenes of each of eight
+//! families are kept and bounds hold, and not what they cost; `--disks N SEED` counts what N thin discs blown to bubbles take; `--curves` draws error against cost
+//! of three parts into `curves.svg`.
 
+mod curves;
 mod local;
 mod parts;
 mod promises;
@@ -15,7 +19,7 @@ mod promises;
 mod support;
 
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -250,6 +254,11 @@ struct Asked {
     parts_alone: Option<(u64, u64)>,
     /// Scenes of each family and the first seed, and the families; none for all.
     bounds_alone: Option<(u64, u64)>,
+    /// Tenths of 120 scenes, and the first seed.
+    scenes_alone: Option<(u64, u64)>,
+    curves_alone: bool,
+    /// Discs, and the first seed.
+    disks_alone: Option<(u64, u64)>,
     families: Vec<String>,
     out: Option<PathBuf>,
 }
@@ -262,6 +271,7 @@ fn asked() -> Result<Asked, Box<dyn Error>> {
         match flag.to_str() {
             Some("--develop") => asked.develop = true,
             Some("--drawn") => asked.drawn_alone = Some(number().ok_or("--drawn needs a number")?),
+            Some("--curves") => asked.curves_alone = true,
             Some("--local") => asked.local_alone = true,
             Some("--parts") => {
                 let both = number().zip(number());
@@ -272,10 +282,18 @@ fn asked() -> Result<Asked, Box<dyn Error>> {
                 let both = number().zip(number());
                 asked.bounds_alone = Some(both.ok_or("--bounds needs two numbers: scenes, and the first seed")?);
             }
+            Some("--scenes") => {
+                let both = number().zip(number());
+                asked.scenes_alone = Some(both.ok_or("--scenes needs two numbers: tenths of 120, and the first seed")?);
+            }
+            Some("--disks") => {
+                let both = number().zip(number());
+                asked.disks_alone = Some(both.ok_or("--disks needs two numbers: discs, and the first seed")?);
+            }
             Some(name) if !name.starts_with('-') => asked.families.push(name.to_string()),
             Some("--out") => asked.out = Some(arguments.next().ok_or("--out needs a directory")?.into()),
             _ => {
-                let usage = "usage: sizing [--out DIR] [--develop] [--drawn N] [--local] [--parts N SEED [FAMILY ...]] [--bounds N SEED [FAMILY ...]]";
+                let usage = "usage: sizing [--out DIR] [--develop] [--drawn N] [--local] [--parts N SEED [FAMILY ...]] [--bounds N SEED [FAMILY ...]] [--scenes N SEED] [--disks N SEED] [--curves]";
                 return Err(usage.into());
             }
         }
@@ -283,39 +301,48 @@ fn asked() -> Result<Asked, Box<dyn Error>> {
     Ok(asked)
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let Asked { develop, drawn_alone, local_alone, parts_alone, bounds_alone, families, out } = asked()?;
-    let out = out.unwrap_or_else(|| ["target", "rkpm", "sizing"].iter().collect());
-    if let Some(each) = drawn_alone {
-        let mut summary = Summary::new();
+/// Runs a part of the study that is asked for alone; whether there was one.
+fn alone(asked: &Asked, out: &FilePath) -> Result<bool, Box<dyn Error>> {
+    let (mut summary, mut rows) = (Summary::new(), parts::table());
+    if let Some(each) = asked.drawn_alone {
         promises::disks(&mut summary)?;
         promises::accidents(&mut summary)?;
-        promises::promises(each, &out, &mut summary)?;
-        print!("{summary}");
-        return Ok(());
-    }
-    if let Some((each, seed)) = bounds_alone {
-        let mut summary = Summary::new();
-        promises::bounds(each, seed, &families, &mut summary)?;
-        print!("{summary}");
-        return Ok(());
-    }
-    if let Some((each, seed)) = parts_alone {
-        let (mut summary, mut rows) = (Summary::new(), parts::table());
-        parts::run((each, seed), &families, &mut summary, &mut rows)?;
+        promises::promises(each, out, &mut summary)?;
+    } else if let Some((each, seed)) = asked.bounds_alone {
+        promises::bounds(each, seed, &asked.families, &mut summary)?;
+    } else if let Some(numbers) = asked.parts_alone {
+        parts::run(numbers, &asked.families, "", &mut summary, &mut rows)?;
         rows.write(out.join("parts.csv"))?;
-        print!("{summary}");
+    } else if let Some((n, seed)) = asked.scenes_alone {
+        promises::groups(n, seed, out, &mut summary)?;
+        let most = ["region", "planar mesh", "two bodies", "closed surface"].map(String::from);
+        parts::run((n.div_ceil(2), seed), &most, "", &mut summary, &mut rows)?;
+        parts::run((n, seed), &["contact".into()], "_contact", &mut summary, &mut rows)?;
+        rows.write(out.join("parts.csv"))?;
+    } else if let Some((n, seed)) = asked.disks_alone {
+        promises::drawn_disks(n, seed, &mut summary)?;
+        promises::disks(&mut summary)?;
+    } else if asked.curves_alone {
+        curves::curves(out)?;
+    } else if asked.local_alone {
+        let cook = cook()?;
+        local::compare(&cook, &mut summary)?;
+        local::drawn(&mut summary)?;
+    } else {
+        return Ok(false);
+    }
+    print!("{summary}");
+    Ok(true)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let asked = asked()?;
+    let out = asked.out.clone().unwrap_or_else(|| ["target", "rkpm", "sizing"].iter().collect());
+    if alone(&asked, &out)? {
         return Ok(());
     }
     let (tube, cook, disk) = (tube()?, cook()?, disk()?);
-    if local_alone {
-        let mut summary = Summary::new();
-        local::compare(&cook, &mut summary)?;
-        local::drawn(&mut summary)?;
-        print!("{summary}");
-        return Ok(());
-    }
-    let first_seed = if develop { 1 } else { 101 };
+    let first_seed = if asked.develop { 1 } else { 101 };
     let mut all = Vec::new();
     promises(&tube, first_seed, &mut all)?;
     promises(&cook, first_seed, &mut all)?;
@@ -380,7 +407,7 @@ fn table(all: &[Promise]) -> Table {
 }
 
 /// Left: the true error against the bound that was given. Right: what each tolerance cost.
-fn chart(all: &[Promise], out: &std::path::Path) -> Result<(), Box<dyn Error>> {
+fn chart(all: &[Promise], out: &FilePath) -> Result<(), Box<dyn Error>> {
     let names = ["tube", "cook", "disk"];
     let mut honest = Chart::new("Was the bound kept?")
         .x_log("bound given")

@@ -6,7 +6,9 @@ use rkpm::mesh::{CellShape, Mesh};
 use rkpm::output::{Cell, Summary, Table};
 use rkpm::prelude::*;
 use rkpm::solid::{Select, Shape};
-use rkpm::study::{Answer, Budget, Quantity, Tolerance, Verdict};
+use rkpm::study::{Answer, Budget, Level, Quantity, Tolerance, Verdict};
+
+use crate::median;
 
 /// Draws a part, given numbers between two.
 type Draw = fn(&mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<2>, rkpm::Error>;
@@ -24,13 +26,16 @@ struct Row {
     error: f64,
     uncertainty: f64,
     particles: usize,
+    /// Those of the first model of the series from which on all are within the tolerance.
+    smallest: Option<usize>,
     seconds: f64,
 }
 
-/// Sizes `count` parts of each family, or of those that are named, and makes a row for each.
+/// Sizes `count` parts of each family, or of those that are named, and makes a row for each; names of what is noted get an ending.
 pub fn run(
     (count, seed): (u64, u64),
     families: &[String],
+    ending: &str,
     summary: &mut Summary,
     table: &mut Table,
 ) -> Result<(), Box<dyn Error>> {
@@ -51,13 +56,17 @@ pub fn run(
         }
     }
     let of = |holds: &dyn Fn(&Row) -> bool| rows.iter().filter(|row| holds(row)).count() as f64 / rows.len() as f64;
-    summary.note("parts", rows.len() as f64)?;
-    summary.note("parts_reached", of(&|row| row.reached))?;
+    let mut note = |name: &str, value: f64| summary.note(format!("{name}{ending}"), value).map(|_| ());
+    note("parts", rows.len() as f64)?;
+    note("parts_reached", of(&|row| row.reached))?;
     let kept = |row: &Row| row.reached && row.error <= ASKED + row.uncertainty;
-    summary.note("parts_kept", of(&kept))?;
-    summary.note("parts_bounds_held", of(&|row| row.error <= row.bound + row.uncertainty))?;
-    summary.note("parts_kept_strictly", of(&|row| row.reached && row.error <= ASKED))?;
-    summary.note("parts_bounds_held_strictly", of(&|row| row.error <= row.bound))?;
+    note("parts_kept", of(&kept))?;
+    note("parts_bounds_held", of(&|row| row.error <= row.bound + row.uncertainty))?;
+    note("parts_kept_strictly", of(&|row| row.reached && row.error <= ASKED))?;
+    note("parts_bounds_held_strictly", of(&|row| row.error <= row.bound))?;
+    let reached = rows.iter().filter(|row| row.reached);
+    let sizes = reached.filter_map(|row| Some(row.particles as f64 / row.smallest? as f64));
+    note("particles_over_smallest_parts", median(sizes.collect()))?;
     for row in rows {
         let numbers = [row.bound, row.error, row.uncertainty, row.particles as f64, row.seconds].map(Cell::from);
         let words =
@@ -91,6 +100,7 @@ fn judge<const D: usize>(
         error: f64::NAN,
         uncertainty: f64::NAN,
         particles: 0,
+        smallest: None,
         seconds: f64::NAN,
     };
     match (size(ASKED), size(REFERENCE)) {
@@ -99,8 +109,9 @@ fn judge<const D: usize>(
             row.bound = answer.bound;
             row.error = (value(&answer) / value(&reference) - 1.0).abs();
             row.uncertainty = reference.bound;
-            row.particles = answer.problem.model().positions().len();
+            row.particles = answer.problem.model().unknowns() / D;
             row.seconds = answer.seconds();
+            row.smallest = smallest(&reference, value(&reference));
             if let Verdict::NotReached(why) = &answer.verdict {
                 println!("{family} {number}: not reached: {why}");
             }
@@ -115,6 +126,13 @@ fn judge<const D: usize>(
         row.bound, row.error, row.uncertainty, row.particles, row.seconds
     );
     rows.push(row);
+}
+
+/// Particles of the first model of a reference's series whose own value is within the tolerance, and those of all finer ones.
+fn smallest<const D: usize>(reference: &Answer<D>, exact: f64) -> Option<usize> {
+    let off = |level: &&Level| (level.values[0] / exact - 1.0).abs() <= ASKED;
+    let sufficient = reference.levels.iter().rev().take_while(off).last()?;
+    Some(sufficient.unknowns / D)
 }
 
 fn rubber(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Rubber, rkpm::Error> {

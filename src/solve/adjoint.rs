@@ -45,14 +45,15 @@ impl<const D: usize> Workspace<'_, D> {
 }
 
 impl Analysis {
-    /// The dual solutions at a state; none where its matrix has no factors.
+    /// The dual solutions at a state, none where its matrix has no factors, and the bytes that matrix and factors take.
     pub(crate) fn duals<const D: usize>(
         &self,
         model: &Model<D>,
         equations: &Constraints,
         state: &State,
         requested: &[Dual],
-    ) -> Result<Vec<Vec<f64>>, Error> {
-        Ok(self.workspace(model, equations)?.duals(state, requested).unwrap_or_default())
+    ) -> Result<(Vec<Vec<f64>>, usize), Error> {
+        let mut workspace = self.workspace(model, equations)?;
+        Ok((workspace.duals(state, requested).unwrap_or_default(), workspace.tangent.bytes()))
     }
 }

@@ -57,6 +57,12 @@ impl<'a, const D: usize> Tangent<'a, D> {
         Ok(Linear { enforced: &**enforced, factors, system, values })
     }
 
+    /// Bytes of the reduced matrix, a value and a row index for each entry, and of its factors, where the solver tells them.
+    pub(super) fn bytes(&self) -> usize {
+        let entry = size_of::<f64>() + size_of::<u32>();
+        entry * self.enforced.pattern().entries() + self.factorizer.bytes().unwrap_or(0)
+    }
+
     /// Gives back what large matrices and factors took before, and asks for the place of the reduced matrix first: the
     /// full one, which goes first, then lies above it and leaves no hole.
     fn make_room(&mut self) {

@@ -1,5 +1,7 @@
 //! What is requested of a model that sizes itself, and what it answers.
 
+use std::time::Duration;
+
 use crate::output::{Cell, Table};
 use crate::scene::Problem;
 use crate::solve::EquilibriumPath;
@@ -33,19 +35,32 @@ impl<const D: usize> Tolerance<D> {
     }
 }
 
-/// Where the search for a model ends without one.
+/// Where the search for a model ends without one: with the best answer so far and its bound, for the coarsest model is always solved.
+///
+/// ```
+/// use std::time::Duration;
+/// use rkpm::study::Budget;
+/// // A minute, and half a gigabyte for the largest model.
+/// let budget = Budget { time: Some(Duration::from_secs(60)), bytes: Some(500_000_000), ..Budget::default() };
+/// assert_eq!(budget.levels, 12);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
     /// Most displacement unknowns of a model.
     pub unknowns: usize,
     /// Most models that are solved.
     pub levels: usize,
+    /// Most time of the whole search, where it is limited: a model under way then is given up, after the matrix that it is at. What
+    /// is answered depends on the machine then.
+    pub time: Option<Duration>,
+    /// Most bytes of a model ([`Level::bytes`]), where they are limited: those of the next one are predicted from the last one.
+    pub bytes: Option<usize>,
 }
 
 impl Default for Budget {
-    /// 50 000 unknowns, 12 models.
+    /// 50 000 unknowns, 12 models, whatever time and memory they take.
     fn default() -> Self {
-        Budget { unknowns: 50_000, levels: 12 }
+        Budget { unknowns: 50_000, levels: 12, time: None, bytes: None }
     }
 }
 
@@ -62,6 +77,8 @@ pub struct Level {
     pub iterations: usize,
     /// Seconds from particles to the solution.
     pub seconds: f64,
+    /// Bytes of the bodies' tables, of the matrix and of its factors.
+    pub bytes: usize,
     /// Values of the quantities requested, then the energy.
     pub values: Vec<f64>,
     /// What extrapolation adds to the values requested, in their units; zero for the first two models and in local refinement.
@@ -128,14 +145,33 @@ impl<const D: usize> Answer<D> {
         self.levels.iter().chain(&self.tried).map(|level| level.seconds).sum()
     }
 
-    /// Particles, unknowns, iterations, seconds and estimates, a row per model: error against cost.
+    /// All models that were solved: those of the kind that was chosen, then the others.
+    fn all(&self) -> impl Iterator<Item = &Level> {
+        self.levels.iter().chain(&self.tried)
+    }
+
+    /// The model of the fewest unknowns, of all that were solved, whose estimated error is below a tolerance; none where no one's is. A search
+    /// for a tight tolerance so tells what looser ones take.
+    pub fn recommended(&self, tolerance: f64) -> Option<&Level> {
+        let sufficient = self.all().filter(|level| level.estimate.is_some_and(|estimate| estimate < tolerance));
+        sufficient.min_by_key(|level| level.unknowns)
+    }
+
+    /// What each model is made of, particles, unknowns, iterations, seconds, bytes and estimates, a row per model, those of other kinds last: error
+    /// against cost.
     pub fn table(&self) -> Table {
-        let mut table = Table::new(["counts", "unknowns", "iterations", "seconds", "estimate"]);
-        table.rows.extend(self.levels.iter().map(|level| {
+        let mut table = Table::new(["functions", "counts", "unknowns", "iterations", "seconds", "bytes", "estimate"]);
+        table.rows.extend(self.all().map(|level| {
             let counts: Vec<String> = level.counts.iter().map(usize::to_string).collect();
-            let counts = Cell::from(counts.join(" × "));
-            let numbers = [Cell::from(level.unknowns), Cell::from(level.iterations), Cell::from(level.seconds)];
-            [counts].into_iter().chain(numbers).chain([Cell::from(level.estimate)]).collect()
+            vec![
+                Cell::from(level.functions),
+                Cell::from(counts.join(" × ")),
+                Cell::from(level.unknowns),
+                Cell::from(level.iterations),
+                Cell::from(level.seconds),
+                Cell::from(level.bytes),
+                Cell::from(level.estimate),
+            ]
         }));
         table
     }
@@ -143,13 +179,26 @@ impl<const D: usize> Answer<D> {
 
 #[cfg(feature = "chart")]
 impl<const D: usize> Answer<D> {
-    /// Estimates over unknowns, model by model, and the tolerance to be met.
+    /// Estimated errors of the worst quantity over unknowns, a curve for each kind of models, with the tolerance to be met and the model
+    /// [`recommended`](Answer::recommended) for it.
     pub fn chart(&self, tolerance: f64) -> crate::output::Chart {
-        let estimated = self.levels.iter().filter_map(|level| Some([level.unknowns as f64, level.estimate?]));
-        crate::output::Chart::new("A model that is just fine enough")
+        let mut chart = crate::output::Chart::new("A model that is just fine enough")
             .x_log("unknowns")
-            .y_log("estimated relative error")
-            .marked_line("models", &estimated.collect::<Vec<_>>())
-            .horizontal("tolerance", tolerance)
+            .y_log("estimated relative error");
+        let point = |level: &Level| Some([level.unknowns as f64, level.estimate.filter(|estimate| *estimate > 0.0)?]);
+        let mut kinds: Vec<&'static str> = Vec::new();
+        for level in self.all() {
+            if !kinds.contains(&level.functions) {
+                kinds.push(level.functions);
+                let own = self.all().filter(|other| other.functions == level.functions);
+                let mut points: Vec<[f64; 2]> = own.filter_map(point).collect();
+                points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+                chart = chart.marked_line(level.functions, &points);
+            }
+        }
+        if let Some(recommended) = self.recommended(tolerance).and_then(point) {
+            chart = chart.markers("recommended", &[recommended]);
+        }
+        chart.horizontal("tolerance", tolerance)
     }
 }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::error::{Error, Invalid, SolveError};
 use crate::scene::{ApproximationChoice, Problem, Scheme};
-use crate::solve::{Dual, Ending, EquilibriumPath, State};
+use crate::solve::{Dual, Ending, EquilibriumPath, Newton, State};
 use crate::term::variables_range;
 
 use super::answer::{Answer, Level, Tolerance, Verdict};
@@ -36,7 +36,9 @@ pub(super) fn check<const D: usize>(tolerance: &Tolerance<D>) -> Result<(), Erro
 pub(super) fn failed(counts: &[usize], error: &Error, limits: &Limits<'_>) -> Verdict {
     let particles: Vec<String> = counts.iter().map(usize::to_string).collect();
     let particles = particles.join(" × ");
-    Verdict::NotReached(if limits.exceeded {
+    Verdict::NotReached(if let Some(why) = limits.late() {
+        format!("{why} with the model of {particles} particles under way")
+    } else if limits.exceeded {
         format!("the model of {particles} particles would take too many times the work of all before it")
     } else {
         format!("the model of {particles} particles failed: {error}")
@@ -59,6 +61,9 @@ pub(super) fn unsettled<const D: usize>(answer: &Answer<D>, tolerance: &Toleranc
 /// square, and steps with a reused tangent end at far less.
 const ALGEBRAIC: f64 = 1e-4;
 
+/// Iterations at most that correct a guess: those of discs and blocks that came to rest took up to 10, and what did not wandered on.
+const CORRECTIONS: usize = 12;
+
 /// Solves one model, corrected from a coarser one where there is one, and its dual problems.
 pub(super) fn solve<const D: usize>(
     model: Model<D>,
@@ -78,10 +83,11 @@ pub(super) fn solve<const D: usize>(
     let has_history = problem.model().terms().iter().any(|term| !variables_range(&**term).is_empty());
     if let Some(coarser) = coarser.filter(|_| !has_history) {
         let guess = problem.transfer(&coarser.problem, coarser.path.last())?;
-        let tight = problem.analysis().newton.tolerance;
-        problem.analysis_mut().newton.tolerance = tight.max(ALGEBRAIC);
+        let tight = problem.analysis().newton;
+        let (tolerance, iterations) = (tight.tolerance.max(ALGEBRAIC), tight.iterations.min(CORRECTIONS));
+        problem.analysis_mut().newton = Newton { tolerance, iterations, ..tight };
         let found = problem.analysis().correct(problem.model(), problem.equations(), guess, &mut *limits);
-        problem.analysis_mut().newton.tolerance = tight;
+        problem.analysis_mut().newton = tight;
         // A guess that can't be corrected costs its iterations and nothing else.
         match found {
             Ok(path) if path.ending == Ending::Completed => (corrected, rough) = (Some(path), true),
@@ -98,14 +104,16 @@ pub(super) fn solve<const D: usize>(
     for (value, quantity) in values.iter().zip(&tolerance.quantities) {
         quantity.check(*value)?;
     }
-    let duals = duals(&requested, &problem, &path)?;
+    let (duals, matrix) = duals(&requested, &problem, &path)?;
     limits.matrix();
+    let tables: usize = problem.discrete_bodies().iter().map(|body| body.body().table().bytes()).sum();
     let level = Level {
         functions: name_of(&scheme),
         counts,
         unknowns: problem.model().unknowns(),
         iterations: path.iterations + wasted,
         seconds: start.elapsed().as_secs_f64(),
+        bytes: tables + matrix,
         values,
         corrections: vec![0.0; tolerance.quantities.len()],
         estimate: None,
@@ -136,6 +144,7 @@ pub(super) fn settle<const D: usize>(
     }
     let start = Instant::now();
     let (problem, guess) = (&answer.problem, answer.path.last().clone());
+    limits.settle();
     limits.begin(problem.model().unknowns());
     let path = problem.analysis().correct(problem.model(), problem.equations(), guess, limits)?;
     if path.ending != Ending::Completed {
@@ -154,19 +163,23 @@ pub(super) fn settle<const D: usize>(
     Ok(())
 }
 
-/// The dual solutions of quantities at the end of a path, by one matrix; none of quantities without a derivative.
+/// A dual solution for each quantity that has a derivative.
+type Duals = Vec<Option<Vec<f64>>>;
+
+/// The dual solutions of quantities at the end of a path, by one matrix, and the bytes that it takes with its factors; none of
+/// quantities without a derivative.
 fn duals<const D: usize>(
     requested: &[&Quantity<D>],
     problem: &Problem<D>,
     path: &EquilibriumPath,
-) -> Result<Vec<Option<Vec<f64>>>, Error> {
+) -> Result<(Duals, usize), Error> {
     let state: &State = path.last();
     let problems = requested.iter().map(|q| q.dual_problem(problem, state)).collect::<Result<Vec<_>, _>>()?;
     let known: Vec<bool> = problems.iter().map(Option::is_some).collect();
     let problems: Vec<Dual> = problems.into_iter().flatten().collect();
-    let solved = problem.analysis().duals(problem.model(), problem.equations(), state, &problems)?;
+    let (solved, bytes) = problem.analysis().duals(problem.model(), problem.equations(), state, &problems)?;
     let mut solved = solved.into_iter();
-    Ok(known.into_iter().map(|known| if known { solved.next() } else { None }).collect())
+    Ok((known.into_iter().map(|known| if known { solved.next() } else { None }).collect(), bytes))
 }
 
 /// What a scheme approximates with.

@@ -1,10 +1,11 @@
 //! Watching the search for a model, and its own limits.
 
 use std::ops::ControlFlow;
+use std::time::Duration;
 
 use crate::solve::{Iteration, MatrixUse, Observer, Step};
 
-use super::answer::Level;
+use super::answer::{Budget, Level};
 use super::strategy::RUNAWAY;
 
 /// Watches the search for a model: every iteration and step of each analysis, and each model that is solved.
@@ -47,6 +48,12 @@ const LEAST: f64 = 8.0;
 /// bodies in the plane.
 pub(super) struct Limits<'a> {
     pub watch: &'a mut dyn Progress,
+    /// Time of the search so far.
+    clock: &'a dyn Fn() -> Duration,
+    /// Most of it.
+    time: Option<Duration>,
+    /// Whether there is an answer: before, no time is too long.
+    pub answered: bool,
     /// Work of all models of the search so far.
     pub spent: f64,
     /// Work at which the current model is given up.
@@ -60,8 +67,20 @@ pub(super) struct Limits<'a> {
 }
 
 impl<'a> Limits<'a> {
-    pub(crate) fn new(watch: &'a mut dyn Progress) -> Self {
-        Limits { watch, spent: 0.0, allowed: f64::INFINITY, each: 0.0, first: 0.0, exceeded: false }
+    pub(crate) fn new(watch: &'a mut dyn Progress, budget: Budget, clock: &'a dyn Fn() -> Duration) -> Self {
+        let (allowed, time) = (f64::INFINITY, budget.time);
+        Limits { watch, clock, time, answered: false, spent: 0.0, allowed, each: 0.0, first: 0.0, exceeded: false }
+    }
+
+    /// Why the search ends, once its time is used up.
+    pub(crate) fn late(&self) -> Option<String> {
+        let time = self.time.filter(|time| self.answered && (self.clock)() >= *time)?;
+        Some(format!("the budget of {} s is used up", time.as_secs_f64()))
+    }
+
+    /// Lifts what limits the time, so that the model of the answer comes to rest.
+    pub(crate) fn settle(&mut self) {
+        self.time = None;
     }
 
     /// Once the unknowns of the next model are known; nothing is known to limit the first one.
@@ -92,6 +111,9 @@ impl Observer for Limits<'_> {
         }
         if self.spent > self.allowed {
             self.exceeded = true;
+            return ControlFlow::Break(());
+        }
+        if self.late().is_some() {
             return ControlFlow::Break(());
         }
         flow

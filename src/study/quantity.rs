@@ -22,6 +22,7 @@ enum Kind<const D: usize> {
     Displacement { at: Point<D>, component: usize },
     Energy,
     Reaction { place: Place<D>, component: usize },
+    Moment { place: Place<D>, about: [f64; D], component: usize },
     Volume,
     Other,
 }
@@ -98,6 +99,39 @@ impl<const D: usize> Quantity<D> {
         Quantity { kind, ..Quantity::new(name, measure) }
     }
 
+    /// Component `component` of the moment \[force × length\] about a point, in current positions, of the forces on the body by the
+    /// conditions at a place or by the condition of a name, see [`Problem::moment`]: that about the line through the point along an
+    /// axis, 2 in the plane. Other components there, bodies of revolution and places without a condition are errors of
+    /// [`evaluate`](Quantity::evaluate).
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// use rkpm::study::{Budget, Quantity, Tolerance};
+    /// // A bar of 2 × 1 mm, its right end turned by 0.1 rad about its middle.
+    /// let turned = Value::field(|x: &Point<2>| [-0.1 * (x[1] - 0.5), 0.0]);
+    /// let bar = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .hold((0, Side::Min))
+    ///     .with(Condition::on((0, Side::Max)).displacement(turned).named("turned"));
+    /// let moment = Quantity::moment("turned", [2.0, 0.5], 2);
+    /// let answer = bar.solve_within(&Tolerance::of(moment, 0.02), Budget::default())?;
+    /// assert!(answer.reached() && answer.values()[0] > 0.0);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    pub fn moment(place: impl Into<Place<D>>, about: [f64; D], component: usize) -> Self {
+        let place = place.into();
+        let name = format!("moment {component} of {place} about {about:?}");
+        let kind = Kind::Moment { place: place.clone(), about, component };
+        let measure = move |problem: &Problem<D>, state: &State| {
+            let moment = problem.moment(state, place.clone(), about)?;
+            if !problem.turns() || component > 2 || D == 2 && component < 2 {
+                let needed = "2 in the plane; 0, 1 or 2 in space; bodies of revolution and radial ones have no moments";
+                return Err(Invalid::new("component of a moment", component as f64, needed).into());
+            }
+            Ok(moment[component])
+        };
+        Quantity { kind, ..Quantity::new(name, measure) }
+    }
+
     /// The current volume of the body $\int J\\,\mathrm d\Omega$ \[length³; per unit thickness in plane strain\].
     pub fn volume() -> Self {
         let volume = |problem: &Problem<D>, state: &State| -> Result<f64, Error> {
@@ -152,9 +186,11 @@ impl<const D: usize> Quantity<D> {
         matches!(self.kind, Kind::Energy)
     }
 
-    /// The dual problem of the quantity at a state, where its derivative is known.
+    /// The dual problem of the quantity at a state, where its derivative is known: with its solution $z$ a change
+    /// $\delta r$ of the residual changes the quantity by $-z\cdot\delta r$.
     ///
-    /// That of a reaction is the answer to a unit displacement of its condition: virtual work moves along it.
+    /// That of a reaction is the answer to a unit displacement of its condition against it, that of a moment to a unit turn:
+    /// virtual work moves along them.
     pub(super) fn dual_problem(&self, problem: &Problem<D>, state: &State) -> Result<Option<Dual>, Error> {
         let mut force = vec![0.0; problem.model.unknowns()];
         let mut gap = vec![0.0; problem.equations.len()];
@@ -194,24 +230,18 @@ impl<const D: usize> Quantity<D> {
                     for point in 0..table.len() {
                         let f = body.deformation_gradient(point, &state.displacement);
                         let slope = cofactor(&f) * table.weights()[point];
-                        let hoops: f64 = table.hoop_components().iter().map(|&c| slope[(c, c)]).sum();
-                        let (nodes, gradients) = (table.nodes(point), table.gradients(point));
-                        for (a, &node) in nodes.iter().enumerate() {
-                            let at = |slot: usize| gradients[slot * nodes.len() + a];
-                            let own = &mut force[node as usize * D..][..D];
-                            for (i, own) in own.iter_mut().enumerate() {
-                                *own += (0..D).map(|j| slope[(i, j)] * at(j)).sum::<f64>();
-                            }
-                            if hoops != 0.0 {
-                                own[0] += hoops * at(D);
-                            }
-                        }
+                        table.add_stress(point, &slope, &mut force);
                     }
                 }
             }
             Kind::Reaction { place, component } => {
                 for (k, unit) in problem.unit_motion(place, *component) {
-                    gap[k] = unit;
+                    gap[k] = -unit;
+                }
+            }
+            Kind::Moment { place, about, component } => {
+                for (k, turn) in problem.unit_turn(state, place, *about, *component, &mut force)? {
+                    gap[k] = -turn;
                 }
             }
         }

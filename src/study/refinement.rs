@@ -1,6 +1,7 @@
 //! Local refinement where the error is.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use crate::cells::{Cells, Refined};
 use crate::error::{Error, GeometryError, Incompatible};
@@ -77,7 +78,8 @@ impl Scene<2> {
         let even = |length: f64| 2 * (0.5 * FIRST * length / shortest).round() as usize;
         let cells = Refined::new(domain, lengths.map(even))?;
         let local = Local { scene: self, scheme, cells, parents: Vec::new() };
-        search(local, tolerance, budget, &mut Limits::new(watch))
+        let start = Instant::now();
+        search(local, tolerance, budget, &mut Limits::new(watch, budget, &|| start.elapsed()))
     }
 }
 

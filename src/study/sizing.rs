@@ -1,6 +1,7 @@
 //! A tolerance in, the smallest sufficient model out.
 
 use std::ops::ControlFlow;
+use std::time::Instant;
 
 use crate::error::{Error, SolveError};
 use crate::scene::{Scene, Scheme};
@@ -114,12 +115,27 @@ impl<const D: usize> Scene<D> {
         budget: Budget,
         watch: &mut dyn Progress,
     ) -> Result<Answer<D>, Error> {
+        let start = Instant::now();
+        self.sized(schemes, tolerance, budget, &mut Limits::new(watch, budget, &|| start.elapsed()))
+    }
+
+    /// The same under given limits.
+    fn sized(
+        &self,
+        schemes: &[Scheme],
+        tolerance: &Tolerance<D>,
+        budget: Budget,
+        limits: &mut Limits<'_>,
+    ) -> Result<Answer<D>, Error> {
         check(tolerance)?;
-        let mut limits = Limits::new(watch);
         let (mut searches, mut refused, mut left) = (Vec::<Search<'_, D>>::new(), None, Vec::new());
         for scheme in schemes {
+            if let Some(why) = limits.late() {
+                left.push(format!("{} was not begun: {why}", name_of(scheme)));
+                break;
+            }
             limits.spent = 0.0;
-            let started = strategy(self, scheme).and_then(|strategy| Search::start(strategy, tolerance, &mut limits));
+            let started = strategy(self, scheme).and_then(|strategy| Search::start(strategy, tolerance, limits));
             let mut found = match started {
                 Ok(found) => found,
                 Err(error) => {
@@ -128,7 +144,8 @@ impl<const D: usize> Scene<D> {
                     continue;
                 }
             };
-            found.run(tolerance, budget, false, &mut limits);
+            limits.answered = true;
+            found.run(tolerance, budget, false, limits);
             searches.push(found);
             if searches.last().is_some_and(Search::is_done) {
                 break;
@@ -137,7 +154,7 @@ impl<const D: usize> Scene<D> {
         // What can't be reached is brought as near as the budget allows by all: a tighter tolerance never answers worse than a looser one.
         if !searches.iter().any(Search::is_done) {
             for search in searches.iter_mut().filter(|search| search.hopeless) {
-                search.run(tolerance, budget, true, &mut limits);
+                search.run(tolerance, budget, true, limits);
                 if search.is_done() {
                     break;
                 }
@@ -164,7 +181,7 @@ impl<const D: usize> Scene<D> {
         for other in searches {
             answer.tried.extend(other.answer.levels.into_iter().chain(other.answer.tried));
         }
-        settle(&mut answer, tolerance, &mut limits)?;
+        settle(&mut answer, tolerance, limits)?;
         Ok(answer)
     }
 }
@@ -186,6 +203,7 @@ pub(super) fn search<'a, const D: usize>(
     limits: &mut Limits<'_>,
 ) -> Result<Answer<D>, Error> {
     let mut search = Search::start(Box::new(strategy), tolerance, limits)?;
+    limits.answered = true;
     search.run(tolerance, budget, true, limits);
     let mut answer = search.answer;
     settle(&mut answer, tolerance, limits)?;
@@ -264,7 +282,7 @@ impl<'a, const D: usize> Search<'a, D> {
             if flow.is_break() {
                 break Verdict::NotReached(BROKEN_OFF.into());
             }
-            if let Some(why) = self.used_up(budget) {
+            if let Some(why) = limits.late().or_else(|| self.used_up(budget)) {
                 break Verdict::NotReached(why + &unsettled(&self.answer, tolerance));
             }
             if let Some(why) = self.out_of_reach(tolerance.error, budget).filter(|_| !patience) {
@@ -317,6 +335,14 @@ impl<'a, const D: usize> Search<'a, D> {
         (needed > most).then(|| format!("it would take about {needed:.0e} unknowns, the budget allows {most}"))
     }
 
+    /// Bytes of a model of so many unknowns, as factors grow under nested dissection: by the power 4/3 in space, $n\ln n$ in the plane.
+    fn predicted_bytes(&self, unknowns: usize) -> f64 {
+        let Some(last) = self.answer.levels.last() else { return 0.0 };
+        let [from, to] = [last.unknowns, unknowns].map(|n| n.max(2) as f64);
+        let ratio = if D > 2 { (to / from).powf(4.0 / 3.0) } else { to * to.ln() / (from * from.ln()) };
+        last.bytes as f64 * ratio
+    }
+
     /// Solves the next model, and the one to compare it with where that is not the last, and bounds its error.
     fn advance(&mut self, tolerance: &Tolerance<D>, budget: Budget, limits: &mut Limits<'_>) -> Result<(), Verdict> {
         let counts = self.answer.levels.last().map(|level| level.counts.clone()).unwrap_or_default();
@@ -326,6 +352,10 @@ impl<'a, const D: usize> Search<'a, D> {
         let unknowns = fine.counts.iter().fold(D, |n, &c| n.saturating_mul(c));
         if unknowns > budget.unknowns {
             return Err(none(format!("the next model has {unknowns} unknowns, the budget allows {}", budget.unknowns)));
+        }
+        let predicted = self.predicted_bytes(unknowns);
+        if let Some(most) = budget.bytes.filter(|most| predicted > *most as f64) {
+            return Err(none(format!("the next model takes about {predicted:.1e} bytes, the budget allows {most}")));
         }
         let (spacing, before) = (fine.spacing, self.spacings.last().copied().unwrap_or(1.0));
         let mut solved = |model: Model<D>| {
@@ -401,5 +431,48 @@ impl<'a, const D: usize> Search<'a, D> {
         if let (Some(before), [.., coarser, finer]) = (before, &self.spacings[..]) {
             self.order = (before / bound).ln() / (coarser / finer).ln();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::time::Duration;
+
+    use super::super::quantity::Quantity;
+    use super::*;
+    use crate::geometry::{Block, Side};
+    use crate::kinematics::PlaneStrain;
+    use crate::material::Rubber;
+
+    /// Under a clock that ticks once an iteration: the more time, the smaller the bound, and never no answer.
+    #[test]
+    fn time_ends_searches_with_the_best_model() {
+        let scene =
+            Scene::new(Block::new([0.0, 0.0], [40.0, 10.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap());
+        let scene = scene.hold((1, Side::Min)).prescribe((1, Side::Max), 0, 5.0).prescribe((1, Side::Max), 1, 0.0);
+        let tolerance = Tolerance::of(Quantity::reaction((1, Side::Max), 0), 1e-4);
+        let mut least = f64::INFINITY;
+        for seconds in [0, 1, 5, 10, 20, 30] {
+            let ticks = Cell::new(0);
+            let clock = || {
+                ticks.set(ticks.get() + 1);
+                Duration::from_secs(ticks.get())
+            };
+            let budget = Budget { time: Some(Duration::from_secs(seconds)), ..Budget::default() };
+            let mut watch = ();
+            let schemes = [Scheme::elements(2), Scheme::default()];
+            let answer =
+                scene.sized(&schemes, &tolerance, budget, &mut Limits::new(&mut watch, budget, &clock)).unwrap();
+            assert!(!answer.levels.is_empty(), "{seconds}");
+            assert!(answer.bound <= least * (1.0 + 1e-12), "{seconds}: {} after {least}", answer.bound);
+            assert!(
+                matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("is used up")),
+                "{:?}",
+                answer.verdict
+            );
+            least = answer.bound;
+        }
+        assert!(least < 1.0);
     }
 }

@@ -333,6 +333,23 @@ impl<const D: usize> ShapeTable<D> {
             + self.clusters.bytes()
     }
 
+    /// Adds the forces of a stress at a point, $P:\nabla\Psi_I$ with hoops, to a vector over all nodes.
+    #[cfg(feature = "solve")]
+    pub(crate) fn add_stress(&self, point: usize, stress: &Matrix3<f64>, forces: &mut [f64]) {
+        let hoops: f64 = self.hoop_components().iter().map(|&c| stress[(c, c)]).sum();
+        let (nodes, gradients) = (self.nodes(point), self.gradients(point));
+        for (a, &node) in nodes.iter().enumerate() {
+            let at = |slot: usize| gradients[slot * nodes.len() + a];
+            let own = &mut forces[node as usize * D..][..D];
+            for (i, own) in own.iter_mut().enumerate() {
+                *own += (0..D).map(|j| stress[(i, j)] * at(j)).sum::<f64>();
+            }
+            if hoops != 0.0 {
+                own[0] += hoops * at(D);
+            }
+        }
+    }
+
     /// The gradient of a coefficient vector `d` (node by node, `D` components each) at a point, padded
     /// to 3×3: $\nabla u$ with hoops on the diagonal; $F = I + \nabla u$. NaN where there is no such point, or `d` is too
     /// short for the nodes.

@@ -15,6 +15,19 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// those of the zones where pressures are projected. `None` for a material that can't be split, and for a state of
     /// another model.
     pub fn pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
+        self.pressures_of(view, |projected, pointwise, part| projected + part * pointwise)
+    }
+
+    /// The pressures that are proportional to the bulk modulus: without the part that zones leave pointwise, which is as large as the
+    /// shear modulus whatever the bulk modulus is.
+    #[cfg(feature = "solve")]
+    pub(crate) fn bulk_pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
+        self.pressures_of(view, |projected, _, part| projected / (1.0 - part))
+    }
+
+    /// Pressures at the points, where they are projected by the projected one, the pointwise one and the part of the volumetric energy that
+    /// stays pointwise.
+    fn pressures_of(&self, view: View<'_>, of: impl Fn(f64, f64, f64) -> f64) -> Option<Vec<f64>> {
         let (_, volumetric) = self.material.split()?;
         let condensed = self.memory_range().end.max(self.condensed_count());
         if view.displacement.len() != self.table.node_count() * D || view.condensed.len() != condensed {
@@ -31,7 +44,7 @@ impl<const D: usize, M: Material> Body<D, M> {
                         let (_, pi, measure) = self.zone(cluster, view.condensed);
                         let projected: f64 = self.phi(point).iter().zip(pi).map(|(p, pi)| p * pi).sum();
                         let j = self.deformation_gradient(point, view.displacement).determinant();
-                        projected * measure.of(j).slope + self.stabilisation(cluster) * volumetric.evaluate(j).slope
+                        of(projected * measure.of(j).slope, volumetric.evaluate(j).slope, self.stabilisation(cluster))
                     }
                 });
             }

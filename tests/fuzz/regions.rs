@@ -141,7 +141,12 @@ pub fn sizing(input: &mut Input) {
         _ => Quantity::energy(),
     };
     let requested = Tolerance::of(quantity, input.number(0.01, 0.2));
-    let budget = Budget { unknowns: input.random.usize(0..300), levels: input.random.usize(0..5) };
+    let budget = Budget {
+        unknowns: input.random.usize(0..300),
+        levels: input.random.usize(0..5),
+        bytes: input.random.bool().then(|| input.random.usize(0..1_000_000)),
+        ..Budget::default()
+    };
     let _ = input.saw("block, value, tolerance, budget", (block.min, block.max, value, requested.error, budget.levels));
     let scheme = Scheme::default().newton(Newton { iterations: 6, ..Newton::default() });
     let answer = if input.once_in(2) {

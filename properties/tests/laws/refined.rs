@@ -115,7 +115,7 @@ fn local_refinement_pays_at_a_corner() {
     let error = |values: &[f64]| (values[0] / 6.9355 - 1.0).abs().max((values[1] / 334.97 - 1.0).abs());
     let series = Tolerance { error: 1e-6, ..requested.clone() };
     for (scheme, pays) in [(Scheme::default(), true), (Scheme::default().order(2), false)] {
-        let series = scene.solve_within_by(&scheme, &series, Budget { unknowns: 10_000, levels: 12 }).unwrap();
+        let series = scene.solve_within_by(&scheme, &series, Budget { unknowns: 10_000, ..Budget::default() }).unwrap();
         let answer = scene.solve_within_locally(&scheme, &requested, Budget::default()).unwrap();
         assert!(answer.reached() && error(answer.values()) < answer.bound, "{:?}", answer.levels);
         let (local, own) = (answer.problem.model().unknowns(), error(answer.values()));
@@ -127,7 +127,7 @@ fn local_refinement_pays_at_a_corner() {
     }
 
     let beyond = Tolerance { error: 5e-4, ..requested };
-    let budget = Budget { unknowns: 6000, levels: 20 };
+    let budget = Budget { unknowns: 6000, levels: 20, ..Budget::default() };
     let last = scene.solve_within_locally(&Scheme::default(), &beyond, budget).unwrap();
     assert!(!last.reached() && error(last.values()) < last.bound, "{:?}", last.levels);
 

@@ -81,6 +81,7 @@ impl<const D: usize> Problem<D> {
             equations: Constraints::new(),
             analysis: Analysis::default(),
             discrete_bodies: vec![discrete_body],
+            loads: Vec::new(),
             contacts: Vec::new(),
             frames: Vec::new(),
             placed: Vec::new(),

@@ -168,6 +168,12 @@ impl<const D: usize> DiscreteBody<D> {
         self.body.pressures(View { displacement: &state.displacement, condensed, load: state.load })
     }
 
+    /// The same of the part that is proportional to the bulk modulus.
+    pub(crate) fn bulk_pressures(&self, number: usize, state: &State) -> Option<Vec<f64>> {
+        let condensed = state.condensed.get(number)?;
+        self.body.bulk_pressures(View { displacement: &state.displacement, condensed, load: state.load })
+    }
+
     /// Deformation gradients at the points of the body's table, in a sheet with the thickness that its history leaves.
     pub(crate) fn settled_gradients(&self, number: usize, state: &State) -> Vec<Matrix3<f64>> {
         let Some(condensed) = state.condensed.get(number) else { return Vec::new() };

@@ -25,7 +25,7 @@ use super::elements::elements;
 use super::neutral::hold_rolling;
 use super::one_body::{BodyInput, BuiltBody};
 use super::particles::particles;
-use super::problem::Problem;
+use super::problem::{LoadTerms, Problem};
 use super::rigid;
 use super::sharing::Sharing;
 use crate::scene::definition::load::{Load, LoadKind, OnSheet, Shared, Varying, dead};
@@ -154,6 +154,33 @@ fn add_load<const D: usize>(
     };
 }
 
+/// Adds the loads over their tables, each with its number in the scene: their terms, in the order of the scene.
+fn add_loads<const D: usize>(
+    scene: &Scene<D>,
+    mut tables: Vec<(usize, ShapeTable<D>)>,
+    discrete_bodies: &[DiscreteBody<D>],
+    sharing: &Sharing,
+    model: &mut Model<D>,
+) -> Vec<LoadTerms> {
+    tables.sort_by_key(|(number, _)| *number);
+    let mut measures = vec![0.0; scene.loads.len()];
+    tables.iter().for_each(|(number, table)| measures[*number] += table.weights().iter().sum::<f64>());
+    sharing.total(&mut measures);
+    let mut loads: Vec<(usize, LoadTerms)> = Vec::new();
+    for (number, table) in tables {
+        let node = table.clusters().nodes(0).first().map_or(0, |node| *node as usize);
+        let own = discrete_bodies.iter().find(|body: &&DiscreteBody<D>| body.nodes.contains(&node));
+        let sheet = own.filter(|_| scene.kinematics.is_plane_stress()).map(|body| body.body.material().clone());
+        let (load, term) = (&scene.loads[number], model.terms().len());
+        add_load(model, load, table, measures[number], sheet);
+        match loads.last_mut().filter(|(last, _)| *last == number) {
+            Some((_, of)) => of.terms.end = model.terms().len(),
+            None => loads.push((number, LoadTerms::of(load, term..model.terms().len()))),
+        }
+    }
+    loads.into_iter().map(|(_, terms)| terms).collect()
+}
+
 /// Puts the bodies together, bonds them where they share faces, and binds the strategies.
 fn finish<const D: usize>(
     scene: &Scene<D>,
@@ -199,17 +226,7 @@ fn finish<const D: usize>(
     discrete_bodies.iter().for_each(|discrete_body: &DiscreteBody<D>| {
         model.add_shared(discrete_body.body.clone());
     });
-    // In the order of the scene.
-    tables.sort_by_key(|(number, _)| *number);
-    let mut measures = vec![0.0; scene.loads.len()];
-    tables.iter().for_each(|(number, table)| measures[*number] += table.weights().iter().sum::<f64>());
-    sharing.total(&mut measures);
-    for (number, table) in tables {
-        let node = table.clusters().nodes(0).first().map_or(0, |node| *node as usize);
-        let own = discrete_bodies.iter().find(|body: &&DiscreteBody<D>| body.nodes.contains(&node));
-        let sheet = own.filter(|_| scene.kinematics.is_plane_stress()).map(|body| body.body.material().clone());
-        add_load(&mut model, &scene.loads[number], table, measures[number], sheet);
-    }
+    let loads = add_loads(scene, tables, &discrete_bodies, sharing, &mut model);
     let modulus =
         |discrete_body: &DiscreteBody<D>| discrete_body.body.material().response(&Matrix3::identity()).tangent[(0, 0)];
     let shear = |discrete_body: &DiscreteBody<D>| discrete_body.body.material().initial_moduli().shear;
@@ -235,6 +252,7 @@ fn finish<const D: usize>(
         equations,
         analysis,
         discrete_bodies,
+        loads,
         contacts,
         rolling,
         frames,

@@ -1,5 +1,6 @@
 //! Problems: a scene under a scheme, ready to run and to ask.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::Matrix3;
@@ -19,6 +20,7 @@ use super::frame::Frame;
 use super::neutral::Rolling;
 use crate::scene::Place;
 use crate::scene::definition::contact_definition::Contact;
+use crate::scene::definition::load::{Load, LoadKind};
 
 /// A discretised scene: model, rows and analysis, and the fields of its states.
 ///
@@ -29,6 +31,8 @@ pub struct Problem<const D: usize> {
     pub(crate) equations: Constraints,
     pub(crate) analysis: Analysis,
     pub(crate) discrete_bodies: Vec<DiscreteBody<D>>,
+    /// Loads on deformable bodies.
+    pub(crate) loads: Vec<LoadTerms>,
     /// What touches what.
     pub(crate) contacts: Vec<Contact<D>>,
     /// Bodies that are free to roll.
@@ -38,6 +42,20 @@ pub struct Problem<const D: usize> {
     /// The conditions and their rows.
     pub(crate) placed: Vec<Placed<D>>,
     pub(crate) names: Vec<(String, Place<D>)>,
+}
+
+/// The terms of a load, one for each body that it acts on.
+pub(crate) struct LoadTerms {
+    pub label: String,
+    pub terms: Range<usize>,
+    /// Whether it turns with the surface.
+    pub follows: bool,
+}
+
+impl LoadTerms {
+    pub(crate) fn of<const D: usize>(load: &Load<D>, terms: Range<usize>) -> Self {
+        LoadTerms { label: load.label(), terms, follows: matches!(load.kind, LoadKind::Pressure(_)) }
+    }
 }
 
 impl<const D: usize> Problem<D> {

@@ -67,7 +67,7 @@ impl<const D: usize> Problem<D> {
     }
 
     /// Whether forces have moments.
-    fn turns(&self) -> bool {
+    pub(crate) fn turns(&self) -> bool {
         D == 3
             || D == 2
                 && self
@@ -286,6 +286,42 @@ impl<const D: usize> Problem<D> {
             Some((k, own.map(|(_, c)| c).sum()))
         };
         numbers.filter_map(sum).collect()
+    }
+
+    /// The same for a unit turn about the line through a point along an axis, from the current positions; adds what changes the moment
+    /// of the forces where their points of attack move to `levers`.
+    pub(crate) fn unit_turn(
+        &self,
+        state: &State,
+        place: &Place<D>,
+        about: [f64; D],
+        axis: usize,
+        levers: &mut [f64],
+    ) -> Result<Vec<(usize, f64)>, Error> {
+        let rows = self.rows_at(state, place)?;
+        let numbers = self.placed_at(place).into_iter().flat_map(|placed| placed.equations.clone());
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        let mut turns = Vec::with_capacity(rows.len());
+        for (number, (equation, mu, nodes)) in numbers.zip(rows) {
+            let mut turn = 0.0;
+            for &(k, c) in equation.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {
+                let (node, component) = (k / D, k % D);
+                // About axis i a turn moves along i + 2 by the arm along i + 1, and along i + 1 against that along i + 2.
+                let (along, sign) = match component {
+                    _ if component == last => (next, 1.0),
+                    _ if component == next => (last, -1.0),
+                    _ => continue,
+                };
+                if along < D {
+                    let at = node * D + along;
+                    let arm = self.model.positions()[node][along] + state.displacement[at] - about[along];
+                    turn += sign * c * arm;
+                    levers[at] -= sign * mu * c;
+                }
+            }
+            turns.push((number, turn));
+        }
+        Ok(turns)
     }
 
     /// Whether a condition of a name or at a place acts in a component.
