@@ -51,22 +51,6 @@ impl<const D: usize> ModelAt<'_, D> {
         }
     }
 
-    /// How much $J$ differs from what the zones of pressure know of it: root of the mean square over the body.
-    #[cfg(feature = "solve")]
-    pub(crate) fn uneven_volumes(self) -> f64 {
-        let mut sums = [0.0; 2];
-        for (number, term) in self.model.terms.iter().enumerate() {
-            for cluster in 0..term.clusters() {
-                let own = term.protocol().uneven_volumes(cluster, self.at.of_term(number));
-                sums.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
-            }
-        }
-        if let Some(ranks) = &self.model.ranks {
-            ranks.sum(&mut sums);
-        }
-        if sums[0] == 0.0 { 0.0 } else { (sums[0] / sums[1]).sqrt() }
-    }
-
     /// Why the state is none that a term can answer for.
     #[cfg(feature = "solve")]
     pub(crate) fn check_state(self) -> Option<String> {

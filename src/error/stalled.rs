@@ -69,13 +69,6 @@ pub enum Cause {
         /// The same after it.
         after: f64,
     },
-    /// The states found are folded: within zones of pressure, whose volumes the bulk modulus keeps, parts have grown and others shrunk
-    /// far more than it allows for.
-    UnevenVolumes {
-        /// How much $J/\bar J$ differs from 1, with the mean $\bar J$ that the pressure of a zone knows: root of the mean square over
-        /// the body.
-        uneven: f64,
-    },
     /// The smallest step of time leaves more of an error than was requested.
     TimeError {
         /// The error of the stress, relative to it.
@@ -196,11 +189,6 @@ impl fmt::Display for Cause {
             Cause::Folded { before, after } => write!(
                 f,
                 "in a large step the largest volume ratio went from {before:.2} to {after:.2} of the smallest: the field may be folded"
-            ),
-            Cause::UnevenVolumes { uneven } => write!(
-                f,
-                "the field is folded: within zones of pressure J differs by {uneven:.2} from what the bulk modulus allows for, in the mean \
-                 square over the body; take more particles, smaller steps (Stepping::first), or load the body less"
             ),
             Cause::TimeError { error, tolerance } => write!(
                 f,

@@ -13,9 +13,7 @@ use super::path::{Ending, EquilibriumPath, Observer, Step, StepControlState};
 use super::rejection::Rejection;
 use super::settings::{Newton, TangentUpdate};
 use super::state::State;
-use super::stepping::{
-    FOLD_ITERATIONS, FOLD_STEP, FOLDED, Following, LARGE_CHANGE, SLOW, StepControl, TOO_LARGE, UNEVEN,
-};
+use super::stepping::{FOLD_ITERATIONS, FOLD_STEP, FOLDED, Following, LARGE_CHANGE, SLOW, StepControl, TOO_LARGE};
 
 /// One run: what it works with and what it has reached.
 pub(super) struct Continuation<'a, 'o, const D: usize> {
@@ -104,7 +102,6 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             self.count_rejection();
             return Err(Cause::Refused(why).into());
         }
-        self.keeps_volumes(&state).inspect_err(|_| self.count_rejection())?;
         if load_control {
             self.unfolded(&state, iterations).inspect_err(|_| self.count_rejection())?;
         }
@@ -191,12 +188,6 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let before = uneven(self.path.steps.last().and_then(|step| step.diagnostics.jacobians));
         let after = uneven(self.workspace.model.at_own(attempt).diagnostics().jacobians);
         if after > FOLDED * before { Err(Cause::Folded { before, after }.into()) } else { Ok(()) }
-    }
-
-    /// Rejects a state whose zones keep their volumes while what lies within them does not: it is folded, however it was found.
-    fn keeps_volumes(&self, attempt: &State) -> Result<(), Rejection> {
-        let uneven = self.workspace.model.at_own(attempt).uneven_volumes();
-        if uneven > UNEVEN { Err(Cause::UnevenVolumes { uneven }.into()) } else { Ok(()) }
     }
 
     /// Unstable modes of the current state. Those of the first one are counted when they are requested, which
@@ -303,10 +294,6 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     pub(super) fn correct(&mut self, load: f64) {
         match self.iterate(self.state.clone(), Control::Load(load)) {
             Ok((_, state)) => {
-                if let Err(rejection) = self.keeps_volumes(&state) {
-                    self.count_rejection();
-                    return self.stall(rejection, self.driven());
-                }
                 // A guess is no equilibrium: its modes count for nothing.
                 self.modes = self.workspace.unstable_modes();
                 self.accept(

@@ -2,9 +2,6 @@
 
 use crate::error::{Cause, LinearError};
 
-/// The smallest part of the load that is tried beyond a folded state.
-const FOLDED_LEAST: f64 = 0.01;
-
 /// Why an attempt was given up.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Rejection {
@@ -26,8 +23,6 @@ impl Rejection {
     pub(super) fn least(&self, smallest: f64) -> f64 {
         match self {
             Rejection::Failed(Cause::Unstable { .. }) => LOCATED * smallest,
-            // What is folded was so before, if less: small steps lead on to no other state.
-            Rejection::Failed(Cause::UnevenVolumes { .. }) => smallest.max(FOLDED_LEAST),
             Rejection::Stopped => f64::INFINITY,
             _ => smallest,
         }

@@ -154,5 +154,3 @@ pub(super) const FOLD_ITERATIONS: usize = 7;
 pub(super) const FOLD_STEP: f64 = 0.13;
 /// How many times less even the volume ratios have become in a folded field: the largest over the smallest.
 pub(super) const FOLDED: f64 = 1.8;
-/// How much $J$ may differ from its mean over zones of pressure, root of the mean square over the body, before a state is folded.
-pub(super) const UNEVEN: f64 = 0.2;

@@ -25,7 +25,7 @@ pub(super) struct Extrapolation {
 /// With the order $p$ of the last three values, between 1/2 and 4, the correction is what order $\max(p, 2)$ leaves after the last change,
 /// with its sign, and the bound $r_{\min(p, 1)}$ less the correction. Where the last two changes differ in sign no order is known: the
 /// value is not corrected, and its bound is $r_{1/2}$. Quantities without a dual solution are not corrected either; their bound is all of
-/// $r_{\min(p, 1)}$. No bound is less than a quarter of what first order leaves of $\eta$.
+/// $r_{\min(p, 1)}$. After two values the order is not known, and the bound is $r_{1/2}$. No bound is less than a quarter of what first order leaves of $\eta$.
 pub(super) fn extrapolate(series: &[(f64, f64)], eta: f64, has_dual: bool) -> Extrapolation {
     let [.., (coarser, from), (finest, to)] = *series else {
         return Extrapolation { correction: 0.0, left: f64::INFINITY };
@@ -33,10 +33,9 @@ pub(super) fn extrapolate(series: &[(f64, f64)], eta: f64, has_dual: bool) -> Ex
     let left_by = |order: f64, coarse: f64, fine: f64| finest.powf(order) / (coarse.powf(order) - fine.powf(order));
     let weighted = WEIGHTED * eta * left_by(1.0, coarser, finest);
     let [.., (coarsest, before), _, _] = *series else {
-        return Extrapolation {
-            correction: 0.0,
-            left: weighted.max((to - from).abs() * left_by(1.0, coarser, finest)),
-        };
+        // Nothing has measured an order yet.
+        let left = (to - from).abs() * left_by(ORDERS[0], coarser, finest);
+        return Extrapolation { correction: 0.0, left: weighted.max(left) };
     };
     let remainder = |a: f64| {
         let last = (to - from).abs() * left_by(a, coarser, finest);

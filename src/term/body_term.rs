@@ -144,10 +144,6 @@ impl<const D: usize, M: Material> Protocol for Body<D, M> {
         condensed_step[n..2 * n].copy_from_slice(&pressures[..n]);
     }
 
-    fn uneven_volumes(&self, cluster: usize, view: View<'_>) -> [f64; 2] {
-        self.uneven_volumes(cluster, view)
-    }
-
     fn couplings(&self, cluster: usize, visit: &mut dyn FnMut(&[u16])) {
         let clusters = self.table.clusters();
         let mut last: &[u16] = &[];

@@ -135,29 +135,6 @@ impl<const D: usize, M: Material> Body<D, M> {
         &self.phi[point * self.functions..(point + 1) * self.functions]
     }
 
-    /// See [`Protocol::uneven_volumes`](super::Protocol::uneven_volumes); nothing where pressures are not projected.
-    pub(super) fn uneven_volumes(&self, cluster: usize, view: View<'_>) -> [f64; 2] {
-        let points = self.table.clusters().points(cluster);
-        let weights = &self.table.weights()[points.clone()];
-        let volume = weights.iter().sum();
-        if self.functions == 0 {
-            return [0.0, volume];
-        }
-        let (_, _, measure) = self.zone(cluster, view.condensed);
-        let jacobian = |point| self.deformation_gradient(point, view.displacement).determinant();
-        let jacobians: Vec<f64> = points.clone().map(jacobian).collect();
-        let mut theta = [0.0; 4];
-        for ((point, weight), j) in points.clone().zip(weights).zip(&jacobians) {
-            let value = measure.of(*j).value;
-            theta.iter_mut().zip(self.phi(point)).for_each(|(t, phi)| *t += weight * phi * value);
-        }
-        let uneven = points.zip(weights).zip(&jacobians).map(|((point, weight), j)| {
-            let projected = self.phi(point).iter().zip(&theta).map(|(p, t)| p * t).sum();
-            weight * (j / measure.inverse(projected) - 1.0).powi(2)
-        });
-        [uneven.sum(), volume]
-    }
-
     /// The energy of a body without condensed unknowns at a state: projected where the field is.
     pub(super) fn zone_energy(&self, cluster: usize, view: View<'_>) -> f64 {
         let d = view.displacement;

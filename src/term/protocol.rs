@@ -1,6 +1,5 @@
 //! What terms of this crate arrange with the assembler.
 
-use super::element::View;
 use super::uncondensed::{Product, Zone};
 
 /// What terms of this crate arrange with the assembler; those of users arrange nothing.
@@ -40,12 +39,6 @@ pub trait Protocol: Send + Sync {
     /// Whether the matrix acts on the steps of Newton's method alone and resists nothing.
     fn is_artificial(&self) -> bool {
         false
-    }
-
-    /// $\int(J/\bar J - 1)^2$ over a cluster and its volume, with the mean $\bar J$ that its pressures know: changes of volume that they do
-    /// not resist.
-    fn uneven_volumes(&self, _cluster: usize, _view: View<'_>) -> [f64; 2] {
-        [0.0; 2]
     }
 
     /// Visits lists of nodes, by their places in the cluster, that the matrix couples beside condensed unknowns.

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use rkpm::prelude::*;
-use rkpm::solve::{Cause, EquilibriumPath};
+use rkpm::solve::EquilibriumPath;
 
 fn rubber() -> Rubber {
     Rubber::mooney_rivlin(0.293, 0.177, 1410.0).unwrap()
@@ -264,22 +264,6 @@ fn a_cube_locked_by_six_plates() {
             assert!((-stress[(axis, axis)] * area / forces[axis] - 1.0).abs() < 1e-8, "{stress}");
         }
     }
-}
-
-/// The same cube with k/µ = 320 and 4 particles a side, closed by 13 %: beyond a pressure of 31 shear moduli mean gaps leave faces a way through
-/// the plates, along which it fell to a folded state, with J from 0.59 to 1.62 and a thirtieth of the pressure. Such a state is no
-/// answer: the run ends before it and says why.
-#[test]
-fn a_cube_that_folds_is_told() {
-    let rubber = Rubber::mooney_rivlin(0.293, 0.177, 300.0).unwrap();
-    let scene = between_plates(Block::new([-1.0; 3], [1.0; 3]), rubber, [0.05, 0.045, 0.04]);
-    let path = scene.discretize(&Scheme::default().particles([4])).unwrap().run().unwrap();
-    println!("{:?} after {} iterations", path.ending, path.iterations);
-    let Ending::Stalled(stalled) = &path.ending else { panic!("{:?}", path.ending) };
-    assert!(matches!(stalled.cause, Cause::UnevenVolumes { uneven } if uneven > 0.2), "{stalled}");
-    assert!(stalled.to_string().contains("folded") && stalled.load > 0.7, "{stalled}");
-    let [low, high] = path.steps.last().unwrap().diagnostics.jacobians.unwrap();
-    assert!(high / low < 1.01, "J from {low} to {high}");
 }
 
 fn diagonal(values: [f64; 3]) -> rkpm::nalgebra::Matrix3<f64> {

@@ -10,7 +10,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::labels::{Curve, place};
-use super::ranges::ranges;
+use super::ranges::{Ranges, clip, ranges};
 use super::{Aspect, Chart, Colour, Direction, Marker, Scale, Series, Stroke};
 use crate::error::OutputError;
 use crate::output::{short, write_text};
@@ -59,9 +59,6 @@ struct Drawn<'a> {
     /// Its visible points.
     points: Points,
 }
-
-/// Room of the plot in even coordinates, lower and upper end of both axes.
-type Ranges = [(f64, f64); 2];
 
 impl Chart {
     /// The chart as the text of an SVG file.
@@ -363,26 +360,6 @@ fn visible(chart: &Chart, series: &Series, ranges: &Ranges) -> (Vec<Points>, Poi
     }
     runs.retain(|run| !run.is_empty());
     (runs, points)
-}
-
-/// The part of a line inside the plot (Liang and Barsky).
-pub(super) fn clip(ranges: &Ranges, a: (f64, f64), b: (f64, f64)) -> Option<[(f64, f64); 2]> {
-    let (mut enter, mut leave) = (0.0f64, 1.0f64);
-    for ((low, high), a, b) in [(ranges[0], a.0, b.0), (ranges[1], a.1, b.1)] {
-        if a == b {
-            if !(low..=high).contains(&a) {
-                return None;
-            }
-            continue;
-        }
-        let (t0, t1) = ((low - a) / (b - a), (high - a) / (b - a));
-        enter = enter.max(t0.min(t1));
-        leave = leave.min(t0.max(t1));
-    }
-    // Lines from far away meet the edge with a rounding of their own size.
-    let inside = |(x, y): (f64, f64)| (x.clamp(ranges[0].0, ranges[0].1), y.clamp(ranges[1].0, ranges[1].1));
-    let at = |t: f64| inside((a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1)));
-    (enter <= leave).then(|| [if enter == 0.0 { a } else { at(enter) }, if leave == 1.0 { b } else { at(leave) }])
 }
 
 /// 10 with a raised exponent.

@@ -84,7 +84,7 @@ fn cost(frame: &Frame, curves: &[Curve], taken: &[Frame]) -> f64 {
 /// The length of the part of a line within a box.
 fn length_within(frame: &Frame, a: [f64; 2], b: [f64; 2]) -> f64 {
     let ranges = frame.map(|[low, high]| (low, high));
-    let part = super::draw::clip(&ranges, a.into(), b.into());
+    let part = super::ranges::clip(&ranges, a.into(), b.into());
     part.map_or(0.0, |[from, to]| (to.0 - from.0).hypot(to.1 - from.1))
 }
 

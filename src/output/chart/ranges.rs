@@ -4,8 +4,11 @@ use crate::error::OutputError;
 
 use super::{Aspect, Axis, Chart, Direction, Scale};
 
+/// Room of the plot in even coordinates, lower and upper end of both axes.
+pub(super) type Ranges = [(f64, f64); 2];
+
 /// Ranges of both axes in their even coordinates, from what is fixed and from the data.
-pub(super) fn ranges(chart: &Chart) -> Result<[(f64, f64); 2], OutputError> {
+pub(super) fn ranges(chart: &Chart) -> Result<Ranges, OutputError> {
     let scales = [chart.x.scale, chart.y.scale];
     let fixed = [fixed(chart, &chart.x, "x")?, fixed(chart, &chart.y, "y")?];
     let inside = |axis: usize, t: f64| fixed[axis].is_none_or(|(a, b)| (a..=b).contains(&t));
@@ -108,4 +111,24 @@ impl Extent {
         let origin = |end: f64| end == 0.0 && scale == Scale::Linear && aspect == Aspect::Free;
         (if origin(low) { low } else { low - air }, if origin(high) { high } else { high + air })
     }
+}
+
+/// The part of a line inside the plot (Liang and Barsky).
+pub(super) fn clip(ranges: &Ranges, a: (f64, f64), b: (f64, f64)) -> Option<[(f64, f64); 2]> {
+    let (mut enter, mut leave) = (0.0f64, 1.0f64);
+    for ((low, high), a, b) in [(ranges[0], a.0, b.0), (ranges[1], a.1, b.1)] {
+        if a == b {
+            if !(low..=high).contains(&a) {
+                return None;
+            }
+            continue;
+        }
+        let (t0, t1) = ((low - a) / (b - a), (high - a) / (b - a));
+        enter = enter.max(t0.min(t1));
+        leave = leave.min(t0.max(t1));
+    }
+    // Lines from far away meet the edge with a rounding of their own size.
+    let inside = |(x, y): (f64, f64)| (x.clamp(ranges[0].0, ranges[0].1), y.clamp(ranges[1].0, ranges[1].1));
+    let at = |t: f64| inside((a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1)));
+    (enter <= leave).then(|| [if enter == 0.0 { a } else { at(enter) }, if leave == 1.0 { b } else { at(leave) }])
 }
