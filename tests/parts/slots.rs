@@ -257,7 +257,7 @@ fn drawn_slots_of_surfaces_open() {
             Point::<2>::new(0.0, 1.0),
         ];
         let outline = ["base", "right", "top", "slot", "slot", "slot", "top"].iter().zip(&corners[1..]);
-        let outline = outline.fold(Outline::at([0.0, 0.0]), |line, (name, x)| line.line(*name, [x[0], x[1]]));
+        let outline = outline.fold(Outline::at([0.0, 0.0]), |line, (name, x)| line.line(name, [x[0], x[1]]));
         let plane = Scene::new(Region::new(outline.close("left")).unwrap(), PlaneStrain, rubber())
             .hold("base")
             .traction("right", [TRACTION, 0.0])

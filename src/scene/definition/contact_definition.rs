@@ -9,6 +9,9 @@ use crate::term::View;
 
 use super::place::Place;
 
+/// What is told of a direction that contact bars: the trace function, the one that it touches, its place, the direction.
+type BarVisitor<'a, const D: usize> = dyn FnMut(&Trace, Option<&Trace>, &Point<D>, &Point<D>) + 'a;
+
 /// A part of the body and the rigid surface that it may touch.
 #[derive(Clone)]
 pub(crate) struct ContactDefinition<const D: usize> {
@@ -105,10 +108,10 @@ impl<const D: usize> Law<D> {
         }
     }
 
-    /// Visits the trace functions with what they touch, their places at rest and the ways that the contact bars there: vectors whose
-    /// squares, of the ways that are barred alike, add up to one. Without friction the way along the normal; none along which
+    /// Visits the trace functions with what they touch, their places at rest and the directions that the contact bars there: vectors whose
+    /// squares, of the directions that are barred alike, add up to one. Without friction the way along the normal; none along which
     /// a surface is pushed; none within one part.
-    pub(crate) fn bars(&self, rest: &[f64], visit: &mut dyn FnMut(&Trace, Option<&Trace>, &Point<D>, &Point<D>)) {
+    pub(crate) fn bars(&self, rest: &[f64], visit: &mut BarVisitor<'_, D>) {
         match self {
             Law::Rigid(law) => {
                 let view = View { displacement: rest, condensed: &[], load: 0.0 };
@@ -129,7 +132,7 @@ impl<const D: usize> Law<D> {
     }
 }
 
-/// Visits the ways that contact bars at the mean places of trace functions: along a normal or, with friction, along all axes, less the
+/// Visits the directions that contact bars at the mean places of trace functions: along a normal or, with friction, along all axes, less the
 /// way along which nothing is barred. `barred` tells both from the number of a trace function and its own normal.
 fn along_ways<const D: usize>(
     surface: &ContactSurface<D>,
