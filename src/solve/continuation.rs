@@ -13,7 +13,9 @@ use super::path::{Ending, EquilibriumPath, Observer, Step, StepControlState};
 use super::rejection::Rejection;
 use super::settings::{Newton, TangentUpdate};
 use super::state::State;
-use super::stepping::{FOLD_ITERATIONS, FOLD_STEP, FOLDED, Following, LARGE_CHANGE, SLOW, StepControl, TOO_LARGE};
+use super::stepping::{
+    EVEN, FOLD_ITERATIONS, FOLD_STEP, FOLD_STEP_UNEVEN, FOLDED, Following, LARGE_CHANGE, SLOW, StepControl, TOO_LARGE,
+};
 
 /// One run: what it works with and what it has reached.
 pub(super) struct Continuation<'a, 'o, const D: usize> {
@@ -179,15 +181,18 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     /// between points cost little where pressures are projected, and stable states have them as well.
     fn unfolded(&self, attempt: &State, iterations: usize) -> Result<(), Rejection> {
         // Where bodies touch a state may jump to a folded one in any step: one that is right is reached by shorter steps, in each of
-        // which the changes of volume are about as even as before.
-        let least = if self.workspace.model.is_unilateral() { 0.0 } else { FOLD_STEP };
-        if iterations < FOLD_ITERATIONS || (attempt.load - self.state.load).abs() <= least {
+        // which the changes of volume are about as even as before. What is uneven already, as beside corners that a contact passes,
+        // grows by as much in right states, and is looked at in longer steps alone.
+        let unilateral = self.workspace.model.is_unilateral();
+        let step = (attempt.load - self.state.load).abs();
+        if iterations < FOLD_ITERATIONS || !unilateral && step <= FOLD_STEP {
             return Ok(());
         }
         let uneven = |jacobians: Option<[f64; 2]>| jacobians.map_or(1.0, |[low, high]| high / low);
         let before = uneven(self.path.steps.last().and_then(|step| step.diagnostics.jacobians));
         let after = uneven(self.workspace.model.at_own(attempt).diagnostics().jacobians);
-        if after > FOLDED * before { Err(Cause::Folded { before, after }.into()) } else { Ok(()) }
+        let jumped = after > FOLDED * before && (before < EVEN || step > FOLD_STEP_UNEVEN);
+        if jumped { Err(Cause::Folded { before, after }.into()) } else { Ok(()) }
     }
 
     /// Unstable modes of the current state. Those of the first one are counted when they are requested, which

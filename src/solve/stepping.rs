@@ -152,5 +152,9 @@ pub(super) const SLOW: usize = 10;
 pub(super) const FOLD_ITERATIONS: usize = 7;
 /// The part of the load over which such attempts go at least, unless bodies touch.
 pub(super) const FOLD_STEP: f64 = 0.13;
+/// The same where bodies touch and volumes have changed unevenly already.
+pub(super) const FOLD_STEP_UNEVEN: f64 = 0.01;
+/// Up to which ratio of the largest change of volume to the smallest a field counts as even.
+pub(super) const EVEN: f64 = 5.0;
 /// How many times less even the volume ratios have become in a folded field: the largest over the smallest.
 pub(super) const FOLDED: f64 = 1.8;
