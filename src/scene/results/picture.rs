@@ -73,10 +73,11 @@ impl<const D: usize> Problem<D> {
         let positions = &self.model().positions()[..displacements.len()];
         let mut drawn = Drawn::default();
         let mut faces = contact_surface(&self.drawn_cells(), positions);
-        let mut bonded: HashSet<[usize; 2]> = HashSet::new();
+        let (mut bonded, mut rigid): (HashSet<[usize; 2]>, HashMap<[u64; 3], Point<D>>) = Default::default();
         for shape in self.rigid_shapes(state) {
             let own = self.faces_beside(&shape, &mut faces, &mut bonded, positions);
             let points = shape.mesh.points();
+            rigid.extend(points.iter().map(bits).zip(shape.displacements.iter().copied()));
             let current: Vec<Point<D>> = points.iter().zip(&shape.displacements).map(|(x, u)| x + u).collect();
             drawn.add(Divided::new(points, &own, 1), current, |_| f64::NAN);
         }
@@ -107,7 +108,8 @@ impl<const D: usize> Problem<D> {
             // The rim of a face that is bonded to a rigid body moves with it.
             let rim = |ends: &[usize; 2]| bonded.contains(&ends.map(|corner| first + corner));
             for (line, _) in divided.lines.iter().zip(&divided.ends).filter(|(_, ends)| rim(ends)) {
-                let [from, to] = [line[0], line[line.len() - 1]].map(|end| moved[end]);
+                let ends = [line[0], line[line.len() - 1]];
+                let [from, to] = ends.map(|end| rigid.get(&bits(&divided.points[end])).copied().unwrap_or(moved[end]));
                 let part = |k: usize| k as f64 / (line.len() - 1) as f64;
                 line.iter().enumerate().for_each(|(k, &point)| moved[point] = from + (to - from) * part(k));
             }
