@@ -5,7 +5,7 @@ use std::path::Path as FilePath;
 
 use rkpm::output::Chart;
 use rkpm::prelude::*;
-use rkpm::study::{Budget, Quantity, Tolerance};
+use rkpm::study::{Budget, Level, Quantity, Tolerance};
 
 use crate::COOK;
 
@@ -37,8 +37,9 @@ pub fn curves(out: &FilePath) -> Result<(), Box<dyn Error>> {
         let requested = Tolerance::of(quantity, ASKED[0]).and(Quantity::energy());
         let answer = scene.solve_within(&requested, Budget { unknowns: 6000, ..Budget::default() })?;
         answer.table().write(out.join(format!("curve_{number}.csv")))?;
-        let all = answer.levels.iter().chain(&answer.tried);
-        let estimated: Vec<[f64; 2]> = all.filter_map(|level| Some([level.unknowns as f64, level.estimate?])).collect();
+        // Those of the kind that was chosen, from coarse to fine.
+        let point = |level: &Level| Some([level.unknowns as f64, level.estimate.filter(|estimate| *estimate > 0.0)?]);
+        let estimated: Vec<[f64; 2]> = answer.levels.iter().filter_map(point).collect();
         chart = chart.marked_line(name, &estimated);
         if let Some(level) = answer.recommended(ASKED[1]) {
             recommended.extend(level.estimate.map(|estimate| [level.unknowns as f64, estimate]));

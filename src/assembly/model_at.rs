@@ -4,7 +4,7 @@ use crate::error::SolveError;
 use crate::parallel::{map_ranges, threads};
 #[cfg(feature = "solve")]
 use crate::term::Zone;
-use crate::term::{Element, condensed_range};
+use crate::term::{Element, condensed_range, each_force};
 
 use super::model::{Model, SERIAL_BELOW};
 use super::state_ref::StateRef;
@@ -49,18 +49,11 @@ impl<const D: usize> ModelAt<'_, D> {
         let mut sums = vec![0.0; self.model.unknowns()];
         let mut element = Element::default();
         for (number, term) in self.model.terms.iter().enumerate() {
-            for cluster in 0..term.clusters() {
-                let nodes = term.nodes(cluster);
-                let compact = term.protocol().fills_compact();
-                element.reset(if compact { 0 } else { nodes.len() * D }, false);
-                term.linearize(cluster, self.at.of_term(number), &mut element);
-                for a in 0..element.residual.len() / D {
-                    let node = if compact { nodes[element.compact[a] as usize] } else { nodes[a] };
-                    for i in 0..D {
-                        sums[node as usize * D + i] += take(element.residual[a * D + i], element.load_slope[a * D + i]);
-                    }
+            each_force(&**term, self.at.of_term(number), &mut element, |node, residual, load_slope| {
+                for i in 0..D {
+                    sums[node * D + i] += take(residual[i], load_slope[i]);
                 }
-            }
+            });
         }
         if let Some(ranks) = &self.model.ranks {
             ranks.sum(&mut sums);

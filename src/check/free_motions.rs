@@ -49,8 +49,8 @@ impl fmt::Display for FreeMotion {
 }
 
 /// Combinations of translations and infinitesimal rotations that cost no energy at rest, that no row sees and that no contact
-/// bars: of single bodies, where there are several, and of all together. A surface without friction bars the way along its normal
-/// alone, one that is pushed no way along its own.
+/// bars: of single bodies, where there are several, and of all together. A surface without friction bars the direction of its
+/// normal alone, one that is pushed not its own. A surface that turns freely counts as one that does not.
 pub(super) fn free_motions<const D: usize>(problem: &Problem<D>) -> Vec<FreeMotion> {
     let motions = Motions::of(problem);
     let resistance = motions.resistance(problem);
@@ -140,8 +140,12 @@ impl<const D: usize> Motions<D> {
             let of = |r: &Vec<f64>| row.entries.iter().map(|&(k, c)| c * r[k]).sum::<f64>() / scale;
             see(&motions.iter().map(of).collect::<Vec<f64>>());
         }
+        let mut group_of = vec![None; positions.len()];
+        for (group, nodes) in self.groups.iter().enumerate() {
+            nodes.iter().for_each(|&node| group_of[node] = Some(group));
+        }
         for contact in &problem.contacts {
-            let group = |trace: &Trace| self.groups.iter().position(|nodes| nodes.contains(&(trace.particle as usize)));
+            let group = |trace: &Trace| group_of[trace.particle as usize];
             contact.law.bars(&vec![0.0; positions.len() * D], &mut |trace, other, x, barred| {
                 let (own, other) = (group(trace), other.and_then(group));
                 let seen = |number: usize| {

@@ -62,7 +62,8 @@ fn solid<const D: usize>(x: &Point<D>) -> Point<3> {
 }
 
 /// Measures of the triangles of a facet, each between a corner and the next one, for which the linear functions of its corners have the
-/// integrals `shares` of its trace functions.
+/// integrals `shares` of its trace functions where those of opposite corners have equal sums, as on bilinear facets of uniform density; else
+/// the nearest to them, and equal parts where one would be negative: uniform pressures are not exact there.
 fn measures(shares: &[f64]) -> Vec<f64> {
     let whole: f64 = shares.iter().sum();
     let &[a, b, c, d] = shares else { return vec![whole] };

@@ -193,7 +193,9 @@ impl<'a> Sorted<'a> {
         let bin = self.bin(&middle);
         let mut found: Vec<(f64, Facing)> = Vec::new();
         let (mut covered, mut farthest) = (0.0, 0.0f64);
-        for ring in 0..=REACH {
+        // From the middle of a large triangle among small ones it is far to what its corners face.
+        let last = REACH + (radius / self.size).ceil() as i32;
+        for ring in 0..=last {
             if covered >= 1.0 - PART && farthest + radius < (f64::from(ring) - 1.0) * self.size {
                 break;
             }
@@ -202,7 +204,9 @@ impl<'a> Sorted<'a> {
                     return;
                 }
                 if let Some((gap, facing)) = self.covers(other, own, deeper).filter(|(gap, _)| may(other, *gap)) {
-                    covered += facing.overlap.area();
+                    if !found.iter().any(|(_, nearer)| facing.overlap.lies_over(&nearer.overlap, PART)) {
+                        covered += facing.overlap.area();
+                    }
                     farthest = farthest.max(gap.abs());
                     found.push((gap.abs(), facing));
                 }

@@ -62,7 +62,7 @@ pub enum Cause {
         /// Unstable modes of the last state found.
         modes: usize,
     },
-    /// A large step has made the changes of volume far less even: it may have folded the field between points.
+    /// A step, under contact of any length, has made the changes of volume far less even: it may have folded the field between points.
     Folded {
         /// The largest $J$ over the smallest one before the step.
         before: f64,
@@ -188,7 +188,7 @@ impl fmt::Display for Cause {
             ),
             Cause::Folded { before, after } => write!(
                 f,
-                "in a large step the largest volume ratio went from {before:.2} to {after:.2} of the smallest: the field may be folded"
+                "in one step the largest J over the smallest went from {before:.2} to {after:.2}: the field may be folded"
             ),
             Cause::TimeError { error, tolerance } => write!(
                 f,

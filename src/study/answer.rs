@@ -53,7 +53,8 @@ pub struct Budget {
     /// Most time of the whole search, where it is limited: a model under way then is given up, after the matrix that it is at. What
     /// is answered depends on the machine then.
     pub time: Option<Duration>,
-    /// Most bytes of a model ([`Level::bytes`]), where they are limited: those of the next one are predicted from the last one.
+    /// Most bytes of a model ([`Level::bytes`]), where they are limited: those of the next one are predicted from the last one. The coarsest
+    /// model is not limited.
     pub bytes: Option<usize>,
 }
 
@@ -115,7 +116,9 @@ pub struct Answer<const D: usize> {
     pub tried: Vec<Level>,
     /// Whether the model is at rest only as far as comparisons need.
     pub(super) rough: bool,
-    /// Corrected values of the quantities requested.
+    /// The quantities requested.
+    pub(super) requested: Vec<Quantity<D>>,
+    /// Their corrected values.
     pub(super) values: Vec<f64>,
     /// Dual solutions of the model, quantity by quantity, that of the energy last.
     pub(super) duals: Vec<Option<Vec<f64>>>,
@@ -150,8 +153,9 @@ impl<const D: usize> Answer<D> {
         self.levels.iter().chain(&self.tried)
     }
 
-    /// The model of the fewest unknowns, of all that were solved, whose estimated error is below a tolerance; none where no one's is. A search
-    /// for a tight tolerance so tells what looser ones take.
+    /// The model of the fewest unknowns, of all that were solved, whose [`estimate`](Level::estimate) is below a tolerance; none where no
+    /// one's is. A search for a tight tolerance so tells what looser ones take. The estimate is that of its values with their
+    /// [`corrections`](Level::corrections): the model run by itself is off by these, too.
     pub fn recommended(&self, tolerance: f64) -> Option<&Level> {
         let sufficient = self.all().filter(|level| level.estimate.is_some_and(|estimate| estimate < tolerance));
         sufficient.min_by_key(|level| level.unknowns)

@@ -4,7 +4,7 @@ use crate::error::{Error, Invalid, SolveError};
 use crate::quadrature::gauss_legendre;
 use crate::scene::{Dilation, Problem, Scene, Scheme};
 use crate::solve::State;
-use crate::term::{Element, Term, View};
+use crate::term::{Element, Term, View, each_force};
 
 /// One dilation that was tried.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,13 +110,8 @@ pub fn potential<const D: usize>(problem: &Problem<D>, state: &State) -> Result<
 /// $f\cdot d$ for the forces of a term, which are the negative of its residual.
 fn work_rate<const D: usize>(term: &dyn Term<D>, view: View<'_>, d: &[f64], element: &mut Element) -> f64 {
     let mut sum = 0.0;
-    for cluster in 0..term.clusters() {
-        let nodes = term.nodes(cluster);
-        element.reset(nodes.len() * D, false);
-        term.linearize(cluster, view, element);
-        for (&node, forces) in nodes.iter().zip(element.residual.chunks_exact(D)) {
-            sum -= forces.iter().zip(&d[node as usize * D..]).map(|(force, d)| force * d).sum::<f64>();
-        }
-    }
+    each_force(term, view, element, |node, residual, _| {
+        sum -= residual.iter().zip(&d[node * D..]).map(|(force, d)| force * d).sum::<f64>();
+    });
     sum
 }

@@ -7,9 +7,9 @@ use crate::material::Material;
 use crate::scene::Problem;
 use crate::solve::State;
 use crate::tensor::cofactor;
-use crate::term::{Element, Term, View};
+use crate::term::{Element, Term, View, each_force};
 
-use super::answer::{Answer, Tolerance};
+use super::answer::Answer;
 
 /// What one thing that is modelled does to an answer.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,7 +18,8 @@ pub struct Effect {
     pub what: String,
     /// The quantity that it changes most.
     pub quantity: String,
-    /// How far it changes that, relative to the value or to the size given for it; NaN where a quantity has no derivative.
+    /// How far it changes that, relative to the value or to the size given for it; NaN where a quantity has no derivative, and for
+    /// contacts that are closed.
     pub change: f64,
 }
 
@@ -35,7 +36,7 @@ impl fmt::Display for Effect {
 
 impl<const D: usize> Answer<D> {
     /// What loads, contacts, the bulk moduli and, where there are several, the stiffnesses of bodies do to the quantities that were
-    /// requested, from the least to the largest; the tolerance is the one that was asked for.
+    /// requested, from the least to the largest. Loads on rigid bodies are not among them.
     ///
     /// By the dual solution $z$ of a quantity $q$ each takes one sum over its points. What adds $r$ to the residual changes
     /// $q$ by $\partial q/\partial s - z\cdot r$ where it is scaled by $1 + s$, so that this, to first order, is what the answer would lose
@@ -53,8 +54,8 @@ impl<const D: usize> Answer<D> {
     ///     .contact((0, Side::Max), RigidSurface::plane([45.0, 0.0], [-1.0, 0.0]).named("stop"));
     /// let shear = Tolerance::of(Quantity::reaction((1, Side::Max), 0), 0.02);
     /// let answer = pad.solve_within(&shear, Budget::default())?;
-    /// let unneeded: Vec<String> = answer.unneeded(&shear)?.iter().map(ToString::to_string).collect();
-    /// assert_eq!(unneeded[0], "the contact at `stop`, which never closed, changes nothing");
+    /// let unneeded: Vec<String> = answer.unneeded(shear.error)?.iter().map(ToString::to_string).collect();
+    /// assert_eq!(unneeded[0], "the contact at `stop`, which is open at the end, changes nothing");
     /// assert!(unneeded.iter().any(|what| what.starts_with("body force changes reaction 0")), "{unneeded:?}");
     /// assert!(unneeded.iter().any(|what| what.contains("bulk modulus")), "{unneeded:?}");
     /// # Ok::<(), rkpm::Error>(())
@@ -62,45 +63,45 @@ impl<const D: usize> Answer<D> {
     ///
     /// # Errors
     /// For quantities that the problem of the answer can't evaluate.
-    pub fn effects(&self, tolerance: &Tolerance<D>) -> Result<Vec<Effect>, Error> {
+    pub fn effects(&self) -> Result<Vec<Effect>, Error> {
         let mut found = Vec::new();
         let (problem, state) = (&self.problem, self.path.last());
+        let values = self.requested.iter().map(|quantity| quantity.evaluate(problem, state));
+        let values = values.collect::<Result<Vec<f64>, Error>>()?;
         let all = problem.model().terms();
         let of_terms = |terms: std::ops::Range<usize>| {
             let parts = terms.clone().filter_map(|term| Some((&*all[term], state.condensed.get(term)?)));
             Change { residual: residual(problem, state, parts.clone()), energy: energy(state, parts) }
         };
         for contact in &problem.contacts {
-            let closed = |state: &State| -> Result<bool, Error> {
-                Ok(problem.contact(state, &contact.name)?.points.iter().any(|point| point.is_active))
-            };
-            let mut never = true;
-            for step in &self.path.steps {
-                never &= !closed(&step.state)?;
-            }
+            let open = !problem.contact(state, &contact.name)?.points.iter().any(|point| point.is_active);
             let what = format!("the contact at `{}`", contact.name);
-            let what = if never { format!("{what}, which never closed,") } else { what };
-            let change = if never { Change::none(problem) } else { of_terms(contact.term..contact.term + 1) };
-            found.push(self.effect(tolerance, what, &change)?);
+            found.push(if open {
+                self.effect(&values, format!("{what}, which is open at the end,"), &Change::none(problem))
+            } else {
+                // Its forces do no work in dual solutions, which keep it closed.
+                let quantity = self.requested.first().map(|quantity| quantity.name().to_string());
+                Effect { what, quantity: quantity.unwrap_or_default(), change: f64::NAN }
+            });
         }
         for load in &problem.loads {
-            found.push(self.effect(tolerance, load.label.clone(), &of_terms(load.terms.clone()))?);
+            found.push(self.effect(&values, load.label.clone(), &of_terms(load.terms.clone())));
             if load.follows {
                 let rest = State { displacement: vec![0.0; state.displacement.len()], ..state.clone() };
                 let mut change = of_terms(load.terms.clone());
                 let parts = load.terms.clone().filter_map(|term| Some((&*all[term], rest.condensed.get(term)?)));
                 let dead = residual(problem, &rest, parts);
                 change.residual.iter_mut().zip(dead).for_each(|(follower, dead)| *follower -= dead);
-                found.push(self.effect(tolerance, format!("that {} follows the surface", load.label), &change)?);
+                found.push(self.effect(&values, format!("that {} follows the surface", load.label), &change));
             }
         }
         for (number, body) in problem.discrete_bodies().iter().enumerate() {
             let of = if problem.discrete_bodies().len() > 1 { format!(" of `{}`", body.name()) } else { String::new() };
             if let Some(change) = compressibility(problem, number, state) {
-                found.push(self.effect(tolerance, format!("the bulk modulus{of}"), &change)?);
+                found.push(self.effect(&values, format!("the bulk modulus{of}"), &change));
             }
             if !of.is_empty() {
-                found.push(self.effect(tolerance, format!("the stiffness{of}"), &of_terms(number..number + 1))?);
+                found.push(self.effect(&values, format!("the stiffness{of}"), &of_terms(number..number + 1)));
             }
         }
         found.sort_by(|a, b| a.change.total_cmp(&b.change));
@@ -108,14 +109,14 @@ impl<const D: usize> Answer<D> {
     }
 
     /// What could be left out of the scene, or made incompressible: the least [`effects`](Answer::effects) that together with the
-    /// [`bound`](Answer::bound) are still below the tolerance. First-order estimates: a contact that closes little does little, but one that
-    /// holds the body in place is no matter of first order.
+    /// [`bound`](Answer::bound) are still below a tolerance. First-order estimates. What has no known effect, as a contact that is closed, is
+    /// not among them.
     ///
     /// # Errors
     /// As [`effects`](Answer::effects).
-    pub fn unneeded(&self, tolerance: &Tolerance<D>) -> Result<Vec<Effect>, Error> {
-        let mut left = tolerance.error - self.bound;
-        let mut effects = self.effects(tolerance)?;
+    pub fn unneeded(&self, tolerance: f64) -> Result<Vec<Effect>, Error> {
+        let mut left = tolerance - self.bound;
+        let mut effects = self.effects()?;
         let count = effects.iter().take_while(|effect| {
             left -= effect.change;
             effect.change == 0.0 || left > 0.0
@@ -126,10 +127,9 @@ impl<const D: usize> Answer<D> {
     }
 
     /// The largest change of the quantities requested.
-    fn effect(&self, tolerance: &Tolerance<D>, what: String, change: &Change) -> Result<Effect, Error> {
+    fn effect(&self, values: &[f64], what: String, change: &Change) -> Effect {
         let mut worst = Effect { what, quantity: String::new(), change: 0.0 };
-        for (k, quantity) in tolerance.quantities.iter().enumerate() {
-            let value = quantity.evaluate(&self.problem, self.path.last())?;
+        for (k, (quantity, value)) in self.requested.iter().zip(values).enumerate() {
             let explicit = if quantity.is_energy() { change.energy } else { 0.0 };
             let dual = self.duals.get(k).and_then(Option::as_ref);
             let by_state = match dual {
@@ -146,7 +146,7 @@ impl<const D: usize> Answer<D> {
                 break;
             }
         }
-        Ok(worst)
+        worst
     }
 }
 
@@ -172,15 +172,9 @@ fn residual<'a, const D: usize>(
     let mut element = Element::default();
     for (term, condensed) in terms {
         let view = View { displacement: &state.displacement, condensed, load: state.load };
-        for cluster in 0..term.clusters() {
-            let nodes = term.nodes(cluster);
-            element.reset(nodes.len() * D, false);
-            term.linearize(cluster, view, &mut element);
-            for (&node, forces) in nodes.iter().zip(element.residual.chunks_exact(D)) {
-                let own = &mut sum[node as usize * D..][..D];
-                own.iter_mut().zip(forces).for_each(|(own, part)| *own += part);
-            }
-        }
+        each_force(term, view, &mut element, |node, residual, _| {
+            sum[node * D..].iter_mut().zip(residual).for_each(|(sum, part)| *sum += part);
+        });
     }
     sum
 }
@@ -202,7 +196,7 @@ fn compressibility<const D: usize>(problem: &Problem<D>, number: usize, state: &
     let pressures = member.bulk_pressures(number, state)?;
     let (_, volumetric) = body.material().split()?;
     let mut change = Change::none(problem);
-    // The energy of volumes as a quadratic one: pointwise volumes of zones say nothing.
+    // By $p^2/2\kappa$: where pressures are projected, $J$ at a point does not follow from $p$.
     let give = volumetric.evaluate(1.0).curvature.recip();
     for (point, pressure) in pressures.into_iter().enumerate() {
         let f = body.deformation_gradient(point, &state.displacement);

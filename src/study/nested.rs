@@ -61,7 +61,7 @@ pub(super) fn unsettled<const D: usize>(answer: &Answer<D>, tolerance: &Toleranc
 /// square, and steps with a reused tangent end at far less.
 const ALGEBRAIC: f64 = 1e-4;
 
-/// Iterations at most that correct a guess: those of discs and blocks that came to rest took up to 10, and what did not wandered on.
+/// Most iterations that correct a guess; beyond them the usual steps are cheaper.
 const CORRECTIONS: usize = 12;
 
 /// Solves one model, corrected from a coarser one where there is one, and its dual problems.
@@ -128,6 +128,7 @@ pub(super) fn solve<const D: usize>(
         choice: name_of(&scheme).to_string(),
         tried: Vec::new(),
         rough,
+        requested: tolerance.quantities.clone(),
         values,
         duals,
     })

@@ -8,7 +8,7 @@ use crate::geometry::Point;
 use crate::scene::{Place, Problem};
 use crate::solve::{Dual, State};
 use crate::tensor::cofactor;
-use crate::term::{Element, View};
+use crate::term::{Element, View, each_force};
 
 /// Gradients of displacements below this are rounding of those that bodies have.
 const REST: f64 = 1e-13;
@@ -212,16 +212,9 @@ impl<const D: usize> Quantity<D> {
                     if (0..term.clusters()).all(|cluster| term.energy(cluster, view) == 0.0) {
                         continue;
                     }
-                    for cluster in 0..term.clusters() {
-                        let nodes = term.nodes(cluster);
-                        element.reset(nodes.len() * D, false);
-                        term.linearize(cluster, view, &mut element);
-                        for (&node, forces) in nodes.iter().zip(element.residual.chunks_exact(D)) {
-                            for (i, part) in forces.iter().enumerate() {
-                                force[node as usize * D + i] += part;
-                            }
-                        }
-                    }
+                    each_force(&**term, view, &mut element, |node, residual, _| {
+                        force[node * D..].iter_mut().zip(residual).for_each(|(sum, part)| *sum += part);
+                    });
                 }
             }
             Kind::Volume => {

@@ -9,6 +9,7 @@ mod body_zones;
 mod contraction;
 mod diagnostics;
 mod element;
+mod forces;
 mod integrand;
 mod internal_variables;
 mod linearize;
@@ -36,6 +37,7 @@ pub use pressure_field::{PressureField, ProjectedMeasure};
 pub use uncondensed::{Product, Zone};
 pub use views::{CondensedUnknowns, Diagnostics, History, TermMatrix, Unilateral};
 
+pub(crate) use forces::each_force;
 pub(crate) use lower::LowerBlocks;
 pub(crate) use protocol::Protocol;
 

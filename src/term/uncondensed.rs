@@ -42,7 +42,7 @@ pub struct Zone {
     /// Rows of $C$: one vector over the unknowns of the nodes, node by node, for each function; in single precision, as the
     /// rest of what products read.
     pub slopes: Vec<f32>,
-    /// $H$ \[stress\], symmetric; rows and columns beyond the functions are zero.
+    /// $H$ \[stress\], for contact its compliance $\varepsilon/A$ \[length/force\], symmetric; rows and columns beyond the functions are zero.
     pub hessian: [[f64; FUNCTIONS]; FUNCTIONS],
     /// The initial shear modulus \[stress\], zero where it is not known.
     pub shear: f64,

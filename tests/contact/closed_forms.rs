@@ -5,11 +5,7 @@ use std::f64::consts::{PI, SQRT_2, TAU};
 use rkpm::prelude::*;
 use rkpm::scene::ContactState;
 
-const SHEAR: f64 = 1.0;
-
-fn rubber(bulk: f64) -> Rubber {
-    Rubber::neo_hookean(0.5 * SHEAR, bulk).unwrap()
-}
+use crate::{SHEAR, soft};
 
 /// A ball of radius 1 on a half-space that touch within a radius.
 #[derive(Clone, Copy)]
@@ -100,7 +96,7 @@ fn ball_on_a_half_space_of_revolution() {
         Mapped(move |unit: &Point<2>| [size * growing(unit[0], 3.5), -size * growing(1.0 - unit[1], 3.5)].into());
     let ball = RigidSurface::shaft([0.0, 1.0], 1.0).moving([0.0, -hertz.approach()]).named("ball");
     let mut scene =
-        Scene::new(block, Axisymmetric, rubber(bulk)).prescribe((0, Side::Min), 0, 0.0).contact((1, Side::Max), ball);
+        Scene::new(block, Axisymmetric, soft(bulk)).prescribe((0, Side::Min), 0, 0.0).contact((1, Side::Max), ball);
     for far in [(1, Side::Min), (0, Side::Max)] {
         scene = scene
             .prescribe(far, 0, Value::field(move |x: &Point<2>| hertz.displacement(x[0], -x[1])[0]))
@@ -129,7 +125,7 @@ fn ball_on_a_half_space() {
         Point::<3>::new(x, y, -z)
     });
     let ball = RigidSurface::sphere([0.0, 0.0, 1.0], 1.0).moving([0.0, 0.0, -hertz.approach()]).named("ball");
-    let mut scene = Scene::new(block, Solid, rubber(bulk))
+    let mut scene = Scene::new(block, Solid, soft(bulk))
         .prescribe((0, Side::Min), 0, 0.0)
         .prescribe((1, Side::Min), 1, 0.0)
         .contact((2, Side::Max), ball);
@@ -163,7 +159,7 @@ fn sphere_on_a_plane() {
         .line("equator", [1.0, 0.0])
         .arc("outer", [0.0, 1.0], [0.0, 0.0], Turn::Left)
         .close("axis");
-    let scene = Scene::new(Region::new(outline).unwrap(), Axisymmetric, rubber(bulk))
+    let scene = Scene::new(Region::new(outline).unwrap(), Axisymmetric, soft(bulk))
         .prescribe("equator", 1, 0.0)
         .prescribe("axis", 0, 0.0)
         .contact("outer", RigidSurface::plane([0.0, 1.0], [0.0, -1.0]).moving([0.0, -approach]).named("plate"));
@@ -197,8 +193,8 @@ fn sleeve_in_a_bush() {
         })
     };
     let mut scene = Scene::assembly(PlaneStrain)
-        .body("sleeve", ring(radii[0], radii[1] + interference), rubber(bulk))
-        .body("bush", ring(radii[1], radii[2]), rubber(bulk))
+        .body("sleeve", ring(radii[0], radii[1] + interference), soft(bulk))
+        .body("bush", ring(radii[1], radii[2]), soft(bulk))
         .press_fit(Place::on((0, Side::Max)).of("sleeve"), Place::on((0, Side::Min)).of("bush"), "fit");
     for body in ["sleeve", "bush"] {
         let end = |side: Side| Place::on((1, side)).of(body);
@@ -230,8 +226,8 @@ fn shaft_in_a_bush() {
         .arc("bore", [radii[1], 0.0], [0.0, 0.0], Turn::Right);
     let grading = |x: &[f64]| (x[0].hypot(x[1]) - 1.0).abs().max(0.15);
     let scene = Scene::assembly(PlaneStrain)
-        .body("shaft", Region::new(shaft).unwrap(), rubber(bulk))
-        .body("bush", Region::new(bush).unwrap(), rubber(bulk))
+        .body("shaft", Region::new(shaft).unwrap(), soft(bulk))
+        .body("bush", Region::new(bush).unwrap(), soft(bulk))
         .scheme_of("shaft", move |scheme| scheme.particles([21]).graded(grading))
         .scheme_of("bush", move |scheme| scheme.particles([42]).graded(grading))
         .prescribe("shaft bottom", 1, 0.0)
@@ -253,8 +249,8 @@ fn shaft_in_a_bush_of_radial_lines() {
     let (bulk, radii) = (30.0, [0.0, 5.0, 8.0]);
     for interference in [1e-4, 1e-3] {
         let scene = Scene::assembly(RadialCylinder)
-            .body("shaft", Block::new([radii[0]], [radii[1] + interference]), rubber(bulk))
-            .body("bush", Block::new([radii[1]], [radii[2]]), rubber(bulk))
+            .body("shaft", Block::new([radii[0]], [radii[1] + interference]), soft(bulk))
+            .body("bush", Block::new([radii[1]], [radii[2]]), soft(bulk))
             .prescribe(Place::on(Side::Min).of("shaft"), 0, 0.0)
             .press_fit(Place::on(Side::Max).of("shaft"), Place::on(Side::Min).of("bush"), "fit");
         let problem = scene.discretize(&Scheme::default().particles([25])).unwrap();

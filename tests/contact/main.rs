@@ -14,3 +14,12 @@ mod rings;
 mod rolling;
 mod surfaces;
 mod turning;
+
+use rkpm::prelude::Rubber;
+
+/// The shear modulus of scenes beside closed forms.
+const SHEAR: f64 = 1.0;
+
+fn soft(bulk: f64) -> Rubber {
+    Rubber::neo_hookean(0.5 * SHEAR, bulk).unwrap()
+}

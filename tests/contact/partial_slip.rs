@@ -6,11 +6,7 @@ use rkpm::prelude::*;
 use rkpm::scene::ContactState;
 use rkpm::solve::EquilibriumPath;
 
-const SHEAR: f64 = 1.0;
-
-fn rubber(bulk: f64) -> Rubber {
-    Rubber::neo_hookean(0.5 * SHEAR, bulk).unwrap()
-}
+use crate::{SHEAR, soft};
 
 /// A cylinder of radius 1 on a half-plane, incompressible: pressed until they touch within `half`, then drawn along until they stick within
 /// `stick` alone.
@@ -81,7 +77,7 @@ impl Cattaneo {
         let block = Mapped(move |unit: &Point<2>| [growing(2.0 * unit[0] - 1.0), -growing(1.0 - unit[1])].into());
         let pressed = Amplitude::table(vec![(0.0, 0.0), (PRESSED, 1.0), (1.0, 1.0)]).unwrap();
         let tool = RigidSurface::shaft([0.0, 1.0], 1.0).moving_along([0.0, -self.approach()], pressed);
-        let mut scene = Scene::new(block, PlaneStrain, rubber(bulk))
+        let mut scene = Scene::new(block, PlaneStrain, soft(bulk))
             .contact((1, Side::Max), tool.friction(self.friction).named("cylinder"));
         for far in [(0, Side::Min), (0, Side::Max), (1, Side::Min)] {
             let moved = move |x: &Point<2>, load: f64| {
@@ -148,7 +144,7 @@ fn a_sleeve_drawn_along_a_shaft_grips_by_its_tension() {
     let fitted = Amplitude::table(vec![(0.0, 0.0), (PRESSED, 1.0), (1.0, 1.0)]).unwrap();
     let drawn = Amplitude::table(vec![(0.0, 0.0), (PRESSED, 0.0), (1.0, 1.0)]).unwrap();
     let shaft = RigidSurface::plane([radius, 0.0], [1.0, 0.0]).moving_along([middle * strain, 0.0], fitted);
-    let scene = Scene::new(Block::new([radius, 0.0], [radius + thick, length]), Axisymmetric, rubber(1e3))
+    let scene = Scene::new(Block::new([radius, 0.0], [radius + thick, length]), Axisymmetric, soft(1e3))
         .with(Condition::on((1, Side::Max)).component(1, 0.01).amplitude(drawn))
         .contact((0, Side::Min), shaft.friction(friction).named("shaft"));
     let problem = scene.discretize(&Scheme::default().particles([3, 61])).unwrap();
@@ -177,7 +173,7 @@ fn torques(scheme: &Scheme, angle: f64) -> Vec<[f64; 2]> {
         .turning_along(table([(0.0, 0.0), (PRESSED, 0.0), (1.0, 1.0)]))
         .friction(friction)
         .named("roller");
-    let scene = Scene::new(layer, PlaneStrain, rubber(100.0)).hold((1, Side::Min)).contact((1, Side::Max), roller);
+    let scene = Scene::new(layer, PlaneStrain, soft(100.0)).hold((1, Side::Min)).contact((1, Side::Max), roller);
     let problem = scene.discretize(scheme).unwrap();
     let path: EquilibriumPath = problem.run().unwrap().completed().unwrap();
     let torque = |step: &rkpm::solve::Step| {
@@ -194,7 +190,9 @@ fn torques(scheme: &Scheme, angle: f64) -> Vec<[f64; 2]> {
 #[test]
 fn a_roller_has_its_torque() {
     let [found, finer] = [[65, 17], [97, 25]].map(|counts| torques(&Scheme::default().particles(counts), 0.25));
-    for ([angle, torque], [_, expected]) in found.into_iter().zip(finer) {
+    assert!(!found.is_empty() && found.len() == finer.len());
+    for ([angle, torque], [at, expected]) in found.into_iter().zip(finer) {
+        assert!((angle - at).abs() < 1e-9, "{angle} beside {at}");
         println!("{angle:.4} rad: {torque:.5}, {:.2e} off", torque / expected - 1.0);
         assert!((torque / expected - 1.0).abs() < 0.01, "{angle}: {torque} {expected}");
     }

@@ -286,4 +286,13 @@ fn a_rounded_block_squeezed_on_six_sides() {
     let forces = balanced(&problem, &path);
     println!("forces {forces:?}, {} iterations in {} steps", path.iterations, path.steps.len());
     assert!(path.iterations < 20);
+    // A plate along an axis has come in from where the block ends at rest: particles behind it are as deep as is said.
+    for (axis, way) in [0.12, 0.1, 0.08].into_iter().enumerate() {
+        for sign in [-1.0, 1.0] {
+            let state = problem.contact(path.last(), &format!("{axis} {sign}")).unwrap();
+            let behind = |x: &Point<3>| sign * x[axis] - (1.0 - way);
+            let depth = state.points.iter().map(|point| behind(&point.position)).fold(0.0, f64::max);
+            assert!((state.depth.unwrap() - depth).abs() < 1e-9, "{axis} {sign}: {:?} beside {depth}", state.depth);
+        }
+    }
 }

@@ -213,6 +213,7 @@ fn slots_of_surfaces_open() {
     let body = |whole: bool| Scene::new(Solid3::of_mesh(&hexahedra(whole)).unwrap(), Solid, rubber());
     let [slot, half, patch] = openings(body, &Scheme::default().spacing(0.1));
     println!("surface {slot:.6}, half {half:.6}");
+    // The half is a model of the same spacing, whose particles lie elsewhere around the root.
     assert!((slot / half - 1.0).abs() < 0.05, "{slot:.3e}, by symmetry {half:.3e}");
     assert!(patch < 1e-10, "{patch:.1e}");
 }
@@ -231,7 +232,7 @@ fn number(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|value| value.parse().ok()).unwrap_or(default)
 }
 
-/// Slots of drawn width (0.2 to 1.2 of the spacing), depth, angle and lattice, in plane strain, beside a fine model in the plane: as many as
+/// Slots of drawn width (0.2 to 1.7 of the spacing), depth, angle and lattice, in plane strain, beside a fine model in the plane: as many as
 /// the variable `SLOTS` says, drawn from `SEED`.
 #[test]
 fn drawn_slots_of_surfaces_open() {

@@ -371,7 +371,7 @@ fn curves_recommend_the_smallest_sufficient_model() {
     assert!(answer.chart(0.01).to_svg().unwrap().contains("recommended"));
 }
 
-/// A column on a soft support, pressed by rollers, a traction and a pressure that follows.
+/// A column held at its base, pressed by rollers, a traction and a pressure that follows.
 fn column(bulk: f64, traction: f64, pressure: f64) -> Scene<2> {
     Scene::new(Block::new([0.0, 0.0], [1.0, 1.5]), PlaneStrain, Rubber::neo_hookean(0.5, bulk).unwrap())
         .hold((1, Side::Min))
@@ -403,7 +403,7 @@ fn effects_are_first_order_changes() {
         let slope = |scene: &dyn Fn(f64) -> Scene<2>| {
             (value(scene(1.0 + STEP)) - value(scene(1.0 - STEP))) / (2.0 * STEP * answer.values()[0])
         };
-        let effects = answer.effects(&requested).unwrap();
+        let effects = answer.effects().unwrap();
         let expected = [
             ("push (", slope(&|s| column(40.0, 0.05 * s, 0.04))),
             ("air (", slope(&|s| column(40.0, 0.05, 0.04 * s))),
@@ -419,13 +419,38 @@ fn effects_are_first_order_changes() {
     }
 }
 
+/// A contact that carries the load is not named as unneeded; what bodies do to a displacement is what the traction does.
+#[test]
+fn contacts_that_carry_are_needed() {
+    let rubber = || Rubber::neo_hookean(0.5, 50.0).unwrap();
+    let stack = Scene::assembly(PlaneStrain)
+        .body("lower", Block::new([0.0, 0.0], [1.0, 1.0]), rubber())
+        .body("upper", Block::new([0.0, 1.0], [1.0, 2.0]), rubber())
+        .scheme_of("lower", |scheme| scheme.particles([5, 5]))
+        .scheme_of("upper", |scheme| scheme.particles([6, 5]))
+        .hold(Place::on((1, Side::Min)).of("lower"))
+        .prescribe(Place::on((0, Side::Min)).of("upper"), 0, 0.0)
+        .traction(Place::on((1, Side::Max)).of("upper"), [0.0, -0.1])
+        .contact_between(Place::on((1, Side::Max)).of("lower"), Place::on((1, Side::Min)).of("upper"), "joint");
+    let requested = Tolerance::of(Quantity::displacement([1.0, 2.0], 1), 0.01);
+    let one = Budget { levels: 1, ..Budget::default() };
+    let answer = stack.solve_within_by(&Scheme::default(), &requested, one).unwrap();
+    let effects = answer.effects().unwrap();
+    let of = |what: &str| effects.iter().find(|effect| effect.what.starts_with(what)).unwrap().change;
+    let (bodies, traction) = (of("the stiffness of `lower`") + of("the stiffness of `upper`"), of("traction"));
+    // Forces are in equilibrium, and a contact that is closed does next to no work.
+    assert!((bodies / traction - 1.0).abs() < 1e-3, "{effects:?}");
+    assert!(of("the contact at `joint`").is_nan() && effects.last().unwrap().what.contains("joint"), "{effects:?}");
+    assert!(answer.unneeded(f64::INFINITY).unwrap().iter().all(|effect| !effect.what.contains("joint")));
+}
+
 /// What could be left out together stays below the tolerance: answers without it are within it.
 #[test]
 fn what_is_unneeded_can_be_left_out() {
     let requested = Tolerance::of(Quantity::reaction("rollers", 1), 0.05);
     let scene = |traction: f64| column(1e5, traction, 1e-4);
     let answer = scene(2e-4).solve_within(&requested, Budget::default()).unwrap();
-    let unneeded = answer.unneeded(&requested).unwrap();
+    let unneeded = answer.unneeded(requested.error).unwrap();
     let names: Vec<&str> = unneeded.iter().map(|effect| effect.what.as_str()).collect();
     assert!(names.iter().any(|name| name.starts_with("push (")) && names.contains(&"the bulk modulus"), "{names:?}");
     let total: f64 = unneeded.iter().map(|effect| effect.change).sum();
@@ -436,7 +461,7 @@ fn what_is_unneeded_can_be_left_out() {
     let pushed = column(1e5, 0.3, 1e-4);
     let middle = Tolerance::of(Quantity::displacement([0.0, 1.0], 0), 0.05);
     let answer = pushed.solve_within(&middle, Budget::default()).unwrap();
-    assert!(answer.unneeded(&middle).unwrap().iter().all(|effect| !effect.what.starts_with("push (")));
+    assert!(answer.unneeded(middle.error).unwrap().iter().all(|effect| !effect.what.starts_with("push (")));
 }
 
 /// The moment of a turned bush: one of an incompressible ring between cylinders is $\,2\pi r^2\tau$ with the shear of each radius in closed form,

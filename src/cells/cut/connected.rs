@@ -11,6 +11,10 @@ use super::parts::{NONE, Parts, cross, each_triangle};
 use super::sections::Sections;
 use super::split::Split;
 
+/// Divisions of a brick along each axis.
+pub(super) const FINER: i32 = 4;
+/// Where the first plane between divisions lies, in their size: no simple fraction, so that the surface seldom lies in one.
+pub(super) const FIRST: f64 = 0.4383;
 /// Part of the full solid angle that a sub-cell fills around the points that it holds: that of a sharp corner.
 const HELD: f64 = 0.01;
 /// Triangles whose plane a point lies in to this share of its distances from their corners fill no angle.
@@ -51,12 +55,8 @@ pub(super) struct Divisions {
 pub(super) struct Divided {
     /// The number of its first division.
     pub(super) first: u32,
-    /// Divisions of a brick along each axis.
-    pub(super) scale: f64,
     /// The corner of bricks that its coordinates are counted from.
     pub(super) low: Point<3>,
-    /// Coordinates of that corner.
-    pub(super) shift: f64,
     pub(super) split: Split,
     pub(super) sections: Sections,
     pub(super) parts: Parts,
@@ -72,12 +72,12 @@ impl Divided {
 
     /// A place of the lattice in its coordinates.
     pub(super) fn local(&self, x: &Point<3>) -> Point<3> {
-        (x - self.low).map(|x| x * self.scale + self.shift)
+        (x - self.low).map(|x| x * f64::from(FINER) + FIRST)
     }
 
     /// The place of its coordinates in the lattice.
     pub(super) fn place(&self, u: &Point<3>) -> Point<3> {
-        self.low + u.map(|u| (u - self.shift) / self.scale)
+        self.low + u.map(|u| (u - FIRST) / f64::from(FINER))
     }
 
     /// The same of a box.

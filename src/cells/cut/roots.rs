@@ -5,15 +5,11 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use crate::geometry::{Bounds, Point};
 use crate::neighbours::{FACING, MARGIN, Search};
 
-use super::connected::{Bricks, Connected, Divided, Divisions};
+use super::connected::{Bricks, Connected, Divided, Divisions, FINER};
 use super::parts::{NONE, Parts, cross, each_triangle};
 use super::sections::{Grid, Sections};
 use super::split::{ByBrick, Split};
 
-/// Divisions of a brick along each axis.
-const FINER: i32 = 4;
-/// Where the first plane between divisions lies, in their size: no simple fraction, so that the surface seldom lies in one.
-const FIRST: f64 = 0.4383;
 /// Distance below which facets that face each other are the walls of a slot, in bricks: that between particles.
 const ACROSS: f64 = 2.0;
 /// Margin of the box in which sub-cells connect the walls of a slot, in bricks.
@@ -132,13 +128,7 @@ fn divided(connected: &Connected, part: u32, first: u32) -> (Divided, Vec<Source
     let around = Bounds::of(&corners);
     let low: [i32; 3] = std::array::from_fn(|i| around.low[i].floor() as i32);
     let counts = std::array::from_fn(|i| ((around.high[i].ceil() as i32 - low[i]).max(1) * FINER + 2) as usize);
-    let mut own = Divided {
-        first,
-        scale: f64::from(FINER),
-        low: Point::<3>::from(low.map(f64::from)),
-        shift: FIRST,
-        ..Divided::default()
-    };
+    let mut own = Divided { first, low: Point::<3>::from(low.map(f64::from)), ..Divided::default() };
     let corners: Vec<Point<3>> = corners.iter().map(|corner| own.local(corner)).collect();
     let grid = Grid { counts };
     own.split = Split::new(&corners, &triangles);

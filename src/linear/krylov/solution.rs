@@ -19,7 +19,7 @@ const ENOUGH: f64 = 1e-12;
 /// Right-hand sides below this part of the largest of an analysis may be rounding, which no direction removes.
 const ROUNDING: f64 = 1e-8;
 /// What may be left of a right-hand side that is rounding.
-const HALF: f64 = 0.5;
+const LEFT_OF_ROUNDING: f64 = 0.5;
 /// Directions before a restart, and at most.
 const DIRECTIONS: [usize; 2] = [80, 240];
 
@@ -99,8 +99,15 @@ impl Solved<'_> {
         let apply = |x: &[f64], y: &mut [f64]| self.apply(x, y);
         let precondition = |x: &[f64], y: &mut [f64]| self.precondition(x, y);
         let sum = |mine| self.total(mine);
-        let done =
-            gmres(right, x, (tolerance, if rounding { HALF } else { 0.0 }), DIRECTIONS, apply, precondition, sum);
+        let done = gmres(
+            right,
+            x,
+            (tolerance, if rounding { LEFT_OF_ROUNDING } else { 0.0 }),
+            DIRECTIONS,
+            apply,
+            precondition,
+            sum,
+        );
         self.counts.lock().unwrap_or_else(PoisonError::into_inner).push(done.iterations);
         let convergence = done.iterations as f64 / -done.residual.min(0.9).log10();
         if done.iterations > 0 {
@@ -110,7 +117,7 @@ impl Solved<'_> {
             });
         }
         // What is not quite solved is left to Newton's next iteration.
-        let allowed = if rounding { HALF } else { most };
+        let allowed = if rounding { LEFT_OF_ROUNDING } else { most };
         self.left.set(done.residual);
         if !(done.residual <= allowed) {
             return Err(LinearError::Residual { residual: done.residual });

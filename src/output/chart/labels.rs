@@ -46,7 +46,7 @@ pub(super) fn place(curves: &[Curve], room: [f64; 2]) -> Vec<Option<[f64; 2]>> {
 /// Boxes around points of a curve that lie in the plot, each with what its place costs.
 fn candidates(curve: &Curve, room: [f64; 2]) -> impl Iterator<Item = (Frame, f64)> {
     let (width, last) = (curve.letters as f64 * LETTER, curve.anchors.len().saturating_sub(1));
-    let step = (curve.anchors.len() / TRIED).max(1);
+    let step = curve.anchors.len().div_ceil(TRIED - 1).max(1);
     let tried = curve.anchors.iter().enumerate().filter(move |(k, _)| width > 0.0 && (k % step == 0 || *k == last));
     tried.flat_map(move |(k, at)| {
         let place = if k == last { PLACES[0] } else { PLACES[usize::from(k > 0) + 1] };

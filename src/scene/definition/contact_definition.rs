@@ -9,7 +9,7 @@ use crate::term::View;
 
 use super::place::Place;
 
-/// What is told of a direction that contact bars: the trace function, the one that it touches, its place, the direction.
+/// What is told of a direction that contact bars: the trace function, one of the other part, its place, the direction.
 type BarVisitor<'a, const D: usize> = dyn FnMut(&Trace, Option<&Trace>, &Point<D>, &Point<D>) + 'a;
 
 /// A part of the body and the rigid surface that it may touch.
@@ -108,9 +108,9 @@ impl<const D: usize> Law<D> {
         }
     }
 
-    /// Visits the trace functions with what they touch, their places at rest and the directions that the contact bars there: vectors whose
-    /// squares, of the directions that are barred alike, add up to one. Without friction the way along the normal; none along which
-    /// a surface is pushed; none within one part.
+    /// Visits the trace functions with one of the part that they touch, their places at rest and the directions that the contact bars there:
+    /// vectors whose squares, of the directions that are barred alike, add up to one. Without friction the direction of the normal; none in
+    /// which a surface is pushed; none within one part. A surface that turns freely counts as one that does not.
     pub(crate) fn bars(&self, rest: &[f64], visit: &mut BarVisitor<'_, D>) {
         match self {
             Law::Rigid(law) => {
@@ -133,7 +133,7 @@ impl<const D: usize> Law<D> {
 }
 
 /// Visits the directions that contact bars at the mean places of trace functions: along a normal or, with friction, along all axes, less the
-/// way along which nothing is barred. `barred` tells both from the number of a trace function and its own normal.
+/// direction in which nothing is barred. `barred` tells both from the number of a trace function and its own normal.
 fn along_ways<const D: usize>(
     surface: &ContactSurface<D>,
     friction: bool,
@@ -147,7 +147,7 @@ fn along_ways<const D: usize>(
             x += surface.table.positions()[point as usize] * (weight / trace.area);
             normal += surface.table.normals()[point as usize] * weight;
         }
-        let (normal, free) = barred(k, &normal.normalize());
+        let (normal, free) = barred(k, &(normal / normal.norm().max(f64::MIN_POSITIVE)));
         let share = (trace.area / total).sqrt();
         let less = |way: Point<D>| (way - free.map_or(Point::zeros(), |free| free * way.dot(&free))) * share;
         if friction {

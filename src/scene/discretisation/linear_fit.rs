@@ -10,7 +10,7 @@ use crate::table::ShapeTable;
 
 /// Particles that a fit takes first, and where those lie in a plane.
 const NEAREST: [usize; 4] = [8, 14, 27, usize::MAX];
-/// Smallest over largest eigenvalue of the moments, in units of the mean distance squared, below which particles lie in a plane.
+/// Smallest over largest eigenvalue of the moments, below which particles lie in a plane.
 const FLAT: f64 = 0.02;
 /// Distance at which weights vanish, in that of the last particle, and the power by which they fall: fits to close particles are as stiff as
 /// trilinear elements, fits to many average out displacements that alternate from particle to particle.

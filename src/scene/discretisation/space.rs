@@ -8,7 +8,7 @@ use crate::boundary::Constraints;
 use crate::cells::{Cells, Lattice, Layout};
 use crate::contact::RigidSurface;
 use crate::error::{Error, Incompatible, SolveError};
-use crate::geometry::{Domain, Point};
+use crate::geometry::{Bounds, Domain, Point};
 use crate::linear::{Auxiliary, Krylov};
 use crate::material::Material;
 use crate::quadrature::Points;
@@ -278,12 +278,11 @@ impl Places {
             }
             return Places { places, cells: std::array::from_fn(|i| along[i]) };
         }
-        let start: [Point<D>; 2] = [Point::repeat(f64::INFINITY), Point::repeat(f64::NEG_INFINITY)];
-        let [low, high] = positions.iter().fold(start, |[l, h], x| [l.inf(x), h.sup(x)]);
+        let Bounds { low, high } = Bounds::of(positions);
         let spacing = (table.weights().iter().sum::<f64>() / positions.len() as f64).cbrt();
         let cells = std::array::from_fn(|i| (((high[i] - low[i]) / spacing).round() as usize).max(1));
         for (place, x) in places.iter_mut().zip(positions) {
-            *place = std::array::from_fn(|i| (x[i] - low[i]) / (high[i] - low[i]));
+            *place = std::array::from_fn(|i| (x[i] - low[i]) / (high[i] - low[i]).max(f64::MIN_POSITIVE));
         }
         Places { places, cells }
     }

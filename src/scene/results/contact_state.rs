@@ -49,8 +49,8 @@ pub struct ContactState<const D: usize> {
     /// By how much it has turned \[rad\].
     pub angle: f64,
     /// How deep a boundary particle lies behind a rigid surface at most \[length\]: mean gaps close, and particles may lie to both
-    /// sides of the surface where little but the mean holds them. Zero between deformable parts, where it is not looked for.
-    pub depth: f64,
+    /// sides of the surface where little but the mean holds them. An interference that is not resolved yet counts. None between deformable parts, where it is not looked for.
+    pub depth: Option<f64>,
     /// The boundary particles, along the boundary.
     pub points: Vec<ContactPoint<D>>,
 }
@@ -108,7 +108,7 @@ impl<const D: usize> Problem<D> {
             extent: 0.0,
             travel: placed.offset,
             angle: placed.angle(),
-            depth: 0.0,
+            depth: Some(0.0),
             points: Vec::with_capacity(law.contact_surface.traces.len()),
         };
         let mut sizes = Vec::with_capacity(law.contact_surface.traces.len());
@@ -141,7 +141,8 @@ impl<const D: usize> Problem<D> {
             }
             found.force += force;
             found.moment += moment;
-            found.depth = found.depth.max(-placed.nearest(&*law.surface.shape, &(reference + moved)).gap);
+            let behind = -placed.nearest(&*law.surface.shape, &(reference + moved)).gap;
+            found.depth = found.depth.map(|depth| depth.max(behind));
             // The size of the trace function now.
             sizes.push(if D == 3 { width } else { width / trace.area * trace.width });
             found.points.push(ContactPoint {
@@ -216,7 +217,7 @@ impl<const D: usize> Problem<D> {
             extent: 0.0,
             travel: Point::zeros(),
             angle: 0.0,
-            depth: 0.0,
+            depth: None,
             points: Vec::with_capacity(law.traces),
         };
         let pressed = law.pressed(&View { displacement: &state.displacement, condensed, load: state.load });

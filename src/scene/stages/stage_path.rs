@@ -45,7 +45,7 @@ pub fn history<const D: usize>(stages: &[StagePath<D>]) -> Result<Table, Error> 
 }
 
 /// Writes the paths of stages as [`Problem::write`] does one: `fit.pvd` with a `.vtu` file for each state of each stage, and
-/// [`history`] as `fit.csv`. Time is that of the scene's clock, else the number of the stage and the load factor within it.
+/// [`history`] as `fit.csv`. The first state of a later stage, with which the one before has ended, is a row of the table and has no file. Time is that of the scene's clock, else the number of the stage and the load factor within it.
 ///
 /// # Errors
 /// As [`Problem::write`].
