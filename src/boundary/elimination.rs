@@ -23,25 +23,18 @@ pub(super) struct Group {
     pub v: Vec<f64>,
     /// Reduced unknowns that couple with the pivots (a superset of `free`).
     pub coupled: Vec<u32>,
-    /// The same by rising number, each with its place among the coupled ones.
-    coupled_places: Vec<(u32, u32)>,
     /// Place of (free, coupled) pairs in the reduced values.
     pub places: Vec<u32>,
-    /// Place of each free unknown among the coupled ones.
-    pub free_in_coupled: Vec<u32>,
+    /// Groups whose pivots couple with those of this one, itself among them, by rising number: the place of each of their free
+    /// unknowns among the coupled ones.
+    pub partners: Vec<(u32, Vec<u32>)>,
 }
 
 impl Group {
-    /// Sorts the coupled unknowns for [`place_of`](Group::place_of).
-    pub(crate) fn index(&mut self) {
-        self.coupled_places = self.coupled.iter().zip(0..).map(|(&unknown, place)| (unknown, place)).collect();
-        self.coupled_places.sort_unstable();
-    }
-
-    /// The place of an unknown among the coupled ones, where it is by construction.
-    pub(crate) fn place_of(&self, unknown: u32) -> usize {
-        let at = self.coupled_places.partition_point(|&(other, _)| other < unknown);
-        self.coupled_places[at].1 as usize
+    /// The places of a partner's free unknowns among the coupled ones, which are there by construction.
+    pub(super) fn places_of(&self, partner: u32) -> &[u32] {
+        let at = self.partners.partition_point(|(other, _)| *other < partner);
+        &self.partners[at].1
     }
 }
 
@@ -130,9 +123,8 @@ fn eliminate_group(
         w,
         v,
         coupled: Vec::new(),
-        coupled_places: Vec::new(),
         places: Vec::new(),
-        free_in_coupled: Vec::new(),
+        partners: Vec::new(),
     };
     Ok((group, free_columns.iter().map(|&j| unknowns[j]).collect()))
 }

@@ -129,17 +129,22 @@ impl Numbering {
         }
         partners.sort_unstable();
         partners.dedup();
+        let mut partners_of: Vec<Vec<usize>> = (0..groups.len()).map(|g| vec![g]).collect();
         for (a, b) in partners {
             coupled[a].extend_from_slice(&groups[b].free);
             coupled[b].extend_from_slice(&groups[a].free);
+            partners_of[a].push(b);
+            partners_of[b].push(a);
         }
-        for (group, mut coupled) in groups.iter_mut().zip(coupled) {
+        for (g, (mut coupled, mut partners)) in coupled.into_iter().zip(partners_of).enumerate() {
             coupled.sort_unstable();
             coupled.dedup();
-            group.coupled = coupled;
-            group.index();
-            group.free_in_coupled =
-                group.free.iter().map(|f| group.coupled.partition_point(|c| c < f) as u32).collect();
+            partners.sort_unstable();
+            let place = |free: &u32| coupled.partition_point(|c| c < free) as u32;
+            let places = |partner: usize| (partner as u32, groups[partner].free.iter().map(place).collect());
+            let partners = partners.into_iter().map(places).collect();
+            let group = &mut groups[g];
+            (group.coupled, group.partners) = (coupled, partners);
             for &s in &group.free {
                 for &n in &group.coupled {
                     columns[s.min(n) as usize].push(s.max(n));
@@ -285,14 +290,8 @@ impl Enforced for Bound {
                 let y = &mut ys[to_group][to_pivot * width..(to_pivot + 1) * width];
                 let n = source.free.len();
                 let w = &source.w[from_pivot * n..(from_pivot + 1) * n];
-                if to_group == from_group {
-                    for (&at, w) in target.free_in_coupled.iter().zip(w) {
-                        y[at as usize] += half * w;
-                    }
-                } else {
-                    for (free, w) in source.free.iter().zip(w) {
-                        y[target.place_of(*free)] += half * w;
-                    }
+                for (&at, w) in target.places_of(from_group as u32).iter().zip(w) {
+                    y[at as usize] += half * w;
                 }
                 if a == b {
                     break;
@@ -411,7 +410,6 @@ impl Enforced for Bound {
         for group in &mut self.groups {
             group.places.iter_mut().for_each(|place| *place = places[*place as usize]);
             group.free.iter_mut().chain(&mut group.coupled).for_each(|unknown| *unknown = inverse[*unknown as usize]);
-            group.index();
         }
         true
     }
