@@ -40,6 +40,8 @@ pub(super) struct Faces {
     /// Triangles of the part that carries pressures.
     carrying: usize,
     two: bool,
+    /// Whether facets that may be pressed against are no triangles.
+    pub cut_facets: bool,
     /// How much deeper than usual a triangle may lie behind another one \[length\].
     pub deeper: f64,
 }
@@ -89,6 +91,7 @@ impl Faces {
             facets: Vec::new(),
             carrying: 0,
             two,
+            cut_facets: false,
             deeper: 0.0,
         };
         let mut traces_of: Vec<Vec<u32>> = Vec::new();
@@ -116,7 +119,10 @@ impl Faces {
                 traces_of.push(shares.iter().map(|share| share.0).collect());
                 if (3..=4).contains(&shares.len()) {
                     faces.push_facet(shares, |trace| solid(&ends[trace as usize]));
-                } else if part == 0 {
+                    continue;
+                }
+                faces.cut_facets |= part == 1 || !two;
+                if part == 0 {
                     faces.loose_of.resize(over.len(), None);
                     for point in range {
                         faces.loose_of[point] = Some(faces.loose.len() as u32);

@@ -170,9 +170,10 @@ pub(crate) struct ContactPair {
 }
 
 impl<const D: usize> PairContact<D> {
-    /// Faces of one or two parts.
+    /// Faces of one or two parts, and the particles that move them by rising number.
     pub(crate) fn new(
         contact_surfaces: Vec<ContactSurface<D>>,
+        nodes: Vec<u32>,
         faces: &[&BoundaryCells<D>],
         positions: &[Point<D>],
         law: PairLaw,
@@ -182,14 +183,6 @@ impl<const D: usize> PairContact<D> {
             .iter()
             .flat_map(|contact_surface| contact_surface.traces.iter().map(|trace| trace.particle))
             .collect();
-        let mut nodes: Vec<u32> = contact_surfaces
-            .iter()
-            .flat_map(|contact_surface| &contact_surface.traces)
-            .flat_map(|trace| &trace.nodes)
-            .copied()
-            .collect();
-        nodes.sort_unstable();
-        nodes.dedup();
         let place = |node: u32| nodes.partition_point(|&n| n < node) as u16;
         let mut movers = Movers::default();
         for contact_surface in &contact_surfaces {
@@ -234,6 +227,12 @@ impl<const D: usize> PairContact<D> {
         };
         pair.measure_overlap();
         pair
+    }
+
+    /// Whether the face that is pressed against has facets of other than three or four corners, as those that a surface cuts from a
+    /// lattice: nothing could be pressed against them.
+    pub(crate) fn has_cut_facets(&self) -> bool {
+        matches!(&self.geometry, Geometry::Space(faces) if faces.cut_facets)
     }
 
     /// Measures the overlap at rest that an interference resolves.

@@ -56,6 +56,18 @@ pub enum ContactError {
         /// The load factor.
         load: f64,
     },
+    /// More particles carry two faces than a contact between them can number.
+    #[error(
+        "{contact}: {particles} particles carry the faces, the most is {most}: name the parts of the boundary that come to touch, or take a wider spacing"
+    )]
+    TooManyParticles {
+        /// The contact.
+        contact: String,
+        /// Particles that move the faces.
+        particles: usize,
+        /// The most.
+        most: usize,
+    },
     /// No contact has the name requested.
     #[error("no contact {requested}: there are {known}")]
     Unknown {

@@ -165,3 +165,57 @@ fn a_folded_sheet_touches_itself_in_space() {
         assert!(uneven > 0.0 || off.iter().all(|off| off.abs() < 0.01), "{off:?}");
     }
 }
+
+/// A round pillar, cut from a lattice, above a body that is a block or another pillar: it comes down by more than the gap.
+fn pillars(lower_cut: bool, named_first: bool) -> Scene<3> {
+    let pillar = |from: f64, to: f64, radius: f64| {
+        let shape = Shape::cylinder([0.0, 0.0, from], [0.0, 0.0, to], radius).solid(0.05).unwrap();
+        let end = |z: f64, up: f64| Select::plane([0.0, 0.0, z], [0.0, 0.0, up]);
+        shape.name("bottom", end(from, -1.0)).unwrap().name("top", end(to, 1.0)).unwrap()
+    };
+    let scene = Scene::assembly(Solid);
+    let (scene, foot, face) = if lower_cut {
+        let lower = scene.body("lower", pillar(0.0, 0.5, 0.5), rubber());
+        (lower.scheme_of("lower", |scheme| scheme.spacing(0.25)), Place::from("bottom"), Place::from("top"))
+    } else {
+        let lower = scene.body("lower", Block::new([-0.5, -0.5, 0.0], [0.5, 0.5, 0.5]), rubber());
+        (
+            lower.scheme_of("lower", |scheme| scheme.particles([5, 5, 3])),
+            Place::on((2, Side::Min)),
+            Place::on((2, Side::Max)),
+        )
+    };
+    let (face, end) = (face.of("lower"), Place::from("bottom").of("upper"));
+    let (first, second) = if named_first { (end, face) } else { (face, end) };
+    scene
+        .body("upper", pillar(0.51, 1.0, 0.3), rubber())
+        .scheme_of("upper", |scheme| scheme.spacing(0.2))
+        .hold(foot.of("lower"))
+        .prescribe(Place::from("top").of("upper"), 0, 0.0)
+        .prescribe(Place::from("top").of("upper"), 1, 0.0)
+        .prescribe(Place::from("top").of("upper"), 2, -0.05)
+        .contact_between(first, second, "joint")
+}
+
+/// A face that is cut from a lattice has facets of any number of corners: it is pressed against one of three or four, whichever is named
+/// first; between two of them nothing would carry.
+#[test]
+fn faces_cut_from_a_lattice_press_on_others() {
+    let force = |named_first: bool| {
+        let (problem, path) = solved(&pillars(false, named_first), &Scheme::default());
+        let down = problem.reaction(path.last(), Place::from("top").of("upper")).unwrap();
+        let up = problem.reaction(path.last(), Place::on((2, Side::Min)).of("lower")).unwrap();
+        assert!((down + up).norm() < 1e-8 * up.norm(), "{down} {up}");
+        up[2]
+    };
+    let forces = [force(true), force(false)];
+    println!("{forces:?}");
+    // The pillar alone on rigid ground would give 3 µ A 0.04/0.49, its ends free to widen; the block below is wider and as tall.
+    let alone = 3.0 * 0.94 * std::f64::consts::PI * 0.09 * 0.04 / 0.49;
+    assert!(forces[0] > 0.5 * alone && forces[0] < alone, "{forces:?} beside {alone}");
+    assert!((forces[1] / forces[0] - 1.0).abs() < 1e-9, "{forces:?}");
+    match pillars(true, true).discretize(&Scheme::default()) {
+        Err(rkpm::Error::Incompatible(refusal)) => assert_eq!(refusal.with, "facets cut from a lattice"),
+        other => panic!("{:?}", other.map(|_| ())),
+    }
+}

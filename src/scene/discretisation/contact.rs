@@ -8,7 +8,7 @@ use crate::cells::BoundaryCells;
 use crate::contact::{
     ArtificialSpring, ContactError, ContactSurface, Drive, PairContact, PairLaw, RigidBodyDof, RigidContact, Stiffness,
 };
-use crate::error::{Error, GeometryError};
+use crate::error::{Error, GeometryError, Incompatible};
 use crate::geometry::Point;
 use crate::material::Material;
 use crate::shape::FiniteElements;
@@ -93,16 +93,25 @@ pub(crate) fn add<const D: usize>(
         if let Some(second) = &contact_pair.second {
             found.push(contact_surfaces(second)?);
         }
-        let swapped = found.len() > 1 && carries(&found[1].0, &found[0].0);
+        let mut swapped = found.len() > 1 && carries(&found[1].0, &found[0].0);
         if swapped {
             found.reverse();
         }
-        let faces: Vec<&BoundaryCells<D>> = found.iter().map(|face| &face.0).collect();
-        let contact_surface = |face: &Face<D>| ContactSurface::new(&face.0, face.1.clone(), None);
-        let bodies = found.iter().map(contact_surface).collect::<Result<_, _>>()?;
         let (friction, interference) = (contact_pair.friction, contact_pair.interference);
-        let law = PairLaw { stiffness: Stiffness::of(shear, bulk), friction, interference };
-        let law = PairContact::new(bodies, &faces, positions, law);
+        let settings = PairLaw { stiffness: Stiffness::of(shear, bulk), friction, interference };
+        let mut law = between(&found, positions, settings, contact_pair)?;
+        if law.has_cut_facets() && found.len() > 1 {
+            // Nothing can be pressed against this face, but it may be pressed against the other one.
+            swapped = !swapped;
+            found.reverse();
+            law = between(&found, positions, settings, contact_pair)?;
+        }
+        if law.has_cut_facets() {
+            let remedy = "mesh the body that is pressed against, or press it against a rigid surface";
+            return Err(
+                Incompatible::new("contact against a deformable face", "facets cut from a lattice", remedy).into()
+            );
+        }
         if interference.is_none() {
             separate_at_rest(&law, model.unknowns(), contact_pair)?;
         }
@@ -118,6 +127,27 @@ pub(crate) fn add<const D: usize>(
         model.add(artificial_spring(model.positions(), volume, shear));
     }
     Ok(contacts)
+}
+
+/// The contact of one face, or of two of which the first carries the pressures.
+fn between<const D: usize>(
+    found: &[Face<D>],
+    positions: &[Point<D>],
+    law: PairLaw,
+    contact_pair: &ContactPair<D>,
+) -> Result<PairContact<D>, Error> {
+    let faces: Vec<&BoundaryCells<D>> = found.iter().map(|face| &face.0).collect();
+    let contact_surface = |face: &Face<D>| ContactSurface::new(&face.0, face.1.clone(), None);
+    let surfaces: Vec<ContactSurface<D>> = found.iter().map(contact_surface).collect::<Result<_, _>>()?;
+    let mut nodes: Vec<u32> = surfaces.iter().flat_map(|s| &s.traces).flat_map(|trace| &trace.nodes).copied().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let (particles, most) = (nodes.len(), usize::from(u16::MAX));
+    if particles > most {
+        let contact = format!("contact {}", contact_pair.name);
+        return Err(ContactError::TooManyParticles { contact, particles, most }.into());
+    }
+    Ok(PairContact::new(surfaces, nodes, &faces, positions, law))
 }
 
 /// Whether a face is to carry the pressures rather than another one: the smaller one, whose trace functions lie on the other one as a whole;
@@ -194,11 +224,11 @@ const SLACK: f64 = 0.05;
 
 /// Part of the shear modulus, over the square of the extent, that keeps free rigid motions regular: what the contact
 /// then holds comes to rest with as small a factor per iteration.
-const LEASH: f64 = 1e-6;
+const FREE_MOTION_STIFFNESS: f64 = 1e-6;
 
 fn artificial_spring<const D: usize>(positions: &[Point<D>], volume: f64, shear: f64) -> ArtificialSpring {
     let extent = positions.iter().fold(0.0f64, |e, x| e.max((x - positions[0]).norm()));
-    let each = LEASH * shear * volume / (extent * extent * positions.len() as f64);
+    let each = FREE_MOTION_STIFFNESS * shear * volume / (extent * extent * positions.len() as f64);
     ArtificialSpring {
         nodes: (0..positions.len() as u32).map(|n| [n]).collect(),
         stiffness: vec![each; positions.len()],
