@@ -172,6 +172,7 @@ impl Fit {
             condition,
             warnings,
             compressible,
+            #[cfg(feature = "chart")]
             data: data.clone(),
         };
         report.misfits = misfits(&report, data);

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
+#[cfg(feature = "chart")]
 use super::data::TestData;
 use super::search::predict;
 use crate::error::MaterialError;
@@ -134,6 +135,8 @@ pub struct Report {
     /// Things to know.
     pub warnings: Vec<Warning>,
     pub(super) compressible: bool,
+    /// For the chart alone.
+    #[cfg(feature = "chart")]
     pub(super) data: TestData,
 }
 
