@@ -59,7 +59,7 @@ const THIN: f64 = 5.0;
 ///
 /// Cells are the connected parts of bricks; sub-cells those of bricks of half the spacing, small ones joined to their neighbours. Away
 /// from the surface all is as in a [`Lattice`](super::Lattice). Where it is [`refined`](CutLattice::refined) blocks of two cells per
-/// direction, the default's zones of pressure, are halved.
+/// direction, the default's zones of pressure, are halved; cells that touch finer ones have sub-cells of a quarter of their spacing.
 ///
 /// ```
 /// use rkpm::cells::{Cells, CutLattice};
@@ -116,7 +116,7 @@ impl CutLattice {
     /// ```
     ///
     /// # Errors
-    /// As [`new`](CutLattice::new), and for a grading below 1/16.
+    /// As [`new`](CutLattice::new), for a grading below 1/16, and for walls that need a smaller spacing than that.
     pub fn refined(
         solid: &Solid3,
         spacing: f64,
@@ -155,9 +155,9 @@ impl CutLattice {
         let names = solid.names().map(named).collect::<Result<Vec<(String, Vec<u32>)>, GeometryError>>()?;
         let (mut frame, mut grid) = Frame::around(vertices, axes, spacing, 1)?;
         if let Some(wanted) = wanted {
-            let (leaves, deepest) = wanted.leaves(&frame, grid.counts)?;
+            let (macros, deepest) = wanted.macros(&frame, grid.counts)?;
             (frame, grid) = Frame::around(vertices, axes, spacing, 1 << deepest)?;
-            grid = grid.with_leaves(deepest, leaves.into_iter());
+            grid = grid.with_macros(deepest, macros.into_iter());
         }
         let corners: Vec<Point<3>> = vertices.iter().map(|x| frame.local(x)).collect();
         let split = Split::new(&corners, facets);
@@ -225,7 +225,7 @@ impl CutLattice {
             let largest = own.iter().map(|own| own.1).max_by(|a, b| area(*a).total_cmp(&area(*b)).then(b.cmp(a)));
             let Some(patch) = largest else { continue };
             let (from, inward) = (self.patch(patch).iter().sum::<Point<3>>() / 3.0, -normal(patch));
-            let size = f64::from(self.size(own[0].0));
+            let size = f64::from(self.half_spacing(own[0].0));
             let to = from + inward * size;
             for other in placing.near(&from, size).filter(|other| normal(*other).dot(&inward) > OPPOSITE) {
                 let corners = self.patch(other);
@@ -369,12 +369,19 @@ impl CutLattice {
     /// Whether the surface leaves a cell alone: one whole brick between eight particles' places.
     fn is_whole(&self, cell: usize) -> bool {
         let own = &self.cells[cell];
-        own.len() == 8 && own.iter().all(|&part| self.is_whole_part(part))
+        let brick = self.parts.parts[own[0] as usize].brick;
+        let leaves = STEP * self.half_spacing(brick) / self.size(brick);
+        own.len() == leaves.pow(3) as usize && own.iter().all(|&part| self.is_whole_part(part))
     }
 
     fn is_whole_part(&self, part: u32) -> bool {
         let part = &self.parts.parts[part as usize];
         part.patches.is_empty() && part.volume == f64::from(self.size(part.brick)).powi(3)
+    }
+
+    /// Half the spacing around a brick.
+    fn half_spacing(&self, brick: u32) -> i32 {
+        self.grid.half_spacing(self.grid.place(brick as usize))
     }
 
     /// The size of the leaf that a brick belongs to.
@@ -385,7 +392,7 @@ impl CutLattice {
     /// The place of the lowest particle of the brick that a cell lies in, and the brick's size.
     fn lowest(&self, cell: usize) -> ([i32; 3], i32) {
         let brick = self.parts.parts[self.cells[cell][0] as usize].brick;
-        let size = STEP * self.size(brick);
+        let size = STEP * self.half_spacing(brick);
         (self.grid.place(brick as usize).map(|at| at / size * size), size)
     }
 
@@ -515,7 +522,7 @@ impl CutLattice {
             if !on.is_empty() && !is_thin(x) {
                 continue;
             }
-            let scale = self.grid.scale(x);
+            let scale = self.grid.leaf_scale(x);
             let mut leaves: Vec<u32> = Vec::with_capacity(8);
             for k in 0..8 {
                 let place = |i: usize| (x[i] / scale - 0.5).floor() as i32 + ((k >> i) & 1);

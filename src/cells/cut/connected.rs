@@ -129,6 +129,11 @@ impl Bricks {
         }
     }
 
+    /// Whether some of the solid lies in the leaf that begins with a brick.
+    pub(super) fn holds(&self, brick: usize) -> bool {
+        self.offsets[brick] < self.offsets[brick + 1]
+    }
+
     fn of(&self, brick: usize) -> &[u32] {
         &self.parts[self.offsets[brick] as usize..self.offsets[brick + 1] as usize]
     }

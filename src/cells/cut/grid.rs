@@ -10,60 +10,86 @@ pub(super) const MACRO: usize = 4;
 const ON_FACE: f64 = 1e-3;
 
 /// Bricks of unit size from the origin on. They belong to leaves of one, two, four … bricks along each side, whose places are multiples of
-/// their sizes; in an even lattice each brick is a leaf.
+/// their sizes; in an even lattice each brick is a leaf. Leaves are half as wide as the spacing of particles around them, and a quarter in
+/// cells that touch finer ones: particles on the faces between have functions that leaves as coarse as the cell would not see.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Grid {
     pub(super) counts: [usize; 3],
-    /// How often the size of leaves doubles that of a brick in each macro cell of the finest level; empty where the lattice is even.
-    doublings: Arc<[u8]>,
+    /// How the spacing in each macro cell of the finest level is to the finest one; empty where the lattice is even.
+    blocks: Arc<[Block]>,
+}
+
+/// The spacing and the leaves in a macro cell of the finest level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Block {
+    /// How often the spacing doubles the finest one.
+    doublings: u8,
+    /// How often the size of leaves doubles that of a brick.
+    of_leaves: u8,
 }
 
 impl Grid {
     /// A lattice of one level.
     pub(super) fn even(counts: [usize; 3]) -> Self {
-        Grid { counts, doublings: Arc::new([]) }
+        Grid { counts, blocks: Arc::new([]) }
     }
 
-    /// The same with leaves as they are given, by how often macro cells of the coarsest level are halved and their places in units of
+    /// The same with macro cells as they are given, by how often those of the coarsest level are halved and their places in units of
     /// their own widths; `deepest` is the largest number of halvings.
-    pub(super) fn with_leaves(self, deepest: u32, leaves: impl Iterator<Item = (u32, [i32; 3])>) -> Self {
+    pub(super) fn with_macros(self, deepest: u32, macros: impl Iterator<Item = (u32, [i32; 3])>) -> Self {
         if deepest == 0 {
             return self;
         }
-        let blocks = self.counts.map(|count| (count / MACRO) as i32);
-        let mut doublings = vec![deepest as u8; blocks.iter().product::<i32>() as usize];
-        for (level, place) in leaves {
+        let counts = self.counts.map(|count| (count / MACRO) as i32);
+        let number = |[i, j, k]: [i32; 3]| (i + counts[0] * (j + counts[1] * k)) as usize;
+        let mut doublings = vec![deepest as u8; counts.iter().product::<i32>() as usize];
+        for (level, place) in macros {
             let width = 1 << (deepest - level);
-            let [a, b, c] = place.map(|at| at * width);
-            let inside = |k: i32, axis: usize| k..(k + width).min(blocks[axis]);
-            for (k, j) in inside(c, 2).flat_map(|k| inside(b, 1).map(move |j| (k, j))) {
-                for i in inside(a, 0) {
-                    doublings[(i + blocks[0] * (j + blocks[1] * k)) as usize] = (deepest - level) as u8;
-                }
-            }
+            let low = place.map(|at| at * width);
+            each_in(low, low.map(|at| at + width), counts, |at| doublings[number(at)] = (deepest - level) as u8);
         }
-        Grid { doublings: doublings.into(), ..self }
+        let mut of_leaves = doublings.clone();
+        each_in([0; 3], counts, counts, |at| {
+            let own = doublings[number(at)];
+            // Cells are four leaves of half the spacing wide, as a macro cell of the finest level is.
+            let width = if own > 0 { 1 << (own - 1) } else { return };
+            if at.iter().any(|at| at % width != 0) {
+                return;
+            }
+            let mut touches_finer = false;
+            let beyond = at.map(|at| at + width + 1);
+            each_in(at.map(|at| at - 1), beyond, counts, |beside| touches_finer |= doublings[number(beside)] < own);
+            if touches_finer {
+                each_in(at, at.map(|at| at + width), counts, |inside| of_leaves[number(inside)] = own - 1);
+            }
+        });
+        let blocks = doublings.into_iter().zip(of_leaves).map(|(doublings, of_leaves)| Block { doublings, of_leaves });
+        Grid { blocks: blocks.collect(), ..self }
     }
 
     /// Whether all leaves are single bricks.
     pub(super) fn is_even(&self) -> bool {
-        self.doublings.is_empty()
+        self.blocks.is_empty()
     }
 
-    /// How often the size of a leaf doubles that of a brick.
-    fn doublings(&self, at: [i32; 3]) -> u32 {
+    fn block_at(&self, at: [i32; 3]) -> Block {
         if self.is_even() {
-            return 0;
+            return Block { doublings: 0, of_leaves: 0 };
         }
         let block: [usize; 3] =
             std::array::from_fn(|i| (at[i].max(0) as usize / MACRO).min((self.counts[i] / MACRO).saturating_sub(1)));
         let [n, m, _] = self.counts.map(|count| count / MACRO);
-        u32::from(self.doublings[block[0] + n * (block[1] + m * block[2])])
+        self.blocks[block[0] + n * (block[1] + m * block[2])]
+    }
+
+    /// Half the spacing of particles around a brick.
+    pub(super) fn half_spacing(&self, at: [i32; 3]) -> i32 {
+        1 << self.block_at(at).doublings
     }
 
     /// Bricks along each side of the leaf that a brick belongs to.
     pub(super) fn size(&self, at: [i32; 3]) -> i32 {
-        1 << self.doublings(at)
+        1 << self.block_at(at).of_leaves
     }
 
     /// The lowest brick of the leaf that a brick belongs to.
@@ -77,43 +103,53 @@ impl Grid {
         if self.is_even() { brick } else { self.brick(self.leaf(self.place(brick as usize))) as u32 }
     }
 
-    /// The number of the block of so many leaves per direction that a brick belongs to.
+    /// The number of the block of so many half spacings per direction that a brick belongs to.
     pub(super) fn block(&self, brick: u32, width: usize) -> usize {
         let at = self.place(brick as usize);
-        let doublings = self.doublings(at);
+        let doublings = self.block_at(at).doublings;
         let [i, j, k] = at.map(|at| (at as usize / width) >> doublings);
         let [n, m, _] = self.counts.map(|count| count.div_ceil(width));
         i + n * (j + m * k) + doublings as usize * self.len()
     }
 
-    /// The least and the largest size of the leaves that a cube around a point meets.
-    fn sizes(&self, x: &Point<3>, half: f64) -> [i32; 2] {
-        let size = |corner: i32| {
+    /// The bricks in which the corners of a cube around a point lie.
+    fn at_corners(x: &Point<3>, half: f64) -> impl Iterator<Item = [i32; 3]> {
+        (0..8).map(move |corner: i32| {
             let side = |i: usize| if (corner >> i) & 1 == 1 { half } else { -half };
-            self.size(std::array::from_fn(|i| (x[i] + side(i)).floor() as i32))
-        };
-        let all = || (0..8).map(size);
-        [all().min().unwrap_or(1), all().max().unwrap_or(1)]
+            std::array::from_fn(|i| (x[i] + side(i)).floor() as i32)
+        })
     }
 
-    /// The size of the smallest leaf that a point lies in or on, in bricks.
+    /// Half the spacing at a point: the smaller one on a face between two levels.
     pub(super) fn scale(&self, x: &Point<3>) -> f64 {
-        if self.is_even() { 1.0 } else { f64::from(self.sizes(x, ON_FACE)[0]) }
+        let least = || Self::at_corners(x, ON_FACE).map(|at| self.half_spacing(at)).min().unwrap_or(1);
+        if self.is_even() { 1.0 } else { f64::from(least()) }
     }
 
-    /// The size of the largest leaf within half the spacing around a point: what lies on a face between two levels belongs to the
-    /// coarser one.
-    pub(super) fn widest(&self, x: &Point<3>) -> f64 {
-        if self.is_even() { 1.0 } else { f64::from(self.sizes(x, self.scale(x))[1]) }
+    /// The size of the smallest leaf that a point lies in or on.
+    pub(super) fn leaf_scale(&self, x: &Point<3>) -> f64 {
+        let least = || Self::at_corners(x, ON_FACE).map(|at| self.size(at)).min().unwrap_or(1);
+        if self.is_even() { 1.0 } else { f64::from(least()) }
     }
 
-    /// Whether a place is a corner of cells, which are two leaves wide.
+    /// The largest of half the spacings that a cube of one spacing around a point meets where a leaf counts: what lies on a face between two
+    /// levels belongs to the coarser one.
+    pub(super) fn widest(&self, x: &Point<3>, counts: impl Fn([i32; 3]) -> bool) -> f64 {
+        if self.is_even() {
+            return 1.0;
+        }
+        let scale = self.scale(x);
+        let met = Self::at_corners(x, scale).filter(|at| counts(self.leaf(*at)));
+        met.map(|at| f64::from(self.half_spacing(at))).fold(scale, f64::max)
+    }
+
+    /// Whether a place is a corner of cells, which are one spacing wide.
     pub(super) fn is_corner(&self, at: [i32; 3]) -> bool {
         self.is_even()
             || (0..8).any(|k| {
                 let beside: [i32; 3] = std::array::from_fn(|i| at[i] - ((k >> i) & 1));
                 let inside = (0..3).all(|i| (0..self.counts[i] as i32).contains(&beside[i]));
-                inside && at.iter().all(|at| at % (2 * self.size(beside)) == 0)
+                inside && at.iter().all(|at| at % (2 * self.half_spacing(beside)) == 0)
             })
     }
 
@@ -148,5 +184,13 @@ impl Grid {
     /// Number of corners between bricks.
     pub(super) fn nodes(&self) -> usize {
         self.counts.iter().map(|count| count + 1).product()
+    }
+}
+
+/// Hands out the places of a box that lie within counts.
+fn each_in(low: [i32; 3], high: [i32; 3], counts: [i32; 3], mut with: impl FnMut([i32; 3])) {
+    let range = |axis: usize| low[axis].max(0)..high[axis].min(counts[axis]);
+    for (k, j) in range(2).flat_map(|k| range(1).map(move |j| (k, j))) {
+        range(0).for_each(|i| with([i, j, k]));
     }
 }

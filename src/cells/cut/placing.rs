@@ -191,7 +191,7 @@ impl Placing<'_> {
             hash.add(&at, number);
             known.push((at, scale));
             placed.positions.push(at);
-            placed.scales.push(self.grid.widest(&at));
+            placed.scales.push(self.grid.widest(&at, |leaf| connected.by_brick.holds(self.grid.brick(leaf))));
             placed.on.push(on);
             Some(number)
         };
@@ -245,23 +245,24 @@ impl Placing<'_> {
         x: &Point<3>,
         inside: bool,
     ) -> Vec<Option<Point<3>>> {
-        // The sub-cell, the point and its distance.
-        let mut by_part: Vec<(u32, Option<Point<3>>, f64)> = Vec::new();
+        // The sub-cell, the point and its distance over half the spacing there, which is the last one.
+        let mut by_part: Vec<(u32, Option<Point<3>>, f64, f64)> = Vec::new();
+        let scale = self.grid.scale(x);
         if inside {
             let mut around = Vec::new();
             connected.at(x, &mut around);
-            by_part.extend(around.first().map(|&part| (part, None, HALF)));
+            by_part.extend(around.first().map(|&part| (part, None, HALF, scale)));
         }
-        for patch in self.near(x, HALF * self.grid.widest(x)) {
-            // In units of the size of leaves where the surface is.
-            let size = f64::from(self.grid.size(self.split.patches[patch as usize].brick));
+        for patch in self.near(x, HALF * self.grid.widest(x, |_| true)) {
+            // In units of half the spacing where the surface is.
+            let size = f64::from(self.grid.half_spacing(self.split.patches[patch as usize].brick));
             connected.each_wall(patch, |part, corners| {
                 let at = nearest(x, &corners);
                 let distance = (at - x).norm() / size;
                 let known = match by_part.iter().position(|known| known.0 == part) {
                     Some(known) => known,
                     None => {
-                        by_part.push((part, None, HALF));
+                        by_part.push((part, None, HALF, size.max(scale)));
                         by_part.len() - 1
                     }
                 };
@@ -270,10 +271,10 @@ impl Placing<'_> {
                 }
             });
         }
-        let around = AROUND * self.grid.scale(x);
-        let within = Bounds { low: x.add_scalar(-around), high: x.add_scalar(around) };
         let mut groups: Vec<(u32, Option<Point<3>>, f64)> = Vec::new();
-        for (part, at, distance) in by_part {
+        for (part, at, distance, size) in by_part {
+            let around = AROUND * size;
+            let within = Bounds { low: x.add_scalar(-around), high: x.add_scalar(around) };
             search.start.clear();
             search.start.push(part);
             match groups.iter_mut().find(|group| group.0 == part || search.reaches(connected, (&[group.0], x), &within))

@@ -11,9 +11,9 @@ use super::parts::{NONE, Parts, cross, each_triangle};
 use super::sections::Sections;
 use super::split::{ByBrick, Split};
 
-/// Distance below which facets that face each other are the walls of a slot, in leaves: that between particles.
+/// Distance below which facets that face each other are the walls of a slot, in half spacings: that between particles.
 const ACROSS: f64 = 2.0;
-/// Margin of the box in which sub-cells connect the walls of a slot, in leaves.
+/// Margin of the box in which sub-cells connect the walls of a slot, in half spacings.
 const AROUND: f64 = 2.0 * MARGIN;
 
 /// What coordinates of one point may differ by that are taken back from those of two divisions, in bricks.
@@ -26,7 +26,7 @@ struct Wall {
     at: Point<3>,
     /// Their mean normal, outward.
     normal: Point<3>,
-    /// The size of the leaf that the sub-cell lies in.
+    /// Half the spacing around the sub-cell.
     size: i32,
 }
 
@@ -61,7 +61,7 @@ fn walls(connected: &Connected, normals: &[Point<3>]) -> Vec<Wall> {
             let (at, along, whole) = alike.entry(std::array::from_fn(|i| normal[i].round() as i8)).or_default();
             (*at, *along, *whole) = (*at + (a + b + c) * (area / 3.0), *along + normal * area, *whole + area);
         }
-        let size = grid.size(grid.place(own.brick as usize));
+        let size = grid.half_spacing(grid.place(own.brick as usize));
         for (at, along, whole) in alike.into_values().filter(|own| own.2 > 0.0) {
             found.push(Wall { part: part as u32, at: at / whole, normal: along / whole, size });
         }
@@ -83,7 +83,7 @@ fn at_roots(connected: &Connected, normals: &[Point<3>]) -> BTreeSet<u32> {
     let (walls, mut search, mut found) = (walls(connected, normals), Search::default(), BTreeSet::new());
     let sizes: BTreeSet<i32> = walls.iter().map(|wall| wall.size).collect();
     for size in sizes {
-        // Pairs whose larger leaf has this size, by the cubes of that size that their middles lie in.
+        // Pairs the larger of whose spacings is this one, by the cubes of that size that their middles lie in.
         let mut by_cube: HashMap<[i32; 3], Vec<&Wall>> = HashMap::new();
         for wall in walls.iter().filter(|wall| wall.size <= size) {
             let cube = std::array::from_fn(|i| (wall.at[i] / f64::from(size)).floor() as i32);

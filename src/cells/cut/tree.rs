@@ -52,7 +52,7 @@ fn corners((level, place): Macro) -> [Point<3>; 2] {
 
 impl Wanted<'_> {
     /// The leaves of the tree over a lattice of the largest spacing, and how often the deepest ones are halved.
-    pub(super) fn leaves(&self, frame: &Frame, counts: [usize; 3]) -> Result<(Vec<Macro>, u32), GeometryError> {
+    pub(super) fn macros(&self, frame: &Frame, counts: [usize; 3]) -> Result<(Vec<Macro>, u32), GeometryError> {
         let mut tree = Tree { walls: self.walls(frame), leaves: BTreeMap::new(), open: Vec::new() };
         let [n, m, l] = counts.map(|count| count.div_ceil(MACRO) as i32);
         for (k, j) in (0..l).flat_map(|k| (0..m).map(move |j| (k, j))) {
@@ -95,7 +95,12 @@ impl Wanted<'_> {
         }
         let spacing = 1.0 / f64::from(1 << own.0);
         let is_wide = |wanted: f64| wanted < spacing * (1.0 - SLACK);
-        let mut wide = tree.leaves[&own].iter().any(|wall| is_wide(tree.walls[*wall as usize].wanted));
+        let walls = tree.leaves[&own].iter().map(|wall| &tree.walls[*wall as usize]);
+        let thin = walls.filter(|wall| is_wide(wall.wanted)).min_by(|a, b| a.wanted.total_cmp(&b.wanted));
+        if let Some(wall) = thin.filter(|_| own.0 == DEEPEST) {
+            return Err(self.too_thin(wall, frame));
+        }
+        let mut wide = thin.is_some();
         for k in 0..27 {
             let at = Point::<3>::from_fn(|i, _| {
                 let share = 0.5 * f64::from([k % 3, k / 3 % 3, k / 9][i]);
@@ -110,6 +115,16 @@ impl Wanted<'_> {
             wide |= is_wide(wanted);
         }
         Ok(wide && own.0 < DEEPEST)
+    }
+
+    fn too_thin(&self, wall: &Across, frame: &Frame) -> GeometryError {
+        GeometryError::WallAcross {
+            thickness: wall.wanted * self.across as f64 * self.spacing,
+            at: frame.place(&((wall.low + wall.high) * 0.5)).as_slice().to_vec(),
+            across: self.across,
+            spacing: self.spacing,
+            needed: wall.wanted * self.spacing * f64::from(1 << DEEPEST),
+        }
     }
 }
 
