@@ -9,15 +9,17 @@ pub(crate) const OPPOSITE: f64 = 0.985;
 /// What rounding may put a point outside of a facet, as a part of its size.
 const EDGE: f64 = 1e-9;
 
-/// A wall, by a point on each side.
+/// Some of a wall: a triangle on one side, and what leads from it to the other one.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Wall {
-    pub(crate) sides: [Point<3>; 2],
+    pub(crate) corners: [Point<3>; 3],
+    pub(crate) through: Point<3>,
 }
 
 impl Solid3 {
-    /// The walls thinner than a length, along the normals of the surface at points no further apart than a step.
-    pub(crate) fn walls(&self, thinner: f64, step: f64) -> Vec<Wall> {
+    /// The walls thinner than a length, along the normals of the surface in the middle of triangles whose sides are no longer than a step,
+    /// and where there is a wall than its thickness or a least length: boxes around them then hold little else.
+    pub(crate) fn walls(&self, thinner: f64, step: f64, least: f64) -> Vec<Wall> {
         let mut found = Vec::new();
         for facet in 0..self.facets.len() {
             let inward = -self.normals[facet];
@@ -27,14 +29,17 @@ impl Solid3 {
                 let sides = [(a, b, c), (b, c, a), (c, a, b)];
                 let longest = |x: &(Point<3>, Point<3>, Point<3>)| (x.1 - x.0).norm_squared();
                 let Some((p, q, r)) = sides.into_iter().max_by(|x, y| longest(x).total_cmp(&longest(y))) else { break };
-                if (q - p).norm() > step {
-                    let middle = (p + q) * 0.5;
-                    open.extend([[p, middle, r], [middle, q, r]]);
+                let (length, middle) = ((q - p).norm(), (p + q) * 0.5);
+                let halves = [[p, middle, r], [middle, q, r]];
+                if length > step {
+                    open.extend(halves);
                     continue;
                 }
                 let from = (a + b + c) / 3.0;
-                if let Some(thickness) = self.through(&from, &inward, thinner, facet as u32) {
-                    found.push(Wall { sides: [from, from + inward * thickness] });
+                match self.through(&from, &inward, thinner, facet as u32) {
+                    Some(thickness) if length > thickness.max(least) => open.extend(halves),
+                    Some(thickness) => found.push(Wall { corners: [a, b, c], through: inward * thickness }),
+                    None => {}
                 }
             }
         }

@@ -139,7 +139,8 @@ impl Grid {
             return 1.0;
         }
         let scale = self.scale(x);
-        let met = Self::at_corners(x, scale).filter(|at| counts(self.leaf(*at)));
+        let inside = |at: &[i32; 3]| (0..3).all(|i| (0..self.counts[i] as i32).contains(&at[i]));
+        let met = Self::at_corners(x, scale).filter(|at| inside(at) && counts(self.leaf(*at)));
         met.map(|at| f64::from(self.half_spacing(at))).fold(scale, f64::max)
     }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::error::{GeometryError, Invalid};
-use crate::geometry::Point;
+use crate::geometry::{Bounds, Point};
 use crate::solid::{Solid3, Wall};
 
 use super::frame::Frame;
@@ -76,12 +76,14 @@ impl Wanted<'_> {
             return Vec::new();
         }
         let across = self.across as f64;
-        // Points a brick apart see a wall from each brick.
-        let walls = self.solid.walls(across * self.spacing, 0.5 * self.spacing).into_iter();
-        let local = |Wall { sides }: Wall| {
-            let thickness = (sides[1] - sides[0]).norm();
-            let [a, b] = sides.map(|side| frame.local(&side));
-            Across { low: a.inf(&b), high: a.sup(&b), wanted: thickness / across / self.spacing }
+        // Points a brick apart see a wall from each brick; none are closer than the width of the smallest macro cells.
+        let least = self.spacing * 2.0 / f64::from(1 << DEEPEST);
+        let walls = self.solid.walls(across * self.spacing, 0.5 * self.spacing, least).into_iter();
+        let local = |Wall { corners, through }: Wall| {
+            let sides: Vec<Point<3>> =
+                corners.iter().flat_map(|x| [*x, x + through].map(|x| frame.local(&x))).collect();
+            let Bounds { low, high } = Bounds::of(&sides);
+            Across { low, high, wanted: through.norm() / across / self.spacing }
         };
         walls.map(local).collect()
     }
