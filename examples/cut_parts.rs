@@ -240,6 +240,58 @@ fn solids(count: usize, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// Drawn solids in lattices of half the particles, refined where walls are thinner than a spacing, and where a field that is drawn asks
+/// for a quarter of the spacing around a point of the surface.
+fn refined(count: usize, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
+    let seed = std::env::var("SEED").ok().and_then(|seed| seed.parse().ok()).unwrap_or(33);
+    let mut random = fastrand::Rng::with_seed(seed);
+    let gradient = Matrix3::new(0.1, 0.05, -0.03, 0.02, -0.08, 0.04, 0.06, -0.02, 0.05);
+    let (mut volume, mut patch, mut theta, mut refused) = (0.0f64, 0.0f64, f64::INFINITY, 0);
+    for number in 0..count {
+        let solid = drawn(&mut random);
+        let spacing = (2.0 * solid.volume() / PARTICLES).cbrt();
+        let centre = solid.vertices()[random.usize(0..solid.vertices().len())];
+        let slope = 0.3 + 0.3 * random.f64();
+        let field = move |x: &Point<3>| (slope * (x - centre).norm() / spacing).clamp(0.25, 1.0);
+        for by_field in [false, true] {
+            let measured = || -> Result<[f64; 5], rkpm::Error> {
+                let cells = match by_field {
+                    true => CutLattice::refined(&solid, spacing, 1, field)?,
+                    false => CutLattice::refined(&solid, spacing, 1, |_| 1.0)?,
+                };
+                let spacings = (0..cells.positions().len()).map(|particle| cells.spacings(particle)[0]);
+                let [particles, least] = [cells.positions().len() as f64, spacings.fold(f64::INFINITY, f64::min)];
+                let cells = Arc::new(cells);
+                let found: f64 = cells.smoothing(2, 2, &cells.zones(2))?.volumes().iter().sum();
+                let scene =
+                    |bulk: f64| Ok::<_, rkpm::Error>(Scene::new(Geometry::cells(cells.clone()), Solid, rubber(bulk)?));
+                let patch = patch_test_of(&scene(1e3)?, &gradient, &Scheme::default())?.error;
+                let theta = spurious_modes(&scene(5.0 / 3.0)?, &Scheme::default())?.smallest;
+                Ok([particles, spacing / least, (found / solid.volume() - 1.0).abs(), patch, theta])
+            };
+            let by = if by_field { "by a field" } else { "by thickness" };
+            match measured() {
+                Ok(own) => {
+                    println!(
+                        "{number:4}, {by}: {:4} particles, halved to 1/{:.0}, volume {:.1e}, patch {:.1e}, θ {:.3}",
+                        own[0], own[1], own[2], own[3], own[4]
+                    );
+                    (volume, patch, theta) = (volume.max(own[2]), patch.max(own[3]), theta.min(own[4]));
+                }
+                Err(error) => {
+                    println!("{number:4}, {by}: {error}");
+                    refused += 1;
+                }
+            }
+        }
+    }
+    summary.note("refined_volume_worst", volume)?;
+    summary.note("refined_patch_worst", patch)?;
+    summary.note("refined_theta_least", theta)?;
+    summary.note("refined_refused", f64::from(refused))?;
+    Ok(())
+}
+
 /// A cylinder bonded at its ends and pressed by a tenth: its force in lattices that are turned under it.
 fn turned(across: usize, draws: usize) -> Result<f64, rkpm::Error> {
     let mut random = fastrand::Rng::with_seed(8);
@@ -292,6 +344,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let count = std::env::var("SOLIDS").ok().and_then(|count| count.parse().ok()).unwrap_or(30);
     let mut summary = Summary::new();
     solids(count, &mut summary)?;
+    refined(count, &mut summary)?;
     for (name, axial) in [("bush_torsion_error", false), ("bush_axial_error", true)] {
         let [error, particles] = bush(axial, 0.15)?;
         println!("{name}: {error:.2e} with {particles} particles");

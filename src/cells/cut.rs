@@ -1,8 +1,10 @@
 //! A lattice of particles in a closed surface, its bricks cut by the surface.
 
 mod connected;
+mod faces;
 mod features;
 mod frame;
+mod grid;
 mod parts;
 mod placing;
 mod polygon;
@@ -11,6 +13,7 @@ mod rules;
 mod sections;
 mod split;
 mod traces;
+mod tree;
 mod zoning;
 
 use std::collections::BTreeMap;
@@ -21,27 +24,28 @@ use crate::error::{ApproximationError, GeometryError, Invalid};
 use crate::geometry::{Part, Point};
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_point_count};
-use crate::solid::Solid3;
+use crate::solid::{OPPOSITE, Solid3};
 
 use super::inertia::Inertia;
 use super::zones::{collect, join_by_sides};
 use super::{BoundaryCells, Cells, Connections, Smoothing, Zones};
 use connected::{Bricks, Connected, Divisions, Whole};
+use faces::Faces;
 use features::Features;
 use frame::{Frame, dominant_axes};
+use grid::Grid;
 use parts::{NONE, Parts, each_triangle};
 use placing::{Placed, Placing};
 use rules::Rules;
-use sections::{Grid, Sections};
+use sections::Sections;
 use split::{ByBrick, Patch, Split};
-use traces::{Place, Site, assign};
+use traces::{Place, Site, Spread, assign};
+use tree::Wanted;
 use zoning::{FEWEST, Inner};
 
 /// Bricks between particles along each axis.
 const STEP: i32 = 2;
-/// Cosine beyond which two facets are the sides of a wall: those of an edge sharper than 10° are none.
-const OPPOSITE: f64 = 0.985;
-/// Distance within which particles tell whether they follow a wall, in bricks: as far as supports reach.
+/// Distance within which particles tell whether they follow a wall, in leaves: as far as supports reach.
 const NEAR: f64 = 4.0;
 /// Variance of those across a wall below which they stand in one layer: that of two layers a third of a spacing apart.
 const LAYER: f64 = 0.1;
@@ -54,7 +58,8 @@ const THIN: f64 = 5.0;
 /// particles are cut by it exactly.
 ///
 /// Cells are the connected parts of bricks; sub-cells those of bricks of half the spacing, small ones joined to their neighbours. Away
-/// from the surface all is as in a [`Lattice`](super::Lattice).
+/// from the surface all is as in a [`Lattice`](super::Lattice). Where it is [`refined`](CutLattice::refined) blocks of two cells per
+/// direction, the default's zones of pressure, are halved; cells that touch finer ones have sub-cells of a quarter of their spacing.
 ///
 /// ```
 /// use rkpm::cells::{Cells, CutLattice};
@@ -91,10 +96,38 @@ impl CutLattice {
     /// # Errors
     /// For a spacing that is not positive or too small, and where it is too wide for the solid.
     pub fn new(solid: &Solid3, spacing: f64) -> Result<Self, GeometryError> {
-        Self::of_solid(solid, spacing, dominant_axes(solid.vertices(), solid.facets()))
+        Self::of_solid(solid, spacing, dominant_axes(solid.vertices(), solid.facets()), None)
     }
 
-    /// The same with axes of one's own, the columns of a rotation.
+    /// The same refined locally: macro cells of two cells per direction are halved again and again where a wall is thinner than `across`
+    /// spacings (none for zero) or the `grading`, the spacing wanted at a place \[length\] over the largest one, asks for it, down to
+    /// spacings of 1/16; those that touch differ by one halving at most.
+    ///
+    /// A wall is where the surface faces away from itself within 10°. The grading is taken at the particles' places.
+    ///
+    /// ```
+    /// use rkpm::cells::{Cells, CutLattice};
+    /// use rkpm::prelude::*;
+    /// let plate = Shape::block([0.0; 3], [1.0, 1.0, 0.1]).solid(0.1)?;
+    /// assert!(CutLattice::new(&plate, 0.25).is_err()); // a wall thinner than half the spacing
+    /// let cells = CutLattice::refined(&plate, 0.25, 1, |_| 1.0)?;
+    /// assert_eq!(cells.spacings(0)[0], 0.0625);
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`new`](CutLattice::new), for a grading below 1/16, and for walls that need a smaller spacing than that.
+    pub fn refined(
+        solid: &Solid3,
+        spacing: f64,
+        across: usize,
+        grading: impl Fn(&Point<3>) -> f64,
+    ) -> Result<Self, GeometryError> {
+        let wanted = Wanted { solid, spacing, across, grading: &grading };
+        Self::of_solid(solid, spacing, dominant_axes(solid.vertices(), solid.facets()), Some(&wanted))
+    }
+
+    /// The same as [`new`](CutLattice::new) with axes of one's own, the columns of a rotation.
     ///
     /// # Errors
     /// As [`new`](CutLattice::new), and for a matrix that is no rotation.
@@ -105,39 +138,44 @@ impl CutLattice {
                 ("distance of the axes of a lattice from a rotation", "give orthogonal unit columns, right-handed");
             return Err(Invalid::new(what, off, needed).into());
         }
-        Self::of_solid(solid, spacing, Some(axes))
+        Self::of_solid(solid, spacing, Some(axes), None)
     }
 
-    fn of_solid(solid: &Solid3, spacing: f64, axes: Option<Matrix3<f64>>) -> Result<Self, GeometryError> {
+    fn of_solid(
+        solid: &Solid3,
+        spacing: f64,
+        axes: Option<Matrix3<f64>>,
+        wanted: Option<&Wanted>,
+    ) -> Result<Self, GeometryError> {
         if !(spacing > 0.0 && spacing.is_finite()) {
             return Err(Invalid::new("particle spacing", spacing, "give a finite length above zero").into());
         }
         let (vertices, facets) = (solid.vertices(), solid.facets());
         let named = |name: &str| Ok((name.to_string(), solid.facets_of(name)?.to_vec()));
         let names = solid.names().map(named).collect::<Result<Vec<(String, Vec<u32>)>, GeometryError>>()?;
-        let (frame, grid) = Frame::around(vertices, axes, spacing)?;
+        let (mut frame, mut grid) = Frame::around(vertices, axes, spacing, 1)?;
+        if let Some(wanted) = wanted {
+            let (macros, deepest) = wanted.macros(&frame, grid.counts)?;
+            (frame, grid) = Frame::around(vertices, axes, spacing, 1 << deepest)?;
+            grid = grid.with_macros(deepest, macros.into_iter());
+        }
         let corners: Vec<Point<3>> = vertices.iter().map(|x| frame.local(x)).collect();
         let split = Split::new(&corners, facets);
         let by_brick = ByBrick::new(&split, grid.len(), |place| grid.brick(place));
-        let sections = Sections::new(&split, grid);
-        let mut parts = Parts::new(&split, &by_brick, &sections).joined(&sections);
-        let step = |brick: u32| {
-            let [i, j, k] = grid.place(brick as usize).map(|at| (at / STEP) as usize);
-            let [n, m, _] = grid.counts.map(|count| count / STEP as usize);
-            i + n * (j + m * k)
-        };
-        let (cell_of, count) = parts.connected(step);
+        let sections = Sections::new(&split, grid.clone());
+        let mut parts = Parts::new(&split, &by_brick, &sections).in_leaves(&sections).joined(&sections);
+        let (cell_of, count) = parts.connected(|brick| grid.block(brick, STEP as usize));
         let mut cells: Vec<Vec<u32>> = vec![Vec::new(); count];
         cell_of.iter().enumerate().for_each(|(part, cell)| cells[*cell as usize].push(part as u32));
         let features = Features::new(&corners, facets, &marks(facets.len(), &names));
         for part in &mut parts.parts {
-            part.patches.sort_by_cached_key(|&patch| (plane_of(&split, &features, patch), patch));
+            part.patches.sort_by_cached_key(|&patch| (plane_of(&grid, &split, &features, patch), patch));
         }
         let mut of_brick = Bricks::new(&split, &sections, &parts);
         let undivided = Connected { split: &split, sections: &sections, parts: &parts, by_brick: &of_brick };
         of_brick.divisions = Divisions::new(&undivided, &features.normals);
         let connected = Connected { split: &split, sections: &sections, parts: &parts, by_brick: &of_brick };
-        let placed = Placing { split: &split, by_brick: &by_brick, grid, features: &features }.place(&connected);
+        let placed = Placing { split: &split, by_brick: &by_brick, grid: &grid, features: &features }.place(&connected);
         let positions = placed.positions.iter().map(|u| frame.place(u)).collect();
         let lattice = CutLattice {
             frame,
@@ -162,37 +200,42 @@ impl CutLattice {
             let needed = "give a narrower spacing: four at least are needed";
             return Err(GeometryError::Count { what: "particles in a part", count: self.positions.len(), needed });
         }
-        if let Some((thickness, at)) = self.thinnest() {
-            let (spacing, thickness) = (f64::from(STEP) * self.frame.size, thickness * self.frame.size);
+        if let Some((thickness, size, at)) = self.thinnest() {
+            let (spacing, thickness) = (f64::from(STEP) * size * self.frame.size, thickness * size * self.frame.size);
             let at = self.frame.place(&at).as_slice().to_vec();
             return Err(GeometryError::ThinWall { thickness, at, spacing, needed: 2.0 * thickness });
         }
         Ok(())
     }
 
-    /// The thinnest wall below half a spacing, in bricks, and where: between facets that look away from each other.
-    fn thinnest(&self) -> Option<(f64, Point<3>)> {
+    /// The thinnest wall below half a spacing, in leaves, their size, and where: between facets that look away from each other.
+    fn thinnest(&self) -> Option<(f64, f64, Point<3>)> {
         let normal = |patch: u32| self.features.normals[self.split.patches[patch as usize].facet as usize];
         let area = |patch: u32| {
             let [a, b, c] = self.patch(patch);
             parts::cross(&(b - a), &(c - a)).norm()
         };
         let placing = self.placing();
-        let mut thinnest: Option<(f64, Point<3>)> = None;
-        for brick in 0..self.grid.len() {
-            let largest = self.by_brick.patches(brick).iter().copied();
-            let Some(patch) = largest.max_by(|a, b| area(*a).total_cmp(&area(*b)).then(b.cmp(a))) else { continue };
+        let in_brick = |brick: usize| self.by_brick.patches(brick).iter().map(move |&patch| (brick as u32, patch));
+        let mut by_leaf: Vec<(u32, u32)> = (0..self.grid.len()).flat_map(in_brick).collect();
+        by_leaf.iter_mut().for_each(|own| own.0 = self.grid.leaf_of(own.0));
+        by_leaf.sort_by_key(|own| own.0);
+        let mut thinnest: Option<(f64, f64, Point<3>)> = None;
+        for own in by_leaf.chunk_by(|a, b| a.0 == b.0) {
+            let largest = own.iter().map(|own| own.1).max_by(|a, b| area(*a).total_cmp(&area(*b)).then(b.cmp(a)));
+            let Some(patch) = largest else { continue };
             let (from, inward) = (self.patch(patch).iter().sum::<Point<3>>() / 3.0, -normal(patch));
-            let to = from + inward;
-            for other in placing.near(&from, 1.0).filter(|other| normal(*other).dot(&inward) > OPPOSITE) {
+            let size = f64::from(self.half_spacing(own[0].0));
+            let to = from + inward * size;
+            for other in placing.near(&from, size).filter(|other| normal(*other).dot(&inward) > OPPOSITE) {
                 let corners = self.patch(other);
-                let thickness = (corners[0] - from).dot(&normal(other)) / inward.dot(&normal(other));
+                let thickness = (corners[0] - from).dot(&normal(other)) / inward.dot(&normal(other)) / size;
                 if thickness > 0.0
                     && thickness < thinnest.map_or(1.0, |known| known.0)
                     && crosses(&from, &to, &corners)
-                    && !self.is_followed(&from)
+                    && !self.is_followed(&from, size)
                 {
-                    thinnest = Some((thickness, from));
+                    thinnest = Some((thickness, size, from));
                 }
             }
         }
@@ -200,8 +243,8 @@ impl CutLattice {
     }
 
     /// Whether particles around a place spread in all directions, as they do where a body tapers off.
-    fn is_followed(&self, u: &Point<3>) -> bool {
-        let near = self.placed.positions.iter().map(|x| x - u).filter(|off| off.norm() < NEAR);
+    fn is_followed(&self, u: &Point<3>, size: f64) -> bool {
+        let near = self.placed.positions.iter().map(|x| (x - u) / size).filter(|off| off.norm() < NEAR);
         let (mut count, mut mean, mut squares) = (0.0f64, Point::<3>::zeros(), Matrix3::zeros());
         for off in near {
             (count, mean, squares) = (count + 1.0, mean + off, squares + off * off.transpose());
@@ -212,7 +255,7 @@ impl CutLattice {
     }
 
     fn placing(&self) -> Placing<'_> {
-        Placing { split: &self.split, by_brick: &self.by_brick, grid: self.grid, features: &self.features }
+        Placing { split: &self.split, by_brick: &self.by_brick, grid: &self.grid, features: &self.features }
     }
 
     fn connected(&self) -> Connected<'_> {
@@ -221,7 +264,7 @@ impl CutLattice {
 
     /// The patches of a sub-cell in runs of one plane and brick.
     fn runs<'a>(&'a self, part: &'a parts::Part) -> impl Iterator<Item = &'a [u32]> {
-        let plane = |patch: u32| plane_of(&self.split, &self.features, patch);
+        let plane = |patch: u32| plane_of(&self.grid, &self.split, &self.features, patch);
         part.patches.chunk_by(move |a, b| plane(*a) == plane(*b))
     }
 
@@ -265,6 +308,37 @@ impl CutLattice {
         }
     }
 
+    /// The same of several sections on one face.
+    fn on_sections(&self, rules: &Rules, sections: &[u32], mut with: impl FnMut(Point<3>, Point<3>)) {
+        let mut triangles: Vec<[Point<3>; 3]> = Vec::with_capacity(2 * sections.len());
+        for &section in sections {
+            each_triangle(&self.sections, section, |corners| {
+                triangles.push(corners.map(|corner| self.sections.point(&self.split, corner)));
+            });
+        }
+        let mut any = false;
+        rules.on_piece(triangles.into_iter(), |at, n| {
+            any = true;
+            with(at, n);
+        });
+        // A face has a point, and be its area rounding.
+        if !any {
+            sections.iter().take(1).for_each(|&section| self.on_section(rules, section, &mut with));
+        }
+    }
+
+    /// Particles with box supports of the normalised dilation over the spacing that `scale` makes of the local one, both over the finest.
+    fn supports(&self, r: f64, scale: impl Fn(f64) -> f64) -> Result<Particles<3>, ApproximationError> {
+        let support = |own: &f64| {
+            let half = 2.0 * r * f64::from(STEP) * self.frame.size * scale(*own);
+            match self.frame.axes {
+                None => Support::Box(Point::<3>::repeat(half)),
+                Some(axes) => Support::Parallelepiped(axes * half),
+            }
+        };
+        Particles::new(self.positions.clone(), self.placed.scales.iter().map(support).collect())
+    }
+
     /// Hands out the triangles around a sub-cell, seen from outside.
     fn around(&self, part: &parts::Part, mut with: impl FnMut([Point<3>; 3])) {
         for &(section, sign) in &part.sections {
@@ -295,18 +369,31 @@ impl CutLattice {
     /// Whether the surface leaves a cell alone: one whole brick between eight particles' places.
     fn is_whole(&self, cell: usize) -> bool {
         let own = &self.cells[cell];
-        own.len() == 8 && own.iter().all(|&part| self.is_whole_part(part))
+        let brick = self.parts.parts[own[0] as usize].brick;
+        let leaves = STEP * self.half_spacing(brick) / self.size(brick);
+        own.len() == leaves.pow(3) as usize && own.iter().all(|&part| self.is_whole_part(part))
     }
 
     fn is_whole_part(&self, part: u32) -> bool {
         let part = &self.parts.parts[part as usize];
-        part.patches.is_empty() && part.volume == 1.0
+        part.patches.is_empty() && part.volume == f64::from(self.size(part.brick)).powi(3)
     }
 
-    /// The place of the lowest particle of the brick that a cell lies in.
-    fn lowest(&self, cell: usize) -> [i32; 3] {
+    /// Half the spacing around a brick.
+    fn half_spacing(&self, brick: u32) -> i32 {
+        self.grid.half_spacing(self.grid.place(brick as usize))
+    }
+
+    /// The size of the leaf that a brick belongs to.
+    fn size(&self, brick: u32) -> i32 {
+        self.grid.size(self.grid.place(brick as usize))
+    }
+
+    /// The place of the lowest particle of the brick that a cell lies in, and the brick's size.
+    fn lowest(&self, cell: usize) -> ([i32; 3], i32) {
         let brick = self.parts.parts[self.cells[cell][0] as usize].brick;
-        self.grid.place(brick as usize).map(|at| at / STEP * STEP)
+        let size = STEP * self.half_spacing(brick);
+        (self.grid.place(brick as usize).map(|at| at / size * size), size)
     }
 
     /// The pieces of the surface that a part has, curved ones first: plain ones take back from conditions what they share with them.
@@ -352,8 +439,8 @@ impl CutLattice {
             for run in self.runs(part) {
                 let facet = self.split.patches[run[0] as usize].facet as usize;
                 let Some(site) = sites.get_mut(place[self.features.pieces[facet] as usize]) else { continue };
-                let (brick, normal) = (self.brick_of(run[0]), self.features.normals[facet]);
-                site.open((part.brick, brick));
+                let (leaf, normal) = (self.leaf_of(run[0]), self.features.normals[facet]);
+                site.open((part.brick, leaf));
                 self.on_run(&rules, run, finer, |at, own| {
                     site.places.push(Place { at, normal, measure: own.norm() * area, number });
                     number += 1;
@@ -391,7 +478,8 @@ impl CutLattice {
             let [a, b] = [a, b].map(|piece| place[piece as usize]);
             (a != usize::MAX && b != usize::MAX).then_some(([a, b], length))
         });
-        let found = assign(&self.placed.positions, sites, &beside.collect::<Vec<_>>(), positive);
+        let spread = Spread { positions: &self.placed.positions, scales: &self.placed.scales };
+        let found = assign(spread, sites, &beside.collect::<Vec<_>>(), positive);
         Ok(found.into_iter().map(|(places, groups, traces)| self.boundary_cells(&places, groups, traces)).collect())
     }
 
@@ -406,8 +494,9 @@ impl CutLattice {
         cells
     }
 
-    fn brick_of(&self, patch: u32) -> [i32; 3] {
-        self.split.patches[patch as usize].brick
+    /// The leaf that a patch lies in.
+    fn leaf_of(&self, patch: u32) -> [i32; 3] {
+        self.grid.leaf(self.split.patches[patch as usize].brick)
     }
 
     /// Hands out the shares of free particles in sub-cells: those inside, and where a body is thin those on its surface.
@@ -417,10 +506,12 @@ impl CutLattice {
         let cube = |x: &Point<3>| -> [i32; 3] { std::array::from_fn(|i| (x[i] / THIN).floor() as i32) };
         inner.for_each(|(x, _)| cubes.entry(cube(x)).or_default().push(*x));
         let is_thin = |x: &Point<3>| {
-            let c = cube(x);
-            (0..27).all(|k| {
-                let near = [c[0] + k % 3 - 1, c[1] + k / 3 % 3 - 1, c[2] + k / 9 - 1];
-                cubes.get(&near).is_none_or(|all| all.iter().all(|y| (x - y).norm() > THIN))
+            let (c, scale) = (cube(x), self.grid.scale(x));
+            let rings = scale.ceil() as i32;
+            let side = 2 * rings + 1;
+            (0..side.pow(3)).all(|k| {
+                let near = [c[0] + k % side - rings, c[1] + k / side % side - rings, c[2] + k / side / side - rings];
+                cubes.get(&near).is_none_or(|all| all.iter().all(|y| (x - y).norm() > THIN * scale))
             })
         };
         let mut by_brick: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
@@ -431,10 +522,17 @@ impl CutLattice {
             if !on.is_empty() && !is_thin(x) {
                 continue;
             }
-            let near = (0..8).filter_map(|k| {
-                let at: [i32; 3] = std::array::from_fn(|i| ((x[i] - 0.5).floor() as i32 + ((k >> i) & 1)).max(0));
-                by_brick.get(&(self.grid.brick(at) as u32))
-            });
+            let scale = self.grid.leaf_scale(x);
+            let mut leaves: Vec<u32> = Vec::with_capacity(8);
+            for k in 0..8 {
+                let place = |i: usize| (x[i] / scale - 0.5).floor() as i32 + ((k >> i) & 1);
+                let at: [i32; 3] = std::array::from_fn(|i| place(i).max(0) * scale as i32);
+                let leaf = self.grid.leaf_of(self.grid.brick(at) as u32);
+                if !leaves.contains(&leaf) {
+                    leaves.push(leaf);
+                }
+            }
+            let near = leaves.iter().filter_map(|leaf| by_brick.get(leaf));
             let near: Vec<u32> = near.flatten().copied().collect();
             let whole: f64 = near.iter().map(|&part| self.parts.parts[part as usize].volume).sum();
             for part in near {
@@ -444,11 +542,11 @@ impl CutLattice {
     }
 }
 
-/// What tells runs of patches apart: the brick, the piece of the surface, and the facet where the piece is curved.
-fn plane_of(split: &Split, features: &Features, patch: u32) -> ([i32; 3], u32, u32) {
+/// What tells runs of patches apart: the leaf, the piece of the surface, and the facet where the piece is curved.
+fn plane_of(grid: &Grid, split: &Split, features: &Features, patch: u32) -> ([i32; 3], u32, u32) {
     let Patch { brick, facet, .. } = split.patches[patch as usize];
     let piece = features.pieces[facet as usize];
-    (brick, piece, if features.curved[piece as usize] { facet } else { 0 })
+    (grid.leaf(brick), piece, if features.curved[piece as usize] { facet } else { 0 })
 }
 
 /// Marks of facets by the names that they have.
@@ -491,9 +589,9 @@ impl Cells<3> for CutLattice {
     }
 
     fn corners(&self, cell: usize) -> Vec<usize> {
-        let lowest = self.lowest(cell);
+        let (lowest, size) = self.lowest(cell);
         let around = (0..8).filter_map(|k| {
-            let at: [i32; 3] = std::array::from_fn(|i| lowest[i] + STEP * ((k >> i) & 1));
+            let at: [i32; 3] = std::array::from_fn(|i| lowest[i] + size * ((k >> i) & 1));
             self.placed.at.get(&at).map(|particle| *particle as usize)
         });
         let around: Vec<usize> = around.collect();
@@ -524,22 +622,19 @@ impl Cells<3> for CutLattice {
     }
 
     fn spacings(&self, particle: usize) -> Point<3> {
-        let spacing = f64::from(STEP) * self.frame.size;
-        Point::<3>::repeat(if particle < self.positions.len() { spacing } else { f64::NAN })
+        let scale = self.placed.scales.get(particle).copied().unwrap_or(f64::NAN);
+        Point::<3>::repeat(f64::from(STEP) * self.frame.size * scale)
     }
 
     fn particles(&self, r: f64) -> Result<Particles<3>, ApproximationError> {
         check_dilation(r)?;
-        let half = 2.0 * r * f64::from(STEP) * self.frame.size;
-        let support = match self.frame.axes {
-            None => Support::Box(Point::<3>::repeat(half)),
-            Some(axes) => Support::Parallelepiped(axes * half),
-        };
-        Particles::new(self.positions.clone(), vec![support; self.positions.len()])
+        self.supports(r, |scale| scale)
     }
 
     fn particles_global(&self, r: f64) -> Result<Particles<3>, ApproximationError> {
-        self.particles(r)
+        check_dilation(r)?;
+        let largest = self.placed.scales.iter().copied().fold(0.0, f64::max);
+        self.supports(r, |_| largest)
     }
 
     fn is_thin(&self) -> bool {
@@ -551,13 +646,7 @@ impl Cells<3> for CutLattice {
         if size <= 1 {
             return Zones::single(self.cells.len());
         }
-        let width = size * STEP as usize;
-        let block = |brick: u32| {
-            let [i, j, k] = self.grid.place(brick as usize).map(|at| at as usize / width);
-            let [n, m, _] = self.grid.counts.map(|count| count.div_ceil(width));
-            i + n * (j + m * k)
-        };
-        let (zone_of, count) = self.parts.connected(block);
+        let (zone_of, count) = self.parts.connected(|brick| self.grid.block(brick, size * STEP as usize));
         let mut inner = vec![Inner::default(); count];
         for (part, zone) in self.parts.parts.iter().zip(&zone_of) {
             inner[*zone as usize].add_part(part);
@@ -620,15 +709,16 @@ impl Cells<3> for CutLattice {
                     points.weights.push(weight * measure);
                 };
                 if self.is_whole(cell as usize) {
-                    let corner = Point::<3>::from(self.lowest(cell as usize).map(f64::from));
-                    whole.in_brick(&corner, f64::from(STEP), &mut add);
+                    let (corner, size) = self.lowest(cell as usize);
+                    whole.in_brick(&Point::<3>::from(corner.map(f64::from)), f64::from(size), &mut add);
                     continue;
                 }
                 for &own in &self.cells[cell as usize] {
+                    let own_part = &self.parts.parts[own as usize];
                     match self.is_whole_part(own) {
                         true => {
-                            let centre = self.parts.parts[own as usize].centre;
-                            part.in_brick(&(centre - Point::<3>::repeat(0.5)), 1.0, &mut add);
+                            let (centre, size) = (own_part.centre, f64::from(self.size(own_part.brick)));
+                            part.in_brick(&(centre - Point::<3>::repeat(0.5 * size)), size, &mut add);
                         }
                         false if n <= 8 => self.by_moments(&[own], &mut add),
                         false => self.in_part(&part, own, &mut add),
@@ -657,7 +747,7 @@ impl Cells<3> for CutLattice {
         };
         // Facets are sections and then the surfaces of sub-cells; those that nobody asks for are not made.
         let mut of_section: Vec<u32> = vec![NONE; self.sections.sections.len()];
-        let volume_rule = Rules::new(2)?;
+        let (volume_rule, faces) = (Rules::new(2)?, Faces::new(&self.sections, &self.parts));
         for zone in zones.offsets.windows(2) {
             for &cell in &zones.cells[zone[0]..zone[1]] {
                 let own = &self.cells[cell as usize];
@@ -671,12 +761,19 @@ impl Cells<3> for CutLattice {
                             if other != NONE && run.contains(&other) {
                                 continue;
                             }
-                            if of_section[section as usize] == NONE {
-                                of_section[section as usize] = out.facet_count() as u32;
-                                self.on_section(&rules, section, |at, n| self.add_point(&mut out, at, n * area));
+                            let first = faces.first(section);
+                            if of_section[first as usize] == NONE {
+                                of_section[first as usize] = out.facet_count() as u32;
+                                let add = |at, n: Point<3>| self.add_point(&mut out, at, n * area);
+                                match faces.all(first) {
+                                    Some(all) => self.on_sections(&rules, all, add),
+                                    None => self.on_section(&rules, first, add),
+                                }
                                 out.facet_offsets.push(out.facet_points.len());
                             }
-                            facets.push((of_section[section as usize], sign));
+                            if first == section {
+                                facets.push((of_section[first as usize], sign));
+                            }
                         }
                         if own.patches.is_empty() {
                             continue;
@@ -693,8 +790,8 @@ impl Cells<3> for CutLattice {
                         let mut add =
                             |at: Point<3>, weight: f64| interior.push((self.frame.place(&at), weight * measure));
                         if self.is_whole(cell as usize) {
-                            let corner = Point::<3>::from(self.lowest(cell as usize).map(f64::from));
-                            volume_rule.in_brick(&corner, f64::from(STEP), &mut add);
+                            let (corner, size) = self.lowest(cell as usize);
+                            volume_rule.in_brick(&Point::<3>::from(corner.map(f64::from)), f64::from(size), &mut add);
                         } else {
                             self.by_moments(run, &mut add);
                         }
@@ -765,11 +862,12 @@ impl CutLattice {
     /// Whether a place lies in the solid, or within a tenth of a spacing of its surface.
     fn holds(&self, u: &Point<3>) -> bool {
         const SLACK: f64 = 0.2;
+        let slack = SLACK * self.grid.scale(u);
         if !(0..3).all(|i| u[i] >= 0.0 && u[i] < self.grid.counts[i] as f64 - 1.0) {
             return false;
         }
         let placing = self.placing();
-        if placing.near(u, SLACK).any(|patch| (placing::nearest(u, &self.patch(patch)) - u).norm() <= SLACK) {
+        if placing.near(u, slack).any(|patch| (placing::nearest(u, &self.patch(patch)) - u).norm() <= slack) {
             return true;
         }
         let place: [i32; 3] = std::array::from_fn(|i| u[i].floor() as i32);

@@ -86,6 +86,22 @@ pub enum GeometryError {
         /// A spacing that follows it \[length\].
         needed: f64,
     },
+    /// A wall has fewer spacings across it than requested, however often a lattice may be halved.
+    #[error(
+        "a wall of thickness {thickness:e} at X = {at:?} has no {across} spacings of particles across it where {spacing:e} is halved as often as it may be: give a spacing of at most {needed:e}, fewer spacings across walls, or Scheme::graded there in place of Scheme::across"
+    )]
+    WallAcross {
+        /// Its thickness \[length\].
+        thickness: f64,
+        /// Where.
+        at: Vec<f64>,
+        /// Spacings across it that are requested.
+        across: usize,
+        /// The largest particle spacing \[length\].
+        spacing: f64,
+        /// One that follows it \[length\].
+        needed: f64,
+    },
     /// The cells can't serve what is requested of them.
     #[error("{what}: these cells can't serve it, it needs {needed}")]
     Unsuited {

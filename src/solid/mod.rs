@@ -17,6 +17,7 @@ mod shape;
 mod stl;
 mod surface;
 mod tree;
+mod walls;
 mod weld;
 
 pub use closed::{Closest, Solid3};
@@ -24,3 +25,4 @@ pub use features::Features;
 pub use flaws::SurfaceFlaws;
 pub use select::Select;
 pub use shape::Shape;
+pub(crate) use walls::{OPPOSITE, Wall};

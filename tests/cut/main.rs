@@ -1,5 +1,7 @@
 //! Laws of cut lattices on drawn shapes.
 
+mod refined;
+
 use std::collections::HashSet;
 use std::sync::Arc;
 

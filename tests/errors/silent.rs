@@ -40,6 +40,7 @@ fn settings_that_no_body_follows() {
     for (scene, scheme, what, with) in [
         (block(), graded(), "Scheme::graded", "block"),
         (meshed.clone(), graded(), "Scheme::graded", "mesh"),
+        (drawn.clone(), Scheme::default().across(2), "Scheme::across", "region"),
         (meshed.clone(), Scheme::default().particles([5]), "particles", "mesh"),
         (meshed.clone(), Scheme::default().spacing(0.3), "spacing", "mesh"),
         (meshed.clone(), Scheme::default().layout(layout.clone()), "Scheme::layout", "mesh"),

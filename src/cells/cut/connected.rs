@@ -11,7 +11,7 @@ use super::parts::{NONE, Parts, cross, each_triangle};
 use super::sections::Sections;
 use super::split::Split;
 
-/// Divisions of a brick along each axis.
+/// Divisions of a leaf along each axis.
 pub(super) const FINER: i32 = 4;
 /// Where the first plane between divisions lies, in their size: no simple fraction, so that the surface seldom lies in one.
 pub(super) const FIRST: f64 = 0.4383;
@@ -28,7 +28,7 @@ pub(super) struct Connected<'a> {
     pub(super) by_brick: &'a Bricks,
 }
 
-/// The sub-cells of each brick.
+/// The sub-cells of each leaf, by its lowest brick.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Bricks {
     offsets: Vec<u32>,
@@ -55,7 +55,9 @@ pub(super) struct Divisions {
 pub(super) struct Divided {
     /// The number of its first division.
     pub(super) first: u32,
-    /// The corner of bricks that its coordinates are counted from.
+    /// Bricks along each side of its leaf.
+    pub(super) size: i32,
+    /// The corner of leaves that its coordinates are counted from.
     pub(super) low: Point<3>,
     pub(super) split: Split,
     pub(super) sections: Sections,
@@ -70,14 +72,19 @@ impl Divided {
         Connected { split: &self.split, sections: &self.sections, parts: &self.parts, by_brick: &self.bricks }
     }
 
+    /// Planes per brick.
+    fn per_brick(&self) -> f64 {
+        f64::from(FINER) / f64::from(self.size)
+    }
+
     /// A place of the lattice in its coordinates.
     pub(super) fn local(&self, x: &Point<3>) -> Point<3> {
-        (x - self.low).map(|x| x * f64::from(FINER) + FIRST)
+        (x - self.low).map(|x| x * self.per_brick() + FIRST)
     }
 
     /// The place of its coordinates in the lattice.
     pub(super) fn place(&self, u: &Point<3>) -> Point<3> {
-        self.low + u.map(|u| (u - FIRST) / f64::from(FINER))
+        self.low + u.map(|u| (u - FIRST) / self.per_brick())
     }
 
     /// The same of a box.
@@ -101,11 +108,12 @@ impl Bricks {
     pub(super) fn new(split: &Split, sections: &Sections, parts: &Parts) -> Self {
         let mut of_patch = vec![NONE; split.patches.len()];
         let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(parts.parts.len());
+        let grid = &sections.grid;
         for (number, part) in parts.parts.iter().enumerate() {
             pairs.push((part.brick, number as u32));
             for &patch in &part.patches {
                 of_patch[patch as usize] = number as u32;
-                pairs.push((sections.grid.brick(split.patches[patch as usize].brick) as u32, number as u32));
+                pairs.push((grid.brick(grid.leaf(split.patches[patch as usize].brick)) as u32, number as u32));
             }
         }
         pairs.sort_unstable();
@@ -119,6 +127,11 @@ impl Bricks {
             of_patch,
             divisions: Divisions::default(),
         }
+    }
+
+    /// Whether some of the solid lies in the leaf that begins with a brick.
+    pub(super) fn holds(&self, brick: usize) -> bool {
+        self.offsets[brick] < self.offsets[brick + 1]
     }
 
     fn of(&self, brick: usize) -> &[u32] {
@@ -155,7 +168,7 @@ impl Connected<'_> {
     /// Adds the sub-cells that hold a point, or the one nearby that it is most inside of: points of a rule may lie a little outside.
     pub(super) fn at(&self, x: &Point<3>, found: &mut Vec<u32>) {
         let first = found.len();
-        for reach in [EDGE_ON, 1.0] {
+        for reach in [EDGE_ON, self.sections.grid.scale(x)] {
             self.within(x, reach, found);
             if found.len() > first {
                 break;
@@ -178,8 +191,14 @@ impl Connected<'_> {
             [within.low[i], within.high[i]].map(|end| (end.floor() as i32).clamp(0, whole))
         });
         let [[a, b], [c, d], [e, f]] = ranges;
+        let grid = &self.sections.grid;
         let places = (e..=f).flat_map(|k| (c..=d).flat_map(move |j| (a..=b).map(move |i| [i, j, k])));
-        let near = places.flat_map(|place| self.by_brick.of(self.sections.grid.brick(place)).iter().copied());
+        // Each leaf at its first brick among these.
+        let leaves = places.filter_map(|place| {
+            let leaf = grid.leaf(place);
+            ([leaf[0].max(a), leaf[1].max(c), leaf[2].max(e)] == place).then_some(leaf)
+        });
+        let near = leaves.flat_map(|leaf| self.by_brick.of(grid.brick(leaf)).iter().copied());
         near.filter(|part| !self.parts.parts[*part as usize].patches.is_empty()).collect()
     }
 
@@ -208,17 +227,24 @@ impl Connected<'_> {
     fn within(&self, x: &Point<3>, reach: f64, found: &mut Vec<u32>) {
         let first = found.len();
         let mut best: Option<(f64, u32)> = None;
+        let grid = &self.sections.grid;
         let ranges: [[i32; 2]; 3] = std::array::from_fn(|i| {
-            let whole = self.sections.grid.counts[i] as i32 - 1;
+            let whole = grid.counts[i] as i32 - 1;
             [x[i] - reach, x[i] + reach].map(|end| (end.floor() as i32).clamp(0, whole))
         });
         let [[a, b], [c, d], [e, f]] = ranges;
-        if let ([only], true) = (self.by_brick.of(self.sections.grid.brick([a, c, e])), [a, c, e] == [b, d, f]) {
+        let of = |leaf: [i32; 3]| self.by_brick.of(grid.brick(leaf));
+        if let ([only], true) = (of(grid.leaf([a, c, e])), [a, c, e] == [b, d, f]) {
             found.push(*only);
             return;
         }
         for place in (e..=f).flat_map(|k| (c..=d).flat_map(move |j| (a..=b).map(move |i| [i, j, k]))) {
-            for &part in self.by_brick.of(self.sections.grid.brick(place)) {
+            let leaf = grid.leaf(place);
+            // Each leaf at its first brick among these.
+            if [leaf[0].max(a), leaf[1].max(c), leaf[2].max(e)] != place {
+                continue;
+            }
+            for &part in of(leaf) {
                 if found[first..].contains(&part) {
                     continue;
                 }
@@ -250,7 +276,7 @@ impl Connected<'_> {
             // The whole face between the bricks, however little of it the solid fills.
             let section = &self.sections.sections[section as usize];
             let low = Point::<3>::from(self.sections.grid.place(section.brick as usize).map(f64::from));
-            let mut high = low.add_scalar(1.0);
+            let mut high = low.add_scalar(f64::from(section.size));
             high[section.axis as usize] = low[section.axis as usize];
             with(other, &Bounds { low, high });
         }

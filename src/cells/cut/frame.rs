@@ -5,8 +5,8 @@ use nalgebra::Matrix3;
 use crate::error::{GeometryError, Invalid};
 use crate::geometry::Point;
 
+use super::grid::{Grid, MACRO};
 use super::parts::cross;
-use super::sections::Grid;
 
 /// Bricks between particles along each axis.
 const STEP: usize = 2;
@@ -48,13 +48,17 @@ impl Frame {
         self.axes.map_or(*u, |axes| axes * u)
     }
 
-    /// A lattice around a part, the first axis along the largest plane faces, and the bricks that hold it.
+    /// A lattice around a part, the first axis along the largest plane faces, and the bricks that hold it: `finest` of them along a
+    /// brick of the largest spacing.
     pub(super) fn around(
         vertices: &[Point<3>],
         axes: Option<Matrix3<f64>>,
         spacing: f64,
+        finest: usize,
     ) -> Result<(Self, Grid), GeometryError> {
-        let size = spacing / STEP as f64;
+        let size = spacing / (STEP * finest) as f64;
+        // Macro cells of the coarsest level, and where there is one level alone, cells.
+        let whole = if finest == 1 { STEP } else { MACRO * finest };
         let mut frame = Frame { axes, origin: Point::<3>::zeros(), size };
         let mut shift = Point::<3>::zeros();
         let mut counts = [0; 3];
@@ -80,14 +84,20 @@ impl Frame {
             let before = before
                 .unwrap_or_else(|| tries.max_by(|a, b| clearance(*a).total_cmp(&clearance(*b))).unwrap_or(BEFORE));
             // Blocks of two bricks per direction begin at the part; a block before it, and room for the upper ends of faces.
-            shift[axis] = low - before - (2 * STEP) as f64;
-            counts[axis] = ((high - shift[axis]).floor() as usize + 2).next_multiple_of(STEP);
+            shift[axis] = low - before - (2 * STEP * finest) as f64;
+            counts[axis] = ((high - shift[axis]).floor() as usize + 2).next_multiple_of(whole);
+        }
+        // Of bricks of the finest spacing there is a number for each, in the solid or not.
+        let all: f64 = counts.iter().map(|&count| count as f64).product();
+        if finest > 1 && !(all < MOST) {
+            let needed = "give a wider spacing or halve it less often: the finest bricks would not fit into memory";
+            return Err(GeometryError::Count { what: "bricks of the finest spacing", count: all as usize, needed });
         }
         frame.origin = frame.turned(&shift) * size;
         if !frame.origin.iter().all(|x| x.is_finite()) {
             return Err(Invalid::new("particle spacing", spacing, "give one that is smaller than the part").into());
         }
-        Ok((frame, Grid { counts }))
+        Ok((frame, Grid::even(counts)))
     }
 }
 

@@ -4,13 +4,13 @@ use std::collections::HashMap;
 
 use crate::geometry::Point;
 
-use super::sections::Sections;
+use super::sections::{Sections, others};
 use super::split::{ByBrick, Split};
 
 /// No part beside a section.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Volume below which a part joins a neighbour, as a part of its brick: smaller ones turn over under large compression.
+/// Volume below which a part joins a neighbour, as a part of its leaf: smaller ones turn over under large compression.
 const SMALL: f64 = 0.1;
 
 /// A connected part of the solid in one brick, or several that were joined.
@@ -57,16 +57,24 @@ fn root(sets: &mut [u32], mut member: u32) -> u32 {
 
 impl Parts {
     pub(super) fn new(split: &Split, by_brick: &ByBrick, sections: &Sections) -> Self {
-        let grid = sections.grid;
+        let grid = &sections.grid;
         let mut all = Parts { parts: Vec::new(), beside: vec![[NONE; 2]; sections.sections.len()] };
         for brick in 0..grid.len() {
             let place = grid.place(brick);
-            if by_brick.patches(brick).is_empty() {
-                if sections.is_inside(grid.node(place)) {
-                    let around = around(sections, brick, place);
-                    let centre = Point::<3>::from(place.map(|at| f64::from(at) + 0.5));
-                    all.push(Part { brick: brick as u32, volume: 1.0, centre, sections: around, patches: Vec::new() });
+            if by_brick.patches(brick).is_empty() && !sections.is_inside(grid.node(place)) {
+                continue;
+            }
+            let leaf = grid.leaf(place);
+            if sections.is_whole_leaf(leaf) {
+                if leaf == place {
+                    all.push(whole_leaf(sections, brick as u32, place));
                 }
+                continue;
+            }
+            if by_brick.patches(brick).is_empty() {
+                let around = around(sections, brick, place);
+                let centre = Point::<3>::from(place.map(|at| f64::from(at) + 0.5));
+                all.push(Part { brick: brick as u32, volume: 1.0, centre, sections: around, patches: Vec::new() });
                 continue;
             }
             for part in cut(split, sections, brick as u32, by_brick.patches(brick)) {
@@ -83,17 +91,42 @@ impl Parts {
         self.parts.push(part);
     }
 
-    /// Joins parts of less than a tenth of a brick to the neighbour with the largest common section.
+    /// Parts that are connected within a leaf joined, each in the lowest brick of its leaf.
+    pub(super) fn in_leaves(mut self, sections: &Sections) -> Self {
+        let grid = &sections.grid;
+        if grid.is_even() {
+            return self;
+        }
+        let mut sets: Vec<u32> = (0..self.parts.len() as u32).collect();
+        for &[below, above] in self.beside.iter().filter(|beside| !beside.contains(&NONE)) {
+            let leaves = [below, above].map(|part| grid.leaf_of(self.parts[part as usize].brick));
+            let [a, b] = [below, above].map(|part| root(&mut sets, part));
+            if leaves[0] == leaves[1] && a != b {
+                // The larger one is the weightier centre.
+                let volume = |part: u32| self.parts[part as usize].volume;
+                let (into, from) = if volume(b) > volume(a) { (b, a) } else { (a, b) };
+                sets[from as usize] = into;
+            }
+        }
+        let mut joined = self.merge(sets);
+        joined.parts.iter_mut().for_each(|part| part.brick = grid.leaf_of(part.brick));
+        joined
+    }
+
+    /// Joins parts of less than a tenth of a leaf to the neighbour with the largest common section.
     pub(super) fn joined(mut self, sections: &Sections) -> Self {
         let count = self.parts.len();
         let mut sets: Vec<u32> = (0..count as u32).collect();
         let mut volumes: Vec<f64> = self.parts.iter().map(|part| part.volume).collect();
         let mut members: HashMap<u32, Vec<u32>> = HashMap::new();
-        let mut small: Vec<u32> = (0..count as u32).filter(|&part| volumes[part as usize] < SMALL).collect();
+        let size = |part: &Part| f64::from(sections.grid.size(sections.grid.place(part.brick as usize)));
+        let least: Vec<f64> = self.parts.iter().map(|part| SMALL * size(part).powi(3)).collect();
+        let mut small: Vec<u32> =
+            (0..count as u32).filter(|&part| volumes[part as usize] < least[part as usize]).collect();
         small.sort_by(|&a, &b| volumes[a as usize].total_cmp(&volumes[b as usize]).then(a.cmp(&b)));
         for part in small {
             let own = root(&mut sets, part);
-            if volumes[own as usize] >= SMALL {
+            if volumes[own as usize] >= least[own as usize] {
                 continue;
             }
             let mut areas: Vec<(u32, f64)> = Vec::new();
@@ -173,6 +206,24 @@ impl Parts {
         }
         ((0..self.parts.len() as u32).map(|part| number[root(&mut sets, part) as usize]).collect(), count as usize)
     }
+}
+
+/// The part that fills a leaf.
+fn whole_leaf(sections: &Sections, brick: u32, place: [i32; 3]) -> Part {
+    let size = sections.grid.size(place);
+    let mut around = Vec::with_capacity(6);
+    for axis in 0..3 {
+        let [b, c] = others(axis);
+        for (end, sign) in [(0, -1.0), (size, 1.0)] {
+            for (j, k) in (0..size).flat_map(|k| (0..size).map(move |j| (j, k))) {
+                let mut at = place;
+                (at[axis], at[b], at[c]) = (at[axis] + end, at[b] + j, at[c] + k);
+                around.extend(sections.on(axis, sections.grid.brick(at)).map(|section| (section as u32, sign)));
+            }
+        }
+    }
+    let centre = Point::<3>::from(place.map(|at| f64::from(at) + 0.5 * f64::from(size)));
+    Part { brick, volume: f64::from(size).powi(3), centre, sections: around, patches: Vec::new() }
 }
 
 /// The sections on the faces of a brick, with the signs that turn them outward.

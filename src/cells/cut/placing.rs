@@ -7,7 +7,7 @@ use crate::neighbours::{MARGIN, Search};
 
 use super::connected::Connected;
 use super::features::{Crease, Features};
-use super::sections::Grid;
+use super::grid::Grid;
 use super::split::{ByBrick, Split};
 
 /// Bricks between particles along each axis.
@@ -28,6 +28,8 @@ pub(super) struct Placed {
     pub(super) on: Vec<Vec<(u32, Point<3>)>>,
     /// The particle of each place of the lattice.
     pub(super) at: HashMap<[i32; 3], u32>,
+    /// The spacing at each particle over the finest one.
+    pub(super) scales: Vec<f64>,
 }
 
 /// The nearest point of a triangle.
@@ -74,18 +76,36 @@ impl Hash {
         self.0.entry(Self::cube(x)).or_default().push(number);
     }
 
-    /// Those closer to a point than half a spacing.
-    fn close<'a>(&'a self, x: &'a Point<3>, all: &'a [Point<3>]) -> impl Iterator<Item = u32> + 'a {
-        let cube = Self::cube(x);
-        let near = (0..27)
-            .filter_map(move |k| self.0.get(&[cube[0] + k % 3 - 1, cube[1] + k / 3 % 3 - 1, cube[2] + k / 9 - 1]));
-        near.flatten().copied().filter(move |number| (all[*number as usize] - x).norm() < HALF * (1.0 - 1e-9))
+    /// Those closer to a point than half the smaller spacing of both, `own` being that at the point over the finest one.
+    fn close<'a>(&'a self, x: &'a Point<3>, own: f64, all: &'a [(Point<3>, f64)]) -> impl Iterator<Item = u32> + 'a {
+        let (cube, rings) = (Self::cube(x), (HALF * own).ceil() as i32);
+        let side = 2 * rings + 1;
+        let near = (0..side.pow(3)).filter_map(move |k| {
+            let step = [k % side, k / side % side, k / side / side];
+            self.0.get(&std::array::from_fn(|i| cube[i] + step[i] - rings))
+        });
+        near.flatten().copied().filter(move |number| {
+            let (at, other) = all[*number as usize];
+            (at - x).norm() < HALF * own.min(other) * (1.0 - 1e-9)
+        })
     }
 }
 
-/// Places of particles along a sharp edge, evenly, its ends left out.
-fn along(crease: &Crease) -> Vec<Point<3>> {
-    let lengths: Vec<f64> = crease.points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
+/// Segments of a sharp edge that are no longer than a brick, where the spacing varies.
+fn divided(points: &[Point<3>]) -> Vec<Point<3>> {
+    let mut divided: Vec<Point<3>> = points.first().copied().into_iter().collect();
+    for pair in points.windows(2) {
+        let count = (pair[1] - pair[0]).norm().ceil().max(1.0) as usize;
+        divided.extend((1..=count).map(|k| pair[0] + (pair[1] - pair[0]) * (k as f64 / count as f64)));
+    }
+    divided
+}
+
+/// Places of particles along a sharp edge, evenly in units of the spacing there, its ends left out.
+fn along(crease: &Crease, grid: &Grid) -> Vec<Point<3>> {
+    let points = if grid.is_even() { crease.points.clone() } else { divided(&crease.points) };
+    let scaled = |pair: &[Point<3>]| (pair[1] - pair[0]).norm() / grid.scale(&((pair[0] + pair[1]) * 0.5));
+    let lengths: Vec<f64> = points.windows(2).map(scaled).collect();
     let whole: f64 = lengths.iter().sum();
     let intervals = (whole / f64::from(STEP) - 0.25).ceil().max(if crease.closed { 3.0 } else { 1.0 }) as usize;
     let first = usize::from(!crease.closed);
@@ -98,7 +118,7 @@ fn along(crease: &Crease) -> Vec<Point<3>> {
             segment += 1;
         }
         let share = ((at - before) / lengths[segment].max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        places.push(crease.points[segment] * (1.0 - share) + crease.points[segment + 1] * share);
+        places.push(points[segment] * (1.0 - share) + points[segment + 1] * share);
     }
     places
 }
@@ -107,7 +127,7 @@ fn along(crease: &Crease) -> Vec<Point<3>> {
 pub(super) struct Placing<'a> {
     pub(super) split: &'a Split,
     pub(super) by_brick: &'a ByBrick,
-    pub(super) grid: Grid,
+    pub(super) grid: &'a Grid,
     pub(super) features: &'a Features,
 }
 
@@ -153,10 +173,13 @@ impl Placing<'_> {
     /// Where a slot divides the solid around a place of the lattice, each part has a particle of its own.
     pub(super) fn place(&self, connected: &Connected) -> Placed {
         let mut placed = Placed::default();
+        // Places with the spacings there over the finest one.
+        let mut known: Vec<(Point<3>, f64)> = Vec::new();
         let (mut hash, mut search) = (Hash::default(), Search::default());
         let mut add = |placed: &mut Placed, at: Point<3>, on: Vec<(u32, Point<3>)>| {
             let mut around = Vec::new();
-            for close in hash.close(&at, &placed.positions) {
+            let scale = self.grid.scale(&at);
+            for close in hash.close(&at, scale, &known) {
                 if around.is_empty() {
                     connected.at(&at, &mut around);
                 }
@@ -166,11 +189,13 @@ impl Placing<'_> {
             }
             let number = placed.positions.len() as u32;
             hash.add(&at, number);
+            known.push((at, scale));
             placed.positions.push(at);
+            placed.scales.push(self.grid.widest(&at, |leaf| connected.by_brick.holds(self.grid.brick(leaf))));
             placed.on.push(on);
             Some(number)
         };
-        let edges = self.features.creases.iter().flat_map(along);
+        let edges = self.features.creases.iter().flat_map(|crease| along(crease, self.grid));
         for at in self.features.corners.iter().copied().chain(edges) {
             add(&mut placed, at, self.pieces(&at));
         }
@@ -182,6 +207,9 @@ impl Placing<'_> {
             for j in (0..=counts[1]).step_by(STEP as usize) {
                 for i in (0..=counts[0]).step_by(STEP as usize) {
                     let place = [i, j, k];
+                    if !self.grid.is_corner(place) {
+                        continue;
+                    }
                     let mut inside = connected.sections.is_inside(self.grid.node(place));
                     let x = Point::<3>::from(place.map(f64::from));
                     for at in self.nearest_by_part(connected, &mut search, &x, inside) {
@@ -217,21 +245,24 @@ impl Placing<'_> {
         x: &Point<3>,
         inside: bool,
     ) -> Vec<Option<Point<3>>> {
-        // The sub-cell, the point and its distance.
-        let mut by_part: Vec<(u32, Option<Point<3>>, f64)> = Vec::new();
+        // The sub-cell, the point and its distance over half the spacing there, which is the last one.
+        let mut by_part: Vec<(u32, Option<Point<3>>, f64, f64)> = Vec::new();
+        let scale = self.grid.scale(x);
         if inside {
             let mut around = Vec::new();
             connected.at(x, &mut around);
-            by_part.extend(around.first().map(|&part| (part, None, HALF)));
+            by_part.extend(around.first().map(|&part| (part, None, HALF, scale)));
         }
-        for patch in self.near(x, HALF) {
+        for patch in self.near(x, HALF * self.grid.widest(x, |_| true)) {
+            // In units of half the spacing where the surface is.
+            let size = f64::from(self.grid.half_spacing(self.split.patches[patch as usize].brick));
             connected.each_wall(patch, |part, corners| {
                 let at = nearest(x, &corners);
-                let distance = (at - x).norm();
+                let distance = (at - x).norm() / size;
                 let known = match by_part.iter().position(|known| known.0 == part) {
                     Some(known) => known,
                     None => {
-                        by_part.push((part, None, HALF));
+                        by_part.push((part, None, HALF, size.max(scale)));
                         by_part.len() - 1
                     }
                 };
@@ -240,9 +271,10 @@ impl Placing<'_> {
                 }
             });
         }
-        let within = Bounds { low: x.add_scalar(-AROUND), high: x.add_scalar(AROUND) };
         let mut groups: Vec<(u32, Option<Point<3>>, f64)> = Vec::new();
-        for (part, at, distance) in by_part {
+        for (part, at, distance, size) in by_part {
+            let around = AROUND * size;
+            let within = Bounds { low: x.add_scalar(-around), high: x.add_scalar(around) };
             search.start.clear();
             search.start.push(part);
             match groups.iter_mut().find(|group| group.0 == part || search.reaches(connected, (&[group.0], x), &within))
@@ -261,7 +293,7 @@ impl Placing<'_> {
 
 /// Whether two points are connected through sub-cells near both; the first lies in the given ones.
 fn is_connected(connected: &Connected, search: &mut Search, [x, y]: [&Point<3>; 2], around: &[u32]) -> bool {
-    let margin = Point::<3>::repeat(MARGIN * f64::from(STEP));
+    let margin = Point::<3>::repeat(MARGIN * f64::from(STEP) * connected.sections.grid.scale(x));
     let mut goal = Vec::new();
     connected.at(y, &mut goal);
     search.start.clear();

@@ -6,14 +6,18 @@ use crate::geometry::{Bounds, Point};
 use crate::neighbours::{FACING, MARGIN, Search};
 
 use super::connected::{Bricks, Connected, Divided, Divisions, FINER};
+use super::grid::Grid;
 use super::parts::{NONE, Parts, cross, each_triangle};
-use super::sections::{Grid, Sections};
+use super::sections::Sections;
 use super::split::{ByBrick, Split};
 
-/// Distance below which facets that face each other are the walls of a slot, in bricks: that between particles.
+/// Distance below which facets that face each other are the walls of a slot, in half spacings: that between particles.
 const ACROSS: f64 = 2.0;
-/// Margin of the box in which sub-cells connect the walls of a slot, in bricks.
+/// Margin of the box in which sub-cells connect the walls of a slot, in half spacings.
 const AROUND: f64 = 2.0 * MARGIN;
+
+/// What coordinates of one point may differ by that are taken back from those of two divisions, in bricks.
+const ROUNDING: f64 = 1e-9;
 
 /// Facets of a sub-cell that look alike.
 struct Wall {
@@ -22,6 +26,8 @@ struct Wall {
     at: Point<3>,
     /// Their mean normal, outward.
     normal: Point<3>,
+    /// Half the spacing around the sub-cell.
+    size: i32,
 }
 
 /// Where a triangle around a divided sub-cell comes from.
@@ -41,10 +47,10 @@ struct Beside {
     face: Bounds<3>,
 }
 
-/// The walls of all sub-cells, by the brick that their middle lies in.
-fn walls(connected: &Connected, normals: &[Point<3>]) -> HashMap<[i32; 3], Vec<Wall>> {
-    let split = connected.split;
-    let mut found: HashMap<[i32; 3], Vec<Wall>> = HashMap::new();
+/// The walls of all sub-cells.
+fn walls(connected: &Connected, normals: &[Point<3>]) -> Vec<Wall> {
+    let (split, grid) = (connected.split, &connected.sections.grid);
+    let mut found = Vec::new();
     for (part, own) in connected.parts.parts.iter().enumerate() {
         let mut alike: BTreeMap<[i8; 3], (Point<3>, Point<3>, f64)> = BTreeMap::new();
         for &patch in &own.patches {
@@ -55,10 +61,9 @@ fn walls(connected: &Connected, normals: &[Point<3>]) -> HashMap<[i32; 3], Vec<W
             let (at, along, whole) = alike.entry(std::array::from_fn(|i| normal[i].round() as i8)).or_default();
             (*at, *along, *whole) = (*at + (a + b + c) * (area / 3.0), *along + normal * area, *whole + area);
         }
+        let size = grid.half_spacing(grid.place(own.brick as usize));
         for (at, along, whole) in alike.into_values().filter(|own| own.2 > 0.0) {
-            let at = at / whole;
-            let place = std::array::from_fn(|i| at[i].floor() as i32);
-            found.entry(place).or_default().push(Wall { part: part as u32, at, normal: along / whole });
+            found.push(Wall { part: part as u32, at: at / whole, normal: along / whole, size });
         }
     }
     found
@@ -70,34 +75,48 @@ fn face_each_other(a: &Wall, b: &Wall) -> bool {
     a.normal.dot(&b.normal) < FACING
         && a.normal.dot(&between) > 0.0
         && b.normal.dot(&between) < 0.0
-        && between.norm() < ACROSS
+        && between.norm() < ACROSS * f64::from(a.size.max(b.size))
 }
 
 /// The sub-cells at the roots of slots: those around walls that face each other and that sub-cells connect near the line between them.
 fn at_roots(connected: &Connected, normals: &[Point<3>]) -> BTreeSet<u32> {
     let (walls, mut search, mut found) = (walls(connected, normals), Search::default(), BTreeSet::new());
-    let reach = ACROSS.ceil() as i32;
-    let steps = || -reach..=reach;
-    for (place, own) in &walls {
-        let offsets = steps().flat_map(|i| steps().flat_map(move |j| steps().map(move |k| [i, j, k])));
-        // Each pair of bricks once.
-        for offset in offsets.filter(|offset| *offset >= [0; 3]) {
-            let Some(others) = walls.get(&std::array::from_fn(|i| place[i] + offset[i])) else { continue };
-            for (a, b) in own.iter().flat_map(|a| others.iter().map(move |b| (a, b))) {
-                if !face_each_other(a, b) {
-                    continue;
-                }
-                let within =
-                    Bounds { low: a.at.inf(&b.at).add_scalar(-AROUND), high: a.at.sup(&b.at).add_scalar(AROUND) };
-                search.start.clear();
-                search.start.push(a.part);
-                if search.reaches(connected, (&[b.part], &b.at), &within) {
-                    found.extend(connected.cut_near(&within));
-                }
-            }
+    let sizes: BTreeSet<i32> = walls.iter().map(|wall| wall.size).collect();
+    for size in sizes {
+        // Pairs the larger of whose spacings is this one, by the cubes of that size that their middles lie in.
+        let mut by_cube: HashMap<[i32; 3], Vec<&Wall>> = HashMap::new();
+        for wall in walls.iter().filter(|wall| wall.size <= size) {
+            let cube = std::array::from_fn(|i| (wall.at[i] / f64::from(size)).floor() as i32);
+            by_cube.entry(cube).or_default().push(wall);
         }
+        each_near(&by_cube, |a, b| {
+            if a.size.max(b.size) < size || !face_each_other(a, b) {
+                return;
+            }
+            let around = AROUND * f64::from(size);
+            let within = Bounds { low: a.at.inf(&b.at).add_scalar(-around), high: a.at.sup(&b.at).add_scalar(around) };
+            search.start.clear();
+            search.start.push(a.part);
+            if search.reaches(connected, (&[b.part], &b.at), &within) {
+                found.extend(connected.cut_near(&within));
+            }
+        });
     }
     found
+}
+
+/// Hands out the walls in cubes that are near each other.
+fn each_near(by_cube: &HashMap<[i32; 3], Vec<&Wall>>, mut with: impl FnMut(&Wall, &Wall)) {
+    let reach = ACROSS.ceil() as i32;
+    let steps = || -reach..=reach;
+    for (place, own) in by_cube {
+        let offsets = steps().flat_map(|i| steps().flat_map(move |j| steps().map(move |k| [i, j, k])));
+        // Each pair of cubes once.
+        for offset in offsets.filter(|offset| *offset >= [0; 3]) {
+            let Some(others) = by_cube.get(&std::array::from_fn(|i| place[i] + offset[i])) else { continue };
+            own.iter().for_each(|a| others.iter().for_each(|b| with(a, b)));
+        }
+    }
 }
 
 /// A sub-cell divided by planes between those of bricks, its divisions numbered from one on, and where the triangles around it come from.
@@ -124,13 +143,17 @@ fn divided(connected: &Connected, part: u32, first: u32) -> (Divided, Vec<Source
             corners.len() as u32 - 1
         });
     }
-    // From whole bricks on, so that planes on both sides of a section are the same.
+    // From whole leaves on, so that planes on both sides of a section between leaves of one size are the same.
     let around = Bounds::of(&corners);
-    let low: [i32; 3] = std::array::from_fn(|i| around.low[i].floor() as i32);
-    let counts = std::array::from_fn(|i| ((around.high[i].ceil() as i32 - low[i]).max(1) * FINER + 2) as usize);
-    let mut own = Divided { first, low: Point::<3>::from(low.map(f64::from)), ..Divided::default() };
+    let size = connected.sections.grid.size(connected.sections.grid.place(own.brick as usize));
+    let scale = f64::from(size);
+    let low: [i32; 3] = std::array::from_fn(|i| (around.low[i] / scale).floor() as i32);
+    let count = |i: usize| ((around.high[i] / scale).ceil() as i32 - low[i]).max(1) * FINER + 2;
+    let counts = std::array::from_fn(|i| count(i) as usize);
+    let mut own =
+        Divided { first, size, low: Point::<3>::from(low.map(|at| f64::from(at * size))), ..Divided::default() };
     let corners: Vec<Point<3>> = corners.iter().map(|corner| own.local(corner)).collect();
-    let grid = Grid { counts };
+    let grid = Grid::even(counts);
     own.split = Split::new(&corners, &triangles);
     let by_brick = ByBrick::new(&own.split, grid.len(), |place| grid.brick(place));
     own.sections = Sections::new(&own.split, grid);
@@ -157,6 +180,11 @@ impl Pairs {
     }
 }
 
+/// Whether two boxes have a point in common.
+fn meet(a: &Bounds<3>, b: &Bounds<3>) -> bool {
+    (0..3).all(|i| a.low[i] <= b.high[i] + ROUNDING && b.low[i] <= a.high[i] + ROUNDING)
+}
+
 impl Divisions {
     /// Divides the sub-cells at the roots of slots; normals are those of facets.
     pub(super) fn new(connected: &Connected, normals: &[Point<3>]) -> Self {
@@ -175,7 +203,8 @@ impl Divisions {
     /// Finds what lies beside divisions, and beside the sub-cells around them.
     fn connect(&mut self, connected: &Connected, sources: &[Vec<Source>]) {
         let mut pairs = Pairs::default();
-        // Divisions on both sides of a section hold the same pieces of its triangles: by section, triangle and place.
+        // Divisions on both sides of a section hold the same pieces of its triangles, those of leaves of two sizes
+        // pieces that overlap: by section, triangle and place, which is left out for those.
         let mut across: BTreeMap<(u32, u32, [i32; 3]), Vec<Beside>> = BTreeMap::new();
         let mut around: BTreeSet<u32> = BTreeSet::new();
         for ((&part, own), sources) in self.of_part.iter().zip(sources) {
@@ -195,19 +224,24 @@ impl Divisions {
                 }
                 let face = Bounds::of(&patch.corners.map(|corner| own.place(&own.split.points[corner as usize])));
                 let number = own.first + number;
-                if !self.of_part.contains_key(&other) {
+                let Some(beside) = self.of_part.get(&other) else {
                     around.insert(other);
                     pairs.add(number, other, &face);
                     continue;
+                };
+                let mut place: [i32; 3] =
+                    std::array::from_fn(|i| patch.brick[i] + FINER * (own.low[i] as i32 / own.size));
+                if beside.size != own.size {
+                    place = [0; 3];
                 }
-                let mut place: [i32; 3] = std::array::from_fn(|i| patch.brick[i] + FINER * own.low[i] as i32);
                 place[usize::from(connected.sections.sections[section as usize].axis)] = 0;
                 across.entry((section, triangle, place)).or_default().push(Beside { number, above, face });
             }
         }
         for both in across.into_values() {
             let below = both.iter().filter(|own| own.above);
-            for (a, b) in below.flat_map(|a| both.iter().filter(|own| !own.above).map(move |b| (a, b))) {
+            let pairs_across = below.flat_map(|a| both.iter().filter(|own| !own.above).map(move |b| (a, b)));
+            for (a, b) in pairs_across.filter(|(a, b)| meet(&a.face, &b.face)) {
                 pairs.add(a.number, b.number, &a.face.join(&b.face));
             }
         }

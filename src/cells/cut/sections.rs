@@ -4,48 +4,9 @@ use std::ops::Range;
 
 use crate::geometry::Point;
 
+use super::grid::Grid;
 use super::polygon::{Corner, area, holds, triangles};
 use super::split::Split;
-
-/// Bricks of unit size from the origin on.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Grid {
-    pub(super) counts: [usize; 3],
-}
-
-impl Grid {
-    /// Number of bricks.
-    pub(super) fn len(&self) -> usize {
-        self.counts.iter().product()
-    }
-
-    /// The number of a brick.
-    pub(super) fn brick(&self, at: [i32; 3]) -> usize {
-        at[0] as usize + self.counts[0] * (at[1] as usize + self.counts[1] * at[2] as usize)
-    }
-
-    /// The place of a brick.
-    pub(super) fn place(&self, brick: usize) -> [i32; 3] {
-        let [n, m, _] = self.counts;
-        [(brick % n) as i32, (brick / n % m) as i32, (brick / n / m) as i32]
-    }
-
-    /// The number of a corner between bricks.
-    pub(super) fn node(&self, at: [i32; 3]) -> usize {
-        let [n, m, _] = self.counts;
-        at[0] as usize + (n + 1) * (at[1] as usize + (m + 1) * at[2] as usize)
-    }
-
-    /// The place of a corner between bricks.
-    pub(super) fn node_place(&self, node: usize) -> [i32; 3] {
-        let [n, m, _] = self.counts.map(|count| count + 1);
-        [(node % n) as i32, (node / n % m) as i32, (node / n / m) as i32]
-    }
-
-    fn nodes(&self) -> usize {
-        self.counts.iter().map(|count| count + 1).product()
-    }
-}
 
 /// A connected part of the solid's section on a face between two bricks, the normal along the axis.
 #[derive(Debug, Clone)]
@@ -53,6 +14,8 @@ pub(super) struct Section {
     pub(super) axis: u8,
     /// The brick above the face.
     pub(super) brick: u32,
+    /// Bricks along each side of the face: more than one between whole leaves.
+    pub(super) size: i32,
     /// Its triangles among those of all sections; none for a whole face.
     pub(super) triangles: Range<usize>,
     pub(super) area: f64,
@@ -71,6 +34,8 @@ pub(super) struct Sections {
     offsets: Vec<u32>,
     /// Whether the corners between bricks lie in the solid.
     inside: Vec<bool>,
+    /// Whether the surface cuts leaves, by their lowest bricks; empty where the lattice is even.
+    cut: Vec<bool>,
 }
 
 /// An edge of a section: axis, brick above the face, and its ends, the solid on their left.
@@ -90,29 +55,39 @@ impl Sections {
             }
         }
         edges.sort_unstable();
+        let bricks = grid.len();
         let mut sections = Sections {
             grid,
             first_node: split.points.len() as u32,
             sections: Vec::new(),
             triangles: Vec::new(),
-            offsets: Vec::with_capacity(3 * grid.len() + 1),
+            offsets: Vec::with_capacity(3 * bricks + 1),
             inside: Vec::new(),
+            cut: Vec::new(),
         };
         sections.mark_nodes(split, &edges);
+        sections.mark_leaves(split, &edges);
         let mut next = 0;
         for axis in 0..3 {
-            for brick in 0..grid.len() {
+            for brick in 0..bricks {
                 sections.offsets.push(sections.sections.len() as u32);
                 let first = next;
                 while next < edges.len() && (edges[next].0, edges[next].1) == (axis, brick as u32) {
                     next += 1;
                 }
-                let place = grid.place(brick);
+                let place = sections.grid.place(brick);
                 if next > first {
                     sections.cut(split, axis as usize, place, &edges[first..next]);
-                } else if sections.inside[grid.node(place)] {
+                    continue;
+                }
+                if !sections.inside[sections.grid.node(place)] {
+                    continue;
+                }
+                let size = sections.whole_face(axis as usize, place);
+                if size > 0 {
                     let triangles = sections.triangles.len()..sections.triangles.len();
-                    sections.sections.push(Section { axis, brick: brick as u32, triangles, area: 1.0 });
+                    let area = f64::from(size * size);
+                    sections.sections.push(Section { axis, brick: brick as u32, size, triangles, area });
                 }
             }
         }
@@ -144,10 +119,52 @@ impl Sections {
         let (place, [b, c]) = (self.grid.place(section.brick as usize), others(section.axis as usize));
         [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[along, across]| {
             let mut at = place;
-            at[b] += along;
-            at[c] += across;
+            at[b] += along * section.size;
+            at[c] += across * section.size;
             self.first_node + self.grid.node(at) as u32
         })
+    }
+
+    /// Whether the surface leaves a leaf alone that is larger than a brick, and the faces around it.
+    pub(super) fn is_whole_leaf(&self, leaf: [i32; 3]) -> bool {
+        self.cut.get(self.grid.brick(leaf)).is_some_and(|cut| !cut) && self.grid.size(leaf) > 1
+    }
+
+    /// Marks the leaves that have patches in them or edges of sections on their faces.
+    fn mark_leaves(&mut self, split: &Split, edges: &[Edge]) {
+        if self.grid.is_even() {
+            return;
+        }
+        self.cut = vec![false; self.grid.len()];
+        let grid = &self.grid;
+        let mut mark = |place: [i32; 3]| self.cut[grid.brick(grid.leaf(place))] = true;
+        split.patches.iter().for_each(|patch| mark(patch.brick));
+        for &(axis, brick, ..) in edges {
+            let mut place = grid.place(brick as usize);
+            mark(place);
+            place[axis as usize] -= 1;
+            if place[axis as usize] >= 0 {
+                mark(place);
+            }
+        }
+    }
+
+    /// The size of the whole face that begins at the lower face of a brick: that of the smaller leaf between two whole ones, and one
+    /// beside leaves that the surface cuts; none within whole leaves.
+    fn whole_face(&self, axis: usize, place: [i32; 3]) -> i32 {
+        if self.grid.is_even() || place[axis] == 0 {
+            return 1;
+        }
+        let mut below = place;
+        below[axis] -= 1;
+        let sizes = [place, below].map(|place| self.grid.size(place));
+        let leaves = [place, below].map(|place| self.grid.leaf(place));
+        if !leaves.iter().all(|leaf| self.is_whole_leaf(*leaf)) {
+            return 1;
+        }
+        let size = sizes[0].min(sizes[1]);
+        let begins = others(axis).iter().all(|&other| place[other] % size == 0);
+        if leaves[0] != leaves[1] && begins { size } else { 0 }
     }
 
     /// Marks the corners between bricks that lie in the solid: along lines of the last axis the surface is crossed at points of
@@ -232,7 +249,7 @@ impl Sections {
             let triangles = first..self.triangles.len();
             if !triangles.is_empty() {
                 let brick = self.grid.brick(place) as u32;
-                self.sections.push(Section { axis: axis as u8, brick, triangles, area: 0.5 * whole });
+                self.sections.push(Section { axis: axis as u8, brick, size: 1, triangles, area: 0.5 * whole });
             }
         }
     }
@@ -240,7 +257,7 @@ impl Sections {
     /// The corners of a face around it, and whether they lie in the solid.
     fn perimeter(&self, axis: usize, place: [i32; 3]) -> [(u32, bool); 4] {
         let brick = self.grid.brick(place) as u32;
-        let section = Section { axis: axis as u8, brick, triangles: 0..0, area: 1.0 };
+        let section = Section { axis: axis as u8, brick, size: 1, triangles: 0..0, area: 1.0 };
         self.corners(&section).map(|corner| (corner, self.inside[(corner - self.first_node) as usize]))
     }
 

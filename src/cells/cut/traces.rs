@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Matrix4, SymmetricEigen, Vector4};
 
 use crate::geometry::Point;
 
-/// Radius within which particles carry the functions of a point, in bricks: with three quarters of it the patch test leaves 3e-3.
+/// Radius within which particles carry the functions of a point, in bricks of the spacing at the particle: with three quarters of it the patch test leaves 3e-3.
 const REACH: f64 = 4.0;
 /// Radii are raised so often, each time by half.
 const RAISES: usize = 5;
@@ -27,12 +27,20 @@ const ROUNDS: usize = 20;
 
 /// Particles on a piece, each with its normal there, by the cubes of a grid.
 pub(super) struct Traces<'a> {
-    positions: &'a [Point<3>],
+    spread: Spread<'a>,
     particles: Vec<(u32, Point<3>)>,
-    cubes: Cubes,
+    /// Cubes for each spacing over the finest one.
+    cubes: Vec<(f64, Cubes)>,
     curved: bool,
     /// Cosine between normals above which a particle counts at a point.
     facing: f64,
+}
+
+/// Positions of all particles, and the spacing at each over the finest one.
+#[derive(Clone, Copy)]
+pub(super) struct Spread<'a> {
+    pub(super) positions: &'a [Point<3>],
+    pub(super) scales: &'a [f64],
 }
 
 /// Places of particles by the cubes of a grid around all of them.
@@ -49,8 +57,9 @@ impl Cubes {
         std::array::from_fn(|i| (x[i] / REACH).floor() as i32)
     }
 
-    fn new(points: impl Iterator<Item = Point<3>>) -> Self {
-        let cubes: Vec<[i32; 3]> = points.map(|x| Self::of(&x)).collect();
+    /// Of places with their points.
+    fn new(points: &[(u32, Point<3>)]) -> Self {
+        let cubes: Vec<[i32; 3]> = points.iter().map(|(_, x)| Self::of(x)).collect();
         let low: [i32; 3] = std::array::from_fn(|i| cubes.iter().map(|cube| cube[i]).min().unwrap_or(0));
         let counts = std::array::from_fn(|i| cubes.iter().map(|cube| cube[i] - low[i] + 1).max().unwrap_or(0));
         let mut grid =
@@ -60,7 +69,7 @@ impl Cubes {
         order.sort_by_key(|&place| numbers[place as usize]);
         numbers.iter().for_each(|&number| grid.offsets[number + 1] += 1);
         (1..grid.offsets.len()).for_each(|cube| grid.offsets[cube] += grid.offsets[cube - 1]);
-        grid.places = order;
+        grid.places = order.into_iter().map(|place| points[place as usize].0).collect();
         grid
     }
 
@@ -85,22 +94,31 @@ fn weight(q: f64) -> f64 {
 }
 
 impl<'a> Traces<'a> {
-    pub(super) fn new(positions: &'a [Point<3>], particles: Vec<(u32, Point<3>)>, curved: bool, facing: f64) -> Self {
-        let cubes = Cubes::new(particles.iter().map(|&(particle, _)| positions[particle as usize]));
-        Traces { positions, particles, cubes, curved, facing }
+    pub(super) fn new(spread: Spread<'a>, particles: Vec<(u32, Point<3>)>, curved: bool, facing: f64) -> Self {
+        let mut points: BTreeMap<u64, (f64, Vec<(u32, Point<3>)>)> = BTreeMap::new();
+        for (place, &(particle, _)) in particles.iter().enumerate() {
+            let scale = spread.scales[particle as usize];
+            let own = points.entry(scale.to_bits()).or_insert((scale, Vec::new()));
+            own.1.push((place as u32, spread.positions[particle as usize] / scale));
+        }
+        let cubes = points.into_values().map(|(scale, points)| (scale, Cubes::new(&points))).collect();
+        Traces { spread, particles, cubes, curved, facing }
     }
 
-    /// Particles within a radius whose normals are not turned away, by rising index, with their weights.
+    /// Particles within a radius, in units of their spacings, whose normals are not turned away, by rising index, with their weights.
     fn around(&self, x: &Point<3>, normal: &Point<3>, radius: f64) -> Vec<(u32, f64)> {
-        let (middle, rings) = (Cubes::of(x), (radius / REACH).ceil() as i32);
+        let rings = (radius / REACH).ceil() as i32;
         let mut found: Vec<(u32, f64)> = Vec::new();
-        for k in -rings..=rings {
-            for j in -rings..=rings {
-                for i in -rings..=rings {
-                    let own = self.cubes.in_cube([middle[0] + i, middle[1] + j, middle[2] + k]);
+        for (scale, cubes) in &self.cubes {
+            let middle = Cubes::of(&(x / *scale));
+            let range = || -rings..=rings;
+            for (k, j) in range().flat_map(|k| range().map(move |j| (k, j))) {
+                for i in range() {
+                    let own = cubes.in_cube([middle[0] + i, middle[1] + j, middle[2] + k]);
                     found.extend(own.iter().filter_map(|&place| {
                         let (particle, towards) = self.particles[place as usize];
-                        let weight = weight((self.positions[particle as usize] - x).norm() / radius);
+                        let off = (self.spread.positions[particle as usize] - x).norm();
+                        let weight = weight(off / (radius * scale));
                         (weight > 0.0 && towards.dot(normal) > self.facing).then_some((place, weight))
                     }));
                 }
@@ -119,7 +137,7 @@ impl<'a> Traces<'a> {
             }
             radius *= 1.5;
         }
-        let distance = |place: &u32| (self.positions[self.particles[*place as usize].0 as usize] - x).norm();
+        let distance = |place: &u32| (self.spread.positions[self.particles[*place as usize].0 as usize] - x).norm();
         let all = 0..self.particles.len() as u32;
         all.min_by(|a, b| distance(a).total_cmp(&distance(b))).map(|place| (place, 1.0)).into_iter().collect()
     }
@@ -254,8 +272,8 @@ impl Site {
     }
 
     /// Leaves the points out that are not asked for, and the particles whose functions lie among those.
-    fn restrict(&mut self, positions: &[Point<3>]) {
-        let traces = Traces::new(positions, self.particles.clone(), false, 0.0);
+    fn restrict(&mut self, spread: Spread) {
+        let traces = Traces::new(spread, self.particles.clone(), false, 0.0);
         let mut shares = vec![[0.0; 2]; self.particles.len()];
         for (place, &kept) in self.places.iter().zip(&self.kept) {
             for (particle, value) in traces.plain(&place.at, &place.normal) {
@@ -293,34 +311,29 @@ type Functions = Vec<Vec<(u32, f64)>>;
 /// piece, and pieces whose particles cannot give their normals take those of the neighbour with the longest common edge as well. Particles
 /// whose equations would depend on those of others carry none. With `positive` functions are those of
 /// Shepard, of all particles on a piece.
-pub(super) fn assign(
-    positions: &[Point<3>],
-    mut sites: Vec<Site>,
-    beside: &[([usize; 2], f64)],
-    positive: bool,
-) -> Vec<Found> {
-    sites.iter_mut().filter(|site| !site.kept.is_empty()).for_each(|site| site.restrict(positions));
+pub(super) fn assign(spread: Spread, mut sites: Vec<Site>, beside: &[([usize; 2], f64)], positive: bool) -> Vec<Found> {
+    sites.iter_mut().filter(|site| !site.kept.is_empty()).for_each(|site| site.restrict(spread));
     if !positive {
         own(&mut sites);
     }
-    let mut found = functions(positions, &sites, beside, positive);
+    let mut found = functions(spread, &sites, beside, positive);
     if positive {
         return found;
     }
-    let kernels = kernels(positions, &sites);
+    let kernels = kernels(spread, &sites);
     for _ in 0..ROUNDS {
         let dependent = dependent(&kernels, &found);
         if dependent.is_empty() {
             break;
         }
         sites.iter_mut().for_each(|site| site.particles.retain(|own| !dependent.contains(&own.0)));
-        found = functions(positions, &sites, beside, positive);
+        found = functions(spread, &sites, beside, positive);
     }
     found
 }
 
 /// The functions on sites, and on several together where the particles of one cannot give its normals.
-fn functions(positions: &[Point<3>], sites: &[Site], beside: &[([usize; 2], f64)], positive: bool) -> Vec<Found> {
+fn functions(spread: Spread, sites: &[Site], beside: &[([usize; 2], f64)], positive: bool) -> Vec<Found> {
     let mut into: Vec<usize> = (0..sites.len()).collect();
     let mut found: Vec<Option<Functions>> = vec![None; sites.len()];
     let mut next = 0;
@@ -331,7 +344,7 @@ fn functions(positions: &[Point<3>], sites: &[Site], beside: &[([usize; 2], f64)
         }
         let members: Vec<&Site> =
             (0..sites.len()).filter(|&site| root(&into, site) == next).map(|site| &sites[site]).collect();
-        let (own, exact) = on(positions, &members, positive);
+        let (own, exact) = on(spread, &members, positive);
         let other = if exact || positive { None } else { longest(sites, beside, &into, next) };
         match other {
             Some(other) => {
@@ -358,11 +371,11 @@ fn functions(positions: &[Point<3>], sites: &[Site], beside: &[([usize; 2], f64)
 }
 
 /// The functions at the points of some sites together, and whether they give the normals.
-fn on(positions: &[Point<3>], members: &[&Site], positive: bool) -> (Functions, bool) {
+fn on(spread: Spread, members: &[&Site], positive: bool) -> (Functions, bool) {
     let particles = members.iter().flat_map(|site| site.particles.iter().copied()).collect();
     let alone = members.len() == 1;
     let curved = !positive && (!alone || members[0].need > 1);
-    let traces = Traces::new(positions, particles, curved, if alone { 0.0 } else { ACROSS });
+    let traces = Traces::new(spread, particles, curved, if alone { 0.0 } else { ACROSS });
     let (mut own, mut exact) = (Vec::new(), true);
     for site in members {
         for Place { at, normal, .. } in &site.places {
@@ -392,9 +405,9 @@ fn longest(sites: &[Site], beside: &[([usize; 2], f64)], into: &[usize], own: us
 }
 
 /// Kernels of all particles that cover the points of sites, by the numbers of points.
-fn kernels(positions: &[Point<3>], sites: &[Site]) -> Vec<Vec<(u32, f64)>> {
-    let all = (0..positions.len() as u32).map(|particle| (particle, Point::<3>::zeros())).collect();
-    let traces = Traces::new(positions, all, false, f64::NEG_INFINITY);
+fn kernels(spread: Spread, sites: &[Site]) -> Vec<Vec<(u32, f64)>> {
+    let all = (0..spread.positions.len() as u32).map(|particle| (particle, Point::<3>::zeros())).collect();
+    let traces = Traces::new(spread, all, false, f64::NEG_INFINITY);
     let numbers = sites.iter().flat_map(|site| &site.places).map(|place| place.number as usize + 1);
     let mut kernels = vec![Vec::new(); numbers.max().unwrap_or(0)];
     for place in sites.iter().flat_map(|site| &site.places) {

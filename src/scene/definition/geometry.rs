@@ -91,7 +91,11 @@ impl From<Solid3> for Geometry<3> {
                     }
                 }
             };
-            Ok(Arc::new(CutLattice::new(&solid, spacing)?))
+            Ok(Arc::new(match (&scheme.grading, scheme.across) {
+                (None, 0) => CutLattice::new(&solid, spacing)?,
+                (None, across) => CutLattice::refined(&solid, spacing, across, |_| 1.0)?,
+                (Some(grading), across) => CutLattice::refined(&solid, spacing, across, |x| grading(x.as_slice()))?,
+            }))
         };
         Geometry { source: Source::Scattered(Arc::new(lattice)) }
     }

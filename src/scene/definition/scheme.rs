@@ -38,6 +38,8 @@ pub struct Scheme {
     pub(crate) scatter: Scatter,
     /// How their spacing varies, see [`graded`](Scheme::graded).
     pub(crate) grading: Option<Grading>,
+    /// Spacings across walls of solids at least, see [`across`](Scheme::across).
+    pub(crate) across: usize,
     /// The cells between them.
     pub(crate) partition: Partition,
     /// Order of the basis.
@@ -80,6 +82,7 @@ impl fmt::Debug for Scheme {
             .field("resolution", &self.resolution)
             .field("layout", &self.layout)
             .field("scatter", &self.scatter)
+            .field("across", &self.across)
             .field("partition", &self.partition)
             .field("order", &self.order)
             .field("dilation", &self.dilation)
@@ -107,6 +110,7 @@ impl Default for Scheme {
             layout: Layout::Regular,
             scatter: Scatter::default(),
             grading: None,
+            across: 0,
             partition: Partition::Triangles,
             order: 1,
             kernel: Arc::new(CubicSpline),
@@ -173,9 +177,18 @@ impl Scheme {
     }
 
     /// Sets how the spacing of particles scattered over a planar region varies: the spacing is multiplied by the
-    /// function, or is in proportion to it where a number of particles is requested.
+    /// function, or is in proportion to it where a number of particles is requested. In solids blocks of cells are halved until their
+    /// spacing is no larger than that, down to 1/16 ([`CutLattice::refined`](crate::cells::CutLattice::refined)).
     pub fn graded(mut self, grading: impl Fn(&[f64]) -> f64 + Send + Sync + 'static) -> Self {
         self.grading = Some(Arc::new(grading));
+        self
+    }
+
+    /// Sets how many spacings of particles there are across walls of solids at least: blocks of cells are halved where it asks for that,
+    /// down to 1/16 of the spacing ([`CutLattice::refined`](crate::cells::CutLattice::refined)), and walls that need more are refused. By
+    /// default, for 0, walls ask for nothing. Bodies that are not solids are refused.
+    pub fn across(mut self, spacings: usize) -> Self {
+        self.across = spacings;
         self
     }
 

@@ -22,7 +22,7 @@ struct Setting<const D: usize> {
     remedy: &'static str,
 }
 
-fn settings<const D: usize>() -> [Setting<D>; 6] {
+fn settings<const D: usize>() -> [Setting<D>; 7] {
     let scattered: fn(&Source<D>, &Scheme) -> bool = |source, _| matches!(source, Source::Scattered(_));
     let of_particles: fn(&Source<D>, &Scheme) -> bool =
         |_, scheme| scheme.approximation == ApproximationChoice::Particles;
@@ -52,7 +52,15 @@ fn settings<const D: usize>() -> [Setting<D>; 6] {
             left_out: false,
             follows: scattered,
             with: None,
-            remedy: "it is for planar regions; blocks take Scheme::layout with Layout::Graded, meshes are graded by the mesher",
+            remedy: "it is for planar regions and solids; blocks take Scheme::layout with Layout::Graded, meshes are graded by the mesher",
+        },
+        Setting {
+            name: "Scheme::across",
+            differs: |a, b| a.across != b.across,
+            left_out: false,
+            follows: |source, _| D == 3 && matches!(source, Source::Scattered(_)),
+            with: None,
+            remedy: "only lattices in solids are refined across walls: leave it out",
         },
         Setting {
             name: "Scheme::seed or Scheme::scatter",
@@ -98,6 +106,7 @@ fn plain(scheme: &Scheme) -> Scheme {
         resolution: None,
         layout: Layout::Regular,
         grading: None,
+        across: 0,
         scatter: Scatter::default(),
         partition: Partition::default(),
         dilation: Dilation::Auto,

@@ -1,0 +1,173 @@
+//! Where a lattice is refined: a tree of macro cells that are halved, by one halving more than what they touch at most.
+
+use std::collections::BTreeMap;
+
+use crate::error::{GeometryError, Invalid};
+use crate::geometry::{Bounds, Point};
+use crate::solid::{Solid3, Wall};
+
+use super::frame::Frame;
+use super::grid::MACRO;
+
+/// Halvings of a spacing at most, as on refined lattices of the plane.
+const DEEPEST: u32 = 4;
+/// Part of a spacing by which a wanted one may be below it: rounding.
+const SLACK: f64 = 1e-9;
+
+/// What asks for smaller spacings in a solid.
+pub(super) struct Wanted<'a> {
+    pub(super) solid: &'a Solid3,
+    /// The largest spacing.
+    pub(super) spacing: f64,
+    /// Spacings across walls at least.
+    pub(super) across: usize,
+    /// The spacing wanted over the largest one.
+    pub(super) grading: &'a dyn Fn(&Point<3>) -> f64,
+}
+
+/// A macro cell: how often it is halved, and its place in units of its width.
+pub(super) type Macro = (u32, [i32; 3]);
+
+/// A wall in coordinates of the lattice: the corners of a box around it, and its thickness over the number of spacings across it, in
+/// units of the largest spacing.
+struct Across {
+    low: Point<3>,
+    high: Point<3>,
+    wanted: f64,
+}
+
+/// Macro cells that are not halved further, with the walls in them.
+struct Tree {
+    walls: Vec<Across>,
+    leaves: BTreeMap<Macro, Vec<u32>>,
+    /// Those that have not been looked at.
+    open: Vec<Macro>,
+}
+
+/// The corners of a macro cell in bricks of the coarsest level.
+fn corners((level, place): Macro) -> [Point<3>; 2] {
+    let width = MACRO as f64 / f64::from(1 << level);
+    [0, 1].map(|end| Point::<3>::from(place.map(|at| f64::from(at + end) * width)))
+}
+
+impl Wanted<'_> {
+    /// The leaves of the tree over a lattice of the largest spacing, and how often the deepest ones are halved.
+    pub(super) fn macros(&self, frame: &Frame, counts: [usize; 3]) -> Result<(Vec<Macro>, u32), GeometryError> {
+        let mut tree = Tree { walls: self.walls(frame), leaves: BTreeMap::new(), open: Vec::new() };
+        let [n, m, l] = counts.map(|count| count.div_ceil(MACRO) as i32);
+        for (k, j) in (0..l).flat_map(|k| (0..m).map(move |j| (k, j))) {
+            (0..n).for_each(|i| tree.open.push((0, [i, j, k])));
+        }
+        let all: Vec<u32> = (0..tree.walls.len() as u32).collect();
+        let roots: BTreeMap<Macro, Vec<u32>> = tree.open.iter().map(|root| (*root, Vec::new())).collect();
+        tree.leaves = roots;
+        tree.spread(&all);
+        while let Some(next) = tree.open.pop() {
+            if tree.leaves.contains_key(&next) && self.is_halved(&tree, next, frame)? {
+                tree.halve(next);
+            }
+        }
+        let deepest = tree.leaves.keys().map(|leaf| leaf.0).max().unwrap_or(0);
+        Ok((tree.leaves.into_keys().collect(), deepest))
+    }
+
+    fn walls(&self, frame: &Frame) -> Vec<Across> {
+        if self.across == 0 {
+            return Vec::new();
+        }
+        let across = self.across as f64;
+        // Points a brick apart see a wall from each brick; none are closer than the width of the smallest macro cells.
+        let least = self.spacing * 2.0 / f64::from(1 << DEEPEST);
+        let walls = self.solid.walls(across * self.spacing, 0.5 * self.spacing, least).into_iter();
+        let local = |Wall { corners, through }: Wall| {
+            let sides: Vec<Point<3>> =
+                corners.iter().flat_map(|x| [*x, x + through].map(|x| frame.local(&x))).collect();
+            let Bounds { low, high } = Bounds::of(&sides);
+            Across { low, high, wanted: through.norm() / across / self.spacing }
+        };
+        walls.map(local).collect()
+    }
+
+    /// Whether particles between the corners of a macro cell are wanted closer than they are.
+    fn is_halved(&self, tree: &Tree, own: Macro, frame: &Frame) -> Result<bool, GeometryError> {
+        let [low, high] = corners(own);
+        let (centre, reach) = (frame.place(&((low + high) * 0.5)), 0.5 * (high - low).norm() * frame.size);
+        if self.solid.closest(&centre).distance > reach && !self.solid.contains(&centre) {
+            return Ok(false);
+        }
+        let spacing = 1.0 / f64::from(1 << own.0);
+        let is_wide = |wanted: f64| wanted < spacing * (1.0 - SLACK);
+        let walls = tree.leaves[&own].iter().map(|wall| &tree.walls[*wall as usize]);
+        let thin = walls.filter(|wall| is_wide(wall.wanted)).min_by(|a, b| a.wanted.total_cmp(&b.wanted));
+        if let Some(wall) = thin.filter(|_| own.0 == DEEPEST) {
+            return Err(self.too_thin(wall, frame));
+        }
+        let mut wide = thin.is_some();
+        for k in 0..27 {
+            let at = Point::<3>::from_fn(|i, _| {
+                let share = 0.5 * f64::from([k % 3, k / 3 % 3, k / 9][i]);
+                low[i] + share * (high[i] - low[i])
+            });
+            let wanted = (self.grading)(&frame.place(&at));
+            let least = 1.0 / f64::from(1 << DEEPEST);
+            if !(wanted >= least * (1.0 - SLACK) && wanted.is_finite()) {
+                let needed = "give 1/16 at least, or a smaller spacing: it is halved four times at most";
+                return Err(Invalid::new("grading of the spacing in a solid", wanted, needed).into());
+            }
+            wide |= is_wide(wanted);
+        }
+        Ok(wide && own.0 < DEEPEST)
+    }
+
+    fn too_thin(&self, wall: &Across, frame: &Frame) -> GeometryError {
+        GeometryError::WallAcross {
+            thickness: wall.wanted * self.across as f64 * self.spacing,
+            at: frame.place(&((wall.low + wall.high) * 0.5)).as_slice().to_vec(),
+            across: self.across,
+            spacing: self.spacing,
+            needed: wall.wanted * self.spacing * f64::from(1 << DEEPEST),
+        }
+    }
+}
+
+impl Tree {
+    /// Gives walls to the macro cells of the coarsest level that they meet.
+    fn spread(&mut self, all: &[u32]) {
+        for &wall in all {
+            let Across { low, high, .. } = &self.walls[wall as usize];
+            let range = |i: usize| {
+                let [first, last] = [low[i], high[i]].map(|end| (end / MACRO as f64).floor() as i32);
+                first..=last
+            };
+            for (k, j) in range(2).flat_map(|k| range(1).map(move |j| (k, j))) {
+                for i in range(0) {
+                    if let Some(own) = self.leaves.get_mut(&(0, [i, j, k])) {
+                        own.push(wall);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Halves a macro cell along each axis, coarser ones that touch it first.
+    fn halve(&mut self, own: Macro) {
+        let (level, place) = own;
+        for k in 0..27 {
+            let beside: [i32; 3] = std::array::from_fn(|i| place[i] + [k % 3, k / 3 % 3, k / 9][i] - 1);
+            if level > 0 && self.leaves.contains_key(&(level - 1, beside.map(|at| at >> 1))) {
+                self.halve((level - 1, beside.map(|at| at >> 1)));
+            }
+        }
+        let Some(walls) = self.leaves.remove(&own) else { return };
+        for k in 0..8 {
+            let child = (level + 1, std::array::from_fn(|i| 2 * place[i] + ((k >> i) & 1)));
+            let [low, high] = corners(child);
+            let meets = |wall: &u32| {
+                let wall = &self.walls[*wall as usize];
+                (0..3).all(|i| wall.low[i] <= high[i] && wall.high[i] >= low[i])
+            };
+            self.leaves.insert(child, walls.iter().copied().filter(meets).collect());
+            self.open.push(child);
+        }
+    }
+}
