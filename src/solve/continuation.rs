@@ -14,7 +14,7 @@ use super::rejection::Rejection;
 use super::settings::{Newton, TangentUpdate};
 use super::state::State;
 use super::stepping::{
-    EVEN, FOLD_ITERATIONS, FOLD_STEP, FOLD_STEP_UNEVEN, FOLDED, Following, LARGE_CHANGE, SLOW, StepControl, TOO_LARGE,
+    EVEN, FOLD_ITERATIONS, FOLD_STEP, FOLD_STEP_UNEVEN, FOLDED, Following, LARGE_CHANGE, StepControl, TOO_LARGE,
 };
 
 /// One run: what it works with and what it has reached.
@@ -99,7 +99,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
     pub(super) fn attempt(&mut self, attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
         let load_control = matches!(control, Control::Load(_));
         let (iterations, state) = self.iterate(attempt, control)?;
-        self.on_path(&state, iterations).inspect_err(|_| self.count_rejection())?;
+        self.on_path(&state).inspect_err(|_| self.count_rejection())?;
         if let Some(why) = self.workspace.model.at_own(&state).check_state() {
             self.count_rejection();
             return Err(Cause::Refused(why).into());
@@ -159,11 +159,10 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         stepping.follow == Following::Path || stepping.control == StepControl::ArcLength
     }
 
-    /// Rejects a state that has gained unstable modes in a large step.
-    fn on_path(&mut self, attempt: &State, iterations: usize) -> Result<(), Rejection> {
+    /// Rejects a state that has gained unstable modes in a large step, where the path counts.
+    fn on_path(&mut self, attempt: &State) -> Result<(), Rejection> {
         let after = self.workspace.unstable_modes().unwrap_or(0);
-        let warned = self.follows_path() || self.previous.is_none() && iterations > SLOW;
-        if after == 0 || !warned {
+        if after == 0 || !self.follows_path() {
             return Ok(());
         }
         let model = self.workspace.model;

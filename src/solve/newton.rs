@@ -20,9 +20,8 @@ use super::tangent::Tangent;
 /// seldom contracts where bulk moduli are large.
 const CLOSE: f64 = 1e-3;
 
-/// Times that an attempt is pushed off unstable states.
-const ESCAPES: usize = 2;
-/// How far, as a part of the extent of the body: more than rounding, less than a change of shape.
+/// How far an attempt is pushed off an unstable state, as a part of the extent of the body: more than rounding, less than a change of
+/// shape.
 const PUSH: f64 = 1e-3;
 
 /// Everything a Newton solve works with; buffers are kept from one solve to the next.
@@ -81,7 +80,7 @@ impl<const D: usize> Workspace<'_, D> {
             state.load = load;
         }
         let mut number = 0;
-        let (mut held, mut escapes) = (false, 0);
+        let (mut held, mut pushed) = (false, false);
         // Where paths are followed through critical points, states beyond them count as well.
         let stable = unilateral && settings.tangent_update != TangentUpdate::EveryIteration;
         while cycling.allows(number, settings.iterations) {
@@ -117,10 +116,10 @@ impl<const D: usize> Workspace<'_, D> {
                 if !unstable {
                     return Ok(number);
                 }
-                if escapes == ESCAPES {
+                if pushed {
                     return Err(Cause::NoStableState { modes: linear.unstable_modes() }.into());
                 }
-                escapes += 1;
+                pushed = true;
                 let mode = linear.weakest_mode(&mut buffers, state.displacement.len())?;
                 let size = PUSH * attempt.extent / mode.iter().fold(0.0f64, |largest, u| largest.max(u.abs()));
                 state.displacement.iter_mut().zip(&mode).for_each(|(d, u)| *d += size * u);

@@ -25,11 +25,9 @@ pub enum StepControl {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Following {
     /// The states. A homogeneous state may be reached in one step although it is unstable;
-    /// [`Step::unstable`](super::Step::unstable) says so. A large first step, which no other states predict, is halved
-    /// where it was slow to converge and gained unstable modes: it may have landed on a false equilibrium. So is any large
-    /// step of some iterations that makes $J$ far less even over the body: fields fold between points at little cost, and
-    /// folded states may be stable. Neither sign is a proof: who bends by more than 30 degrees or compares with another
-    /// branch takes [`first`](Stepping::first) 0.1 to 0.25.
+    /// [`Step::unstable`](super::Step::unstable) says so. A large step of some iterations that makes $J$ far less even over the
+    /// body is halved: fields fold between points at little cost, and folded states may be stable. The sign is no proof: who
+    /// bends by more than 30 degrees or compares with another branch takes [`first`](Stepping::first) 0.1 to 0.25.
     #[default]
     Load,
     /// The path: every large step that gains unstable modes is halved until they are gained in a small one, and
@@ -145,8 +143,6 @@ pub(super) const FIRST_GRADIENT: f64 = 0.25;
 /// A step that changes $\nabla u$ by more than this part of $1 + |\nabla u|$ may have left its path: where it has
 /// gained unstable modes it is repeated with half the increment.
 pub(super) const LARGE_CHANGE: f64 = 1e-3;
-/// First steps of more iterations than this may have strayed: large homogeneous ones take a few less.
-pub(super) const SLOW: usize = 10;
 /// Attempts of at least this many iterations may have folded the field between points: states that are right and as uneven
 /// take fewer, or a few smaller steps more.
 pub(super) const FOLD_ITERATIONS: usize = 7;

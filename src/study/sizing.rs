@@ -15,8 +15,6 @@ use super::nested::{BROKEN_OFF, check, failed, name_of, settle, solve, unsettled
 use super::progress::{Limits, Progress};
 use super::strategy::{Even, Found, Model, Next, ORDERS, Strategy};
 
-/// Order of convergence between the first two models, where none is measured: corners of rubber parts allow no more.
-const ORDER: f64 = 1.0;
 /// First models without a free unknown that are tried again with twice the cells.
 const ATTEMPTS: usize = 4;
 /// Two models that differ by less agree by no accident: bodies at rest, homogeneous states.
@@ -256,7 +254,7 @@ impl<'a, const D: usize> Search<'a, D> {
                         best: None,
                         spacings: vec![spacing],
                         compared: None,
-                        order: ORDER,
+                        order: ORDERS[0],
                         measured: false,
                         hopeless: false,
                         zones: Vec::new(),
