@@ -14,6 +14,8 @@ const GROWTH: f64 = 10.0;
 const LEAST: f64 = 1e-6;
 /// What is left of a shift after an iteration with it.
 const THINNER: f64 = 0.3;
+/// Growth of increments from which on a shift stays: nearer to the stiffness of a mode they would have no bound.
+const STEEP: f64 = 2.0;
 /// An increment is shorter than another one below this part of it.
 const PROGRESS: f64 = 0.95;
 /// The least part of a step that is taken.
@@ -26,7 +28,7 @@ const LEAST_PART: f64 = 0.1;
 ///
 /// Where the matrix is not definite, Newton's method is drawn to an unstable equilibrium on the wrong side of a contact, which then
 /// opens or closes, and back: a diagonal that makes the matrix definite turns its steps into those of a body in a viscous medium, which
-/// fall off it, to a stable state. From iteration to iteration the medium thins (pseudo-transient continuation). Where the matrix is definite, a
+/// fall off it, to a stable state. As they shorten, the medium thins (pseudo-transient continuation). Where the matrix is definite, a
 /// break point lies between two states (the end of an arc of a tool): parts of steps by Aitken's rule
 /// $$\omega_{k+1} = -\omega_k\,\frac{\delta_k\cdot(\delta_{k+1} - \delta_k)}{|\delta_{k+1} - \delta_k|^2}$$
 /// come to rest there, and are whole steps where the matrix has no break. Neither changes a state at which the method comes to rest.
@@ -46,6 +48,7 @@ pub(super) struct ActiveSetCycling {
     relaxed: bool,
     part: f64,
     last: Vec<f64>,
+    length: f64,
     shortest: f64,
     /// Increments since the shortest one.
     idle: usize,
@@ -56,7 +59,14 @@ pub(super) struct ActiveSetCycling {
 impl ActiveSetCycling {
     /// For a model whose terms act from one side only, or for one without such terms; whether one of them searches what faces it.
     pub(crate) fn new(unilateral: bool, searches: bool) -> Self {
-        ActiveSetCycling { unilateral, searches, part: 1.0, shortest: f64::INFINITY, ..ActiveSetCycling::default() }
+        ActiveSetCycling {
+            unilateral,
+            searches,
+            part: 1.0,
+            length: f64::INFINITY,
+            shortest: f64::INFINITY,
+            ..ActiveSetCycling::default()
+        }
     }
 
     /// Whether an attempt of so many iterations may take another one.
@@ -98,12 +108,16 @@ impl ActiveSetCycling {
         if !self.unilateral {
             return 1.0;
         }
-        let length = norm(step);
+        let (length, before) = (norm(step), self.length);
+        self.length = length;
         let mut begins = false;
         if self.shift > 0.0 {
-            self.shift *= THINNER;
-            if self.shift < LEAST {
-                self.shift = 0.0;
+            // On the way down, and not at its steepest: the medium thins.
+            if length < STEEP * before {
+                self.shift *= THINNER;
+                if self.shift < LEAST {
+                    self.shift = 0.0;
+                }
             }
             (self.shortest, self.idle) = (f64::INFINITY, 0);
         } else if length < PROGRESS * self.shortest {
