@@ -228,13 +228,13 @@ fn opening(whole: bool, scheme: &Scheme) -> f64 {
     if whole { at(0.51) - at(0.49) } else { 2.0 * at(0.51) }
 }
 
-/// What is left of the error is the brick that holds the root: it is one cell, connected on both sides.
+/// What is left of the error is around the root, and about in proportion to the spacing there, which is halved.
 #[test]
 fn slots_open_where_their_roots_are_refined() {
     let even = Scheme::default().spacing(0.14);
-    let root = |x: &[f64]| (5.0 * (x[0] - 0.5).hypot(x[1] - 0.3)).clamp(0.25, 1.0);
+    let root = |x: &[f64]| (5.0 * (x[0] - 0.5).hypot(x[1] - 0.3)).clamp(0.5, 1.0);
     let refined = even.clone().graded(root);
     let [closed, open] = [&even, &refined].map(|scheme| opening(true, scheme) / opening(false, scheme) - 1.0);
     println!("opening beside that of a half: {closed:.3}, refined {open:.3}");
-    assert!(open.abs() < 0.08 && open.abs() < 0.5 * closed.abs(), "{closed} {open}");
+    assert!(open.abs() < 0.03 && open.abs() < 0.7 * closed.abs(), "{closed} {open}");
 }
