@@ -87,7 +87,15 @@ def test_a_stalled_run_keeps_its_path():
     assert path.ending == "stalled" and path.load[-1] < 1 and len(scene.path) == len(path)
 
 
-def test_control_c_keeps_the_path():
+@pytest.fixture
+def control_c():
+    """Control-C as in a terminal: a shell that starts a job in the background has it ignore the signal."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_control_c_keeps_the_path(control_c):
     scene = rkpm.Scene(BLOCK, LAW).hold((0, "min")).move((0, "max"), [0.5, 0])
 
     def stop(load, iterations):
