@@ -45,7 +45,7 @@ use zoning::{FEWEST, Inner};
 
 /// Bricks between particles along each axis.
 const STEP: i32 = 2;
-/// Distance within which particles tell whether they follow a wall, in leaves: as far as supports reach.
+/// Distance within which particles tell whether they follow a wall, in half spacings: as far as supports reach.
 const NEAR: f64 = 4.0;
 /// Variance of those across a wall below which they stand in one layer: that of two layers a third of a spacing apart.
 const LAYER: f64 = 0.1;
@@ -208,7 +208,8 @@ impl CutLattice {
         Ok(())
     }
 
-    /// The thinnest wall below half a spacing, in leaves, their size, and where: between facets that look away from each other.
+    /// The thinnest wall below half a spacing, in half spacings, half the spacing there in bricks, and where: between facets that look away
+    /// from each other.
     fn thinnest(&self) -> Option<(f64, f64, Point<3>)> {
         let normal = |patch: u32| self.features.normals[self.split.patches[patch as usize].facet as usize];
         let area = |patch: u32| {

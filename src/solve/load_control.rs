@@ -14,6 +14,10 @@ use super::stepping::Stepping;
 const LOAD_ROUNDING: f64 = 1e-9;
 /// Part of the step of time that the error of the last one would allow.
 const TIME_SAFETY: f64 = 0.9;
+/// Least ratio of a step of time to the one before.
+const TIME_SHRINK: f64 = 0.1;
+/// Largest ratio of a step of time to the one before.
+const TIME_GROWTH: f64 = 3.0;
 
 /// The load factor from that of the current state to 1.
 pub(super) struct LoadSteps {
@@ -77,7 +81,7 @@ impl<const D: usize> StepRule<D> for LoadSteps {
         if self.timed {
             let error = run.time_error(&state);
             // Third order in the step: what is left after a step of second order.
-            self.time_factor = Some(TIME_SAFETY * error.powf(-1.0 / 3.0));
+            self.time_factor = Some((TIME_SAFETY * error.powf(-1.0 / 3.0)).clamp(TIME_SHRINK, TIME_GROWTH));
             if !(error <= 1.0) {
                 run.count_rejection();
                 let tolerance = self.stepping.time_tolerance;
@@ -118,9 +122,7 @@ impl<const D: usize> StepRule<D> for LoadSteps {
             return run.driver_after(answer).map_or(Retry::Again, |(driver, first)| Retry::Instead(driver, first));
         }
         self.rejected = true;
-        // An error that is no number says nothing of the next step.
-        let told = self.time_factor.filter(|factor| *factor > 0.0);
-        let factor = told.map_or(0.5, |factor| factor.min(TIME_SAFETY));
+        let factor = self.time_factor.map_or(0.5, |factor| factor.min(TIME_SAFETY));
         self.increment = factor * (target - now);
         if self.increment < rejection.least(self.stepping.smallest) {
             return Retry::Stall(rejection, run.driven());

@@ -78,7 +78,10 @@ impl Wanted<'_> {
         let across = self.across as f64;
         // Points a brick apart see a wall from each brick; none are closer than the width of the smallest macro cells.
         let least = self.spacing * 2.0 / f64::from(1 << DEEPEST);
-        let walls = self.solid.walls(across * self.spacing, 0.5 * self.spacing, least).into_iter();
+        // No wall is thicker than the solid is long.
+        let Bounds { low, high } = Bounds::of(self.solid.vertices());
+        let thinner = (across * self.spacing).min((high - low).norm());
+        let walls = self.solid.walls(thinner, 0.5 * self.spacing, least).into_iter();
         let local = |Wall { corners, through }: Wall| {
             let sides: Vec<Point<3>> =
                 corners.iter().flat_map(|x| [*x, x + through].map(|x| frame.local(&x))).collect();

@@ -184,9 +184,9 @@ impl Scheme {
         self
     }
 
-    /// Sets how many spacings of particles there are across walls of solids at least: blocks of cells are halved where it asks for that,
-    /// down to 1/16 of the spacing ([`CutLattice::refined`](crate::cells::CutLattice::refined)), and walls that need more are refused. By
-    /// default, for 0, walls ask for nothing. Bodies that are not solids are refused.
+    /// Sets the least number of particle spacings across each wall of a solid: blocks of cells are halved in thinner walls, down to 1/16 of
+    /// the spacing ([`CutLattice::refined`](crate::cells::CutLattice::refined)), and walls that need less are refused. With 0, the default,
+    /// walls are not looked at. Bodies that are not solids are refused.
     pub fn across(mut self, spacings: usize) -> Self {
         self.across = spacings;
         self
