@@ -3,14 +3,15 @@
 //! `cargo run --release --example large_block [-- --particles N] [--ratio K] [--iterations I] [--out DIR]`: about `N`
 //! particles (100 000 unless set), a bulk modulus of `K` shear moduli (1000), at most `I` iterations of Newton's method
 //! (0: the whole analysis). Writes `summary.csv`: `seconds` from the particles to the last state, `peak_bytes`,
-//! `directions_most` of the Krylov solutions, `unknowns` and more.
+//! `directions_most` of the Krylov solutions, `unknowns` and more. `--sizes 1e4,1e5,1e6` analyses each of these and writes `cost.csv` and
+//! the chart `cost.svg` of seconds against particles with their exponent.
 
 use std::error::Error;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use rkpm::output::Summary;
+use rkpm::output::{Chart, Summary, Table};
 use rkpm::prelude::*;
 use rkpm::scene::SolverChoice;
 use rkpm::solve::Iteration;
@@ -44,9 +45,9 @@ impl Observer for Progress {
     }
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let out = PathBuf::from(flag("--out", "target/rkpm/large_block"));
-    let (particles, ratio): (f64, f64) = (flag("--particles", "1e5").parse()?, flag("--ratio", "1e3").parse()?);
+/// One analysis: its rows, and what there is to be seen.
+fn measure(particles: f64) -> Result<Summary, Box<dyn Error>> {
+    let ratio: f64 = flag("--ratio", "1e3").parse()?;
     let most: usize = flag("--iterations", "0").parse()?;
     let (block, scheme) = (scene(ratio)?, scheme(particles, most).solver_choice(SolverChoice::Krylov));
     let start = Instant::now();
@@ -73,6 +74,45 @@ fn main() -> Result<(), Box<dyn Error>> {
     if most == 0 {
         summary.note("energy", problem.energy(path.last())?)?;
     }
+    Ok(summary)
+}
+
+/// Seconds against particles of whole analyses, and their exponent from the first size to the last.
+fn cost(sizes: &str, out: &Path) -> Result<(), Box<dyn Error>> {
+    let mut table = Table::new(["particles", "unknowns", "seconds", "directions_most", "peak_bytes"]);
+    let mut points = Vec::new();
+    for size in sizes.split(',') {
+        let summary = measure(size.trim().parse()?)?;
+        let row =
+            |name: &str| summary.quantities().iter().find(|row| row.name == name).map_or(f64::NAN, |row| row.value);
+        points.push([row("particles"), row("seconds")]);
+        table.push(["particles", "unknowns", "seconds", "directions_most", "peak_bytes"].map(row))?;
+    }
+    let (first, last) = (points[0], points[points.len() - 1]);
+    let exponent = (last[1] / first[1]).ln() / (last[0] / first[0]).ln();
+    println!("exponent {exponent:.2}");
+    let linear = [first, [last[0], first[1] * last[0] / first[0]]];
+    let chart = Chart::new(format!("Whole analyses of a sheared block: exponent {exponent:.2}"))
+        .x_log("particles")
+        .y_log("seconds")
+        .marked_line("default, by iteration", &points)
+        .dashed("exponent 1", &linear)
+        .names_beside_curves();
+    table.write(out.join("cost.csv"))?;
+    chart.write(out.join("cost.svg"))?;
+    let mut summary = Summary::new();
+    summary.note("exponent", exponent)?;
+    summary.write(out.join("cost_summary.csv"))?;
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let out = PathBuf::from(flag("--out", "target/rkpm/large_block"));
+    let sizes = flag("--sizes", "");
+    if !sizes.is_empty() {
+        return cost(&sizes, &out);
+    }
+    let summary = measure(flag("--particles", "1e5").parse()?)?;
     print!("{summary}");
     summary.write(out.join("summary.csv"))?;
     Ok(())

@@ -14,8 +14,6 @@ use super::stepping::Stepping;
 const LOAD_ROUNDING: f64 = 1e-9;
 /// Part of the step of time that the error of the last one would allow.
 const TIME_SAFETY: f64 = 0.9;
-/// Least ratio of a step of time to the one before.
-const TIME_SHRINK: f64 = 0.1;
 /// Largest ratio of a step of time to the one before.
 const TIME_GROWTH: f64 = 3.0;
 
@@ -81,7 +79,7 @@ impl<const D: usize> StepRule<D> for LoadSteps {
         if self.timed {
             let error = run.time_error(&state);
             // Third order in the step: what is left after a step of second order.
-            self.time_factor = Some((TIME_SAFETY * error.powf(-1.0 / 3.0)).clamp(TIME_SHRINK, TIME_GROWTH));
+            self.time_factor = Some((TIME_SAFETY * error.powf(-1.0 / 3.0)).min(TIME_GROWTH));
             if !(error <= 1.0) {
                 run.count_rejection();
                 let tolerance = self.stepping.time_tolerance;

@@ -7,7 +7,7 @@ use crate::mesh::Mesh;
 use crate::scene::{BodyOf, Scene, Scheme, Source};
 
 use super::sides::Sides;
-use super::strategy::{Found, Model, Next, ORDERS, Strategy, finer};
+use super::strategy::{Found, Model, Next, Strategy, finer};
 
 /// How one body is made finer.
 enum Refinable<const D: usize> {
@@ -117,10 +117,6 @@ impl<const D: usize> Strategy<D> for Assembled<'_, D> {
             }
         }
         Ok(Next { coarse: None, fine: self.model() })
-    }
-
-    fn steepest(&self) -> f64 {
-        ORDERS[1]
     }
 }
 

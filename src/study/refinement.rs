@@ -18,8 +18,6 @@ use super::strategy::{Found, Model, Next, Strategy};
 const BULK: f64 = 0.5;
 /// Cells along the shortest side of the first lattice; the others have in proportion, so that cells are nearly square.
 const FIRST: f64 = 4.0;
-/// Linear functions on macro cells that are refined in the right places fall with the spacings' mean to this power, whatever the corners.
-const STEEPEST: f64 = 2.0;
 
 impl Scene<2> {
     /// Solves the scene within a tolerance on macro cells that are refined one by one where the error is, by request: never chosen by
@@ -136,10 +134,6 @@ impl Strategy<2> for Local<'_> {
 
     fn is_uniform(&self) -> bool {
         false
-    }
-
-    fn steepest(&self) -> f64 {
-        STEEPEST
     }
 }
 

@@ -326,7 +326,7 @@ impl<'a, const D: usize> Search<'a, D> {
             return Some(format!("{} models say nothing of their error", self.answer.levels.len()));
         }
         // With the best order that is believed.
-        let order = self.order.max(self.strategy.steepest());
+        let order = self.order.max(ORDERS[1]);
         let finer = (self.answer.bound / tolerance).powf(D as f64 / order);
         let needed = self.answer.problem.model().unknowns() as f64 * finer;
         let most = budget.unknowns as f64;

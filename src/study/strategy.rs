@@ -53,9 +53,6 @@ pub(super) trait Strategy<const D: usize> {
     fn is_uniform(&self) -> bool {
         true
     }
-
-    /// The best order in the mean spacing, by which a search is called hopeless.
-    fn steepest(&self) -> f64;
 }
 
 /// Cells that are spaced alike, or graded alike.
@@ -99,10 +96,6 @@ impl<const D: usize> Strategy<D> for Even<'_, D> {
             self.fineness = finer(self.fineness, self.sides.scattered);
         }
         Ok(Next { coarse: None, fine: self.model(self.sides.counts(self.fineness)) })
-    }
-
-    fn steepest(&self) -> f64 {
-        ORDERS[1]
     }
 }
 

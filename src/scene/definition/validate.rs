@@ -153,11 +153,6 @@ fn contacts<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
         }
     }
     scene.contact_pairs.iter().try_for_each(|pair| pair.validate())?;
-    let revolved = !scene.kinematics.hoop_components().is_empty();
-    if revolved && scene.contact_pairs.iter().any(|pair| pair.friction > 0.0) {
-        let remedy = "take bodies in the plane or in space, or a rigid surface in place of one of them";
-        return Err(Incompatible::new("friction between bodies", "bodies of revolution", remedy).into());
-    }
     let rigid = scene.contacts.iter().map(|contact| &contact.surface.name);
     let names: Vec<&String> = rigid.chain(scene.contact_pairs.iter().map(|contact_pair| &contact_pair.name)).collect();
     match names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)) {
