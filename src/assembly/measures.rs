@@ -58,6 +58,15 @@ impl<const D: usize> ModelAt<'_, D> {
         terms.find_map(|(number, term)| term.unilateral()?.check_state(self.at.of_term(number)))
     }
 
+    /// Why the state can't follow from another one by a single step.
+    #[cfg(feature = "solve")]
+    pub(crate) fn check_step(self, before: Self) -> Option<String> {
+        let mut terms = self.model.terms.iter().enumerate();
+        terms.find_map(|(number, term)| {
+            term.unilateral()?.check_step(before.at.of_term(number), self.at.of_term(number))
+        })
+    }
+
     /// Condensed unknowns at a converged state with the memory of the step that led there.
     #[cfg(feature = "solve")]
     pub(crate) fn update_history(self) -> Vec<Vec<f64>> {

@@ -1,9 +1,13 @@
 //! Contact of a body with a rigid surface.
 
+use nalgebra::{Matrix3, Vector3};
+
 use crate::geometry::Point;
+use crate::tensor::cofactor;
 use crate::term::{CondensedUnknowns, Element, History, Product, Protocol, Term, Unilateral, View, Zone};
 
 use super::contact_surface::Trace;
+use super::facing::THROUGH;
 use super::friction::{Friction, friction_step};
 use super::rigid::{Drive, Placed};
 use super::{ContactError, ContactSurface, Nearest, RigidSurface};
@@ -299,6 +303,25 @@ impl<const D: usize> RigidContact<D> {
         })
     }
 
+    /// Where a trace function has the surface on the inner side of the body: the mean cosine between its normal and that of the body is
+    /// above the given one.
+    fn passed_through(&self, trace: usize, view: &View<'_>, most: f64) -> Option<Point<D>> {
+        let (table, points) = (&self.contact_surface.table, &self.contact_surface.traces[trace].points);
+        let (mut along, mut weights) = (0.0, 0.0);
+        self.local_contact(trace, view, |k, weight, found, _| {
+            let point = points[k].0 as usize;
+            let f = Matrix3::identity() + table.displacement_gradient(point, view.displacement);
+            let reference = table.normals()[point];
+            let outward = cofactor(&f) * Vector3::from_fn(|i, _| if i < D { reference[i] } else { 0.0 });
+            let length = outward.norm();
+            along += weight * (0..D).map(|i| found.normal[i] * outward[i]).sum::<f64>() / length;
+            weights += weight;
+        });
+        let point = points.first()?.0;
+        (along > most * weights)
+            .then(|| table.positions()[point as usize] + self.contact_surface.displacement(point, view.displacement))
+    }
+
     /// Gap of a trace function, $\nabla\bar g\cdot\delta d$, and its mean displacement beside the surface by the step.
     fn change(&self, trace: usize, view: &View<'_>, step: &[f64]) -> (LocalContact<D>, f64, Point<D>) {
         let placed = self.placed(view.displacement, view.load);
@@ -561,6 +584,26 @@ impl<const D: usize> Unilateral for RigidContact<D> {
             let at = self.passed_end(trace, &view)?.as_slice().to_vec();
             let (contact, load) = (self.surface.name.clone(), view.load);
             Some(ContactError::PassedEnd { contact, at, load }.to_string())
+        })
+    }
+
+    fn check_step(&self, before: View<'_>, after: View<'_>) -> Option<String> {
+        (0..self.contact_surface.traces.len()).find_map(|trace| {
+            let touches = |view: &View<'_>| {
+                let gap = self.local_contact(trace, view, |_, _, _, _| {}).gap;
+                self.is_active(trace, self.pressure(trace, view.condensed).0, gap)
+            };
+            // A surface presses against the normal of the body; one that has just let go may stand beside it.
+            let most = if touches(&after) {
+                0.0
+            } else if touches(&before) {
+                THROUGH
+            } else {
+                return None;
+            };
+            let at = self.passed_through(trace, &after, most)?.as_slice().to_vec();
+            let (contact, load) = (self.surface.name.clone(), after.load);
+            Some(ContactError::PassedThrough { contact, at, load }.to_string())
         })
     }
 

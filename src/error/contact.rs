@@ -56,6 +56,19 @@ pub enum ContactError {
         /// The load factor.
         load: f64,
     },
+    /// A rigid surface that was outside of a body is inside of it after a step.
+    #[error(
+        "{contact}: the rigid surface has passed through the body at x = {at:?} at load factor {load}: take more particles where it \
+         presses, so that several touch it"
+    )]
+    PassedThrough {
+        /// The contact.
+        contact: String,
+        /// Where, in the body now.
+        at: Vec<f64>,
+        /// The load factor.
+        load: f64,
+    },
     /// More particles carry two faces than a contact between them can number.
     #[error(
         "{contact}: {particles} particles carry the faces, the most is {most}: name the parts of the boundary that come to touch, or take a wider spacing"

@@ -104,6 +104,11 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             self.count_rejection();
             return Err(Cause::Refused(why).into());
         }
+        let before = self.workspace.model.at_own(&self.state);
+        if let Some(why) = self.workspace.model.at_own(&state).check_step(before) {
+            self.count_rejection();
+            return Err(Cause::Refused(why).into());
+        }
         if load_control {
             self.unfolded(&state, iterations).inspect_err(|_| self.count_rejection())?;
         }

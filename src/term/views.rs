@@ -107,6 +107,12 @@ pub trait Unilateral {
         None
     }
 
+    /// Why a converged state can't follow from the last one by a single step: a surface that has gone through the body. The step is tried
+    /// again with a smaller increment.
+    fn check_step(&self, _before: View<'_>, _after: View<'_>) -> Option<String> {
+        None
+    }
+
     /// What rounding of coordinates makes of the condensed unknowns, and of the norm of the forces: changes below are none. Contact that
     /// has come to rest under next to no force needs it, all else is measured beside its forces.
     fn rounding(&self) -> [f64; 2] {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use rkpm::prelude::*;
-use rkpm::solve::EquilibriumPath;
+use rkpm::solve::{Ending, EquilibriumPath};
 
 fn rubber() -> Rubber {
     Rubber::mooney_rivlin(0.293, 0.177, 1410.0).unwrap()
@@ -295,4 +295,37 @@ fn a_rounded_block_squeezed_on_six_sides() {
             assert!((state.depth.unwrap() - depth).abs() < 1e-9, "{axis} {sign}: {:?} beside {depth}", state.depth);
         }
     }
+}
+
+/// A bar that is narrower than a few spacings ends its run where it would slip between particles, in the plane and in space; no run completes
+/// without the force of a finer one.
+#[test]
+fn narrow_tools_do_not_pass_through() {
+    let rubber = || Rubber::neo_hookean(0.5, 1e3).unwrap();
+    let bar = RigidSurface::shaft([25.0, 24.0], 4.0).moving([0.0, -8.0]).named("bar");
+    let block = Scene::new(Block::new([0.0, 0.0], [50.0, 20.0]), PlaneStrain, rubber())
+        .hold((1, Side::Min))
+        .contact((1, Side::Max), bar);
+    // With 16 and 20 cells over the height 35.2 and 35.4.
+    for cells in [4, 6, 7, 8, 10, 11, 12, 13] {
+        let problem = block.discretize(&Scheme::default().particles([5 * cells / 2 + 1, cells + 1])).unwrap();
+        let path = problem.run().unwrap();
+        let force = problem.contact(path.last(), "bar").unwrap().force[1];
+        println!("{cells}: load {:.3}, force {force:.2}, {:?}", path.last().load, path.ending);
+        match &path.ending {
+            Ending::Completed => assert!((force / -35.3 - 1.0).abs() < 0.1, "{cells}: {force}"),
+            Ending::Stalled(stalled) => assert!(stalled.load > 0.3 && force < 0.0, "{cells}: {stalled:?} {force}"),
+            other => panic!("{cells}: {other:?}"),
+        }
+    }
+    let ball = RigidSurface::sphere([6.0, 6.0, 8.5], 1.5).moving([0.0, 0.0, -4.0]).named("ball");
+    let problem = Scene::new(Block::new([0.0; 3], [12.0, 12.0, 7.0]), Solid, rubber())
+        .hold((2, Side::Min))
+        .contact((2, Side::Max), ball)
+        .discretize(&Scheme::default().particles([6, 6, 4]))
+        .unwrap();
+    let path = problem.run().unwrap();
+    let force = problem.contact(path.last(), "ball").unwrap().force[2];
+    println!("ball: load {:.3}, force {force:.2}, {:?}", path.last().load, path.ending);
+    assert!(force < 0.0, "{force} {:?}", path.ending);
 }

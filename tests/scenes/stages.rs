@@ -220,6 +220,32 @@ fn time_goes_on() {
     assert!((force / expected - 1.0).abs() < 1e-3, "{force} beside {expected}");
 }
 
+/// What keeps a rigid body's shape goes on: a plate on a block is pulled, then turned by a moment, in two stages as in one run, state by
+/// state.
+#[test]
+fn a_rigid_body_goes_on() {
+    let quarters = Stepping { first: 0.25, largest: 0.25, ..Stepping::default() };
+    let rigid = || block().rigid("plate", (1, Side::Max));
+    let stages = Stages::new("pull", rigid().with(Load::force("plate", [0.0, 1.0])))
+        .then("turn", |scene| scene.with(Load::moment("plate", [0.0, 0.0, 0.1])));
+    let paths = stages.run(&scheme().stepping(quarters)).unwrap();
+    let pull = Amplitude::table(vec![(0.0, 0.0), (0.5, 1.0), (1.0, 1.0)]).unwrap();
+    let turn = Amplitude::table(vec![(0.0, 0.0), (0.5, 0.0), (1.0, 1.0)]).unwrap();
+    let whole = rigid()
+        .with(Load::force("plate", [0.0, 1.0]).amplitude(pull))
+        .with(Load::moment("plate", [0.0, 0.0, 0.1]).amplitude(turn));
+    let eighths = Stepping { first: 0.125, largest: 0.125, ..Stepping::default() };
+    let problem = whole.discretize(&scheme().stepping(eighths)).unwrap();
+    let path = problem.run().unwrap().completed().unwrap();
+    let last = &paths[1];
+    assert_eq!(last.path.steps.len(), 4);
+    for (step, expected) in last.path.steps.iter().zip(&path.steps[4..]) {
+        let angle = last.problem.rigid_motion(&step.state, "plate").unwrap().rotation_vector()[2];
+        let other = problem.rigid_motion(&expected.state, "plate").unwrap().rotation_vector()[2];
+        assert!(other > 1e-3 && (angle / other - 1.0).abs() < 1e-6, "{}: {angle} {other}", step.state.load);
+    }
+}
+
 #[test]
 fn stages_that_can_not_be() {
     let refusal = |stages: Stages<2>| stages.run(&scheme()).err().unwrap();

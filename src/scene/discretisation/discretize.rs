@@ -218,7 +218,7 @@ fn finish<const D: usize>(
         tables.extend(loads);
     }
     let bonded = bond_all(scene, all, &discrete_bodies, &rules, &mut equations, &mut placed)?;
-    let frames = rigid::frames(scene, &ties, &mut equations, &mut placed, &mut positions)?;
+    let mut frames = rigid::frames(scene, &ties, &mut equations, &mut placed, &mut positions)?;
     let mut model = Model::new(positions);
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);
@@ -231,8 +231,9 @@ fn finish<const D: usize>(
         |discrete_body: &DiscreteBody<D>| discrete_body.body.material().response(&Matrix3::identity()).tangent[(0, 0)];
     let shear = |discrete_body: &DiscreteBody<D>| discrete_body.body.material().initial_moduli().shear;
     let turned = scene.kinematics.hoop_components().is_empty();
-    for frame in frames.iter().filter(|_| turned) {
+    for frame in frames.iter_mut().filter(|_| turned) {
         let stiffest = discrete_bodies.iter().map(modulus).fold(0.0, f64::max);
+        frame.stay = Some(model.terms().len());
         model.add_whole(frame.stay(stiffest, discrete_bodies.iter().map(shear).fold(0.0, f64::max)));
     }
     for load in &scene.loads {

@@ -31,6 +31,12 @@ pub(super) fn start<const D: usize>(
             next.condensed[contact.term].clone_from(given);
         }
     }
+    for frame in &problem.frames {
+        let same = before.frames.iter().find(|other| other.name == frame.name).and_then(|other| other.stay);
+        if let (Some(term), Some(given)) = (frame.stay, same) {
+            next.condensed[term].clone_from(&state.condensed[given]);
+        }
+    }
     begin_at(&mut problem.equations, &next.displacement);
     let residual = problem.model.at(&next)?.residual();
     let equations = problem.equations.equations();
