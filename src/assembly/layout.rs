@@ -21,7 +21,7 @@ impl NodeColumns {
         // Clusters that hold each node, so that a column is the union of its clusters' nodes.
         let mut holders: Vec<Vec<(u32, u32)>> = vec![Vec::new(); nodes];
         for (t, term) in model.terms.iter().enumerate().filter(|(_, term)| !(free && term.protocol().separates())) {
-            for cluster in 0..own_nodes(&**term) {
+            for cluster in 0..term.clusters() {
                 for &node in term.nodes(cluster) {
                     holders[node as usize].push((t as u32, cluster as u32));
                 }
@@ -95,16 +95,12 @@ impl NodeColumns {
         let pairs = |nodes: usize| nodes * (nodes + 1) / 2;
         let count = |term: &dyn Term<D>| match free && term.protocol().separates() {
             true => 0,
-            false => (0..own_nodes(term)).map(|c| pairs(term.nodes(c).len())).sum::<usize>(),
+            false => (0..term.clusters()).map(|c| pairs(term.nodes(c).len())).sum::<usize>(),
         };
         let mut places = Vec::with_capacity(model.terms.iter().map(|term| count(&**term)).sum());
         for term in &model.terms {
             let mut firsts = Vec::with_capacity(term.clusters());
             for cluster in 0..term.clusters() {
-                if cluster >= own_nodes(&**term) {
-                    firsts.push(firsts[0]);
-                    continue;
-                }
                 firsts.push(places.len());
                 let list = term.nodes(cluster);
                 if free && term.protocol().separates() {
@@ -129,11 +125,6 @@ impl NodeColumns {
         }
         (first_place, places)
     }
-}
-
-/// Clusters of a term with nodes of their own: where it fills buffers over a few of them, all clusters have the same.
-fn own_nodes<const D: usize>(term: &dyn Term<D>) -> usize {
-    if term.protocol().fills_compact() { term.clusters().min(1) } else { term.clusters() }
 }
 
 /// Appends the places of a cluster's pairs where only nodes that share a point are coupled.

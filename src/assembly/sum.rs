@@ -4,7 +4,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::parallel::for_each_mut;
-use crate::term::{Element, LowerBlocks, View, Zone};
+use crate::term::{Element, LowerBlocks, PointMotion, View, Zone};
 
 use super::model::Model;
 use super::pattern::{Pattern, UNCOUPLED};
@@ -87,21 +87,12 @@ impl<const D: usize> Sum<'_, D> {
         let term = &*self.model.terms[self.term];
         let (matrix, protocol) = (term.matrix(), term.protocol());
         let (has_matrix, lower) = (self.with_matrix && matrix.exists, protocol.fills_lower_blocks());
-        let (free, compact) = (self.places.free && protocol.separates(), protocol.fills_compact());
+        let (free, motion) = (self.places.free && protocol.separates(), protocol.points());
         for cluster in places.map(|place| self.places.slabs[self.term].cluster(place)) {
             let nodes = term.nodes(cluster);
-            if compact {
-                element.reset(0, has_matrix);
-                term.linearize(cluster, self.at, element);
-                gathered.scale += element.residual.iter().map(|force| force * force).sum::<f64>();
-                self.add_compact(cluster, nodes, element);
-                if has_matrix && !element.coupling.is_empty() {
-                    let few: Vec<u32> = element.compact.iter().map(|&place| nodes[place as usize]).collect();
-                    collect_coupling::<D>(&few, element, &mut gathered.coupling);
-                }
-                continue;
-            }
-            if has_matrix && lower && !free {
+            if motion.is_some() {
+                element.reset_points(nodes.len() * D, has_matrix);
+            } else if has_matrix && lower && !free {
                 element.reset_lower::<D>(nodes.len());
                 element.uncondensed = self
                     .places
@@ -131,6 +122,9 @@ impl<const D: usize> Sum<'_, D> {
             if has_matrix && !element.coupling.is_empty() {
                 collect_coupling::<D>(nodes, element, &mut gathered.coupling);
             }
+            if let Some(motion) = motion.filter(|_| !element.point_coupling.is_empty()) {
+                collect_point_coupling::<D>(nodes, motion, element, &mut gathered.coupling);
+            }
             for force in &element.residual {
                 gathered.scale += force * force;
             }
@@ -146,43 +140,43 @@ impl<const D: usize> Sum<'_, D> {
                         part.load_slope[first + i] += element.load_slope[a * D + i];
                     }
                 }
-                if has_matrix {
-                    self.add_columns(cluster, nodes, from..to, element, part);
+                match motion {
+                    Some(motion) if !element.points.is_empty() => {
+                        self.add_point_columns(cluster, nodes, from..to, (motion, &mut *element), part);
+                    }
+                    None if has_matrix => self.add_columns(cluster, nodes, from..to, element, part),
+                    _ => {}
                 }
                 from = to;
             }
         }
     }
 
-    /// Adds an element over a few nodes of its cluster.
-    fn add_compact(&self, cluster: usize, nodes: &[u32], element: &Element) {
+    /// Adds some node columns of a matrix over points to the part that holds them.
+    fn add_point_columns(
+        &self,
+        cluster: usize,
+        nodes: &[u32],
+        columns: std::ops::Range<usize>,
+        (motion, element): (&PointMotion, &mut Element),
+        part: &mut Part<'_>,
+    ) {
         let Places { pattern, first_block, blocks: places, .. } = self.places;
-        let size = element.residual.len();
-        for (b, &full) in element.compact.iter().enumerate() {
-            let full = full as usize;
-            let node = nodes[full];
-            let part = &mut *lock(&self.parts[node as usize >> self.part]);
-            let first = node as usize * D - part.first;
-            for i in 0..D {
-                part.residual[first + i] += element.residual[b * D + i];
-                part.load_slope[first + i] += element.load_slope[b * D + i];
-            }
-            if element.matrix.is_empty() {
-                continue;
-            }
-            let base = pattern.columns[part.first];
-            let place = first_block[self.term][cluster] + full * nodes.len() - full * full.saturating_sub(1) / 2;
-            for j in 0..D {
-                let target = pattern.columns[node as usize * D + j] - base;
-                let source = &element.matrix[(b * D + j) * size..][..size];
-                for i in j..D {
-                    part.values[target + i - j] += source[b * D + i];
-                }
-                for (a, &row) in element.compact.iter().enumerate().skip(b + 1) {
-                    let block = places[place + row as usize - full] as usize;
-                    let at = target + D - j + (block - 1) * D;
-                    for i in 0..D {
-                        part.values[at + i] += source[a * D + i];
+        let (base, Element { points, columns: own, .. }) = (pattern.columns[part.first], element);
+        for b in columns {
+            motion.columns::<D>(points, b, b, own);
+            let column = nodes[b] as usize * D;
+            let first = first_block[self.term][cluster] + b * nodes.len() - b * b.saturating_sub(1) / 2;
+            for &row in &own.rows {
+                let block = own.block::<D>(row);
+                let place = places[first + row as usize - b] as usize;
+                for j in 0..D {
+                    let target = pattern.columns[column + j] - base;
+                    if place == 0 {
+                        (j..D).for_each(|i| part.values[target + i - j] += block[j][i]);
+                    } else {
+                        let target = &mut part.values[target + place * D - j..][..D];
+                        target.iter_mut().zip(&block[j]).for_each(|(target, value)| *target += value);
                     }
                 }
             }
@@ -269,5 +263,25 @@ fn collect_coupling<const D: usize>(nodes: &[u32], element: &Element, coupling: 
     for (column, entries) in element.coupling.chunks_exact(size).enumerate() {
         let all = entries.iter().enumerate().filter(|(_, value)| **value != 0.0);
         coupling.extend(all.map(|(row, value)| (unknown(row), unknown(column), *value)));
+    }
+}
+
+/// The same where it is over points.
+fn collect_point_coupling<const D: usize>(
+    nodes: &[u32],
+    motion: &PointMotion,
+    element: &mut Element,
+    coupling: &mut Vec<(u32, u32, f64)>,
+) {
+    let Element { point_coupling, columns, .. } = element;
+    for (b, &node) in nodes.iter().enumerate() {
+        motion.columns::<D>(point_coupling, b, 0, columns);
+        for &row in &columns.rows {
+            let first = nodes[row as usize] * D as u32;
+            for (j, values) in columns.block::<D>(row).iter().enumerate() {
+                let all = values.iter().enumerate().filter(|(_, value)| **value != 0.0);
+                coupling.extend(all.map(|(i, value)| (first + i as u32, node * D as u32 + j as u32, *value)));
+            }
+        }
     }
 }

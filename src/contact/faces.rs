@@ -2,13 +2,15 @@
 
 use std::sync::OnceLock;
 
+use nalgebra::SMatrix;
+
 use crate::cells::BoundaryCells;
 use crate::geometry::Point;
 
 use super::ContactSurface;
-use super::facets::{Facing, Gap, Sorted, Triangle, covered, gap, pair};
+use super::facets::{Facing, Gap, Seen, Sorted, Triangle, covered, gap};
 use super::facing::{RINGS, THROUGH};
-use super::overlap::GapDerivatives;
+use super::overlap::{Base, GapSlopes, LOCAL};
 
 /// A facet at rest.
 struct Facet {
@@ -49,14 +51,31 @@ pub(super) struct Faces {
 /// Faces at a state.
 pub(super) struct LaidFaces {
     corners: Vec<[Point<3>; 3]>,
-    /// What faces each triangle of the part that carries pressures.
+    /// The triangles of the part that carries pressures.
+    pub bases: Vec<Base>,
+    /// What faces each of them.
     pub facing: Vec<Vec<Facing>>,
-    /// The derivatives of its mean gaps, once they are needed.
-    derivatives: Vec<OnceLock<Vec<GapDerivatives>>>,
+    /// The gradients of its mean gaps, once they are needed.
+    slopes: Vec<OnceLock<Vec<GapSlopes>>>,
     /// The triangle opposite of each point of a facet that is no triangles.
     opposite: Vec<Option<u32>>,
     /// How far around a triangle is known.
     pub reach: f64,
+}
+
+impl LaidFaces {
+    /// The gradients of the mean gaps under a triangle, over each of those that face it.
+    pub(crate) fn slopes(&self, triangle: usize) -> &[GapSlopes] {
+        let base = &self.bases[triangle];
+        let of = |facing: &Facing| base.slopes(&facing.overlap, &base.over(&self.corners[facing.other as usize]));
+        self.slopes[triangle].get_or_init(|| self.facing[triangle].iter().map(of).collect())
+    }
+
+    /// The second derivatives of a sum of the mean gaps under a triangle with factors, over one of those that face it.
+    pub(crate) fn curve(&self, triangle: usize, facing: &Facing, factors: [f64; 3]) -> SMatrix<f64, LOCAL, LOCAL> {
+        let base = &self.bases[triangle];
+        base.curve(&facing.overlap, &base.over(&self.corners[facing.other as usize]), factors)
+    }
 }
 
 fn solid<const D: usize>(x: &Point<D>) -> Point<3> {
@@ -244,28 +263,34 @@ impl Faces {
         points: &[(Point<3>, Point<3>)],
         searched: Option<&LaidFaces>,
     ) -> LaidFaces {
+        let own = self.triangles.iter().zip(&corners).take(self.carrying);
+        let bases: Vec<Base> = own.map(|(own, corners)| Base::new(corners, own.sign, own.measure)).collect();
         let (facing, opposite, reach) = if let Some(laid) = searched {
-            let again = |(own, facing): (usize, &Vec<Facing>)| {
-                facing.iter().filter_map(|facing| covered(&self.triangles, &corners, own, facing.other)).collect()
+            let again = |(base, facing): (&Base, &Vec<Facing>)| {
+                let again = |facing: &Facing| covered(base, &corners[facing.other as usize], facing.other);
+                facing.iter().filter_map(again).collect()
             };
-            (laid.facing.iter().enumerate().map(again).collect(), laid.opposite.clone(), laid.reach)
+            (bases.iter().zip(&laid.facing).map(again).collect(), laid.opposite.clone(), laid.reach)
         } else {
             let sorted = Sorted::new(&self.triangles, &corners, if self.two { self.carrying } else { 0 });
-            let facing = (0..self.carrying).map(|own| {
+            let mut seen = Seen::default();
+            let facing = bases.iter().enumerate().map(|(own, base)| {
                 let mine = self.triangles[own].facet;
-                let mut facing = sorted.facing(own, self.deeper, |other, gap| self.may_touch(mine, other, gap));
+                let may = |other: usize, gap: f64| self.may_touch(mine, other, gap);
+                let mut facing = sorted.facing(own, base, self.deeper, &mut seen, may);
                 facing.retain(|facing| self.two || self.is_first(mine, self.triangles[facing.other as usize].facet));
                 facing.sort_by_key(|facing| facing.other);
                 facing
             });
+            let facing = facing.collect();
             let opposite = points.iter().zip(&self.loose).map(|((x, outward), loose)| {
                 let may = |other: usize, gap: f64| self.may_touch(loose.facet, other, gap);
                 let found = sorted.nearest(x, outward, self.deeper, may)?;
                 (self.two || self.is_first(loose.facet, self.triangles[found].facet)).then_some(found as u32)
             });
-            (facing.collect(), opposite.collect(), sorted.reach())
+            (facing, opposite.collect(), sorted.reach())
         };
-        LaidFaces { derivatives: vec![OnceLock::new(); self.carrying], corners, facing, opposite, reach }
+        LaidFaces { slopes: vec![OnceLock::new(); self.carrying], corners, bases, facing, opposite, reach }
     }
 
     /// Whether a triangle at a gap may touch a facet.
@@ -280,19 +305,6 @@ impl Faces {
         let (mine, its) = (&self.facets[mine as usize], &self.facets[its as usize]);
         let direction = its.middle - mine.middle;
         direction.dot(&mine.outward) < -THROUGH * direction.norm()
-    }
-
-    /// The outward normal of a triangle that carries pressures.
-    pub(crate) fn normal(&self, laid: &LaidFaces, triangle: usize) -> Point<3> {
-        pair(&self.triangles, &laid.corners, triangle, triangle as u32).normal()
-    }
-
-    /// The derivatives of the mean gaps under a triangle, over each of those that face it.
-    pub(crate) fn derivatives<'a>(&self, laid: &'a LaidFaces, triangle: usize) -> &'a [GapDerivatives] {
-        let all = &laid.facing[triangle];
-        let of =
-            |facing: &Facing| pair(&self.triangles, &laid.corners, triangle, facing.other).derivatives(&facing.overlap);
-        laid.derivatives[triangle].get_or_init(|| all.iter().map(of).collect())
     }
 
     /// The mover of a loose point, and the triangle opposite of it with the gap there.

@@ -6,7 +6,7 @@ use crate::geometry::Point;
 
 use super::facing::{BEHIND, FACING};
 use super::jet::Jet;
-use super::overlap::{MeanGaps, Overlap, Triangles};
+use super::overlap::{Base, MeanGaps, Overlap};
 
 /// Coordinates of a point and of three corners.
 pub(super) const LOCAL: usize = 12;
@@ -80,7 +80,6 @@ pub(super) struct Facing {
 
 /// Triangles at a state, sorted into bins.
 pub(super) struct Sorted<'a> {
-    triangles: &'a [Triangle],
     low: Point<3>,
     size: f64,
     /// The last bin along each axis.
@@ -90,9 +89,28 @@ pub(super) struct Sorted<'a> {
     normals: Vec<Point<3>>,
 }
 
+/// Marks of triangles that a search has come across, kept from one search to the next.
+#[derive(Default)]
+pub(super) struct Seen {
+    marks: Vec<u32>,
+    search: u32,
+}
+
+impl Seen {
+    fn begin(&mut self, triangles: usize) {
+        self.marks.resize(triangles, 0);
+        self.search += 1;
+    }
+
+    /// Whether this search comes across a triangle for the first time.
+    fn is_new(&mut self, triangle: usize) -> bool {
+        std::mem::replace(&mut self.marks[triangle], self.search) != self.search
+    }
+}
+
 impl<'a> Sorted<'a> {
     /// Triangles with their corners now, of which those from a given one on are looked for.
-    pub(crate) fn new(triangles: &'a [Triangle], corners: &'a [[Point<3>; 3]], from: usize) -> Self {
+    pub(crate) fn new(triangles: &[Triangle], corners: &'a [[Point<3>; 3]], from: usize) -> Self {
         let (mut low, mut high) = (Point::<3>::repeat(f64::INFINITY), Point::<3>::repeat(f64::NEG_INFINITY));
         let sought = &corners[from..];
         sought.iter().flatten().for_each(|x| (low, high) = (low.inf(x), high.sup(x)));
@@ -107,7 +125,7 @@ impl<'a> Sorted<'a> {
             normal / normal.norm().max(f64::MIN_POSITIVE)
         });
         let (normals, bins) = (normals.collect(), std::collections::HashMap::new());
-        let mut sorted = Sorted { triangles, low, size, last: [0; 3], bins, corners, normals };
+        let mut sorted = Sorted { low, size, last: [0; 3], bins, corners, normals };
         sorted.last = sorted.bin(&high);
         for (k, x) in corners.iter().enumerate().skip(from) {
             let (from, to) = (sorted.bin(&x[0].inf(&x[1]).inf(&x[2])), sorted.bin(&x[0].sup(&x[1]).sup(&x[2])));
@@ -186,13 +204,21 @@ impl<'a> Sorted<'a> {
     }
 
     /// What faces a triangle along its normal, among those that may: the nearest where there are several.
-    pub(crate) fn facing(&self, own: usize, deeper: f64, may: impl Fn(usize, f64) -> bool) -> Vec<Facing> {
+    pub(crate) fn facing(
+        &self,
+        own: usize,
+        base: &Base,
+        deeper: f64,
+        seen: &mut Seen,
+        may: impl Fn(usize, f64) -> bool,
+    ) -> Vec<Facing> {
         let corners = &self.corners[own];
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
         let radius = corners.iter().map(|x| (x - middle).norm()).fold(0.0, f64::max);
         let bin = self.bin(&middle);
         let mut found: Vec<(f64, Facing)> = Vec::new();
         let (mut covered, mut farthest) = (0.0, 0.0f64);
+        seen.begin(self.corners.len());
         // From the middle of a large triangle among small ones it is far to what its corners face.
         let last = REACH + (radius / self.size).ceil() as i32;
         for ring in 0..=last {
@@ -200,10 +226,10 @@ impl<'a> Sorted<'a> {
                 break;
             }
             self.ring(bin, ring, |other| {
-                if found.iter().any(|(_, facing)| facing.other == other as u32) {
+                if !seen.is_new(other) {
                     return;
                 }
-                if let Some((gap, facing)) = self.covers(other, own, deeper).filter(|(gap, _)| may(other, *gap)) {
+                if let Some((gap, facing)) = self.covers(other, own, base, deeper).filter(|(gap, _)| may(other, *gap)) {
                     if !found.iter().any(|(_, nearer)| facing.overlap.lies_over(&nearer.overlap, PART)) {
                         covered += facing.overlap.area();
                     }
@@ -223,11 +249,11 @@ impl<'a> Sorted<'a> {
     }
 
     /// What a triangle covers of another one that it faces, with its mean gap there.
-    fn covers(&self, other: usize, own: usize, deeper: f64) -> Option<(f64, Facing)> {
+    fn covers(&self, other: usize, own: usize, base: &Base, deeper: f64) -> Option<(f64, Facing)> {
         if self.normals[own].dot(&self.normals[other]) > FACING {
             return None;
         }
-        let facing = covered(self.triangles, self.corners, own, other as u32)?;
+        let facing = covered(base, &self.corners[other], other as u32)?;
         let gap = facing.gaps.values.iter().sum::<f64>() / facing.gaps.areas.iter().sum::<f64>();
         let size = [own, other].map(|k| {
             let [a, b, c] = &self.corners[k];
@@ -237,17 +263,11 @@ impl<'a> Sorted<'a> {
     }
 }
 
-/// Two of some triangles at a state.
-pub(super) fn pair(triangles: &[Triangle], corners: &[[Point<3>; 3]], own: usize, other: u32) -> Triangles {
-    let Triangle { sign, measure, .. } = triangles[own];
-    Triangles { own: corners[own], other: corners[other as usize], sign, measure }
-}
-
-/// What a triangle covers of another one, if anything.
-pub(super) fn covered(triangles: &[Triangle], corners: &[[Point<3>; 3]], own: usize, other: u32) -> Option<Facing> {
-    let pair = pair(triangles, corners, own, other);
-    let overlap = Overlap::new(&pair.opposite().0)?;
-    let gaps = pair.mean_gaps(&overlap);
+/// What a triangle of a number covers of another one, if anything.
+pub(super) fn covered(base: &Base, corners: &[Point<3>; 3], other: u32) -> Option<Facing> {
+    let over = base.over(corners);
+    let overlap = Overlap::new(&over.places)?;
+    let gaps = base.mean_gaps(&overlap, &over);
     Some(Facing { other, overlap, gaps })
 }
 

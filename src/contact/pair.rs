@@ -2,18 +2,19 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use nalgebra::{DMatrix, DVector, Matrix3};
+use nalgebra::{DMatrix, DVector, Matrix3, SVector};
 
 use crate::cells::BoundaryCells;
 use crate::geometry::Point;
 use crate::tensor::cofactor;
-use crate::term::View;
+use crate::term::{PointMotion, View};
 
 use super::chain::{Chain, Chord, Laid};
 use super::faces::{Faces, LaidFaces};
+use super::facets::Facing;
 use super::interference::Interference;
 use super::obstacle::Stiffness;
-use super::vertices::{Combination, Means, Movers, merged};
+use super::vertices::{Means, Movers, merged};
 use super::{ContactSurface, facets, mortar, overlap};
 
 /// What faces what.
@@ -44,17 +45,20 @@ pub(super) struct State<const D: usize> {
 
 /// A part of the gap of a trace function times its area, over points that move: the coordinates of one after the other.
 pub(super) struct Piece<const D: usize> {
-    pub(super) movers: Vec<u32>,
-    /// Whether a mover is of the face that carries pressures.
-    pub(super) carries: fn(usize) -> bool,
+    movers: [u32; MOST],
+    /// How many there are, of which the first so many are of the face that carries pressures.
+    counts: [usize; 2],
     pub(super) value: f64,
     pub(super) area: f64,
     /// What each mover moves the trace function by, times area.
-    pub(super) shares: Vec<f64>,
+    shares: [f64; MOST],
     /// A unit normal of the faces.
-    pub(super) normal: Point<D>,
+    normal: Point<D>,
     source: Source,
 }
+
+/// Most points that move a piece: the corners of two triangles.
+const MOST: usize = 6;
 
 /// Derivatives over the coordinates of a piece's points.
 struct Derivatives {
@@ -76,13 +80,31 @@ enum Source {
     },
 }
 
+impl<const D: usize> Piece<D> {
+    /// Its movers.
+    fn movers(&self) -> &[u32] {
+        &self.movers[..self.counts[0]]
+    }
+
+    /// Its movers with what they move the trace function by beside what is opposite, times area.
+    fn moving(&self) -> impl Iterator<Item = (u32, f64)> {
+        let signed = |(k, share): (usize, &f64)| if k < self.counts[1] { *share } else { -share };
+        self.movers().iter().copied().zip(self.shares.iter().enumerate().map(signed))
+    }
+}
+
+/// A list of at most as many as move a piece.
+fn few<T: Copy + Default>(list: &[T]) -> [T; MOST] {
+    std::array::from_fn(|k| list.get(k).copied().unwrap_or_default())
+}
+
 /// Pieces with their derivatives over the points that they have in common.
 pub(super) struct Gathered {
     pub(super) points: Vec<u32>,
     /// Gradients of the gap times area, and of the area.
     pub(super) slope: Vec<f64>,
     pub(super) area_slope: Vec<f64>,
-    /// Column by column, empty where it was not asked for.
+    /// Column by column, without what triangles add to it; empty where it was not asked for.
     pub(super) curve: Vec<f64>,
 }
 
@@ -123,7 +145,9 @@ pub(crate) struct PairContact<const D: usize> {
     /// Nodes of all clusters: those that any point of the boundary parts sees.
     pub(super) nodes: Vec<u32>,
     /// For each trace function its vertex, then others.
-    pub(super) movers: Movers<D>,
+    movers: Movers<D>,
+    /// What those are of the displacements of the nodes that are no means.
+    pub(super) motion: PointMotion,
     /// Trace functions of all parts.
     pub traces: usize,
     /// Trace functions that may carry pressures, from the first on.
@@ -153,10 +177,17 @@ pub(super) struct Held<const D: usize> {
     pub(super) slips: Vec<Option<Slip<D>>>,
 }
 
-/// The slip of a trace function as a combination of displacements, and the normal that it is across to.
+/// The slip of a trace function as a combination of those of points, and the normal that it is across to.
 pub(super) struct Slip<const D: usize> {
-    pub(super) weights: Combination,
+    pub(super) weights: Vec<(u32, f64)>,
     pub(super) normal: Point<D>,
+}
+
+impl<const D: usize> Slip<D> {
+    /// What it is where points have moved.
+    pub(super) fn of(&self, moves: &[Point<D>]) -> Point<D> {
+        self.weights.iter().map(|&(point, weight)| moves[point as usize] * weight).sum()
+    }
 }
 
 /// What a trace function knows of what is opposite.
@@ -212,12 +243,14 @@ impl<const D: usize> PairContact<D> {
         };
         let carrying = contact_surfaces[0].traces.len();
         let (last, searched, held, at_rest) = (Mutex::new(None), Mutex::new(None), Mutex::new(None), Vec::new());
+        let motion = PointMotion::new(std::mem::take(&mut movers.combinations), nodes.len());
         let mut pair = PairContact {
             contact_surfaces,
             law,
             geometry,
             nodes,
             movers,
+            motion,
             traces,
             carrying,
             last,
@@ -299,13 +332,10 @@ impl<const D: usize> PairContact<D> {
 
     /// The slip of a trace function from a state on.
     fn slip(&self, trace: usize, state: &State<D>) -> Option<Slip<D>> {
-        let (mut weights, mut normal) = (Combination::new(), Point::<D>::zeros());
+        let (mut weights, mut normal) = (Vec::new(), Point::<D>::zeros());
         let overlap = self.overlap(trace, state, 0.0, |piece| {
-            for (k, (&mover, share)) in piece.movers.iter().zip(&piece.shares).enumerate() {
-                let own = (piece.carries)(k);
-                let sign = if own { 1.0 } else { -1.0 };
-                let of = &self.movers.combinations[mover as usize];
-                weights.extend(of.iter().map(|&(place, value)| (place, sign * share * value)));
+            for (mover, share) in piece.moving() {
+                weights.extend(self.movers.parts[mover as usize].iter().map(|&(point, part)| (point, share * part)));
             }
             normal += piece.normal * piece.area;
         });
@@ -315,17 +345,16 @@ impl<const D: usize> PairContact<D> {
         found.then(|| Slip { weights: merged(weights), normal: normal / length })
     }
 
-    /// The mean displacement of a trace function beside what is opposite, since the last converged state.
-    pub(super) fn slipped(&self, slip: &Slip<D>, displacement: &[f64], condensed: &[f64]) -> Point<D> {
-        let internal_variables = &condensed[self.carrying * self.stride()..];
-        let mut sum = Point::<D>::zeros();
-        for &(place, value) in &slip.weights {
-            let (first, was) = (self.nodes[place as usize] as usize * D, place as usize * D);
-            for i in 0..D {
-                sum[i] += value * (displacement[first + i] - internal_variables[was + i]);
-            }
+    /// What the points have moved by since the last converged state; nothing without friction.
+    pub(super) fn moved_since(&self, displacement: &[f64], condensed: &[f64]) -> Vec<Point<D>> {
+        if !self.has_friction() {
+            return Vec::new();
         }
-        sum
+        let mut since = displacement.to_vec();
+        for (&node, was) in self.nodes.iter().zip(condensed[self.carrying * self.stride()..].chunks_exact(D)) {
+            since[node as usize * D..].iter_mut().zip(was).for_each(|(u, was)| *u -= was);
+        }
+        self.moves(&since)
     }
 
     /// The faces at a state.
@@ -353,8 +382,8 @@ impl<const D: usize> PairContact<D> {
 
     /// Finds the faces at a state, with the search of another one or of its own.
     fn found(&self, displacement: &[f64], searched: Option<&State<D>>) -> State<D> {
-        let all = self.movers.rest.iter().zip(&self.movers.combinations);
-        let places: Vec<Point<D>> = all.map(|(x, of)| x + self.moved(of, displacement)).collect();
+        let all = self.movers.rest.iter().zip(self.moves(displacement));
+        let places: Vec<Point<D>> = all.map(|(x, moved)| x + moved).collect();
         let (opposite, reach) = match &self.geometry {
             Geometry::Line(outward) => {
                 let carrying = self.contact_surfaces[0].traces.len();
@@ -396,16 +425,21 @@ impl<const D: usize> PairContact<D> {
         State { displacement: displacement.to_vec(), places, opposite, reach }
     }
 
-    /// A combination of coefficients.
-    pub(super) fn moved(&self, of: &Combination, step: &[f64]) -> Point<D> {
-        let mut u = Point::<D>::zeros();
-        for &(place, value) in of {
-            let first = self.nodes[place as usize] as usize * D;
-            for i in 0..D {
-                u[i] += value * step[first + i];
+    /// What coefficients move all movers by.
+    pub(super) fn moves(&self, step: &[f64]) -> Vec<Point<D>> {
+        let mut moves: Vec<Point<D>> = Vec::with_capacity(self.motion.len());
+        for (point, parts) in self.movers.parts.iter().enumerate() {
+            let mut u = Point::<D>::zeros();
+            for &(place, value) in self.motion.of(point as u32) {
+                let first = self.nodes[place as usize] as usize * D;
+                (0..D).for_each(|i| u[i] += value * step[first + i]);
             }
+            if parts.len() > 1 {
+                parts.iter().for_each(|&(of, part)| u += moves[of as usize] * part);
+            }
+            moves.push(u);
         }
-        u
+        moves
     }
 
     /// Part and trace function in it.
@@ -452,11 +486,11 @@ impl<const D: usize> PairContact<D> {
                     let area = self.contact_surfaces[0].traces[trace].area;
                     let away = state.places[other as usize][0] - state.places[trace][0];
                     take(Piece {
-                        movers: vec![own, other],
-                        carries: |k| k == 0,
+                        movers: few(&[own, other]),
+                        counts: [2, 1],
                         value: area * normal * away,
                         area,
-                        shares: vec![area; 2],
+                        shares: few(&[area; 2]),
                         normal: Point::<D>::repeat(normal),
                         source: Source::Here(Derivatives {
                             slope: DVector::from_column_slice(&[-area * normal, area * normal]),
@@ -474,11 +508,11 @@ impl<const D: usize> PairContact<D> {
                         let [a, b] = chain.chords[chord as usize].traces;
                         let [c, d] = chain.chords[overlap.other as usize].traces;
                         take(Piece {
-                            movers: vec![a, b, c, d],
-                            carries: |k| k < 2,
+                            movers: few(&[a, b, c, d]),
+                            counts: [4, 2],
                             value: found.value,
                             area: found.area,
-                            shares: found.shares.to_vec(),
+                            shares: few(&found.shares),
                             normal,
                             source: Source::Here(Derivatives {
                                 slope: DVector::from_column_slice((found.slope + found.area_slope * shift).as_slice()),
@@ -512,17 +546,17 @@ impl<const D: usize> PairContact<D> {
     ) {
         for &(triangle, parts) in &faces.of_trace[trace] {
             let triangle = triangle as usize;
-            let normal = padded(&faces.normal(laid, triangle));
-            for (number, facing) in laid.facing[triangle].iter().enumerate() {
-                let sum = |of: [f64; 3]| parts.iter().zip(of).map(|(part, value)| part * value).sum::<f64>();
-                let movers = faces.triangles[triangle].movers.iter();
-                let gaps = &facing.gaps;
+            let normal = padded(&laid.bases[triangle].normal);
+            let sum = |of: [f64; 3]| parts[0] * of[0] + parts[1] * of[1] + parts[2] * of[2];
+            let [a, b, c] = faces.triangles[triangle].movers;
+            for (number, Facing { other, gaps, .. }) in laid.facing[triangle].iter().enumerate() {
+                let [d, e, f] = faces.triangles[*other as usize].movers;
                 take(Piece {
-                    movers: movers.chain(&faces.triangles[facing.other as usize].movers).copied().collect(),
-                    carries: |k| k < 3,
+                    movers: [a, b, c, d, e, f],
+                    counts: [6, 3],
                     value: sum(gaps.values),
                     area: sum(gaps.areas),
-                    shares: (0..6).map(|k| sum(gaps.shares.map(|of| of[k]))).collect(),
+                    shares: std::array::from_fn(|k| sum(gaps.shares.map(|of| of[k]))),
                     normal,
                     source: Source::Triangle { triangle, number, parts, shift },
                 });
@@ -541,12 +575,13 @@ impl<const D: usize> PairContact<D> {
         for &(point, weight) in &self.contact_surfaces[0].traces[trace].points {
             let place = |mover: u32| padded(&state.places[mover as usize]);
             let Some((own, triangle, found)) = faces.loose_gap(laid, point, place) else { continue };
+            let [a, b, c] = faces.triangles[triangle as usize].movers;
             take(Piece {
-                movers: std::iter::once(own).chain(faces.triangles[triangle as usize].movers).collect(),
-                carries: |k| k == 0,
+                movers: few(&[own, a, b, c]),
+                counts: [4, 1],
                 value: weight * found.value,
                 area: weight,
-                shares: found.shares().map(|share| weight * share).to_vec(),
+                shares: few(&found.shares().map(|share| weight * share)),
                 normal: padded(&-found.normal()),
                 source: Source::Here(Derivatives {
                     slope: DVector::from_column_slice((found.slope * weight).as_slice()),
@@ -557,71 +592,70 @@ impl<const D: usize> PairContact<D> {
         }
     }
 
-    /// Gradients of a piece's gap times area and of its area, over the coordinates of its movers.
-    fn slopes(&self, piece: &Piece<D>, state: &State<D>) -> [DVector<f64>; 2] {
-        match (&piece.source, &self.geometry, &state.opposite) {
-            (Source::Here(of), ..) => [of.slope.clone(), of.area_slope.clone()],
-            (&Source::Triangle { triangle, number, parts, shift }, Geometry::Space(faces), Opposite::Space(laid)) => {
-                let found = &faces.derivatives(laid, triangle)[number];
-                let (mut slope, mut area_slope) = (DVector::zeros(overlap::LOCAL), DVector::zeros(overlap::LOCAL));
-                for (corner, part) in parts.into_iter().enumerate().filter(|(_, part)| *part > 0.0) {
-                    slope += (found.slopes[corner] + found.area_slopes[corner] * shift) * part;
-                    area_slope += found.area_slopes[corner] * part;
-                }
-                [slope, area_slope]
+    /// Visits the gradients of a piece's gap times area and of its area, over the coordinates of its movers.
+    fn slopes(&self, piece: &Piece<D>, state: &State<D>, mut visit: impl FnMut(usize, f64, f64)) {
+        match (&piece.source, &state.opposite) {
+            (Source::Here(of), _) => {
+                (0..of.slope.len()).for_each(|i| visit(i, of.slope[i], of.area_slope[i]));
             }
-            _ => [DVector::zeros(piece.movers.len() * D), DVector::zeros(piece.movers.len() * D)],
+            (&Source::Triangle { triangle, number, parts, shift }, Opposite::Space(laid)) => {
+                let found = &laid.slopes(triangle)[number];
+                let sum = |of: &[SVector<f64, { overlap::LOCAL }>; 3], i: usize| {
+                    parts[0] * of[0][i] + parts[1] * of[1][i] + parts[2] * of[2][i]
+                };
+                for i in 0..overlap::LOCAL {
+                    let by_area = sum(&found.areas, i);
+                    visit(i, sum(&found.gaps, i) + by_area * shift, by_area);
+                }
+            }
+            _ => {}
         }
     }
 
-    /// Second derivatives of a piece's gap times area.
-    fn curve(&self, piece: &Piece<D>, state: &State<D>) -> DMatrix<f64> {
-        match (&piece.source, &self.geometry, &state.opposite) {
-            (Source::Here(of), ..) => of.curve.clone(),
-            (&Source::Triangle { triangle, number, parts, .. }, Geometry::Space(faces), Opposite::Space(laid)) => {
-                let found = &faces.derivatives(laid, triangle)[number];
-                let mut curve = DMatrix::zeros(overlap::LOCAL, overlap::LOCAL);
-                for (corner, part) in parts.into_iter().enumerate().filter(|(_, part)| *part > 0.0) {
-                    curve += found.curves[corner] * part;
-                }
-                curve
-            }
-            _ => DMatrix::zeros(piece.movers.len() * D, piece.movers.len() * D),
-        }
-    }
-
-    /// The derivatives of pieces over the points that their movers are means of.
-    pub(super) fn gathered(&self, pieces: &[Piece<D>], state: &State<D>, order: Order) -> Gathered {
-        let parts = |mover: &u32| &self.movers.parts[*mover as usize];
-        let mut points: Vec<u32> =
-            pieces.iter().flat_map(|piece| &piece.movers).flat_map(parts).map(|part| part.0).collect();
+    /// The derivatives of pieces over the points that their movers are means of, and over others.
+    pub(super) fn gathered(
+        &self,
+        pieces: &[Piece<D>],
+        others: impl Iterator<Item = u32>,
+        state: &State<D>,
+        order: Order,
+    ) -> Gathered {
+        let parts = |mover: u32| &self.movers.parts[mover as usize];
+        let mut movers: Vec<u32> = pieces.iter().flat_map(|piece| piece.movers()).copied().collect();
+        movers.sort_unstable();
+        movers.dedup();
+        let mut points: Vec<u32> = movers.iter().flat_map(|&mover| parts(mover)).map(|part| part.0).collect();
+        points.extend(others);
         points.sort_unstable();
         points.dedup();
+        let place = |point: u32| points.partition_point(|&p| p < point) * D;
         let size = points.len() * D;
         let mut found = Gathered {
             slope: vec![0.0; size],
             area_slope: vec![0.0; size],
             curve: if order == Order::Second { vec![0.0; size * size] } else { Vec::new() },
-            points,
+            points: Vec::new(),
         };
+        // Over movers first, which many pieces share.
+        let mut over_movers = vec![[[0.0; D]; 2]; movers.len()];
         for piece in pieces {
-            let [slope, area_slope] = self.slopes(piece, state);
-            // For each point its first place, the first coordinate of its mover, and its part.
-            let mut spread: Vec<(usize, usize, f64)> = Vec::with_capacity(2 * piece.movers.len());
-            for (k, mover) in piece.movers.iter().enumerate() {
-                let place = |point: u32| found.points.partition_point(|&p| p < point) * D;
-                spread.extend(parts(mover).iter().map(|&(point, part)| (place(point), k * D, part)));
-            }
-            for &(place, from, part) in &spread {
-                for i in 0..D {
-                    found.slope[place + i] += part * slope[from + i];
-                    found.area_slope[place + i] += part * area_slope[from + i];
-                }
-            }
+            let places: [usize; MOST] = std::array::from_fn(|k| {
+                if k < piece.counts[0] { movers.partition_point(|&m| m < piece.movers[k]) } else { 0 }
+            });
+            self.slopes(piece, state, |i, slope, area_slope| {
+                let [slopes, area_slopes] = &mut over_movers[places[i / D]];
+                slopes[i % D] += slope;
+                area_slopes[i % D] += area_slope;
+            });
+            let Source::Here(Derivatives { curve, .. }) = &piece.source else { continue };
             if order == Order::First {
                 continue;
             }
-            let curve = self.curve(piece, state);
+            // For each point its first place, the first coordinate of its mover, and its part.
+            let spread: Vec<(usize, usize, f64)> = (piece.movers().iter().enumerate())
+                .flat_map(|(k, &mover)| parts(mover).iter().map(move |&(point, part)| (point, k * D, part)))
+                .map(|(point, from, part)| (place(point), from, part))
+                .collect();
             for &(column, second, b) in &spread {
                 for j in 0..D {
                     let target = &mut found.curve[(column + j) * size..][..size];
@@ -631,7 +665,53 @@ impl<const D: usize> PairContact<D> {
                 }
             }
         }
+        for (&mover, [slope, area_slope]) in movers.iter().zip(&over_movers) {
+            for &(point, part) in parts(mover) {
+                let place = place(point);
+                for i in 0..D {
+                    found.slope[place + i] += part * slope[i];
+                    found.area_slope[place + i] += part * area_slope[i];
+                }
+            }
+        }
+        found.points = points;
         found
+    }
+
+    /// Visits the second derivatives of what triangles add to the gaps of trace functions times area, with a factor for each trace function:
+    /// points with their parts, and the block of two of them by columns.
+    pub(super) fn curves(
+        &self,
+        factors: &[f64],
+        state: &State<D>,
+        mut visit: impl FnMut(u32, u32, f64, &[[f64; D]; D]),
+    ) {
+        let (Geometry::Space(faces), Opposite::Space(laid)) = (&self.geometry, &state.opposite) else { return };
+        let mut at_corners = vec![[0.0; 3]; laid.facing.len()];
+        for (of, factor) in faces.of_trace.iter().zip(factors).filter(|(_, factor)| **factor != 0.0) {
+            for (triangle, parts) in of {
+                let corners = &mut at_corners[*triangle as usize];
+                corners.iter_mut().zip(parts).for_each(|(corner, part)| *corner += factor * part);
+            }
+        }
+        for (triangle, factors) in at_corners.into_iter().enumerate().filter(|(_, factors)| *factors != [0.0; 3]) {
+            let own = faces.triangles[triangle].movers;
+            for facing in &laid.facing[triangle] {
+                let curve = laid.curve(triangle, facing, factors);
+                let other = faces.triangles[facing.other as usize].movers;
+                let movers = [own[0], own[1], own[2], other[0], other[1], other[2]];
+                for (b, column) in movers.iter().enumerate() {
+                    for (a, row) in movers.iter().enumerate() {
+                        let block = std::array::from_fn(|j| std::array::from_fn(|i| curve[(a * D + i, b * D + j)]));
+                        for &(point, part) in &self.movers.parts[*column as usize] {
+                            for &(beside, other) in &self.movers.parts[*row as usize] {
+                                visit(beside, point, part * other, &block);
+                            }
+                        }
+                    }
+                }
+            }
+        }
     }
 
     /// A pressure per area of what has something opposite, in terms of one per area of the whole trace function.
@@ -639,20 +719,24 @@ impl<const D: usize> PairContact<D> {
         self.contact_surfaces[0].traces[trace].area / overlap.area
     }
 
-    /// How a step opens pieces whose overlaps stay as they are, times area.
-    pub(super) fn opening(&self, pieces: &[Piece<D>], step: &[f64]) -> f64 {
-        let mut movers: Vec<u32> = pieces.iter().flat_map(|piece| &piece.movers).copied().collect();
-        movers.sort_unstable();
-        movers.dedup();
-        let mut sums = vec![Point::<D>::zeros(); movers.len()];
+    /// How a step that moves the movers changes the mean gap of pieces, times area.
+    pub(super) fn change(&self, pieces: &[Piece<D>], state: &State<D>, gap: f64, moves: &[Point<D>]) -> f64 {
+        let mut change = 0.0;
         for piece in pieces {
-            for (k, &mover) in piece.movers.iter().enumerate() {
-                let share = if (piece.carries)(k) { -piece.shares[k] } else { piece.shares[k] };
-                sums[movers.partition_point(|&m| m < mover)] += piece.normal * share;
-            }
+            self.slopes(piece, state, |i, slope, area_slope| {
+                change += (slope - gap * area_slope) * moves[piece.movers[i / D] as usize][i % D];
+            });
         }
-        let all = movers.iter().zip(&sums);
-        all.map(|(&mover, sum)| sum.dot(&self.moved(&self.movers.combinations[mover as usize], step))).sum()
+        change
+    }
+
+    /// How a step that moves the movers opens pieces whose overlaps stay as they are, times area.
+    pub(super) fn opening(&self, pieces: &[Piece<D>], moves: &[Point<D>]) -> f64 {
+        let of = |piece: &Piece<D>| {
+            let along = |(mover, share): (u32, f64)| -share * piece.normal.dot(&moves[mover as usize]);
+            piece.moving().map(along).sum::<f64>()
+        };
+        pieces.iter().map(of).sum()
     }
 
     /// Gaps and forces at a state.
@@ -676,15 +760,14 @@ impl<const D: usize> PairContact<D> {
             let concentration = self.concentration(trace, &overlap);
             let (pressure, traction) = (pressure * concentration, traction * concentration);
             for piece in pieces {
-                let [slope, _] = self.slopes(&piece, &state);
-                for (k, &mover) in piece.movers.iter().enumerate() {
-                    let own = (piece.carries)(k);
-                    let rubbed = traction * (if own { 1.0 } else { -1.0 } * piece.shares[k]);
-                    let force = Point::<D>::from_fn(|i, _| pressure * slope[k * D + i]) + rubbed;
+                let mut pushes = [Point::<D>::zeros(); MOST];
+                self.slopes(&piece, &state, |i, slope, _| pushes[i / D][i % D] = pressure * slope);
+                for (k, ((mover, share), push)) in piece.moving().zip(&pushes).enumerate() {
+                    let force = push + traction * share;
                     for &(owner, part) in &self.movers.owners[mover as usize] {
                         found.forces[owner as usize] += force * part;
                     }
-                    if own {
+                    if k < piece.counts[1] {
                         found.total += force;
                     }
                 }
@@ -700,13 +783,11 @@ impl<const D: usize> PairContact<D> {
         }
         // From the state before on: the memory of that state is its own.
         let held = self.held(before.condensed);
+        let moved = self.moved_since(after.displacement, before.condensed);
         let each = held.slips.iter().enumerate().filter_map(|(trace, slip)| {
             let slip = slip.as_ref()?;
             let [now, was] = [after, before].map(|view| self.pressure(trace, view.condensed).1);
-            Some(
-                -0.5 * self.contact_surfaces[0].traces[trace].area
-                    * (now + was).dot(&self.slipped(slip, after.displacement, before.condensed)),
-            )
+            Some(-0.5 * self.contact_surfaces[0].traces[trace].area * (now + was).dot(&slip.of(&moved)))
         });
         each.sum()
     }

@@ -1,15 +1,26 @@
 //! Contact of two parts as a term of the potential.
 
 use crate::geometry::Point;
-use crate::term::{CondensedUnknowns, Element, History, Protocol, Term, Unilateral, View};
+use crate::term::{CondensedUnknowns, Element, History, PointMotion, Protocol, Term, Unilateral, View};
 
 use super::friction::{Friction, friction_step};
 use super::obstacle::farthest;
-use super::pair::{ContactPair, Gathered, Order, PairContact, Piece, Slip};
+use super::pair::{ContactPair, Gathered, Held, Order, PairContact, Piece, Slip, State};
+
+/// A trace function that touches.
+struct Touching {
+    trace: usize,
+    overlap: ContactPair,
+    /// Over the points that it presses on and, with friction, those that its slip is of.
+    gathered: Gathered,
+    pressure: f64,
+    proximal: f64,
+}
 
 impl<const D: usize> Term<D> for PairContact<D> {
+    // All trace functions see the same nodes.
     fn clusters(&self) -> usize {
-        self.carrying
+        1
     }
 
     fn nodes(&self, _: usize) -> &[u32] {
@@ -20,103 +31,63 @@ impl<const D: usize> Term<D> for PairContact<D> {
         self.law.interference.iter().map(|interference| interference.until).collect()
     }
 
-    fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
-        let (pressure, _) = self.pressure(cluster, view.condensed);
+    fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
         let state = self.now(view.displacement);
-        let mut pieces: Vec<Piece<D>> = Vec::new();
-        let overlap = self.overlap(cluster, &state, view.load, |piece| pieces.push(piece));
-        if !self.is_active(cluster, pressure, overlap.gap) {
+        let held = self.has_friction().then(|| self.held(view.condensed));
+        let touching = self.touching(&view, &state, held.as_deref(), out.with_matrix);
+        if touching.is_empty() {
             return;
         }
-        let concentration = self.concentration(cluster, &overlap);
-        let (pressure, proximal) = (pressure * concentration, self.proximal(cluster) * concentration);
-        let order = if out.with_matrix && pressure > 0.0 { Order::Second } else { Order::First };
-        let gathered = self.gathered(&pieces, &state, order);
-        let of = |point: &u32| &self.movers.combinations[*point as usize];
-        let mut used: Vec<u16> = gathered.points.iter().flat_map(of).map(|entry| entry.0).collect();
-        let held = self.has_friction().then(|| self.held(view.condensed));
-        let slip = held.as_ref().and_then(|held| held.slips[cluster].as_ref());
-        used.extend(slip.iter().flat_map(|slip| &slip.weights).map(|entry| entry.0));
-        used.sort_unstable();
-        used.dedup();
-        out.reset_compact::<D>(&used);
-        let size = used.len() * D;
-        let local = |place: u16| used.partition_point(|&u| u < place);
-        let (mut slope, mut by_area) = (vec![0.0; size], vec![0.0; size]);
-        // (place in the element, factor) of each point.
-        let spread = |point: &u32| of(point).iter().map(|&(place, value)| (local(place), value)).collect();
-        let points: Vec<Vec<(usize, f64)>> = gathered.points.iter().map(spread).collect();
-        for (k, of) in points.iter().enumerate() {
-            for &(place, value) in of {
+        let since = self.moved_since(view.displacement, view.condensed);
+        let lists = touching.iter().map(|touching| touching.gathered.points.as_slice());
+        if out.with_matrix {
+            out.points.reset::<D>(self.motion.len(), lists.clone());
+            if held.is_some() {
+                out.point_coupling.reset::<D>(self.motion.len(), lists);
+            }
+            let mut factors = vec![0.0; self.carrying];
+            touching.iter().for_each(|touching| factors[touching.trace] = -touching.pressure.max(0.0));
+            self.curves(&factors, &state, |row, column, factor, block| {
+                let target = out.points.block::<D>(row, column);
+                for j in 0..D {
+                    (0..D).for_each(|i| target[j][i] += factor * block[j][i]);
+                }
+            });
+        }
+        let (mut forces, mut slopes) = (vec![0.0; self.motion.len() * D], vec![0.0; self.motion.len() * D]);
+        let mut own = Element::default();
+        for touching in touching {
+            own.reset(touching.gathered.points.len() * D, out.with_matrix);
+            let slip = held.as_ref().and_then(|held| held.slips[touching.trace].as_ref());
+            let points = self.add_trace(touching, slip, &view, &since, &mut own);
+            for (k, &point) in points.iter().enumerate() {
                 for i in 0..D {
-                    slope[place * D + i] += value * gathered.slope[k * D + i];
-                    by_area[place * D + i] += value * gathered.area_slope[k * D + i];
+                    forces[point as usize * D + i] += own.residual[k * D + i];
+                    slopes[point as usize * D + i] += own.load_slope[k * D + i];
                 }
             }
-        }
-        // A ∇ḡ.
-        slope.iter_mut().zip(&by_area).for_each(|(s, a)| *s -= overlap.gap * a);
-        let force = pressure - proximal * overlap.gap;
-        for (r, s) in out.residual.iter_mut().zip(&slope) {
-            *r -= force * s;
-        }
-        for (l, s) in out.load_slope.iter_mut().zip(&slope) {
-            *l += proximal * overlap.by_load * s;
-        }
-        if out.with_matrix {
-            let shrinks = pressure.max(0.0) / overlap.area;
-            let matrix = point_matrix(gathered, &overlap, [pressure, proximal / overlap.area, shrinks]);
-            set_matrix::<D>(&matrix, &points, out);
-        }
-        if let Some(slip) = slip {
-            let mut moves: Vec<(usize, Point<D>)> = Vec::with_capacity(size);
-            let area = self.contact_surfaces[0].traces[cluster].area;
-            for &(place, value) in &slip.weights {
-                let along = |i: usize| Point::<D>::from_fn(|j, _| if i == j { area * value } else { 0.0 });
-                moves.extend((0..D).map(|i| (local(place) * D + i, along(i))));
+            if out.with_matrix {
+                out.points.add::<D>(&points, &own.matrix);
             }
-            self.friction(cluster, &view, &overlap, slip).add(&moves, &slope, out);
+            if !own.coupling.is_empty() {
+                out.point_coupling.add::<D>(&points, &own.coupling);
+            }
         }
+        self.motion.add_forces::<D>(&forces, &mut out.residual);
+        self.motion.add_forces::<D>(&slopes, &mut out.load_slope);
     }
 
-    fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
-        let (pressure, traction) = self.pressure(cluster, view.condensed);
-        let state = self.now(view.displacement);
-        let mut pieces: Vec<Piece<D>> = Vec::new();
-        let overlap = self.overlap(cluster, &state, view.load, |piece| pieces.push(piece));
-        let gap = overlap.gap;
-        let set = |traction_step: Point<D>, condensed_step: &mut [f64]| {
-            condensed_step[1..].iter_mut().zip(&traction_step).for_each(|(s, t)| *s = *t);
-        };
-        if self.is_active(cluster, pressure, gap) {
-            let gathered = self.gathered(&pieces, &state, Order::First);
-            let mut change = 0.0;
-            for (k, &point) in gathered.points.iter().enumerate() {
-                let by = self.moved(&self.movers.combinations[point as usize], step);
-                let along = |i: usize| gathered.slope[k * D + i] - gap * gathered.area_slope[k * D + i];
-                change += (0..D).map(|i| along(i) * by[i]).sum::<f64>() / overlap.area;
-            }
-            condensed_step[0] = -self.proximal(cluster) * (gap + change);
-            if self.has_friction() {
-                let held = self.held(view.condensed);
-                let next = held.slips[cluster].as_ref().map_or_else(Point::zeros, |slip| {
-                    let moved = self.moved(&slip.weights, step);
-                    self.friction(cluster, &view, &overlap, slip).next(change, &moved)
-                });
-                set(next - traction, condensed_step);
-            }
-            return 1.0;
+    fn advance(&self, _: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
+        let (state, moves) = (self.now(view.displacement), self.moves(step));
+        let held = self.has_friction().then(|| self.held(view.condensed));
+        let since = self.moved_since(view.displacement, view.condensed);
+        let mut bound: f64 = 1.0;
+        for (trace, own) in condensed_step.chunks_exact_mut(self.stride()).enumerate() {
+            let slip = held.as_ref().and_then(|held| held.slips[trace].as_ref());
+            let part = self.advance_trace(trace, slip, &view, &state, [&moves, &since], own);
+            bound = if part.is_nan() { 0.0 } else { bound.min(part) };
         }
-        condensed_step[0] = -pressure;
-        set(-traction, condensed_step);
-        let width = self.width(cluster);
-        if gap.is_finite() {
-            // An overlap that grows changes the mean gap, but takes nothing further in.
-            return farthest(gap, self.opening(&pieces, step) / overlap.area, width);
-        }
-        // What has nothing opposite goes no further than the search saw.
-        let direction = self.moved(&self.movers.combinations[cluster], step).norm();
-        if direction > state.reach { state.reach / direction } else { 1.0 }
+        bound
     }
 
     fn condensed(&self) -> Option<&dyn CondensedUnknowns> {
@@ -137,9 +108,8 @@ impl<const D: usize> Term<D> for PairContact<D> {
 }
 
 impl<const D: usize> CondensedUnknowns for PairContact<D> {
-    fn unknowns(&self, cluster: usize) -> std::ops::Range<usize> {
-        let stride = self.stride();
-        cluster * stride..(cluster + 1) * stride
+    fn unknowns(&self, _: usize) -> std::ops::Range<usize> {
+        0..self.carrying * self.stride()
     }
 }
 
@@ -167,20 +137,24 @@ impl<const D: usize> Unilateral for PairContact<D> {
         self.law.stiffness.rounding(self.contact_surfaces[0].traces.iter(), extent)
     }
 
-    fn advance_load(&self, cluster: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {
+    fn advance_load(&self, _: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {
         if self.law.interference.is_none() || load_step == 0.0 {
             return;
         }
-        let (pressure, _) = self.pressure(cluster, view.condensed);
-        let overlap = self.overlap(cluster, &self.now(view.displacement), view.load, |_| {});
-        if !self.is_active(cluster, pressure, overlap.gap) {
-            return;
-        }
-        condensed_step[0] -= self.proximal(cluster) * overlap.by_load * load_step;
+        let state = self.now(view.displacement);
         let held = self.has_friction().then(|| self.held(view.condensed));
-        if let Some(slip) = held.as_ref().and_then(|held| held.slips[cluster].as_ref()) {
-            let more = self.friction(cluster, &view, &overlap, slip).next_by_load(load_step);
-            condensed_step[1..].iter_mut().zip(&more).for_each(|(s, t)| *s += *t);
+        let since = self.moved_since(view.displacement, view.condensed);
+        for (trace, own) in condensed_step.chunks_exact_mut(self.stride()).enumerate() {
+            let (pressure, _) = self.pressure(trace, view.condensed);
+            let overlap = self.overlap(trace, &state, view.load, |_| {});
+            if !self.is_active(trace, pressure, overlap.gap) {
+                continue;
+            }
+            own[0] -= self.proximal(trace) * overlap.by_load * load_step;
+            if let Some(slip) = held.as_ref().and_then(|held| held.slips[trace].as_ref()) {
+                let more = self.friction(trace, &view, &overlap, slip, &since).next_by_load(load_step);
+                own[1..].iter_mut().zip(&more).for_each(|(s, t)| *s += *t);
+            }
         }
     }
 }
@@ -191,62 +165,143 @@ impl<const D: usize> Protocol for PairContact<D> {
         true
     }
 
-    fn fills_compact(&self) -> bool {
-        true
+    fn points(&self) -> Option<&PointMotion> {
+        Some(&self.motion)
     }
 }
 
-/// The matrix over the coordinates of points, column by column: $-\pi\,\partial^2 G + \varepsilon\,s\,s^{\mathsf T}
-/// + \sigma\,(a\,s^{\mathsf T} + s\,a^{\mathsf T})$ with $s = \partial G - \bar g\,a$ and the gradient $a$ of the area.
-fn point_matrix(gathered: Gathered, overlap: &ContactPair, [pressure, proximal, shrinks]: [f64; 3]) -> Vec<f64> {
-    let Gathered { slope, area_slope, curve: mut matrix, .. } = gathered;
-    let size = slope.len();
-    matrix.iter_mut().for_each(|entry| *entry *= -pressure);
-    matrix.resize(size * size, 0.0);
-    let slope: Vec<f64> = slope.iter().zip(&area_slope).map(|(s, a)| s - overlap.gap * a).collect();
-    for (j, column) in matrix.chunks_exact_mut(size).enumerate() {
+/// Adds a matrix over the coordinates of points, column by column: $-\pi\,\partial^2 G + \varepsilon\,s\,s^{\mathsf T}
+/// + \sigma\,(a\,s^{\mathsf T} + s\,a^{\mathsf T})$ with the slope $s = \partial G - \bar g\,a$ and the gradient $a$ of the area.
+fn add_matrix(
+    slope: &[f64],
+    area_slope: &[f64],
+    curve: &[f64],
+    [pressure, proximal, shrinks]: [f64; 3],
+    matrix: &mut [f64],
+) {
+    matrix.iter_mut().zip(curve).for_each(|(entry, curve)| *entry -= pressure * curve);
+    for (j, column) in matrix.chunks_exact_mut(slope.len()).enumerate() {
         let along_gap = proximal * slope[j] + shrinks * area_slope[j];
         let along_area = shrinks * slope[j];
-        for ((entry, s), a) in column.iter_mut().zip(&slope).zip(&area_slope) {
+        for ((entry, s), a) in column.iter_mut().zip(slope).zip(area_slope) {
             *entry += along_gap * s + along_area * a;
-        }
-    }
-    matrix
-}
-
-/// Sets the matrix of an element to $T^{\mathsf T} M\,T$ with a symmetric $M$ over points, one side after the other, of which one half is
-/// summed; `points` has for each point places in the element, rising, and factors.
-fn set_matrix<const D: usize>(matrix: &[f64], points: &[Vec<(usize, f64)>], out: &mut Element) {
-    let (size, rows) = (out.residual.len(), points.len() * D);
-    let mut half = vec![0.0; rows * size];
-    for (k, of) in points.iter().enumerate() {
-        for i in 0..D {
-            let column = &matrix[(k * D + i) * rows..][..rows];
-            for &(place, value) in of {
-                let target = &mut half[(place * D + i) * rows..][..rows];
-                target.iter_mut().zip(column).for_each(|(t, c)| *t += value * c);
-            }
-        }
-    }
-    for ((j, column), from) in out.matrix.chunks_exact_mut(size).enumerate().zip(half.chunks_exact(rows)) {
-        for (of, from) in points.iter().zip(from.chunks_exact(D)) {
-            let first = of.partition_point(|entry| entry.0 < j / D);
-            for &(place, value) in &of[first..] {
-                let target = &mut column[place * D..][..D];
-                target.iter_mut().zip(from).for_each(|(t, f)| *t += value * f);
-            }
-        }
-    }
-    for j in 0..size {
-        for i in (j / D + 1) * D..size {
-            out.matrix[i * size + j] = out.matrix[j * size + i];
         }
     }
 }
 
 impl<const D: usize> PairContact<D> {
+    /// The trace functions that touch.
+    fn touching(&self, view: &View<'_>, state: &State<D>, held: Option<&Held<D>>, with_matrix: bool) -> Vec<Touching> {
+        let mut pieces: Vec<Piece<D>> = Vec::new();
+        let of = |trace: usize| {
+            let (pressure, _) = self.pressure(trace, view.condensed);
+            pieces.clear();
+            let overlap = self.overlap(trace, state, view.load, |piece| pieces.push(piece));
+            if !self.is_active(trace, pressure, overlap.gap) {
+                return None;
+            }
+            let concentration = self.concentration(trace, &overlap);
+            let (pressure, proximal) = (pressure * concentration, self.proximal(trace) * concentration);
+            let order = if with_matrix && pressure > 0.0 { Order::Second } else { Order::First };
+            let slip = held.and_then(|held| held.slips[trace].as_ref());
+            let others = slip.iter().flat_map(|slip| slip.weights.iter().map(|entry| entry.0));
+            Some(Touching {
+                trace,
+                gathered: self.gathered(&pieces, others, state, order),
+                overlap,
+                pressure,
+                proximal,
+            })
+        };
+        (0..self.carrying).filter_map(of).collect()
+    }
+
+    /// Adds the forces and the matrix of a trace function over the coordinates of points, which are given back.
+    fn add_trace(
+        &self,
+        Touching { trace, overlap, gathered, pressure, proximal }: Touching,
+        slip: Option<&Slip<D>>,
+        view: &View<'_>,
+        since: &[Point<D>],
+        out: &mut Element,
+    ) -> Vec<u32> {
+        // A ∇ḡ.
+        let both = gathered.slope.iter().zip(&gathered.area_slope);
+        let slope: Vec<f64> = both.map(|(s, a)| s - overlap.gap * a).collect();
+        let force = pressure - proximal * overlap.gap;
+        for (r, s) in out.residual.iter_mut().zip(&slope) {
+            *r -= force * s;
+        }
+        for (l, s) in out.load_slope.iter_mut().zip(&slope) {
+            *l += proximal * overlap.by_load * s;
+        }
+        let Gathered { points, area_slope, curve, .. } = gathered;
+        if out.with_matrix {
+            let shrinks = pressure.max(0.0) / overlap.area;
+            add_matrix(&slope, &area_slope, &curve, [pressure, proximal / overlap.area, shrinks], &mut out.matrix);
+        }
+        if let Some(slip) = slip {
+            let area = self.contact_surfaces[0].traces[trace].area;
+            let mut moves: Vec<(usize, Point<D>)> = Vec::with_capacity(slope.len());
+            for &(point, value) in &slip.weights {
+                let place = points.partition_point(|&p| p < point);
+                let along = |i: usize| Point::<D>::from_fn(|j, _| if i == j { area * value } else { 0.0 });
+                moves.extend((0..D).map(|i| (place * D + i, along(i))));
+            }
+            self.friction(trace, view, &overlap, slip, since).add(&moves, &slope, out);
+        }
+        points
+    }
+
+    /// Writes the increments of the condensed unknowns of a trace function for a step that moves the points, which have moved since the last
+    /// converged state; the largest part of the step that is admissible.
+    fn advance_trace(
+        &self,
+        trace: usize,
+        slip: Option<&Slip<D>>,
+        view: &View<'_>,
+        state: &State<D>,
+        [moves, since]: [&[Point<D>]; 2],
+        condensed_step: &mut [f64],
+    ) -> f64 {
+        let (pressure, traction) = self.pressure(trace, view.condensed);
+        let mut pieces: Vec<Piece<D>> = Vec::new();
+        let overlap = self.overlap(trace, state, view.load, |piece| pieces.push(piece));
+        let gap = overlap.gap;
+        let set = |traction_step: Point<D>, condensed_step: &mut [f64]| {
+            condensed_step[1..].iter_mut().zip(&traction_step).for_each(|(s, t)| *s = *t);
+        };
+        if self.is_active(trace, pressure, gap) {
+            let change = self.change(&pieces, state, gap, moves) / overlap.area;
+            condensed_step[0] = -self.proximal(trace) * (gap + change);
+            if self.has_friction() {
+                let next = slip.map_or_else(Point::zeros, |slip| {
+                    self.friction(trace, view, &overlap, slip, since).next(change, &slip.of(moves))
+                });
+                set(next - traction, condensed_step);
+            }
+            return 1.0;
+        }
+        condensed_step[0] = -pressure;
+        set(-traction, condensed_step);
+        if gap.is_finite() {
+            // An overlap that grows changes the mean gap, but takes nothing further in.
+            return farthest(gap, self.opening(&pieces, moves) / overlap.area, self.width(trace));
+        }
+        // What has nothing opposite goes no further than the search saw.
+        let direction = moves[trace].norm();
+        if direction > state.reach { state.reach / direction } else { 1.0 }
+    }
+
     /// What friction asks of a trace function that touches.
-    fn friction(&self, trace: usize, view: &View<'_>, overlap: &ContactPair, slip: &Slip<D>) -> Friction<D> {
+    fn friction(
+        &self,
+        trace: usize,
+        view: &View<'_>,
+        overlap: &ContactPair,
+        slip: &Slip<D>,
+        since: &[Point<D>],
+    ) -> Friction<D> {
         let (pressure, traction) = self.pressure(trace, view.condensed);
         Friction {
             coefficient: self.law.friction,
@@ -258,7 +313,7 @@ impl<const D: usize> PairContact<D> {
             gap: overlap.gap,
             gap_by_load: overlap.by_load,
             gap_area: overlap.area,
-            slip: self.slipped(slip, view.displacement, view.condensed),
+            slip: slip.of(since),
             slip_by_load: Point::zeros(),
             area: self.contact_surfaces[0].traces[trace].area,
         }

@@ -7,9 +7,10 @@ use super::ContactSurface;
 /// What a point is of the displacements of some nodes: their places among those of the contact, and factors.
 pub(super) type Combination = Vec<(u16, f64)>;
 
-/// Points that move with the body, each a combination of displacements, and whose force goes to which trace functions.
+/// Points that move with the body, each a combination of displacements or the mean of some, and whose force goes to which trace functions.
 #[derive(Default)]
 pub(super) struct Movers<const D: usize> {
+    /// None of what is a mean.
     pub combinations: Vec<Combination>,
     pub rest: Vec<Point<D>>,
     pub owners: Vec<Vec<(u32, f64)>>,
@@ -36,12 +37,10 @@ impl<const D: usize> Movers<D> {
         if self.parts.last() == Some(&parts) {
             return self.parts.len() as u32 - 1;
         }
-        let all = of.iter().flat_map(|&k| &self.combinations[k as usize]);
-        let combination = merged(all.map(|&(node, value)| (node, part * value)).collect());
         let rest = of.iter().map(|&k| self.rest[k as usize]).sum::<Point<D>>() * part;
         let owners = of.iter().flat_map(|&k| &self.owners[k as usize]).map(|&(trace, value)| (trace, part * value));
         let owners = owners.collect();
-        self.push(combination, rest, owners);
+        self.push(Combination::new(), rest, owners);
         self.parts.pop();
         self.parts.push(parts);
         self.combinations.len() as u32 - 1
@@ -185,8 +184,8 @@ impl<const D: usize> Means<D> {
     }
 }
 
-/// A combination with each node once.
-pub(super) fn merged(mut combination: Combination) -> Combination {
+/// A combination with each place once.
+pub(super) fn merged<P: Ord + Copy>(mut combination: Vec<(P, f64)>) -> Vec<(P, f64)> {
     combination.sort_by_key(|entry| entry.0);
     combination.dedup_by(|second, first| {
         let same = second.0 == first.0;

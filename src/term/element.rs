@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use crate::geometry::Point;
 
+use super::at_points::{PointColumns, PointMatrix};
 use super::contraction::Windows;
 use super::lower::LowerBlocks;
 use super::point_panel::PointPanel;
@@ -39,8 +40,10 @@ pub struct Element {
     pub coupling: Vec<f64>,
     /// Buffer for the term's own use.
     pub scratch: Vec<f64>,
-    /// Places of the nodes that buffers run over, where a term fills them for a few of its cluster's nodes alone.
-    pub(crate) compact: Vec<u16>,
+    /// Matrix and coupling of terms that fill them over points instead, and a buffer for their columns.
+    pub(crate) points: PointMatrix,
+    pub(crate) point_coupling: PointMatrix,
+    pub(crate) columns: PointColumns,
     /// The matrix of terms that fill its lower blocks instead.
     pub(crate) lower: LowerBlocks,
     pub(crate) windows: Windows,
@@ -61,18 +64,18 @@ impl Element {
         self.matrix.clear();
         self.matrix.resize(if with_matrix { size * size } else { 0 }, 0.0);
         self.coupling.clear();
-        self.compact.clear();
+        self.points.clear();
+        self.point_coupling.clear();
         self.with_matrix = with_matrix;
         self.lower.wanted = false;
         self.uncondensed = None;
         self.free = false;
     }
 
-    /// Zeroes the buffers for some nodes of a cluster, by rising place.
-    #[cfg(feature = "solve")]
-    pub(crate) fn reset_compact<const D: usize>(&mut self, places: &[u16]) {
-        self.reset(places.len() * D, self.with_matrix);
-        self.compact.extend_from_slice(places);
+    /// As [`reset`](Element::reset), without a matrix over the nodes for a term that fills one over points.
+    pub(crate) fn reset_points(&mut self, size: usize, with_matrix: bool) {
+        self.reset(size, false);
+        self.with_matrix = with_matrix;
     }
 
     /// As [`reset`](Element::reset), with the matrix in lower blocks.

@@ -2,6 +2,7 @@
 
 mod advance;
 mod amplitude;
+mod at_points;
 mod body;
 mod body_pressures;
 mod body_term;
@@ -37,6 +38,7 @@ pub use pressure_field::{PressureField, ProjectedMeasure};
 pub use uncondensed::{Product, Zone};
 pub use views::{CondensedUnknowns, Diagnostics, History, TermMatrix, Unilateral};
 
+pub(crate) use at_points::PointMotion;
 pub(crate) use forces::each_force;
 pub(crate) use lower::LowerBlocks;
 pub(crate) use protocol::Protocol;

@@ -1,5 +1,6 @@
 //! What terms of this crate arrange with the assembler.
 
+use super::at_points::PointMotion;
 use super::uncondensed::{Product, Zone};
 
 /// What terms of this crate arrange with the assembler; those of users arrange nothing.
@@ -9,10 +10,10 @@ pub trait Protocol: Send + Sync {
         false
     }
 
-    /// Whether buffers are filled over a few of many nodes, the same for all clusters, as contact does where what comes into
-    /// contact is not known before.
-    fn fills_compact(&self) -> bool {
-        false
+    /// The points that a matrix is over which is filled instead of one over the nodes, as contact does: what comes into contact is
+    /// not known before, and couples a few of many nodes at a time.
+    fn points(&self) -> Option<&PointMotion> {
+        None
     }
 
     /// Whether condensed unknowns can be kept uncondensed.
