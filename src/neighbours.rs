@@ -1,11 +1,15 @@
 //! Spatial search: a grid of bins for particles that cover a point, a tree of boxes for all else.
 
 mod box_tree;
+mod search;
+mod sights;
 mod visibility;
 
 pub(crate) use box_tree::BoxTree;
+pub(crate) use search::{Adjacent, Search};
+pub(crate) use sights::Sights;
 pub use visibility::Connections;
-pub(crate) use visibility::{Adjacent, FACING, MARGIN, Search, Visibility};
+pub(crate) use visibility::{FACING, MARGIN, Visibility};
 
 use crate::geometry::{Bounds, Point};
 use crate::particles::Particles;

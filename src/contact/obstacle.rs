@@ -589,14 +589,15 @@ impl<const D: usize> Unilateral for RigidContact<D> {
 
     fn check_step(&self, before: View<'_>, after: View<'_>) -> Option<String> {
         (0..self.contact_surface.traces.len()).find_map(|trace| {
-            let touches = |view: &View<'_>| {
-                let gap = self.local_contact(trace, view, |_, _, _, _| {}).gap;
-                self.is_active(trace, self.pressure(trace, view.condensed).0, gap)
-            };
-            // A surface presses against the normal of the body; one that has just let go may stand beside it.
-            let most = if touches(&after) {
+            let gap = |view: &View<'_>| self.local_contact(trace, view, |_, _, _, _| {}).gap;
+            let touches = |view: &View<'_>, gap| self.is_active(trace, self.pressure(trace, view.condensed).0, gap);
+            let (now, width) = (gap(&after), self.contact_surface.traces[trace].width);
+            // A surface presses against the normal of the body; one that has just let go may stand beside it, and one that is smaller
+            // than a trace function may never have touched.
+            let slips = now < width && self.surface.shape.depth() < width;
+            let most = if touches(&after, now) {
                 0.0
-            } else if touches(&before) {
+            } else if slips || touches(&before, gap(&before)) {
                 THROUGH
             } else {
                 return None;

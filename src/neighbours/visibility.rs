@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::{DMatrix, SMatrix};
 
@@ -10,6 +11,8 @@ use crate::geometry::{Bounds, Point};
 use crate::particles::Particles;
 
 use super::BoxTree;
+use super::search::Adjacent;
+use super::sights::{Sights, Target};
 
 /// Part of the local spacing by which the box around point and particle is widened: wider ones see around the root of a slot, and it is
 /// no simple fraction, so that the sides of the box and those of cells do not coincide where particles stand in rows.
@@ -18,31 +21,6 @@ pub(crate) const MARGIN: f64 = 0.0871;
 pub(crate) const FACING: f64 = -0.1;
 /// A point lies in all cells that are this part of their size nearer to it or less.
 const ROUNDING: f64 = 1e-9;
-
-/// Cells of a body, which of them share faces, and which hold a point.
-pub(crate) trait Adjacent<const D: usize>: Send + Sync {
-    /// How many cells there are.
-    fn count(&self) -> usize;
-
-    /// Adds the cells that hold a point, the nearest ones where it lies a little outside of all.
-    fn at(&self, x: &Point<D>, found: &mut Vec<u32>);
-
-    /// The cells that hold a particle.
-    fn around(&self, particle: u32) -> &[u32];
-
-    /// Hands out the cells that share a face with a cell, and a box around the face.
-    fn beside(&self, cell: u32, with: &mut dyn FnMut(u32, &Bounds<D>));
-
-    /// A point in the coordinates of the boxes.
-    fn in_boxes(&self, x: &Point<D>) -> Point<D> {
-        *x
-    }
-
-    /// A margin along each axis in those coordinates.
-    fn margin_of_boxes(&self, margin: &Point<D>) -> Point<D> {
-        *margin
-    }
-}
 
 /// The cells of a body and which of them share faces: what tells a slot from a body that goes on.
 #[derive(Clone)]
@@ -59,6 +37,12 @@ impl<const D: usize> Connections<D> {
         Connections(Arc::new(cells))
     }
 
+    /// The cells.
+    #[cfg(test)]
+    pub(crate) fn cells(&self) -> &dyn Adjacent<D> {
+        &*self.0
+    }
+
     /// Those of cells between particles: positions \[length\], and cells by the particles at their corners in the order of
     /// [`Cells::corners`](crate::cells::Cells::corners). Cells with $D$ common corners share a face. None where there are no cells, or
     /// corners that are no particles.
@@ -68,64 +52,13 @@ impl<const D: usize> Connections<D> {
     }
 }
 
-/// Buffers of a search.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Search {
-    /// Cells that hold the point.
-    pub(crate) start: Vec<u32>,
-    /// The point in the coordinates of boxes.
-    from: [f64; 3],
-    open: Vec<(f64, u32)>,
-    /// The last search that met each cell.
-    met: Vec<u32>,
-    number: u32,
-}
-
-impl Search {
-    /// Whether one of some cells, around a point, is connected to the first ones through faces that meet a box.
-    pub(crate) fn reaches<const D: usize>(
-        &mut self,
-        cells: &dyn Adjacent<D>,
-        (goal, to): (&[u32], &Point<D>),
-        within: &Bounds<D>,
-    ) -> bool {
-        if self.start.iter().any(|cell| goal.contains(cell)) {
-            return true;
-        }
-        self.met.resize(cells.count(), 0);
-        self.number += 1;
-        let Search { start, open, met, number, .. } = self;
-        open.clear();
-        for &cell in &*start {
-            met[cell as usize] = *number;
-            open.push((0.0, cell));
-        }
-        let mut found = false;
-        while let Some((_, cell)) = open.pop() {
-            let first = open.len();
-            cells.beside(cell, &mut |other, face| {
-                if met[other as usize] != *number && face.meets(within) {
-                    met[other as usize] = *number;
-                    found |= goal.contains(&other);
-                    open.push((face.distance(to), other));
-                }
-            });
-            if found {
-                return true;
-            }
-            // The one nearest to the goal is taken first: where nothing is in between that leads straight there.
-            open[first..].sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
-        }
-        false
-    }
-}
-
 /// Cells between particles.
 struct Between<const D: usize> {
     corners: Vec<Vec<usize>>,
     /// The cells around each particle.
     around: Vec<Vec<u32>>,
     beside: Vec<Vec<(u32, Bounds<D>)>>,
+    bounds: Vec<Bounds<D>>,
     /// Simplices that cells are split into: cell, first corner, and what takes an offset from that to barycentric coordinates.
     simplices: Vec<(u32, Point<D>, SMatrix<f64, D, D>)>,
     /// Their sizes.
@@ -163,6 +96,7 @@ impl<const D: usize> Between<D> {
             faces.map(|(other, face)| (other, Bounds::of(face.iter().map(|&corner| &positions[corner])))).collect()
         };
         let beside = (0..corners.len()).map(beside).collect();
+        let bounds = corners.iter().map(|own| Bounds::of(own.iter().map(|&corner| &positions[corner]))).collect();
         let (mut simplices, mut boxes) = (Vec::new(), Vec::new());
         for (cell, own) in corners.iter().enumerate() {
             for simplex in split(D, own.len()) {
@@ -177,7 +111,7 @@ impl<const D: usize> Between<D> {
             }
         }
         let sizes = boxes.iter().map(|own: &Bounds<D>| own.extent().norm()).collect();
-        Between { corners, around, beside, simplices, sizes, tree: BoxTree::new(boxes) }
+        Between { corners, around, beside, bounds, simplices, sizes, tree: BoxTree::new(boxes) }
     }
 
     /// How far a point lies beyond the farthest face of a simplex; negative inside.
@@ -215,6 +149,10 @@ impl<const D: usize> Adjacent<D> for Between<D> {
         found.dedup();
     }
 
+    fn bounds(&self, cell: u32) -> Option<&Bounds<D>> {
+        self.bounds.get(cell as usize)
+    }
+
     fn around(&self, particle: u32) -> &[u32] {
         &self.around[particle as usize]
     }
@@ -233,6 +171,8 @@ pub(crate) struct Visibility<const D: usize> {
     positions: Vec<Point<D>>,
     margins: Vec<Point<D>>,
     connections: Connections<D>,
+    /// One of a kind, as long as the program runs.
+    number: u64,
 }
 
 /// Boundary facets, by middle and outward unit normal: one for all that look alike in a cube of a side.
@@ -290,7 +230,9 @@ impl<const D: usize> Visibility<D> {
         let connections = connections()?;
         let positions = particles.positions().iter().map(|x| connections.0.in_boxes(x)).collect();
         let margins = margins.iter().map(|margin| connections.0.margin_of_boxes(margin)).collect();
-        Some(Visibility { near_slot, positions, margins, connections })
+        static NUMBERS: AtomicU64 = AtomicU64::new(1);
+        let number = NUMBERS.fetch_add(1, Ordering::Relaxed);
+        Some(Visibility { near_slot, positions, margins, connections, number })
     }
 
     /// Whether points may not see a particle that covers them.
@@ -298,22 +240,14 @@ impl<const D: usize> Visibility<D> {
         self.near_slot[particle as usize]
     }
 
-    /// Finds the cells that hold a point.
-    pub(crate) fn locate(&self, x: &Point<D>, search: &mut Search) {
-        search.start.clear();
-        self.connections.0.at(x, &mut search.start);
-        search.from[..D].copy_from_slice(self.connections.0.in_boxes(x).as_slice());
+    /// Begins with what a point sees.
+    pub(crate) fn from(&self, x: &Point<D>, sights: &mut Sights) {
+        sights.start(self.number, &*self.connections.0, x);
     }
 
-    /// Whether a located point is connected to a particle through cells in the box around both and a margin; one that is in no cell sees all.
-    pub(crate) fn sees(&self, particle: u32, search: &mut Search) -> bool {
-        if search.start.is_empty() {
-            return true;
-        }
-        let cells = &*self.connections.0;
-        let [from, to] = [Point::<D>::from_column_slice(&search.from[..D]), self.positions[particle as usize]];
-        let margin = self.margins[particle as usize];
-        let within = Bounds { low: from.inf(&to) - margin, high: from.sup(&to) + margin };
-        search.reaches(cells, (cells.around(particle), &to), &within)
+    /// Whether the point is connected to a particle through cells in the box around both and a margin; one that is in no cell sees all.
+    pub(crate) fn sees(&self, particle: u32, sights: &mut Sights) -> bool {
+        let (position, margin) = (&self.positions[particle as usize], &self.margins[particle as usize]);
+        sights.sees(&*self.connections.0, Target { particle, position, margin })
     }
 }

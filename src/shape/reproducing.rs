@@ -11,7 +11,7 @@ use crate::basis::Basis;
 use crate::error::ApproximationError;
 use crate::geometry::Point;
 use crate::kernel::Kernel;
-use crate::neighbours::{BinGrid, Search, Visibility};
+use crate::neighbours::{BinGrid, Sights, Visibility};
 use crate::particles::{Particles, Support};
 
 use super::correction::Sums;
@@ -85,7 +85,7 @@ pub struct KernelScratch<const D: usize> {
     factors: Vec<f64>,
     factor_slopes: Vec<f64>,
     sums: Sums,
-    search: Search,
+    sights: Sights,
 }
 
 /// Supports end here, in terms of their half-width. On lattices edges of supports meet points everywhere, and rounding

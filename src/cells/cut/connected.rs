@@ -5,8 +5,10 @@ use std::f64::consts::PI;
 
 use crate::geometry::{Bounds, Point};
 use crate::neighbours::Adjacent;
+use crate::parallel::map_with;
 
 use super::frame::Frame;
+use super::grid::Grid;
 use super::parts::{NONE, Parts, cross, each_triangle};
 use super::sections::Sections;
 use super::split::Split;
@@ -137,6 +139,18 @@ impl Bricks {
     fn of(&self, brick: usize) -> &[u32] {
         &self.parts[self.offsets[brick] as usize..self.offsets[brick + 1] as usize]
     }
+
+    /// Hands out the sub-cells with a box around each leaf that they have volume in, as far around it as points of the leaf may lie.
+    fn each_box(&self, grid: &Grid, mut with: impl FnMut(u32, Bounds<3>)) {
+        for brick in 0..grid.len() {
+            for &part in self.of(brick) {
+                let place = grid.place(brick);
+                let [low, high] =
+                    [0, grid.size(place)].map(|end| Point::<3>::from(place.map(|at| f64::from(at + end))));
+                with(part, Bounds { low: low.add_scalar(-EDGE_ON), high: high.add_scalar(EDGE_ON) });
+            }
+        }
+    }
 }
 
 /// The solid angle of a triangle seen from the origin (van Oosterom and Strackee 1983).
@@ -182,6 +196,31 @@ impl Connected<'_> {
                 }
             }
         }
+    }
+
+    /// Adds the sub-cells in whose leaves a point lies, among which are all that hold it; false where that is not known.
+    fn near(&self, x: &Point<3>, found: &mut Vec<u32>) -> bool {
+        let grid = &self.sections.grid;
+        let first = found.len();
+        let ranges: [[i32; 2]; 3] = std::array::from_fn(|i| {
+            let whole = grid.counts[i] as i32 - 1;
+            [x[i] - EDGE_ON, x[i] + EDGE_ON].map(|end| (end.floor() as i32).clamp(0, whole))
+        });
+        let [[a, b], [c, d], [e, f]] = ranges;
+        for place in (e..=f).flat_map(|k| (c..=d).flat_map(move |j| (a..=b).map(move |i| [i, j, k]))) {
+            for &part in self.by_brick.of(grid.brick(grid.leaf(place))) {
+                let Some(divided) = self.by_brick.divisions.of_part.get(&part) else {
+                    found.push(part);
+                    continue;
+                };
+                let own = found.len();
+                if !divided.connected().near(&divided.local(x), found) {
+                    return false;
+                }
+                found[own..].iter_mut().for_each(|number| *number += divided.first);
+            }
+        }
+        found.len() > first
     }
 
     /// The sub-cells with walls in the bricks that a box meets.
@@ -315,6 +354,8 @@ pub(super) struct Whole {
     around: Vec<Vec<u32>>,
     /// Those beside each, with the box of the faces between.
     beside: Vec<Vec<(u32, Bounds<3>)>>,
+    /// A box around each.
+    bounds: Vec<Bounds<3>>,
 }
 
 impl Whole {
@@ -337,6 +378,15 @@ impl Whole {
                 }
             });
         }
+        let mut bounds = vec![Bounds::none(); first.len()];
+        let mut add = |number: u32, own: &Bounds<3>| {
+            let known = &mut bounds[first[number as usize] as usize];
+            *known = known.join(own);
+        };
+        connected.by_brick.each_box(&connected.sections.grid, |part, own| add(part, &own));
+        for own in divisions.of_part.values() {
+            own.bricks.each_box(&own.sections.grid, |part, inner| add(own.first + part, &own.in_lattice(&inner)));
+        }
         let mut all = Whole {
             frame: frame.clone(),
             split: connected.split.clone(),
@@ -346,13 +396,14 @@ impl Whole {
             first,
             around: Vec::new(),
             beside,
+            bounds,
         };
         let around = |x: &Point<3>| {
             let mut found = Vec::new();
             all.in_lattice(x, &mut found);
             found
         };
-        all.around = particles.iter().map(around).collect();
+        all.around = map_with(particles.len(), 2, || (), |(), particle| around(&particles[particle]));
         all
     }
 
@@ -376,6 +427,23 @@ impl Adjacent<3> for Whole {
 
     fn at(&self, x: &Point<3>, found: &mut Vec<u32>) {
         self.in_lattice(&self.frame.local(x), found);
+    }
+
+    fn near(&self, x: &Point<3>, found: &mut Vec<u32>) -> bool {
+        let before = found.len();
+        if !self.connected().near(&self.frame.local(x), found) {
+            found.truncate(before);
+            self.at(x, found);
+            return true;
+        }
+        found[before..].iter_mut().for_each(|number| *number = self.first[*number as usize]);
+        found[before..].sort_unstable();
+        found.dedup();
+        found.len() == before + 1
+    }
+
+    fn bounds(&self, cell: u32) -> Option<&Bounds<3>> {
+        self.bounds.get(cell as usize)
     }
 
     fn around(&self, particle: u32) -> &[u32] {

@@ -275,10 +275,10 @@ impl Placing<'_> {
         for (part, at, distance, size) in by_part {
             let around = AROUND * size;
             let within = Bounds { low: x.add_scalar(-around), high: x.add_scalar(around) };
-            search.start.clear();
-            search.start.push(part);
-            match groups.iter_mut().find(|group| group.0 == part || search.reaches(connected, (&[group.0], x), &within))
-            {
+            let reached = |group: &&mut (u32, Option<Point<3>>, f64)| {
+                group.0 == part || search.reaches(connected, &[part], (&[group.0], x), &within)
+            };
+            match groups.iter_mut().find(reached) {
                 Some(group) if distance < group.2 => (group.1, group.2) = (at, distance),
                 Some(_) => {}
                 None => groups.push((part, at, distance)),
@@ -296,7 +296,5 @@ fn is_connected(connected: &Connected, search: &mut Search, [x, y]: [&Point<3>; 
     let margin = Point::<3>::repeat(MARGIN * f64::from(STEP) * connected.sections.grid.scale(x));
     let mut goal = Vec::new();
     connected.at(y, &mut goal);
-    search.start.clear();
-    search.start.extend_from_slice(around);
-    search.reaches(connected, (&goal, y), &Bounds { low: x.inf(y) - margin, high: x.sup(y) + margin })
+    search.reaches(connected, around, (&goal, y), &Bounds { low: x.inf(y) - margin, high: x.sup(y) + margin })
 }

@@ -95,9 +95,7 @@ fn at_roots(connected: &Connected, normals: &[Point<3>]) -> BTreeSet<u32> {
             }
             let around = AROUND * f64::from(size);
             let within = Bounds { low: a.at.inf(&b.at).add_scalar(-around), high: a.at.sup(&b.at).add_scalar(around) };
-            search.start.clear();
-            search.start.push(a.part);
-            if search.reaches(connected, (&[b.part], &b.at), &within) {
+            if search.reaches(connected, &[a.part], (&[b.part], &b.at), &within) {
                 found.extend(connected.cut_near(&within));
             }
         });

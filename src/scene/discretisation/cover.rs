@@ -127,13 +127,14 @@ pub(crate) fn covering<const D: usize>(
     }
     places.extend(cells.gauss(DENSE)?.positions);
     let mut raised = vec![false; approximation.particles().positions().len()];
+    let mut failed = failing(&approximation, &places, SOUND);
     for _ in 0..ROUNDS {
-        let failed = failing(&approximation, &places, SOUND);
         if failed.is_empty() {
             break;
         }
         let old = approximation.particles();
         let mut supports = old.supports().to_vec();
+        let mut wider = vec![false; supports.len()];
         for (particle, support) in supports.iter_mut().enumerate() {
             let reach = support.half_widths() * 2.0;
             let near = |x: &Point<D>| {
@@ -142,12 +143,17 @@ pub(crate) fn covering<const D: usize>(
             };
             if failed.iter().any(near) {
                 *support = support.scaled(RAISE);
-                raised[particle] = true;
+                (wider[particle], raised[particle]) = (true, true);
             }
         }
-        let wider = Particles::new(old.positions().to_vec(), supports)?;
-        let seen = visibility(&wider, cells, &facets, connected);
-        approximation = self::approximation(scheme, wider)?.seeing(seen);
+        let particles = Particles::new(old.positions().to_vec(), supports)?;
+        let seen = visibility(&particles, cells, &facets, connected);
+        approximation = self::approximation(scheme, particles)?.seeing(seen);
+        // Elsewhere functions are what they were.
+        let reached = |x: &&Point<D>| approximation.covering(x).any(|particle| wider[particle as usize]);
+        let looked_at: Vec<Point<D>> = places.iter().filter(reached).copied().collect();
+        failed.retain(|x| !reached(&x));
+        failed.extend(failing(&approximation, &looked_at, SOUND));
     }
     Ok((approximation, raised.iter().filter(|r| **r).count()))
 }

@@ -123,10 +123,10 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         if let Some(visibility) = &self.visibility
             && out.nodes.iter().any(|&node| visibility.is_near_slot(node))
         {
-            let mut search = std::mem::take(&mut scratch.search);
-            visibility.locate(at, &mut search);
-            self.retain(scratch, out, |_, node| !visibility.is_near_slot(node) || visibility.sees(node, &mut search));
-            scratch.search = search;
+            let mut sights = std::mem::take(&mut scratch.sights);
+            visibility.from(at, &mut sights);
+            self.retain(scratch, out, |_, node| !visibility.is_near_slot(node) || visibility.sees(node, &mut sights));
+            scratch.sights = sights;
         }
     }
 
