@@ -106,6 +106,27 @@ impl<const D: usize> ContactSurface<D> {
         Ok(ContactSurface { table, traces, extent })
     }
 
+    /// The points of each facet, and the integrals over it of the trace functions that it has a part of.
+    pub(super) fn shares(
+        &self,
+        cells: &BoundaryCells<D>,
+    ) -> impl Iterator<Item = (std::ops::Range<usize>, Vec<(u32, f64)>)> {
+        let mut over: Vec<Vec<(u32, f64)>> = vec![Vec::new(); cells.points.positions.len()];
+        for (k, trace) in self.traces.iter().enumerate() {
+            trace.points.iter().for_each(|&(point, weight)| over[point as usize].push((k as u32, weight)));
+        }
+        cells.points.groups.windows(2).map(move |group| {
+            let mut shares: Vec<(u32, f64)> = Vec::new();
+            for &(trace, weight) in over[group[0]..group[1]].iter().flatten() {
+                match shares.iter_mut().find(|share| share.0 == trace) {
+                    Some(share) => share.1 += weight,
+                    None => shares.push((trace, weight)),
+                }
+            }
+            (group[0]..group[1], shares)
+        })
+    }
+
     /// The displacement that a vector of coefficients gives at a point.
     #[inline]
     pub(crate) fn displacement(&self, point: u32, step: &[f64]) -> Point<D> {

@@ -116,19 +116,9 @@ impl Faces {
         let mut traces_of: Vec<Vec<u32>> = Vec::new();
         let mut first = 0u32;
         for (part, (contact_surface, cells)) in contact_surfaces.iter().zip(cells).enumerate() {
-            let mut over: Vec<Vec<(u32, f64)>> = vec![Vec::new(); cells.points.positions.len()];
-            for (k, trace) in contact_surface.traces.iter().enumerate() {
-                trace.points.iter().for_each(|&(point, w)| over[point as usize].push((k as u32 + first, w)));
-            }
-            for group in cells.points.groups.windows(2) {
-                let range = group[0]..group[1];
-                let mut shares: Vec<(u32, f64)> = range.clone().flat_map(|point| over[point].iter().copied()).collect();
+            for (range, mut shares) in contact_surface.shares(cells) {
+                shares.iter_mut().for_each(|share| share.0 += first);
                 shares.sort_by_key(|share| share.0);
-                shares.dedup_by(|second, first| {
-                    let same = second.0 == first.0;
-                    first.1 += if same { second.1 } else { 0.0 };
-                    same
-                });
                 let outward = range.clone().map(|point| solid(&cells.points.normals[point])).sum::<Point<3>>();
                 let outward = outward / outward.norm().max(f64::MIN_POSITIVE);
                 let middle = shares.iter().map(|share| solid(&ends[share.0 as usize])).sum::<Point<3>>()
@@ -142,7 +132,7 @@ impl Faces {
                 }
                 faces.cut_facets |= part == 1 || !two;
                 if part == 0 {
-                    faces.loose_of.resize(over.len(), None);
+                    faces.loose_of.resize(cells.points.positions.len(), None);
                     for point in range {
                         faces.loose_of[point] = Some(faces.loose.len() as u32);
                         faces.loose.push(Loose { point: point as u32, mover: u32::MAX, facet });

@@ -848,25 +848,10 @@ fn chords<const D: usize>(
 ) -> Vec<Chord> {
     let (mut chords, mut first) = (Vec::new(), 0u32);
     for (part, (contact_surface, cells)) in contact_surfaces.iter().zip(faces).enumerate() {
-        // The trace functions over each point, and their weights there.
-        let mut over: Vec<Vec<(u32, f64)>> = vec![Vec::new(); cells.points.positions.len()];
-        for (k, trace) in contact_surface.traces.iter().enumerate() {
-            for &(point, weight) in &trace.points {
-                over[point as usize].push((k as u32, weight));
-            }
-        }
-        for group in cells.points.groups.windows(2) {
-            let range = group[0]..group[1];
-            let mut shares: Vec<(u32, f64)> = Vec::new();
-            for &(trace, weight) in range.clone().flat_map(|point| &over[point]) {
-                match shares.iter_mut().find(|share| share.0 == trace) {
-                    Some(share) => share.1 += weight,
-                    None => shares.push((trace, weight)),
-                }
-            }
+        for (range, shares) in contact_surface.shares(cells) {
             let &[(a, i), (b, j)] = shares.as_slice() else { continue };
             let [from, to] = [a, b].map(|trace| particles[(trace + first) as usize]);
-            let (along, outward) = (to - from, padded::<D, 2>(&cells.points.normals[group[0]]));
+            let (along, outward) = (to - from, padded::<D, 2>(&cells.points.normals[range.start]));
             let right = Point::<2>::new(along[1], -along[0]).normalize();
             let sign = if right.dot(&outward) >= 0.0 { 1.0 } else { -1.0 };
             chords.push(Chord {
