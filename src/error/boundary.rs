@@ -162,7 +162,7 @@ pub enum BoundaryError {
         high: Vec<f64>,
     },
     /// No row comes from the condition requested.
-    #[error("no condition acts on {requested}; name one that does: {known}")]
+    #[error("no condition acts on {requested}; {}", acting(known))]
     UnknownCondition {
         /// The name or place requested.
         requested: String,
@@ -195,4 +195,9 @@ pub enum BoundaryError {
         /// What is wrong.
         what: &'static str,
     },
+}
+
+/// What a message says of the conditions that there are.
+fn acting(known: &str) -> String {
+    if known.is_empty() { "there is none".to_string() } else { format!("name one that does: {known}") }
 }

@@ -188,7 +188,8 @@ impl fmt::Display for Cause {
             ),
             Cause::Folded { before, after } => write!(
                 f,
-                "in one step the largest J over the smallest went from {before:.2} to {after:.2}: the field may be folded"
+                "in one step the largest J over the smallest went from {before:.2} to {after:.2}, as in a folded field: round the edge where it \
+                 creases, or take more particles there"
             ),
             Cause::TimeError { error, tolerance } => write!(
                 f,

@@ -1,6 +1,6 @@
 //! Tables of numbers and words as CSV, and the summary every example leaves behind.
 
-use super::write_text;
+use super::write_file;
 use crate::error::OutputError;
 use std::fmt;
 use std::path::Path;
@@ -137,7 +137,7 @@ impl Table {
     /// [`OutputError::Length`] where a row is not as long as the header, [`OutputError::Io`] where
     /// the file system refuses.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
-        write_text(path.as_ref(), &self.to_csv()?)
+        write_file(path.as_ref(), &self.to_csv()?)
     }
 
     fn check(&self, index: usize, row: &[Cell]) -> Result<(), OutputError> {

@@ -42,12 +42,12 @@ use crate::error::OutputError;
 use std::path::Path;
 
 /// Writes a text file, with the directories above it.
-fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
+fn write_file(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), OutputError> {
     let refused = |source| OutputError::Io { path: path.display().to_string(), source };
     if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
         std::fs::create_dir_all(parent).map_err(refused)?;
     }
-    std::fs::write(path, text).map_err(refused)
+    std::fs::write(path, contents).map_err(refused)
 }
 
 #[cfg(feature = "chart")]

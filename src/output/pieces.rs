@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::vtk::{VtkField, VtkGrid, VtkValues, escaped};
-use super::write_text;
+use super::write_file;
 use crate::error::OutputError;
 
 impl VtkValues {
@@ -114,7 +114,7 @@ impl VtkGrid {
             return Ok(());
         }
         let name = |part| beside(path, part).file_name().unwrap_or_default().to_string_lossy().into_owned();
-        write_text(path, &self.index_of_pieces((0..parts.max(1)).map(name))?)
+        write_file(path, &self.index_of_pieces((0..parts.max(1)).map(name))?)
     }
 }
 

@@ -3,7 +3,7 @@
 //! Arrays are written inline as base64 of little-endian binary behind a 64-bit byte count, so that
 //! every number arrives with all its bits and a file needs no companion.
 
-use super::write_text;
+use super::write_file;
 use crate::error::OutputError;
 use nalgebra::{Matrix3, SVector};
 use std::collections::HashSet;
@@ -248,7 +248,7 @@ impl VtkGrid {
     /// # Errors
     /// As [`to_xml`](Self::to_xml), and [`OutputError::Io`] where the file system refuses.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
-        write_text(path.as_ref(), &self.to_xml()?)
+        write_file(path.as_ref(), &self.to_xml()?)
     }
 
     pub(super) fn check(&self) -> Result<(), OutputError> {
@@ -335,7 +335,7 @@ impl PvdCollection {
             let _ = writeln!(xml, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{name}\"/>");
         }
         xml.push_str("</Collection>\n</VTKFile>\n");
-        write_text(path, &xml)
+        write_file(path, &xml)
     }
 }
 

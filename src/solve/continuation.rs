@@ -164,10 +164,11 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         stepping.follow == Following::Path || stepping.control == StepControl::ArcLength
     }
 
-    /// Rejects a state that has gained unstable modes in a large step, where the path counts.
+    /// Rejects a state that has gained or lost unstable modes in a large step, where the path counts.
     fn on_path(&mut self, attempt: &State) -> Result<(), Rejection> {
         let after = self.workspace.unstable_modes().unwrap_or(0);
-        if after == 0 || !self.follows_path() {
+        // As long as there are none, nobody asks how many a first state had.
+        if !self.follows_path() || after == self.modes.unwrap_or(0) {
             return Ok(());
         }
         let model = self.workspace.model;
@@ -178,7 +179,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             return Ok(());
         }
         let before = self.modes();
-        if after > before { Err(Cause::Unstable { before, after }.into()) } else { Ok(()) }
+        if after == before { Ok(()) } else { Err(Cause::Unstable { before, after }.into()) }
     }
 
     /// Rejects a state that was found slowly, far from the current one, and whose changes of volume are far less even: folds

@@ -62,6 +62,18 @@ fn what_is_in_front_hides_what_is_behind() {
     }
 }
 
+/// The file is what its name says.
+#[test]
+fn written_as_png_or_svg() {
+    let picture = Picture::new(&square(0.0, 0.0, 1.0), vec![vec![0, 1, 2, 3]]).coloured("u", vec![0.0, 1.0, 1.0, 0.0]);
+    let directory = std::env::temp_dir().join(format!("rkpm-pictures-{}", std::process::id()));
+    for (name, begins) in [("a.png", &b"\x89PNG"[..]), ("a.PNG", b"\x89PNG"), ("a.svg", b"<svg"), ("a", b"<svg")] {
+        picture.write(directory.join(name)).unwrap();
+        assert!(std::fs::read(directory.join(name)).unwrap().starts_with(begins), "{name}");
+    }
+    std::fs::remove_dir_all(directory).unwrap();
+}
+
 #[test]
 fn a_body_covers_its_projection() {
     let brick = Scene::new(Block::new([0.0; 3], [2.0, 1.0, 1.0]), Solid, Rubber::neo_hookean(0.5, 10.0).unwrap());

@@ -13,7 +13,7 @@ use super::labels::{Curve, place};
 use super::ranges::{Ranges, clip, ranges};
 use super::{Aspect, Chart, Colour, Direction, Marker, Scale, Series, Stroke};
 use crate::error::OutputError;
-use crate::output::{short, write_text};
+use crate::output::{short, write_file};
 
 type Svg<'a> = SVGBackend<'a>;
 type Plot<'a, 'b> = ChartContext<'a, Svg<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
@@ -75,7 +75,7 @@ impl Chart {
     /// # Errors
     /// As [`to_svg`](Self::to_svg), and [`OutputError::Io`] where the file system refuses.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
-        write_text(path.as_ref(), &self.to_svg()?)
+        write_file(path.as_ref(), &self.to_svg()?)
     }
 }
 

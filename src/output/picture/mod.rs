@@ -12,7 +12,7 @@ use nalgebra::{SVector, Vector3};
 
 pub use page::Page;
 
-use super::{short, write_text};
+use super::{short, write_file};
 use crate::error::OutputError;
 use colour::{BANDS, colour};
 use raster::{Canvas, Lines};
@@ -212,12 +212,16 @@ impl Picture {
         self.drawn(&seen, &ends, room, scale, range).encoded().map_err(|what| self.nothing(&what))
     }
 
-    /// Writes the picture as SVG, with the directories above it.
+    /// Writes the picture as SVG, or as PNG where the name ends in `png`, with the directories above it.
     ///
     /// # Errors
     /// As [`to_svg`](Picture::to_svg), and [`OutputError::Io`] where the file system refuses.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
-        write_text(path.as_ref(), &self.to_svg()?)
+        let path = path.as_ref();
+        match path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
+            true => write_file(path, self.to_png()?),
+            false => write_file(path, self.to_svg()?),
+        }
     }
 
     /// Directions to the right, upward and to the eye.

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::colour::{BANDS, colour};
 use super::{LEVEL, Picture, base64, escaped};
 use crate::error::OutputError;
-use crate::output::{short, write_text};
+use crate::output::{short, write_file};
 
 /// A web page of its own, without anything from elsewhere: a body that is turned with the mouse and moves through the frames of
 /// a path by a slider.
@@ -100,7 +100,7 @@ impl Page {
     /// # Errors
     /// As [`to_html`](Page::to_html), and [`OutputError::Io`] where the file system refuses.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
-        write_text(path.as_ref(), &self.to_html()?)
+        write_file(path.as_ref(), &self.to_html()?)
     }
 }
 
