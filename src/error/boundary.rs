@@ -199,5 +199,9 @@ pub enum BoundaryError {
 
 /// What a message says of the conditions that there are.
 fn acting(known: &str) -> String {
-    if known.is_empty() { "there is none".to_string() } else { format!("name one that does: {known}") }
+    if known.is_empty() {
+        "there is none: add one, or hold the part".to_string()
+    } else {
+        format!("name one that does: {known}")
+    }
 }

@@ -166,9 +166,11 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
 
     /// Rejects a state that has gained or lost unstable modes in a large step, where the path counts.
     fn on_path(&mut self, attempt: &State) -> Result<(), Rejection> {
-        let after = self.workspace.unstable_modes().unwrap_or(0);
         // As long as there are none, nobody asks how many a first state had.
-        if !self.follows_path() || after == self.modes.unwrap_or(0) {
+        let Some(after) = self.workspace.unstable_modes().filter(|after| *after != self.modes.unwrap_or(0)) else {
+            return Ok(());
+        };
+        if !self.follows_path() {
             return Ok(());
         }
         let model = self.workspace.model;

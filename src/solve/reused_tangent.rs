@@ -13,6 +13,8 @@ use super::state::State;
 
 /// Iterations with a reused tangent that cost about as much as another matrix with its factors.
 const WORTH: f64 = 4.0;
+/// An iteration that reduces the last one to no less than this is not taken: the matrix is too old.
+const WORST: f64 = 0.5;
 /// The last increment, relative to the tolerance of Newton's method: its last iteration leaves an error far below the
 /// tolerance, and so shall these. The contraction of two steps does not tell when to stop earlier.
 const LAST: f64 = 1e-4;
@@ -72,8 +74,7 @@ impl<const D: usize> ReusedTangent<'_, D> {
             }
             let increment = norm(&next.step) / size;
             let contraction = increment / before[0];
-            // An increment that grows: the matrix is too old.
-            if !(contraction < 1.0) {
+            if !(contraction <= WORST) {
                 return false;
             }
             if !next.advance(self.model, &[], state).is_ok_and(|admissible| admissible >= 1.0) {
