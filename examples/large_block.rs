@@ -88,7 +88,9 @@ fn cost(sizes: &str, out: &Path) -> Result<(), Box<dyn Error>> {
         points.push([row("particles"), row("seconds")]);
         table.push(["particles", "unknowns", "seconds", "directions_most", "peak_bytes"].map(row))?;
     }
-    let (first, last) = (points[0], points[points.len() - 1]);
+    let [first, .., last] = points[..] else {
+        return Err("--sizes takes two numbers of particles at least: --sizes 1e4,1e5".into());
+    };
     let exponent = (last[1] / first[1]).ln() / (last[0] / first[0]).ln();
     println!("exponent {exponent:.2}");
     let linear = [first, [last[0], first[1] * last[0] / first[0]]];

@@ -11,7 +11,8 @@ import numpy as np
 import ufl
 from dolfinx import fem, mesh
 from mpi4py import MPI
-from petsc4py import PETSc
+
+from saddle import Newton
 
 OPTIONS = {"cffi_extra_compile_args": ["-O3", "-march=native", "-ffast-math"]}
 REFERENCE = {"E": 2672.3, "Fx": 1793.8, "Fz": 343.0}
@@ -47,41 +48,14 @@ for path in sorted(glob.glob(f"{sys.argv[1]}/cube_*.npz")):
             conditions.append(fem.dirichletbc(function, dofs, sub))
             if level == 10.0:
                 tops[component] = dofs[0]
-    matrix, vector = fem.petsc.create_matrix(tangent), fem.petsc.create_vector(residual)
-    step = vector.duplicate()
-
-    def run():
-        solver = PETSc.KSP().create(MPI.COMM_SELF)
-        solver.setOperators(matrix)
-        solver.setType("preonly")
-        solver.getPC().setType("lu")
-        solver.getPC().setFactorSolverType("mumps")
-        x = z.x.array
-        x[:] = 0.0
-        for iteration in range(1, 31):
-            with vector.localForm() as local:
-                local.set(0)
-            fem.petsc.assemble_vector(vector, residual)
-            matrix.zeroEntries()
-            fem.petsc.assemble_matrix(matrix, tangent, conditions)
-            matrix.assemble()
-            fem.petsc.apply_lifting(vector, [tangent], [conditions], x0=[z.vector], scale=-1.0)
-            fem.petsc.set_bc(vector, conditions, z.vector, -1.0)
-            solver.solve(vector, step)
-            x -= step.array
-            if np.linalg.norm(step.array) <= 1e-8 * np.linalg.norm(x):
-                return iteration
-        return 99
-
+    newton = Newton(z, residual, tangent, conditions)
     begin = time.process_time()
-    iterations = run()
+    iterations = newton.solve(30)
     seconds = time.process_time() - begin
-    with vector.localForm() as local:
-        local.set(0)
-    fem.petsc.assemble_vector(vector, residual)
+    force = newton.forces()
     found = {"E": fem.assemble_scalar(energy)}
     for name, component in [("Fx", 0), ("Fz", 2)]:
-        found[name] = vector.array[tops[component]].sum()
+        found[name] = force[tops[component]].sum()
     worst = max(abs(found[name] / value - 1) for name, value in REFERENCE.items())
     print(
         f"{path.split('/')[-1]}: dolfinx P2/P1, {len(z.x.array)} unknowns, {iterations} iterations, "

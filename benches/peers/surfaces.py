@@ -117,7 +117,8 @@ def solve(directory):
     from dolfinx import fem
     from dolfinx import mesh as meshes
     from mpi4py import MPI
-    from petsc4py import PETSc
+
+    from saddle import Newton
 
     options = {"cffi_extra_compile_args": ["-O3", "-march=native", "-ffast-math"]}
     rows = open(os.path.join(directory, "peers.csv"), "w")
@@ -161,33 +162,7 @@ def solve(directory):
                 conditions.append((fem.dirichletbc(function, dofs, sub), function, value))
                 if where is loaded and component == direction:
                     force_dofs = dofs[0]
-            matrix, vector = fem.petsc.create_matrix(tangent), fem.petsc.create_vector(residual)
-            step = vector.duplicate()
-            boundary = [condition for condition, _, _ in conditions]
-
-            def newton():
-                solver = PETSc.KSP().create(MPI.COMM_SELF)
-                solver.setOperators(matrix)
-                solver.setType("preonly")
-                solver.getPC().setType("lu")
-                solver.getPC().setFactorSolverType("mumps")
-                x = z.x.array
-                for iteration in range(1, 21):
-                    with vector.localForm() as local:
-                        local.set(0)
-                    fem.petsc.assemble_vector(vector, residual)
-                    matrix.zeroEntries()
-                    fem.petsc.assemble_matrix(matrix, tangent, boundary)
-                    matrix.assemble()
-                    fem.petsc.apply_lifting(vector, [tangent], [boundary], x0=[z.vector], scale=-1.0)
-                    fem.petsc.set_bc(vector, boundary, z.vector, -1.0)
-                    solver.solve(vector, step)
-                    x -= step.array
-                    if not np.all(np.isfinite(x)):
-                        return None
-                    if np.linalg.norm(step.array) <= 1e-8 * np.linalg.norm(x):
-                        return iteration
-                return None
+            newton = Newton(z, residual, tangent, [condition for condition, _, _ in conditions])
 
             # In one step if that converges, else in as many as are needed; failed tries are not counted.
             for steps in (1, 2, 4, 8):
@@ -196,7 +171,7 @@ def solve(directory):
                 for number in range(1, steps + 1):
                     for _, function, value in conditions:
                         function.x.array[:] = value * number / steps
-                    found = newton()
+                    found = newton.solve(20)
                     if found is None:
                         break
                     spent += found
@@ -206,10 +181,7 @@ def solve(directory):
             if found is None:
                 print(f"{part} {size}: Newton's method fails", flush=True)
                 continue
-            with vector.localForm() as local:
-                local.set(0)
-            fem.petsc.assemble_vector(vector, residual)
-            force = vector.array[force_dofs].sum()
+            force = newton.forces()[force_dofs].sum()
             row = f"{part},{size},{len(data['points'])},{len(z.x.array)},{spent},{force:.6g},{float(data['seconds']):.3f},{seconds:.3f}"
             print(row, file=rows, flush=True)
             print(row, flush=True)

@@ -51,14 +51,7 @@ impl<const D: usize> ModelAt<'_, D> {
         }
     }
 
-    /// Why the state is none that a term can answer for.
-    #[cfg(feature = "solve")]
-    pub(crate) fn check_state(self) -> Option<String> {
-        let mut terms = self.model.terms.iter().enumerate();
-        terms.find_map(|(number, term)| term.unilateral()?.check_state(self.at.of_term(number)))
-    }
-
-    /// Why the state can't follow from another one by a single step.
+    /// Why the state does not follow from another one by a step.
     #[cfg(feature = "solve")]
     pub(crate) fn check_step(self, before: Self) -> Option<String> {
         let mut terms = self.model.terms.iter().enumerate();

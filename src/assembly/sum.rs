@@ -125,9 +125,8 @@ impl<const D: usize> Sum<'_, D> {
             if let Some(motion) = motion.filter(|_| !element.point_coupling.is_empty()) {
                 collect_point_coupling::<D>(nodes, motion, element, &mut gathered.coupling);
             }
-            for force in &element.residual {
-                gathered.scale += force * force;
-            }
+            let squares = || element.residual.iter().map(|force| force * force).sum();
+            gathered.scale += element.force_squares.unwrap_or_else(squares);
             let mut from = 0;
             while from < nodes.len() {
                 let part = nodes[from] as usize >> self.part;

@@ -1,9 +1,12 @@
 //! The contact face of a body: trace functions over boundary particles and what their points see.
 
+use nalgebra::{Matrix3, Vector3};
+
 use crate::cells::BoundaryCells;
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::table::ShapeTable;
+use crate::tensor::cofactor;
 
 /// A part of the boundary that may touch something: facet points with their shape functions, gathered by the trace functions of
 /// the boundary particles, face by face at corners. A trace function carries one contact pressure.
@@ -125,6 +128,14 @@ impl<const D: usize> ContactSurface<D> {
             }
             (group[0]..group[1], shares)
         })
+    }
+
+    /// The outward normal of the body at a point at a displacement, as long as an area now over the one at rest: $\operatorname{cof}F\\,N$.
+    pub(crate) fn outward(&self, point: u32, displacement: &[f64]) -> Vector3<f64> {
+        let point = point as usize;
+        let f = Matrix3::identity() + self.table.displacement_gradient(point, displacement);
+        let normal = self.table.normals()[point];
+        cofactor(&f) * Vector3::from_fn(|i, _| normal.get(i).copied().unwrap_or(0.0))
     }
 
     /// The displacement that a vector of coefficients gives at a point.

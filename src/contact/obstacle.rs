@@ -1,9 +1,6 @@
 //! Contact of a body with a rigid surface.
 
-use nalgebra::{Matrix3, Vector3};
-
 use crate::geometry::Point;
-use crate::tensor::cofactor;
 use crate::term::{CondensedUnknowns, Element, History, Product, Protocol, Term, Unilateral, View, Zone};
 
 use super::contact_surface::Trace;
@@ -303,23 +300,53 @@ impl<const D: usize> RigidContact<D> {
         })
     }
 
-    /// Where a trace function has the surface on the inner side of the body: the mean cosine between its normal and that of the body is
-    /// above the given one.
-    fn passed_through(&self, trace: usize, view: &View<'_>, most: f64) -> Option<Point<D>> {
-        let (table, points) = (&self.contact_surface.table, &self.contact_surface.traces[trace].points);
-        let (mut along, mut weights) = (0.0, 0.0);
+    /// Where the surface has come to the inner side of the body in a step: at one trace function, or all in all, so that it pulls. A surface
+    /// presses against the normal of the body; one that has just let go may stand beside it or behind another part of the boundary, and one
+    /// that is smaller than a trace function may never have touched.
+    fn passed_through(&self, before: &View<'_>, after: &View<'_>) -> Option<Point<D>> {
+        let (mut pull, mut most, mut at) = (0.0, f64::NEG_INFINITY, 0);
+        for (index, trace) in self.contact_surface.traces.iter().enumerate() {
+            let mut along = 0.0;
+            let now = self.local_contact(index, after, |k, weight, found, _| {
+                let outward = self.contact_surface.outward(trace.points[k].0, after.displacement);
+                let cosine = (0..D).map(|i| found.normal[i] * outward[i]).sum::<f64>() / outward.norm();
+                along += weight / trace.area * cosine;
+            });
+            let pressure = self.pressure(index, after.condensed).0;
+            let touches = self.is_active(index, pressure, now.gap);
+            let touched = || {
+                let gap = self.local_contact(index, before, |_, _, _, _| {}).gap;
+                self.is_active(index, self.pressure(index, before.condensed).0, gap)
+            };
+            let is_small = now.gap < trace.width && self.surface.shape.depth() < trace.width;
+            if along > THROUGH && (touches || is_small || touched()) && !self.is_shielded(index, after) {
+                return Some(self.place(trace.points[0].0, after));
+            }
+            if touches {
+                pull += pressure * trace.area * along;
+                (most, at) = if along > most { (along, trace.points[0].0) } else { (most, at) };
+            }
+        }
+        (pull > 0.0).then(|| self.place(at, after))
+    }
+
+    /// Whether most of the nearest places of the surface are beside another part of the boundary: the body has slipped past it there.
+    fn is_shielded(&self, trace: usize, view: &View<'_>) -> bool {
+        let (table, mut shielded) = (&self.contact_surface.table, 0.0);
         self.local_contact(trace, view, |k, weight, found, _| {
-            let point = points[k].0 as usize;
-            let f = Matrix3::identity() + table.displacement_gradient(point, view.displacement);
-            let reference = table.normals()[point];
-            let outward = cofactor(&f) * Vector3::from_fn(|i, _| if i < D { reference[i] } else { 0.0 });
-            let length = outward.norm();
-            along += weight * (0..D).map(|i| found.normal[i] * outward[i]).sum::<f64>() / length;
-            weights += weight;
+            let nearest = self.place(self.contact_surface.traces[trace].points[k].0, view) - found.normal * found.gap;
+            let mut others = 0..table.positions().len() as u32;
+            if found.gap > 0.0 && others.any(|p| (self.place(p, view) - nearest).norm() < 0.5 * found.gap) {
+                shielded += weight;
+            }
         });
-        let point = points.first()?.0;
-        (along > most * weights)
-            .then(|| table.positions()[point as usize] + self.contact_surface.displacement(point, view.displacement))
+        shielded > 0.5 * self.contact_surface.traces[trace].area
+    }
+
+    /// Where a point of the boundary is.
+    fn place(&self, point: u32, view: &View<'_>) -> Point<D> {
+        self.contact_surface.table.positions()[point as usize]
+            + self.contact_surface.displacement(point, view.displacement)
     }
 
     /// Gap of a trace function, $\nabla\bar g\cdot\delta d$, and its mean displacement beside the surface by the step.
@@ -579,33 +606,14 @@ impl<const D: usize> Unilateral for RigidContact<D> {
         condensed_step[1..1 + D].iter_mut().zip(&next).for_each(|(step, more)| *step += more);
     }
 
-    fn check_state(&self, view: View<'_>) -> Option<String> {
-        (0..self.contact_surface.traces.len()).find_map(|trace| {
-            let at = self.passed_end(trace, &view)?.as_slice().to_vec();
-            let (contact, load) = (self.surface.name.clone(), view.load);
-            Some(ContactError::PassedEnd { contact, at, load }.to_string())
-        })
-    }
-
     fn check_step(&self, before: View<'_>, after: View<'_>) -> Option<String> {
-        (0..self.contact_surface.traces.len()).find_map(|trace| {
-            let gap = |view: &View<'_>| self.local_contact(trace, view, |_, _, _, _| {}).gap;
-            let touches = |view: &View<'_>, gap| self.is_active(trace, self.pressure(trace, view.condensed).0, gap);
-            let (now, width) = (gap(&after), self.contact_surface.traces[trace].width);
-            // A surface presses against the normal of the body; one that has just let go may stand beside it, and one that is smaller
-            // than a trace function may never have touched.
-            let slips = now < width && self.surface.shape.depth() < width;
-            let most = if touches(&after, now) {
-                0.0
-            } else if slips || touches(&before, gap(&before)) {
-                THROUGH
-            } else {
-                return None;
-            };
-            let at = self.passed_through(trace, &after, most)?.as_slice().to_vec();
-            let (contact, load) = (self.surface.name.clone(), after.load);
-            Some(ContactError::PassedThrough { contact, at, load }.to_string())
-        })
+        let traces = 0..self.contact_surface.traces.len();
+        let (contact, load) = (self.surface.name.clone(), after.load);
+        if let Some(at) = traces.clone().find_map(|trace| self.passed_end(trace, &after)) {
+            return Some(ContactError::PassedEnd { contact, at: at.as_slice().to_vec(), load }.to_string());
+        }
+        let at = self.passed_through(&before, &after)?;
+        Some(ContactError::PassedThrough { contact, at: at.as_slice().to_vec(), load }.to_string())
     }
 
     fn farthest_load(&self, from: f64, to: f64) -> f64 {

@@ -2,11 +2,10 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use nalgebra::{DMatrix, DVector, Matrix3, SVector};
+use nalgebra::{DMatrix, DVector, SVector};
 
 use crate::cells::BoundaryCells;
 use crate::geometry::Point;
-use crate::tensor::cofactor;
 use crate::term::{PointMotion, View};
 
 use super::chain::{Chain, Chord, Laid};
@@ -406,11 +405,8 @@ impl<const D: usize> PairContact<D> {
             Geometry::Space(faces) => {
                 let corners =
                     faces.triangles.iter().map(|triangle| triangle.movers.map(|k| padded(&places[k as usize])));
-                let table = &self.contact_surfaces[0].table;
                 let points = faces.loose.iter().map(|loose| {
-                    let point = loose.point as usize;
-                    let f = Matrix3::identity() + table.displacement_gradient(point, displacement);
-                    let normal = cofactor(&f) * padded::<D, 3>(&table.normals()[point]);
+                    let normal = self.contact_surfaces[0].outward(loose.point, displacement);
                     (padded(&places[loose.mover as usize]), normal / normal.norm().max(f64::MIN_POSITIVE))
                 });
                 let before = match searched.map(|state| &state.opposite) {

@@ -54,18 +54,19 @@ impl<const D: usize> Term<D> for PairContact<D> {
                 }
             });
         }
-        let (mut forces, mut slopes) = (vec![0.0; self.motion.len() * D], vec![0.0; self.motion.len() * D]);
+        let (mut forces, mut squares) = (vec![0.0; out.residual.len()], 0.0);
         let mut own = Element::default();
         for touching in touching {
             own.reset(touching.gathered.points.len() * D, out.with_matrix);
             let slip = held.as_ref().and_then(|held| held.slips[touching.trace].as_ref());
             let points = self.add_trace(touching, slip, &view, &since, &mut own);
+            forces.fill(0.0);
             for (k, &point) in points.iter().enumerate() {
-                for i in 0..D {
-                    forces[point as usize * D + i] += own.residual[k * D + i];
-                    slopes[point as usize * D + i] += own.load_slope[k * D + i];
-                }
+                self.motion.add_force::<D>(point, &own.residual[k * D..][..D], &mut forces);
+                self.motion.add_force::<D>(point, &own.load_slope[k * D..][..D], &mut out.load_slope);
             }
+            squares += forces.iter().map(|force| force * force).sum::<f64>();
+            out.residual.iter_mut().zip(&forces).for_each(|(total, force)| *total += force);
             if out.with_matrix {
                 out.points.add::<D>(&points, &own.matrix);
             }
@@ -73,8 +74,7 @@ impl<const D: usize> Term<D> for PairContact<D> {
                 out.point_coupling.add::<D>(&points, &own.coupling);
             }
         }
-        self.motion.add_forces::<D>(&forces, &mut out.residual);
-        self.motion.add_forces::<D>(&slopes, &mut out.load_slope);
+        out.force_squares = Some(squares);
     }
 
     fn advance(&self, _: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {

@@ -50,7 +50,7 @@ pub enum Cause {
     LinearSolver(String),
     /// The controlled functional does not change with the load.
     Control,
-    /// A large step has gained unstable modes: it may have left its path.
+    /// A large step has gained or lost unstable modes: it may have left its path.
     Unstable {
         /// Unstable modes before the step.
         before: usize,

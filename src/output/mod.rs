@@ -41,7 +41,7 @@ pub use vtk::{PvdCollection, PvdEntry, VtkCell, VtkField, VtkGrid, VtkValues};
 use crate::error::OutputError;
 use std::path::Path;
 
-/// Writes a text file, with the directories above it.
+/// Writes a file, with the directories above it.
 fn write_file(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), OutputError> {
     let refused = |source| OutputError::Io { path: path.display().to_string(), source };
     if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {

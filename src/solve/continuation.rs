@@ -100,10 +100,6 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         let load_control = matches!(control, Control::Load(_));
         let (iterations, state) = self.iterate(attempt, control)?;
         self.on_path(&state).inspect_err(|_| self.count_rejection())?;
-        if let Some(why) = self.workspace.model.at_own(&state).check_state() {
-            self.count_rejection();
-            return Err(Cause::Refused(why).into());
-        }
         let before = self.workspace.model.at_own(&self.state);
         if let Some(why) = self.workspace.model.at_own(&state).check_step(before) {
             self.count_rejection();

@@ -78,8 +78,9 @@ impl<const D: usize> StepRule<D> for LoadSteps {
         let (iterations, state) = run.attempt(run.predicted(ratio), Control::Load(target))?;
         if self.timed {
             let error = run.time_error(&state);
-            // Third order in the step: what is left after a step of second order.
-            self.time_factor = Some((TIME_SAFETY * error.powf(-1.0 / 3.0)).min(TIME_GROWTH));
+            // Third order in the step: what is left after a step of second order. An error that is no number tells nothing of the next.
+            let factor = TIME_SAFETY * error.powf(-1.0 / 3.0);
+            self.time_factor = (factor > 0.0).then_some(factor.min(TIME_GROWTH));
             if !(error <= 1.0) {
                 run.count_rejection();
                 let tolerance = self.stepping.time_tolerance;

@@ -13,13 +13,13 @@ pub(crate) enum Rejection {
     TooLarge(Vec<f64>),
 }
 
-/// Gained modes are followed up by this part of the smallest increment: with the default of that, down to Newton's
+/// Modes gained or lost are followed up by this part of the smallest increment: with the default of that, down to Newton's
 /// own tolerance.
 const LOCATED: f64 = 1e-4;
 
 impl Rejection {
     /// The increment below which a run stalls, from the one for attempts that do not converge: what a large step
-    /// gained is real only once the step is small, however far away the next target is.
+    /// gained or lost is real only once the step is small, however far away the next target is.
     pub(super) fn least(&self, smallest: f64) -> f64 {
         match self {
             Rejection::Failed(Cause::Unstable { .. }) => LOCATED * smallest,

@@ -30,7 +30,7 @@ pub enum Following {
     /// bends by more than 30 degrees or compares with another branch takes [`first`](Stepping::first) 0.1 to 0.25.
     #[default]
     Load,
-    /// The path: every large step that gains unstable modes is halved until they are gained in a small one, and
+    /// The path: every large step that gains or loses unstable modes is halved until it does so in a small one, and
     /// every critical point is located. Arc length always follows the path.
     Path,
 }
@@ -41,9 +41,9 @@ pub enum Following {
 /// * every step from a secant predictor, to the one tight tolerance of [`Newton`](super::Newton): looser ones
 ///   lost the path of the disk;
 /// * attempts broken off early where increments grow or the step limiter keeps cutting them;
-/// * half the increment after a failure, and after a large step that gained unstable modes where
+/// * half the increment after a failure, and after a large step that gained or lost unstable modes where
 ///   [`follow`](Stepping::follow) asks for it: Newton's method may land on a false equilibrium, and the number of
-///   negative pivots shows it. Gained in a small step they are real, and the critical point is located and reported;
+///   negative pivots shows it. In a small step the change is real, and the critical point is located and reported;
 /// * growth after quick convergence;
 /// * no step of the load along which prescribed displacements leave the straight line between its ends by more than
 ///   0.22 of what they change: one turns a part by a quarter at most. It is cut into as many equal parts as it takes.
@@ -141,7 +141,7 @@ pub(super) const TOO_LARGE: f64 = 1.0;
 /// $|\nabla u|$ of the tangent displacement at the first step of a deflection or an arc.
 pub(super) const FIRST_GRADIENT: f64 = 0.25;
 /// A step that changes $\nabla u$ by more than this part of $1 + |\nabla u|$ may have left its path: where it has
-/// gained unstable modes it is repeated with half the increment.
+/// gained or lost unstable modes it is repeated with half the increment.
 pub(super) const LARGE_CHANGE: f64 = 1e-3;
 /// Attempts of at least this many iterations may have folded the field between points: states that are right and as uneven
 /// take fewer, or a few smaller steps more.

@@ -69,15 +69,11 @@ impl PointMotion {
         &self.of_points[point as usize]
     }
 
-    /// Adds what forces on the points are on the nodes.
-    pub(crate) fn add_forces<const D: usize>(&self, forces: &[f64], out: &mut [f64]) {
-        for (of, force) in self.of_points.iter().zip(forces.as_chunks::<D>().0) {
-            if *force != [0.0; D] {
-                for &(place, factor) in of {
-                    let target = &mut out[place as usize * D..][..D];
-                    target.iter_mut().zip(force).for_each(|(target, force)| *target += factor * force);
-                }
-            }
+    /// Adds what a force on a point is on the nodes.
+    pub(crate) fn add_force<const D: usize>(&self, point: u32, force: &[f64], out: &mut [f64]) {
+        for &(place, factor) in self.of(point) {
+            let target = &mut out[place as usize * D..][..D];
+            target.iter_mut().zip(force).for_each(|(target, force)| *target += factor * force);
         }
     }
 

@@ -29,6 +29,8 @@ pub struct View<'a> {
 pub struct Element {
     /// $\partial\Pi/\partial d$, internal minus external forces.
     pub residual: Vec<f64>,
+    /// $\sum f^2$ over the forces that the residual is the sum of, where a cluster has several: what is left of them is measured against it.
+    pub(crate) force_squares: Option<f64>,
     /// $\partial^2\Pi/\partial d\\,\partial\lambda$.
     pub load_slope: Vec<f64>,
     /// $\partial^2\Pi/\partial d\\,\partial d$, `size × size` by columns; empty where only forces are requested.
@@ -59,6 +61,7 @@ impl Element {
     pub(crate) fn reset(&mut self, size: usize, with_matrix: bool) {
         self.residual.clear();
         self.residual.resize(size, 0.0);
+        self.force_squares = None;
         self.load_slope.clear();
         self.load_slope.resize(size, 0.0);
         self.matrix.clear();

@@ -101,14 +101,8 @@ pub trait Unilateral {
     /// load factor is unknown: contact with a surface that is moved.
     fn advance_load(&self, _cluster: usize, _view: View<'_>, _load_step: f64, _condensed_step: &mut [f64]) {}
 
-    /// Why a converged state is none that the term can answer for: a body that has left the rigid surface it was said to lie on.
-    /// The run ends before it.
-    fn check_state(&self, _view: View<'_>) -> Option<String> {
-        None
-    }
-
-    /// Why a converged state can't follow from the last one by a single step: a surface that has gone through the body. The step is tried
-    /// again with a smaller increment.
+    /// Why a converged state does not follow from the last one: the body has left the rigid surface that it was said to lie on, or the
+    /// surface has gone through the body. The step is tried again with a smaller increment.
     fn check_step(&self, _before: View<'_>, _after: View<'_>) -> Option<String> {
         None
     }

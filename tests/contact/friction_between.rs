@@ -37,6 +37,13 @@ fn run<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> (Problem<D>, Equili
     (problem, path)
 }
 
+/// The work of friction in the first steps of a path.
+fn dissipated(problem: &Problem<2>, path: &EquilibriumPath, steps: usize) -> f64 {
+    let mut part = path.clone();
+    part.steps.truncate(steps);
+    problem.friction_work(&part, "joint").unwrap()
+}
+
 /// Far beyond the limit all that touches slides at μ times the normal force; below it the bodies are as if bonded by what
 /// sticks, and both faces feel opposite forces.
 #[test]
@@ -77,11 +84,7 @@ fn a_closed_cycle_balances() {
         .map(|pair| (&pair[0].state, &pair[1].state))
         .map(|(a, b)| 0.5 * (top(a) + top(b)) * (moved(b) - moved(a)))
         .sum();
-    let until = |last: usize| {
-        let mut part = path.clone();
-        part.steps.truncate(last + 1);
-        problem.friction_work(&part, "joint").unwrap()
-    };
+    let until = |last: usize| dissipated(&problem, &path, last + 1);
     let taken = until(to) - until(from);
     let kept = path.steps[to].energy - path.steps[from].energy;
     println!("work {work}, taken {taken}, kept {kept}, {} iterations in {} steps", path.iterations, path.steps.len());
@@ -116,9 +119,11 @@ fn a_sleeve_slides_along_its_shaft() {
     let steps = path.steps.len();
     println!("{:?}, {} iterations in {steps} steps", joint.force, path.iterations);
     assert!(joint.points.iter().filter(|point| point.slips).count() > 8);
+    let mut worst = 0.0f64;
     for point in joint.points.iter().filter(|point| point.is_active && point.slips) {
         let expected = point.pressure * (1.0 + friction * friction).sqrt();
-        assert!((point.traction.norm() / expected - 1.0).abs() < 0.02, "{point:?}");
+        worst = worst.max((point.traction.norm() / expected - 1.0).abs());
+        assert!((point.traction.norm() / expected - 1.0).abs() < 0.01, "{point:?}");
     }
     let outside = |state: &State| problem.reaction(state, on(0, Side::Max, "sleeve")).unwrap()[1];
     let total = outside(path.last());
@@ -130,13 +135,9 @@ fn a_sleeve_slides_along_its_shaft() {
         .map(|pair| (&pair[0].state, &pair[1].state))
         .map(|(a, b)| 0.5 * (outside(a) + outside(b)) * (moved(b) - moved(a)))
         .sum();
-    let until = |count: usize| {
-        let mut part = path.clone();
-        part.steps.truncate(count);
-        problem.friction_work(&part, "joint").unwrap()
-    };
+    let until = |count: usize| dissipated(&problem, &path, count);
     let (taken, kept) = (until(steps) - until(steps - 2), last[2].energy - last[0].energy);
-    println!("work {work}, taken {taken}, kept {kept}");
+    println!("work {work}, taken {taken}, kept {kept}; law off by {worst:.1e}");
     assert!(taken > 0.0 && ((work - taken - kept) / taken).abs() < 3e-2, "{work} {taken} {kept}");
 }
 

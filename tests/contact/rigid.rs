@@ -287,13 +287,15 @@ fn a_rounded_block_squeezed_on_six_sides() {
     let forces = balanced(&problem, &path);
     println!("forces {forces:?}, {} iterations in {} steps", path.iterations, path.steps.len());
     assert!(path.iterations < 20);
-    // A plate along an axis has come in from where the block ends at rest: particles behind it are as deep as is said.
+    // A plate along an axis has come in from where the block ends at rest: as deep as is said lie particles behind it, or points between them,
+    // which bulge by less than a twentieth of the spacing.
     for (axis, way) in [0.12, 0.1, 0.08].into_iter().enumerate() {
         for sign in [-1.0, 1.0] {
             let state = problem.contact(path.last(), &format!("{axis} {sign}")).unwrap();
             let behind = |x: &Point<3>| sign * x[axis] - (1.0 - way);
             let depth = state.points.iter().map(|point| behind(&point.position)).fold(0.0, f64::max);
-            assert!((state.depth.unwrap() - depth).abs() < 1e-9, "{axis} {sign}: {:?} beside {depth}", state.depth);
+            let found = state.depth.unwrap();
+            assert!(found > depth - 1e-9 && found < depth + 0.025, "{axis} {sign}: {found} beside {depth}");
         }
     }
 }
@@ -308,7 +310,7 @@ fn narrow_tools_do_not_pass_through() {
         .hold((1, Side::Min))
         .contact((1, Side::Max), bar);
     // With 16 and 20 cells over the height 35.2 and 35.4.
-    for cells in [4, 6, 7, 8, 10, 11, 12, 13] {
+    for cells in [4, 7, 10, 13] {
         let problem = block.discretize(&Scheme::default().particles([5 * cells / 2 + 1, cells + 1])).unwrap();
         let path = problem.run().unwrap();
         let force = problem.contact(path.last(), "bar").unwrap().force[1];

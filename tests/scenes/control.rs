@@ -334,3 +334,28 @@ fn the_unit_of_length_changes_no_iteration() {
         assert_eq!(counts(unit), one, "{unit}");
     }
 }
+
+/// A clamped dome pressed from outside snaps through: arcs keep to the path between lattices, where a step from one unstable mode to none may land
+/// on another one far away, at loads below zero.
+#[test]
+fn arcs_keep_to_the_path_of_a_dome() {
+    let (radius, half) = (107.0, (33.3f64 / 107.0).asin());
+    let dome = move |unit: &Point<2>| {
+        let (r, angle) = (radius + 0.375 - 0.75 * unit[0], half * unit[1]);
+        Point::<2>::new(r * angle.sin(), r * angle.cos())
+    };
+    let scene = Scene::new(Mapped(dome), Axisymmetric, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        .hold((1, Side::Max))
+        .pressure((0, Side::Min), 6e-4);
+    let stepping = Stepping { control: StepControl::ArcLength, ..Stepping::default() };
+    let limits = [3, 5].map(|across| {
+        let problem = scene.discretize(&Scheme::default().particles([across, 41]).stepping(stepping)).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        let least = path.steps.iter().map(|step| step.state.load).fold(f64::INFINITY, f64::min);
+        let first = path.critical_points().next().unwrap().load();
+        println!("{across} across: {} steps, first limit {first:.4}, least load {least:.4}", path.steps.len());
+        assert!(least > 0.0, "{least}");
+        first
+    });
+    assert!((limits[0] / limits[1] - 1.0).abs() < 0.05, "{limits:?}");
+}

@@ -233,7 +233,7 @@ fn finish<const D: usize>(
     let turned = scene.kinematics.hoop_components().is_empty();
     for frame in frames.iter_mut().filter(|_| turned) {
         let stiffest = discrete_bodies.iter().map(modulus).fold(0.0, f64::max);
-        frame.stay = Some(model.terms().len());
+        frame.rigidity = Some(model.terms().len());
         model.add_whole(frame.stay(stiffest, discrete_bodies.iter().map(shear).fold(0.0, f64::max)));
     }
     for load in &scene.loads {

@@ -23,7 +23,7 @@ pub(crate) struct Frame<const D: usize> {
     pub centre: Point<D>,
     pub size: f64,
     /// The term that keeps its shape; none of revolution, where conditions do.
-    pub stay: Option<usize>,
+    pub rigidity: Option<usize>,
     /// The volumes of a mesh that it stands for, to be drawn.
     pub shapes: Vec<Arc<Mesh<D>>>,
 }
@@ -50,7 +50,7 @@ impl<const D: usize> Frame<D> {
         let centre = moment / total;
         let nodes = equations.iter().flat_map(|equation| equation.entries.iter().map(|entry| entry.0 / D));
         let size = nodes.map(|node| (positions[node] - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
-        Ok(Frame { name: name.to_string(), first, centre, size, stay: None, shapes: Vec::new() })
+        Ok(Frame { name: name.to_string(), first, centre, size, rigidity: None, shapes: Vec::new() })
     }
 
     pub(crate) fn positions(&self) -> impl Iterator<Item = Point<D>> + '_ {

@@ -1,13 +1,12 @@
 //! What a state tells of a contact.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use crate::contact::{ContactError, LocalContact, PairContact, Trace, chains};
 use crate::error::{Error, OutputError};
 use crate::geometry::Point;
 use crate::output::Table;
 use crate::solve::{EquilibriumPath, State};
-use crate::tensor::cofactor;
 use crate::term::View;
 
 use crate::scene::Problem;
@@ -48,8 +47,9 @@ pub struct ContactState<const D: usize> {
     pub travel: Point<D>,
     /// By how much it has turned \[rad\].
     pub angle: f64,
-    /// How deep a boundary particle lies behind a rigid surface at most \[length\]: mean gaps close, and particles may lie to both
-    /// sides of the surface where little but the mean holds them. An interference that is not resolved yet counts. None between deformable parts, where it is not looked for.
+    /// How deep a boundary particle or a point of a facet lies behind a rigid surface at most \[length\]: mean gaps close, and points may
+    /// lie to both sides of the surface, deepest at a sharp edge between particles. An interference that is not resolved yet counts. None
+    /// between deformable parts, where it is not looked for.
     pub depth: Option<f64>,
     /// The boundary particles, along the boundary.
     pub points: Vec<ContactPoint<D>>,
@@ -119,17 +119,20 @@ impl<const D: usize> Problem<D> {
             let reference = self.model.positions()[particle];
             let moved = self.node_displacement(particle, state)?;
             let (mut force, mut moment) = (Point::<D>::zeros(), Vector3::zeros());
+            let mut behind = -placed.nearest(&*law.surface.shape, &(reference + moved)).gap;
             let local_contact = law.local_contact(k, &view, |p, weight, nearest, _| {
                 let (point, _) = trace.points[p];
                 let x = law.contact_surface.table.positions()[point as usize]
                     + law.contact_surface.displacement(point, &state.displacement);
-                let f = Matrix3::identity()
-                    + law.contact_surface.table.displacement_gradient(point as usize, &state.displacement);
-                let normal = pad(&law.contact_surface.table.normals()[point as usize]);
-                let stretch = (cofactor(&f) * normal).norm();
+                let stretch = law.contact_surface.outward(point, &state.displacement).norm();
                 area += weight * stretch;
+                behind = behind.max(-nearest.gap);
                 // Along the meridian, without the hoop's stretch.
-                let hoop = if law.contact_surface.table.hoop_components().is_empty() { 1.0 } else { f[(2, 2)] };
+                let table = &law.contact_surface.table;
+                let hoop = match table.hoop_components() {
+                    [] => 1.0,
+                    _ => 1.0 + table.displacement_gradient(point as usize, &state.displacement)[(2, 2)],
+                };
                 width += weight * stretch / hoop;
                 let push = (nearest.normal * nominal + friction) * weight;
                 force += push;
@@ -141,7 +144,6 @@ impl<const D: usize> Problem<D> {
             }
             found.force += force;
             found.moment += moment;
-            let behind = -placed.nearest(&*law.surface.shape, &(reference + moved)).gap;
             found.depth = found.depth.map(|depth| depth.max(behind));
             // The size of the trace function now.
             sizes.push(if D == 3 { width } else { width / trace.area * trace.width });
@@ -229,9 +231,7 @@ impl<const D: usize> Problem<D> {
             let mut area = 0.0;
             let mut normal = Vector3::zeros();
             for &(point, weight) in &trace.points {
-                let point = point as usize;
-                let f = Matrix3::identity() + contact_surface.table.displacement_gradient(point, &state.displacement);
-                let outward = cofactor(&f) * pad(&contact_surface.table.normals()[point]);
+                let outward = contact_surface.outward(point, &state.displacement);
                 area += weight * outward.norm();
                 normal += outward * weight;
             }

@@ -32,8 +32,8 @@ pub(super) fn start<const D: usize>(
         }
     }
     for frame in &problem.frames {
-        let same = before.frames.iter().find(|other| other.name == frame.name).and_then(|other| other.stay);
-        if let (Some(term), Some(given)) = (frame.stay, same) {
+        let same = before.frames.iter().find(|other| other.name == frame.name).and_then(|other| other.rigidity);
+        if let (Some(term), Some(given)) = (frame.rigidity, same) {
             next.condensed[term].clone_from(&state.condensed[given]);
         }
     }
