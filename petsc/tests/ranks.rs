@@ -12,7 +12,7 @@ type Test = fn(&Session) -> Outcome;
 
 fn main() -> Outcome {
     let session = Session::start()?;
-    let tests: [(&str, Test); 13] = [
+    let tests: [(&str, Test); 14] = [
         ("contract of solvers", contract),
         ("Cook's membrane", membrane),
         ("a cube with uneven zones", uneven_cube),
@@ -25,6 +25,7 @@ fn main() -> Outcome {
         ("two bonded bodies", bonded),
         ("a rigid plate that is turned", turned),
         ("a cube by iteration", iterated),
+        ("contact with friction", touching),
         ("what is refused", refused),
     ];
     let mut failed = 0;
@@ -193,6 +194,23 @@ fn turned(session: &Session) -> Outcome {
         .with(Load::moment("plate", [0.0, 0.0, 0.02]))
         .with(Load::force((1, Side::Max), [0.0, -0.01]));
     agrees(session, &scene, &Scheme::default().particles([9, 5]), (0, Side::Min))
+}
+
+/// A shaft that rubs along a block that stands on another one, which it may leave.
+fn touching(session: &Session) -> Outcome {
+    let scene = Scene::assembly(PlaneStrain)
+        .body("lower", Block::new([0.0, 0.0], [2.0, 1.0]), rubber(1e2)?)
+        .body("upper", Block::new([0.3, 1.0], [1.5, 1.5]), rubber(1e2)?)
+        .hold(Place::on((1, Side::Min)).of("lower"))
+        .contact_pair(
+            ContactPair::between(Place::on((1, Side::Max)).of("lower"), Place::on((1, Side::Min)).of("upper"), "joint")
+                .friction(0.5),
+        )
+        .contact(
+            Place::on((1, Side::Max)).of("upper"),
+            RigidSurface::shaft([0.9, 2.0], 0.5).moving([0.05, -0.2]).friction(0.3).named("shaft"),
+        );
+    agrees(session, &scene, &Scheme::default().particles([9, 5]), Place::on((1, Side::Min)).of("lower"))
 }
 
 /// On several ranks: rules whose points belong to no cells.

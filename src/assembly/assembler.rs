@@ -204,7 +204,7 @@ impl Assembler {
             one = [Mutex::new(whole)];
             sum = over(&one, usize::BITS - 1);
         }
-        for term in 0..model.terms.len() {
+        for (term, _) in model.summed() {
             (sum.term, sum.at) = (term, at.of_term(term));
             let workers = workers.min(self.slabs[term].len());
             if workers > 1 {

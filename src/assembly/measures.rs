@@ -9,7 +9,7 @@ impl<const D: usize> ModelAt<'_, D> {
     /// Energy stored in all terms \[stress·length³; per unit length in plane strain\].
     pub fn energy(self) -> f64 {
         let mut energy = 0.0;
-        for (number, term) in self.model.terms.iter().enumerate() {
+        for (number, term) in self.model.summed() {
             for cluster in 0..term.clusters() {
                 energy += term.energy(cluster, self.at.of_term(number));
             }
@@ -20,7 +20,7 @@ impl<const D: usize> ModelAt<'_, D> {
     /// The smallest $\det F$ at any point and where; `None` where no term has a deformation gradient.
     pub fn smallest_jacobian(self) -> Option<(f64, Vec<f64>)> {
         let mut smallest: Option<(f64, Vec<f64>)> = None;
-        for (number, term) in self.model.terms.iter().enumerate() {
+        for (number, term) in self.model.summed() {
             for cluster in 0..term.clusters() {
                 let found = term.diagnostics().and_then(|of| of.smallest_jacobian(cluster, self.at.of_term(number)));
                 if let Some(found) = found
@@ -39,7 +39,7 @@ impl<const D: usize> ModelAt<'_, D> {
     /// How far the state can be trusted: the worst of all clusters.
     pub(crate) fn diagnostics(self) -> StateDiagnostics {
         let mut diagnostics = StateDiagnostics::default();
-        for (number, term) in self.model.terms.iter().enumerate() {
+        for (number, term) in self.model.summed() {
             let Some(own) = term.diagnostics() else { continue };
             for cluster in 0..term.clusters() {
                 diagnostics = diagnostics.join(own.of_state(cluster, self.at.of_term(number)));
@@ -78,7 +78,7 @@ impl<const D: usize> ModelAt<'_, D> {
     #[cfg(feature = "solve")]
     pub(crate) fn time_error(self, before: Option<&[Vec<f64>]>) -> f64 {
         let mut sums = [0.0; 2];
-        for (number, term) in self.model.terms.iter().enumerate() {
+        for (number, term) in self.model.summed() {
             let Some(history) = term.history().filter(|history| history.is_timed()) else { continue };
             let (range, view) = (history.variables(), self.at.of_term(number));
             let mut next = view.condensed[range.clone()].to_vec();

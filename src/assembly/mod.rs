@@ -7,7 +7,6 @@ mod model;
 mod model_at;
 mod pattern;
 mod ranks;
-mod remote;
 mod slabs;
 mod state_ref;
 mod sum;

@@ -7,7 +7,6 @@ use crate::geometry::Point;
 use crate::term::{Product, Term, Zone, condensed_range, variables_range};
 
 use super::Ranks;
-use super::remote::RemoteTerm;
 use super::state_ref::StateRef;
 
 /// Unknowns below which everything stays on one thread.
@@ -17,6 +16,8 @@ pub(super) const SERIAL_BELOW: usize = 400;
 pub struct Model<const D: usize> {
     pub(super) positions: Vec<Point<D>>,
     pub(super) terms: Vec<Arc<dyn Term<D>>>,
+    /// Which of them every rank knows as a whole.
+    whole: Vec<bool>,
     /// Nodes and condensed unknowns, memory included, that each term reads at least.
     needs: Vec<[usize; 2]>,
     /// The first term, and its cluster, whose nodes do not rise.
@@ -28,7 +29,7 @@ pub struct Model<const D: usize> {
 impl<const D: usize> Model<D> {
     /// A model without terms over nodes at the given reference positions.
     pub fn new(positions: Vec<Point<D>>) -> Self {
-        Model { positions, terms: Vec::new(), needs: Vec::new(), unsorted: None, ranks: None }
+        Model { positions, terms: Vec::new(), whole: Vec::new(), needs: Vec::new(), unsorted: None, ranks: None }
     }
 
     /// Says that the terms hold one rank's share of the clusters: all sums go over the ranks from here on.
@@ -64,6 +65,15 @@ impl<const D: usize> Model<D> {
 
     /// Adds a term that others look at too.
     pub fn add_shared(&mut self, term: Arc<dyn Term<D>>) -> &mut Self {
+        self.push(term, false)
+    }
+
+    /// Adds a term that every rank knows as a whole, its condensed unknowns included: the first rank alone sums it.
+    pub(crate) fn add_whole(&mut self, term: Arc<dyn Term<D>>) -> &mut Self {
+        self.push(term, true)
+    }
+
+    fn push(&mut self, term: Arc<dyn Term<D>>, whole: bool) -> &mut Self {
         let clusters = 0..term.clusters();
         let falls = |&cluster: &usize| !term.nodes(cluster).is_sorted_by(|a, b| a < b);
         if self.unsorted.is_none() {
@@ -75,16 +85,27 @@ impl<const D: usize> Model<D> {
             clusters.map(|c| condensed_range(&*term, c).end).max().unwrap_or(0).max(variables_range(&*term).end),
         ]);
         self.terms.push(term);
+        self.whole.push(whole);
         self
     }
 
-    /// Adds a term that this process knows as a whole: where ranks share the clusters, the first of them alone sums it.
-    pub(crate) fn add_whole(&mut self, term: impl Term<D> + 'static) -> &mut Self {
-        if self.ranks().is_some_and(|ranks| ranks.rank() > 0) {
-            self.add(RemoteTerm(Box::new(term)))
-        } else {
-            self.add(term)
+    /// The model with some of its terms.
+    pub(crate) fn retained(&self, keep: impl Fn(&dyn Term<D>) -> bool) -> Self {
+        let mut model = Model { ranks: self.ranks.clone(), ..Model::new(self.positions.clone()) };
+        for (term, whole) in self.terms.iter().zip(&self.whole).filter(|(term, _)| keep(&***term)) {
+            model.push(term.clone(), *whole);
         }
+        model
+    }
+
+    /// The terms that this rank sums, with their numbers.
+    pub(super) fn summed(&self) -> impl Iterator<Item = (usize, &dyn Term<D>)> {
+        self.terms.iter().enumerate().filter(|(number, _)| self.sums(*number)).map(|(number, term)| (number, &**term))
+    }
+
+    /// Whether this rank sums a term: its share of it, or the first rank one that all know as a whole.
+    pub(crate) fn sums(&self, number: usize) -> bool {
+        !self.whole[number] || self.ranks().is_none_or(|ranks| ranks.rank() == 0)
     }
 
     /// The terms.

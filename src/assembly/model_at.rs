@@ -48,8 +48,8 @@ impl<const D: usize> ModelAt<'_, D> {
     fn sum_forces(self, take: impl Fn(f64, f64) -> f64) -> Vec<f64> {
         let mut sums = vec![0.0; self.model.unknowns()];
         let mut element = Element::default();
-        for (number, term) in self.model.terms.iter().enumerate() {
-            each_force(&**term, self.at.of_term(number), &mut element, |node, residual, load_slope| {
+        for (number, term) in self.model.summed() {
+            each_force(term, self.at.of_term(number), &mut element, |node, residual, load_slope| {
                 for i in 0..D {
                     sums[node * D + i] += take(residual[i], load_slope[i]);
                 }

@@ -173,13 +173,7 @@ impl<const D: usize> Motions<D> {
 
 /// Energies of motions at rest, relative to the stiffness: without what acts on steps alone.
 fn energies<const D: usize>(whole: &Model<D>, motions: &[Vec<f64>]) -> DMatrix<f64> {
-    let mut model = Model::new(whole.positions().to_vec());
-    if let Some(ranks) = whole.shared_ranks() {
-        model.share(ranks);
-    }
-    for term in whole.terms().iter().filter(|term| !term.protocol().is_artificial()) {
-        model.add_shared(term.clone());
-    }
+    let model = whole.retained(|term| !term.protocol().is_artificial());
     let mut assembler = model.assembler();
     let mut system = Default::default();
     assembler.assemble_own(&model, StateRef::new(&vec![0.0; model.unknowns()], &model.start(), 0.0), &mut system);

@@ -57,7 +57,9 @@ impl<const D: usize> Sides<D> {
         // Sides that are nearly alike are taken as equal to the shortest, in favour of cells of any shape.
         let lengths = lengths.map(|l| if l < ALIKE * shortest { shortest } else { l });
         let elements = scheme.approximation == ApproximationChoice::Elements && scheme.order > 1;
-        Ok(Sides { lengths, first, thin: longest / THIN, fewest: 1.0, scattered: false, elements })
+        // A basis needs as many particles along each axis as its polynomials of one variable have terms.
+        let fewest = scheme.order as f64;
+        Ok(Sides { lengths, first, thin: longest / THIN, fewest, scattered: false, elements })
     }
 
     /// Cells along each axis, `fineness` times those of the first model: models whose cells are divided alike have errors

@@ -139,6 +139,16 @@ fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
                     let most = stresses.iter().map(|stress| stress.norm()).fold(0.0, f64::max);
                     let off = means.iter().zip(stresses).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
                     assert!(off <= 1e2 * TOLERANCE * most, "{off:e}");
+                    let [history, expected] = [shared.history(&found), alone.history(path)].map(|found| found.unwrap());
+                    assert_eq!(history.header, expected.header);
+                    for (column, name) in history.header.iter().enumerate() {
+                        let [own, other] = [&history, &expected].map(|table| {
+                            let numbers = table.rows.iter().map(|row| row[column].to_string().parse().unwrap_or(0.0));
+                            numbers.collect::<Vec<f64>>()
+                        });
+                        let off = distance(&own, &other);
+                        assert!(off <= TOLERANCE * largest(&other).max(1.0), "{name}: {off:e}");
+                    }
                     pieces_hold_the_grid(&shared.vtk_grid(state).unwrap(), count);
                     shared.write(&found, folder.join("run.pvd")).unwrap();
                     let ranks = shared.model().ranks().unwrap();
@@ -281,22 +291,30 @@ fn a_lattice_is_shared() {
     agrees(&scene, &Scheme::elements(2).particles([7, 7]), (0, Side::Min).into());
 }
 
+/// Contacts are known to all ranks as a whole: a shaft that rubs along a block, a plate pushed onto it, a sleeve against another block, a body
+/// against itself, a ball in space.
 #[test]
-fn contact_is_refused_on_several_ranks() {
-    let exchange = Arc::new(Exchange { gate: Barrier::new(1), values: Mutex::new(vec![Vec::new(); 2]) });
-    let scheme = Scheme::default().particles([5, 5]).solver(Gathered(Rank { rank: 0, count: 2, exchange }));
-    let block = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber(1e3)).hold((1, Side::Min));
-    let upper = |scene: Scene<2>| scene.body("upper", Block::new([0.0, 1.5], [1.0, 2.0]), rubber(1e3));
-    let two = upper(Scene::assembly(PlaneStrain).body("lower", Block::new([0.0, 0.0], [1.0, 1.0]), rubber(1e3)));
+fn contact_is_shared() {
+    let block =
+        |top: f64| Scene::new(Block::new([0.0, 0.0], [2.0, top]), PlaneStrain, rubber(1e3)).hold((1, Side::Min));
+    let scheme = Scheme::default().particles([9, 5]);
+    let place = || Place::from((1, Side::Min));
+    let shaft = RigidSurface::shaft([0.9, 1.5], 0.5).moving([0.1, -0.2]).friction(0.4);
+    agrees(&block(1.0).contact((1, Side::Max), shaft), &scheme, place());
+    let plate = RigidSurface::plane([1.0, 1.0], [0.0, -1.0]).pushed([0.0, -0.2]);
+    agrees(&block(1.0).contact((1, Side::Max), plate), &scheme, place());
+    let upper = Block::new([0.5, 1.05], [1.5, 2.0]);
+    let two = Scene::assembly(PlaneStrain)
+        .body("lower", Block::new([0.0, 0.0], [2.0, 1.0]), rubber(1e3))
+        .body("upper", upper, rubber(1e3))
+        .hold(Place::on((1, Side::Min)).of("lower"))
+        .with(Condition::on(Place::on((1, Side::Max)).of("upper")).displacement([0.1, -0.2]));
     let [below, above] = [Place::on((1, Side::Max)).of("lower"), Place::on((1, Side::Min)).of("upper")];
-    for scene in [
-        block.clone().contact((1, Side::Max), RigidSurface::plane([0.0, 1.5], [0.0, -1.0])),
-        block.contact_itself((1, Side::Max), "itself"),
-        two.contact_between(below, above, "joint"),
-    ] {
-        let error = scene.discretize(&scheme).err().unwrap().to_string();
-        assert!(error.contains("several ranks does not go with contact"), "{error}");
-    }
+    let joint = ContactPair::between(below, above, "joint").friction(0.3);
+    agrees(&two.contact_pair(joint), &scheme, Place::on((1, Side::Min)).of("lower"));
+    let ball = RigidSurface::sphere([1.0, 1.0, 2.0], 1.0).moving([0.0, 0.0, -0.3]);
+    let pad = Scene::new(Block::new([0.0; 3], [2.0, 2.0, 1.0]), Solid, rubber(1e3)).hold((2, Side::Min));
+    agrees(&pad.contact((2, Side::Max), ball), &Scheme::default().particles([5, 5, 4]), (2, Side::Min).into());
 }
 
 #[test]

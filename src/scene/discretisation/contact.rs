@@ -16,6 +16,7 @@ use crate::table::ShapeTable;
 
 use super::discrete_body::DiscreteBody;
 use super::facet_rule::{FacetRule, Facets};
+use super::sharing::Sharing;
 use crate::scene::definition::contact_definition::{Contact, ContactDefinition, ContactPair, Law};
 use crate::scene::definition::place::{Place, Spot};
 use crate::scene::definition::scene::Scene;
@@ -77,7 +78,7 @@ pub(crate) fn add<const D: usize>(
         let law = Arc::new(law);
         let name = contact.surface.name.clone();
         contacts.push(Contact { name, term: model.terms().len(), law: Law::Rigid(law.clone()) });
-        model.add_shared(law);
+        model.add_whole(law);
         if let Some(node) = rigid_dof {
             let pushed = match &contact.surface.drive {
                 Drive::Pushed { force, amplitude, .. } => Some((*force, amplitude.clone())),
@@ -85,7 +86,7 @@ pub(crate) fn add<const D: usize>(
             };
             let turning = contact.surface.turning.as_ref().filter(|turning| turning.free);
             let turned = turning.map(|turning| (turning.amount / lever, turning.amplitude.clone()));
-            model.add(RigidBodyDof { node: [node], loads: [pushed, turned], stiffness: shear });
+            model.add_whole(Arc::new(RigidBodyDof { node: [node], loads: [pushed, turned], stiffness: shear }));
         }
     }
     for contact_pair in &scene.contact_pairs {
@@ -118,13 +119,13 @@ pub(crate) fn add<const D: usize>(
         let law = Arc::new(law);
         let name = contact_pair.name.clone();
         contacts.push(Contact { name, term: model.terms().len(), law: Law::Pair(law.clone(), swapped) });
-        model.add_shared(law);
+        model.add_whole(law);
     }
     if next > particles
         || !scene.contact_pairs.is_empty()
         || !holds(equations, model.positions(), !scene.kinematics.hoop_components().is_empty())
     {
-        model.add(artificial_spring(model.positions(), volume, shear));
+        model.add_whole(Arc::new(artificial_spring(model.positions(), volume, shear)));
     }
     Ok(contacts)
 }
@@ -290,6 +291,7 @@ pub(crate) fn contact_definition<const D: usize>(
     scene: &Scene<D>,
     all: &BodyCells<D>,
     (discrete_bodies, rules): (&[DiscreteBody<D>], &[FacetRule]),
+    sharing: &Sharing,
     equations: &Constraints,
     positions: &[Point<D>],
     model: &mut Model<D>,
@@ -322,6 +324,7 @@ pub(crate) fn contact_definition<const D: usize>(
         contact_surface.traces.iter_mut().flatten().for_each(|trace| trace.0 += discrete_body.nodes.start as u32);
         Ok((contact_surface, table))
     };
-    let volume = discrete_bodies.iter().flat_map(|discrete_body| discrete_body.body.table().weights()).sum();
-    add(scene, positions, equations, volume, &contact_surfaces, model)
+    let mut volume = [discrete_bodies.iter().flat_map(|discrete_body| discrete_body.body.table().weights()).sum()];
+    sharing.total(&mut volume);
+    add(scene, positions, equations, volume[0], &contact_surfaces, model)
 }

@@ -71,7 +71,7 @@ pub(crate) fn discretize<const D: usize>(
     refused: Refused<'_>,
 ) -> Result<Problem<D>, Error> {
     let all = all_cells(scene, scheme)?;
-    let sharing = Sharing::of(scene, scheme, &all)?;
+    let sharing = Sharing::of(scheme, &all)?;
     let bodies = scene.bodies.len();
     let mut conditions: Vec<Vec<(usize, Place<D>)>> = vec![Vec::new(); bodies];
     for (number, condition) in scene.conditions.iter().enumerate() {
@@ -234,16 +234,24 @@ fn finish<const D: usize>(
     for frame in frames.iter_mut().filter(|_| turned) {
         let stiffest = discrete_bodies.iter().map(modulus).fold(0.0, f64::max);
         frame.rigidity = Some(model.terms().len());
-        model.add_whole(frame.stay(stiffest, discrete_bodies.iter().map(shear).fold(0.0, f64::max)));
+        let softest = discrete_bodies.iter().map(shear).fold(0.0, f64::max);
+        model.add_whole(Arc::new(frame.stay(stiffest, softest)));
     }
     for load in &scene.loads {
         if let Some((number, point)) = scene.rigid_at(&scene.resolve(&load.place)) {
             frames[number].load(&mut model, load, point, !turned)?;
         }
     }
-    let contacts =
-        contact_definition(scene, all, (&discrete_bodies, &rules), &equations, &particle_positions, &mut model)?;
-    let rolling = hold_rolling(scene, &discrete_bodies, &equations, &contacts, &mut model);
+    let contacts = contact_definition(
+        scene,
+        all,
+        (&discrete_bodies, &rules),
+        sharing,
+        &equations,
+        &particle_positions,
+        &mut model,
+    )?;
+    let rolling = hold_rolling(scene, &discrete_bodies, sharing, &equations, &contacts, &mut model);
     rigid::held(scene, &frames, &equations, model.positions())?;
     let elements = discrete_bodies.len() == 1 && scheme.approximation == ApproximationChoice::Elements;
     let few = equations.len() <= TRANSFORMATION_ROWS || elements;

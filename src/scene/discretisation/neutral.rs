@@ -12,6 +12,7 @@ use crate::geometry::Point;
 use crate::material::Material;
 
 use super::discrete_body::DiscreteBody;
+use super::sharing::Sharing;
 use crate::scene::definition::contact_definition::{Contact, Law};
 use crate::scene::definition::scene::Scene;
 
@@ -31,6 +32,7 @@ pub(crate) struct Rolling<const D: usize> {
 pub(crate) fn hold_rolling<const D: usize>(
     scene: &Scene<D>,
     bodies: &[DiscreteBody<D>],
+    sharing: &Sharing,
     equations: &Constraints,
     contacts: &[Contact<D>],
     model: &mut Model<D>,
@@ -43,9 +45,9 @@ pub(crate) fn hold_rolling<const D: usize>(
         all.into_iter().any(|&(unknown, _)| body.nodes.contains(&(unknown / D)))
     };
     let free = bodies.iter().filter(|body| !held(body));
-    let found: Vec<Rolling<D>> = free.filter_map(|body| rolling(body, contacts, model)).collect();
+    let found: Vec<Rolling<D>> = free.filter_map(|body| rolling(body, sharing, contacts, model)).collect();
     found.iter().for_each(|rolling| {
-        model.add_shared(rolling.spring.clone());
+        model.add_whole(rolling.spring.clone());
     });
     found
 }
@@ -74,7 +76,12 @@ fn smooth<'a, const D: usize>(
 }
 
 /// What holds a body that is round and touched from outside by surfaces without friction.
-fn rolling<const D: usize>(body: &DiscreteBody<D>, contacts: &[Contact<D>], model: &Model<D>) -> Option<Rolling<D>> {
+fn rolling<const D: usize>(
+    body: &DiscreteBody<D>,
+    sharing: &Sharing,
+    contacts: &[Contact<D>],
+    model: &Model<D>,
+) -> Option<Rolling<D>> {
     let surfaces = smooth(body, contacts)?;
     let surface = *surfaces.first()?;
     let at = |trace: usize| model.positions()[surface.traces[trace].particle as usize];
@@ -85,7 +92,7 @@ fn rolling<const D: usize>(body: &DiscreteBody<D>, contacts: &[Contact<D>], mode
         let off = |particle: u32| ((model.positions()[particle as usize] - centre).norm() / radius - 1.0).abs();
         surface.traces.iter().all(|trace| off(trace.particle) < ROUND)
     };
-    if count < 6 || !surfaces.iter().all(on_circle) || !is_even(body, &centre) {
+    if count < 6 || !surfaces.iter().all(on_circle) || !is_even(body, sharing, &centre) {
         return None;
     }
     // Where surfaces are farthest away, and opposite of it.
@@ -134,17 +141,20 @@ fn circumcentre<const D: usize>(a: &Point<D>, b: &Point<D>, c: &Point<D>) -> Opt
 }
 
 /// Whether the body is as heavy on all sides: its moments $\int r^m e^{im\varphi}\,\mathrm d\Omega$ vanish.
-fn is_even<const D: usize>(body: &DiscreteBody<D>, centre: &Point<D>) -> bool {
+fn is_even<const D: usize>(body: &DiscreteBody<D>, sharing: &Sharing, centre: &Point<D>) -> bool {
     let table = body.body.table();
-    let (mut moments, mut sizes) = ([[0.0f64; 2]; 6], [0.0f64; 6]);
+    // Two parts of each moment and what they are measured against.
+    let mut moments = [0.0f64; 18];
     for (x, weight) in table.positions().iter().zip(table.weights()) {
         let away = x - centre;
         let (mut real, mut imaginary) = (1.0, 0.0);
-        for (moment, size) in moments.iter_mut().zip(&mut sizes) {
+        for [a, b, size] in moments.as_chunks_mut::<3>().0 {
             (real, imaginary) = (real * away[0] - imaginary * away[1], real * away[1] + imaginary * away[0]);
-            *moment = [moment[0] + weight * real, moment[1] + weight * imaginary];
+            *a += weight * real;
+            *b += weight * imaginary;
             *size += weight * f64::hypot(real, imaginary);
         }
     }
-    moments.iter().zip(&sizes).all(|(moment, size)| f64::hypot(moment[0], moment[1]) < EVEN * size)
+    sharing.total(&mut moments);
+    moments.as_chunks::<3>().0.iter().all(|[a, b, size]| f64::hypot(*a, *b) < EVEN * size)
 }

@@ -9,7 +9,6 @@ use crate::geometry::{Morton, Point};
 use crate::quadrature::Points;
 use crate::shape::ElementPoints;
 
-use crate::scene::Scene;
 use crate::scene::definition::source::BodyCells;
 use crate::scene::{ApproximationChoice, Rule, Scheme};
 
@@ -20,12 +19,8 @@ impl Sharing {
     /// The ranks of a scheme's solver.
     ///
     /// # Errors
-    /// For rules whose points are not those of zones of cells, and for contact.
-    pub(crate) fn of<const D: usize>(
-        scene: &Scene<D>,
-        scheme: &Scheme,
-        all: &BodyCells<D>,
-    ) -> Result<Self, Incompatible> {
+    /// For rules whose points are not those of zones of cells.
+    pub(crate) fn of<const D: usize>(scheme: &Scheme, all: &BodyCells<D>) -> Result<Self, Incompatible> {
         let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).filter(|ranks| ranks.count() > 1);
         let by_zones = |own: &Scheme| match own.rule {
             Rule::Auto => true,
@@ -35,9 +30,6 @@ impl Sharing {
         let refused = |with, remedy| Err(Incompatible::new("a solver on several ranks", with, remedy));
         if ranks.is_some() && !all.iter().all(|(own, _)| by_zones(own)) {
             return refused("a rule at particles", "take one over cells: the default, sub-cells or Gauss points");
-        }
-        if ranks.is_some() && !(scene.contacts.is_empty() && scene.contact_pairs.is_empty()) {
-            return refused("contact", "pressures of contact live on one rank: solve the scene on one");
         }
         Ok(Sharing(ranks))
     }

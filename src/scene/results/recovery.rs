@@ -19,9 +19,9 @@ use crate::scene::Problem;
 use crate::scene::discretisation::discrete_body::{DiscreteBody, SERIAL_BELOW};
 use crate::scene::discretisation::facet_rule::Facets;
 
-/// Weight of the equations of equilibrium, in the body and on its surface, beside one of all data of a patch: conditions
-/// and not data, but ones that a singular corner may break.
-const EQUILIBRIUM: f64 = 1e4;
+/// Weight of the equations of equilibrium, in the body and on its surface, beside one of all data of a patch: polynomials of a patch as
+/// wide as the body cannot meet both.
+const EQUILIBRIUM: f64 = 3.0;
 
 /// Weight of the highest terms of a patch that too few data determine, beside one of all data.
 const RIDGE: f64 = 1e-8;
@@ -36,7 +36,7 @@ const RIDGE: f64 = 1e-8;
 /// - the tractions that are known on the surface, $\sigma\operatorname{cof}(F)N = T$ component by component: those of the loads,
 ///   none on free parts, nothing where a displacement is prescribed.
 ///
-/// The last two weigh much more than the data. Between particles $\sigma(X) = \sum_I\Psi_I(X)\\,\sigma_I(x)$. Patches
+/// The last two weigh three times as much as the data, and what is left on the surface is added there. Between particles $\sigma(X) = \sum_I\Psi_I(X)\\,\sigma_I(x)$. Patches
 /// beside a term that does not tell its [`force_densities`](crate::term::Diagnostics::force_densities) go without equilibrium.
 /// Recovery from patches: O. C. Zienkiewicz and J. Z. Zhu, *Int. J. Numer. Meth. Engng* 33 (1992) 1331–1364; with
 /// equilibrium: N.-E. Wiberg and F. Abdulwahab, *ibid.* 36 (1993) 2703–2724.

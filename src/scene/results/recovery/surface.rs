@@ -41,7 +41,9 @@ impl<const D: usize> Recovery<'_, D> {
         let mut obscure = vec![0.0; self.obscure.len()];
         // The bodies come first.
         let bodies = problem.discrete_bodies().len();
-        for (term, condensed) in problem.model().terms().iter().zip(&state.condensed).skip(bodies) {
+        for (number, (term, condensed)) in problem.model().terms().iter().zip(&state.condensed).enumerate().skip(bodies)
+        {
+            let sums = problem.model().sums(number);
             let view = View { displacement: &state.displacement, condensed, load: state.load };
             let nodes = || (0..term.clusters()).flat_map(|cluster| term.nodes(cluster));
             let mut acts = [f64::from(u8::from(nodes().any(|&node| self.own(node as usize).is_some())))];
@@ -51,7 +53,7 @@ impl<const D: usize> Recovery<'_, D> {
             }
             let mut given = [0.0, 0.0, 0.0];
             if let Some(densities) = term.diagnostics().and_then(|of| of.force_densities(view)) {
-                given[1] = densities.weights.iter().sum::<f64>();
+                given[1] = densities.weights.iter().filter(|_| sums).sum::<f64>();
                 let on_surface = densities.normals.len() == densities.positions.len() && !densities.normals.is_empty();
                 let found: Vec<_> = match on_surface {
                     true => densities.positions.iter().zip(&densities.normals).map(|(x, n)| find(x, n)).collect(),
@@ -60,7 +62,7 @@ impl<const D: usize> Recovery<'_, D> {
                 if found.contains(&None) {
                     given[0] = 1.0;
                 } else if on_surface {
-                    for (facet, force) in found.into_iter().flatten().zip(&densities.forces) {
+                    for (facet, force) in found.into_iter().flatten().zip(&densities.forces).filter(|_| sums) {
                         tractions[facet] += force;
                     }
                     given[2] = 1.0;
