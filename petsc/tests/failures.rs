@@ -75,7 +75,9 @@ fn started(session: &Session, way: &str, folder: &Path) -> Outcome<()> {
     let scene = Scene::new(Block::new([0.0, 0.0], [6.0, 1.0]), PlaneStrain, rubber)
         .hold((0, Side::Min))
         .with_clock(Amplitude::Table(vec![(0.0, 0.0), (1.0, 5.0)]))
-        .pressure((1, Side::Max), 0.01);
+        .pressure((1, Side::Max), 0.01)
+        // All ranks know what touches and how far it has slipped.
+        .contact((1, Side::Min), RigidSurface::shaft([4.5, -0.6], 0.5).friction(0.3));
     let mut scheme = Scheme::default().particles([25, 5]).stepping(Stepping::equal(8)).solver(Mumps::new(session));
     if way == "stalls" {
         scheme = scheme.newton(Newton { iterations: 1, ..Newton::default() });

@@ -25,7 +25,7 @@ pub struct TermOwnership {
     pub unknowns: Vec<usize>,
     /// Number of internal variables of each cluster.
     pub internal_variables: Vec<usize>,
-    /// How many numbers of the memory belong to all clusters: the time at which it was written.
+    /// How many numbers all ranks hold: of bodies the time at which the memory was written, all of a term that every rank knows as a whole.
     pub common: usize,
 }
 
@@ -56,10 +56,8 @@ impl<const D: usize> Problem<D> {
         let of = |(number, start): (usize, &Vec<f64>)| match (self.discrete_bodies.get(number), start.len()) {
             (_, 0) => TermOwnership::default(),
             (Some(discrete_body), _) => TermOwnership::of_body(discrete_body),
-            // Terms that one rank alone sums.
-            (None, total) => {
-                TermOwnership { keys: vec![0], unknowns: vec![total], internal_variables: vec![0], common: 0 }
-            }
+            // Terms that every rank knows as a whole.
+            (None, total) => TermOwnership { common: total, ..TermOwnership::default() },
         };
         LocalOwnership { terms: self.model.start().iter().enumerate().map(of).collect() }
     }

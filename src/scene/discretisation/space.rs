@@ -130,7 +130,7 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         return Ok(None);
     }
     let requested = scheme.solver_choice == SolverChoice::Krylov || preconditioner.is_some();
-    if !scene.contacts.is_empty() && scheme.solver_choice != SolverChoice::Krylov {
+    if !scene.contacts.is_empty() && !requested {
         return Ok(None);
     }
     let refused = |with: &'static str, remedy: &'static str| match requested {
