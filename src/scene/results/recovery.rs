@@ -1,4 +1,4 @@
-//! Stresses recovered at any point of the body, in equilibrium with the loads on its surface.
+//! Stresses recovered at any point of the body, on its surface in equilibrium with the loads.
 
 mod patch;
 mod surface;
