@@ -77,7 +77,7 @@ fn started(session: &Session, way: &str, folder: &Path) -> Outcome<()> {
         .with_clock(Amplitude::Table(vec![(0.0, 0.0), (1.0, 5.0)]))
         .pressure((1, Side::Max), 0.01)
         // All ranks know what touches and how far it has slipped.
-        .contact((1, Side::Min), RigidSurface::shaft([4.5, -0.6], 0.5).friction(0.3));
+        .contact((1, Side::Min), RigidSurface::shaft([4.5, -0.6], 0.5).friction(0.3).named("shaft"));
     let mut scheme = Scheme::default().particles([25, 5]).stepping(Stepping::equal(8)).solver(Mumps::new(session));
     if way == "stalls" {
         scheme = scheme.newton(Newton { iterations: 1, ..Newton::default() });
@@ -100,6 +100,7 @@ fn started(session: &Session, way: &str, folder: &Path) -> Outcome<()> {
     }
     let path = path.completed()?;
     let last = path.last();
+    ensure(problem.contact(last, "shaft")?.force.norm() > 0.0, "the strip does not come to lie on the shaft")?;
     let bits: Vec<String> = last
         .displacement
         .iter()

@@ -16,8 +16,8 @@ pub(super) const SERIAL_BELOW: usize = 400;
 pub struct Model<const D: usize> {
     pub(super) positions: Vec<Point<D>>,
     pub(super) terms: Vec<Arc<dyn Term<D>>>,
-    /// Which of them every rank knows as a whole.
-    whole: Vec<bool>,
+    /// Which of them are replicated on all ranks.
+    replicated: Vec<bool>,
     /// Nodes and condensed unknowns, memory included, that each term reads at least.
     needs: Vec<[usize; 2]>,
     /// The first term, and its cluster, whose nodes do not rise.
@@ -29,7 +29,7 @@ pub struct Model<const D: usize> {
 impl<const D: usize> Model<D> {
     /// A model without terms over nodes at the given reference positions.
     pub fn new(positions: Vec<Point<D>>) -> Self {
-        Model { positions, terms: Vec::new(), whole: Vec::new(), needs: Vec::new(), unsorted: None, ranks: None }
+        Model { positions, terms: Vec::new(), replicated: Vec::new(), needs: Vec::new(), unsorted: None, ranks: None }
     }
 
     /// Says that the terms hold one rank's share of the clusters: all sums go over the ranks from here on.
@@ -68,12 +68,12 @@ impl<const D: usize> Model<D> {
         self.push(term, false)
     }
 
-    /// Adds a term that every rank knows as a whole, its condensed unknowns included: the first rank alone sums it.
-    pub(crate) fn add_whole(&mut self, term: Arc<dyn Term<D>>) -> &mut Self {
+    /// Adds a term that is replicated on all ranks, its condensed unknowns included: the first rank alone sums it.
+    pub(crate) fn add_replicated(&mut self, term: Arc<dyn Term<D>>) -> &mut Self {
         self.push(term, true)
     }
 
-    fn push(&mut self, term: Arc<dyn Term<D>>, whole: bool) -> &mut Self {
+    fn push(&mut self, term: Arc<dyn Term<D>>, replicated: bool) -> &mut Self {
         let clusters = 0..term.clusters();
         let falls = |&cluster: &usize| !term.nodes(cluster).is_sorted_by(|a, b| a < b);
         if self.unsorted.is_none() {
@@ -85,15 +85,15 @@ impl<const D: usize> Model<D> {
             clusters.map(|c| condensed_range(&*term, c).end).max().unwrap_or(0).max(variables_range(&*term).end),
         ]);
         self.terms.push(term);
-        self.whole.push(whole);
+        self.replicated.push(replicated);
         self
     }
 
     /// The model with some of its terms.
     pub(crate) fn retained(&self, keep: impl Fn(&dyn Term<D>) -> bool) -> Self {
         let mut model = Model { ranks: self.ranks.clone(), ..Model::new(self.positions.clone()) };
-        for (term, whole) in self.terms.iter().zip(&self.whole).filter(|(term, _)| keep(&***term)) {
-            model.push(term.clone(), *whole);
+        for (term, replicated) in self.terms.iter().zip(&self.replicated).filter(|(term, _)| keep(&***term)) {
+            model.push(term.clone(), *replicated);
         }
         model
     }
@@ -103,9 +103,9 @@ impl<const D: usize> Model<D> {
         self.terms.iter().enumerate().filter(|(number, _)| self.sums(*number)).map(|(number, term)| (number, &**term))
     }
 
-    /// Whether this rank sums a term: its share of it, or the first rank one that all know as a whole.
+    /// Whether this rank sums a term: all do with their shares, the first alone with one that is replicated.
     pub(crate) fn sums(&self, number: usize) -> bool {
-        !self.whole[number] || self.ranks().is_none_or(|ranks| ranks.rank() == 0)
+        !self.replicated[number] || self.ranks().is_none_or(|ranks| ranks.rank() == 0)
     }
 
     /// The terms.

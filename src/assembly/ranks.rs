@@ -6,7 +6,7 @@ use std::fmt;
 ///
 /// What a rank finds for its clusters is summed, or the largest of it taken, over all ranks, and all of them go on with the
 /// same bits; so they take the same decisions without further talk. Condensed unknowns stay with the rank that holds
-/// their cluster.
+/// their cluster; those of contact and of terms of one's own are replicated.
 ///
 /// ```
 /// use rkpm::assembly::Ranks;

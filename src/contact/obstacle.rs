@@ -294,10 +294,7 @@ impl<const D: usize> RigidContact<D> {
             }
         });
         let (pressure, _) = self.pressure(trace, view.condensed);
-        passed.filter(|_| self.is_active(trace, pressure, local_contact.gap)).map(|point| {
-            self.contact_surface.table.positions()[point as usize]
-                + self.contact_surface.displacement(point, view.displacement)
-        })
+        passed.filter(|_| self.is_active(trace, pressure, local_contact.gap)).map(|point| self.place(point, view))
     }
 
     /// Where the surface has come to the inner side of the body in a step: at one trace function, or all in all, so that it pulls. A surface
@@ -323,7 +320,8 @@ impl<const D: usize> RigidContact<D> {
                 return Some(self.place(trace.points[0].0, after));
             }
             if touches {
-                pull += pressure * trace.area * along;
+                // Below zero a pressure is rounding.
+                pull += pressure.max(0.0) * trace.area * along;
                 (most, at) = if along > most { (along, trace.points[0].0) } else { (most, at) };
             }
         }

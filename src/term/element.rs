@@ -29,7 +29,7 @@ pub struct View<'a> {
 pub struct Element {
     /// $\partial\Pi/\partial d$, internal minus external forces.
     pub residual: Vec<f64>,
-    /// $\sum f^2$ over the forces that the residual is the sum of, where a cluster has several: what is left of them is measured against it.
+    /// $\sum f^2$ over the contributions that the residual sums, where a cluster has several: the scale of convergence.
     pub(crate) force_squares: Option<f64>,
     /// $\partial^2\Pi/\partial d\\,\partial\lambda$.
     pub load_slope: Vec<f64>,

@@ -133,7 +133,7 @@ pub trait Term<const D: usize>: Send + Sync {
 
     /// What terms of this crate arrange with the assembler.
     #[doc(hidden)]
-    fn protocol(&self) -> &dyn protocol::Protocol {
+    fn protocol(&self) -> &dyn Protocol {
         &protocol::Plain
     }
 }

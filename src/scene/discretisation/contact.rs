@@ -78,7 +78,7 @@ pub(crate) fn add<const D: usize>(
         let law = Arc::new(law);
         let name = contact.surface.name.clone();
         contacts.push(Contact { name, term: model.terms().len(), law: Law::Rigid(law.clone()) });
-        model.add_whole(law);
+        model.add_replicated(law);
         if let Some(node) = rigid_dof {
             let pushed = match &contact.surface.drive {
                 Drive::Pushed { force, amplitude, .. } => Some((*force, amplitude.clone())),
@@ -86,7 +86,7 @@ pub(crate) fn add<const D: usize>(
             };
             let turning = contact.surface.turning.as_ref().filter(|turning| turning.free);
             let turned = turning.map(|turning| (turning.amount / lever, turning.amplitude.clone()));
-            model.add_whole(Arc::new(RigidBodyDof { node: [node], loads: [pushed, turned], stiffness: shear }));
+            model.add_replicated(Arc::new(RigidBodyDof { node: [node], loads: [pushed, turned], stiffness: shear }));
         }
     }
     for contact_pair in &scene.contact_pairs {
@@ -119,13 +119,13 @@ pub(crate) fn add<const D: usize>(
         let law = Arc::new(law);
         let name = contact_pair.name.clone();
         contacts.push(Contact { name, term: model.terms().len(), law: Law::Pair(law.clone(), swapped) });
-        model.add_whole(law);
+        model.add_replicated(law);
     }
     if next > particles
         || !scene.contact_pairs.is_empty()
         || !holds(equations, model.positions(), !scene.kinematics.hoop_components().is_empty())
     {
-        model.add_whole(Arc::new(artificial_spring(model.positions(), volume, shear)));
+        model.add_replicated(Arc::new(artificial_spring(model.positions(), volume, shear)));
     }
     Ok(contacts)
 }

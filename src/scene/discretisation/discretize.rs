@@ -234,8 +234,8 @@ fn finish<const D: usize>(
     for frame in frames.iter_mut().filter(|_| turned) {
         let stiffest = discrete_bodies.iter().map(modulus).fold(0.0, f64::max);
         frame.rigidity = Some(model.terms().len());
-        let softest = discrete_bodies.iter().map(shear).fold(0.0, f64::max);
-        model.add_whole(Arc::new(frame.stay(stiffest, softest)));
+        let shear = discrete_bodies.iter().map(shear).fold(0.0, f64::max);
+        model.add_replicated(Arc::new(frame.stay(stiffest, shear)));
     }
     for load in &scene.loads {
         if let Some((number, point)) = scene.rigid_at(&scene.resolve(&load.place)) {

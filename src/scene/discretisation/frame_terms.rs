@@ -41,7 +41,7 @@ impl<const D: usize> Frame<D> {
                     psi.rcond = 1.0;
                     Ok(())
                 })?;
-                model.add_whole(Arc::new(Pointwise::new(table, dead(force, &load.amplitude))));
+                model.add_replicated(Arc::new(Pointwise::new(table, dead(force, &load.amplitude))));
             }
             LoadKind::Moment(_) if revolved => {
                 let remedy = "symmetry leaves it no rotation: take a force along the axis";
@@ -49,7 +49,12 @@ impl<const D: usize> Frame<D> {
             }
             LoadKind::Moment(moment) => {
                 let (moment, amplitude) = (*moment, load.amplitude.clone());
-                model.add_whole(Arc::new(Turning { frame: self.clone(), nodes: self.numbers(), moment, amplitude }));
+                model.add_replicated(Arc::new(Turning {
+                    frame: self.clone(),
+                    nodes: self.numbers(),
+                    moment,
+                    amplitude,
+                }));
             }
             _ => {
                 let remedy = "take Load::force or Load::moment; pressures act on the parts that are tied to it";

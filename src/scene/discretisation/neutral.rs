@@ -47,7 +47,7 @@ pub(crate) fn hold_rolling<const D: usize>(
     let free = bodies.iter().filter(|body| !held(body));
     let found: Vec<Rolling<D>> = free.filter_map(|body| rolling(body, sharing, contacts, model)).collect();
     found.iter().for_each(|rolling| {
-        model.add_whole(rolling.spring.clone());
+        model.add_replicated(rolling.spring.clone());
     });
     found
 }

@@ -25,7 +25,7 @@ pub struct TermOwnership {
     pub unknowns: Vec<usize>,
     /// Number of internal variables of each cluster.
     pub internal_variables: Vec<usize>,
-    /// How many numbers all ranks hold: of bodies the time at which the memory was written, all of a term that every rank knows as a whole.
+    /// How many numbers all ranks hold: of bodies the time at which the memory was written, of replicated terms all.
     pub common: usize,
 }
 
@@ -56,7 +56,7 @@ impl<const D: usize> Problem<D> {
         let of = |(number, start): (usize, &Vec<f64>)| match (self.discrete_bodies.get(number), start.len()) {
             (_, 0) => TermOwnership::default(),
             (Some(discrete_body), _) => TermOwnership::of_body(discrete_body),
-            // Terms that every rank knows as a whole.
+            // Replicated terms.
             (None, total) => TermOwnership { common: total, ..TermOwnership::default() },
         };
         LocalOwnership { terms: self.model.start().iter().enumerate().map(of).collect() }

@@ -67,7 +67,7 @@ impl<const D: usize> Problem<D> {
     /// Adds a term of one's own, over tables made by [`tabulate`](Problem::tabulate). Where ranks share the scene, all of them
     /// add it and the first sums it.
     pub fn add(&mut self, term: impl Term<D> + 'static) -> &mut Self {
-        self.model.add_whole(Arc::new(term));
+        self.model.add_replicated(Arc::new(term));
         self
     }
 

@@ -48,7 +48,7 @@ pub(super) fn start<const D: usize>(
         equation.entries.iter().for_each(|&(k, c)| left[k] += c * multiplier);
     }
     let nodes: Vec<[u32; 1]> = (0..problem.model.positions().len() as u32).map(|node| [node]).collect();
-    problem.model.add_whole(Arc::new(Fading::<D> { nodes, forces: left }));
+    problem.model.add_replicated(Arc::new(Fading::<D> { nodes, forces: left }));
     next.condensed = pad(next.condensed, problem.model.start());
     Ok(next)
 }
