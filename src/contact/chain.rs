@@ -2,7 +2,7 @@
 
 use crate::geometry::Point;
 
-use super::facing::{BEHIND, FACING, RINGS, THROUGH};
+use super::facing::{BEHIND, THROUGH};
 use super::mortar::{End, Facing, Overlap};
 
 /// Bins around a chord that are searched: what is further away is not looked for.
@@ -30,7 +30,7 @@ pub(super) struct Chord {
 /// Chords of one or two parts.
 pub(super) struct Chain {
     pub chords: Vec<Chord>,
-    /// For each chord those beside it, itself among them.
+    /// For each chord those that it meets at a particle, itself among them: they never touch.
     beside: Vec<Vec<u32>>,
     /// Whether chords touch those of the other part alone.
     two: bool,
@@ -66,20 +66,14 @@ impl Chain {
                 at.entry(particles[trace as usize]).or_default().push(k as u32);
             }
         }
-        let beside = (0..chords.len())
-            .map(|k| {
-                let mut ring = vec![k as u32];
-                for _ in 0..RINGS {
-                    let traces = ring.iter().flat_map(|&c| chords[c as usize].traces);
-                    let mut wider: Vec<u32> =
-                        traces.flat_map(|trace| at[&particles[trace as usize]].iter().copied()).collect();
-                    wider.sort_unstable();
-                    wider.dedup();
-                    ring = wider;
-                }
-                ring
-            })
-            .collect();
+        let meeting = |chord: &Chord| {
+            let mut beside: Vec<u32> =
+                chord.traces.iter().flat_map(|&trace| at[&particles[trace as usize]].iter().copied()).collect();
+            beside.sort_unstable();
+            beside.dedup();
+            beside
+        };
+        let beside = chords.iter().map(meeting).collect();
         Chain { chords, beside, two, deeper: 0.0, of_trace }
     }
 
@@ -135,7 +129,7 @@ impl Chain {
                 let direction = points[1] - points[0];
                 let size = direction.norm();
                 let its_normal = Point::<2>::new(direction[1], -direction[0]) * (its.sign / size);
-                if normal.dot(&its_normal) > FACING || self.beside[chord].binary_search(&other).is_ok() {
+                if normal.dot(&its_normal) >= 0.0 || self.beside[chord].binary_search(&other).is_ok() {
                     continue;
                 }
                 let gaps = points.map(|y| (y - a).dot(&normal));

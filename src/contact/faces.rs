@@ -9,14 +9,14 @@ use crate::geometry::Point;
 
 use super::ContactSurface;
 use super::facets::{Facing, Gap, Seen, Sorted, Triangle, covered, gap};
-use super::facing::{RINGS, THROUGH};
+use super::facing::THROUGH;
 use super::overlap::{Base, GapSlopes, LOCAL};
 
 /// A facet at rest.
 struct Facet {
     middle: Point<3>,
     outward: Point<3>,
-    /// Facets beside it, itself among them.
+    /// Facets that it meets at a particle, itself among them: they never touch.
     beside: Vec<u32>,
     /// The connected part of the surface that it lies in, and its distance in facets from an end of that.
     rank: (u32, u32),
@@ -209,9 +209,7 @@ impl Faces {
             wider
         };
         for facet in 0..self.facets.len() {
-            let mut ring = vec![facet as u32];
-            (0..RINGS).for_each(|_| ring = wider(&ring));
-            self.facets[facet].beside = ring;
+            self.facets[facet].beside = wider(&[facet as u32]);
         }
         // From an end of each connected part: the facet farthest from its first one.
         let mut part = 0;

@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::geometry::Point;
 
-use super::facing::{BEHIND, FACING};
+use super::facing::BEHIND;
 use super::jet::Jet;
 use super::overlap::{Base, MeanGaps, Overlap};
 
@@ -189,7 +189,7 @@ impl<'a> Sorted<'a> {
     /// The distance of a point over a triangle that it is opposite to.
     fn over(&self, k: usize, x: &Point<3>, outward: &Point<3>, deeper: f64) -> Option<f64> {
         let ([a, b, c], normal) = (&self.corners[k], &self.normals[k]);
-        if outward.dot(normal) > FACING {
+        if outward.dot(normal) >= 0.0 {
             return None;
         }
         let (first, second, away) = (b - a, c - a, x - a);
@@ -250,7 +250,7 @@ impl<'a> Sorted<'a> {
 
     /// What a triangle covers of another one that it faces, with its mean gap there.
     fn covers(&self, other: usize, own: usize, base: &Base, deeper: f64) -> Option<(f64, Facing)> {
-        if self.normals[own].dot(&self.normals[other]) > FACING {
+        if self.normals[own].dot(&self.normals[other]) >= 0.0 {
             return None;
         }
         let facing = covered(base, &self.corners[other], other as u32)?;

@@ -1,9 +1,5 @@
 //! Which parts of deformable faces may touch each other: chords in the plane, facets in space.
 
-/// Rings of neighbours around a part of a face that it never touches.
-pub(super) const RINGS: usize = 2;
-/// Cosine between two outward normals above which parts do not face each other.
-pub(super) const FACING: f64 = -0.2;
 /// How deep a part may be behind another one to be in contact with it, in terms of their length: beyond, it is the far side of a
 /// wall.
 pub(super) const BEHIND: f64 = 1.5;
