@@ -52,7 +52,7 @@ pub fn run(
         }
         if wanted("closed surface") {
             let moved = Quantity::reaction("top", 2);
-            judge(("closed surface", number), &solid(&mut between)?, moved, 20_000, &mut rows);
+            judge(("closed surface", number), &solid(&mut between)?, moved, 60_000, &mut rows);
         }
     }
     let of = |holds: &dyn Fn(&Row) -> bool| rows.iter().filter(|row| holds(row)).count() as f64 / rows.len() as f64;

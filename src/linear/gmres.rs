@@ -69,7 +69,7 @@ const KNOWN: f64 = 1e-5;
 /// Solves $A P^{-1} y = b$, $x = P^{-1} y$, from zero: flexible GMRES, restarted after `krylov_iterations`. `apply` and
 /// `precondition` write their answers into the second vector, `total` adds up products of pieces of vectors where ranks hold
 /// such. Directions and answers are kept in half the width: what is applied are those, so that the sum of the answers is as exact as the
-/// residual of a restart. Once no more than `enough` is left it ends as soon as directions hardly help; the first ones may help little and later
+/// residual of a restart, and a restart that leaves more than half of the residual before is the last. Once no more than `enough` is left it ends as soon as directions hardly help; the first ones may help little and later
 /// ones much.
 pub(crate) fn gmres(
     b: &[f64],
@@ -90,13 +90,14 @@ pub(crate) fn gmres(
     }
     let mut residual = b.to_vec();
     let (mut product, mut answer) = (vec![0.0; n], vec![0.0; n]);
-    let (mut stalled, mut converged) = (false, false);
+    let (mut stalled, mut converged, mut before) = (false, false, f64::INFINITY);
     loop {
         let start = norm(&residual);
         done.residual = start / size;
-        if !(done.residual > tolerance) || done.iterations >= most {
+        if !(done.residual > tolerance) || done.iterations >= most || start > 0.5 * before {
             return done;
         }
+        before = start;
         let mut basis = vec![kept(1.0 / start, &residual)];
         let mut answers: Vec<Vec<f32>> = Vec::new();
         let (mut columns, mut rotations, mut left) = (Vec::<Vec<f64>>::new(), Vec::<[f64; 2]>::new(), vec![start]);

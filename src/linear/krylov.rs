@@ -39,12 +39,14 @@ pub(crate) struct Krylov {
     /// What one cycle is solved by in place of this crate's own.
     preconditioner: Option<Arc<dyn LinearSolver>>,
     counts: Arc<Mutex<Vec<usize>>>,
+    /// Whether factors may take its place where it does not converge: nobody asked for it by name, and they fit into memory.
+    pub(crate) replaceable: bool,
 }
 
 impl Krylov {
     /// With the elements that belong to the particles.
     pub(crate) fn new(auxiliary: Auxiliary) -> Self {
-        Krylov { auxiliary: Arc::new(auxiliary), preconditioner: None, counts: Arc::default() }
+        Krylov { auxiliary: Arc::new(auxiliary), preconditioner: None, counts: Arc::default(), replaceable: false }
     }
 
     /// With a solver of one's own in place of a multilevel cycle: of the stiffness of the elements, about. Where ranks share the

@@ -33,9 +33,7 @@ impl<const D: usize> Workspace<'_, D> {
         let mut multipliers = vec![0.0; self.equations.len()];
         let mut solutions = Vec::with_capacity(requested.len());
         for (dual, rhs) in requested.iter().zip(sides) {
-            // As the answer to a load: pressures kept uncondensed have no part in the right-hand side.
-            buffers.load_rhs = rhs;
-            linear.solve(true, &mut buffers)?;
+            linear.solve_fully(rhs, &mut buffers)?;
             let mut z = vec![0.0; self.model.unknowns()];
             linear.enforced.recover(&buffers.solution, &dual.prescribed, &mut z, &mut multipliers);
             solutions.push(z);
@@ -54,6 +52,10 @@ impl Analysis {
         requested: &[Dual],
     ) -> Result<(Vec<Vec<f64>>, usize), Error> {
         let mut workspace = self.workspace(model, equations)?;
-        Ok((workspace.duals(state, requested).unwrap_or_default(), workspace.tangent.bytes()))
+        let solved = workspace.duals(state, requested);
+        match (solved, &self.factors) {
+            (Err(_), Some(factors)) => factors.duals(model, equations, state, requested),
+            (solved, _) => Ok((solved.unwrap_or_default(), workspace.tangent.bytes())),
+        }
     }
 }

@@ -28,6 +28,8 @@ pub struct Analysis {
     pub enforcement: Box<dyn Enforcement>,
     /// The linear solver.
     pub solver: Box<dyn LinearSolver>,
+    /// Enforcement and solver of attempts that the solver leaves unsolved, an iterative one say; none where runs end there.
+    pub factors: Option<Box<Analysis>>,
 }
 
 impl Default for Analysis {
@@ -45,6 +47,7 @@ impl Analysis {
             stepping: Stepping::default(),
             enforcement: Box::new(enforcement),
             solver: Box::new(solver),
+            factors: None,
         }
     }
 

@@ -21,6 +21,10 @@ use super::stepping::{
 pub(super) struct Continuation<'a, 'o, const D: usize> {
     pub(super) analysis: &'a Analysis,
     pub(super) workspace: Workspace<'a, D>,
+    /// The other one of iteration and factors, once an attempt has needed these.
+    other: Option<Workspace<'a, D>>,
+    /// Whether the workspace is that of factors.
+    by_factors: bool,
     pub(super) observer: &'o mut dyn Observer,
     /// The extent of the body \[length\].
     pub(super) extent: f64,
@@ -70,6 +74,8 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         Ok(Continuation {
             analysis,
             workspace,
+            other: None,
+            by_factors: false,
             observer,
             extent: extent(model),
             probes: false,
@@ -126,18 +132,47 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
 
     /// Iterates a state to an equilibrium.
     fn iterate(&mut self, mut attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
+        if self.by_factors {
+            self.exchange();
+        }
         let before = self.workspace.iterations;
         let near = self.previous.is_some() && self.analysis.stepping.predict && !self.at_break_point();
         let newton = self.newton();
         let ahead = self.ahead(control, near);
         self.probes = false;
-        let outcome = self.workspace.newton(&newton, &mut attempt, &ahead, self.observer);
+        let given = self.analysis.factors.is_some().then(|| attempt.clone());
+        let mut outcome = self.workspace.newton(&newton, &mut attempt, &ahead, self.observer);
+        // What an iteration does not solve factors may: they are taken for this attempt alone, so that steps do not depend on those before.
+        let unsolved = matches!(outcome, Err(Rejection::Failed(Cause::Singular { .. } | Cause::LinearSolver(_))));
+        if let Some(given) = given.filter(|_| unsolved && self.bind_factors()) {
+            self.exchange();
+            attempt = given;
+            outcome = self.workspace.newton(&newton, &mut attempt, &ahead, self.observer);
+        }
         self.spent += self.workspace.iterations - before;
         self.path.iterations = self.workspace.iterations;
         if outcome.as_ref().is_err_and(|rejection| !matches!(rejection, Rejection::TooLarge(_))) {
             self.count_rejection();
         }
         outcome.map(|iterations| (iterations, attempt))
+    }
+
+    /// Whether factors are there to take the place of an iteration.
+    fn bind_factors(&mut self) -> bool {
+        if self.other.is_none() {
+            let Workspace { model, equations, .. } = self.workspace;
+            self.other = self.analysis.factors.as_ref().and_then(|factors| factors.workspace(model, equations).ok());
+        }
+        self.other.is_some()
+    }
+
+    /// Exchanges iteration and factors.
+    fn exchange(&mut self) {
+        if let Some(other) = &mut self.other {
+            other.iterations = self.workspace.iterations;
+            std::mem::swap(&mut self.workspace, other);
+            self.by_factors = !self.by_factors;
+        }
     }
 
     /// An attempt under a control, from a state that was predicted from others or was not.
@@ -326,4 +361,69 @@ fn extent<const D: usize>(model: &Model<D>) -> f64 {
         extent = extent.max(high - low);
     }
     extent
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assembly::Pattern;
+    use crate::error::LinearError;
+    use crate::geometry::{Block, Side};
+    use crate::kinematics::PlaneStrain;
+    use crate::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
+    use crate::material::Rubber;
+    use crate::scene::{Scene, Scheme};
+
+    /// Solves nothing, as an iteration that does not converge.
+    struct Unsolved;
+
+    impl LinearSolver for Unsolved {
+        fn analyze(
+            &self,
+            _: &Pattern,
+            _: MatrixClass,
+            _: Option<&[usize]>,
+        ) -> Result<Box<dyn Factorizer>, LinearError> {
+            Ok(Box::new(Unsolved))
+        }
+    }
+
+    impl Factorizer for Unsolved {
+        fn factorize<'a>(&'a mut self, _: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
+            Ok(Box::new(Unsolved))
+        }
+    }
+
+    impl Factors for Unsolved {
+        fn solve_in_place(&self, _: &mut [f64]) -> Result<(), LinearError> {
+            Err(LinearError::Residual { residual: 0.4 })
+        }
+
+        fn inertia(&self) -> Option<Inertia> {
+            None
+        }
+    }
+
+    /// The path is that of factors, bit for bit, but for the iterations that were lost; without factors the run ends with the cause.
+    #[test]
+    fn factors_take_over_what_an_iteration_does_not_solve() {
+        let rubber = Rubber::neo_hookean(0.5, 1e3).unwrap();
+        let scene = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber);
+        let scene = scene.hold((1, Side::Min)).prescribe((1, Side::Max), 0, 0.2).prescribe((1, Side::Max), 1, 0.0);
+        let mut problem = scene.discretize(&Scheme::default().particles([5, 5])).unwrap();
+        let by_factors = problem.run().unwrap().completed().unwrap();
+        let solver = std::mem::replace(&mut problem.analysis_mut().solver, Box::new(Unsolved));
+        let ended = problem.run().unwrap();
+        assert!(
+            matches!(&ended.ending, Ending::Stalled(stalled) if matches!(stalled.cause, Cause::Singular { .. })),
+            "{:?}",
+            ended.ending
+        );
+        let factors = Analysis { solver, ..Analysis::default() };
+        problem.analysis_mut().factors = Some(Box::new(factors));
+        let path = problem.run().unwrap().completed().unwrap();
+        assert_eq!(path.steps.len(), by_factors.steps.len());
+        assert_eq!(path.last().displacement, by_factors.last().displacement);
+        assert!(path.iterations > by_factors.iterations);
+    }
 }

@@ -211,6 +211,17 @@ impl Linear<'_> {
         self.factors.inertia().map_or(0, |inertia| inertia.negative.saturating_sub(constraints))
     }
 
+    /// Solves for the answer to a load that no further iteration corrects: pressures kept uncondensed have no part in the right-hand side.
+    pub(crate) fn solve_fully(&self, rhs: Vec<f64>, buffers: &mut Buffers) -> Result<(), LinearError> {
+        buffers.load_rhs = rhs;
+        // Iterations do not refine.
+        if self.factors.relative_residual() > 0.0 {
+            buffers.solution.clone_from(&buffers.load_rhs);
+            return self.factors.solve_in_place(&mut buffers.solution);
+        }
+        self.solve(true, buffers)
+    }
+
     /// Solves for a reduced right-hand side: the symmetric factors carry the symmetric part, sweeps of iterative
     /// refinement the skew part and what rounding left.
     pub(crate) fn solve(&self, load: bool, buffers: &mut Buffers) -> Result<(), LinearError> {

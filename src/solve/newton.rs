@@ -80,6 +80,8 @@ impl<const D: usize> Workspace<'_, D> {
             state.load = load;
         }
         let mut number = 0;
+        // What follows the first small increment does not count: factors would be used again there.
+        let mut near = None;
         let (mut held, mut pushed) = (false, false);
         // Where paths are followed through critical points, states beyond them count as well.
         let stable = unilateral && settings.tangent_update != TangentUpdate::EveryIteration;
@@ -110,11 +112,14 @@ impl<const D: usize> Workspace<'_, D> {
             if model.is_ended_by(observer.iteration(&seen)) {
                 return Err(Rejection::Stopped);
             }
+            if is_near(settings, increment) && linear.factors.relative_residual() > 0.0 {
+                near.get_or_insert(number);
+            }
             let settled = length.is_admissible() && cycling.shift == 0.0;
             let unstable = stable && linear.unstable_modes() > 0;
             if settled && convergence.is_reached(model, &next, state, residual, linear.factors.relative_residual()) {
                 if !unstable {
-                    return Ok(number);
+                    return Ok(near.unwrap_or(number));
                 }
                 if pushed {
                     return Err(Cause::NoStableState { modes: linear.unstable_modes() }.into());
@@ -181,7 +186,10 @@ impl Attempt<'_> {
 
 /// Whether the next iterations may go on with the matrix of this one.
 fn may_reuse(settings: &Newton, increment: f64, linear: &Linear<'_>) -> bool {
-    settings.tangent_update == TangentUpdate::Modified
-        && increment <= CLOSE
-        && linear.factors.relative_residual() == 0.0
+    is_near(settings, increment) && linear.factors.relative_residual() == 0.0
+}
+
+/// Whether an increment is so small that factors would go on with this matrix.
+fn is_near(settings: &Newton, increment: f64) -> bool {
+    settings.tangent_update == TangentUpdate::Modified && increment <= CLOSE
 }

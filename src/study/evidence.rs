@@ -279,14 +279,17 @@ impl<'a, const D: usize> Carry<'a, D> {
     }
 }
 
-/// Centre, mean and slope of the linear function nearest to values at points; no slope where the points do not tell it.
+/// Squares of spreads, in parts of the largest, below which points lie in a plane or on a line but for rounding.
+const FLAT: f64 = 1e-9;
+
+/// Centre, mean and slope of the linear function nearest to values at points; no slope along directions in which these do not spread.
 fn linear<const D: usize>(points: impl Iterator<Item = (Point<D>, f64)>) -> (Point<D>, f64, Point<D>) {
     let points: Vec<_> = points.collect();
     let count = points.len().max(1) as f64;
     let centre = points.iter().map(|(x, _)| x).sum::<Point<D>>() / count;
     let mean = points.iter().map(|(_, value)| value).sum::<f64>() / count;
-    let mut gram = DMatrix::zeros(D, D);
-    let mut rhs = DVector::zeros(D);
+    let mut gram = DMatrix::<f64>::zeros(D, D);
+    let mut rhs = DVector::<f64>::zeros(D);
     for (x, value) in &points {
         for i in 0..D {
             rhs[i] += (x[i] - centre[i]) * (value - mean);
@@ -295,7 +298,34 @@ fn linear<const D: usize>(points: impl Iterator<Item = (Point<D>, f64)>) -> (Poi
             }
         }
     }
-    let slope = gram.cholesky().map(|factors| factors.solve(&rhs));
-    let slope = slope.filter(|slope| slope.iter().all(|s: &f64| s.is_finite()));
-    (centre, mean, slope.map_or_else(Point::zeros, |slope| Point::from_fn(|i, _| slope[i])))
+    let spread = gram.symmetric_eigen();
+    let flat = FLAT * spread.eigenvalues.amax();
+    let mut slope = Point::zeros();
+    for (axis, &square) in spread.eigenvectors.column_iter().zip(&spread.eigenvalues) {
+        if square > flat {
+            let along = axis.dot(&rhs) / square;
+            slope += Point::from_fn(|i, _| along * axis[i]);
+        }
+    }
+    (centre, mean, slope)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points in a plane that is turned, but for rounding: the slope along it, and none across.
+    #[test]
+    fn points_in_a_plane_tell_no_slope_across() {
+        let [along, aside] = [Point::<3>::new(0.6, 0.8, 0.0), Point::<3>::new(0.0, 0.0, 1.0)];
+        let across = Point::<3>::new(0.8, -0.6, 0.0);
+        let points = (0..9).map(|k| {
+            let (s, t) = (f64::from(k % 3) - 0.3, f64::from(k / 3) + 0.2);
+            let rounding = 1e-16 * f64::from((7 * k) % 5);
+            (along * s + aside * t + across * (1.7 + rounding), 3.0 + 2.0 * s - t)
+        });
+        let (centre, mean, slope) = linear(points);
+        assert!((slope - (along * 2.0 - aside)).norm() < 1e-12, "{slope:?}");
+        assert!((mean - (3.0 + 2.0 * along.dot(&centre) - aside.dot(&centre))).abs() < 1e-12);
+    }
 }

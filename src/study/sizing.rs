@@ -343,11 +343,14 @@ impl<'a, const D: usize> Search<'a, D> {
 
     /// Solves the next model, and the one to compare it with where that is not the last, and bounds its error.
     fn advance(&mut self, tolerance: &Tolerance<D>, budget: Budget, limits: &mut Limits<'_>) -> Result<(), Verdict> {
-        let counts = self.answer.levels.last().map(|level| level.counts.clone()).unwrap_or_default();
+        let last = self.answer.levels.last();
+        let (counts, solved) = last.map(|level| (level.counts.clone(), level.unknowns)).unwrap_or_default();
         let found = Found { first: self.answer.levels.len() < 2, counts: &counts, zones: &self.zones };
         let none = |why: String| Verdict::NotReached(why + &unsettled(&self.answer, tolerance));
         let Next { coarse, fine } = self.strategy.next(&found).map_err(none)?;
-        let unknowns = fine.counts.iter().fold(D, |n, &c| n.saturating_mul(c));
+        // Of a drawn shape or a solid the particles fill a part of their box, the same of any.
+        let product = |counts: &[usize]| counts.iter().map(|&c| c as f64).product::<f64>();
+        let unknowns = (solved as f64 * product(&fine.counts) / product(&counts)).round() as usize;
         if unknowns > budget.unknowns {
             return Err(none(format!("the next model has {unknowns} unknowns, the budget allows {}", budget.unknowns)));
         }

@@ -12,6 +12,7 @@ use rkpm::geometry::Mapped;
 use rkpm::prelude::*;
 use rkpm::scene::SolverChoice;
 use rkpm::solve::State;
+use rkpm::study::{Budget, Quantity, Tolerance};
 
 /// A bonded cube of 10 mm whose top moves aside by 3 mm.
 fn sheared(k: f64) -> Scene<3> {
@@ -117,6 +118,26 @@ fn iteration_and_factors_agree() {
     }
     let krylov_iterations = krylov.analysis().solver.krylov_iterations();
     assert!(!krylov_iterations.is_empty() && krylov_iterations.iter().all(|&d| d <= 40), "{krylov_iterations:?}");
+}
+
+/// Values and bounds of a search rest on dual solutions as well, and on their pressures, which a residual moves by the bulk modulus.
+#[test]
+fn bounds_by_iteration_are_those_by_factors() {
+    let rubber = Rubber::neo_hookean(0.5, 5e3).unwrap();
+    let scene = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber);
+    let scene = scene.hold((2, Side::Min)).with(Condition::on((2, Side::Max)).displacement([0.1, 0.0, -0.1]));
+    let tolerance = Tolerance::of(Quantity::reaction((2, Side::Max), 2), 1e-3);
+    let budget = Budget { unknowns: 1100, ..Budget::default() };
+    let sized = |choice| {
+        let answer = scene.solve_within_by(&Scheme::default().solver_choice(choice), &tolerance, budget).unwrap();
+        assert!(answer.levels.len() >= 3);
+        answer.levels.iter().filter_map(|level| level.estimate).collect::<Vec<f64>>()
+    };
+    let (krylov, direct) = (sized(SolverChoice::Krylov), sized(SolverChoice::Direct));
+    assert!(!direct.is_empty() && krylov.len() == direct.len(), "{krylov:?} {direct:?}");
+    for (a, b) in krylov.iter().zip(&direct) {
+        assert!((a / b - 1.0).abs() < 1e-4, "{krylov:?} {direct:?}");
+    }
 }
 
 #[test]

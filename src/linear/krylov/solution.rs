@@ -14,6 +14,9 @@ use super::product::Solved;
 /// Relative residuals of solutions: no more than Newton's method can make use of. It leaves about the square of what the last
 /// iteration has reduced the right-hand side by (Eisenstat and Walker, second choice).
 const TOLERANCE: [f64; 2] = [1e-5, 1e-2];
+/// Relative residual of solutions that no iteration of Newton's method corrects: what is left of a change of volume counts times
+/// the bulk modulus in dual pressures.
+const FULL: f64 = 1e-8;
 /// Right-hand sides are not reduced below this part of the largest of an analysis.
 const ENOUGH: f64 = 1e-12;
 /// Right-hand sides below this part of the largest of an analysis may be rounding, which no direction removes.
@@ -25,15 +28,30 @@ const DIRECTIONS: [usize; 2] = [80, 240];
 
 impl Factors for Solved<'_> {
     fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
-        self.solve_apart(rhs, &mut vec![[0.0; 4]; self.zones.len()])
+        self.solve(rhs, &mut vec![[0.0; 4]; self.zones.len()], true)
     }
 
     fn solve_apart(&self, rhs: &mut [f64], pressures: &mut [[f64; 4]]) -> Result<(), LinearError> {
+        self.solve(rhs, pressures, false)
+    }
+
+    fn inertia(&self) -> Option<Inertia> {
+        None
+    }
+
+    fn relative_residual(&self) -> f64 {
+        self.left.get().max(f64::MIN_POSITIVE)
+    }
+}
+
+impl Solved<'_> {
+    /// Solves for forces, gaps of conditions and gaps of pressures, `fully` or as far as Newton's next iteration makes use of.
+    fn solve(&self, rhs: &mut [f64], pressures: &mut [[f64; 4]], fully: bool) -> Result<(), LinearError> {
         let (force, gap) = rhs.split_at_mut(self.unknowns);
         let mut met = self.met(gap)?;
         let right = self.right_hand_side(&met, force, pressures);
         let mut x = vec![0.0; right.len()];
-        self.minimise(&right, &mut x)?;
+        self.minimise(&right, &mut x, fully)?;
         let (mine, q) = x.split_at(self.own.len());
         met.iter_mut().zip(&self.gathered(mine)).for_each(|(m, u)| *m += u);
         let mut left = vec![0.0; self.unknowns];
@@ -49,16 +67,6 @@ impl Factors for Solved<'_> {
         Ok(())
     }
 
-    fn inertia(&self) -> Option<Inertia> {
-        None
-    }
-
-    fn relative_residual(&self) -> f64 {
-        self.left.get().max(f64::MIN_POSITIVE)
-    }
-}
-
-impl Solved<'_> {
     /// A displacement that meets the conditions.
     fn met(&self, gap: &[f64]) -> Result<Vec<f64>, LinearError> {
         let mut met = vec![0.0; self.unknowns];
@@ -88,14 +96,15 @@ impl Solved<'_> {
     }
 
     /// Minimises the residual, and remembers what it took.
-    fn minimise(&self, right: &[f64], x: &mut [f64]) -> Result<(), LinearError> {
+    fn minimise(&self, right: &[f64], x: &mut [f64], fully: bool) -> Result<(), LinearError> {
         let norm = self.total(dot(right, right)).sqrt();
         let largest = self.largest.get().max(norm);
         self.largest.set(largest);
         let rounding = norm <= ROUNDING * largest;
         let [least, most] = TOLERANCE;
         let reduced = norm / self.last.replace(norm);
-        let tolerance = reduced.powi(2).max(ENOUGH * largest / norm).clamp(least, most);
+        let usable = reduced.powi(2).max(ENOUGH * largest / norm).clamp(least, most);
+        let tolerance = if fully { FULL } else { usable };
         let apply = |x: &[f64], y: &mut [f64]| self.apply(x, y);
         let precondition = |x: &[f64], y: &mut [f64]| self.precondition(x, y);
         let sum = |mine| self.total(mine);

@@ -129,8 +129,9 @@ pub enum ConstraintMethod {
 /// How linear systems are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolverChoice {
-    /// By what takes less: lattices in space of twelve by twelve particles and more in cross section by iteration, all others
-    /// by factors. Where it has to be known whether states are stable, ask for factors.
+    /// By what takes less: lattices in space and cut solids of twelve by twelve particles and more in cross section by iteration, all others
+    /// by factors, which also take over where the iteration does not converge and they fit into memory. Where it has to be known
+    /// whether states are stable, ask for factors.
     #[default]
     Auto,
     /// By factors.

@@ -290,7 +290,10 @@ fn analysis_of(scheme: &Scheme, transformable: bool, krylov: Option<Krylov>) -> 
         analysis.solver = Box::new(solver.clone());
     }
     if let Some(krylov) = krylov {
-        analysis = Analysis::new(Unaugmented, krylov);
+        let replaceable = krylov.replaceable;
+        let iterative = Analysis::new(Unaugmented, krylov);
+        let factors = std::mem::replace(&mut analysis, iterative);
+        analysis.factors = replaceable.then(|| Box::new(factors));
     }
     analysis.newton = scheme.newton;
     analysis.stepping = scheme.stepping;

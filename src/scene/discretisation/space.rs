@@ -21,8 +21,7 @@ use super::linear_fit::linear_fits;
 use super::one_body::expanding;
 use super::sharing::Sharing;
 use super::unmeasured::Unmeasured;
-use crate::scene::Scene;
-use crate::scene::{ApproximationChoice, Dilation, PressureScheme, Scheme, SolverChoice};
+use crate::scene::{ApproximationChoice, Dilation, PressureScheme, Scene, Scheme, SolverChoice, Source};
 
 /// Half the width of a band that takes as many operations as nested dissection does, in layers of particles: counted for
 /// cubes with 9, 13 and 17 a side, where the factors of 2187, 6591 and 14 739 unknowns take 0.9, 11.5 and 73 times 1e9.
@@ -39,9 +38,10 @@ pub(crate) fn is_one_body<const D: usize>(scene: &Scene<D>) -> bool {
     scene.bodies.len() == 1 && scene.rigids.is_empty() && scene.contact_pairs.is_empty()
 }
 
-/// Whether a lattice of particles is solved by iteration where its scene allows for it: by the problem alone, whatever else
+/// Whether particles in space are solved by iteration where their scene allows for it: by the problem alone, whatever else
 /// the machine does. Contact rests on stable states, which factors alone tell: it is solved by iteration where that is requested.
-pub(crate) fn iterates<const D: usize>(scene: &Scene<D>, scheme: &Scheme, counts: &[usize]) -> bool {
+/// A body of `particles` is cut across its longest side, along which `counts` are largest.
+fn iterates<const D: usize>(scene: &Scene<D>, scheme: &Scheme, particles: f64, counts: &[usize]) -> bool {
     if counts.len() != 3 || scheme.approximation != ApproximationChoice::Particles {
         return false;
     }
@@ -49,14 +49,27 @@ pub(crate) fn iterates<const D: usize>(scene: &Scene<D>, scheme: &Scheme, counts
         SolverChoice::Direct => false,
         SolverChoice::Krylov => true,
         SolverChoice::Auto if !scene.contacts.is_empty() => false,
-        SolverChoice::Auto => {
-            let mut counts: Vec<f64> = counts.iter().map(|&c| c as f64).collect();
-            counts.sort_by(f64::total_cmp);
-            let unknowns = 3.0 * counts.iter().product::<f64>();
-            let band = (3.0 * counts[0] * counts[1] * REACH).min(unknowns);
-            band * band > WORTH
-        }
+        // Directions depend on the mesh: fits to the corners of slivers stand for little.
+        SolverChoice::Auto if matches!(scene.bodies[0].source, Source::Mesh(_)) => false,
+        SolverChoice::Auto => band(particles, counts).powi(2) > WORTH,
     }
+}
+
+/// Half the width of the band that factors of a body take.
+fn band(particles: f64, counts: &[usize]) -> f64 {
+    let longest = counts.iter().copied().max().unwrap_or(1).max(1) as f64;
+    (3.0 * particles / longest * REACH).min(3.0 * particles)
+}
+
+/// Whether the factors of a body fit into memory.
+fn factors_fit(scheme: &Scheme, particles: f64, counts: &[usize]) -> bool {
+    let bytes = size_of::<f64>() as f64 * 3.0 * particles * band(particles, counts);
+    scheme.memory.or_else(super::memory::at_hand).is_none_or(|limit| bytes < limit as f64)
+}
+
+/// The particles of a lattice.
+fn product(counts: &[usize]) -> f64 {
+    counts.iter().map(|&c| c as f64).product()
 }
 
 /// Refuses lattices in space that would not fit into memory, before they are built.
@@ -80,7 +93,8 @@ pub(crate) fn refuse<const D: usize>(
     // Each of several ranks takes its share.
     let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).map_or(1, |ranks| ranks.count()) as f64;
     let preconditioner = scheme.solver.as_ref().is_some_and(|solver| solver.preconditioner(&[]).is_some());
-    let by_iteration = |counts: &[usize]| preconditioner || is_one_body(scene) && iterates(scene, scheme, counts);
+    let by_iteration =
+        |counts: &[usize]| preconditioner || is_one_body(scene) && iterates(scene, scheme, product(counts), counts);
     let alike = matches!(scheme.layout, Layout::Regular) && straight(domain);
     let takes = |counts: &[usize]| super::memory::needed(counts, reach, by_iteration(counts), alike) / ranks;
     let (needed, limit) = (takes(counts), limit as f64);
@@ -91,7 +105,7 @@ pub(crate) fn refuse<const D: usize>(
     while fits < 10_000 && takes(&[fits + 1; 3]) <= limit {
         fits += 1;
     }
-    Err(SolveError::Memory { particles: counts.iter().map(|&c| c as f64).product(), needed, limit, fits })
+    Err(SolveError::Memory { particles: product(counts), needed, limit, fits })
 }
 
 /// Whether even steps of the unit cube are even steps of a domain, looked at in a few points.
@@ -144,8 +158,9 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         let remedy = "leave the solver out and take SolverChoice::Krylov, or one that takes factors";
         return refused("a solver of preconditioners and cells that are no lattice", remedy);
     }
-    // Thin parts take more directions than blocks: they are solved so where it is asked for.
-    if !requested && cells.lattice().is_none_or(|lattice| !iterates(scene, scheme, &lattice.counts())) {
+    let Places { places, cells: along } = Places::of(cells, body.table());
+    let counts = cells.lattice().map_or_else(|| along.map(|cells| cells + 1).to_vec(), |l| l.counts().to_vec());
+    if !requested && !iterates(scene, scheme, cells.positions().len() as f64, &counts) {
         return Ok(None);
     }
     if let Some((with, remedy)) = unsuited_contact(scene, scheme, cells.positions(), equations) {
@@ -190,9 +205,9 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         sum.abs() > 0.5 * equation.measure() && equation.entries.iter().all(|e| e.0 % D == equation.dependent % D)
     });
     let held = held.map(|equation| equation.dependent).collect();
-    let Places { places, cells } = Places::of(cells, body.table());
-    let auxiliary = Auxiliary { model: Arc::from(model), term: 0, values, places, cells, held };
-    let krylov = Krylov::new(auxiliary);
+    let auxiliary = Auxiliary { model: Arc::from(model), term: 0, values, places, cells: along, held };
+    let mut krylov = Krylov::new(auxiliary);
+    krylov.replaceable = !requested && factors_fit(scheme, cells.positions().len() as f64, &counts);
     Ok(Some(match preconditioner {
         Some(preconditioner) => krylov.with_cycle(preconditioner),
         None => krylov,
