@@ -18,20 +18,35 @@ pub(crate) const PER_PARTICLE: f64 = 70_000.0;
 /// The same where the solution iterates and cells away from the faces share their rows.
 const PER_PARTICLE_ALIKE: f64 = 15_000.0;
 
-/// Bytes that a model of so many particles along each axis takes at its peak, and the particles that would fit into a
-/// limit. `alike`: spacings are even.
-pub(crate) fn needed(counts: &[usize], reach: f64, iterates: bool, alike: bool) -> f64 {
-    let particles: f64 = counts.iter().map(|&c| c as f64).product();
+/// Particles of a body in space: of all, and along its longest side.
+#[derive(Clone, Copy)]
+pub(super) struct Size {
+    pub particles: f64,
+    pub longest: f64,
+}
+
+impl Size {
+    /// Of a lattice with so many particles along each axis.
+    pub(super) fn of(counts: &[usize]) -> Size {
+        let counts = counts.iter().map(|&c| c as f64);
+        Size { particles: counts.clone().product(), longest: counts.fold(1.0, f64::max) }
+    }
+
+    /// Unknowns of a band that is so many layers of a mean cross section wide.
+    pub(super) fn band(self, layers: f64) -> f64 {
+        (3.0 * self.particles / self.longest * layers).min(3.0 * self.particles)
+    }
+}
+
+/// Bytes that a model takes at its peak. `alike`: spacings are even.
+pub(super) fn needed(size: Size, reach: f64, iterates: bool, alike: bool) -> f64 {
+    let particles = size.particles;
     let each = if iterates && alike { PER_PARTICLE_ALIKE } else { PER_PARTICLE };
     // Neighbours grow with the volume of supports.
     let mut bytes = particles * each * reach.max(1.0).powi(3);
     if !iterates {
-        let mut sorted: Vec<f64> = counts.iter().map(|&c| c as f64).collect();
-        sorted.sort_by(f64::total_cmp);
-        let unknowns = 3.0 * particles;
-        let band = (3.0 * sorted[0] * sorted[1] * 4.0 * reach.max(1.0)).min(unknowns);
         // Half of the band is filled, and the library works on another part of it.
-        bytes += 0.5 * 8.0 * unknowns * band;
+        bytes += 0.5 * 8.0 * 3.0 * particles * size.band(4.0 * reach.max(1.0));
     }
     bytes
 }
@@ -44,9 +59,10 @@ mod tests {
     fn memory_is_read_in_bytes() {
         assert_eq!(available("MemTotal: 10 kB\nMemAvailable:   2048 kB\n"), Some(2048 * 1024));
         assert_eq!(available("MemTotal: 10 kB\n"), None);
+        let cube = Size::of(&[47; 3]);
         // 104 430 particles took 1.3 GB.
-        assert!((1.3e9..2.0e9).contains(&needed(&[47, 47, 47], 1.0, true, true)));
-        assert!(needed(&[47; 3], 1.0, true, false) < 8.5e9);
-        assert!(needed(&[47; 3], 1.0, false, true) > 2.0 * needed(&[47; 3], 1.0, true, false));
+        assert!((1.3e9..2.0e9).contains(&needed(cube, 1.0, true, true)));
+        assert!(needed(cube, 1.0, true, false) < 8.5e9);
+        assert!(needed(cube, 1.0, false, true) > 2.0 * needed(cube, 1.0, true, false));
     }
 }

@@ -18,6 +18,7 @@ use crate::table::ShapeTable;
 use crate::term::{Body, PressureField};
 
 use super::linear_fit::linear_fits;
+use super::memory::Size;
 use super::one_body::expanding;
 use super::sharing::Sharing;
 use super::unmeasured::Unmeasured;
@@ -40,9 +41,8 @@ pub(crate) fn is_one_body<const D: usize>(scene: &Scene<D>) -> bool {
 
 /// Whether particles in space are solved by iteration where their scene allows for it: by the problem alone, whatever else
 /// the machine does. Contact rests on stable states, which factors alone tell: it is solved by iteration where that is requested.
-/// A body of `particles` is cut across its longest side, along which `counts` are largest.
-fn iterates<const D: usize>(scene: &Scene<D>, scheme: &Scheme, particles: f64, counts: &[usize]) -> bool {
-    if counts.len() != 3 || scheme.approximation != ApproximationChoice::Particles {
+fn iterates<const D: usize>(scene: &Scene<D>, scheme: &Scheme, size: Size) -> bool {
+    if scheme.approximation != ApproximationChoice::Particles {
         return false;
     }
     match scheme.solver_choice {
@@ -50,26 +50,23 @@ fn iterates<const D: usize>(scene: &Scene<D>, scheme: &Scheme, particles: f64, c
         SolverChoice::Krylov => true,
         SolverChoice::Auto if !scene.contacts.is_empty() => false,
         // Directions depend on the mesh: fits to the corners of slivers stand for little.
-        SolverChoice::Auto if matches!(scene.bodies[0].source, Source::Mesh(_)) => false,
-        SolverChoice::Auto => band(particles, counts).powi(2) > WORTH,
+        SolverChoice::Auto if scene.bodies.iter().any(|body| matches!(body.source, Source::Mesh(_))) => false,
+        SolverChoice::Auto => size.band(REACH).powi(2) > WORTH,
     }
 }
 
-/// Half the width of the band that factors of a body take.
-fn band(particles: f64, counts: &[usize]) -> f64 {
-    let longest = counts.iter().copied().max().unwrap_or(1).max(1) as f64;
-    (3.0 * particles / longest * REACH).min(3.0 * particles)
+/// How far supports reach, in spacings.
+fn reach(scheme: &Scheme) -> f64 {
+    match scheme.dilation {
+        Dilation::Local(r) | Dilation::Global(r) => r,
+        _ => super::approximation::default_dilation(scheme.order),
+    }
 }
 
 /// Whether the factors of a body fit into memory.
-fn factors_fit(scheme: &Scheme, particles: f64, counts: &[usize]) -> bool {
-    let bytes = size_of::<f64>() as f64 * 3.0 * particles * band(particles, counts);
-    scheme.memory.or_else(super::memory::at_hand).is_none_or(|limit| bytes < limit as f64)
-}
-
-/// The particles of a lattice.
-fn product(counts: &[usize]) -> f64 {
-    counts.iter().map(|&c| c as f64).product()
+fn factors_fit(scheme: &Scheme, size: Size) -> bool {
+    let limit = scheme.memory.or_else(super::memory::at_hand);
+    limit.is_none_or(|limit| super::memory::needed(size, reach(scheme), false, false) <= limit as f64)
 }
 
 /// Refuses lattices in space that would not fit into memory, before they are built.
@@ -86,17 +83,14 @@ pub(crate) fn refuse<const D: usize>(
     let (Some(limit), 3, ApproximationChoice::Particles) = (limit, counts.len(), scheme.approximation) else {
         return Ok(());
     };
-    let reach = match scheme.dilation {
-        Dilation::Local(r) | Dilation::Global(r) => r,
-        _ => super::approximation::default_dilation(scheme.order),
-    };
     // Each of several ranks takes its share.
     let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).map_or(1, |ranks| ranks.count()) as f64;
     let preconditioner = scheme.solver.as_ref().is_some_and(|solver| solver.preconditioner(&[]).is_some());
     let by_iteration =
-        |counts: &[usize]| preconditioner || is_one_body(scene) && iterates(scene, scheme, product(counts), counts);
+        |counts: &[usize]| preconditioner || is_one_body(scene) && iterates(scene, scheme, Size::of(counts));
     let alike = matches!(scheme.layout, Layout::Regular) && straight(domain);
-    let takes = |counts: &[usize]| super::memory::needed(counts, reach, by_iteration(counts), alike) / ranks;
+    let takes =
+        |counts: &[usize]| super::memory::needed(Size::of(counts), reach(scheme), by_iteration(counts), alike) / ranks;
     let (needed, limit) = (takes(counts), limit as f64);
     if !(needed > limit) {
         return Ok(());
@@ -105,7 +99,7 @@ pub(crate) fn refuse<const D: usize>(
     while fits < 10_000 && takes(&[fits + 1; 3]) <= limit {
         fits += 1;
     }
-    Err(SolveError::Memory { particles: product(counts), needed, limit, fits })
+    Err(SolveError::Memory { particles: Size::of(counts).particles, needed, limit, fits })
 }
 
 /// Whether even steps of the unit cube are even steps of a domain, looked at in a few points.
@@ -159,8 +153,14 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         return refused("a solver of preconditioners and cells that are no lattice", remedy);
     }
     let Places { places, cells: along } = Places::of(cells, body.table());
-    let counts = cells.lattice().map_or_else(|| along.map(|cells| cells + 1).to_vec(), |l| l.counts().to_vec());
-    if !requested && !iterates(scene, scheme, cells.positions().len() as f64, &counts) {
+    let size = cells.lattice().map_or_else(
+        || Size {
+            particles: cells.positions().len() as f64,
+            longest: along.iter().fold(1.0, |most: f64, &cells| most.max(cells as f64 + 1.0)),
+        },
+        |lattice| Size::of(&lattice.counts()),
+    );
+    if !requested && !iterates(scene, scheme, size) {
         return Ok(None);
     }
     if let Some((with, remedy)) = unsuited_contact(scene, scheme, cells.positions(), equations) {
@@ -207,7 +207,7 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
     let held = held.map(|equation| equation.dependent).collect();
     let auxiliary = Auxiliary { model: Arc::from(model), term: 0, values, places, cells: along, held };
     let mut krylov = Krylov::new(auxiliary);
-    krylov.replaceable = !requested && factors_fit(scheme, cells.positions().len() as f64, &counts);
+    krylov.replaceable = !requested && factors_fit(scheme, size);
     Ok(Some(match preconditioner {
         Some(preconditioner) => krylov.with_cycle(preconditioner),
         None => krylov,
