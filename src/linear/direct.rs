@@ -94,6 +94,23 @@ pub(crate) fn minimum_degree(pattern: &Pattern, count: usize) -> Result<Vec<usiz
     Ok(forward.into_iter().map(|old| old as usize).chain(count..pattern.size()).collect())
 }
 
+/// Multiplications that the factors of a pattern take, its unknowns eliminated in an order.
+///
+/// # Errors
+/// Where memory runs out.
+pub(crate) fn multiplications(pattern: &Pattern, order: &[usize]) -> Result<f64, LinearError> {
+    let columns: Vec<u32> = pattern.columns.iter().map(|&c| c as u32).collect();
+    let symbolic = symbolic(pattern, &columns, order)?;
+    let SymbolicCholeskyRaw::Supernodal(factor) = symbolic.raw() else { return Ok(0.0) };
+    let of_block = |block: usize| {
+        let own = (factor.supernode_end()[block] - factor.supernode_begin()[block]) as f64;
+        let below = factor.supernode(block).pattern().len() as f64;
+        // Its triangle, what stands below it, and what that takes from the blocks after it.
+        own * (own * own / 6.0 + own * below / 2.0 + below * below / 2.0)
+    };
+    Ok((0..factor.n_supernodes()).map(of_block).sum())
+}
+
 /// The symbolic factor, always by supernodes: rows of hundreds of entries make even small ones faster than single
 /// columns, and on single columns $LBL^T$ silently becomes $LDL^T$ without pivoting.
 fn symbolic(pattern: &Pattern, columns: &[u32], order: &[usize]) -> Result<SymbolicCholesky<u32>, LinearError> {

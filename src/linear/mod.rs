@@ -10,7 +10,7 @@ mod uncondensed;
 pub(crate) mod vector;
 
 pub use direct::Direct;
-pub(crate) use direct::minimum_degree;
+pub(crate) use direct::{minimum_degree, multiplications};
 pub(crate) use gmres::minimal_residuals;
 pub(crate) use krylov::{Auxiliary, Krylov};
 pub(crate) use ordering::after_their_rows;

@@ -41,6 +41,18 @@ fn definite_and_indefinite_matrices_are_solved_and_counted() {
 }
 
 #[test]
+fn multiplications_of_factors_are_counted() {
+    // Of a dense matrix n³/6, of a chain two for each unknown, or those of the blocks of 16 that it is padded to.
+    let n = 60;
+    let dense = Pattern::from_columns((0..n).map(|c| (c as u32..n as u32).collect()).collect());
+    let order: Vec<usize> = (0..n).collect();
+    let found = multiplications(&dense, &order).unwrap() / (n as f64).powi(3);
+    assert!((found - 1.0 / 6.0).abs() < 1e-12, "{found}");
+    let few = multiplications(&chain(1000, 0.0).0, &(0..1000).collect::<Vec<_>>()).unwrap();
+    assert!((1000.0..1000.0 * 16.0 * 16.0).contains(&few), "{few}");
+}
+
+#[test]
 fn saddle_points_are_solved_and_counted_stable_or_not() {
     let (n, constraints) = (60, 5);
     let (chain, _) = chain(n, 0.0);

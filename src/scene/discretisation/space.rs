@@ -3,13 +3,13 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use crate::assembly::Model;
+use crate::assembly::{Model, Pattern};
 use crate::boundary::Constraints;
 use crate::cells::{Cells, Lattice, Layout};
 use crate::contact::RigidSurface;
-use crate::error::{Error, Incompatible, SolveError};
+use crate::error::{Error, Incompatible, LinearError, SolveError};
 use crate::geometry::{Bounds, Domain, Point};
-use crate::linear::{Auxiliary, Krylov};
+use crate::linear::{Auxiliary, Krylov, after_their_rows, multiplications, nested_dissection};
 use crate::material::Material;
 use crate::quadrature::Points;
 use crate::shape::{Approximation, FiniteElements};
@@ -41,7 +41,8 @@ pub(crate) fn is_one_body<const D: usize>(scene: &Scene<D>) -> bool {
 
 /// Whether particles in space are solved by iteration where their scene allows for it: by the problem alone, whatever else
 /// the machine does. Contact rests on stable states, which factors alone tell: it is solved by iteration where that is requested.
-fn iterates<const D: usize>(scene: &Scene<D>, scheme: &Scheme, size: Size) -> bool {
+/// `counted` tells whether factors take more than [`WORTH`] where a band of the mean cross section takes less.
+fn iterates<const D: usize>(scene: &Scene<D>, scheme: &Scheme, size: Size, counted: impl FnOnce() -> bool) -> bool {
     if scheme.approximation != ApproximationChoice::Particles {
         return false;
     }
@@ -51,8 +52,51 @@ fn iterates<const D: usize>(scene: &Scene<D>, scheme: &Scheme, size: Size) -> bo
         SolverChoice::Auto if !scene.contacts.is_empty() => false,
         // Directions depend on the mesh: fits to the corners of slivers stand for little.
         SolverChoice::Auto if scene.bodies.iter().any(|body| matches!(body.source, Source::Mesh(_))) => false,
-        SolverChoice::Auto => size.band(REACH).powi(2) > WORTH,
+        SolverChoice::Auto => size.band(REACH).powi(2) > WORTH || counted(),
     }
+}
+
+/// Multiplications of factors for each unknown: particles in one cluster of points are coupled, and those that one condition holds.
+fn of_factors<const D: usize>(
+    positions: &[Point<D>],
+    table: &ShapeTable<D>,
+    equations: &Constraints,
+) -> Result<f64, LinearError> {
+    let mut columns: Vec<Vec<u32>> = vec![Vec::new(); positions.len()];
+    let mut most = vec![0usize; positions.len()];
+    for cluster in 0..table.clusters().len() {
+        let nodes = table.clusters().nodes(cluster);
+        for (place, &node) in nodes.iter().enumerate() {
+            let column = &mut columns[node as usize];
+            column.extend_from_slice(&nodes[place..]);
+            // Clusters share most of their particles.
+            if column.len() > 2 * most[node as usize].max(nodes.len()) {
+                column.sort_unstable();
+                column.dedup();
+                most[node as usize] = column.len();
+            }
+        }
+    }
+    // Conditions on the components of one particle stand together.
+    let mut rows: Vec<u32> = vec![u32::MAX; positions.len()];
+    for equation in equations.equations() {
+        let row = &mut rows[equation.dependent / D];
+        if *row == u32::MAX {
+            *row = columns.len() as u32;
+            columns.push(Vec::new());
+        }
+        let (row, mut last) = (*row, usize::MAX);
+        for node in equation.entries.iter().map(|entry| entry.0 / D) {
+            if std::mem::replace(&mut last, node) != node {
+                columns[node].push(row);
+            }
+        }
+    }
+    let pattern = Pattern::from_columns(columns);
+    let place = |node: usize| std::array::from_fn::<f64, D, _>(|i| positions[node][i]);
+    let order = after_their_rows(&pattern, &nested_dissection(&pattern, positions.len(), place));
+    // Blocks of D by D to each entry, D unknowns to each particle.
+    Ok(multiplications(&pattern, &order)? * (D * D) as f64 / pattern.size().max(1) as f64)
 }
 
 /// How far supports reach, in spacings.
@@ -87,7 +131,7 @@ pub(crate) fn refuse<const D: usize>(
     let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).map_or(1, |ranks| ranks.count()) as f64;
     let preconditioner = scheme.solver.as_ref().is_some_and(|solver| solver.preconditioner(&[]).is_some());
     let by_iteration =
-        |counts: &[usize]| preconditioner || is_one_body(scene) && iterates(scene, scheme, Size::of(counts));
+        |counts: &[usize]| preconditioner || is_one_body(scene) && iterates(scene, scheme, Size::of(counts), || false);
     let alike = matches!(scheme.layout, Layout::Regular) && straight(domain);
     let takes =
         |counts: &[usize]| super::memory::needed(Size::of(counts), reach(scheme), by_iteration(counts), alike) / ranks;
@@ -160,7 +204,12 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         },
         |lattice| Size::of(&lattice.counts()),
     );
-    if !requested && !iterates(scene, scheme, size) {
+    // Separators of solids may be wider than their mean cross section; a rank has a share of the table.
+    let counted = || {
+        let whole = cells.lattice().is_none() && sharing.ranks().is_none();
+        whole && of_factors(cells.positions(), body.table(), equations).is_ok_and(|each| each > WORTH)
+    };
+    if !requested && !iterates(scene, scheme, size, counted) {
         return Ok(None);
     }
     if let Some((with, remedy)) = unsuited_contact(scene, scheme, cells.positions(), equations) {
