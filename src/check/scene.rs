@@ -7,8 +7,8 @@ use crate::compiled::compiled;
 use crate::error::{ApproximationError, BoundaryError, Error};
 use crate::material::Material;
 use crate::paper::Cover;
-use crate::scene::{ApproximationChoice, Scene, Scheme, kernel_functions};
-use crate::term::{Body, PressureField};
+use crate::scene::{ApproximationChoice, BodyOf, Scene, Scheme, kernel_functions};
+use crate::term::{Amplitude, Body, PressureField};
 
 use super::cover::{UncoveredRegion, cover};
 use super::free_motions::{FreeMotion, free_motions};
@@ -40,6 +40,8 @@ pub struct Diagnosis {
     pub pressures: usize,
     /// Displacement unknowns that the rows leave.
     pub displacements: usize,
+    /// Settings that no run of the scene feels: pairs of tables beyond a load factor of 1, a law that relaxes in a scene without time.
+    pub without_effect: Vec<String>,
     /// Whether a single cell spans a thickness of the body.
     pub thin: bool,
     /// Pressures per displacement above which a nearly incompressible body locks: those of the continuum, one
@@ -93,6 +95,8 @@ impl Diagnosis {
             self.dependent.len(),
             words(self.dependent.iter().map(ToString::to_string).collect()),
         ));
+        let unfelt = self.without_effect.clone();
+        report.findings.push(count("settings have an effect", self.without_effect.len(), list(unfelt)));
         let held = "hold it by a condition, or by the friction of a contact";
         let motions = self.free.iter().map(|m| format!("{m}: {held}"));
         report.findings.push(count("no rigid motion is free", self.free.len(), list(motions.collect())));
@@ -182,6 +186,7 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
         }
         Err(error) => return Err(error),
     };
+    diagnosis.without_effect = without_effect(scene);
     // What a run would trip over before its first step.
     problem.analysis().check_settings(problem.model())?;
     diagnosis.dependent = dependent_rows(problem.equations().equations());
@@ -190,6 +195,30 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
     let equations = problem.equations().len() - diagnosis.dependent.len();
     diagnosis.displacements = problem.model().unknowns().saturating_sub(equations);
     Ok(diagnosis)
+}
+
+/// Settings that no run of a scene feels, with what to do.
+fn without_effect<const D: usize>(scene: &Scene<D>) -> Vec<String> {
+    let conditions = scene.conditions.iter().map(|c| (&c.amplitude, format!("a condition on {}", c.place)));
+    let loads = scene.loads.iter().map(|load| (&load.amplitude, load.label()));
+    let surfaces = scene
+        .contacts
+        .iter()
+        .flat_map(|c| c.surface.amplitudes().map(|a| (a, format!("surface `{}`", c.surface.name))));
+    let clock = scene.clock.iter().map(|clock| (clock, "the clock of the scene".to_string()));
+    let tables = conditions.chain(loads).chain(surfaces).chain(clock).filter_map(|(amplitude, of)| {
+        let Amplitude::Table(pairs) = amplitude else { return None };
+        let last = pairs.last().filter(|last| last.0 > 1.0)?.0;
+        Some(format!(
+            "the table of {of} goes on to {last}, a run ends at a load factor of 1: divide its first numbers by {last}"
+        ))
+    });
+    let relaxes = |body: &BodyOf<D>| body.material.internal_variables().is_some_and(|law| law.relaxed() < 1.0);
+    let timeless = scene.bodies.iter().filter(|body| scene.clock.is_none() && relaxes(body)).map(|body| {
+        let of = if body.name.is_empty() { "the body".to_string() } else { format!("body `{}`", body.name) };
+        format!("the law of {of} relaxes and no time passes: give the scene Scene::over_time")
+    });
+    tables.chain(timeless).collect()
 }
 
 /// The pressures of a body, or the points that constrain its volume.

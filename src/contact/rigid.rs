@@ -216,14 +216,18 @@ impl<const D: usize> RigidSurface<D> {
         Placed { offset: self.start + by, slope, turned }
     }
 
+    /// What its motion follows.
+    pub(crate) fn amplitudes(&self) -> impl Iterator<Item = &Amplitude> {
+        let drive = match &self.drive {
+            Drive::Fixed => None,
+            Drive::Moved { amplitude, .. } | Drive::Pushed { amplitude, .. } => Some(amplitude),
+        };
+        drive.into_iter().chain(self.turning.iter().map(|turning| &turning.amplitude))
+    }
+
     /// Load factors at which its motion has break points.
     pub(crate) fn break_points(&self) -> Vec<f64> {
-        let mut found = match &self.drive {
-            Drive::Fixed => Vec::new(),
-            Drive::Moved { amplitude, .. } | Drive::Pushed { amplitude, .. } => amplitude.break_points(),
-        };
-        found.extend(self.turning.iter().flat_map(|turning| turning.amplitude.break_points()));
-        found
+        self.amplitudes().flat_map(Amplitude::break_points).collect()
     }
 }
 

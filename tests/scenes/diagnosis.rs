@@ -353,3 +353,29 @@ fn one_cell_through_a_thin_body_is_said() {
     };
     assert!(said(2) && !said(3));
 }
+
+#[test]
+fn settings_that_no_run_feels_are_found() {
+    use rkpm::material::{Prony, Viscoelastic};
+    let scheme = Scheme::default().particles([9, 7]);
+    let seconds = || Amplitude::table(vec![(0.0, 0.0), (2.0, 1.0), (20.0, 1.0)]).unwrap();
+    let relaxing =
+        Viscoelastic::new(Rubber::neo_hookean(0.5, 1e3).unwrap(), Prony::of_instantaneous([(0.4, 2.0)]).unwrap());
+    let pad = |amplitude: Amplitude| {
+        Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, relaxing.clone())
+            .hold((1, Side::Min))
+            .with(Condition::on((1, Side::Max)).displacement([0.2, 0.0]).amplitude(amplitude))
+    };
+    let found = diagnose(&pad(seconds()), &scheme).without_effect;
+    assert_eq!(found.len(), 2, "{found:?}");
+    assert!(found[0].contains("goes on to 20") && found[1].contains("Scene::over_time"), "{found:?}");
+    assert!(diagnose(&pad(Amplitude::Ramp).over_time(20.0), &scheme).holds());
+    // Surfaces and loads follow tables too.
+    let plate = RigidSurface::plane([0.0, 1.0], [0.0, -1.0]).moving_along([0.0, -0.1], seconds()).named("plate");
+    let pressed = square().hold((1, Side::Min)).contact((1, Side::Max), plate);
+    let found = diagnose(&pressed, &scheme);
+    assert_eq!(broken(&found), ["settings have an effect"]);
+    assert!(found.without_effect[0].contains("`plate`"), "{:?}", found.without_effect);
+    let pulled = square().hold((1, Side::Min)).with(Load::traction((1, Side::Max), [0.0, 0.1]).amplitude(seconds()));
+    assert_eq!(broken(&diagnose(&pulled, &scheme)), ["settings have an effect"]);
+}
