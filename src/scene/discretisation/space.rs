@@ -161,6 +161,17 @@ fn straight<const D: usize>(domain: &dyn Domain<D>) -> bool {
     })
 }
 
+/// Particles of a body in space, of all and along its longest side, which has so many cells `along` each axis where it is no lattice.
+fn size_of<const D: usize>(cells: &dyn Cells<D>, along: &[usize]) -> Size {
+    match cells.lattice() {
+        Some(lattice) => Size::of(&lattice.counts()),
+        None => Size {
+            particles: cells.positions().len() as f64,
+            longest: along.iter().fold(1.0, |most: f64, &cells| most.max(cells as f64 + 1.0)),
+        },
+    }
+}
+
 /// The solution by iteration of a body, with elements beside its particles; none where it is not to be had.
 ///
 /// # Errors
@@ -197,13 +208,7 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         return refused("a solver of preconditioners and cells that are no lattice", remedy);
     }
     let Places { places, cells: along } = Places::of(cells, body.table());
-    let size = cells.lattice().map_or_else(
-        || Size {
-            particles: cells.positions().len() as f64,
-            longest: along.iter().fold(1.0, |most: f64, &cells| most.max(cells as f64 + 1.0)),
-        },
-        |lattice| Size::of(&lattice.counts()),
-    );
+    let size = size_of(cells, &along);
     // Separators of solids may be wider than their mean cross section; a rank has a share of the table.
     let counted = || {
         let whole = cells.lattice().is_none() && sharing.ranks().is_none();
