@@ -40,7 +40,7 @@ pub struct Diagnosis {
     pub pressures: usize,
     /// Displacement unknowns that the rows leave.
     pub displacements: usize,
-    /// Settings that no run of the scene feels: pairs of tables beyond a load factor of 1, a law that relaxes in a scene without time.
+    /// Settings without effect on a run of the scene: pairs of tables beyond a load factor of 1, a law that relaxes in a scene without time.
     pub without_effect: Vec<String>,
     /// Whether a single cell spans a thickness of the body.
     pub thin: bool,
@@ -95,8 +95,11 @@ impl Diagnosis {
             self.dependent.len(),
             words(self.dependent.iter().map(ToString::to_string).collect()),
         ));
-        let unfelt = self.without_effect.clone();
-        report.findings.push(count("settings have an effect", self.without_effect.len(), list(unfelt)));
+        report.findings.push(count(
+            "settings have an effect",
+            self.without_effect.len(),
+            self.without_effect.join("; "),
+        ));
         let held = "hold it by a condition, or by the friction of a contact";
         let motions = self.free.iter().map(|m| format!("{m}: {held}"));
         report.findings.push(count("no rigid motion is free", self.free.len(), list(motions.collect())));
@@ -197,7 +200,7 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
     Ok(diagnosis)
 }
 
-/// Settings that no run of a scene feels, with what to do.
+/// Settings without effect on a run of a scene, with what to do.
 fn without_effect<const D: usize>(scene: &Scene<D>) -> Vec<String> {
     let conditions = scene.conditions.iter().map(|c| (&c.amplitude, format!("a condition on {}", c.place)));
     let loads = scene.loads.iter().map(|load| (&load.amplitude, load.label()));

@@ -355,7 +355,7 @@ fn one_cell_through_a_thin_body_is_said() {
 }
 
 #[test]
-fn settings_that_no_run_feels_are_found() {
+fn settings_without_effect_are_found() {
     use rkpm::material::{Prony, Viscoelastic};
     let scheme = Scheme::default().particles([9, 7]);
     let seconds = || Amplitude::table(vec![(0.0, 0.0), (2.0, 1.0), (20.0, 1.0)]).unwrap();
