@@ -1,4 +1,7 @@
 //! Parts of no block: regions, planar meshes, closed surfaces, two bodies, contact, drawn at random and asked for 2 %.
+//!
+//! References are two runs without a search: of even spacings, the finer of which is at least twice as fine as answers for 2 % are, and
+//! of meshes whose cells have been cut. How far they are apart tells, at first order, how well the finer one is known.
 
 use std::error::Error;
 
@@ -6,16 +9,46 @@ use rkpm::mesh::{CellShape, Mesh};
 use rkpm::output::{Cell, Summary, Table};
 use rkpm::prelude::*;
 use rkpm::solid::{Select, Shape};
-use rkpm::study::{Answer, Budget, Level, Quantity, Tolerance, Verdict};
+use rkpm::study::{Budget, Quantity, Tolerance, Verdict};
 
 use crate::median;
 
 /// Draws a part, given numbers between two.
-type Draw = fn(&mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<2>, rkpm::Error>;
+type Draw = fn(&mut dyn FnMut(f64, f64) -> f64) -> Result<Drawn<2>, rkpm::Error>;
 
 const ASKED: f64 = 0.02;
-/// What references are asked for.
-const REFERENCE: f64 = 0.004;
+/// Cells along a length of one of the coarser and the finer reference in the plane, and in space.
+const PLANAR: [f64; 2] = [40.0, 60.0];
+const SPATIAL: [f64; 2] = [16.0, 24.0];
+/// How often cells of meshes are cut for references.
+const CUTS: [usize; 2] = [3, 4];
+
+/// A part, and the models that tell its true value.
+struct Drawn<const D: usize> {
+    scene: Scene<D>,
+    /// The coarser and the finer.
+    references: [(Scene<D>, Scheme); 2],
+    /// The spacing of the coarser over that of the finer.
+    ratio: f64,
+}
+
+impl<const D: usize> Drawn<D> {
+    /// With references of even spacings, so many to a length of one.
+    fn evenly(scene: Scene<D>, cells: [f64; 2]) -> Self {
+        let references = cells.map(|cells| (scene.clone(), Scheme::default().spacing(1.0 / cells)));
+        Drawn { scene, references, ratio: cells[1] / cells[0] }
+    }
+
+    /// Value and displacement unknowns of both references.
+    fn values(&self, quantity: &Quantity<D>) -> Result<Vec<(f64, usize)>, rkpm::Error> {
+        let one = |(scene, scheme): &(Scene<D>, Scheme)| {
+            let problem = scene.discretize(scheme)?;
+            let path = problem.run()?.completed()?;
+            Ok((quantity.evaluate(&problem, path.last())?, problem.model().unknowns()))
+        };
+        self.references.iter().map(one).collect()
+    }
+}
 
 /// What became of one part.
 struct Row {
@@ -81,17 +114,16 @@ pub fn table() -> Table {
     Table::new(["family", "number", "reached", "bound", "error", "uncertainty", "particles", "seconds"])
 }
 
-/// Sizes a part twice, the second time as its reference.
+/// Sizes a part, and solves its references.
 fn judge<const D: usize>(
     (family, number): (&'static str, u64),
-    scene: &Scene<D>,
+    part: &Drawn<D>,
     quantity: Quantity<D>,
     unknowns: usize,
     rows: &mut Vec<Row>,
 ) {
     let budget = Budget { unknowns, ..Budget::default() };
-    let size = |error: f64| scene.solve_within(&Tolerance::of(quantity.clone(), error), budget);
-    let value = |answer: &Answer<D>| answer.values()[0];
+    let answer = part.scene.solve_within(&Tolerance::of(quantity.clone(), ASKED), budget);
     let mut row = Row {
         family,
         number,
@@ -103,21 +135,23 @@ fn judge<const D: usize>(
         smallest: None,
         seconds: f64::NAN,
     };
-    match (size(ASKED), size(REFERENCE)) {
-        (Ok(answer), Ok(reference)) => {
+    match (answer, part.values(&quantity)) {
+        (Ok(answer), Ok(references)) => {
+            let exact = references[1].0;
             row.reached = answer.reached();
             row.bound = answer.bound;
-            row.error = (value(&answer) / value(&reference) - 1.0).abs();
-            row.uncertainty = reference.bound;
+            row.error = (answer.values()[0] / exact - 1.0).abs();
+            row.uncertainty = (references[0].0 / exact - 1.0).abs() / (part.ratio - 1.0);
             row.particles = answer.problem.model().unknowns() / D;
             row.seconds = answer.seconds();
-            row.smallest = smallest(&reference, value(&reference));
+            let levels = answer.levels.iter().map(|level| (level.values[0], level.unknowns));
+            row.smallest = smallest(&levels.chain(references).collect::<Vec<_>>(), exact).map(|unknowns| unknowns / D);
             if let Verdict::NotReached(why) = &answer.verdict {
                 println!("{family} {number}: not reached: {why}");
             }
         }
-        (answer, reference) => {
-            let errors = [answer.err(), reference.err()].into_iter().flatten().map(|error| error.to_string());
+        (answer, references) => {
+            let errors = [answer.err(), references.err()].into_iter().flatten().map(|error| error.to_string());
             println!("{family} {number}: {}", errors.collect::<Vec<_>>().join("; "));
         }
     }
@@ -128,11 +162,10 @@ fn judge<const D: usize>(
     rows.push(row);
 }
 
-/// Particles of the first model of a reference's series whose own value is within the tolerance, and those of all finer ones.
-fn smallest<const D: usize>(reference: &Answer<D>, exact: f64) -> Option<usize> {
-    let off = |level: &&Level| (level.values[0] / exact - 1.0).abs() <= ASKED;
-    let sufficient = reference.levels.iter().rev().take_while(off).last()?;
-    Some(sufficient.unknowns / D)
+/// Unknowns of the first model of a series whose value is within the tolerance, and those of all finer ones.
+fn smallest(series: &[(f64, usize)], exact: f64) -> Option<usize> {
+    let off = |(value, _): &&(f64, usize)| (value / exact - 1.0).abs() <= ASKED;
+    series.iter().rev().take_while(off).last().map(|&(_, unknowns)| unknowns)
 }
 
 fn rubber(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Rubber, rkpm::Error> {
@@ -145,18 +178,19 @@ fn motion(between: &mut dyn FnMut(f64, f64) -> f64) -> [f64; 2] {
 }
 
 /// A plate with a round hole.
-fn region(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<2>, rkpm::Error> {
+fn region(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Drawn<2>, rkpm::Error> {
     let (width, radius) = (between(1.0, 2.5), between(0.12, 0.3));
     let outline = Outline::at([0.0, 0.0]).line("bottom", [width, 0.0]).line("side", [width, 1.0]);
     let hole = Outline::circle("hole", [between(0.4, 0.6) * width, between(0.4, 0.6)], radius);
     let part = Region::with_holes(outline.line("top", [0.0, 1.0]).close("side"), [hole])?;
-    Ok(Scene::new(part, PlaneStrain, rubber(between)?)
+    let scene = Scene::new(part, PlaneStrain, rubber(between)?)
         .hold("bottom")
-        .with(Condition::on("top").displacement(motion(between)).named("moved")))
+        .with(Condition::on("top").displacement(motion(between)).named("moved"));
+    Ok(Drawn::evenly(scene, PLANAR))
 }
 
 /// Quadrangles of a trapezium, their inner nodes moved.
-fn mesh(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<2>, rkpm::Error> {
+fn mesh(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Drawn<2>, rkpm::Error> {
     let counts = [between(3.0, 6.9) as usize, between(3.0, 5.9) as usize];
     let (width, slant) = (between(0.8, 2.0), between(-0.3, 0.3));
     let along = counts[0] + 1;
@@ -182,36 +216,44 @@ fn mesh(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<2>, rkpm::Erro
         ("top".to_string(), (first + counts[0]..first + 2 * counts[0]).collect()),
     ];
     let part = Mesh::new(points, &[(CellShape::Quadrangle, cells), (CellShape::Line, edges)], &groups)?;
-    Ok(Scene::new(part, PlaneStrain, rubber(between)?)
-        .hold("bottom")
-        .with(Condition::on("top").displacement(motion(between)).named("moved")))
+    let (rubber, motion) = (rubber(between)?, motion(between));
+    let scene = |part: Mesh<2>| {
+        Scene::new(part, PlaneStrain, rubber.clone())
+            .hold("bottom")
+            .with(Condition::on("top").displacement(motion).named("moved"))
+    };
+    let cut = |times: usize| (0..times).try_fold(part.clone(), |mesh, _| mesh.refined());
+    let references = [cut(CUTS[0])?, cut(CUTS[1])?].map(|mesh| (scene(mesh), Scheme::default()));
+    Ok(Drawn { scene: scene(part), references, ratio: 2.0 })
 }
 
 /// Two bonded layers.
-fn bodies(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<2>, rkpm::Error> {
+fn bodies(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Drawn<2>, rkpm::Error> {
     let (width, joint) = (between(0.8, 3.0), between(0.3, 0.7));
-    Ok(Scene::assembly(PlaneStrain)
+    let scene = Scene::assembly(PlaneStrain)
         .body("lower", Block::new([0.0, 0.0], [width, joint]), rubber(between)?)
         .body("upper", Block::new([0.0, joint], [width, 1.0]), rubber(between)?)
         .hold(Place::on((1, Side::Min)).of("lower"))
-        .with(Condition::on(Place::on((1, Side::Max)).of("upper")).displacement(motion(between)).named("moved")))
+        .with(Condition::on(Place::on((1, Side::Max)).of("upper")).displacement(motion(between)).named("moved"));
+    Ok(Drawn::evenly(scene, PLANAR))
 }
 
 /// A half of a round cord on a plate, pressed by its flat side.
-fn contact(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<2>, rkpm::Error> {
+fn contact(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Drawn<2>, rkpm::Error> {
     let radius = between(0.6, 1.4);
     let outline =
         Outline::at([0.0, -radius]).arc("round", [radius, 0.0], [0.0, 0.0], Turn::Left).line("top", [0.0, 0.0]);
     let down = between(0.08, 0.25) * radius;
     let floor = RigidSurface::plane([0.0, -radius], [0.0, 1.0]).named("floor");
-    Ok(Scene::new(Region::new(outline.close("axis"))?, PlaneStrain, rubber(between)?)
+    let scene = Scene::new(Region::new(outline.close("axis"))?, PlaneStrain, rubber(between)?)
         .prescribe("axis", 0, 0.0)
         .with(Condition::on("top").displacement([0.0, -down]).named("moved"))
-        .contact("round", floor))
+        .contact("round", floor);
+    Ok(Drawn::evenly(scene, PLANAR))
 }
 
 /// A block with a bore along its width.
-fn solid(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<3>, rkpm::Error> {
+fn solid(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Drawn<3>, rkpm::Error> {
     let (width, depth, radius) = (between(0.8, 1.5), between(0.8, 1.5), between(0.15, 0.3));
     let middle = [between(0.4, 0.6) * width, between(0.4, 0.6)];
     let bore = Shape::cylinder([middle[0], -0.1, middle[1]], [middle[0], depth + 0.1, middle[1]], radius);
@@ -220,7 +262,8 @@ fn solid(between: &mut dyn FnMut(f64, f64) -> f64) -> Result<Scene<3>, rkpm::Err
     let part = part.name("bottom", Select::plane(at(0.0), [0.0, 0.0, -1.0]))?;
     let part = part.name("top", Select::plane(at(1.0), [0.0, 0.0, 1.0]))?;
     let [aside, down] = motion(between);
-    Ok(Scene::new(part, Solid, rubber(between)?)
+    let scene = Scene::new(part, Solid, rubber(between)?)
         .hold("bottom")
-        .with(Condition::on("top").displacement([aside, 0.0, down])))
+        .with(Condition::on("top").displacement([aside, 0.0, down]));
+    Ok(Drawn::evenly(scene, SPATIAL))
 }

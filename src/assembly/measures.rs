@@ -10,25 +10,30 @@ impl<const D: usize> ModelAt<'_, D> {
     pub fn energy(self) -> f64 {
         let mut energy = 0.0;
         for (number, term) in self.model.summed() {
-            for cluster in 0..term.clusters() {
-                energy += term.energy(cluster, self.at.of_term(number));
-            }
+            let view = self.at.of_term(number);
+            let runs = self.map_clusters(0..term.clusters(), |clusters| {
+                clusters.map(|cluster| term.energy(cluster, view)).collect::<Vec<_>>()
+            });
+            energy = runs.into_iter().flatten().fold(energy, |sum, own| sum + own);
         }
         self.over_ranks(energy)
     }
 
     /// The smallest $\det F$ at any point and where; `None` where no term has a deformation gradient.
     pub fn smallest_jacobian(self) -> Option<(f64, Vec<f64>)> {
-        let mut smallest: Option<(f64, Vec<f64>)> = None;
+        type Found = Option<(f64, Vec<f64>)>;
+        let smaller = |least: Found, found: Found| match (least, found) {
+            (Some(least), Some(found)) if !(found.0 < least.0 || found.0.is_nan()) => Some(least),
+            (least, found) => found.or(least),
+        };
+        let mut smallest = None;
         for (number, term) in self.model.summed() {
-            for cluster in 0..term.clusters() {
-                let found = term.diagnostics().and_then(|of| of.smallest_jacobian(cluster, self.at.of_term(number)));
-                if let Some(found) = found
-                    && smallest.as_ref().is_none_or(|s| found.0 < s.0 || found.0.is_nan())
-                {
-                    smallest = Some(found);
-                }
-            }
+            let view = self.at.of_term(number);
+            let runs = self.map_clusters(0..term.clusters(), |clusters| {
+                let own = term.diagnostics();
+                clusters.map(|cluster| own.and_then(|own| own.smallest_jacobian(cluster, view))).fold(None, smaller)
+            });
+            smallest = runs.into_iter().fold(smallest, smaller);
         }
         match &self.model.ranks {
             Some(ranks) => smallest_of_all::<D>(&**ranks, smallest),
@@ -40,10 +45,12 @@ impl<const D: usize> ModelAt<'_, D> {
     pub(crate) fn diagnostics(self) -> StateDiagnostics {
         let mut diagnostics = StateDiagnostics::default();
         for (number, term) in self.model.summed() {
-            let Some(own) = term.diagnostics() else { continue };
-            for cluster in 0..term.clusters() {
-                diagnostics = diagnostics.join(own.of_state(cluster, self.at.of_term(number)));
-            }
+            let view = self.at.of_term(number);
+            let runs = self.map_clusters(0..term.clusters(), |clusters| {
+                let own = term.diagnostics();
+                clusters.filter_map(|cluster| Some(own?.of_state(cluster, view))).collect::<Vec<_>>()
+            });
+            diagnostics = runs.into_iter().flatten().fold(diagnostics, StateDiagnostics::join);
         }
         match &self.model.ranks {
             Some(ranks) => diagnostics.over(|values| ranks.largest(values), |value| ranks.sum(value)),

@@ -1,5 +1,7 @@
 //! A model at a state: forces, and increments of the condensed unknowns.
 
+use std::ops::Range;
+
 use crate::error::SolveError;
 use crate::parallel::{map_ranges, threads};
 #[cfg(feature = "solve")]
@@ -8,6 +10,9 @@ use crate::term::{Element, condensed_range, each_force};
 
 use super::model::{Model, SERIAL_BELOW};
 use super::state_ref::StateRef;
+
+/// Clusters whose forces are held at a time.
+const BATCH: usize = 4096;
 
 /// A model at a state that fits it.
 #[derive(Clone, Copy)]
@@ -45,20 +50,40 @@ impl<const D: usize> ModelAt<'_, D> {
     }
 
     /// Sums what is taken of residual and load slope of every cluster, node by node.
-    fn sum_forces(self, take: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    fn sum_forces(self, take: impl Fn(f64, f64) -> f64 + Sync) -> Vec<f64> {
         let mut sums = vec![0.0; self.model.unknowns()];
-        let mut element = Element::default();
         for (number, term) in self.model.summed() {
-            each_force(term, self.at.of_term(number), &mut element, |node, residual, load_slope| {
-                for i in 0..D {
-                    sums[node * D + i] += take(residual[i], load_slope[i]);
+            let view = self.at.of_term(number);
+            for first in (0..term.clusters()).step_by(BATCH) {
+                let count = BATCH.min(term.clusters() - first);
+                let runs = self.map_clusters(first..first + count, |clusters| {
+                    let (mut element, mut taken) = (Element::default(), Vec::new());
+                    each_force(term, clusters, view, &mut element, |_, residual, load_slope| {
+                        taken.extend((0..D).map(|i| take(residual[i], load_slope[i])));
+                    });
+                    taken
+                });
+                // In the order of the clusters, whatever thread has found them.
+                let nodes = (first..first + count).flat_map(|cluster| term.nodes(cluster));
+                let taken = runs.iter().flat_map(|run| run.chunks_exact(D));
+                for (&node, taken) in nodes.zip(taken) {
+                    for i in 0..D {
+                        sums[node as usize * D + i] += taken[i];
+                    }
                 }
-            });
+            }
         }
         if let Some(ranks) = &self.model.ranks {
             ranks.sum(&mut sums);
         }
         sums
+    }
+
+    /// Maps consecutive ranges of clusters, by all threads where the model is large; results in order.
+    pub(super) fn map_clusters<T: Send>(self, clusters: Range<usize>, of: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
+        let least = if self.model.unknowns() < SERIAL_BELOW { usize::MAX } else { 2 };
+        let first = clusters.start;
+        map_ranges(clusters.len(), least, |range| of(first + range.start..first + range.end))
     }
 
     /// Increments of the condensed unknowns for a displacement increment; the largest admissible step factor.

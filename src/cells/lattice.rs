@@ -4,10 +4,12 @@ use nalgebra::SMatrix;
 
 use crate::error::{GeometryError, Invalid};
 use crate::geometry::{Domain, Point, check_dimension};
+use crate::parallel::map_ranges;
 
 use super::Layout;
 use super::brick::{Shape, area_vector, determinant, multilinear, ravel, unravel};
 use super::locator::Locator;
+use super::smoothing::SERIAL_BELOW;
 use super::zones::block_starts;
 
 /// A lattice of nodes, axis 0 running fastest, and the cells between neighbouring nodes.
@@ -245,21 +247,24 @@ impl<const D: usize> Lattice<D> {
     }
 
     fn validate(&self) -> Result<(), GeometryError> {
-        for cell in 0..self.cell_count() {
-            // The Jacobian at the corners decides for intervals and quadrilaterals, and nearly so for bricks; curved
-            // cells are requested at their middles too.
-            let shape = self.shape(cell);
-            let each: usize = if self.is_curved() { 3 } else { 2 };
-            for place in 0..each.pow(D as u32) {
-                let place = unravel(place, &[each; D]);
-                let (_, columns) = shape.map(&Point::<D>::from_fn(|i, _| place[i] as f64 / (each - 1) as f64));
-                let measure = determinant(&columns);
-                if !(measure > 0.0 && measure.is_finite()) {
-                    return Err(GeometryError::InvertedCell { cell, measure });
+        let each: usize = if self.is_curved() { 3 } else { 2 };
+        let runs = map_ranges(self.cell_count(), SERIAL_BELOW, |cells| {
+            for cell in cells {
+                // The Jacobian at the corners decides for intervals and quadrilaterals, and nearly so for bricks; curved
+                // cells are requested at their middles too.
+                let shape = self.shape(cell);
+                for place in 0..each.pow(D as u32) {
+                    let place = unravel(place, &[each; D]);
+                    let (_, columns) = shape.map(&Point::<D>::from_fn(|i, _| place[i] as f64 / (each - 1) as f64));
+                    let measure = determinant(&columns);
+                    if !(measure > 0.0 && measure.is_finite()) {
+                        return Err(GeometryError::InvertedCell { cell, measure });
+                    }
                 }
             }
-        }
-        Ok(())
+            Ok(())
+        });
+        runs.into_iter().collect()
     }
 
     /// Nodes along each axis.

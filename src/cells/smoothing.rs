@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::error::GeometryError;
 use crate::geometry::{Part, Point, Side};
+use crate::parallel::map_ranges;
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::brick::{Shape, area_vector, determinant, ravel, unravel};
@@ -12,6 +13,8 @@ use super::{BoundaryCells, Lattice, Zones};
 /// What rounding may leave of $\oint n\\,\mathrm dA$ over a sub-cell, as a part of its surface: coordinates far from
 /// the origin have few digits for a small cell, and a facet that lacks is far larger.
 const GAP: f64 = 1e-6;
+/// Cells, facets or zones of lattices that one thread makes.
+pub(super) const SERIAL_BELOW: usize = 400;
 
 /// Sub-cells over which gradients are averaged, $\langle\Psi_{,j}\rangle = \frac1V\oint\Psi\\,n_j\\,\mathrm dA$,
 /// with the facets between neighbours stored once.
@@ -250,41 +253,65 @@ impl<const D: usize> Lattice<D> {
             first_facet[axis] = facet_points.len() / points_per_facet;
             facet_counts[axis] = fine.counts().map(|c| c - 1);
             facet_counts[axis][axis] += 1;
-            for facet in 0..facet_counts[axis].iter().product() {
-                let mut index = unravel(facet, &facet_counts[axis]);
-                // The facet lies on the lower end of this cell, or on the upper end of the last one.
-                let upper = index[axis] == fine.counts()[axis] - 1;
-                if upper {
-                    index[axis] -= 1;
+            let runs = map_ranges(facet_counts[axis].iter().product(), SERIAL_BELOW, |facets| {
+                let mut run = Vec::with_capacity(facets.len() * points_per_facet);
+                for facet in facets {
+                    let mut index = unravel(facet, &facet_counts[axis]);
+                    // The facet lies on the lower end of this cell, or on the upper end of the last one.
+                    let upper = index[axis] == fine.counts()[axis] - 1;
+                    if upper {
+                        index[axis] -= 1;
+                    }
+                    let shape = fine.shape(ravel(&index, &fine.cell_counts()));
+                    for point in 0..points_per_facet {
+                        let (at, weight) = facet_point::<D>(axis, f64::from(upper), point, &abscissae, &weights);
+                        let (position, columns) = shape.map(&at);
+                        run.push((position, area_vector(axis, &columns) * weight));
+                    }
                 }
-                let shape = fine.shape(ravel(&index, &fine.cell_counts()));
-                for point in 0..points_per_facet {
-                    let (at, weight) = facet_point::<D>(axis, f64::from(upper), point, &abscissae, &weights);
-                    let (position, columns) = shape.map(&at);
-                    facet_points.push(position);
-                    facet_areas.push(area_vector(axis, &columns) * weight);
-                }
+                run
+            });
+            for (position, area) in runs.into_iter().flatten() {
+                facet_points.push(position);
+                facet_areas.push(area);
             }
         }
-        let fine_cells = fine.cell_counts();
-        // Exact to degree 2, and on curved cells, whose maps have a higher degree, to the hoops of linear fields.
-        let rule = gauss_legendre(2 + usize::from(self.is_curved()))?;
-        let sub_shape = [parts; D];
         let facets = facet_points.len() / points_per_facet;
         let mut smoothing = Smoothing {
             facet_points,
             facet_areas,
             facet_offsets: Smoothing::<D>::even_offsets(facets, points_per_facet),
-            cells: Vec::new(),
-            interior: Vec::new(),
-            centres: Vec::new(),
-            groups: vec![0],
+            ..Smoothing::empty()
         };
-        for zone in zones.offsets.windows(2) {
+        let runs = map_ranges(zones.offsets.len() - 1, SERIAL_BELOW, |some| {
+            self.zones_cut(&fine, (parts, &first_facet, &facet_counts), zones, some)
+        });
+        for run in runs {
+            let (run, before) = (run?, smoothing.cells.len());
+            smoothing.cells.extend(run.cells);
+            smoothing.interior.extend(run.interior);
+            smoothing.centres.extend(run.centres);
+            smoothing.groups.extend(run.groups[1..].iter().map(|end| before + end));
+        }
+        Ok(smoothing)
+    }
+
+    /// The sub-cells of some zones, `parts` per direction in each cell, by the numbers of the facets of the finer lattice.
+    fn zones_cut(
+        &self,
+        fine: &Lattice<D>,
+        (parts, first_facet, facet_counts): (usize, &[usize; D], &[[usize; D]; D]),
+        zones: &Zones,
+        some: Range<usize>,
+    ) -> Result<Smoothing<D>, GeometryError> {
+        // Exact to degree 2, and on curved cells, whose maps have a higher degree, to the hoops of linear fields.
+        let rule = gauss_legendre(2 + usize::from(self.is_curved()))?;
+        let mut smoothing = Smoothing::empty();
+        for zone in zones.offsets[some.start..=some.end].windows(2) {
             for &cell in &zones.cells[zone[0]..zone[1]] {
                 let base = unravel(cell as usize, &self.cell_counts());
                 for sub in 0..parts.pow(D as u32) {
-                    let offset = unravel(sub, &sub_shape);
+                    let offset = unravel(sub, &[parts; D]);
                     let index: [usize; D] = std::array::from_fn(|i| base[i] * parts + offset[i]);
                     let mut facets = Vec::with_capacity(2 * D);
                     for axis in 0..D {
@@ -296,7 +323,7 @@ impl<const D: usize> Lattice<D> {
                         facets.push(((first_facet[axis] + upper) as u32, 1.0));
                     }
                     smoothing.cells.push(facets);
-                    let shape = fine.shape(ravel(&index, &fine_cells));
+                    let shape = fine.shape(ravel(&index, &fine.cell_counts()));
                     smoothing.centres.push(shape.map(&Point::repeat(0.5)).0);
                     // In space averages need no interior points; whole cells have them for gradients that vary in them.
                     let interior = if D == 3 && parts > 1 { Vec::new() } else { interior_rule(&shape, &rule) };

@@ -1,8 +1,10 @@
 //! A multilevel solver for sparse matrices of blocks: the stiffness of linear elements on the particles.
 
+use std::ops::Range;
+
 use crate::assembly::Pattern;
 use crate::error::LinearError;
-use crate::parallel::{for_each_mut, map_with};
+use crate::parallel::{for_each_mut, map_with, threads};
 use crate::simd::{Arithmetic, Task, dispatch};
 
 use super::{Direct, Factorizer, Factors, LinearSolver, MatrixClass};
@@ -165,10 +167,34 @@ impl BlockMatrix {
 
     /// $P^T A P$.
     fn coarsened(&self, transfer: &Transfer, coarse: usize) -> BlockMatrix {
-        let mut rows: Vec<Vec<(u32, Block)>> = vec![Vec::new(); coarse];
+        // One part a thread: neighbouring parts both go through the fine rows between them.
+        let parts = threads();
+        let part = |k: usize| coarse * k / parts..coarse * (k + 1) / parts;
+        let rows = map_with(parts, 2, || (), |(), k| self.coarse_rows(transfer, part(k), coarse));
+        let mut all = BlockMatrix { starts: vec![0], ..BlockMatrix::default() };
+        for (node, mut row) in rows.into_iter().flatten().enumerate() {
+            if row.is_empty() {
+                // No fine node sees it.
+                row.push((node as u32, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]));
+            }
+            for (column, block) in row {
+                all.columns.push(column);
+                all.values.push(block);
+            }
+            all.starts.push(all.columns.len());
+        }
+        all
+    }
+
+    /// Some rows of $P^T A P$, each a sum over fine rows in their order.
+    fn coarse_rows(&self, transfer: &Transfer, some: Range<usize>, coarse: usize) -> Vec<Vec<(u32, Block)>> {
+        let mut rows: Vec<Vec<(u32, Block)>> = vec![Vec::new(); some.len()];
         let mut place = vec![u32::MAX; coarse];
         let mut sums: Vec<(u32, Block)> = Vec::new();
         for row in 0..self.rows() {
+            if !transfer.row(row).any(|(node, _)| some.contains(&node)) {
+                continue;
+            }
             sums.clear();
             for k in self.starts[row]..self.starts[row + 1] {
                 for (node, weight) in transfer.row(self.columns[k] as usize) {
@@ -185,9 +211,9 @@ impl BlockMatrix {
             for &(node, _) in &sums {
                 place[node as usize] = u32::MAX;
             }
-            for (node, weight) in transfer.row(row) {
+            for (node, weight) in transfer.row(row).filter(|(node, _)| some.contains(node)) {
                 for (column, block) in &sums {
-                    let row = &mut rows[node];
+                    let row = &mut rows[node - some.start];
                     let at = match row.binary_search_by_key(column, |entry| entry.0) {
                         Ok(at) => at,
                         Err(at) => {
@@ -201,19 +227,7 @@ impl BlockMatrix {
                 }
             }
         }
-        let mut all = BlockMatrix { starts: vec![0], ..BlockMatrix::default() };
-        for (node, mut row) in rows.into_iter().enumerate() {
-            if row.is_empty() {
-                // No fine node sees it.
-                row.push((node as u32, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]));
-            }
-            for (column, block) in row {
-                all.columns.push(column);
-                all.values.push(block);
-            }
-            all.starts.push(all.columns.len());
-        }
-        all
+        rows
     }
 
     /// Lower pattern and values.

@@ -110,7 +110,7 @@ pub fn potential<const D: usize>(problem: &Problem<D>, state: &State) -> Result<
 /// $f\cdot d$ for the forces of a term, which are the negative of its residual.
 fn work_rate<const D: usize>(term: &dyn Term<D>, view: View<'_>, d: &[f64], element: &mut Element) -> f64 {
     let mut sum = 0.0;
-    each_force(term, view, element, |node, residual, _| {
+    each_force(term, 0..term.clusters(), view, element, |node, residual, _| {
         sum -= residual.iter().zip(&d[node * D..]).map(|(force, d)| force * d).sum::<f64>();
     });
     sum

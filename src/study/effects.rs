@@ -172,7 +172,7 @@ fn residual<'a, const D: usize>(
     let mut element = Element::default();
     for (term, condensed) in terms {
         let view = View { displacement: &state.displacement, condensed, load: state.load };
-        each_force(term, view, &mut element, |node, residual, _| {
+        each_force(term, 0..term.clusters(), view, &mut element, |node, residual, _| {
             sum[node * D..].iter_mut().zip(residual).for_each(|(sum, part)| *sum += part);
         });
     }

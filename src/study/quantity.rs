@@ -212,7 +212,7 @@ impl<const D: usize> Quantity<D> {
                     if (0..term.clusters()).all(|cluster| term.energy(cluster, view) == 0.0) {
                         continue;
                     }
-                    each_force(&**term, view, &mut element, |node, residual, _| {
+                    each_force(&**term, 0..term.clusters(), view, &mut element, |node, residual, _| {
                         force[node * D..].iter_mut().zip(residual).for_each(|(sum, part)| *sum += part);
                     });
                 }

@@ -1,16 +1,19 @@
 //! Forces of a term at its nodes.
 
+use std::ops::Range;
+
 use super::Term;
 use super::element::{Element, View};
 
-/// Hands out a node of each cluster with its part of the residual and of the load slope, without any matrix.
+/// Hands out a node of each of some clusters with its part of the residual and of the load slope, without any matrix.
 pub(crate) fn each_force<const D: usize>(
     term: &dyn Term<D>,
+    clusters: Range<usize>,
     view: View<'_>,
     element: &mut Element,
     mut with: impl FnMut(usize, &[f64], &[f64]),
 ) {
-    for cluster in 0..term.clusters() {
+    for cluster in clusters {
         let nodes = term.nodes(cluster);
         element.reset(nodes.len() * D, false);
         term.linearize(cluster, view, element);
