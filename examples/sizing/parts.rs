@@ -88,15 +88,18 @@ pub fn run(
             judge(("closed surface", number), &solid(&mut between)?, moved, 60_000, &mut rows);
         }
     }
-    let of = |holds: &dyn Fn(&Row) -> bool| rows.iter().filter(|row| holds(row)).count() as f64 / rows.len() as f64;
+    let judged = rows.iter().filter(|row| row.error.is_finite()).count() as f64;
+    let of = |all: f64, holds: &dyn Fn(&Row) -> bool| rows.iter().filter(|row| holds(row)).count() as f64 / all;
     let mut note = |name: &str, value: f64| summary.note(format!("{name}{ending}"), value).map(|_| ());
     note("parts", rows.len() as f64)?;
-    note("parts_reached", of(&|row| row.reached))?;
-    let kept = |row: &Row| row.reached && row.error <= ASKED + row.uncertainty;
-    note("parts_kept", of(&kept))?;
-    note("parts_bounds_held", of(&|row| row.error <= row.bound + row.uncertainty))?;
-    note("parts_kept_strictly", of(&|row| row.reached && row.error <= ASKED))?;
-    note("parts_bounds_held_strictly", of(&|row| row.error <= row.bound))?;
+    note("parts_reached", of(rows.len() as f64, &|row| row.reached))?;
+    // Those whose references come to the end of their load.
+    note("parts_judged", judged)?;
+    let reached = rows.iter().filter(|row| row.reached && row.error.is_finite()).count() as f64;
+    note("parts_kept", of(reached, &|row| row.reached && row.error <= ASKED + row.uncertainty))?;
+    note("parts_bounds_held", of(judged, &|row| row.error <= row.bound + row.uncertainty))?;
+    note("parts_kept_strictly", of(reached, &|row| row.reached && row.error <= ASKED))?;
+    note("parts_bounds_held_strictly", of(judged, &|row| row.error <= row.bound))?;
     let reached = rows.iter().filter(|row| row.reached);
     let sizes = reached.filter_map(|row| Some(row.particles as f64 / row.smallest? as f64));
     note("particles_over_smallest_parts", median(sizes.collect()))?;
@@ -135,24 +138,24 @@ fn judge<const D: usize>(
         smallest: None,
         seconds: f64::NAN,
     };
-    match (answer, part.values(&quantity)) {
-        (Ok(answer), Ok(references)) => {
+    let references = part.values(&quantity);
+    for error in [answer.as_ref().err(), references.as_ref().err()].into_iter().flatten() {
+        println!("{family} {number}: {error}");
+    }
+    if let Ok(answer) = answer {
+        row.reached = answer.reached();
+        row.bound = answer.bound;
+        row.particles = answer.problem.model().unknowns() / D;
+        row.seconds = answer.seconds();
+        if let Verdict::NotReached(why) = &answer.verdict {
+            println!("{family} {number}: not reached: {why}");
+        }
+        if let Ok(references) = references {
             let exact = references[1].0;
-            row.reached = answer.reached();
-            row.bound = answer.bound;
             row.error = (answer.values()[0] / exact - 1.0).abs();
             row.uncertainty = (references[0].0 / exact - 1.0).abs() / (part.ratio - 1.0);
-            row.particles = answer.problem.model().unknowns() / D;
-            row.seconds = answer.seconds();
             let levels = answer.levels.iter().map(|level| (level.values[0], level.unknowns));
             row.smallest = smallest(&levels.chain(references).collect::<Vec<_>>(), exact).map(|unknowns| unknowns / D);
-            if let Verdict::NotReached(why) = &answer.verdict {
-                println!("{family} {number}: not reached: {why}");
-            }
-        }
-        (answer, references) => {
-            let errors = [answer.err(), references.err()].into_iter().flatten().map(|error| error.to_string());
-            println!("{family} {number}: {}", errors.collect::<Vec<_>>().join("; "));
         }
     }
     println!(

@@ -4,6 +4,10 @@ use crate::error::GeometryError;
 use crate::geometry::Point;
 use crate::quadrature::Points;
 
+/// Cosine between normals of facets below which they are faces of their own to contact: a trace function around a corner would be held up
+/// by its mean gap on one face while the other goes in.
+pub(crate) const CORNER: f64 = 0.6;
+
 /// Boundary facets with the linear trace functions $\Theta_J$ of the particles on them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoundaryCells<const D: usize> {

@@ -28,6 +28,7 @@ mod zones;
 
 pub use crate::neighbours::Connections;
 pub use boundary::BoundaryCells;
+pub(crate) use boundary::CORNER;
 pub(crate) use brick::{determinant, ravel, unravel};
 pub use cut::CutLattice;
 pub use lattice::Lattice;

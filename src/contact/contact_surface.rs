@@ -1,8 +1,10 @@
 //! The contact face of a body: trace functions over boundary particles and what their points see.
 
+use std::collections::HashMap;
+
 use nalgebra::{Matrix3, Vector3};
 
-use crate::cells::BoundaryCells;
+use crate::cells::{BoundaryCells, CORNER};
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::table::ShapeTable;
@@ -13,13 +15,14 @@ use crate::tensor::cofactor;
 pub(crate) struct ContactSurface<const D: usize> {
     pub table: ShapeTable<D>,
     pub traces: Vec<Trace>,
+    /// For each point the trace functions that it lies under, with its weights there.
+    pub over: Vec<Vec<(u32, f64)>>,
     /// The largest coordinate: what positions are rounded by.
     pub extent: f64,
 }
 
-/// Cosine between normals of facets below which they are faces of their own: a trace function around a corner would be held up by its mean gap
-/// on one face while the other goes in.
-const CORNER: f64 = 0.6;
+/// Part of a function below which it has no face of its own: its end on a curved face.
+const SLIVER: f64 = 0.1;
 
 /// One boundary particle's trace function $\Theta_J$.
 pub(crate) struct Trace {
@@ -47,6 +50,44 @@ impl Trace {
     }
 }
 
+/// The faces of the body that each particle has trace functions on, by the facets that it has a part of: facets whose normals are turned
+/// from that of the heaviest one by more than [`CORNER`] are another face. The heaviest one is beside the particle, whose function on a
+/// curved face reaches to both of its sides.
+fn faces<const D: usize>(cells: &BoundaryCells<D>, weights: &[f64]) -> HashMap<(u32, u32), u32> {
+    let mut normals: Vec<Point<D>> = Vec::with_capacity(cells.points.groups.len());
+    let mut facets: HashMap<u32, Vec<(u32, f64)>> = HashMap::new();
+    for (facet, ends) in (0u32..).zip(cells.points.groups.windows(2)) {
+        let normal = cells.points.normals.get(ends[0]..ends[1]).unwrap_or_default().iter().sum::<Point<D>>();
+        normals.push(normal / normal.norm().max(f64::MIN_POSITIVE));
+        for point in ends[0]..ends[1] {
+            for &(particle, value) in &cells.traces[point] {
+                let (weight, own) = (weights[point] * value, facets.entry(particle).or_default());
+                match own.last_mut().filter(|last| last.0 == facet) {
+                    Some(last) => last.1 += weight,
+                    None => own.push((facet, weight)),
+                }
+            }
+        }
+    }
+    let mut faces = HashMap::new();
+    for (particle, mut left) in facets {
+        let whole = left.iter().map(|own| own.1).sum::<f64>();
+        let mut face = 0;
+        while let Some(heaviest) = left.iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).map(|own| own.0) {
+            let normal = normals[heaviest as usize];
+            let (own, apart): (Vec<_>, Vec<_>) = left
+                .into_iter()
+                .partition(|&(facet, _)| facet == heaviest || normals[facet as usize].dot(&normal) >= CORNER);
+            let weight = own.iter().map(|own| own.1).sum::<f64>();
+            let number = if weight < SLIVER * whole { 0 } else { face };
+            faces.extend(own.into_iter().map(|(facet, _)| ((particle, facet), number)));
+            face += 1;
+            left = apart;
+        }
+    }
+    faces
+}
+
 impl<const D: usize> ContactSurface<D> {
     /// Gathers the points of boundary cells by their trace functions; `extra` is a node that every trace function sees besides.
     ///
@@ -54,39 +95,31 @@ impl<const D: usize> ContactSurface<D> {
     /// Where cells and table do not fit together.
     pub(crate) fn new(cells: &BoundaryCells<D>, table: ShapeTable<D>, extra: Option<u32>) -> Result<Self, Error> {
         cells.validate(table.node_count())?;
-        // The trace functions of each particle, with the normal that each began with: one for each face at a corner.
-        let mut of_particle: Vec<Vec<(u32, Point<D>)>> = vec![Vec::new(); table.node_count()];
+        let faces = faces(cells, table.weights());
+        let mut places: HashMap<(u32, u32), usize> = HashMap::new();
         let mut traces: Vec<Trace> = Vec::new();
         let mut plain: Vec<f64> = Vec::new();
-        for group in cells.points.groups.windows(2) {
-            let range = group[0]..group[1];
-            let normals = cells.points.normals.get(range.clone()).unwrap_or_default();
-            let normal = normals.iter().sum::<Point<D>>();
-            let normal = normal / normal.norm().max(f64::MIN_POSITIVE);
-            for point in range {
+        for (facet, ends) in (0u32..).zip(cells.points.groups.windows(2)) {
+            for point in ends[0]..ends[1] {
                 for &(particle, value) in &cells.traces[point] {
                     let weight = table.weights()[point] * value;
                     if !(weight > 0.0) {
                         continue;
                     }
-                    let list = &mut of_particle[particle as usize];
-                    let place = match list.iter().find(|(_, first)| first.dot(&normal) >= CORNER) {
-                        Some((place, _)) => *place as usize,
-                        None => {
-                            list.push((traces.len() as u32, normal));
-                            plain.push(0.0);
-                            traces.push(Trace {
-                                particle,
-                                area: 0.0,
-                                width: 0.0,
-                                points: Vec::new(),
-                                nodes: Vec::new(),
-                                local: Vec::new(),
-                                first: vec![0],
-                            });
-                            traces.len() - 1
-                        }
-                    };
+                    let face = faces.get(&(particle, facet)).copied().unwrap_or(0);
+                    let place = *places.entry((particle, face)).or_insert(traces.len());
+                    if place == traces.len() {
+                        plain.push(0.0);
+                        traces.push(Trace {
+                            particle,
+                            area: 0.0,
+                            width: 0.0,
+                            points: Vec::new(),
+                            nodes: Vec::new(),
+                            local: Vec::new(),
+                            first: vec![0],
+                        });
+                    }
                     traces[place].points.push((point as u32, weight));
                     traces[place].area += weight;
                     plain[place] += cells.points.weights[point] * value;
@@ -105,8 +138,12 @@ impl<const D: usize> ContactSurface<D> {
                 trace.first.push(trace.local.len() as u32);
             }
         }
+        let mut over: Vec<Vec<(u32, f64)>> = vec![Vec::new(); table.len()];
+        for (k, trace) in traces.iter().enumerate() {
+            trace.points.iter().for_each(|&(point, weight)| over[point as usize].push((k as u32, weight)));
+        }
         let extent = table.positions().iter().map(|x| x.amax()).fold(0.0, f64::max);
-        Ok(ContactSurface { table, traces, extent })
+        Ok(ContactSurface { table, traces, over, extent })
     }
 
     /// The points of each facet, and the integrals over it of the trace functions that it has a part of.
@@ -114,13 +151,9 @@ impl<const D: usize> ContactSurface<D> {
         &self,
         cells: &BoundaryCells<D>,
     ) -> impl Iterator<Item = (std::ops::Range<usize>, Vec<(u32, f64)>)> {
-        let mut over: Vec<Vec<(u32, f64)>> = vec![Vec::new(); cells.points.positions.len()];
-        for (k, trace) in self.traces.iter().enumerate() {
-            trace.points.iter().for_each(|&(point, weight)| over[point as usize].push((k as u32, weight)));
-        }
         cells.points.groups.windows(2).map(move |group| {
             let mut shares: Vec<(u32, f64)> = Vec::new();
-            for &(trace, weight) in over[group[0]..group[1]].iter().flatten() {
+            for &(trace, weight) in self.over[group[0]..group[1]].iter().flatten() {
                 match shares.iter_mut().find(|share| share.0 == trace) {
                     Some(share) => share.1 += weight,
                     None => shares.push((trace, weight)),

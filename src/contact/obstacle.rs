@@ -82,6 +82,8 @@ pub(crate) struct RigidContact<const D: usize> {
     pub stiffness: Stiffness,
     /// Mean gap of each trace function at rest, where an interference is resolved.
     pub at_rest: Vec<f64>,
+    /// Nodes of each facet with that of the surface; none where it has no unknowns.
+    facets: Vec<Vec<u32>>,
 }
 
 /// What a trace function knows of the surface at a state.
@@ -162,7 +164,13 @@ impl<const D: usize> RigidContact<D> {
         stiffness: Stiffness,
     ) -> Self {
         let lever = contact_surface.extent;
-        let mut contact = RigidContact { contact_surface, surface, rigid_dof, lever, stiffness, at_rest: Vec::new() };
+        let clusters = contact_surface.table.clusters();
+        let with = |node: u32| {
+            (0..clusters.len()).map(move |facet| clusters.nodes(facet).iter().copied().chain([node]).collect())
+        };
+        let facets = rigid_dof.into_iter().flat_map(with).collect();
+        let at_rest = Vec::new();
+        let mut contact = RigidContact { contact_surface, surface, rigid_dof, lever, stiffness, at_rest, facets };
         if let Some(interference) = contact.surface.interference.take() {
             let (table, all) = (&contact.contact_surface.table, contact.contact_surface.traces.len());
             let unknowns = D * contact.rigid_dof.map_or(0, |node| node as usize + 1).max(table.node_count());
@@ -366,28 +374,52 @@ impl<const D: usize> RigidContact<D> {
 }
 
 impl<const D: usize> RigidContact<D> {
-    /// Adds a factor times the second derivatives of the gap of the k-th point of a trace function: by its displacement and by the motions of
-    /// the surface, whose normal turns with it.
-    fn add_curvature(
-        &self,
-        trace: &Trace,
-        k: usize,
-        factor: f64,
-        (found, placed, motions): (&Nearest<D>, &Placed<D>, &[Option<Point<D>>; 2]),
-        matrix: &mut [f64],
-    ) {
-        let (size, local) = (trace.nodes.len() * D, trace.local(k));
-        let values = self.contact_surface.table.values(trace.points[k].0 as usize);
-        for (&b, value) in local.iter().zip(values) {
-            for j in 0..D {
-                let column = &mut matrix[(b as usize * D + j) * size..][..size];
-                for (&a, other) in local.iter().zip(values) {
-                    for i in 0..D {
-                        column[a as usize * D + i] += factor * value * other * found.curvature[(i, j)];
+    /// Adds the second derivatives of the gaps at the points of a facet, times the pressures there: by their displacements and by the
+    /// motions of the surface, whose normal turns with it. Point by point, for each lies under many trace functions.
+    fn add_curvature(&self, facet: usize, view: &View<'_>, matrix: &mut [f64]) {
+        let (contact_surface, table) = (&self.contact_surface, &self.contact_surface.table);
+        let placed = self.placed(view.displacement, view.load);
+        let size = self.facet_nodes(facet).len() * D;
+        for point in table.clusters().points(facet) {
+            let over = contact_surface.over[point].iter().map(|&(trace, weight)| (trace as usize, weight));
+            let pressed = over.map(|(trace, weight)| (trace, weight * self.pressure(trace, view.condensed).0.max(0.0)));
+            let pressed = pressed.filter(|(_, force)| *force > 0.0);
+            if pressed.clone().next().is_none() {
+                continue;
+            }
+            let x = self.place(point as u32, view);
+            let found = placed.nearest(&*self.surface.shape, &x);
+            let motions = self.motions(&placed, &placed.arm(&x));
+            let curvature = found.curvature.norm();
+            if curvature == 0.0 && motions[1].is_none() {
+                continue;
+            }
+            let sharpest = |trace: usize| (SHARPEST / (contact_surface.traces[trace].width * curvature)).min(1.0);
+            let factor = -pressed.map(|(trace, force)| force * sharpest(trace)).sum::<f64>();
+            let (local, values) = (table.clusters().local(point), table.values(point));
+            for (&b, value) in local.iter().zip(values) {
+                for j in 0..D {
+                    let column = &mut matrix[(b as usize * D + j) * size..][..size];
+                    for (&a, other) in local.iter().zip(values) {
+                        for i in 0..D {
+                            column[a as usize * D + i] += factor * value * other * found.curvature[(i, j)];
+                        }
                     }
                 }
             }
+            self.add_turned(factor, (&found, &placed, &motions), (local, values), matrix);
         }
+    }
+
+    /// Adds a factor times the second derivatives of the gap of a point by the motions of the surface.
+    fn add_turned(
+        &self,
+        factor: f64,
+        (found, placed, motions): (&Nearest<D>, &Placed<D>, &[Option<Point<D>>; 2]),
+        (local, values): (&[u16], &[f64]),
+        matrix: &mut [f64],
+    ) {
+        let size = matrix.len().isqrt();
         let spun = [Point::zeros(), placed.spun(&found.normal) / self.lever];
         for (m, motion) in motions.iter().enumerate() {
             let Some(motion) = motion else { continue };
@@ -411,15 +443,31 @@ impl<const D: usize> RigidContact<D> {
             }
         }
     }
+
+    /// The nodes that the points of a facet see, and that of the surface's own unknowns.
+    fn facet_nodes(&self, facet: usize) -> &[u32] {
+        match self.rigid_dof {
+            Some(_) => &self.facets[facet],
+            None => self.contact_surface.table.clusters().nodes(facet),
+        }
+    }
+
+    /// The facet whose curvature a cluster stands for, behind those of the trace functions.
+    fn facet_of(&self, cluster: usize) -> Option<usize> {
+        cluster.checked_sub(self.contact_surface.traces.len())
+    }
 }
 
 impl<const D: usize> Term<D> for RigidContact<D> {
     fn clusters(&self) -> usize {
-        self.contact_surface.traces.len()
+        self.contact_surface.traces.len() + self.contact_surface.table.clusters().len()
     }
 
     fn nodes(&self, cluster: usize) -> &[u32] {
-        &self.contact_surface.traces[cluster].nodes
+        match self.facet_of(cluster) {
+            Some(facet) => self.facet_nodes(facet),
+            None => &self.contact_surface.traces[cluster].nodes,
+        }
     }
 
     fn break_points(&self) -> Vec<f64> {
@@ -429,6 +477,12 @@ impl<const D: usize> Term<D> for RigidContact<D> {
     }
 
     fn linearize(&self, cluster: usize, view: View<'_>, out: &mut Element) {
+        if let Some(facet) = self.facet_of(cluster) {
+            if out.with_matrix {
+                self.add_curvature(facet, &view, &mut out.matrix);
+            }
+            return;
+        }
         let trace = &self.contact_surface.traces[cluster];
         let size = trace.nodes.len() * D;
         let (pressure, _) = self.pressure(cluster, view.condensed);
@@ -437,8 +491,6 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         slope.clear();
         slope.resize(size, 0.0);
         let placed = self.placed(view.displacement, view.load);
-        let matrix = &mut out.matrix;
-        let curved = out.with_matrix && pressure > 0.0;
         let local_contact = self.local_contact(cluster, &view, |k, weight, found, arm| {
             let values = self.contact_surface.table.values(trace.points[k].0 as usize);
             let motions = self.motions(&placed, arm);
@@ -452,13 +504,8 @@ impl<const D: usize> Term<D> for RigidContact<D> {
                     slope[size - D + i] -= weight * found.normal.dot(motion);
                 }
             }
-            if curved && (motions[1].is_some() || found.curvature.iter().any(|c| *c != 0.0)) {
-                let factor = -pressure * weight * (SHARPEST / (trace.width * found.curvature.norm())).min(1.0);
-                self.add_curvature(trace, k, factor, (found, &placed, &motions), matrix);
-            }
         });
         if !self.is_active(cluster, pressure, local_contact.gap) {
-            matrix.fill(0.0);
             out.scratch = slope;
             return;
         }
@@ -496,6 +543,9 @@ impl<const D: usize> Term<D> for RigidContact<D> {
     }
 
     fn advance(&self, cluster: usize, view: View<'_>, step: &[f64], condensed_step: &mut [f64]) -> f64 {
+        if self.facet_of(cluster).is_some() {
+            return 1.0;
+        }
         let (pressure, traction) = self.pressure(cluster, view.condensed);
         let (local_contact, change, moved) = self.change(cluster, &view, step);
         condensed_step.fill(0.0);
@@ -551,8 +601,8 @@ impl<const D: usize> Protocol for RigidContact<D> {
 
 impl<const D: usize> CondensedUnknowns for RigidContact<D> {
     fn unknowns(&self, cluster: usize) -> std::ops::Range<usize> {
-        let stride = self.stride();
-        cluster * stride..(cluster + 1) * stride
+        let (stride, traces) = (self.stride(), self.contact_surface.traces.len());
+        cluster.min(traces) * stride..(cluster + 1).min(traces) * stride
     }
 }
 
@@ -590,6 +640,9 @@ impl<const D: usize> Unilateral for RigidContact<D> {
     }
 
     fn advance_load(&self, cluster: usize, view: View<'_>, load_step: f64, condensed_step: &mut [f64]) {
+        if self.facet_of(cluster).is_some() {
+            return;
+        }
         let (pressure, _) = self.pressure(cluster, view.condensed);
         let local_contact = self.local_contact(cluster, &view, |_, _, _, _| {});
         if !self.is_active(cluster, pressure, local_contact.gap) {

@@ -72,6 +72,36 @@ fn large_interference_does_not_depend_on_the_stage() {
     assert!(both < first && both > 0.5 * first, "{both} {first}");
 }
 
+/// A bush cut from its surface takes a shaft in as few iterations as a lattice does, and presses on it as hard: a function of its surface
+/// reaches over a large angle of the bore, and is one.
+#[test]
+fn cut_bores_take_shafts() {
+    let shaft = || RigidSurface::cylinder([0.0; 3], [0.0, 0.0, 1.0], 1.05).named("shaft").interference(1.0);
+    let pressed = |scene: Scene<3>, spacing: f64| {
+        let problem = scene.discretize(&Scheme::default().spacing(spacing)).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        let points = problem.contact(path.last(), "shaft").unwrap().points;
+        (points.iter().map(|point| point.force.norm()).sum::<f64>(), path.iterations)
+    };
+    let (axis, bounds) = ([0.0, 0.0, 1.0], [([0.0; 3], [0.0, 0.0, 2.0]), ([0.0, 0.0, -0.1], [0.0, 0.0, 2.1])]);
+    let part = Shape::cylinder(bounds[0].0, bounds[0].1, 2.0).minus(Shape::cylinder(bounds[1].0, bounds[1].1, 1.0));
+    let part = part.solid(0.1).unwrap().name("bore", Select::cylinder([0.0; 3], axis, 1.0)).unwrap();
+    let part = part.name("outer", Select::cylinder([0.0; 3], axis, 2.0)).unwrap();
+    let (found, iterations) = pressed(Scene::new(&part, Solid, rubber()).hold("outer").contact("bore", shaft()), 0.4);
+    let quarter = Mapped(|t: &Point<3>| {
+        let (r, angle) = (1.0 + t[0], 0.5 * std::f64::consts::PI * t[1]);
+        Point::<3>::new(r * angle.cos(), r * angle.sin(), 2.0 * t[2])
+    });
+    let quarter = Scene::new(quarter, Solid, rubber()).prescribe((1, Side::Min), 1, 0.0);
+    let quarter = quarter.prescribe((1, Side::Max), 0, 0.0).hold((0, Side::Max)).contact((0, Side::Min), shaft());
+    let (reference, fewest) = pressed(quarter, 0.25);
+    let off = found / (4.0 * reference) - 1.0;
+    println!("{iterations} and {fewest} iterations; force {off:.4}");
+    assert!(iterations <= fewest + 2, "{iterations}, {fewest}");
+    // Two and a half spacings across the wall.
+    assert!(off.abs() < 0.03, "{off}");
+}
+
 /// Blocks between fixed ends that overlap: each gives by the half of it, with a uniform pressure.
 #[test]
 fn overlap_is_shared() {

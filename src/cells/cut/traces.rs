@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use nalgebra::{DMatrix, DVector, Matrix4, SymmetricEigen, Vector4};
 
+use crate::cells::CORNER;
 use crate::geometry::Point;
 
 /// Radius within which particles carry the functions of a point, in bricks of the spacing at the particle: with three quarters of it the patch test leaves 3e-3.
@@ -375,7 +376,12 @@ fn on(spread: Spread, members: &[&Site], positive: bool) -> (Functions, bool) {
     let particles = members.iter().flat_map(|site| site.particles.iter().copied()).collect();
     let alone = members.len() == 1;
     let curved = !positive && (!alone || members[0].need > 1);
-    let traces = Traces::new(spread, particles, curved, if alone { 0.0 } else { ACROSS });
+    let facing = match (positive, alone) {
+        (true, _) => CORNER,
+        (false, true) => 0.0,
+        (false, false) => ACROSS,
+    };
+    let traces = Traces::new(spread, particles, curved, facing);
     let (mut own, mut exact) = (Vec::new(), true);
     for site in members {
         for Place { at, normal, .. } in &site.places {
