@@ -11,10 +11,8 @@ impl<const D: usize> ModelAt<'_, D> {
         let mut energy = 0.0;
         for (number, term) in self.model.summed() {
             let view = self.at.of_term(number);
-            let runs = self.map_clusters(0..term.clusters(), |clusters| {
-                clusters.map(|cluster| term.energy(cluster, view)).collect::<Vec<_>>()
-            });
-            energy = runs.into_iter().flatten().fold(energy, |sum, own| sum + own);
+            let own = |cluster| term.energy(cluster, view);
+            energy = self.fold_clusters(term.clusters(), own, energy, |sum, own| sum + own);
         }
         self.over_ranks(energy)
     }
@@ -29,11 +27,8 @@ impl<const D: usize> ModelAt<'_, D> {
         let mut smallest = None;
         for (number, term) in self.model.summed() {
             let view = self.at.of_term(number);
-            let runs = self.map_clusters(0..term.clusters(), |clusters| {
-                let own = term.diagnostics();
-                clusters.map(|cluster| own.and_then(|own| own.smallest_jacobian(cluster, view))).fold(None, smaller)
-            });
-            smallest = runs.into_iter().fold(smallest, smaller);
+            let own = |cluster| term.diagnostics().and_then(|of| of.smallest_jacobian(cluster, view));
+            smallest = self.fold_clusters(term.clusters(), own, smallest, smaller);
         }
         match &self.model.ranks {
             Some(ranks) => smallest_of_all::<D>(&**ranks, smallest),
@@ -46,11 +41,9 @@ impl<const D: usize> ModelAt<'_, D> {
         let mut diagnostics = StateDiagnostics::default();
         for (number, term) in self.model.summed() {
             let view = self.at.of_term(number);
-            let runs = self.map_clusters(0..term.clusters(), |clusters| {
-                let own = term.diagnostics();
-                clusters.filter_map(|cluster| Some(own?.of_state(cluster, view))).collect::<Vec<_>>()
-            });
-            diagnostics = runs.into_iter().flatten().fold(diagnostics, StateDiagnostics::join);
+            let own = |cluster| term.diagnostics().map(|of| of.of_state(cluster, view));
+            let join = |all: StateDiagnostics, own: Option<_>| own.map_or(all, |own| all.join(own));
+            diagnostics = self.fold_clusters(term.clusters(), own, diagnostics, join);
         }
         match &self.model.ranks {
             Some(ranks) => diagnostics.over(|values| ranks.largest(values), |value| ranks.sum(value)),

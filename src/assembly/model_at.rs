@@ -1,7 +1,5 @@
 //! A model at a state: forces, and increments of the condensed unknowns.
 
-use std::ops::Range;
-
 use crate::error::SolveError;
 use crate::parallel::{map_ranges, threads};
 #[cfg(feature = "solve")]
@@ -56,7 +54,8 @@ impl<const D: usize> ModelAt<'_, D> {
             let view = self.at.of_term(number);
             for first in (0..term.clusters()).step_by(BATCH) {
                 let count = BATCH.min(term.clusters() - first);
-                let runs = self.map_clusters(first..first + count, |clusters| {
+                let runs = map_ranges(count, if self.is_small() { usize::MAX } else { 2 }, |some| {
+                    let clusters = first + some.start..first + some.end;
                     let (mut element, mut taken) = (Element::default(), Vec::new());
                     each_force(term, clusters, view, &mut element, |_, residual, load_slope| {
                         taken.extend((0..D).map(|i| take(residual[i], load_slope[i])));
@@ -79,11 +78,24 @@ impl<const D: usize> ModelAt<'_, D> {
         sums
     }
 
-    /// Maps consecutive ranges of clusters, by all threads where the model is large; results in order.
-    pub(super) fn map_clusters<T: Send>(self, clusters: Range<usize>, of: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
-        let least = if self.model.unknowns() < SERIAL_BELOW { usize::MAX } else { 2 };
-        let first = clusters.start;
-        map_ranges(clusters.len(), least, |range| of(first + range.start..first + range.end))
+    /// Joins what each cluster of a term has, in their order; all threads look for it where the model is large.
+    pub(super) fn fold_clusters<T: Send, A>(
+        self,
+        clusters: usize,
+        of: impl Fn(usize) -> T + Sync,
+        start: A,
+        join: impl Fn(A, T) -> A,
+    ) -> A {
+        if self.is_small() {
+            return (0..clusters).map(of).fold(start, join);
+        }
+        let runs = map_ranges(clusters, 2, |range| range.map(&of).collect::<Vec<_>>());
+        runs.into_iter().flatten().fold(start, join)
+    }
+
+    /// Whether one thread does all.
+    fn is_small(self) -> bool {
+        self.model.unknowns() < SERIAL_BELOW || threads() < 2
     }
 
     /// Increments of the condensed unknowns for a displacement increment; the largest admissible step factor.
@@ -101,10 +113,9 @@ impl<const D: usize> ModelAt<'_, D> {
         let mut bound: f64 = 1.0;
         // min() would drop a NaN.
         let least = |bound: f64, limit: f64| if limit.is_nan() { 0.0 } else { bound.min(limit) };
-        let parallel = model.unknowns() >= SERIAL_BELOW && threads() > 1;
         for (number, (term, condensed_step)) in model.terms.iter().zip(condensed_step).enumerate() {
             let view = at.of_term(number);
-            if !parallel {
+            if self.is_small() {
                 for cluster in 0..term.clusters() {
                     bound = least(
                         bound,

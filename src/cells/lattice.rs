@@ -9,7 +9,6 @@ use crate::parallel::map_ranges;
 use super::Layout;
 use super::brick::{Shape, area_vector, determinant, multilinear, ravel, unravel};
 use super::locator::Locator;
-use super::smoothing::SERIAL_BELOW;
 use super::zones::block_starts;
 
 /// A lattice of nodes, axis 0 running fastest, and the cells between neighbouring nodes.
@@ -34,6 +33,9 @@ const NODE_LIMIT: usize = 20_000_000;
 /// How far a boundary is off its straight cells, as a part of a cell, to be called curved: far above rounding, far below
 /// what matters.
 const BENT: f64 = 1e-9;
+
+/// Cells, facets or zones of lattices that one thread makes.
+pub(super) const SERIAL_BELOW: usize = 400;
 
 /// Angles below which a lattice runs along the axes: above rounding, below what matters.
 pub(super) const ASKEW: f64 = 1e-9;

@@ -8,13 +8,12 @@ use crate::parallel::map_ranges;
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::brick::{Shape, area_vector, determinant, ravel, unravel};
+use super::lattice::SERIAL_BELOW;
 use super::{BoundaryCells, Lattice, Zones};
 
 /// What rounding may leave of $\oint n\\,\mathrm dA$ over a sub-cell, as a part of its surface: coordinates far from
 /// the origin have few digits for a small cell, and a facet that lacks is far larger.
 const GAP: f64 = 1e-6;
-/// Cells, facets or zones of lattices that one thread makes.
-pub(super) const SERIAL_BELOW: usize = 400;
 
 /// Sub-cells over which gradients are averaged, $\langle\Psi_{,j}\rangle = \frac1V\oint\Psi\\,n_j\\,\mathrm dA$,
 /// with the facets between neighbours stored once.
