@@ -33,7 +33,7 @@ fn scene(part: &str, directory: &Path) -> Result<(Scene<3>, &'static str, usize)
             let solid = solid
                 .name("base", Select::plane([0.0; 3], [0.0, 0.0, -1.0]))?
                 .name("middle", Select::plane([0.0; 3], [0.0, -1.0, 0.0]))?
-                .name("insert", Select::block([-7.05, -1.0, 9.99], [7.05, 7.05, 23.99]))?;
+                .name("insert", Select::block([-7.05, -1.0, 9.99], [7.05, 7.05, 24.01]))?;
             let scene = Scene::new(&solid, Solid, Rubber::yeoh(0.55, -0.05, 0.01, 1e3)?)
                 .hold("base")
                 .prescribe("middle", 1, 0.0)
