@@ -6,7 +6,7 @@
 //! `sizing.svg`. Then scenes are drawn at random, twelve of each of five families, and requested 2 to 0.1 %: `promises.csv` and
 //! the rows `kept` to `seconds_over_direct`. `--drawn N` does that part alone, with N scenes of each family, `--local` that of local
 //! refinement. `--parts N SEED` asks 2 % of N drawn parts of each of five families (regions, planar meshes, two bodies, contact, closed
-//! surfaces), whose references are asked 0.4 %, and writes `parts.csv`. `--scenes N SEED` does both for scenes of revolution, in the
+//! surfaces), whose references are two fine models without a search, and writes `parts.csv`. `--scenes N SEED` does both for scenes of revolution, in the
 //! plane and in space, for parts and for contact, 120 in all with N = 10. `--bounds N SEED` tells whether promises of N scenes of each of eight
 //! families are kept and bounds hold, and not what they cost; `--disks N SEED` counts what N thin discs blown to bubbles take; `--curves` draws error against cost
 //! of three parts into `curves.svg`.
