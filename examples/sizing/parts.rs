@@ -1,7 +1,6 @@
 //! Parts of no block: regions, planar meshes, closed surfaces, two bodies, contact, drawn at random and asked for 2 %.
 //!
-//! References are two runs without a search: of even spacings, the finer of which is at least twice as fine as answers for 2 % are, and
-//! of meshes whose cells have been cut. How far they are apart tells, at first order, how well the finer one is known.
+//! References are two runs without a search: of even spacings, and of meshes whose cells have been cut. How far they are apart tells, at first order, how well the finer one is known.
 
 use std::error::Error;
 

@@ -21,8 +21,9 @@ pub(crate) struct ContactSurface<const D: usize> {
     pub extent: f64,
 }
 
-/// Part of a function below which it has no face of its own: its end on a curved face.
-const SLIVER: f64 = 0.1;
+/// Part of a trace function below which a face is none: the end of the function on a curved face. Corners of thin bodies have faces of a
+/// small part as well.
+const SLIVER: f64 = 0.01;
 
 /// One boundary particle's trace function $\Theta_J$.
 pub(crate) struct Trace {

@@ -375,7 +375,8 @@ impl<const D: usize> RigidContact<D> {
 
 impl<const D: usize> RigidContact<D> {
     /// Adds the second derivatives of the gaps at the points of a facet, times the pressures there: by their displacements and by the
-    /// motions of the surface, whose normal turns with it. Point by point, for each lies under many trace functions.
+    /// motions of the surface, whose normal turns with it. Point by point, for each lies under many trace functions; of one that lets go
+    /// in this iteration the pressure counts too, and is none in the next.
     fn add_curvature(&self, facet: usize, view: &View<'_>, matrix: &mut [f64]) {
         let (contact_surface, table) = (&self.contact_surface, &self.contact_surface.table);
         let placed = self.placed(view.displacement, view.load);

@@ -72,7 +72,7 @@ fn large_interference_does_not_depend_on_the_stage() {
     assert!(both < first && both > 0.5 * first, "{both} {first}");
 }
 
-/// A bush cut from its surface takes a shaft in as few iterations as a lattice does, and presses on it as hard: a function of its surface
+/// A bush cut from its surface takes a shaft in at most two iterations more than a lattice does, and presses on it as hard: a trace function of its surface
 /// reaches over a large angle of the bore, and is one.
 #[test]
 fn cut_bores_take_shafts() {
