@@ -28,9 +28,11 @@ use crate::scene::{ApproximationChoice, Dilation, PressureScheme, Scene, Scheme,
 /// cubes with 9, 13 and 17 a side, where the factors of 2187, 6591 and 14 739 unknowns take 0.9, 11.5 and 73 times 1e9.
 const REACH: f64 = 2.6;
 
-/// Operations of factors, for each unknown, that take as long as an iteration of Newton's method by directions, which
-/// streams tables from memory where factors multiply blocks: with 9 particles a side (0.4e6) factors take 1.4 times as long
-/// and tell whether states are stable, with 13 (1.7e6) 3.1 times.
+/// Operations of factors, for each unknown, above which lattices take less by directions: with 7 particles a side (0.15e6) factors take
+/// 1.1 times as long and tell whether states are stable, with 9 (0.4e6) 1.3 to 2.4 times.
+const WORTH_ON_LATTICES: f64 = 0.25e6;
+
+/// The same of cut solids, whose particles take more directions.
 const WORTH: f64 = 1e6;
 
 /// Whether a scene's matrix is that of one body and of rigid surfaces against it: with several, rigid ones or contact between faces it
@@ -41,8 +43,15 @@ pub(crate) fn is_one_body<const D: usize>(scene: &Scene<D>) -> bool {
 
 /// Whether particles in space are solved by iteration where their scene allows for it: by the problem alone, whatever else
 /// the machine does. Contact rests on stable states, which factors alone tell: it is solved by iteration where that is requested.
-/// `counted` tells whether factors take more than [`WORTH`] where a band of the mean cross section takes less.
-fn iterates<const D: usize>(scene: &Scene<D>, scheme: &Scheme, size: Size, counted: impl FnOnce() -> bool) -> bool {
+/// Factors are worth `worth` operations for each unknown; `counted` tells whether they take more where a band of the mean cross section
+/// takes less.
+fn iterates<const D: usize>(
+    scene: &Scene<D>,
+    scheme: &Scheme,
+    size: Size,
+    worth: f64,
+    counted: impl FnOnce() -> bool,
+) -> bool {
     if scheme.approximation != ApproximationChoice::Particles {
         return false;
     }
@@ -52,7 +61,7 @@ fn iterates<const D: usize>(scene: &Scene<D>, scheme: &Scheme, size: Size, count
         SolverChoice::Auto if !scene.contacts.is_empty() => false,
         // Directions depend on the mesh: fits to the corners of slivers stand for little.
         SolverChoice::Auto if scene.bodies.iter().any(|body| matches!(body.source, Source::Mesh(_))) => false,
-        SolverChoice::Auto => size.band(REACH).powi(2) > WORTH || counted(),
+        SolverChoice::Auto => size.band(REACH).powi(2) > worth || counted(),
     }
 }
 
@@ -130,8 +139,10 @@ pub(crate) fn refuse<const D: usize>(
     // Each of several ranks takes its share.
     let ranks = scheme.solver.as_ref().and_then(|solver| solver.ranks()).map_or(1, |ranks| ranks.count()) as f64;
     let preconditioner = scheme.solver.as_ref().is_some_and(|solver| solver.preconditioner(&[]).is_some());
-    let by_iteration =
-        |counts: &[usize]| preconditioner || is_one_body(scene) && iterates(scene, scheme, Size::of(counts), || false);
+    let by_iteration = |counts: &[usize]| {
+        let iterates = || iterates(scene, scheme, Size::of(counts), WORTH_ON_LATTICES, || false);
+        preconditioner || is_one_body(scene) && iterates()
+    };
     let alike = matches!(scheme.layout, Layout::Regular) && straight(domain);
     let takes =
         |counts: &[usize]| super::memory::needed(Size::of(counts), reach(scheme), by_iteration(counts), alike) / ranks;
@@ -214,7 +225,8 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         let whole = cells.lattice().is_none() && sharing.ranks().is_none();
         whole && of_factors(cells.positions(), body.table(), equations).is_ok_and(|each| each > WORTH)
     };
-    if !requested && !iterates(scene, scheme, size, counted) {
+    let worth = if cells.lattice().is_some() { WORTH_ON_LATTICES } else { WORTH };
+    if !requested && !iterates(scene, scheme, size, worth, counted) {
         return Ok(None);
     }
     if let Some((with, remedy)) = unsuited_contact(scene, scheme, cells.positions(), equations) {
