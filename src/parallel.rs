@@ -3,47 +3,44 @@
 //! Results come back in index order and each index is computed by one thread alone, so the bits
 //! do not depend on the number of threads.
 
+use std::sync::Mutex;
+
+/// Parts of a sum or a map per thread: several even out parts of unequal work.
+const PARTS_PER_THREAD: usize = 32;
+
 /// Maps `0..count` with one scratch value per worker; results in index order.
-#[cfg(feature = "rayon")]
-pub(crate) fn map_with<S, T, F>(
+pub(crate) fn map_with<S: Send, T: Send>(
     count: usize,
     serial_below: usize,
-    scratch: impl Fn() -> S + Sync + Send,
-    f: F,
-) -> Vec<T>
-where
-    S: Send,
-    T: Send,
-    F: Fn(&mut S, usize) -> T + Sync + Send,
-{
-    use rayon::prelude::*;
-    if count < serial_below {
+    scratch: impl Fn() -> S + Sync,
+    f: impl Fn(&mut S, usize) -> T + Sync,
+) -> Vec<T> {
+    if threads() < 2 || count < serial_below.max(2) {
         let mut s = scratch();
         return (0..count).map(|i| f(&mut s, i)).collect();
     }
-    (0..count).into_par_iter().map_init(scratch, f).collect()
-}
-
-/// Maps `0..count` with one scratch value per worker; results in index order.
-#[cfg(not(feature = "rayon"))]
-pub(crate) fn map_with<S, T, F>(
-    count: usize,
-    _serial_below: usize,
-    scratch: impl Fn() -> S + Sync + Send,
-    f: F,
-) -> Vec<T>
-where
-    F: Fn(&mut S, usize) -> T,
-{
-    let mut s = scratch();
-    (0..count).map(|i| f(&mut s, i)).collect()
+    let parts = (PARTS_PER_THREAD * threads()).min(count);
+    let mut found: Vec<Vec<T>> = Vec::new();
+    found.resize_with(parts, Vec::new);
+    let idle: Mutex<Vec<S>> = Mutex::new(Vec::new());
+    for_each_mut(&mut found, |part, found| {
+        let kept = idle.lock().ok().and_then(|mut idle| idle.pop());
+        let mut s = kept.unwrap_or_else(&scratch);
+        found.extend((count * part / parts..count * (part + 1) / parts).map(|i| f(&mut s, i)));
+        if let Ok(mut idle) = idle.lock() {
+            idle.push(s);
+        }
+    });
+    let mut all = Vec::with_capacity(count);
+    found.into_iter().for_each(|part| all.extend(part));
+    all
 }
 
 /// Maps consecutive ranges that cover `0..count`; results in order. Below `serial_below` there is one range.
 pub(crate) fn map_ranges<T: Send>(
     count: usize,
     serial_below: usize,
-    f: impl Fn(std::ops::Range<usize>) -> T + Sync + Send,
+    f: impl Fn(std::ops::Range<usize>) -> T + Sync,
 ) -> Vec<T> {
     // Several ranges per thread even out ranges of unequal work.
     const RANGES_PER_THREAD: usize = 8;
@@ -51,21 +48,37 @@ pub(crate) fn map_ranges<T: Send>(
     map_with(parts, 2, || (), |(), part| f(count * part / parts..count * (part + 1) / parts))
 }
 
-/// Calls `f` on each item, on all threads where there are more than one item.
-#[cfg(feature = "rayon")]
-pub(crate) fn for_each_mut<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync + Send) {
-    use rayon::prelude::*;
-    if items.len() < 2 {
+/// Calls `f` on each item, on all threads where there are more than one.
+pub(crate) fn for_each_mut<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
+    if threads() < 2 {
         items.iter_mut().enumerate().for_each(|(i, t)| f(i, t));
     } else {
-        items.par_iter_mut().enumerate().for_each(|(i, t)| f(i, t));
+        halve(items, 0, &f);
     }
 }
 
-/// Calls `f` on each item.
-#[cfg(not(feature = "rayon"))]
-pub(crate) fn for_each_mut<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync + Send) {
-    items.iter_mut().enumerate().for_each(|(i, t)| f(i, t));
+/// Calls `f` on each item, counted from `first`, one half beside the other.
+fn halve<T: Send>(items: &mut [T], first: usize, f: &(dyn Fn(usize, &mut T) + Sync)) {
+    match items {
+        [] => {}
+        [item] => f(first, item),
+        _ => {
+            let middle = items.len() / 2;
+            let (left, right) = items.split_at_mut(middle);
+            join(&mut || halve(left, first, f), &mut || halve(right, first + middle, f));
+        }
+    }
+}
+
+/// Two calls, on two threads if one is free. Not generic: the machinery of threads is compiled once, not for each map.
+fn join(a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
+    #[cfg(feature = "rayon")]
+    rayon::join(a, b);
+    #[cfg(not(feature = "rayon"))]
+    {
+        a();
+        b();
+    }
 }
 
 /// Number of threads that share the work.
