@@ -15,7 +15,7 @@ pub struct Constraints {
     pub(super) prescribed: HashMap<usize, Vec<PrescribedDirection>>,
     /// By particle: its values that are prescribed, to find repeated and conflicting conditions.
     pub(super) at_particles: HashMap<usize, Vec<PrescribedDirection>>,
-    /// Kinks of motions, whose constraint equations don't know them.
+    /// Break points of motions, whose constraint equations don't know them.
     pub(super) break_points: Vec<f64>,
 }
 

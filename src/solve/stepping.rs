@@ -16,7 +16,7 @@ pub enum StepControl {
     /// The arc length over the displacements, $|d - d_n| = \ell$ (root of the mean square of the coefficients):
     /// follows the path through limit points and along falling branches. The first arc is
     /// [`first`](Stepping::first) of the tangent displacement, or shorter. A path that never comes to load factor 1 ends
-    /// with its [`steps`](Stepping::steps) or by its observer. Knots of amplitude tables are passed wherever an arc
+    /// with its [`steps`](Stepping::steps) or by its observer. Break points of amplitudes are passed wherever an arc
     /// ends.
     ArcLength,
 }

@@ -17,7 +17,7 @@ enum Refinable<const D: usize> {
     Mesh(Vec<Arc<Mesh<D>>>),
 }
 
-/// Bodies that are made finer together; meshes, whose cells can only be halved, set the pace where there are any.
+/// Bodies that are made finer together; meshes, whose cells can only be halved, decide where there are any.
 pub(super) struct Assembled<'a, const D: usize> {
     scene: &'a Scene<D>,
     scheme: Scheme,

@@ -78,7 +78,7 @@ pub struct Scheme {
 impl fmt::Debug for Scheme {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Scheme")
-            .field("functions", &self.approximation)
+            .field("approximation", &self.approximation)
             .field("resolution", &self.resolution)
             .field("layout", &self.layout)
             .field("scatter", &self.scatter)
@@ -90,9 +90,9 @@ impl fmt::Debug for Scheme {
             .field("rule", &self.rule)
             .field("pressure", &self.pressure)
             .field("measure", &self.measure)
-            .field("rows", &self.constraint_kind)
-            .field("enforcing", &self.constraint_method)
-            .field("solving", &self.solver_choice)
+            .field("constraint_kind", &self.constraint_kind)
+            .field("constraint_method", &self.constraint_method)
+            .field("solver_choice", &self.solver_choice)
             .field("memory", &self.memory)
             .field("newton", &self.newton)
             .field("stepping", &self.stepping)
