@@ -5,8 +5,8 @@
 
 use std::sync::Mutex;
 
-/// Parts of a sum or a map per thread: several even out parts of unequal work.
-const PARTS_PER_THREAD: usize = 32;
+/// Parts per thread: several even out parts of unequal work.
+const PARTS_PER_THREAD: usize = 8;
 
 /// Maps `0..count` with one scratch value per worker; results in index order.
 pub(crate) fn map_with<S: Send, T: Send>(
@@ -19,21 +19,20 @@ pub(crate) fn map_with<S: Send, T: Send>(
         let mut s = scratch();
         return (0..count).map(|i| f(&mut s, i)).collect();
     }
-    let parts = (PARTS_PER_THREAD * threads()).min(count);
-    let mut found: Vec<Vec<T>> = Vec::new();
-    found.resize_with(parts, Vec::new);
+    let length = count.div_ceil(PARTS_PER_THREAD * threads());
+    let mut found: Vec<Option<T>> = Vec::new();
+    found.resize_with(count, || None);
+    let mut parts: Vec<&mut [Option<T>]> = found.chunks_mut(length).collect();
     let idle: Mutex<Vec<S>> = Mutex::new(Vec::new());
-    for_each_mut(&mut found, |part, found| {
+    for_each_mut(&mut parts, |part, found| {
         let kept = idle.lock().ok().and_then(|mut idle| idle.pop());
         let mut s = kept.unwrap_or_else(&scratch);
-        found.extend((count * part / parts..count * (part + 1) / parts).map(|i| f(&mut s, i)));
+        found.iter_mut().enumerate().for_each(|(k, found)| *found = Some(f(&mut s, part * length + k)));
         if let Ok(mut idle) = idle.lock() {
             idle.push(s);
         }
     });
-    let mut all = Vec::with_capacity(count);
-    found.into_iter().for_each(|part| all.extend(part));
-    all
+    found.into_iter().flatten().collect()
 }
 
 /// Maps consecutive ranges that cover `0..count`; results in order. Below `serial_below` there is one range.
@@ -42,9 +41,7 @@ pub(crate) fn map_ranges<T: Send>(
     serial_below: usize,
     f: impl Fn(std::ops::Range<usize>) -> T + Sync,
 ) -> Vec<T> {
-    // Several ranges per thread even out ranges of unequal work.
-    const RANGES_PER_THREAD: usize = 8;
-    let parts = if threads() < 2 || count < serial_below { 1 } else { (RANGES_PER_THREAD * threads()).min(count) };
+    let parts = if threads() < 2 || count < serial_below { 1 } else { (PARTS_PER_THREAD * threads()).min(count) };
     map_with(parts, 2, || (), |(), part| f(count * part / parts..count * (part + 1) / parts))
 }
 

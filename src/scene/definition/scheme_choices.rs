@@ -129,10 +129,10 @@ pub enum ConstraintMethod {
 /// How linear systems are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolverChoice {
-    /// By what takes less: lattices in space of nine by nine particles and more in cross section and cut solids of twelve by twelve by
-    /// iteration, also cut solids of one process whose factors take more than a million multiplications for each unknown; all others by factors, which also take over
-    /// where the iteration does not converge and they fit into memory. Where it has to be known whether states are stable, ask for
-    /// factors.
+    /// By what takes less. By iteration: lattices in space with nine by nine particles and more in cross section, cut solids with twelve
+    /// by twelve, and cut solids of one process whose factors take more than a million multiplications for each unknown. All others
+    /// by factors, which also take over where the iteration does not converge and they fit into memory. Scenes with contact take factors.
+    /// Where it has to be known whether states are stable, ask for factors.
     #[default]
     Auto,
     /// By factors.

@@ -28,11 +28,11 @@ use crate::scene::{ApproximationChoice, Dilation, PressureScheme, Scene, Scheme,
 /// cubes with 9, 13 and 17 a side, where the factors of 2187, 6591 and 14 739 unknowns take 0.9, 11.5 and 73 times 1e9.
 const REACH: f64 = 2.6;
 
-/// Operations of factors, for each unknown, above which lattices take less by directions: with 7 particles a side (0.15e6) factors take
-/// 1.1 times as long and tell whether states are stable, with 9 (0.4e6) 1.3 to 2.4 times.
+/// Multiplications of factors, for each unknown, above which lattices are solved by iteration: 8 particles a side have less (0.249e6), 9 more
+/// (0.4e6). Small models lose little by factors, which tell whether states are stable.
 const WORTH_ON_LATTICES: f64 = 0.25e6;
 
-/// The same of cut solids, whose particles take more directions.
+/// The same of cut solids, whose iterations take more directions.
 const WORTH: f64 = 1e6;
 
 /// Whether a scene's matrix is that of one body and of rigid surfaces against it: with several, rigid ones or contact between faces it
