@@ -19,23 +19,23 @@ pub enum FitError {
     },
     /// A column is missing.
     #[error(
-        "no column {column} in the header: name the columns mode (or test), stretch and nominal_stress (or stress)"
+        "the header has no column {column}: name the columns mode (or test), stretch and nominal_stress (or stress)"
     )]
     Column {
         /// The column.
         column: &'static str,
     },
     /// A row can't be read.
-    #[error("row {row} of the data: {what}")]
-    ConstraintEquation {
-        /// The row, counted from 1 without header and comments.
+    #[error("{}: {what}", if *row == 0 { "header of the data".to_string() } else { format!("row {row} of the data") })]
+    Row {
+        /// The row, counted from 1 without header and comments; 0 for the header.
         row: usize,
         /// What is wrong.
         what: String,
     },
-    /// A mode is none of those that a law answers to.
+    /// A mode of test that is not known.
     #[error(
-        "row {row} of the data: no test {mode}; there are uniaxial (UT), equibiaxial (ET), planar (PS) and volumetric (VT)"
+        "row {row} of the data: unknown test {mode:?}; there are uniaxial (UT), equibiaxial (ET), planar (PS) and volumetric (VT) tests"
     )]
     Mode {
         /// The row, counted from 1.
@@ -44,7 +44,9 @@ pub enum FitError {
         mode: String,
     },
     /// A stretch is not positive and finite.
-    #[error("{mode} test, point {point}: stretch {value}; stretches are lengths over first lengths, above zero")]
+    #[error(
+        "{mode} test, point {point}: stretch {value}; a stretch is the deformed length over the undeformed one, finite and above zero (1 + strain)"
+    )]
     Stretch {
         /// The test.
         mode: &'static str,
@@ -63,10 +65,10 @@ pub enum FitError {
         /// The value given.
         value: f64,
     },
-    /// A stress pulls where the body is pressed, or presses where it is pulled.
+    /// The sign of a stress does not fit its stretch.
     #[error(
-        "{mode} test, point {point}: stress {stress} at stretch {stretch}; stresses are above zero in tension (stretch > 1) \
-         and below it in compression"
+        "{mode} test, point {point}: stress {stress} at stretch {stretch}; stresses are positive in tension (stretch > 1) and \
+         negative in compression: check the columns, or remove the row where it is noise near a stretch of 1"
     )]
     Sign {
         /// The test.
@@ -79,58 +81,58 @@ pub enum FitError {
         stress: f64,
     },
     /// A weight is not usable.
-    #[error("{mode} test: weight {value}; weights are finite and above zero")]
+    #[error("{mode} test: weight {value}; give a finite number above zero")]
     Weight {
         /// The test.
         mode: &'static str,
         /// The value given.
         value: f64,
     },
-    /// There are only tests that the law does not answer to.
-    #[error("{law} says nothing of {mode} tests: add a uniaxial, equibiaxial or planar one")]
+    /// All tests are of a kind that the material does not depend on.
+    #[error("{law} can't be fitted to {mode} tests alone: add a uniaxial, equibiaxial or planar test")]
     Unseen {
-        /// The law.
+        /// The material.
         law: String,
         /// The mode of the tests.
         mode: &'static str,
     },
     /// There are fewer points than coefficients.
     #[error(
-        "{points} points can't decide the {coefficients} coefficients of {law}: add points, or take a law with fewer"
+        "{points} points can't determine the {coefficients} coefficients of {law}: add points, or take a material with fewer coefficients"
     )]
     TooFew {
-        /// The law.
+        /// The material.
         law: String,
-        /// Points of tests that the law answers to.
+        /// Points of tests that the material depends on.
         points: usize,
         /// Its coefficients.
         coefficients: usize,
     },
-    /// A law's coefficients, or bounds for them, are unusable.
+    /// A material's coefficients, or bounds for them, are unusable.
     #[error("{law}: {what}")]
     Coefficient {
-        /// The law.
+        /// The material.
         law: String,
         /// What is wrong, and what to do.
         what: String,
     },
-    /// No start came to an optimum.
+    /// The search converged from no start.
     #[error(
-        "{law}: none of {starts} starts came to an optimum; widen the bounds, or leave out points beyond the law's limit"
+        "{law}: the search converged from none of {starts} starting points; widen the bounds, or leave out points beyond the limiting stretch of the material"
     )]
     NoOptimum {
-        /// The law.
+        /// The material.
         law: String,
         /// Starts that were tried.
         starts: usize,
     },
     /// All optima lose stability inside the range of the data.
     #[error(
-        "{law}: the best fit is unstable in {mode} tests outside of stretches {low:.4} to {high:.4}, the data reach from {from} to \
-         {to}; take another law or fewer terms, or ask for it by Fit::allow_unstable"
+        "{law}: the best fit is stable in {mode} tests only for stretches from {low:.4} to {high:.4}, but the data range from {from} to \
+         {to}; take another material or fewer terms, or accept it by Fit::allow_unstable"
     )]
     Unstable {
-        /// The law.
+        /// The material.
         law: String,
         /// The mode in which it is unstable.
         mode: &'static str,

@@ -76,13 +76,12 @@ impl TestData {
     /// (`PS`, `PT`) and `volumetric` (`VT`). Rows of no strain and no stress say nothing and are left out.
     ///
     /// # Errors
-    /// [`FitError::Column`], [`FitError::ConstraintEquation`] and [`FitError::Mode`] for what can't be read; those of [`with`](Self::with);
+    /// [`FitError::Column`], [`FitError::Row`] and [`FitError::Mode`] for what can't be read; those of [`with`](Self::with);
     /// [`FitError::Empty`] without rows.
     pub fn parse(text: &str) -> Result<Self, FitError> {
         let mut reader =
             csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
-        let header =
-            reader.headers().map_err(|e| FitError::ConstraintEquation { row: 0, what: e.to_string() })?.clone();
+        let header = reader.headers().map_err(|e| FitError::Row { row: 0, what: e.to_string() })?.clone();
         let find = |column: &'static str, names: &[&str]| {
             let named = |head: &str| names.iter().any(|name| head.to_ascii_lowercase().starts_with(name));
             header.iter().position(named).ok_or(FitError::Column { column })
@@ -95,12 +94,12 @@ impl TestData {
         let mut data = Self::new();
         for (row, record) in reader.records().enumerate() {
             let row = row + 1;
-            let record = record.map_err(|e| FitError::ConstraintEquation { row, what: e.to_string() })?;
+            let record = record.map_err(|e| FitError::Row { row, what: e.to_string() })?;
             let [mode, stretch, stress] = columns.map(|c| record.get(c).unwrap_or_default());
             let mode = mode_of(mode).ok_or_else(|| FitError::Mode { row, mode: mode.to_string() })?;
             let number = |text: &str| {
                 let what = || format!("{text:?} is no number");
-                text.parse::<f64>().map_err(|_| FitError::ConstraintEquation { row, what: what() })
+                text.parse::<f64>().map_err(|_| FitError::Row { row, what: what() })
             };
             data.push(mode, [number(stretch)?, number(stress)?])?;
         }

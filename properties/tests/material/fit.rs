@@ -174,8 +174,8 @@ fn bad_data_are_named() {
     assert!(matches!(parse("PS,1.1,inf"), FitError::Stress { mode: "planar", point: 1, .. }));
     assert_eq!(parse("torsion,1.1,0.1"), FitError::Mode { row: 1, mode: "torsion".into() });
     assert_eq!(parse("ET,1.1,-0.1"), FitError::Sign { mode: "equibiaxial", point: 1, stretch: 1.1, stress: -0.1 });
-    assert!(matches!(parse("ET,1.1,x"), FitError::ConstraintEquation { row: 1, .. }));
-    assert!(matches!(parse("ET,1.1"), FitError::ConstraintEquation { row: 1, .. }));
+    assert!(matches!(parse("ET,1.1,x"), FitError::Row { row: 1, .. }));
+    assert!(matches!(parse("ET,1.1"), FitError::Row { row: 1, .. }));
     let error = TestData::parse("mode,strain,stress\n").unwrap_err();
     assert_eq!(error, FitError::Column { column: "stretch" });
     assert!(matches!(TestData::read("no/such/file.csv").unwrap_err(), FitError::File { .. }));
