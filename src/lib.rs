@@ -39,10 +39,10 @@
 //!   conditions, loads; a `Scheme` says how. A `Problem` runs and answers.
 //! * **A kernel, material, term or solver of your own**: implement one of the traits below; the page of each has an example.
 //!
-//! # Floors
-//! A file imports only from floors beneath it (a test reads the imports).
+//! # Layers
+//! A file imports only from its own layer and those below (a test reads the imports).
 //!
-//! | floor | modules | traits to implement |
+//! | layer | modules | traits to implement |
 //! |---|---|---|
 //! | 0 | [`error`], [`geometry`], [`tensor`] | [`Domain`](geometry::Domain) |
 //! | 1 | [`kernel`], [`basis`], [`kinematics`], [`material`] | [`Kernel`](kernel::Kernel), [`Basis`](basis::Basis), [`Kinematics`](kinematics::Kinematics), [`Material`](material::Material), [`InvariantEnergy`](material::InvariantEnergy), [`PrincipalEnergy`](material::PrincipalEnergy), [`VolumetricEnergy`](material::VolumetricEnergy) |
@@ -57,7 +57,7 @@
 //! | 10 | `scene` | |
 //! | 11 | `check`, `study`, `fit` | `Family` |
 //!
-//! Floors 7, 8, 10 and 11 need the feature `solve`, `fit` its own.
+//! Layers 7, 8, 10 and 11 need the feature `solve`, `fit` its own.
 //!
 //! # Features
 //! | feature | default | what it adds |

@@ -161,12 +161,13 @@ impl<const D: usize> BinGrid<D> {
         }
     }
 
-    /// Writes the particles of a box that `local_contact` it, by rising index; false where there are finer grids, which are not searched.
+    /// Writes the particles whose supports may reach into a box and for which `reaches` holds, by rising index; false where there are
+    /// finer grids, which are not searched.
     pub(crate) fn within(
         &self,
         low: &Point<D>,
         high: &Point<D>,
-        local_contact: impl Fn(u32) -> bool,
+        reaches: impl Fn(u32) -> bool,
         found: &mut Vec<u32>,
     ) -> bool {
         found.clear();
@@ -184,7 +185,7 @@ impl<const D: usize> BinGrid<D> {
             // No branch that the machine has to guess.
             for &particle in list {
                 found[end] = particle;
-                end += usize::from(local_contact(particle));
+                end += usize::from(reaches(particle));
             }
             found.truncate(end);
             bins += usize::from(end > start);
@@ -263,7 +264,7 @@ mod tests {
         let most = longest(&particles, &grid, &at);
         // About 20 particles cover each point.
         assert!(most < 130, "{most}");
-        // Particles close together can't be kept uncondensed, and are not tried to be without end.
+        // Bins can't separate particles that all cover each other; the grid stops to refine them.
         let close = (0..500).map(|_| point() * 1e-3).collect();
         let particles = Particles::new(close, vec![Support::Ball(2.0); 500]).unwrap();
         assert_eq!(longest(&particles, &BinGrid::new(&particles), &at), 500);

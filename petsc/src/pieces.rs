@@ -101,32 +101,32 @@ fn sources_of(pieces: &[Piece], term: usize, own: &TermOwnership) -> Result<Vec<
     let mut found: HashMap<u64, (Source, Source)> = HashMap::new();
     for (number, piece) in pieces.iter().enumerate() {
         let ownership = &piece.ownership.terms[term];
-        let (mut unknown, mut has_history) = (0, ownership.unknowns.iter().sum::<usize>() + ownership.common);
+        let (mut unknown, mut variable) = (0, ownership.unknowns.iter().sum::<usize>() + ownership.common);
         for (&key, (&unknowns, &memory)) in
             ownership.keys.iter().zip(ownership.unknowns.iter().zip(&ownership.internal_variables))
         {
-            let places = ((number, unknown, unknowns), (number, has_history, memory));
+            let places = ((number, unknown, unknowns), (number, variable, memory));
             if found.insert(key, places).is_some() {
                 return refused(format!("{} holds a zone of body {term} that another piece holds too", piece.name));
             }
-            (unknown, has_history) = (unknown + unknowns, has_history + memory);
+            (unknown, variable) = (unknown + unknowns, variable + memory);
         }
     }
     let (mut unknowns, mut memory) = (Vec::new(), Vec::new());
     for (key, lengths) in own.keys.iter().zip(own.unknowns.iter().zip(&own.internal_variables)) {
-        let Some(&(unknown, has_history)) = found.get(key) else {
+        let Some(&(unknown, variable)) = found.get(key) else {
             return refused(format!(
                 "a zone of body {term} is in none of them: another scene or scheme, or a piece is missing"
             ));
         };
-        if (unknown.2, has_history.2) != (*lengths.0, *lengths.1) {
+        if (unknown.2, variable.2) != (*lengths.0, *lengths.1) {
             return refused(format!(
-                "a zone of body {term} has {} unknowns and {} numbers of memory where the material here has {} and {}",
-                unknown.2, has_history.2, lengths.0, lengths.1
+                "a zone of body {term} has {} unknowns and {} internal variables where the material here has {} and {}",
+                unknown.2, variable.2, lengths.0, lengths.1
             ));
         }
         unknowns.push(unknown);
-        memory.push(has_history);
+        memory.push(variable);
     }
     // Each rank has written the time of its memory.
     let timed = pieces.iter().position(|piece| piece.ownership.terms[term].common == own.common);

@@ -1,4 +1,4 @@
-//! The order of sums: slabs of clusters that several threads follow at once.
+//! The order of sums: slabs of clusters that several threads work on at once.
 
 use crate::term::{Term, Zone};
 
@@ -15,10 +15,10 @@ const PIECES: usize = 64;
 
 /// The order in which the clusters of a term are summed.
 ///
-/// SlabSchedule are slabs of the body. Each is summed from its first cluster to its last, the last slab first: where two
-/// neighbours overlap, the head of the later one comes before the tail of the earlier one. So threads may follow
+/// The body is divided into slabs. Each is summed from its first cluster to its last, the last slab first: where two
+/// neighbours overlap, the head of the later one comes before the tail of the earlier one. So threads may work on
 /// different slabs at the same time and hardly ever wait for each other, they write to different parts of the
-/// matrix, and every entry sees its clusters in the same order whatever the number of threads.
+/// matrix, and the terms of each entry are added in the same order whatever the number of threads.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SlabSchedule {
     /// The clusters in their order, empty where it is their own.

@@ -15,7 +15,7 @@ pub struct Constraints {
     pub(super) prescribed: HashMap<usize, Vec<PrescribedDirection>>,
     /// By particle: its values that are prescribed, to find repeated and conflicting conditions.
     pub(super) at_particles: HashMap<usize, Vec<PrescribedDirection>>,
-    /// Break points of motions, whose constraint equations don't know them.
+    /// Break points of motions that the amplitudes of their constraint equations do not have.
     pub(super) break_points: Vec<f64>,
 }
 
@@ -49,7 +49,7 @@ impl Constraints {
         self.break_points.extend(loads);
     }
 
-    /// How far constraint equations and break points have come, to [`take_back`](Constraints::take_back) what is added from here on.
+    /// The numbers of constraint equations and break points so far, for [`take_back`](Constraints::take_back) of what is added later.
     pub(crate) fn mark(&self) -> [usize; 2] {
         [self.equations.len(), self.break_points.len()]
     }
@@ -67,7 +67,7 @@ impl Constraints {
     }
 
     /// Whether a condition prescribes a component of a particle.
-    pub(crate) fn prescriptions(&self, particle: usize, component: usize) -> bool {
+    pub(crate) fn prescribes(&self, particle: usize, component: usize) -> bool {
         [&self.prescribed, &self.at_particles].iter().any(|prescriptions| {
             prescriptions.get(&particle).is_some_and(|prescriptions| spans(prescriptions, component))
         })
@@ -108,7 +108,7 @@ impl Constraints {
         self.equations.is_empty()
     }
 
-    /// Adds a constraint equation as it is.
+    /// Adds a constraint equation unchanged.
     ///
     /// # Errors
     /// Where a number is not finite or the constraint equation has no entry.
@@ -129,7 +129,7 @@ impl Constraints {
         Ok(())
     }
 
-    /// Writes $g\\,a(\lambda) - Gd$, constraint equation by constraint equation.
+    /// Writes $g\\,a(\lambda) - Gd$, one entry per constraint equation.
     pub fn violation(&self, displacement: &[f64], load: f64, violation: &mut Vec<f64>) {
         violation.clear();
         violation.extend(self.equations.iter().map(|equation| {
@@ -138,7 +138,7 @@ impl Constraints {
         }));
     }
 
-    /// Writes $g\\,a'(\lambda)$, constraint equation by constraint equation.
+    /// Writes $g\\,a'(\lambda)$, one entry per constraint equation.
     pub fn load_slope(&self, load: f64, slope: &mut Vec<f64>) {
         slope.clear();
         slope.extend(self.equations.iter().map(|equation| equation.target * equation.amplitude.evaluate(load).1));

@@ -6,20 +6,20 @@ use crate::error::BoundaryError;
 
 use super::Constraints;
 
-/// What is left of a constraint equation below this part of its size counts as nothing.
+/// A constraint equation of which elimination leaves less than this part of its size depends on others.
 const DEPENDENT: f64 = 1e-10;
 
 /// Constraint equations that share unknowns, eliminated together.
 pub(super) struct Group {
-    /// Constraint equations of the problem.
+    /// Numbers of its constraint equations in the problem.
     pub equations: Vec<usize>,
     /// Eliminated unknowns, one per constraint equation.
     pub pivots: Vec<usize>,
     /// Unknowns they are expressed by, as reduced indices.
     pub free: Vec<u32>,
-    /// W, `pivots × free` by constraint equations.
+    /// W, `pivots × free`, row by row.
     pub w: Vec<f64>,
-    /// V, `pivots × equations` by constraint equations.
+    /// V, `pivots × equations`, row by row.
     pub v: Vec<f64>,
     /// Reduced unknowns that couple with the pivots (a superset of `free`).
     pub coupled: Vec<u32>,
@@ -70,7 +70,7 @@ fn connected(equations: &Constraints) -> Vec<Vec<usize>> {
     members.into_values().collect()
 }
 
-/// Expresses as many unknowns of some constraint equations as there are equations by the others.
+/// Expresses as many unknowns as there are constraint equations in a group by the other unknowns.
 fn eliminate_group(
     equations: &Constraints,
     members: Vec<usize>,

@@ -19,13 +19,13 @@ pub struct ConstraintEquation {
 }
 
 impl ConstraintEquation {
-    /// $\sum_k |c_k|$: what makes values of constraint equations over a boundary lengths, of those at particles about 1.
+    /// $\sum_k |c_k|$, by which values of constraint equations over a boundary are divided to be lengths; about 1 at particles.
     pub(crate) fn measure(&self) -> f64 {
         self.entries.iter().map(|(_, c)| c.abs()).sum()
     }
 }
 
-/// Refuses constraint equations that name unknowns beyond the `unknowns` of a model.
+/// Rejects constraint equations that name unknowns beyond the `unknowns` of a model.
 pub(crate) fn check_unknowns(equations: &[ConstraintEquation], unknowns: usize) -> Result<(), BoundaryError> {
     let beyond = |equation: &&ConstraintEquation| {
         equation.dependent >= unknowns || equation.entries.iter().any(|e| e.0 >= unknowns)

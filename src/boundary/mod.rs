@@ -25,7 +25,7 @@ use crate::assembly::{Pattern, System};
 use crate::error::BoundaryError;
 use crate::linear::MatrixClass;
 
-/// Refuses patterns that are none, and constraint equations beyond them.
+/// Rejects malformed patterns, and constraint equations with unknowns beyond them.
 pub(crate) fn pattern_fits(pattern: &Pattern, equations: &Constraints) -> Result<(), BoundaryError> {
     if let Err(error) = pattern.validate() {
         return Err(BoundaryError::Unsuitable { enforcement: "pattern", reason: error.to_string() });
@@ -80,12 +80,12 @@ pub trait Enforcement: Send + Sync {
 ///     fn reduce(&mut self, full: &System, values: &mut Vec<f64>) {
 ///         values.clear();
 ///         values.resize(self.pattern.entries(), 0.0);
-///         let mut add = |equation, column, value| {
-///             if let Some(place) = self.pattern.find(equation, column) { values[place] += value; }
+///         let mut add = |row, column, value| {
+///             if let Some(place) = self.pattern.find(row, column) { values[place] += value; }
 ///         };
 ///         for c in 0..self.full.size() {
 ///             let first = self.full.columns[c];
-///             for (k, &equation) in self.full.column(c).iter().enumerate() { add(equation as usize, c, full.values[first + k]); }
+///             for (k, &row) in self.full.column(c).iter().enumerate() { add(row as usize, c, full.values[first + k]); }
 ///         }
 ///         for equation in &self.equations {
 ///             for &(a, x) in equation {
@@ -142,7 +142,7 @@ pub trait Enforced: Send {
     /// Writes the reduced right-hand side for the full one `force` ($-r$) and `violation` ($g - Gd$).
     fn restrict(&self, force: &[f64], violation: &[f64], full: &System, rhs: &mut Vec<f64>);
 
-    /// $T^T v$ for a full vector, zero in the constraint equations of multipliers.
+    /// $T^T v$ for a full vector, zero at the multipliers.
     fn project(&self, full: &[f64], out: &mut Vec<f64>);
 
     /// What is left of a residual once the conditions have taken their reactions, unknown by reduced unknown: zero at

@@ -11,7 +11,7 @@ use super::{ConstraintEquation, Constraints, Enforced, Enforcement, pattern_fits
 ///   \begin{bmatrix}\delta d\\ \mu\end{bmatrix} = \begin{bmatrix}-r + G^T R\\,\gamma\\ \gamma\end{bmatrix},
 ///   \qquad \gamma = g - G d,$$
 /// eliminated with each multiplier right after the last unknown of its constraint equation. The augmentation $G^T R\\,G$ does not
-/// change the solution; it makes the block of the unknowns regular where the constraint equations alone hold the body.
+/// change the solution; it makes the block of the unknowns regular where the constraint equations alone support the body.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LagrangeMultipliers;
 
@@ -75,13 +75,13 @@ impl Bound {
             return Err(dependent);
         }
         let saddle = Pattern::from_columns(columns);
-        let place = |equation: usize, column: usize| saddle.find(equation, column).unwrap_or(0) as u32;
+        let place = |row: usize, column: usize| saddle.find(row, column).unwrap_or(0) as u32;
         let mut destination = Vec::with_capacity(pattern.entries());
         for column in 0..full {
             // Both lists rise.
             let mut at = saddle.columns[column];
-            for &equation in pattern.column(column) {
-                while saddle.rows[at] < equation {
+            for &row in pattern.column(column) {
+                while saddle.rows[at] < row {
                     at += 1;
                 }
                 destination.push(at as u32);
@@ -113,8 +113,8 @@ impl Bound {
     }
 }
 
-/// Constraint equations beyond which a factor of $G G^T$ is requested whether they are independent: elimination constraint equation by constraint equation, which names the
-/// culprit, takes the third power of their number.
+/// Number of constraint equations beyond which a factorisation of $G G^T$ first tells whether they are independent. Elimination one by
+/// one, which names the dependent equation, costs the third power of their number.
 const MANY: usize = 100;
 
 /// The first constraint equation that depends on earlier ones.
@@ -193,7 +193,7 @@ pub(crate) fn dependent_rows(equations: &[ConstraintEquation]) -> Vec<BoundaryEr
             Some((pivot, size)) if size.abs() > 1e-10 => {
                 let mut equation: BTreeMap<usize, f64> = left.into_iter().map(|(k, v)| (k, v / size)).collect();
                 equation.insert(pivot, 1.0);
-                // Keep earlier constraint equations free of the new pivot, so that one pass over a constraint equation suffices.
+                // Keep earlier equations free of the new pivot, so that one pass over each equation suffices.
                 for other in reduced.values_mut() {
                     if let Some(factor) = other.get(&pivot).copied().filter(|f| *f != 0.0) {
                         for (k, value) in &equation {
@@ -245,7 +245,7 @@ impl Enforced for Bound {
             stiffness = -ranks.least(-stiffness);
         }
         self.stiffness = if stiffness > 0.0 { stiffness } else { 1.0 };
-        // What the constraint equations give stands in the sum over the ranks once.
+        // The contribution of the constraint equations is counted once in the sum over the ranks.
         if full.ranks.as_ref().is_some_and(|ranks| ranks.rank() > 0) {
             return;
         }

@@ -19,9 +19,9 @@ impl Constraints {
     /// Conditions $\int\Theta_J(u_i - g\\,a(\lambda))\\,\mathrm d\Gamma = 0$ over a boundary part with its linear
     /// trace functions $\Theta_J$, (4.8), (4.16).
     ///
-    /// Each corner and edge is owned by the part that prescribed directions it first; on the others its trace function is merged
+    /// Each corner and edge belongs to the part that is prescribed first; on the others its trace function is merged
     /// into its neighbour's, so that there are as many constraint equations as boundary particles and the trace functions of each
-    /// part still sum to one. On the axis of a body of revolution the measure is that of the line.
+    /// part still sum to one. On the axis of an axisymmetric body the measure is that of the line.
     ///
     /// # Errors
     /// Where two conditions conflict at a corner, a component does not exist, or a shape function is not defined.

@@ -1,5 +1,4 @@
-//! What conditions have prescribed of the particles: directions that were prescribed there, and whether another one says the
-//! same again.
+//! The directions in which conditions have prescribed the displacements of particles, and whether another condition repeats them.
 
 use std::sync::Arc;
 
@@ -8,10 +7,10 @@ use crate::geometry::Point;
 use crate::linear::vector::dot;
 use crate::term::Amplitude;
 
-/// What is left of a direction beside those that were prescribed before it, below which it is one of them: a constraint equation of its own
-/// would repeat them but for a twentieth, and reactions would be twenty times as large as the forces they balance.
+/// A direction that differs by less than this from a combination of those prescribed before it counts as one of them: a constraint
+/// equation for it would repeat them but for a twentieth, and reactions would be twenty times as large as the forces they balance.
 const REPEATED: f64 = 0.05;
-/// The same for directions that are combinations of the prescribed ones but for rounding, whose values have to agree.
+/// The same for directions that are combinations of the prescribed ones up to rounding, whose values have to agree.
 const EXACT: f64 = 1e-9;
 
 /// A direction of a particle that a condition has prescribed.
@@ -69,10 +68,10 @@ fn resolve(prescriptions: &[PrescribedDirection], direction: &[f64; 3]) -> (Vec<
     (parts, dot(&rest, &rest).sqrt())
 }
 
-/// Whether a condition says again what the prescribed directions on its particle say.
+/// Whether a condition repeats what is already prescribed on its particle.
 ///
 /// # Errors
-/// Where it says something else.
+/// Where it prescribes another value.
 pub(crate) fn is_redundant<const D: usize>(
     prescriptions: &[PrescribedDirection],
     requested: &PrescribedDirection,

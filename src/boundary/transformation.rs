@@ -386,8 +386,8 @@ impl Enforced for Bound {
         for group in &self.groups {
             let n = group.free.len();
             for (p, (&pivot, jump)) in group.pivots.iter().zip(Self::prescribed(group, violation)).enumerate() {
-                let equation = &group.w[p * n..(p + 1) * n];
-                step[pivot] = jump + group.free.iter().zip(equation).map(|(&f, w)| w * solved[f as usize]).sum::<f64>();
+                let row = &group.w[p * n..(p + 1) * n];
+                step[pivot] = jump + group.free.iter().zip(row).map(|(&f, w)| w * solved[f as usize]).sum::<f64>();
             }
         }
     }

@@ -124,7 +124,7 @@ impl<const D: usize> Lattice<D> {
         };
         lattice.bend(domain, &units);
         if lattice.is_curved() && lattice.validate().is_err() {
-            // Parabolas that miss a break point of the domain by so much: chords it is.
+            // Parabolas fold where the boundary of the domain has a kink: straight edges take their place.
             lattice.middles.clear();
         }
         Ok(lattice)
@@ -252,8 +252,8 @@ impl<const D: usize> Lattice<D> {
         let each: usize = if self.is_curved() { 3 } else { 2 };
         let runs = map_ranges(self.cell_count(), SERIAL_BELOW, |cells| {
             for cell in cells {
-                // The Jacobian at the corners decides for intervals and quadrilaterals, and nearly so for bricks; curved
-                // cells are requested at their middles too.
+                // The Jacobian at the corners decides for intervals and quadrilaterals, and nearly so for bricks; that of curved
+                // cells is evaluated at their middles too.
                 let shape = self.shape(cell);
                 for place in 0..each.pow(D as u32) {
                     let place = unravel(place, &[each; D]);

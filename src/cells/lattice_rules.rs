@@ -142,7 +142,7 @@ mod tests {
     use crate::cells::Layout;
     use crate::geometry::{Block, Mapped};
 
-    /// The cells that hold a point, each of the lattice requested.
+    /// The cells that contain a point, found by testing each cell of the lattice.
     fn holders<const D: usize>(lattice: &Lattice<D>, at: &Point<D>) -> usize {
         (0..lattice.cell_count()).filter(|&cell| lattice.holds(cell, at)).count()
     }

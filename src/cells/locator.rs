@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use crate::geometry::{Bounds, Point};
 use crate::neighbours::BoxTree;
 
-/// A tree of the boxes around cells, made when it is first requested.
+/// A tree of the boxes around cells, built when it is first used.
 #[derive(Clone, Default)]
 pub(crate) struct Locator<const D: usize>(OnceLock<BoxTree<D>>);
 

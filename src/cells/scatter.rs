@@ -38,7 +38,7 @@ const DIP: f64 = 0.01;
 /// Samples per axis of the integral of the density.
 const SAMPLES: usize = 160;
 
-/// A spacing function that is checked where it is requested.
+/// A spacing function whose values are checked where it is evaluated.
 pub(crate) struct Spacing<'a> {
     pub function: &'a dyn Fn(&Point<2>) -> f64,
     pub factor: f64,

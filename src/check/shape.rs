@@ -24,7 +24,7 @@ const TERM_LIMIT: usize = 200;
 const DEPENDENT: f64 = 1e8;
 
 /// Checks the contract of [`Kernel`]: value and slope zero for $z \ge 1$, positive inside, largest at 0,
-/// slope zero at 0 (else the even kernel has a break point there), slope the derivative of the value, no jump of the value up
+/// slope zero at 0 (else the even kernel has a kink there), slope the derivative of the value, no jump of the value up
 /// to $z = 1$, and that [`Kernel::fill`], which shape functions call, gives the same.
 ///
 /// ```
@@ -73,7 +73,7 @@ fn jumps(kernel: &dyn Kernel, top: f64) -> Law {
     for i in 0..KERNEL_SAMPLES {
         let (mut low, mut high) = (i as f64 / KERNEL_SAMPLES as f64, (i + 1) as f64 / KERNEL_SAMPLES as f64);
         let mut found = off(low, high);
-        // What is left of break points and of coarse rules halves with the interval.
+        // Errors by kinks and by coarse rules halve with the interval.
         while found > SLOPE_TOLERANCE && high - low > SHORTEST {
             let middle = 0.5 * (low + high);
             let (left, right) = (off(low, middle), off(middle, high));
@@ -266,15 +266,15 @@ mod tests {
     #[test]
     fn each_broken_law_of_a_kernel_is_named() {
         let inside = |z: f64, pair: (f64, f64)| if z < 1.0 { pair } else { (0.0, 0.0) };
-        let trace = From(move |z: f64| inside(z, (1.0 - z, -1.0)));
-        assert_eq!(broken(&kernel(&trace)), ["the slope is zero at z = 0"]);
+        let hat = From(move |z: f64| inside(z, (1.0 - z, -1.0)));
+        assert_eq!(broken(&kernel(&hat)), ["the slope is zero at z = 0"]);
         let wrong = From(move |z: f64| inside(z, ((1.0 - z * z).powi(2), -2.0 * z * (1.0 - z * z))));
         assert_eq!(broken(&kernel(&wrong)), ["the slope is the derivative of the value"]);
         let negative = From(move |z: f64| inside(z, (1.0 - 3.0 * z * z + 2.0 * z.powi(4), -6.0 * z + 8.0 * z.powi(3))));
         assert_eq!(broken(&kernel(&negative)), ["the value is positive inside the support"]);
         let nan = From(|_: f64| (f64::NAN, f64::NAN));
         assert_eq!(broken(&kernel(&nan)).len(), 7);
-        // Jumps between samples, at them and at the end of the support; break points are none.
+        // Jumps between samples, at them and at the end of the support; kinks are no jumps.
         for at in [0.3, 0.3003, 0.5, 2.0 / 3.0] {
             let jump = From(move |z: f64| {
                 let (q, part) = (1.0 - z * z, if z < at { 1.0 } else { 0.5 });

@@ -38,7 +38,7 @@ pub fn solver(solver: &dyn LinearSolver) -> Report {
     let mut again = Law::new("a second factorisation starts afresh", RESIDUAL);
     let mut signs = Law::new("the inertia is right (pivots of wrong sign)", 0.0);
     let mut refused = Law::new("singular systems are refused", 0.0);
-    let mut given = false;
+    let mut reported = false;
     for case in regular() {
         let place = || case.name.to_string();
         match solve(solver, &case) {
@@ -46,7 +46,7 @@ pub fn solver(solver: &dyn LinearSolver) -> Report {
                 solved.see(first, place);
                 again.see(second, place);
                 if wrong.is_finite() {
-                    given = true;
+                    reported = true;
                     signs.see(wrong, place);
                 }
             }
@@ -58,7 +58,7 @@ pub fn solver(solver: &dyn LinearSolver) -> Report {
         refused.see(f64::from(u8::from(accepted)), || case.name.to_string());
     }
     let report = Report::default().with([solved, again, refused]);
-    if given { report.with([signs]) } else { report.unchecked("inertia: the solver does not tell it") }
+    if reported { report.with([signs]) } else { report.unchecked("inertia: the solver does not report it") }
 }
 
 /// Relative residuals of two factorisations, the second of the doubled matrix, and the number of pivots of

@@ -13,8 +13,8 @@ use crate::term::{Body, PressureField};
 
 use super::algebra::{Pencil, add_tangent_at_rest, check_size};
 
-/// Gauss points per direction and cell of the reference: rational functions are integrated to about 1e-3 by
-/// four points, to far below the digits requested by eight.
+/// Gauss points per direction and cell of the reference: four integrate rational functions to about 1e-3, eight far more accurately
+/// than these checks need.
 const REFERENCE_POINTS: usize = 8;
 /// Points of the reference that are tabulated at a time, to bound the memory.
 const POINTS_AT_ONCE: usize = 8192;

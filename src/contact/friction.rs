@@ -44,8 +44,8 @@ impl<const D: usize> Friction<D> {
     /// What the trace function does along the surface.
     pub(crate) fn stick_slip(&self) -> StickSlip<D> {
         let slip = self.along(&self.slip);
-        let requested = self.along(&self.traction) - slip * self.decisive;
-        let size = requested.norm();
+        let trial = self.along(&self.traction) - slip * self.decisive;
+        let size = trial.norm();
         if size <= self.coefficient * (self.pressure - self.decisive * self.gap) {
             StickSlip::Stick(slip)
         } else {
@@ -53,7 +53,7 @@ impl<const D: usize> Friction<D> {
             let limit = self.coefficient * self.pressure.max(0.0);
             let turning = limit * self.decisive / (size - limit);
             let turning = if turning >= 0.0 { turning.min(self.proximal) } else { self.proximal };
-            let direction = requested / size;
+            let direction = trial / size;
             StickSlip::Slip { direction, across: slip - direction * direction.dot(&slip), turning }
         }
     }

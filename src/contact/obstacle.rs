@@ -14,7 +14,7 @@ use super::{ContactError, ContactSurface, Nearest, RigidSurface};
 pub(crate) struct Stiffness {
     /// $\varepsilon w$ \[stress\]: the change of a pressure by a gap as wide as the trace function.
     pub proximal: f64,
-    /// $c w$ \[stress\]: what a gap counts beside a pressure where it is requested whether they touch.
+    /// $c w$ \[stress\]: the weight of a gap compared with a pressure where it is decided whether they touch.
     pub decisive: f64,
 }
 
@@ -678,12 +678,12 @@ impl<const D: usize> Unilateral for RigidContact<D> {
         let start = self.surface.placed(from, [0.0; 2]);
         let positions = self.contact_surface.table.positions().iter();
         let lever = positions.map(|x| start.spun(&start.arm(x)).norm()).fold(0.0, f64::max);
-        let direction = |load: f64| {
+        let travel = |load: f64| {
             let placed = self.surface.placed(load, [0.0; 2]);
             (placed.offset - start.offset).norm() + lever * (placed.angle() - start.angle()).abs()
         };
         let mut part = 1.0;
-        while direction(from + part * (to - from)) > depth && part > 1e-3 {
+        while travel(from + part * (to - from)) > depth && part > 1e-3 {
             part *= 0.5;
         }
         from + part * (to - from)

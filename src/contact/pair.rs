@@ -189,8 +189,8 @@ impl<const D: usize> Slip<D> {
     }
 }
 
-/// What a trace function knows of what is opposite.
-pub(crate) struct ContactPair {
+/// The gap between a trace function and the faces opposite.
+pub(crate) struct TraceGap {
     /// $\bar g_J$ \[length\], infinite where nothing is opposite.
     pub gap: f64,
     /// Its change with the load factor.
@@ -466,7 +466,7 @@ impl<const D: usize> PairContact<D> {
         state: &State<D>,
         load: f64,
         mut visit: impl FnMut(Piece<D>),
-    ) -> ContactPair {
+    ) -> TraceGap {
         let (mut gap, mut area) = (0.0, 0.0);
         let at_rest = self.at_rest.get(trace).copied().unwrap_or(0.0);
         let [shift, by_load] = self.law.interference.map_or([0.0; 2], |all| all.shift(at_rest, load));
@@ -529,7 +529,7 @@ impl<const D: usize> PairContact<D> {
         }
         // What has less than rounding opposite has nothing.
         let least = f64::EPSILON * self.contact_surfaces[0].traces[trace].area;
-        ContactPair { gap: if area > least { gap / area + shift } else { f64::INFINITY }, by_load, area }
+        TraceGap { gap: if area > least { gap / area + shift } else { f64::INFINITY }, by_load, area }
     }
 
     /// Visits the triangles under a trace function with what faces each of them.
@@ -711,7 +711,7 @@ impl<const D: usize> PairContact<D> {
     }
 
     /// A pressure per area of what has something opposite, in terms of one per area of the whole trace function.
-    pub(super) fn concentration(&self, trace: usize, overlap: &ContactPair) -> f64 {
+    pub(super) fn concentration(&self, trace: usize, overlap: &TraceGap) -> f64 {
         self.contact_surfaces[0].traces[trace].area / overlap.area
     }
 

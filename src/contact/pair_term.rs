@@ -5,12 +5,12 @@ use crate::term::{CondensedUnknowns, Element, History, PointMotion, Protocol, Te
 
 use super::friction::{Friction, friction_step};
 use super::obstacle::farthest;
-use super::pair::{ContactPair, Gathered, Held, Order, PairContact, Piece, Slip, State};
+use super::pair::{Gathered, Held, Order, PairContact, Piece, Slip, State, TraceGap};
 
 /// A trace function that touches.
 struct Touching {
     trace: usize,
-    overlap: ContactPair,
+    overlap: TraceGap,
     /// Over the points that it presses on and, with friction, those that its slip is of.
     gathered: Gathered,
     pressure: f64,
@@ -288,9 +288,9 @@ impl<const D: usize> PairContact<D> {
             // An overlap that grows changes the mean gap, but takes nothing further in.
             return farthest(gap, self.opening(&pieces, moves) / overlap.area, self.width(trace));
         }
-        // What has nothing opposite goes no further than the search saw.
-        let direction = moves[trace].norm();
-        if direction > state.reach { state.reach / direction } else { 1.0 }
+        // A trace function with no opposite facet moves no further than the search reached.
+        let distance = moves[trace].norm();
+        if distance > state.reach { state.reach / distance } else { 1.0 }
     }
 
     /// What friction asks of a trace function that touches.
@@ -298,7 +298,7 @@ impl<const D: usize> PairContact<D> {
         &self,
         trace: usize,
         view: &View<'_>,
-        overlap: &ContactPair,
+        overlap: &TraceGap,
         slip: &Slip<D>,
         since: &[Point<D>],
     ) -> Friction<D> {

@@ -140,7 +140,7 @@ impl Region {
                         let shared = if j == i + 1 { (a.0, a.1, b.1) } else { (b.0, b.1, a.1) };
                         folds(shared)
                     } else {
-                        local_contact(a, b)
+                        cross_or_touch(a, b)
                     };
                     if crossing {
                         let (what, remedy) = (
@@ -195,7 +195,7 @@ fn side(a: Point<2>, b: Point<2>, c: Point<2>) -> f64 {
 }
 
 /// Whether two segments have a point in common.
-fn local_contact((a, b): (Point<2>, Point<2>), (c, d): (Point<2>, Point<2>)) -> bool {
+fn cross_or_touch((a, b): (Point<2>, Point<2>), (c, d): (Point<2>, Point<2>)) -> bool {
     let (p, q) = (side(a, b, c), side(a, b, d));
     let (r, s) = (side(c, d, a), side(c, d, b));
     if p * q < 0.0 && r * s < 0.0 {

@@ -6,16 +6,16 @@ use crate::parallel::{for_each_mut, map_with};
 /// What a minimisation of residuals left.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Minimised {
-    /// Directions that were tried.
+    /// Krylov iterations that were made.
     pub iterations: usize,
     /// The residual, relative to the right-hand side.
     pub residual: f64,
 }
 
-/// Directions that have to take a third off the residual, where rounding may leave it as it is.
+/// Iterations in which the residual has to fall by a third, where rounding may leave it as it is.
 const STALLED: usize = 8;
 
-/// The residual that was left [`STALLED`] directions before the last one: each rotation leaves its sine of it.
+/// The residual [`STALLED`] iterations before the last one: each rotation multiplies it by its sine.
 fn left_before(left: &[f64], rotations: &[[f64; 2]], end: usize) -> f64 {
     rotations[end + 1 - STALLED..]
         .iter()
@@ -53,29 +53,30 @@ fn dot_of_piece<A: Copy + Into<f64>>(a: &[A], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| (*a).into() * b).sum::<f64>()
 }
 
-/// A vector times a number in half the width.
+/// A vector times a number, in single precision.
 fn kept(factor: f64, x: &[f64]) -> Vec<f32> {
     x.iter().map(|x| (factor * x) as f32).collect()
 }
 
-/// A vector of half the width.
+/// A vector of single precision, in double precision.
 fn widened(x: &[f32], y: &mut [f64]) {
     y.iter_mut().zip(x).for_each(|(y, x)| *y = f64::from(*x));
 }
 
-/// Tolerance below which rotations do not tell the residual: directions are kept in half the width, and orthogonal to that.
+/// Tolerance below which rotations do not tell the residual: basis vectors are kept in single precision, and orthogonal to that.
 const KNOWN: f64 = 1e-5;
 
-/// Solves $A P^{-1} y = b$, $x = P^{-1} y$, from zero: flexible GMRES, restarted after `krylov_iterations`. `apply` and
-/// `precondition` write their answers into the second vector, `total` adds up products of pieces of vectors where ranks hold
-/// such. Directions and answers are kept in half the width: what is applied are those, so that the sum of the answers is as exact as the
-/// residual of a restart, and a restart that leaves more than half of the residual before is the last. Once no more than `enough` is left it ends as soon as directions hardly help; the first ones may help little and later
-/// ones much.
+/// Solves $A P^{-1} y = b$, $x = P^{-1} y$, from zero: flexible GMRES, restarted after `restart` iterations, of which there are at most
+/// `most`. `apply` and `precondition` write their answers into the second vector, `total` adds up dot products over the ranks that
+/// hold parts of the vectors. Basis vectors and preconditioned ones are kept in single precision and applied as they are kept, so that
+/// the sum of the latter is as exact as the residual of a restart. A restart that leaves more than half of the residual before it is the
+/// last. Once no more than `enough` is left the iteration ends as soon as it hardly reduces the residual; above that it goes on,
+/// because the first iterations may reduce it little and later ones much.
 pub(crate) fn gmres(
     b: &[f64],
     x: &mut [f64],
     (tolerance, enough): (f64, f64),
-    [krylov_iterations, most]: [usize; 2],
+    [restart, most]: [usize; 2],
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&[f64], &mut [f64]),
     total: impl Fn(f64) -> f64,
@@ -101,7 +102,7 @@ pub(crate) fn gmres(
         let mut basis = vec![kept(1.0 / start, &residual)];
         let mut answers: Vec<Vec<f32>> = Vec::new();
         let (mut columns, mut rotations, mut left) = (Vec::<Vec<f64>>::new(), Vec::<[f64; 2]>::new(), vec![start]);
-        while answers.len() < krylov_iterations && done.iterations < most {
+        while answers.len() < restart && done.iterations < most {
             let last = &basis[basis.len() - 1];
             widened(last, &mut product);
             precondition(&product, &mut answer);
@@ -150,7 +151,7 @@ pub(crate) fn gmres(
             add_multiple(left[k], &answers[k], x);
         }
         if converged && tolerance > KNOWN {
-            // Rotations know the residual of so few directions as well as a product would.
+            // Rotations give the residual of so few iterations as exactly as a product would.
             done.residual = left[columns.len()].abs() / size;
             return done;
         }
@@ -164,7 +165,7 @@ pub(crate) fn gmres(
     }
 }
 
-/// Directions over which residuals without preconditioner are minimised at most. The skew part of a tangent lives on free faces
+/// Most iterations that minimise residuals without a preconditioner. The skew part of a tangent comes from free faces
 /// under pressure, and few are needed: a strip that pressure bends by 122° takes 2.
 const UNAIDED: usize = 60;
 
@@ -236,10 +237,10 @@ mod tests {
                 y[k] = (3.0 + k as f64) * x[k] - before - 0.5 * after;
             }
         };
-        for krylov_iterations in [40, 4] {
+        for restart in [40, 4] {
             let mut x = vec![0.0; n];
             let jacobi = |r: &[f64], z: &mut [f64]| (0..n).for_each(|k| z[k] = r[k] / (3.0 + k as f64));
-            let done = gmres(&b, &mut x, (1e-11, 0.0), [krylov_iterations, 200], apply, jacobi, |dot| dot);
+            let done = gmres(&b, &mut x, (1e-11, 0.0), [restart, 200], apply, jacobi, |dot| dot);
             assert!(done.residual <= 1e-11 && done.iterations < 100, "{done:?}");
             let mut y = vec![0.0; n];
             apply(&x, &mut y);

@@ -1,4 +1,4 @@
-//! Large bodies in space: pressures apart, Krylov iteration, linear elements on the particles as a preconditioner.
+//! Large bodies in 3D: pressures as separate unknowns, Krylov iteration, linear elements on the particles as a preconditioner.
 
 mod auxiliary;
 mod convergence;
@@ -36,7 +36,7 @@ use interpolation::Interpolation;
 #[derive(Clone)]
 pub(crate) struct Krylov {
     auxiliary: Arc<Auxiliary>,
-    /// What one cycle is solved by in place of this crate's own.
+    /// The solver that takes the place of this crate's own multilevel cycle.
     preconditioner: Option<Arc<dyn LinearSolver>>,
     counts: Arc<Mutex<Vec<usize>>>,
     /// Whether factors may take its place where it does not converge: nobody asked for it by name, and they fit into memory.
@@ -49,9 +49,9 @@ impl Krylov {
         Krylov { auxiliary: Arc::new(auxiliary), preconditioner: None, counts: Arc::default(), replaceable: false }
     }
 
-    /// With a solver of one's own in place of a multilevel cycle: of the stiffness of the elements, about. Where ranks share the
-    /// model, one that works on all of them.
-    pub(crate) fn with_cycle(mut self, preconditioner: Arc<dyn LinearSolver>) -> Self {
+    /// With a custom solver in place of the multilevel cycle: an approximate one for the stiffness of the elements. Where ranks share
+    /// the model, one that works on all of them.
+    pub(crate) fn with_preconditioner(mut self, preconditioner: Arc<dyn LinearSolver>) -> Self {
         self.preconditioner = Some(preconditioner);
         self
     }

@@ -105,14 +105,14 @@ pub trait LinearSolver: Send + Sync {
         order: Option<&[usize]>,
     ) -> Result<Box<dyn Factorizer>, LinearError>;
 
-    /// Whether pressures of zones are to be kept uncondensed from the matrix, and the rest of what their terms would add at the
-    /// points; [`Factorizer::factorize_at`] is then given both. The unknowns keep the order of the particles, multipliers
-    /// behind them.
+    /// Whether pressures of zones are to stay unknowns that are not condensed into the matrix, and the rest of their terms' matrices is
+    /// to be left to the points; [`Factorizer::factorize_at`] is then given both. The unknowns keep the order of the particles,
+    /// multipliers behind them.
     fn keeps_pressures(&self) -> bool {
         false
     }
 
-    /// Directions that each solution so far has taken; none for direct solvers.
+    /// Krylov iterations that each solution so far has taken; none for direct solvers.
     fn krylov_iterations(&self) -> Vec<usize> {
         Vec::new()
     }
@@ -123,8 +123,8 @@ pub trait LinearSolver: Send + Sync {
         None
     }
 
-    /// A solver of one cycle over nodes at these positions in space, for solvers that solve about: scenes take it into the
-    /// preconditioner of a Krylov iteration. None for those that solve by themselves.
+    /// An approximate solver for nodes at these positions in 3D: scenes use it in the preconditioner of a Krylov iteration. None for
+    /// solvers that solve by themselves.
     fn preconditioner(&self, _nodes: &[Point<3>]) -> Option<Arc<dyn LinearSolver>> {
         None
     }
@@ -203,8 +203,8 @@ pub trait Factors {
     /// Signs of the pivots, where the method knows them.
     fn inertia(&self) -> Option<Inertia>;
 
-    /// Solves with the rows of pressures that are kept uncondensed: `pressures` holds the right-hand sides $g$ of
-    /// $C\\,\delta d - H^{-1} q = g$, zone by zone, and takes $q$. Solvers that keep none apart leave them as they are.
+    /// Solves together with the equations of the pressures that are kept uncondensed: `pressures` holds the right-hand sides $g$ of
+    /// $C\\,\delta d - H^{-1} q = g$, zone by zone, and receives $q$. Solvers without such pressures leave them as they are.
     ///
     /// # Errors
     /// As [`solve_in_place`](Factors::solve_in_place).

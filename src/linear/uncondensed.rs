@@ -1,4 +1,4 @@
-//! What solvers need that keep pressures apart from the matrix.
+//! Data for solvers that keep pressures as unknowns beside the matrix.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use crate::term::{Product, Zone};
 /// The product of a zone's own matrix, $C^T H C$ left out, with a vector over all unknowns: node by node of the zone.
 pub type ZoneProduct<'a> = &'a (dyn Fn(&Zone, &[f64], &mut Product) + Sync);
 
-/// A linearised system: its reduced matrix, and what is kept uncondensed from it.
+/// A linearised system: its reduced matrix, and the pressures that are not condensed into it.
 #[derive(Clone, Copy)]
 pub struct Linearised<'a> {
     /// Values of the reduced matrix.

@@ -174,7 +174,7 @@ pub fn existence(distortional: &RivlinPolynomial, volumetric: &dyn VolumetricEne
             // Round-off must not decide equality, which fails both: neo-Hookean with γ = 2 has p = 3/2.
             (over_p < 2.0 / 3.0 - 1e-12 && over_p + over_q < 4.0 / 3.0 - 1e-12).into(),
             format!(
-                "p = {:.4} (> 3/2 requested), 1/p + 1/q = {:.4} (< 4/3 requested){}",
+                "p = {:.4} (> 3/2 required), 1/p + 1/q = {:.4} (< 4/3 required){}",
                 over_p.recip(),
                 over_p + over_q,
                 match (pure.first.is_empty(), pure.second.is_empty()) {

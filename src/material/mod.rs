@@ -193,8 +193,7 @@ pub trait Material: Send + Sync {
         }
     }
 
-    /// The part of the laws with internal variables where it has been, where there is one: relaxation ([`Viscoelastic`]), softening
-    /// ([`Mullins`]).
+    /// The internal variables of the material, where it has any: relaxation ([`Viscoelastic`]), softening ([`Mullins`]).
     fn internal_variables(&self) -> Option<&dyn InternalVariables> {
         None
     }

@@ -28,7 +28,7 @@ impl RivlinPolynomial {
 
     /// The polynomial with terms $((m, n), A_{mn})$; terms with the same exponents add up.
     ///
-    /// No sign is requested of the constants: fits to tests have negative ones too.
+    /// Constants may have either sign: fits to tests have negative ones too.
     ///
     /// # Errors
     /// [`Invalid`] for a constant that isn't finite, for $m = n = 0$ and for exponents

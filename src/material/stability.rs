@@ -12,7 +12,7 @@ pub enum Criterion {
     /// material is nearly incompressible.
     Drucker,
     /// Strong ellipticity: $m_in_jm_kn_l\\\,F_{jJ}F_{lL}A_{iJkL} > 0$ for all directions, $m \perp n$ where the material is nearly
-    /// incompressible. Beyond it fields may break point within the body.
+    /// incompressible. Beyond it fields may kink within the body.
     Ellipticity,
 }
 
@@ -60,8 +60,8 @@ const STEP: f64 = 0.02;
 /// ```
 /// use rkpm::material::{Criterion, Mode, Rubber, stable_ranges};
 /// // µ₂ α₂ < 0: fits small strains, and gives way where its second term takes over.
-/// let warned = Rubber::ogden([(0.8, 1.5), (-0.02, 4.0)], 1e3)?;
-/// let ranges = stable_ranges(&warned);
+/// let unstable = Rubber::ogden([(0.8, 1.5), (-0.02, 4.0)], 1e3)?;
+/// let ranges = stable_ranges(&unstable);
 /// let pulled = ranges.iter().find(|r| r.mode == Mode::Uniaxial && r.criterion == Criterion::Drucker).unwrap();
 /// assert!(pulled.high < 4.0 && pulled.contains(1.2));
 /// assert!(stable_ranges(&Rubber::neo_hookean(0.4, 1e3)?).iter().all(|r| r.contains(0.1) && r.contains(10.0)));

@@ -55,7 +55,7 @@ impl<const D: usize> BoxTree<D> {
         BoxTree::new(points.iter().map(|x| Bounds { low: *x, high: *x }).collect())
     }
 
-    /// Whether `found(box)` for any of the boxes that hold a point; no others are requested.
+    /// Whether `found(box)` holds for any of the boxes that contain a point; it is called for no others.
     pub(crate) fn any_at(&self, x: &Point<D>, mut found: impl FnMut(usize) -> bool) -> bool {
         let mut open = vec![(0, 0, self.numbers.len())];
         while let Some(part) = open.pop() {

@@ -109,7 +109,10 @@ impl Enforcement for FullTransformation {
                 picked.iter().enumerate().filter(|(k, _)| *k != dependent).map(|(_, p)| p.abs()).fold(0.0, f64::max);
             // Rounding of the inverse.
             if !(other <= 1e-9 * scale.abs()) {
-                return Err(unsuitable(format!("{} is no row at a particle; take multipliers", equation.label)));
+                return Err(unsuitable(format!(
+                    "{} is not a condition at a particle; take multipliers",
+                    equation.label
+                )));
             }
             if row_of[equation.dependent].replace((r, scale)).is_some() {
                 return Err(BoundaryError::Dependent { equation: r, what: equation.label.clone(), pivot: 0.0 });
@@ -180,9 +183,9 @@ impl Enforced for Bound {
         let mut k = DMatrix::zeros(size, size);
         for column in 0..size {
             for entry in self.full.columns[column]..self.full.columns[column + 1] {
-                let equation = self.full.rows[entry] as usize;
-                k[(equation, column)] = full.values[entry];
-                k[(column, equation)] = full.values[entry];
+                let row = self.full.rows[entry] as usize;
+                k[(row, column)] = full.values[entry];
+                k[(column, row)] = full.values[entry];
             }
         }
         let particles = self.inverse.nrows();
@@ -197,7 +200,7 @@ impl Enforced for Bound {
         let reduced = transformation.tr_mul(&(k * &transformation));
         values.clear();
         for (c, &column) in self.free.iter().enumerate() {
-            values.extend(self.free[c..].iter().map(|&equation| reduced[(equation, column)]));
+            values.extend(self.free[c..].iter().map(|&row| reduced[(row, column)]));
         }
     }
 

@@ -1,4 +1,4 @@
-//! Scenes and schemes: what is requested, and how it is answered.
+//! Scenes and schemes: the problem to solve, and how to discretise it.
 //!
 //! A [`Scene`] holds domain, kinematics, material, conditions and loads by boundary part and knows
 //! nothing of particles. A [`Scheme`] holds particles, order, kernel, dilation, rule, zones, rows and

@@ -30,8 +30,8 @@ pub struct ShapeFunctions<const D: usize> {
 /// use rkpm::geometry::Point;
 /// use rkpm::shape::{Approximation, ShapeFunctions};
 /// /// Linear finite elements on an interval.
-/// struct Traces(Vec<Point<1>>);
-/// impl Approximation<1> for Traces {
+/// struct Hats(Vec<Point<1>>);
+/// impl Approximation<1> for Hats {
 ///     type Scratch = ();
 ///     fn nodes(&self) -> &[Point<1>] { &self.0 }
 ///     fn evaluate(&self, at: &Point<1>, _: &mut (), out: &mut ShapeFunctions<1>) -> Result<(), ApproximationError> {
@@ -45,8 +45,8 @@ pub struct ShapeFunctions<const D: usize> {
 ///         Ok(())
 ///     }
 /// }
-/// let traces = Traces(vec![Point::<1>::new(0.0), Point::<1>::new(2.0)]);
-/// assert_eq!(traces.shape_functions(&Point::<1>::new(0.5))?.values, [0.75, 0.25]);
+/// let hats = Hats(vec![Point::<1>::new(0.0), Point::<1>::new(2.0)]);
+/// assert_eq!(hats.shape_functions(&Point::<1>::new(0.5))?.values, [0.75, 0.25]);
 /// # Ok::<(), ApproximationError>(())
 /// ```
 pub trait Approximation<const D: usize>: Sync {

@@ -124,7 +124,7 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
                 Support::Ball(_) => Form::Ball,
                 Support::Box(_) => Form::Box,
                 Support::Parallelepiped(_) => {
-                    // Particles have been requested theirs.
+                    // `Particles` has checked that the half-axes have an inverse.
                     inverse_axes.push(support.inverse_axes().unwrap_or_else(SMatrix::zeros));
                     Form::Parallelepiped(inverse_axes.len() as u32 - 1)
                 }

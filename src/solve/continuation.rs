@@ -117,7 +117,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         Ok((iterations, state))
     }
 
-    /// The error of a step of time beside the one requested, at a state that memory has not yet followed.
+    /// The error of a time step relative to its tolerance, at a state for which the internal variables are not yet updated.
     pub(super) fn time_error(&self, state: &State) -> f64 {
         let model = self.workspace.model;
         // Rates before a break point say nothing of those behind it.

@@ -15,13 +15,13 @@ use super::stepping::{FIRST_GRADIENT, StepControl, TOO_LARGE};
 const FIRST_LOAD: f64 = 1.0 / 16.0;
 
 impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
-    /// What is controlled and its first increment, where the load should not be.
+    /// The controlled quantity and its first increment, where that is not the load.
     pub(super) fn driver(&mut self) -> Option<(Driver, f64)> {
         let stepping = self.analysis.stepping;
         if stepping.control == StepControl::Load {
             return None;
         }
-        // No tangent displacement tells what touches.
+        // The tangent displacement does not predict contact.
         if stepping.control == StepControl::Auto && self.workspace.model.is_unilateral() {
             return None;
         }
@@ -71,7 +71,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             self.workspace.iterations = before;
         }
         let rest = 1.0 - self.path.start.load;
-        // A probe that fails (a mechanism stiffened only by its loads) leaves the load in control.
+        // Where the tangent is singular (a mechanism stiffened only by its loads) the load is controlled.
         let Ok(probe) = probe else { return None };
         let gradient = self.workspace.model.largest_gradient(&probe) * rest;
         if stepping.control == StepControl::ArcLength {
@@ -102,8 +102,8 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         None
     }
 
-    /// The mean displacement along the loads, positive for positive ones, and its first increment: a part of the linear
-    /// answer `rest` times `answer`, whose largest gradient is given.
+    /// The mean displacement along the loads, positive for positive ones, and its first increment: a part of that by the tangent
+    /// displacement, `rest` times `answer`, whose largest gradient is given.
     fn deflection(&self, loads: &[f64], answer: &[f64], rest: f64, gradient: f64) -> Option<(Driver, f64)> {
         let total: f64 = loads.iter().map(|f| f.abs()).sum();
         let deflection = Deflection { weights: loads.iter().map(|f| -f / total).collect() };
@@ -111,7 +111,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         (first > 0.0 && first.is_finite()).then_some((Driver::Deflection(deflection), first))
     }
 
-    /// What the first attempt of the run that is resumed was told.
+    /// The driver of the first attempt of the run that is resumed.
     fn driver_of_first_run(&mut self) -> Option<(Driver, f64)> {
         let before = self.workspace.iterations;
         let mut attempt = self.path.start.clone();

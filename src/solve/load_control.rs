@@ -72,8 +72,8 @@ impl<const D: usize> StepRule<D> for LoadSteps {
         run: &mut Continuation<'_, '_, D>,
         [now, target]: [f64; 2],
     ) -> Result<(usize, State), Rejection> {
-        let cycling = run.previous.as_ref().is_some_and(|p| !run.motion_limit.go_on([p.load, now], target));
-        let ratio = if run.at_break_point() || cycling { f64::NAN } else { run.load_ratio(target) };
+        let turns_back = run.previous.as_ref().is_some_and(|p| !run.motion_limit.go_on([p.load, now], target));
+        let ratio = if run.at_break_point() || turns_back { f64::NAN } else { run.load_ratio(target) };
         self.time_factor = None;
         let (iterations, state) = run.attempt(run.predicted(ratio), Control::Load(target))?;
         if self.timed {

@@ -96,7 +96,7 @@ impl<const D: usize> Workspace<'_, D> {
                 continue;
             }
             next.solve(&linear, control, state, &mut buffers)?;
-            if number == 1 && attempt.check_state(model, &next) {
+            if number == 1 && attempt.is_too_large(model, &next) {
                 return Err(Rejection::TooLarge(next.step));
             }
             let factor = length.choose(next.advance(model, &linear.system.zones, state)?, cycling.damping(&next.step));
@@ -178,8 +178,8 @@ impl<const D: usize> Workspace<'_, D> {
 }
 
 impl Attempt<'_> {
-    /// Whether the first step is too large for what is controlled to lead.
-    fn check_state<const D: usize>(&self, model: &Model<D>, first: &Increment) -> bool {
+    /// Whether the first increment is too large to start from with this control.
+    fn is_too_large<const D: usize>(&self, model: &Model<D>, first: &Increment) -> bool {
         self.largest_first_step.is_finite() && model.largest_gradient(&first.step) > self.largest_first_step
     }
 }

@@ -1,4 +1,4 @@
-//! What is requested of a model that sizes itself, and what it answers.
+//! Tolerance, budget and answer of a search for a model that is fine enough.
 
 use std::time::Duration;
 

@@ -46,7 +46,7 @@ pub struct Body<const D: usize, M> {
     pub(super) measure: VolumetricMeasure,
     pub(super) projected: ProjectedMeasure,
     /// Number of internal variables of a point.
-    pub(super) has_history: usize,
+    pub(super) variables_per_point: usize,
     /// Time by the load factor.
     pub(super) clock: Option<Amplitude>,
 }
@@ -99,9 +99,9 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// measure of [`new`](Body::new) it needs no pointwise part at all. Homogeneous states do not depend on $s$.
     pub fn zonal(table: ShapeTable<D>, material: M, field: PressureField, stabilisation: f64) -> Self {
         let field = if material.split().is_some() { field } else { PressureField::Displacement };
-        let has_history = material.internal_variables().map_or(0, |internal_variables| internal_variables.len());
+        let variables_per_point = material.internal_variables().map_or(0, |law| law.len());
         let mut body = Body {
-            has_history,
+            variables_per_point,
             clock: None,
             table,
             material,

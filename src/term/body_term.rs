@@ -55,7 +55,7 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
     }
 
     fn history(&self) -> Option<&dyn History> {
-        (self.has_history > 0).then_some(self)
+        (self.variables_per_point > 0).then_some(self)
     }
 
     fn diagnostics(&self) -> Option<&dyn Diagnostics<D>> {
@@ -118,7 +118,7 @@ impl<const D: usize, M: Material> History for Body<D, M> {
     }
 
     fn is_timed(&self) -> bool {
-        self.has_history > 0 && self.clock.is_some()
+        self.variables_per_point > 0 && self.clock.is_some()
     }
 
     fn time_error(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {

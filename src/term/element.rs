@@ -50,7 +50,7 @@ pub struct Element {
     pub(crate) lower: LowerBlocks,
     pub(crate) windows: Windows,
     pub(crate) point_panel: PointPanel,
-    /// Takes what condensed pressures would add to the matrix, where they are kept uncondensed.
+    /// The contribution of the pressures that are kept uncondensed: what their condensation would have added to the matrix.
     pub(crate) uncondensed: Option<Zone>,
     /// Whether tangents at points are all that is wanted of the matrix.
     pub(crate) free: bool,

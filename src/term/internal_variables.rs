@@ -29,13 +29,18 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// The memory in a view of the body: the time when it was written, then point by point. `None` where the law has none.
     #[inline]
     pub(super) fn recall<'a>(&'a self, view: View<'a>) -> Option<Recall<'a>> {
-        if self.has_history == 0 {
+        if self.variables_per_point == 0 {
             return None;
         }
         let law = self.material.internal_variables()?;
         let internal_variables = view.condensed.get(self.memory_range())?;
         let elapsed = self.clock.as_ref().map_or(0.0, |clock| clock.evaluate(view.load).0 - internal_variables[0]);
-        Some(Recall { law, elapsed: elapsed.max(0.0), points: &internal_variables[1..], each: self.has_history })
+        Some(Recall {
+            law,
+            elapsed: elapsed.max(0.0),
+            points: &internal_variables[1..],
+            each: self.variables_per_point,
+        })
     }
 
     /// The deformation gradient at a point in a view of the body: with the thickness that its history leaves a sheet.
@@ -56,23 +61,23 @@ impl<const D: usize, M: Material> Body<D, M> {
     }
 
     pub(super) fn memory_range(&self) -> std::ops::Range<usize> {
-        if self.has_history == 0 {
+        if self.variables_per_point == 0 {
             return 0..0;
         }
         let start = self.condensed_count();
-        start..start + 1 + self.has_history * self.table().len()
+        start..start + 1 + self.variables_per_point * self.table().len()
     }
 
     pub(super) fn start_of_memory(&self, internal_variables: &mut [f64]) {
-        let Some(law) = self.material.internal_variables().filter(|_| self.has_history > 0) else { return };
+        let Some(law) = self.material.internal_variables().filter(|_| self.variables_per_point > 0) else { return };
         internal_variables[0] = self.time(0.0);
-        internal_variables[1..].chunks_exact_mut(self.has_history).for_each(|point| law.start(point));
+        internal_variables[1..].chunks_exact_mut(self.variables_per_point).for_each(|point| law.start(point));
     }
 
     pub(super) fn update_histories(&self, view: View<'_>, next: &mut [f64]) {
         let Some(recall) = self.recall(view) else { return };
         next[0] = self.time(view.load);
-        for (point, next) in next[1..].chunks_exact_mut(self.has_history).enumerate() {
+        for (point, next) in next[1..].chunks_exact_mut(self.variables_per_point).enumerate() {
             let f = self.local_gradient(point, view.displacement);
             recall.law.update_history(&f, recall.at(point), recall.elapsed, next);
         }
@@ -81,9 +86,9 @@ impl<const D: usize, M: Material> Body<D, M> {
     pub(super) fn error_of_time(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {
         let Some(recall) = self.recall(view) else { return [0.0; 2] };
         let mut sums = [0.0; 2];
-        for (point, next) in next[1..].chunks_exact(self.has_history).enumerate() {
+        for (point, next) in next[1..].chunks_exact(self.variables_per_point).enumerate() {
             let earlier = before.map(|before| {
-                let each = self.has_history;
+                let each = self.variables_per_point;
                 let began = view.condensed[self.memory_range().start];
                 (&before[1 + point * each..1 + (point + 1) * each], began - before[0])
             });
@@ -120,14 +125,14 @@ impl<const D: usize, M: Material> Body<D, M> {
         nearest: impl Fn(&crate::geometry::Point<D>) -> usize,
     ) -> Option<Vec<f64>> {
         let given = condensed.get(from.memory_range()).filter(|given| !given.is_empty())?;
-        if from.has_history != self.has_history {
+        if from.variables_per_point != self.variables_per_point {
             return None;
         }
         let mut internal_variables = Vec::with_capacity(self.memory_range().len());
         internal_variables.push(given[0]);
         for x in self.table().positions() {
-            let at = 1 + nearest(x) * self.has_history;
-            internal_variables.extend_from_slice(&given[at..at + self.has_history]);
+            let at = 1 + nearest(x) * self.variables_per_point;
+            internal_variables.extend_from_slice(&given[at..at + self.variables_per_point]);
         }
         Some(internal_variables)
     }

@@ -317,10 +317,10 @@ impl<const D: usize, M: Material> Summed<'_, D, M> {
         }
         windows.add_multiples::<A, D, S>(group, &reduced, &factors[..n], vectors.stride, vectors.slopes);
         let u = volumetric.evaluate(j);
-        let stabilisation = self.residuals.stabilisation * u.slope;
+        let pointwise = self.residuals.stabilisation * u.slope;
         Pressure {
-            force: stabilisation,
-            geometric: pressure * measure.slope + stabilisation,
+            force: pointwise,
+            geometric: pressure * measure.slope + pointwise,
             rank_one: pressure * measure.curvature + self.residuals.stabilisation * u.curvature,
         }
     }

@@ -16,12 +16,12 @@ pub trait Protocol: Send + Sync {
         None
     }
 
-    /// Whether condensed unknowns can be kept uncondensed.
+    /// Whether its pressures, condensed otherwise, can be kept as unknowns beside the matrix.
     fn separates(&self) -> bool {
         false
     }
 
-    /// Whether it keeps its own pressures uncondensed beside the matrix of its nodes, where the assembler asks for zones.
+    /// Whether it keeps its own pressures as unknowns beside the matrix of its nodes, where the assembler asks for zones.
     fn keeps_pressures(&self) -> bool {
         false
     }

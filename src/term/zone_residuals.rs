@@ -39,7 +39,8 @@ impl ZoneResiduals {
         theta: &[f64],
         j: f64,
     ) -> Jet {
-        let (phi, stabilisation) = (body.phi(point), 1.0 - self.stabilisation);
+        // The part of the volumetric energy that is projected.
+        let (phi, part) = (body.phi(point), 1.0 - self.stabilisation);
         let measure = self.measure.of(j);
         let mut projected = 0.0;
         for (p, t) in phi.iter().zip(theta) {
@@ -49,10 +50,10 @@ impl ZoneResiduals {
         let n = theta.len();
         for k in 0..n {
             let factor = weight * phi[k];
-            self.of_theta[k] += factor * stabilisation * u.slope;
+            self.of_theta[k] += factor * part * u.slope;
             self.of_pi[k] += factor * measure.value;
             for l in 0..n {
-                self.hessian[k][l] += factor * stabilisation * phi[l] * u.curvature;
+                self.hessian[k][l] += factor * part * phi[l] * u.curvature;
             }
         }
         measure

@@ -147,7 +147,7 @@ fn sizes_that_can_not_be_meant() {
 fn messages_that_say_what_is_wrong() {
     let krylov = Scene::new(mesh(), PlaneStrain, rubber());
     let error = refusal(&krylov, &Scheme::default().solver_choice(SolverChoice::Krylov)).to_string();
-    assert!(error.contains("Krylov") && error.contains("not in space"), "{error}");
+    assert!(error.contains("Krylov") && error.contains("not in 3D"), "{error}");
     let nowhere = Place::on((1, Side::Max)).within(|x: &Point<2>| x[0] > 3.0);
     let error = refusal(&block().pressure(nowhere, 0.1), &Scheme::default().particles([5, 3])).to_string();
     assert!(error.contains("[0.0, 1.0]") && error.contains("[2.0, 1.0]"), "{error}");

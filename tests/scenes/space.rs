@@ -160,9 +160,9 @@ fn iteration_and_factors_agree_where_a_plate_presses() {
     assert!(a > 1e3 && (a / b - 1.0).abs() < 1e-6, "{a} {b}");
     let krylov_iterations = krylov.analysis().solver.krylov_iterations();
     println!("{krylov_iterations:?}");
-    // Without a restart, which comes after 80 directions.
+    // Without a restart, which comes after 80 iterations.
     assert!(!krylov_iterations.is_empty() && krylov_iterations.iter().all(|&d| d < 80), "{krylov_iterations:?}");
-    // What an iteration does not go with is refused, and taken by factors where nobody asked for one.
+    // What can't be solved by iteration is an error where that was chosen, and is solved by a direct solver otherwise.
     let free = Scene::new(Block::new([0.0; 3], [12.0, 10.0, 10.0]), Solid, rubber());
     for (scene, with) in [
         (held().contact((2, Side::Max), plate().friction(0.2)), "friction"),
@@ -173,7 +173,7 @@ fn iteration_and_factors_agree_where_a_plate_presses() {
             ),
             "pushed",
         ),
-        (free.contact((2, Side::Max), plate()), "nothing but contact holds"),
+        (free.contact((2, Side::Max), plate()), "only contact supports"),
     ] {
         let refused = scene.discretize(&scheme).err().unwrap().to_string();
         assert!(refused.contains("Krylov") && refused.contains(with), "{refused}");
@@ -202,7 +202,7 @@ fn iteration_is_refused_where_it_does_not_suit() {
     let square = Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap());
     let refused =
         square.discretize(&Scheme::default().particles([5]).solver_choice(SolverChoice::Krylov)).err().unwrap();
-    assert!(refused.to_string().contains("not in space"), "{refused}");
+    assert!(refused.to_string().contains("not in 3D"), "{refused}");
     let pointwise = Scheme::default()
         .particles([5])
         .solver_choice(SolverChoice::Krylov)

@@ -1,6 +1,6 @@
-//! How fast directions reduce the residual.
+//! How fast Krylov iterations reduce the residual.
 
-/// Directions for a decade of the residual: of the first solution with the elements of a state, and of the last one.
+/// Iterations per decade of the residual: of the first solution with the element matrices of a state, and of the last one.
 #[derive(Clone, Copy, Default)]
 pub(super) struct ConvergenceHistory {
     pub(super) first: Option<f64>,

@@ -16,8 +16,8 @@ use super::convergence::ConvergenceHistory;
 use super::interpolation::Interpolation;
 use super::product::{Pressures, Solved, parts, pieces};
 
-/// Elements of an earlier state go on preconditioning while directions for a decade of the residual are at most so many times
-/// those that they took at first.
+/// Element matrices of an earlier state go on preconditioning while the iterations per decade of the residual are at most so many
+/// times those that they took at first.
 const STALE: f64 = 1.3;
 
 /// Stiffness of held nodes in the preconditioner, in the largest of its diagonal.

@@ -19,12 +19,12 @@ const TOLERANCE: [f64; 2] = [1e-5, 1e-2];
 const FULL: f64 = 1e-8;
 /// Right-hand sides are not reduced below this part of the largest of an analysis.
 const ENOUGH: f64 = 1e-12;
-/// Right-hand sides below this part of the largest of an analysis may be rounding, which no direction removes.
+/// Right-hand sides below this part of the largest of an analysis may be rounding, which no iteration removes.
 const ROUNDING: f64 = 1e-8;
 /// What may be left of a right-hand side that is rounding.
 const LEFT_OF_ROUNDING: f64 = 0.5;
-/// Directions before a restart, and at most.
-const DIRECTIONS: [usize; 2] = [80, 240];
+/// Krylov iterations before a restart, and at most.
+const ITERATIONS: [usize; 2] = [80, 240];
 
 impl Factors for Solved<'_> {
     fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
@@ -112,7 +112,7 @@ impl Solved<'_> {
             right,
             x,
             (tolerance, if rounding { LEFT_OF_ROUNDING } else { 0.0 }),
-            DIRECTIONS,
+            ITERATIONS,
             apply,
             precondition,
             sum,

@@ -65,7 +65,7 @@ impl Chart {
     ///
     /// # Errors
     /// [`OutputError::Chart`] where no point of any series can be shown, a range, band or reference
-    /// line cannot be, or equal aspect is requested of a logarithmic axis.
+    /// line cannot be, or equal aspect is set with a logarithmic axis.
     pub fn to_svg(&self) -> Result<String, OutputError> {
         svg(self)
     }

@@ -16,7 +16,7 @@ impl<const D: usize> Scene<D> {
     /// A scene without a body, to which several are added by [`body`](Scene::body).
     ///
     /// Bodies have particles of their own and are bonded where they share faces, whether their particles match there or not:
-    /// the strain may have a break point there, as the material asks for. Faces of lattices belong to a body:
+    /// the strain may jump there, as different materials require. Faces of lattices belong to a body:
     /// `Place::on((1, Side::Max)).of("rubber")`.
     ///
     /// ```

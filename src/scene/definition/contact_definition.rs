@@ -9,7 +9,7 @@ use crate::term::View;
 
 use super::place::Place;
 
-/// What is told of a direction that contact bars: the trace function, one of the other part, its place, the direction.
+/// Called for each direction in which contact blocks motion: the trace function, one of the other part, its place, the direction.
 type BarVisitor<'a, const D: usize> = dyn FnMut(&Trace, Option<&Trace>, &Point<D>, &Point<D>) + 'a;
 
 /// A part of the body and the rigid surface that it may touch.
@@ -108,33 +108,35 @@ impl<const D: usize> Law<D> {
         }
     }
 
-    /// Visits the trace functions with one of the part that they touch, their places at rest and the directions that the contact bars there:
-    /// vectors whose squares, of the directions that are barred alike, add up to one. Without friction the direction of the normal; none in
-    /// which a surface is pushed; none within one part. A surface that turns freely counts as one that does not.
+    /// Visits the trace functions with one of the opposite part, their undeformed places and the directions in which the contact blocks
+    /// motion there: vectors whose squares, over the directions that are blocked alike, add up to one. Without friction that is the normal
+    /// direction. The direction in which a surface is pushed is left out, and so is contact within one part. A surface that turns freely
+    /// is treated as one that does not turn.
     pub(crate) fn bars(&self, rest: &[f64], visit: &mut BarVisitor<'_, D>) {
         match self {
             Law::Rigid(law) => {
                 let view = View { displacement: rest, condensed: &[], load: 0.0 };
                 let pushed = law.surface.free_direction();
                 let barred = |k: usize, _: &Point<D>| (law.local_contact(k, &view, |_, _, _, _| {}).normal, pushed);
-                along_ways(&law.contact_surface, law.has_friction(), barred, &mut |trace, x, way| {
-                    visit(trace, None, x, way);
+                along_directions(&law.contact_surface, law.has_friction(), barred, &mut |trace, x, direction| {
+                    visit(trace, None, x, direction);
                 });
             }
             Law::Pair(law, _) => {
                 let [surface, other] = &law.contact_surfaces[..] else { return };
                 let Some(opposite) = other.traces.first() else { return };
-                along_ways(surface, law.law.friction > 0.0, |_, normal| (*normal, None), &mut |trace, x, way| {
-                    visit(trace, Some(opposite), x, way);
+                let barred = |_: usize, normal: &Point<D>| (*normal, None);
+                along_directions(surface, law.law.friction > 0.0, barred, &mut |trace, x, direction| {
+                    visit(trace, Some(opposite), x, direction);
                 });
             }
         }
     }
 }
 
-/// Visits the directions that contact bars at the mean places of trace functions: along a normal or, with friction, along all axes, less the
-/// direction in which nothing is barred. `barred` tells both from the number of a trace function and its own normal.
-fn along_ways<const D: usize>(
+/// Visits the directions that contact blocks at the mean places of trace functions: along a normal or, with friction, along all axes, minus
+/// the free direction. `barred` gives both, the normal and the free direction, for the number of a trace function and its own normal.
+fn along_directions<const D: usize>(
     surface: &ContactSurface<D>,
     friction: bool,
     barred: impl Fn(usize, &Point<D>) -> (Point<D>, Option<Point<D>>),
@@ -149,7 +151,8 @@ fn along_ways<const D: usize>(
         }
         let (normal, free) = barred(k, &(normal / normal.norm().max(f64::MIN_POSITIVE)));
         let share = (trace.area / total).sqrt();
-        let less = |way: Point<D>| (way - free.map_or(Point::zeros(), |free| free * way.dot(&free))) * share;
+        let less =
+            |direction: Point<D>| (direction - free.map_or(Point::zeros(), |free| free * direction.dot(&free))) * share;
         if friction {
             let axis = |axis: usize| Point::<D>::from_fn(|i, _| f64::from(u8::from(i == axis)));
             (0..D).for_each(|i| visit(trace, &x, &less(axis(i))));

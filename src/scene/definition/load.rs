@@ -15,7 +15,7 @@ use crate::scene::{Place, Value};
 ///
 /// ```
 /// use rkpm::prelude::*;
-/// // A column under its own weight on an elastic elastic foundation, pushed aside by 2 N on the middle of its right face.
+/// // A column under its own weight on an elastic foundation, pushed sideways by 2 N on the middle of its right face.
 /// let scene = Scene::new(Block::new([0.0, 0.0], [1.0, 3.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
 ///     .with(Load::elastic_foundation((1, Side::Min), 5.0))
 ///     .with(Load::body_force([0.0, -0.01]))

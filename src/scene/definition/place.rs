@@ -49,7 +49,7 @@ impl<const D: usize> Place<D> {
         Place { spot: Spot::Point(point.into()), within: None, of: None }
     }
 
-    /// The whole body, for body forces and elastic elastic foundations.
+    /// The whole body, for body forces and elastic foundations.
     pub fn body() -> Self {
         Place { spot: Spot::Body, within: None, of: None }
     }
@@ -75,7 +75,7 @@ impl<const D: usize> Place<D> {
         self.within.as_ref().is_none_or(|within| within(at))
     }
 
-    /// Whether what is requested here takes in what acts at another place.
+    /// Whether a result at this place includes what acts at another place.
     pub(crate) fn takes_in(&self, other: &Place<D>) -> bool {
         let whole = matches!((&self.spot, &other.spot), (Spot::Part(Part::Whole), Spot::Part(_)));
         let same = match (&self.within, &other.within) {

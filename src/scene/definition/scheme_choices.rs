@@ -137,9 +137,9 @@ pub enum SolverChoice {
     Auto,
     /// By factors.
     Direct,
-    /// By Krylov iteration with pressures kept uncondensed from the matrix: one body in space, lattice, mesh or cut solid, with
-    /// projected pressures alone, pressed by rigid surfaces without friction or not. Whether states are stable is not known then. Scenes
-    /// with contact between faces, rigid bodies or several bodies are solved by factors all the same.
+    /// By Krylov iteration with pressures as unknowns that are not condensed into the matrix: one body in 3D, lattice, mesh or cut solid,
+    /// with projected pressures alone, with or without frictionless contact with rigid surfaces. Whether states are stable is not known
+    /// then. Scenes with contact between faces, rigid bodies or several bodies are solved by a direct solver all the same.
     Krylov,
 }
 

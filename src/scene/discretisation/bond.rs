@@ -37,7 +37,7 @@ impl Ties {
     pub(crate) fn new<const D: usize>(equations: &Constraints, unknowns: usize) -> Self {
         let mut ties = Ties { leader: (0..=unknowns).collect() };
         for unknown in 0..unknowns {
-            if equations.prescriptions(unknown / D, unknown % D) {
+            if equations.prescribes(unknown / D, unknown % D) {
                 ties.join(unknown, unknowns);
             }
         }
@@ -91,15 +91,15 @@ pub(crate) fn bond<const D: usize>(
     let carried_values;
     let mut sides: Vec<BondedSide<'_, D>> = Vec::new();
     if agree {
-        let mut approximation = carried(mortar, &number, other);
+        let mut functions = carried(mortar, &number, other);
         let mut wanted = vec![vec![0.0; D + 1]; number.len()];
         for ((values, x), weight) in own.iter().zip(&mortar.cells.points.positions).zip(&mortar.weights) {
             for &(j, value) in values {
                 wanted[j].iter_mut().zip(linear(x, &centre, size)).for_each(|(m, q)| *m += weight * value * q);
             }
         }
-        correct(&mut approximation, other, &wanted, &centre, size);
-        carried_values = approximation;
+        correct(&mut functions, other, &wanted, &centre, size);
+        carried_values = functions;
         sides.push((&own, &mortar.weights, mortar.values.clone()));
         sides.push((&carried_values, &other.weights, other.values.clone()));
     } else if totals[0][0] <= totals[1][0] {
@@ -148,8 +148,8 @@ type BondedSide<'a, const D: usize> = (&'a MultiplierValues, &'a [f64], Vec<Shap
 /// Points and values of each multiplier's function on both sides.
 fn supports<const D: usize>(sides: &[BondedSide<'_, D>], multipliers: usize) -> Vec<[Vec<(usize, f64)>; 2]> {
     let mut supports: Vec<[Vec<(usize, f64)>; 2]> = vec![[Vec::new(), Vec::new()]; multipliers];
-    for (side, (approximation, ..)) in sides.iter().enumerate() {
-        for (point, values) in approximation.iter().enumerate() {
+    for (side, (functions, ..)) in sides.iter().enumerate() {
+        for (point, values) in functions.iter().enumerate() {
             for &(j, value) in values.iter().filter(|entry| entry.1 != 0.0) {
                 supports[j][side].push((point, value));
             }

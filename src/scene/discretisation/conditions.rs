@@ -16,10 +16,10 @@ use super::facet_rule::FacetRule;
 use crate::scene::definition::place::Spot;
 use crate::scene::{Condition, Direction, Place, Scene, Value};
 
-/// What becomes of a condition that can't be added to the rows: the error itself, or leave to go on without it.
+/// Called with the error of a condition that can't be added: returns it, or `Ok` to go on without the condition.
 pub(crate) type Refused<'a> = &'a mut dyn FnMut(Error) -> Result<(), Error>;
 
-/// A condition of a problem: how it is requested, and its rows.
+/// A condition of a problem: the name and place by which its results are found, and its constraint equations.
 pub(crate) struct Placed<const D: usize> {
     pub name: Option<String>,
     pub place: Place<D>,

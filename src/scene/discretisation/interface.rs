@@ -222,15 +222,15 @@ impl<const D: usize> Fit<D> {
         tangents.iter_mut().for_each(|tangent| *tangent /= size);
         let mut fit = Fit { middle, tangents, inverse: DMatrix::zeros(0, 0) };
         let rows: Vec<Vec<f64>> =
-            range.clone().map(|k| fit.approximation(&interface_side.cells.points.positions[k], range.len())).collect();
-        let approximation = rows.first().map_or(0, Vec::len);
-        let matrix = DMatrix::from_fn(rows.len(), approximation, |i, j| rows[i][j]);
-        fit.inverse = matrix.pseudo_inverse(1e-10).unwrap_or_else(|_| DMatrix::zeros(approximation, rows.len()));
+            range.clone().map(|k| fit.functions(&interface_side.cells.points.positions[k], range.len())).collect();
+        let functions = rows.first().map_or(0, Vec::len);
+        let matrix = DMatrix::from_fn(rows.len(), functions, |i, j| rows[i][j]);
+        fit.inverse = matrix.pseudo_inverse(1e-10).unwrap_or_else(|_| DMatrix::zeros(functions, rows.len()));
         fit
     }
 
     /// 1, and as many of s, t, st as the points of a facet determine.
-    fn approximation(&self, x: &Point<D>, points: usize) -> Vec<f64> {
+    fn functions(&self, x: &Point<D>, points: usize) -> Vec<f64> {
         let local: Vec<f64> = self.tangents.iter().map(|tangent| (x - self.middle).dot(tangent)).collect();
         match (local.as_slice(), points) {
             (_, 1) | ([], _) => vec![1.0],
@@ -243,9 +243,9 @@ impl<const D: usize> Fit<D> {
 
     /// The parts of the facet's points in the value at a point.
     fn parts(&self, x: &Point<D>) -> Vec<f64> {
-        let approximation = self.approximation(x, self.inverse.ncols());
+        let functions = self.functions(x, self.inverse.ncols());
         (0..self.inverse.ncols())
-            .map(|k| approximation.iter().enumerate().map(|(f, v)| v * self.inverse[(f, k)]).sum())
+            .map(|k| functions.iter().enumerate().map(|(f, v)| v * self.inverse[(f, k)]).sum())
             .collect()
     }
 }

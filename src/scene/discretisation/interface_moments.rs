@@ -19,7 +19,7 @@ const GROWN: f64 = 10.0;
 /// Adds what is missing of the measures and first moments of each function: the smallest change in terms of the functions
 /// themselves that leaves their sums one, by conjugate gradients.
 pub(crate) fn correct<const D: usize>(
-    approximation: &mut MultiplierValues,
+    functions: &mut MultiplierValues,
     other: &InterfaceSide<'_, D>,
     wanted: &[Vec<f64>],
     centre: &Point<D>,
@@ -27,14 +27,14 @@ pub(crate) fn correct<const D: usize>(
 ) {
     let system = Moments {
         xi: other.cells.points.positions.iter().map(|x| linear(x, centre, size).collect()).collect(),
-        bounds: approximation.iter().map(|values| values.iter().map(|&(j, v)| (j, v.max(0.0))).collect()).collect(),
+        bounds: functions.iter().map(|values| values.iter().map(|&(j, v)| (j, v.max(0.0))).collect()).collect(),
         weights: &other.weights,
         terms: D + 1,
     };
-    let mut missing = system.missing(approximation, wanted);
+    let mut missing = system.missing(functions, wanted);
     for _ in 0..ROUNDS {
         let alpha = system.solve(&missing);
-        let mut corrected = approximation.clone();
+        let mut corrected = functions.clone();
         for (point, values) in corrected.iter_mut().enumerate() {
             for (j, change) in system.changes(&alpha, point) {
                 values.iter_mut().filter(|entry| entry.0 == j).for_each(|entry| entry.1 += change);
@@ -44,7 +44,7 @@ pub(crate) fn correct<const D: usize>(
         if !(dot(&left, &left) < dot(&missing, &missing)) {
             break;
         }
-        (*approximation, missing) = (corrected, left);
+        (*functions, missing) = (corrected, left);
     }
 }
 
@@ -61,9 +61,9 @@ struct Moments<'a> {
 
 impl Moments<'_> {
     /// What functions lack of the wanted moments, one after the other.
-    fn missing(&self, approximation: &MultiplierValues, wanted: &[Vec<f64>]) -> Vec<f64> {
+    fn missing(&self, functions: &MultiplierValues, wanted: &[Vec<f64>]) -> Vec<f64> {
         let mut missing = wanted.concat();
-        for ((values, q), weight) in approximation.iter().zip(&self.xi).zip(self.weights) {
+        for ((values, q), weight) in functions.iter().zip(&self.xi).zip(self.weights) {
             for &(j, value) in values {
                 let moments = missing[j * self.terms..(j + 1) * self.terms].iter_mut().zip(q);
                 moments.for_each(|(m, q)| *m -= weight * value * q);

@@ -1,4 +1,4 @@
-//! One body of a scene on its way to a problem: what is about it, its law and clock, and the tables of its loads.
+//! One body of a scene on its way to a problem: its definition, its material and clock, and the tables of its loads.
 
 use std::ops::Range;
 use std::sync::Arc;

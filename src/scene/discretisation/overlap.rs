@@ -19,9 +19,9 @@ pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, all: &BodyCells<D>) -> Re
     for (first, (_, cells)) in all.iter().enumerate() {
         for (second, (_, others)) in all.iter().enumerate() {
             let [low, high] = boxes[second];
-            let unbonded = |i: usize| boxes[first][1][i] <= low[i] || boxes[first][0][i] >= high[i];
+            let apart = |i: usize| boxes[first][1][i] <= low[i] || boxes[first][0][i] >= high[i];
             let fitted = fits.contains(&[first, second]) || fits.contains(&[second, first]);
-            if first == second || fitted || (0..D).any(unbonded) {
+            if first == second || fitted || (0..D).any(apart) {
                 continue;
             }
             let inside = |x: &&Point<D>| (0..D).all(|i| x[i] > low[i] && x[i] < high[i]) && others.contains(x);

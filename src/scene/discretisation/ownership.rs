@@ -37,9 +37,9 @@ impl TermOwnership {
 
     fn of_body<const D: usize>(discrete_body: &DiscreteBody<D>) -> Self {
         let table = discrete_body.body.table();
-        let has_history = variables_range(&*discrete_body.body).len();
-        let each = has_history.saturating_sub(1) / table.len().max(1);
-        let mut ownership = TermOwnership { common: has_history.min(1), ..TermOwnership::default() };
+        let variables = variables_range(&*discrete_body.body).len();
+        let each = variables.saturating_sub(1) / table.len().max(1);
+        let mut ownership = TermOwnership { common: variables.min(1), ..TermOwnership::default() };
         for cluster in 0..table.clusters().len() {
             let points = table.clusters().points(cluster);
             ownership.keys.push(key(&table.positions()[points.clone()]));

@@ -32,7 +32,7 @@ const REACH: f64 = 2.6;
 /// (0.4e6). Small models lose little by factors, which tell whether states are stable.
 const WORTH_ON_LATTICES: f64 = 0.25e6;
 
-/// The same of cut solids, whose iterations take more directions.
+/// The same for cut solids, which take more Krylov iterations.
 const WORTH: f64 = 1e6;
 
 /// Whether a scene's matrix is that of one body and of rigid surfaces against it: with several, rigid ones or contact between faces it
@@ -212,11 +212,11 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
         false => Ok(None),
     };
     if D != 3 {
-        return refused("a body that is not in space", "factors are cheap there: take SolverChoice::Auto");
+        return refused("a body that is not in 3D", "a direct solver is cheap there: take SolverChoice::Auto");
     }
     if preconditioner.is_some() && cells.lattice().is_none() {
-        let remedy = "leave the solver out and take SolverChoice::Krylov, or one that takes factors";
-        return refused("a solver of preconditioners and cells that are no lattice", remedy);
+        let remedy = "leave the solver out and take SolverChoice::Krylov, or give a direct solver";
+        return refused("a solver that only preconditions and cells that do not form a lattice", remedy);
     }
     let Places { places, cells: along } = Places::of(cells, body.table());
     let size = size_of(cells, &along);
@@ -242,7 +242,7 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
             Some(body.over(expanding(scene, table)?))
         }
     }) else {
-        return refused("pressures that are not projected on zones of cells", "take the default rule and volume");
+        return refused("pressures that are not projected on zones of cells", "take the default rule and pressures");
     };
     let mut model = Model::new(cells.positions().to_vec());
     if let Some(ranks) = sharing.ranks() {
@@ -275,31 +275,31 @@ pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
     let mut krylov = Krylov::new(auxiliary);
     krylov.replaceable = !requested && factors_fit(scheme, size);
     Ok(Some(match preconditioner {
-        Some(preconditioner) => krylov.with_cycle(preconditioner),
+        Some(preconditioner) => krylov.with_preconditioner(preconditioner),
         None => krylov,
     }))
 }
 
-/// What a solution by iteration does not go with in the contacts of a scene, and what to do instead.
+/// The first of a scene's contacts that can't be combined with solution by iteration, and what to do instead.
 fn unsuited_contact<const D: usize>(
     scene: &Scene<D>,
     scheme: &Scheme,
     positions: &[Point<D>],
     equations: &Constraints,
 ) -> Option<(&'static str, &'static str)> {
-    const FACTORS: &str = "take SolverChoice::Auto, which takes factors";
+    const DIRECT: &str = "take SolverChoice::Auto, which takes a direct solver";
     let any = |of: fn(&RigidSurface<D>) -> bool| scene.contacts.iter().any(|contact| of(&contact.surface));
     if scene.contacts.is_empty() {
         None
     } else if any(|surface| surface.friction > 0.0) {
-        Some(("contact with friction", FACTORS))
+        Some(("contact with friction", DIRECT))
     } else if any(RigidSurface::is_free) {
         Some((
             "a rigid surface that is pushed or free to turn",
-            "move or turn it by a given way, or take SolverChoice::Auto",
+            "prescribe its motion or rotation, or take SolverChoice::Auto",
         ))
     } else if !super::contact::holds(equations, positions, false) {
-        Some(("a body that nothing but contact holds", "hold it by conditions, or take SolverChoice::Auto"))
+        Some(("a body that only contact supports", "fix it by conditions, or take SolverChoice::Auto"))
     } else if scheme.stepping.control == StepControl::ArcLength {
         Some(("contact under StepControl::ArcLength", "take StepControl::Load, or SolverChoice::Auto"))
     } else {

@@ -1,4 +1,4 @@
-//! What is requested of the states of a problem.
+//! Results of the states of a problem.
 
 pub(super) mod contact_state;
 pub(super) mod control;

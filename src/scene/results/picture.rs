@@ -1,4 +1,4 @@
-//! Pictures of states: the contact surface of the body, coloured by a field.
+//! Pictures of states: the outer surface of the body, coloured by a field.
 
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;

@@ -146,8 +146,8 @@ impl<'a, const D: usize> BodyStress<'a, D> {
     /// The smallest stress that brings the polynomials to the known tractions at a facet point.
     fn miss(&self, facet: u32) -> Matrix3<f64> {
         let miss = || {
-            let Facet { reference, approximation, area, traction, known, .. } = &self.recovery.facets[facet as usize];
-            let missed = traction - self.blend(reference, approximation) * area;
+            let Facet { reference, psi, area, traction, known, .. } = &self.recovery.facets[facet as usize];
+            let missed = traction - self.blend(reference, psi) * area;
             // Δ = Σ λ_k (e_k ⊗ n + n ⊗ e_k) / 2 over the known components.
             let mut gram = Matrix3::identity();
             for i in (0..3).filter(|&i| known[i]) {
@@ -236,7 +236,7 @@ impl<const D: usize> Recovery<'_, D> {
 /// Current positions of points.
 type Moved<'a, const D: usize> = &'a dyn Fn(&[Point<D>]) -> Result<Vec<Point<D>>, Error>;
 
-/// The particles whose rows over a boundary hold each of its points, with the values of their trace functions.
+/// For each point of a boundary the particles whose trace functions are nonzero there, with their values.
 type Traces = Vec<Vec<(u32, f64)>>;
 
 /// A facet point whose traction is known: $\sigma a = T$ in the components that are.
@@ -244,7 +244,7 @@ struct Facet<const D: usize> {
     reference: Point<D>,
     /// The particle nearest to it.
     owner: u32,
-    approximation: ShapeFunctions<D>,
+    psi: ShapeFunctions<D>,
     current: Point<D>,
     weight: f64,
     /// $\operatorname{cof}(F)N$ of length 1.

@@ -70,14 +70,14 @@ impl<const D: usize> Recovery<'_, D> {
                 let (weight, stress) = (table.weights()[p], &self.stresses[p]);
                 system.add_deviator(&terms, stress, weight);
                 let pressure = stress.trace() / 3.0;
-                let (tested, approximation) = match &mut tests {
+                let (tested, functions) = match &mut tests {
                     Some(tests) => (tests, &terms[..=D]),
                     None => (&mut moments, body.zone_functions(p)),
                 };
-                if approximation.is_empty() {
+                if functions.is_empty() {
                     system.add_pressure(&terms, pressure, weight);
                 }
-                for ((left, right), phi) in tested.iter_mut().zip(approximation) {
+                for ((left, right), phi) in tested.iter_mut().zip(functions) {
                     left.iter_mut().zip(&terms).for_each(|(l, t)| *l += weight * phi * t);
                     *right += weight * phi * pressure;
                 }

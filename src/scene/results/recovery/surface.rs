@@ -173,7 +173,7 @@ impl<const D: usize> Recovery<'_, D> {
                 area: area / length,
                 traction: tractions[point] / length,
                 known,
-                approximation: psi,
+                psi,
             });
         }
         Ok(())
