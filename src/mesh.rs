@@ -130,9 +130,9 @@ impl<const D: usize> Mesh<D> {
             .map_err(|error| MeshError::Dimension { what: error.to_string(), remedy: "read Mesh<2> or Mesh<3>" })?;
         let highest = (0..=3).rev().find(|&dimension| elements[dimension].len() > 0).unwrap_or(0);
         if highest != D {
-            let what = format!("the mesh has cells of dimension {highest}, dimension {D} was requested");
+            let what = format!("the mesh has cells of dimension {highest}, but is read as Mesh<{D}>");
             let remedy = if highest > D {
-                "read it as Mesh<3>, with Kinematics in space"
+                "read it as Mesh<3>, with the kinematics Solid"
             } else {
                 "export the cells of the body too (in Gmsh: a physical group of its volumes or surfaces), or read it as Mesh<2>"
             };
@@ -157,8 +157,7 @@ impl<const D: usize> Mesh<D> {
             extent = extent.max((x[0] - all[0][0]).abs()).max((x[1] - all[0][1]).abs());
         }
         if D == 2 && all.iter().zip(&number).any(|(x, n)| *n != UNUSED && (x[2] - level).abs() > 1e-9 * extent) {
-            let what =
-                "the cells are triangles or quadrangles on a surface in space, a body in the plane was requested";
+            let what = "the cells are triangles or quadrangles on a surface in 3D, but the mesh is read as a body in the plane";
             let remedy = "draw the body in the plane Z = 0; shells are not modelled";
             return Err(MeshError::Dimension { what: what.to_string(), remedy });
         }

@@ -106,7 +106,7 @@ fn check_gradient<const D: usize>(gradient: &SMatrix<f64, D, D>, hoops: &[usize]
     let diagonal = (0..D).all(|i| (0..D).all(|j| i == j || gradient[(i, j)] == 0.0));
     if !hoops.is_empty() && !diagonal {
         return Err(GeometryError::Kinematics {
-            what: "a gradient that is not homogeneous in a body of revolution",
+            what: "a gradient that is not homogeneous in an axisymmetric body",
             at: gradient.iter().copied().collect(),
             remedy: "give a diagonal gradient: u_R = aR and u_Z = bZ",
         }

@@ -8,7 +8,7 @@ use thiserror::Error;
 pub enum ApproximationError {
     /// The normalised dilation is too small.
     #[error(
-        "normalised dilation r = {r} (6.1): particles see only themselves at r <= 0.5 and the moment matrix is singular there; use r >= 0.6, or 1.0 for a linear and 1.3 for a quadratic basis"
+        "normalised dilation r = {r} (6.1) is too small: at r <= 0.5 each support holds no other particle and the moment matrix is singular; use r >= 0.6, or 1.0 for a linear and 1.3 for a quadratic basis"
     )]
     Dilation {
         /// The value given.
@@ -16,7 +16,7 @@ pub enum ApproximationError {
     },
     /// A support is not positive and finite.
     #[error(
-        "support of particle {particle} is {value:e}: dilations are finite lengths above zero; derive them from the spacing with r >= 0.6 (6.1)"
+        "support of particle {particle} is {value:e}: supports need finite lengths above zero; derive them from the spacing with r >= 0.6 (6.1)"
     )]
     Support {
         /// The particle.
@@ -46,7 +46,7 @@ pub enum ApproximationError {
     },
     /// Too few particles cover a point.
     #[error(
-        "X = {at:?} is covered by {covering} particles, the basis has {needed} terms: raise the dilation there (r >= 0.6 for a linear basis on a lattice, 1.1 for a quadratic one) or add particles"
+        "X = {at:?} is covered by {covering} particles, but the basis has {needed} terms: raise the dilation there (r >= 0.6 for a linear basis on a lattice, 1.1 for a quadratic one) or add particles"
     )]
     Uncovered {
         /// The point.
@@ -58,7 +58,7 @@ pub enum ApproximationError {
     },
     /// The moment matrix is singular to working precision.
     #[error(
-        "moment matrix at X = {at:?} has reciprocal condition {rcond:e} < {limit:e} ({covering} particles cover the point): if they are few or nearly on a line or plane, raise the dilation there or add particles off that line; if they are many, supports are too wide or the kernel too narrow for their spacing: lower the dilation (r of 1 to 3) or take a wider kernel"
+        "the moment matrix at X = {at:?} is nearly singular: its reciprocal condition number is {rcond:e}, the least accepted is {limit:e} ({covering} particles cover the point). If they are few or nearly on a line or plane, raise the dilation there or add particles off that line; if they are many, supports are too wide or the kernel is too narrow: lower the dilation (r between 1 and 3) or take a wider kernel"
     )]
     Singular {
         /// The point.
@@ -70,7 +70,7 @@ pub enum ApproximationError {
         /// Particles whose support holds the point.
         covering: usize,
     },
-    /// A kernel, a basis or shape functions of one's own have values that nothing can be made of.
+    /// A custom kernel, basis or shape function has unusable values.
     #[error("{what} is {value:e} at {at}: {remedy}")]
     Function {
         /// The function.
@@ -83,13 +83,13 @@ pub enum ApproximationError {
         remedy: &'static str,
     },
     /// A point is not finite.
-    #[error("evaluation point X = {at:?} is not finite")]
+    #[error("evaluation point X = {at:?} is not finite: give finite coordinates")]
     Point {
         /// The point.
         at: Vec<f64>,
     },
     /// A point lies outside the body.
-    #[error("X = {at:?} lies outside of the body: evaluate inside it")]
+    #[error("X = {at:?} lies outside the body: give a point inside it")]
     Outside {
         /// The point.
         at: Vec<f64>,

@@ -8,7 +8,7 @@ use thiserror::Error;
 pub enum BoundaryError {
     /// A component is beyond the dimension.
     #[error(
-        "{what}: component {component} requested, the displacement has {dimension}; give one below, the first is 0"
+        "{what}: there is no component {component}, the displacement has {dimension}; components are counted from 0, give one below {dimension}"
     )]
     Component {
         /// The condition or load.
@@ -34,21 +34,21 @@ pub enum BoundaryError {
         /// Both values.
         values: [f64; 2],
     },
-    /// A row is a combination of others.
+    /// A constraint equation is a combination of others.
     #[error(
-        "row {equation} ({what}) depends on the rows before it (pivot {pivot:e}): each prescribed component may be given once; remove the repeated condition"
+        "condition {what} is already implied by other conditions (constraint equation {equation}, pivot {pivot:e}): prescribe each component of a particle once; remove the repeated condition"
     )]
     Dependent {
-        /// The row.
+        /// The constraint equation, counted from 0.
         equation: usize,
         /// The condition it comes from.
         what: String,
-        /// Relative size of what is left of the row.
+        /// What elimination leaves of the equation, relative to its size.
         pivot: f64,
     },
-    /// A prescribed value moves a point of a body of revolution to its axis or beyond.
+    /// A prescribed value moves a point of an axisymmetric body to its axis or beyond.
     #[error(
-        "{what} takes X = {at:?} to radius {radius} at load factor {load}, to the axis of revolution or beyond: prescribe values that leave it off the axis"
+        "{what} moves X = {at:?} to radius {radius} at load factor {load}, onto the axis of symmetry or beyond it: prescribe values that keep the radius above zero"
     )]
     BeyondAxis {
         /// The condition.
@@ -61,28 +61,33 @@ pub enum BoundaryError {
         load: f64,
     },
     /// A place names no body of the scene.
-    #[error("no body {requested}; there are: {known}")]
+    #[error(
+        "no body is named {requested:?}; {}",
+        there_are(known, "bodies", "leave the name out, or give names by Scene::body or Scene::rigid")
+    )]
     UnknownBody {
         /// The name requested.
         requested: String,
         /// The names that there are.
         known: String,
     },
-    /// Nothing holds a rigid body and what it is tied to.
-    #[error("rigid body {name} may move without any force: hold it, or the bodies that it is tied to")]
+    /// Nothing supports a rigid body and the bodies that it is tied to.
+    #[error(
+        "rigid body {name} can move freely, without any force: fix it, or the bodies that it is tied to (Scene::hold)"
+    )]
     Free {
         /// The rigid body.
         name: String,
     },
     /// Two bodies share a name.
-    #[error("two bodies are called {name}: give each a name of its own")]
+    #[error("two bodies have the name {name}: give each a different name")]
     NamedTwice {
         /// The name.
         name: String,
     },
-    /// Two bodies lie in each other.
+    /// Two bodies overlap.
     #[error(
-        "bodies {first} and {second} overlap, at X = {at:?} for instance: move one of them, cut it, or let a press fit resolve it \
+        "bodies {first} and {second} overlap, for instance at X = {at:?}: move or trim one of them, or model a press fit \
          (Scene::press_fit)"
     )]
     Overlap {
@@ -94,34 +99,34 @@ pub enum BoundaryError {
         at: Vec<f64>,
     },
     /// A name is empty.
-    #[error("{what} has an empty name: give it one, by which results can be requested")]
+    #[error("{what} has an empty name: give it a name, by which its results are found")]
     Nameless {
-        /// What is called so.
+        /// What has no name.
         what: &'static str,
     },
     /// Two stages share a name.
-    #[error("two stages are called {name}: give each a name of its own")]
+    #[error("two stages have the name {name}: give each a different name")]
     StageTwice {
         /// The name.
         name: String,
     },
-    /// A face does not say of which body it is.
-    #[error("{what}: say of which body, by Place::of; there are: {known}")]
+    /// The place does not name the body that it belongs to.
+    #[error("{what}: this place exists on every body; name the body by Place::of. The bodies are: {known}")]
     Ambiguous {
         /// The condition or load.
         what: String,
         /// The bodies that there are.
         known: String,
     },
-    /// A condition says where, but not what.
+    /// A condition prescribes nothing.
     #[error("{what} prescribes nothing: add a component, a direction or a displacement")]
     Incomplete {
         /// The condition.
         what: String,
     },
-    /// A condition acts where its direction is none.
+    /// A condition has no direction at a point where it acts.
     #[error(
-        "{what}: the direction is undefined at X = {at:?}, its vector there is {vector:?}: give a vector of finite length that is not zero; normals exist on boundaries only, directions around an axis off that axis only"
+        "{what}: the direction is undefined at X = {at:?}, where its vector is {vector:?}: give a finite vector that is not zero; normals exist on boundaries only, circumferential directions off their axis only"
     )]
     Direction {
         /// The condition.
@@ -132,7 +137,7 @@ pub enum BoundaryError {
         vector: Vec<f64>,
     },
     /// A load or target is not finite.
-    #[error("{what}: value {value:e} at load factor {load}; give finite numbers")]
+    #[error("{what} has the value {value:e} at load factor {load}: give finite numbers")]
     Value {
         /// The load or condition.
         what: String,
@@ -142,16 +147,16 @@ pub enum BoundaryError {
         load: f64,
     },
     /// A selection holds nothing.
-    #[error("{what} selects no particle; the nearest one is at X = {nearest:?}")]
+    #[error("{what} selects no particle: the nearest one is at X = {nearest:?}")]
     Empty {
         /// The selection.
         what: String,
         /// The nearest particle.
         nearest: Vec<f64>,
     },
-    /// A load acts on nothing.
+    /// A load acts on no integration point.
     #[error(
-        "{what} acts on no point of integration; its part lies between X = {low:?} and {high:?}: let the predicate hold there"
+        "{what} acts nowhere: its `within` selects no integration point of its part, which lies between X = {low:?} and {high:?}; let it select points there"
     )]
     NoFacet {
         /// The load.
@@ -161,7 +166,7 @@ pub enum BoundaryError {
         /// The largest ones.
         high: Vec<f64>,
     },
-    /// No row comes from the condition requested.
+    /// No condition has the name or acts at the place requested.
     #[error("no condition acts on {requested}; {}", acting(known))]
     UnknownCondition {
         /// The name or place requested.
@@ -169,15 +174,15 @@ pub enum BoundaryError {
         /// The names and places of the conditions that there are.
         known: String,
     },
-    /// A load acts beside the body.
-    #[error("{what}: X = {at:?} lies outside of the body; give a point in it")]
+    /// A load acts outside the body.
+    #[error("{what}: X = {at:?} lies outside the body; give a point inside it")]
     Outside {
         /// The load.
         what: String,
         /// Where.
         at: Vec<f64>,
     },
-    /// An enforcement can't serve the rows requested of it.
+    /// The chosen enforcement cannot be used for these constraint equations.
     #[error("{enforcement}: {reason}")]
     Unsuitable {
         /// The enforcement.
@@ -190,7 +195,7 @@ pub enum BoundaryError {
         "amplitude table of {of}: {what}; give at least two (load factor, value) pairs with growing, finite load factors"
     )]
     Amplitude {
-        /// What follows it.
+        /// The load, condition or motion that it belongs to.
         of: String,
         /// What is wrong.
         what: &'static str,
@@ -200,8 +205,13 @@ pub enum BoundaryError {
 /// What a message says of the conditions that there are.
 fn acting(known: &str) -> String {
     if known.is_empty() {
-        "there is none: add one, or hold the part".to_string()
+        "there are no conditions: add one, or fix the part by Scene::hold".to_string()
     } else {
         format!("name one that does: {known}")
     }
+}
+
+/// The names that there are, or what to do where there are none.
+pub(super) fn there_are(known: &str, what: &str, remedy: &str) -> String {
+    if known.trim().is_empty() { format!("no {what} have names: {remedy}") } else { format!("there are: {known}") }
 }

@@ -10,21 +10,21 @@ use super::Invalid;
 pub enum ContactError {
     /// The body lies inside a rigid surface before anything moves.
     #[error(
-        "{contact}: the body is inside the surface by {depth:e} at X = {at:?} before anything moves: move the surface out, \
-         and let it come in with RigidSurface::moving"
+        "{contact}: the body penetrates the surface by {depth:e} at X = {at:?} before anything moves: move the surface out, \
+         and bring it in by RigidSurface::moving"
     )]
     Penetrates {
         /// The contact.
         contact: String,
         /// How deep \[length\].
         depth: f64,
-        /// Where, in the body at rest.
+        /// Where, in the undeformed body.
         at: Vec<f64>,
     },
-    /// No facet of the part looks at the surface.
+    /// No facet of the part faces the surface.
     #[error(
-        "{contact}: the part looks away from the surface, at X = {at:?} and everywhere: name the part of the boundary that \
-         faces it, or turn the normal of the surface round"
+        "{contact}: no point of the part faces the surface, X = {at:?} for instance: name the part of the boundary that \
+         does, or reverse the normal of the surface to make it face the part"
     )]
     FacesAway {
         /// The contact.
@@ -35,10 +35,10 @@ pub enum ContactError {
     /// A coefficient of friction, a motion or a force of a rigid surface is NaN, infinite or out of its range.
     #[error(transparent)]
     Invalid(#[from] Invalid),
-    /// A rigid body that is moved by no force.
+    /// A rigid surface that is pushed by no force.
     #[error(
-        "{contact}: the rigid surface is pushed by a force of zero, so that nothing says where it is: give a force, \
-         RigidSurface::moving, or leave it fixed"
+        "{contact}: the rigid surface is pushed by a force of zero, so its position is undetermined: give a force, \
+         prescribe its motion by RigidSurface::moving, or leave it fixed"
     )]
     Unheld {
         /// The contact.
@@ -46,19 +46,19 @@ pub enum ContactError {
     },
     /// A body lies on a rigid profile beyond its open end.
     #[error(
-        "{contact}: the body lies beyond an open end of the profile at x = {at:?} at load factor {load}: draw the profile on, or close it"
+        "{contact}: at load factor {load} the body lies beyond an open end of the profile, at x = {at:?}: draw the profile longer, or close it"
     )]
     PassedEnd {
         /// The contact.
         contact: String,
-        /// Where, in the body now.
+        /// Where, in the deformed body.
         at: Vec<f64>,
         /// The load factor.
         load: f64,
     },
-    /// A rigid surface that was outside of a body is inside of it after a step.
+    /// A rigid surface that was outside a body is inside it after a step.
     #[error(
-        "{contact}: the rigid surface has passed through the body at x = {at:?} at load factor {load}: take more particles where it \
+        "{contact}: at load factor {load} the rigid surface has passed through the body, at x = {at:?}: take more particles where it \
          presses, so that several touch it"
     )]
     PassedThrough {
@@ -69,9 +69,9 @@ pub enum ContactError {
         /// The load factor.
         load: f64,
     },
-    /// More particles carry two faces than a contact between them can number.
+    /// The faces of a contact depend on more particles than it can number.
     #[error(
-        "{contact}: {particles} particles carry the faces, the most is {most}: name the parts of the boundary that come to touch, or take a wider spacing"
+        "{contact}: its faces depend on {particles} particles, at most {most} are accepted: name smaller parts of the boundary, those that will touch, or take a wider spacing"
     )]
     TooManyParticles {
         /// The contact.
@@ -82,7 +82,10 @@ pub enum ContactError {
         most: usize,
     },
     /// No contact has the name requested.
-    #[error("no contact {requested}: there are {known}")]
+    #[error(
+        "no contact is named {requested:?}; {}",
+        super::boundary::there_are(known, "contacts", "add a contact to the scene")
+    )]
     Unknown {
         /// The name.
         requested: String,
@@ -90,7 +93,7 @@ pub enum ContactError {
         known: String,
     },
     /// Two contacts have one name.
-    #[error("two contacts are called {name}: give one of the surfaces a name of its own (RigidSurface::named)")]
+    #[error("two contacts have the name {name}: give one of the surfaces a different name (RigidSurface::named)")]
     Twice {
         /// The name.
         name: String,

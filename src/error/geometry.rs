@@ -31,27 +31,29 @@ pub enum GeometryError {
     /// A number is NaN, infinite or out of its range.
     #[error(transparent)]
     Invalid(#[from] Invalid),
-    /// A closed surface can't be told or read.
+    /// A closed surface is unusable or can't be read.
     #[error(transparent)]
     Solid(#[from] SolidError),
     /// A cell of the background partition is inverted.
     #[error(
-        "cell {cell} has measure {measure:e}: the particles at its corners are out of order; reduce the jitter or the distortion of the map, or give the particles other cells (in the plane cells::Voronoi)"
+        "cell {cell} is inverted or flat, its volume (area, length) is {measure:e}: reduce the jitter or the distortion of the map, or take other cells (in the plane cells::Voronoi)"
     )]
     InvertedCell {
         /// Index of the cell.
         cell: usize,
-        /// Its signed measure.
+        /// Its signed length, area or volume.
         measure: f64,
     },
-    /// The points of one group see more nodes between them than a table can hold.
-    #[error("group {group} of points sees {nodes} nodes, at most {limit} fit into one: close groups more often")]
+    /// The points of one group have more nodes together than a table can hold.
+    #[error(
+        "the points of group {group} have {nodes} nodes together, a group takes at most {limit}: make groups smaller (Points::close_group)"
+    )]
     CrowdedGroup {
         /// The group, counted from 0.
         group: usize,
-        /// Nodes that its points see between them.
+        /// Nodes whose shape functions are nonzero at its points.
         nodes: usize,
-        /// How many may be seen.
+        /// The most that a group may have.
         limit: usize,
     },
     /// A boundary part does not exist.
@@ -72,9 +74,9 @@ pub enum GeometryError {
         /// What to do.
         remedy: &'static str,
     },
-    /// A wall is thinner than particles of a spacing can follow.
+    /// A wall is too thin for the particle spacing.
     #[error(
-        "a wall of thickness {thickness:e} at X = {at:?} is thinner than half the particle spacing {spacing:e}: give a spacing of at most {needed:e}"
+        "the wall at X = {at:?} is {thickness:e} thick, less than half the particle spacing {spacing:e}: give a spacing of at most {needed:e}"
     )]
     ThinWall {
         /// Its thickness \[length\].
@@ -83,12 +85,12 @@ pub enum GeometryError {
         at: Vec<f64>,
         /// The particle spacing \[length\].
         spacing: f64,
-        /// A spacing that follows it \[length\].
+        /// A spacing that resolves it \[length\].
         needed: f64,
     },
-    /// A wall has fewer spacings across it than requested, however often a lattice may be halved.
+    /// A wall has fewer spacings across it than requested, even with the finest local refinement.
     #[error(
-        "a wall of thickness {thickness:e} at X = {at:?} has no {across} spacings of particles across it where {spacing:e} is halved as often as it may be: give a spacing of at most {needed:e}, fewer spacings across walls, or Scheme::graded there in place of Scheme::across"
+        "the wall at X = {at:?} is {thickness:e} thick and cannot have {across} particle spacings across it, even with the finest local refinement of the spacing {spacing:e}: give a spacing of at most {needed:e}, request fewer spacings by Scheme::across, or refine there by Scheme::graded instead"
     )]
     WallAcross {
         /// Its thickness \[length\].
@@ -99,11 +101,11 @@ pub enum GeometryError {
         across: usize,
         /// The largest particle spacing \[length\].
         spacing: f64,
-        /// One that follows it \[length\].
+        /// One that suffices \[length\].
         needed: f64,
     },
-    /// The cells can't serve what is requested of them.
-    #[error("{what}: these cells can't serve it, it needs {needed}")]
+    /// These cells, or this place, do not support a feature.
+    #[error("{what} is not possible here, it needs {needed}")]
     Unsuited {
         /// What was requested.
         what: &'static str,

@@ -1,10 +1,10 @@
-//! Two choices that do not go together.
+//! Two choices that can't be combined.
 
 use std::borrow::Cow;
 
 use thiserror::Error;
 
-/// Two choices of a scene, a scheme or a run that do not go together: both sides, and what to do instead.
+/// Two choices of a scene, a scheme or a run that can't be combined: both sides, and what to do instead.
 ///
 /// ```
 /// use rkpm::error::{Error, Incompatible};
@@ -16,11 +16,11 @@ use thiserror::Error;
 /// # Ok::<(), rkpm::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Error)]
-#[error("{what} does not go with {with}: {remedy}")]
+#[error("{what} can't be combined with {with}: {remedy}")]
 pub struct Incompatible {
-    /// The one.
+    /// The first.
     pub what: Cow<'static, str>,
-    /// The other.
+    /// The second.
     pub with: Cow<'static, str>,
     /// What to do instead.
     pub remedy: &'static str,

@@ -1,4 +1,4 @@
-//! Numbers that can't be.
+//! Invalid numbers.
 
 use std::borrow::Cow;
 

@@ -16,22 +16,23 @@ pub enum LinearError {
     },
     /// The solution is not finite or does not satisfy the equations.
     #[error(
-        "relative residual {residual:e} after the linear solve: the matrix is singular to working precision; a rigid motion may be left free"
+        "relative residual {residual:e} after the linear solve: the matrix is singular or nearly so. Either a rigid motion may be free \
+         (check::scene finds those), or the state is at a limit point, or nearly inverted: take smaller steps"
     )]
     Residual {
         /// ‖b − A x‖ / ‖b‖, NaN where the solution is not finite.
         residual: f64,
     },
     /// A sparsity pattern is malformed.
-    #[error("pattern, column {column}: {what}; build it with Pattern::from_columns")]
+    #[error("sparsity pattern, column {column}: {what}; build it with Pattern::from_columns")]
     Pattern {
         /// The column.
         column: usize,
-        /// What a pattern keeps.
+        /// The rule that the pattern breaks.
         what: &'static str,
     },
     /// A vector or a list of values has the wrong length.
-    #[error("{what} has {given} entries, the matrix {needed}")]
+    #[error("{what} has {given} entries, the matrix needs {needed}")]
     Length {
         /// The vector.
         what: &'static str,
@@ -41,7 +42,7 @@ pub enum LinearError {
         needed: usize,
     },
     /// The problem is too large for the index type or the method.
-    #[error("{what}: {size} is beyond the limit {limit}; {remedy}")]
+    #[error("{what}: {size} exceeds the limit of {limit}; {remedy}")]
     Size {
         /// What is too large.
         what: &'static str,
@@ -55,7 +56,7 @@ pub enum LinearError {
     /// The solver library reported something else.
     #[error("sparse solver: {what}")]
     Library {
-        /// The library's words.
+        /// The library's message.
         what: String,
     },
 }

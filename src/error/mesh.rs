@@ -23,7 +23,7 @@ pub enum MeshError {
         found: String,
     },
     /// The file ends too early.
-    #[error("the file ends inside of ${section}, at byte {at}: it was not written or copied to its end; save it again")]
+    #[error("the file ends within ${section}, at byte {at}: it was not completely written or copied; save it again")]
     Truncated {
         /// The section.
         section: &'static str,
@@ -42,7 +42,7 @@ pub enum MeshError {
     },
     /// An element of a kind that is not read.
     #[error(
-        "element {element} is of Gmsh's type {kind}: points, lines, triangles, quadrangles, tetrahedra, hexahedra and prisms of first and second order are read"
+        "element {element} is of Gmsh's type {kind}, which is not supported: mesh with points, lines, triangles, quadrangles, tetrahedra, hexahedra and prisms of first and second order"
     )]
     Kind {
         /// The element's number in the file.
@@ -66,7 +66,7 @@ pub enum MeshError {
     },
     /// Two nodes of one body are at one place.
     #[error(
-        "nodes {nodes:?} are both at X = {at:?} and parts of the mesh are torn there: merge them (in Gmsh: Coherence Mesh), or read the bodies apart (Mesh::body)"
+        "nodes {nodes:?} are both at X = {at:?}, and the mesh is not connected there: merge them (in Gmsh: Coherence Mesh), or read the bodies separately (Mesh::body)"
     )]
     CoincidentNodes {
         /// The nodes, counted from 0.
@@ -76,7 +76,7 @@ pub enum MeshError {
     },
     /// A cell is turned inside out or flat.
     #[error(
-        "cell {cell} of the mesh, a {shape}, has a Jacobian of {measure:e} at X = {at:?}: it is inverted or flat; mesh again, finer or with the optimiser on"
+        "cell {cell} of the mesh, a {shape}, has a Jacobian of {measure:e} at X = {at:?}: it is inverted or flat; mesh again, finer or with Gmsh's mesh optimisation"
     )]
     InvertedCell {
         /// The cell, counted from 0.

@@ -1,6 +1,6 @@
-//! Errors: one small enum per floor, each in a file of its own, and one umbrella.
+//! Errors: one small enum per layer, each in its own file, and one enum for all of them.
 //!
-//! Each message says where, what, and what to do about it.
+//! Each message states where the problem is, what it is, and what to do about it.
 
 mod approximation;
 mod boundary;
@@ -40,10 +40,10 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A number that can't be, whatever it was given to.
+    /// An invalid number, whatever it was given to.
     #[error(transparent)]
     Invalid(#[from] Invalid),
-    /// Two choices that do not go together.
+    /// Two choices that can't be combined.
     #[error(transparent)]
     Incompatible(#[from] Incompatible),
     /// Geometry, cells, rules.
@@ -79,7 +79,7 @@ pub enum Error {
     Fit(#[from] FitError),
 }
 
-/// Bad numbers are the same to all floors.
+/// Invalid numbers have one variant, whichever layer finds them.
 macro_rules! lifted {
     ($($variant:ident($error:ident)),*) => {
         $(impl From<$error> for Error {

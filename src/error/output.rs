@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The file system refused.
+    /// The file system reported an error.
     #[error("{path}: {source}")]
     Io {
         /// The file.
@@ -34,7 +34,7 @@ pub enum OutputError {
         /// What is wrong.
         what: String,
     },
-    /// Nothing that could be drawn.
+    /// A chart that can't be drawn.
     #[error("chart {title}: {what}")]
     Chart {
         /// The chart's title.

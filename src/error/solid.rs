@@ -15,7 +15,7 @@ pub enum SolidError {
         what: String,
     },
     /// The file ends too early.
-    #[error("the file ends at byte {at} inside of {inside}: it was not written or copied to its end; save it again")]
+    #[error("the file ends at byte {at} within {inside}: it was not completely written or copied; save it again")]
     Truncated {
         /// What it ends in.
         inside: &'static str,
@@ -39,7 +39,9 @@ pub enum SolidError {
         remedy: &'static str,
     },
     /// A facet names a vertex that does not exist.
-    #[error("facet {facet} names vertex {vertex} of {count}: give vertices and facets together, counted from 0")]
+    #[error(
+        "facet {facet} names vertex {vertex}, but there are {count}: vertices are counted from 0, give those of all facets"
+    )]
     DanglingVertex {
         /// The facet, counted from 0.
         facet: usize,
@@ -48,9 +50,9 @@ pub enum SolidError {
         /// How many vertices there are.
         count: usize,
     },
-    /// Edges that bound one facet alone, too long to be closed.
+    /// Openings too large to be closed automatically.
     #[error(
-        "the surface is open: {edges} edges bound one facet alone, the largest opening, of area {area:.3e}, is at X = {at:?}; close it where it was drawn"
+        "the surface is open: {edges} edges belong to one facet only; the largest opening, of area {area:.3e}, is at X = {at:?}: close it in the program that made the surface"
     )]
     Open {
         /// Number of open edges.
@@ -62,7 +64,7 @@ pub enum SolidError {
     },
     /// An edge bounds facets that do not separate inside from outside.
     #[error(
-        "{facets} facets meet at the edge at X = {at:?} and do not separate inside from outside: leave out walls within the solid"
+        "{facets} facets meet at the edge at X = {at:?} and do not separate inside from outside: remove walls of no thickness inside the solid"
     )]
     Branching {
         /// How many facets.
@@ -71,14 +73,14 @@ pub enum SolidError {
         at: [f64; 3],
     },
     /// The facets can't be turned so that all face outwards.
-    #[error("the surface is one-sided at X = {at:?}: draw it so that inside and outside are told apart")]
+    #[error("the surface is one-sided, at X = {at:?} for instance: draw one that has an inside and an outside")]
     OneSided {
         /// The middle of an edge where the sides change.
         at: [f64; 3],
     },
     /// Facets cross each other.
     #[error(
-        "the surface crosses itself: {count} pairs of facets do, the first are {facets:?} at X = {at:?}; unite the parts (union) where they were drawn"
+        "the surface crosses itself: {count} pairs of facets intersect, the first are {facets:?} at X = {at:?}; unite the parts (boolean union) in the program that made the surface"
     )]
     Crossing {
         /// How many pairs.
@@ -90,7 +92,7 @@ pub enum SolidError {
     },
     /// The spacing is too wide for a shape.
     #[error(
-        "a spacing of {spacing:.3e} is too wide for the shape at X = {at:?}, where edges or walls are closer than that: give a finer one"
+        "a spacing of {spacing:.3e} is too wide for the shape at X = {at:?}, where edges or walls are closer together: give a finer one"
     )]
     Coarse {
         /// Where.
@@ -100,7 +102,7 @@ pub enum SolidError {
     },
     /// A closed part within another, both facing the same way.
     #[error(
-        "at X = {at:?} a closed part of the surface lies within another and faces the same way: turn its facets for a cavity, or leave it out"
+        "at X = {at:?} a closed part of the surface lies within another with its normals also outward: reverse its facets to make it a cavity, or leave it out"
     )]
     Nested {
         /// A point of the inner part.
@@ -113,7 +115,7 @@ pub enum SolidError {
         name: String,
         /// How it selects.
         by: String,
-        /// What came nearest, and what to do.
+        /// The nearest match, and what to do.
         nearest: String,
     },
 }

@@ -8,9 +8,9 @@ use super::{Invalid, Stalled};
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SolveError {
-    /// The first guess is inverted somewhere.
+    /// The initial state is inverted somewhere.
     #[error(
-        "J = {jacobian:e} at X = {at:?} in the first state: start from a state with J > 0 everywhere (zero displacement is one)"
+        "the initial state is inverted: J = {jacobian:e} at X = {at:?}; start from a state with J > 0 everywhere (zero displacement is one)"
     )]
     InvertedStart {
         /// det F.
@@ -19,7 +19,7 @@ pub enum SolveError {
         at: Vec<f64>,
     },
     /// A vector has the wrong length.
-    #[error("{what} has {given} entries, the model {needed}")]
+    #[error("{what} has {given} entries, the model needs {needed}")]
     Length {
         /// The vector.
         what: &'static str,
@@ -30,7 +30,7 @@ pub enum SolveError {
     },
     /// A state of another problem or model.
     #[error(
-        "a state of another problem: {given} entries of {what}, here are {needed}; pass states of this problem's own paths"
+        "the state belongs to another problem: its {what} has {given} entries, this problem has {needed}; pass a state that this problem has computed"
     )]
     OtherModel {
         /// What does not fit.
@@ -40,9 +40,9 @@ pub enum SolveError {
         /// Entries needed.
         needed: usize,
     },
-    /// The nodes of a cluster fall or repeat.
+    /// The nodes of a cluster are not in rising order.
     #[error(
-        "term {term} of the model, cluster {cluster}: Term::nodes() does not rise; list each node once, by rising index"
+        "term {term} of the model, cluster {cluster}: Term::nodes() does not rise; list each node once, in rising order"
     )]
     Nodes {
         /// The term, counted from 0.
@@ -52,10 +52,10 @@ pub enum SolveError {
     },
     /// A model would not fit into memory.
     #[error(
-        "a model of {particles} particles needs about {:.1} GB, the limit is {:.1} GB: take at most {fits} particles along \
+        "a model of {particles} particles needs about {}, the limit is {}: take at most {fits} particles along \
          each axis ({fits}³ in all), or raise the limit by Scheme::memory",
-        *needed * 1e-9,
-        *limit * 1e-9
+        bytes(*needed),
+        bytes(*limit)
     )]
     Memory {
         /// Particles requested.
@@ -83,21 +83,21 @@ pub enum SolveError {
         "the last state of the path, at load factor {load}, does not belong to this problem: {what} {value:.1e}; resume with the scene and the scheme that it was recorded with"
     )]
     OtherProblem {
-        /// What gave it away.
+        /// The check that failed.
         what: &'static str,
-        /// By how much.
+        /// Its value.
         value: f64,
         /// Load factor of the state.
         load: f64,
     },
-    /// The analysis ended before its last load, though further steps may well be found.
+    /// The analysis was ended before its last load; it can be resumed.
     #[error("ended at load factor {load} after {steps} converged steps: {why}")]
     BrokenOff {
         /// Load factor of the last converged state.
         load: f64,
         /// Converged steps.
         steps: usize,
-        /// Who broke off.
+        /// Why it ended.
         why: &'static str,
     },
     /// The analysis stalled before its last load.
@@ -108,4 +108,26 @@ pub enum SolveError {
         /// Why and where.
         stalled: Stalled,
     },
+}
+
+/// A number of bytes in the unit that suits its size.
+fn bytes(number: f64) -> String {
+    match number {
+        n if n >= 1e9 => format!("{:.1} GB", n * 1e-9),
+        n if n >= 1e6 => format!("{:.1} MB", n * 1e-6),
+        n if n >= 1e3 => format!("{:.1} kB", n * 1e-3),
+        n => format!("{n:.0} B"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_told_in_the_unit_of_its_size() {
+        let told = |needed, limit| SolveError::Memory { particles: 27.0, needed, limit, fits: 2 }.to_string();
+        assert!(told(3.26e6, 1.0).contains("needs about 3.3 MB, the limit is 1 B"));
+        assert!(told(2.5e10, 4.1e3).contains("needs about 25.0 GB, the limit is 4.1 kB"));
+    }
 }

@@ -6,7 +6,7 @@ use super::LinearError;
 
 /// Why an analysis stalled: what went wrong in the last attempt, and where on the path.
 ///
-/// Its text, by `Display`, says what leads on.
+/// Its text, by `Display`, also says what to do.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Stalled {
@@ -27,7 +27,7 @@ pub struct Stalled {
 pub enum Cause {
     /// Newton's method did not converge within the allowed iterations.
     Iterations(usize),
-    /// The step limiter cut every step so that no material inverts: the attempt is too far away.
+    /// The step limiter cut every step so that no material inverts: the step is too large.
     StepLimited {
         /// The last step factor.
         factor: f64,
@@ -37,13 +37,13 @@ pub enum Cause {
         /// The last increment relative to the displacement.
         increment: f64,
     },
-    /// Numbers that are not finite: of a material that left its domain, a load or a term of one's own.
+    /// Numbers that are not finite: of a material beyond its range, a load or a custom term.
     NotFinite,
     /// The tangent matrix is singular.
     Singular {
         /// Whether no step had converged before: a rigid motion may be free.
         at_start: bool,
-        /// What the linear solver says.
+        /// The message of the linear solver.
         solver: String,
     },
     /// The linear solver failed otherwise.
@@ -57,36 +57,36 @@ pub enum Cause {
         /// Unstable modes after it.
         after: usize,
     },
-    /// Only unstable states were found, in contact too: a body pushed off one of them came to rest in no stable one.
+    /// Only unstable states were found, also after a perturbation along an unstable mode.
     NoStableState {
         /// Unstable modes of the last state found.
         modes: usize,
     },
-    /// A step, under contact of any length, has made the changes of volume far less even: it may have folded the field between points.
+    /// A step has made the changes of volume far less even: the field may be folded between points.
     Folded {
         /// The largest $J$ over the smallest one before the step.
         before: f64,
         /// The same after it.
         after: f64,
     },
-    /// The smallest step of time leaves more of an error than was requested.
+    /// Even the smallest time step has an error above the tolerance.
     TimeError {
-        /// The error of the stress, relative to it.
+        /// The relative error of the stress.
         error: f64,
-        /// The one requested.
+        /// The tolerance.
         tolerance: f64,
     },
-    /// A term can't answer for the next state, and says why: a body that leaves a rigid profile at its open end.
+    /// A term can't be evaluated in the next state, with its reason: a body that leaves a rigid profile at its open end.
     Refused(String),
     /// The arc runs back along the path.
     Turned,
-    /// The load falls beyond a limit point, and the stepping was not requested to follow it.
+    /// The load falls beyond a limit point, and the stepping was not told to follow it.
     LimitPoint,
-    /// The allowed number of steps is used up.
+    /// The largest allowed number of steps is reached.
     Steps(usize),
-    /// The next step would be smaller than the rounding of what is controlled.
+    /// The next step would be smaller than the rounding of the controlled quantity.
     Rounding {
-        /// What is controlled, now.
+        /// The controlled quantity now.
         now: f64,
         /// The same after the step.
         next: f64,
@@ -121,11 +121,11 @@ impl Driven {
     fn remedy(self) -> &'static str {
         match self {
             Driven::ByLoads => {
-                "; StepControl::ArcLength or a prescribed deflection passes limit points, \
-                 check::scene finds free rigid motions"
+                "; the body may be at a limit point (use StepControl::ArcLength, or prescribe a deflection instead of the load) \
+                 or move freely (check::scene finds free rigid motions)"
             }
             Driven::ByDisplacements => {
-                "; the motion is prescribed, not a load: allow smaller steps (Stepping::smallest) or take more particles; \
+                "; allow smaller steps (Stepping::smallest), take more particles, or raise Newton::tolerance if it is far below 1e-10; \
                  StateDiagnostics::jacobians of the last step show inverted material, check::scene finds free rigid motions"
             }
             Driven::ByControl => "",
@@ -144,7 +144,7 @@ impl fmt::Display for Stalled {
             Cause::LimitPoint => write!(
                 f,
                 "a limit point was passed, the largest load factor was {largest_load:.6}: \
-                 StepControl::ArcLength goes on where the load falls"
+                 use StepControl::ArcLength to follow the path where the load falls"
             ),
             Cause::Steps(_) | Cause::Rounding { .. } => write!(f, "{cause}"),
             _ if passed => {
@@ -163,46 +163,56 @@ impl fmt::Display for Stalled {
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Cause::Iterations(n) => write!(f, "not converged within {n} iterations"),
+            Cause::Iterations(n) => write!(f, "Newton's method did not converge within {n} iterations"),
             Cause::StepLimited { factor } => {
-                write!(f, "the step limiter cut every step (factor {factor:.3}): the next state is too far away")
+                write!(
+                    f,
+                    "every iteration had to be shortened to keep J > 0 (factor {factor:.3}): no equilibrium was found nearby"
+                )
             }
-            Cause::Diverging { increment } => {
-                let so_far = "of the displacement): the next state is too far away";
-                write!(f, "the increments grow (now {increment:.1e} {so_far}")
-            }
+            Cause::Diverging { increment } => write!(
+                f,
+                "Newton's increments grow (now {increment:.1e} of the displacement): no equilibrium was found nearby"
+            ),
             Cause::NotFinite => write!(
                 f,
-                "forces are not finite: a material left its domain, or a load, an amplitude or a term of one's own is NaN there"
+                "forces are not finite: the material is strained beyond its range, or a load, an amplitude or a custom term is NaN there"
             ),
             Cause::Singular { at_start: false, .. } => write!(f, "the matrix is singular in the next state"),
             Cause::Singular { solver, .. } | Cause::LinearSolver(solver) => write!(f, "{solver}"),
             Cause::Control => write!(f, "the controlled quantity does not change with the load"),
             Cause::Unstable { before, after } => {
-                write!(f, "a large step turns {before} unstable modes into {after}: the state may lie on another path")
+                write!(
+                    f,
+                    "the number of unstable modes changes from {before} to {after} in one large step: the state may lie on another \
+                     equilibrium path"
+                )
             }
             Cause::NoStableState { modes } => write!(
                 f,
-                "the states found have {modes} unstable modes, and pushed off them the body came to rest in no stable one: it \
-                 buckles or slips away here; hold it, add friction, or follow it by StepControl::ArcLength"
+                "no stable state was found: the last one has {modes} unstable modes, and a perturbation led to no stable state \
+                 either. The body buckles or slips away here; support it, add friction, or use StepControl::ArcLength"
             ),
             Cause::Folded { before, after } => write!(
                 f,
-                "in one step the largest J over the smallest went from {before:.2} to {after:.2}, as in a folded field: round the edge where it \
-                 creases, or take more particles there"
+                "the ratio of the largest to the smallest J went from {before:.2} to {after:.2} in one step, as if the rubber folded \
+                 between particles: round the edge where it creases, or take more particles there"
             ),
             Cause::TimeError { error, tolerance } => write!(
                 f,
-                "the smallest step of time leaves an error of {error:.1e} of the stress, {tolerance:.1e} was requested: lower \
-                 Stepping::smallest or raise Stepping::time_tolerance"
+                "the relative error of the stress is {error:.1e} even with the smallest time step, the tolerance is {tolerance:.1e}: \
+                 lower Stepping::smallest or raise Stepping::time_tolerance"
             ),
             Cause::Refused(why) => write!(f, "{why}"),
-            Cause::Turned => write!(f, "the arc runs back along the path"),
+            Cause::Turned => write!(f, "the arc-length step runs back along the path"),
             Cause::LimitPoint => write!(f, "the load falls beyond a limit point"),
-            Cause::Steps(most) => write!(f, "{most} steps are used up"),
-            Cause::Rounding { now, next } => {
-                write!(f, "no step leads from {now:e} of what is controlled to {next:e}")
+            Cause::Steps(most) => {
+                write!(f, "the analysis has taken {most} steps, the most allowed: raise Stepping::steps")
             }
+            Cause::Rounding { now, next } => write!(
+                f,
+                "the step of the controlled quantity, from {now:e} to {next:e}, is lost in rounding: no equilibrium was found in between"
+            ),
         }
     }
 }

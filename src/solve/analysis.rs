@@ -68,8 +68,8 @@ impl Analysis {
         }
         check_terms(model)?;
         if self.stepping.control == StepControl::ArcLength && model.is_timed() {
-            let remedy = "steps of the load are steps of time: take StepControl::Auto, or the elastic law alone";
-            return Err(Incompatible::new("StepControl::ArcLength", "a law that relaxes", remedy).into());
+            let remedy = "load steps are time steps: take StepControl::Auto, or the elastic material alone";
+            return Err(Incompatible::new("StepControl::ArcLength", "a material that relaxes", remedy).into());
         }
         Ok(())
     }

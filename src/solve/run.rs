@@ -155,11 +155,11 @@ impl Analysis {
             return Err(SolveError::Length { what: "controlled functional", given, needed: model.unknowns() }.into());
         }
         if model.is_timed() {
-            let remedy = "the load factor tells the time: take Analysis::run";
-            return Err(Incompatible::new("control by a functional", "a law that relaxes", remedy).into());
+            let remedy = "the load factor is the time: take Analysis::run";
+            return Err(Incompatible::new("control by a functional", "a material that relaxes", remedy).into());
         }
         if self.solver.keeps_pressures() && model.is_unilateral() {
-            let remedy = "take SolverChoice::Direct, or the load in control";
+            let remedy = "take SolverChoice::Direct, or control the load";
             return Err(
                 Incompatible::new("control by a functional", "contact that is solved by iteration", remedy).into()
             );

@@ -67,11 +67,14 @@ impl Scene<2> {
         check(tolerance)?;
         let refused = |with, remedy| Err(Incompatible::new("local refinement", with, remedy).into());
         let (Some(lengths), Some(domain)) = (self.side_lengths(), self.domain()) else {
-            return refused("cells that are no block", "Scene::solve_within refines them evenly");
+            return refused("cells that do not form a block", "take Scene::solve_within, which refines them evenly");
         };
         let shortest = lengths[0].min(lengths[1]);
         if lengths[0].max(lengths[1]) > THIN * shortest {
-            return refused("a body one side of which is more than eight times another", "take Scene::solve_within");
+            return refused(
+                "a body with one side more than eight times as long as another",
+                "take Scene::solve_within",
+            );
         }
         let even = |length: f64| 2 * (0.5 * FIRST * length / shortest).round() as usize;
         let cells = Refined::new(domain, lengths.map(even))?;

@@ -108,7 +108,7 @@ impl<const D: usize> Sides<D> {
 /// Refuses cells that can't be made finer.
 fn given() -> Incompatible {
     let remedy = "give the body as a block, mapped block, region, closed surface or mesh";
-    Incompatible::new("sizing to a tolerance", "cells that are given", remedy)
+    Incompatible::new("sizing to a tolerance", "cells given by the user", remedy)
 }
 
 /// Places between 0 and 1 that crowd towards both.

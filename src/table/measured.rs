@@ -63,7 +63,7 @@ pub(super) fn inverse_radius(radius: f64, at: &[f64], measure: f64) -> Result<f6
         Err(GeometryError::Kinematics {
             what: "negative radius",
             at: at.to_vec(),
-            remedy: "coordinate 0 of a body of revolution is the distance from the axis and may not be negative",
+            remedy: "coordinate 0 of an axisymmetric body is the distance from the axis and may not be negative",
         })
     }
 }

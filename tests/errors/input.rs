@@ -413,7 +413,7 @@ fn functions_that_are_not_finite() {
         refused!(error, ApproximationError::Function { .. }, ["X = [3.3]", word]);
     }
 
-    /// Trace functions over 0, 1, …, 7 after something was done to them.
+    /// Linear finite elements over 0, 1, …, 7, spoilt by a function.
     struct Spoilt<F>(Vec<Point<1>>, F);
     impl<F: Fn(&mut ShapeFunctions<1>) + Sync> Approximation<1> for Spoilt<F> {
         type Scratch = ();
@@ -749,7 +749,7 @@ fn rows_that_depend_on_each_other() {
         let error = problem.run().unwrap_err();
         let Error::Boundary(BoundaryError::Dependent { equation: row, .. }) = &error else { panic!("{error:?}") };
         assert!(*row == rows - 1 || *row == 3, "{error}");
-        says(&error, &["depends on the rows", "remove the repeated condition"]);
+        says(&error, &["already implied by other conditions", "remove the repeated condition"]);
         // A sum of rows is found as well.
         let mut problem = sound().discretize(&coarse().constraint_method(constraint_method)).unwrap();
         let (a, b) = (problem.equations().equations()[0].clone(), problem.equations().equations()[1].clone());
@@ -955,7 +955,7 @@ fn first_guesses() {
     refused!(
         run(short).unwrap_err(),
         Error::Solve(SolveError::OtherModel { what: "displacement", given: 39, needed: 40 }),
-        ["another problem", "39 entries of displacement, here are 40"]
+        ["another problem", "displacement has 39 entries, this problem has 40"]
     );
     let mut short = rest(&problem);
     short.multipliers.push(0.0);
@@ -1121,7 +1121,7 @@ fn motions_beyond_the_axis_of_revolution() {
         refused!(
             refusal(&scene, &scheme),
             Error::Boundary(BoundaryError::BeyondAxis { .. }),
-            ["u_0", "X = [1.0]", "axis of revolution", "load factor 1"]
+            ["u_0", "X = [1.0]", "axis of symmetry", "load factor 1"]
         );
     }
     let problem = tube().prescribe(Side::Min, 0, -0.5).discretize(&scheme).unwrap();

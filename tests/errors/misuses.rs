@@ -228,14 +228,14 @@ fn bodies() -> Misuses {
                 .hold(BOTTOM)
                 .rigid("plate", TOP)
                 .with(Load::moment("plate", [0.0, 0.0, 1.0])),
-            "revolution",
+            "axisymmetric",
         ),
         (
             Scene::new(shape(), Axisymmetric, rubber())
                 .hold(BOTTOM)
                 .rigid("plate", TOP)
                 .with(Condition::on("plate").displacement([0.1, 0.0])),
-            "revolution",
+            "axisymmetric",
         ),
         (relaxing().over_time(NAN), "clock"),
         (relaxing().over_time(-4.0), "clock"),
@@ -311,7 +311,7 @@ fn schemes() -> Vec<(Scheme, &'static str)> {
 }
 
 #[test]
-fn a_hundred_scenes_and_schemes_that_can_not_be_meant() {
+fn invalid_input_returns_errors() {
     let mut faults = Vec::new();
     let mut check = |number: usize, scene: &Scene<2>, scheme: &Scheme, place: &str| {
         let refusal = scene.discretize(scheme).and_then(|problem| problem.run());

@@ -132,10 +132,10 @@ fn in_line_bonds_leave_what_the_rule_leaves_in_one_body() {
     }
 }
 
-/// What a break point may be off by.
+/// Error of the displacement beside a kink.
 const KINK: f64 = 1e-9;
 
-/// Layers pressed across have the same stress and a break point of the strain at their interface, which stays sharp: the
+/// Layers pressed across have the same stress and a jump of the strain at their interface, which stays sharp: the
 /// displacement there is that of two springs, and straight between.
 #[test]
 fn kinks_stay_sharp() {
@@ -248,11 +248,13 @@ fn faces_say_of_which_body_they_are() {
         )
     };
     let refused = |scene: Scene<2>| scene.discretize(&Scheme::default().particles([4])).err().unwrap().to_string();
-    assert!(refused(scene().hold(Side::Min)).contains("say of which body, by Place::of; there are: a; b"));
-    assert!(refused(scene().hold(Place::on(Side::Min).of("c"))).contains("no body c; there are: a; b"));
-    assert!(refused(scene().scheme_of("c", |scheme| scheme)).contains("no body c"));
-    assert!(refused(scene().unbonded("a", "d")).contains("no body d"));
-    assert!(refused(scene().body("a", Block::new([5.0, 0.0], [6.0, 1.0]), soft())).contains("two bodies are called a"));
+    assert!(refused(scene().hold(Side::Min)).contains("name the body by Place::of. The bodies are: a; b"));
+    assert!(refused(scene().hold(Place::on(Side::Min).of("c"))).contains("no body is named \"c\"; there are: a; b"));
+    assert!(refused(scene().scheme_of("c", |scheme| scheme)).contains("no body is named \"c\""));
+    assert!(refused(scene().unbonded("a", "d")).contains("no body is named \"d\""));
+    assert!(
+        refused(scene().body("a", Block::new([5.0, 0.0], [6.0, 1.0]), soft())).contains("two bodies have the name a")
+    );
     assert!(refused(scene().hold("rim")).contains("rim"));
     assert!(Scene::<2>::assembly(PlaneStrain).discretize(&Scheme::default()).is_err());
 }

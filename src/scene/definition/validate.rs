@@ -148,8 +148,8 @@ fn contacts<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
     for contact in &scene.contacts {
         contact.surface.validate(&contact.label())?;
         if contact.surface.turning.is_some() && !scene.kinematics.hoop_components().is_empty() {
-            let remedy = "take a body in the plane or in space, or a surface that moves along the axis";
-            return Err(Incompatible::new("a rigid surface that turns", "a body of revolution", remedy).into());
+            let remedy = "take a body in the plane or in 3D, or a surface that moves along the axis";
+            return Err(Incompatible::new("a rigid surface that turns", "an axisymmetric body", remedy).into());
         }
     }
     scene.contact_pairs.iter().try_for_each(|pair| pair.validate())?;

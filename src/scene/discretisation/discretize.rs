@@ -284,8 +284,8 @@ fn analysis_of(scheme: &Scheme, transformable: bool, krylov: Option<Krylov>) -> 
     };
     if let Some(solver) = &scheme.solver {
         if krylov.is_none() && solver.preconditioner(&[]).is_some() {
-            let remedy = "take a direct solver, or one body of particles on a lattice in space";
-            return Err(Incompatible::new("a solver of preconditioners", "these cells", remedy).into());
+            let remedy = "take a direct solver, or one body of particles on a lattice in 3D";
+            return Err(Incompatible::new("a solver that only preconditions", "these cells", remedy).into());
         }
         analysis.solver = Box::new(solver.clone());
     }

@@ -134,7 +134,7 @@ impl<const D: usize> Frame<D> {
                 let radius = value.at(&self.centre, 1.0);
                 if radius != 0.0 {
                     let remedy = "prescribe no radial displacement but zero: a rigid ring keeps its radius";
-                    return Err(Incompatible::new(label, "a rigid body of revolution", remedy).into());
+                    return Err(Incompatible::new(label, "an axisymmetric rigid body", remedy).into());
                 }
                 continue;
             }

@@ -45,7 +45,7 @@ impl<const D: usize> Frame<D> {
             }
             LoadKind::Moment(_) if revolved => {
                 let remedy = "symmetry leaves it no rotation: take a force along the axis";
-                return Err(Incompatible::new("a moment", "a body of revolution", remedy).into());
+                return Err(Incompatible::new("a moment", "an axisymmetric body", remedy).into());
             }
             LoadKind::Moment(moment) => {
                 let (moment, amplitude) = (*moment, load.amplitude.clone());
@@ -159,8 +159,8 @@ impl<const D: usize> Term<D> for Rigidity<D> {
         }
         for slope in &slopes {
             for (column, a) in slope.iter().enumerate() {
-                for (equation, b) in slope.iter().enumerate() {
-                    out.matrix[column * size + equation] += self.stiffness * a * b;
+                for (row, b) in slope.iter().enumerate() {
+                    out.matrix[column * size + row] += self.stiffness * a * b;
                 }
             }
         }

@@ -48,8 +48,8 @@ pub(crate) fn body_table<const D: usize, A: Approximation<D>>(
         }
         // Gradients that are linear in a cell do not integrate a cubic basis to its order.
         Rule::Auto if scheme.order > 2 && D == 3 && cells.lattice().is_none() => {
-            let remedy = "take order 1 or 2, or a block in space";
-            Err(Incompatible::new("a basis of order 3", "cells of a mesh or of a cut solid in space", remedy).into())
+            let remedy = "take order 1 or 2, or a block in 3D";
+            Err(Incompatible::new("a basis of order 3", "cells of a mesh or of a cut solid in 3D", remedy).into())
         }
         // Averages would leave a basis that can do more at their second order.
         Rule::Auto if scheme.order > 1 => {
@@ -117,5 +117,5 @@ pub(crate) fn lattice_of<'a, const D: usize>(
 }
 
 fn no_lattice(what: &'static str) -> Incompatible {
-    Incompatible::new(what, "cells that are no lattice", "make the scene of a block or mapped block")
+    Incompatible::new(what, "cells that do not form a lattice", "make the scene of a block or mapped block")
 }

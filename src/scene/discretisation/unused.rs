@@ -17,7 +17,7 @@ struct Setting<const D: usize> {
     /// Bodies over given cells are documented to leave it out.
     left_out: bool,
     follows: fn(&Source<D>, &Scheme) -> bool,
-    /// What it does not go with, where that is not the body's source.
+    /// What it can't be combined with, where that is not the body's source.
     with: Option<&'static str>,
     remedy: &'static str,
 }

@@ -273,8 +273,7 @@ impl<const D: usize> Problem<D> {
     fn contact_named(&self, name: &str) -> Result<&Contact<D>, ContactError> {
         self.contacts.iter().find(|contact| contact.name == name).ok_or_else(|| {
             let known: Vec<&str> = self.contacts.iter().map(|contact| contact.name.as_str()).collect();
-            let known = if known.is_empty() { "none".to_string() } else { known.join("; ") };
-            ContactError::Unknown { requested: name.to_string(), known }
+            ContactError::Unknown { requested: name.to_string(), known: known.join("; ") }
         })
     }
 }
@@ -282,7 +281,7 @@ impl<const D: usize> Problem<D> {
 /// Puts points into their order along the boundary, and tells how much of it touches.
 fn along<const D: usize>(points: &mut Vec<ContactPoint<D>>, traces: &[Trace], sizes: &[f64]) -> f64 {
     if D == 3 {
-        return contact_definition(points, sizes);
+        return touching_extent(points, sizes);
     }
     let chains = chains(traces);
     *points = chains.iter().flatten().map(|&trace| points[trace]).collect();
@@ -299,13 +298,13 @@ fn seen(state: &State, term: usize) -> View<'_> {
     View { displacement: &state.displacement, condensed: &state.condensed[term], load: state.load }
 }
 
-/// The sum of what touches.
-fn contact_definition<const D: usize>(points: &[ContactPoint<D>], sizes: &[f64]) -> f64 {
+/// The total size of the points that touch.
+fn touching_extent<const D: usize>(points: &[ContactPoint<D>], sizes: &[f64]) -> f64 {
     points.iter().zip(sizes).filter(|(point, _)| point.is_active).map(|(_, size)| size).sum()
 }
 
-/// The width of what touches along a chain of trace functions: between the last trace function that touches and the next one the square of the pressure,
-/// which falls in proportion to the distance from a smooth edge, is drawn on to zero.
+/// The width of contact along a chain of trace functions: between the last trace function that touches and the next one the square of the
+/// pressure, which falls in proportion to the distance from a smooth edge, is extrapolated to zero.
 fn width<const D: usize>(points: &[ContactPoint<D>]) -> f64 {
     let n = points.len();
     let between = |a: usize, b: usize| (points[a].position - points[b].position).norm();

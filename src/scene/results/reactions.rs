@@ -16,7 +16,7 @@ use crate::scene::{Place, Problem};
 /// Sums of coefficients below this part of their sizes are none.
 const CANCELS: f64 = 1e-9;
 
-/// A row, its multiplier, and the nodes whose forces are requested.
+/// A constraint equation, its multiplier, and the nodes whose forces are summed.
 type Reacting<'a> = (&'a ConstraintEquation, f64, Range<usize>);
 
 impl<const D: usize> Problem<D> {
@@ -128,29 +128,30 @@ impl<const D: usize> Problem<D> {
         }
         let mut table = Table::new(header);
         for (step, state) in std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).enumerate() {
-            let mut equation = vec![step as f64, state.load, self.energy(state)?];
+            let mut row = vec![step as f64, state.load, self.energy(state)?];
             for ((title, place), moved) in places.iter().zip(&moves) {
-                equation.extend(self.reaction(state, place.clone())?.iter());
+                row.extend(self.reaction(state, place.clone())?.iter());
                 if !axes.is_empty() {
                     let moment = self.moment(state, place.clone(), [0.0; D])?;
-                    equation.extend(axes.clone().map(|i| moment[i]));
+                    row.extend(axes.clone().map(|i| moment[i]));
                 }
                 match frame_of(title) {
                     Some(_) => {
                         let motion = self.rigid_motion(state, title)?;
-                        equation.extend(motion.displacement.iter());
+                        row.extend(motion.displacement.iter());
                         let turn = motion.rotation_vector();
-                        equation.extend(axes.clone().map(|i| turn[i]));
+                        row.extend(axes.clone().map(|i| turn[i]));
                     }
-                    None => equation.extend(moved.iter().filter_map(|&i| self.mean_displacement(state, place, i))),
+                    None => row.extend(moved.iter().filter_map(|&i| self.mean_displacement(state, place, i))),
                 }
             }
-            table.push(equation)?;
+            table.push(row)?;
         }
         Ok(table)
     }
 
-    /// The mean of a displacement component over the rows at a place; none where no row asks for it, or where its parts cancel.
+    /// The mean of a displacement component over the constraint equations at a place; none where no equation prescribes it, or where its
+    /// parts cancel.
     fn mean_displacement(&self, state: &State, place: &Place<D>, component: usize) -> Option<f64> {
         let (mut total, mut sizes, mut sum) = (0.0, 0.0, 0.0);
         for (equation, _, nodes) in self.rows_at(state, place).ok()? {
@@ -340,7 +341,6 @@ impl<const D: usize> Problem<D> {
                 known.push(title);
             }
         }
-        let known = if known.is_empty() { "none".to_string() } else { known.join("; ") };
-        BoundaryError::UnknownCondition { requested, known }
+        BoundaryError::UnknownCondition { requested, known: known.join("; ") }
     }
 }
