@@ -2,17 +2,17 @@
 
 use crate::linear::vector::norm;
 
-/// How many times the iterations of an attempt are allowed once it was helped.
+/// An attempt whose active set cycles is allowed this many times the usual iterations.
 const CYCLING_ITERATIONS: usize = 3;
-/// Increments in a row of which none is the smallest so far, after which the method is taken to go round.
+/// Increments in a row of which none is the smallest so far, after which the method is taken to cycle.
 const PATIENCE: usize = 3;
-/// The first shift, in terms of the median of the diagonal.
+/// The first shift, relative to the median of the diagonal.
 const SHIFT: f64 = 1e-3;
-/// What a shift grows by that does not do.
+/// Factor by which a shift grows that does not suffice.
 const GROWTH: f64 = 10.0;
-/// The shift below which there is none.
+/// A smaller shift is dropped.
 const LEAST: f64 = 1e-6;
-/// What is left of a shift after an iteration with it.
+/// Factor by which the shift falls after each iteration with it.
 const THINNER: f64 = 0.3;
 /// Growth of increments from which on a shift stays: nearer to the stiffness of a mode they would have no bound.
 const STEEP: f64 = 2.0;
@@ -21,28 +21,29 @@ const PROGRESS: f64 = 0.95;
 /// The least part of a step that is taken.
 const LEAST_PART: f64 = 0.1;
 
-/// What helps where increments do not fall.
+/// Measures against increments that do not fall.
 ///
-/// Where what faces what changes to and fro, the gap jumps between two states, neither of which is at rest: the search for it rests as
-/// it is until the attempt ends, as a search per step would.
+/// Where the search finds different opposite facets in turn, the gap jumps between two states, neither of which is in equilibrium: the
+/// result of the search is kept until the attempt ends, as with one search per step.
 ///
 /// Where the matrix is not definite, Newton's method is drawn to an unstable equilibrium on the wrong side of a contact, which then
-/// opens or closes, and back: a diagonal that makes the matrix definite turns its steps into those of a body in a viscous medium, which
-/// fall off it, to a stable state. As they shorten, the medium thins (pseudo-transient continuation). Where the matrix is definite, a
-/// break point lies between two states (the end of an arc of a tool): parts of steps by Aitken's rule
+/// opens or closes, and back: a shift of the diagonal that makes the matrix definite turns its steps into those of a body in a viscous
+/// medium, which leave that equilibrium for a stable state. As they shorten, the shift falls (pseudo-transient continuation). Where the
+/// matrix is definite, the forces have a kink between two states (the end of an arc of a tool): parts of steps by Aitken's rule
 /// $$\omega_{k+1} = -\omega_k\,\frac{\delta_k\cdot(\delta_{k+1} - \delta_k)}{|\delta_{k+1} - \delta_k|^2}$$
-/// come to rest there, and are whole steps where the matrix has no break. Neither changes a state at which the method comes to rest.
+/// converge to the kink, and are whole steps where the forces are smooth. Neither changes a state to which the method converges.
 #[derive(Default)]
 pub(super) struct ActiveSetCycling {
     /// Whether a term acts from one side only; nothing is done elsewhere.
     unilateral: bool,
-    /// Added to the diagonal, in terms of its median.
+    /// Added to the diagonal, relative to its median.
     pub shift: f64,
+    /// Whether one of the measures was taken, which allows more iterations.
     helped: bool,
-    /// Whether there is a search for what faces what, and whether it is to rest as it is.
+    /// Whether there is a search for opposite facets, and whether its result is to be kept.
     searches: bool,
     pub held: bool,
-    /// Whether the body has been in a medium: no step goes uphill from there on.
+    /// Whether the diagonal has been shifted: the shift grows again whenever the matrix is indefinite.
     viscous: bool,
     /// Whether steps are taken in parts, and the last part.
     relaxed: bool,
@@ -57,7 +58,7 @@ pub(super) struct ActiveSetCycling {
 }
 
 impl ActiveSetCycling {
-    /// For a model whose terms act from one side only, or for one without such terms; whether one of them searches what faces it.
+    /// For a model with or without unilateral terms (contact), and whether one of them searches for opposite facets.
     pub(crate) fn new(unilateral: bool, searches: bool) -> Self {
         ActiveSetCycling {
             unilateral,
@@ -112,7 +113,7 @@ impl ActiveSetCycling {
         self.length = length;
         let mut begins = false;
         if self.shift > 0.0 {
-            // On the way down, and not at its steepest: the medium thins.
+            // The steepest part of the descent is over: the shift falls.
             if length < STEEP * before {
                 self.shift *= THINNER;
                 if self.shift < LEAST {
@@ -164,11 +165,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_that_come_back_are_taken_in_parts_and_shifts_are_let_down() {
+    fn cycling_active_set_is_damped() {
         let mut cycling = ActiveSetCycling::new(true, false);
-        // To and fro about a break point: half of a step leads there.
+        // To and fro about a kink of the forces: half of a step leads there.
         assert_eq!([1.0, -1.0, 1.0, -1.0].map(|step| cycling.damping(&[step])), [1.0, 1.0, 1.0, 0.5]);
-        // What is left of a step behind its half, where nothing breaks: the next one is whole.
+        // The rest of a halved step, beyond the kink: the next step is whole.
         assert_eq!(cycling.damping(&[-0.5]), 1.0);
         assert!(cycling.is_at_work() && cycling.shift == 0.0);
         let mut cycling = ActiveSetCycling::new(true, false);
