@@ -196,7 +196,7 @@ fn gradings() {
                 let errors: Vec<f64> = compared.iter().map(|&k| 100.0 * (found[k] / reference[k] - 1.0)).collect();
                 let seconds = start.elapsed().as_secs_f64();
                 println!(
-                    "{name}_{power}_{n},{errors:.2?} %,{seconds:.2} s,{iterations} iterations,{krylov_iterations} directions at most"
+                    "{name}_{power}_{n},{errors:.2?} %,{seconds:.2} s,{iterations} iterations,{krylov_iterations} Krylov iterations at most"
                 );
             }
         }

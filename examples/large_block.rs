@@ -60,7 +60,7 @@ fn measure(particles: f64) -> Result<Summary, Box<dyn Error>> {
     let path = problem.run_with(&mut progress)?;
     let seconds = start.elapsed().as_secs_f64();
     let krylov_iterations = problem.analysis().solver.krylov_iterations();
-    println!("{:?}; directions {krylov_iterations:?}", path.ending);
+    println!("{:?}; Krylov iterations {krylov_iterations:?}", path.ending);
     let mut summary = Summary::new();
     summary.note("particles", count)?;
     summary.note("unknowns", problem.model().unknowns() as f64)?;

@@ -247,7 +247,7 @@ fn layouts() -> Vec<(&'static str, Vec<Layout>)> {
 /// Energy error against r for each set of particles.
 pub struct Sweep {
     table: Table,
-    prescriptions: Table,
+    claims: Table,
     /// The paper's scheme, and the default on the paper's zones.
     charts: [Chart; 2],
     /// What becomes of the paper's claim "less than 0.2 % for r ≥ 1.6", in words.
@@ -257,7 +257,7 @@ pub struct Sweep {
 impl Sweep {
     fn write(self, out: &FilePath) -> Result<(), Box<dyn Error>> {
         self.table.write(out.join("layouts.csv"))?;
-        self.prescriptions.write(out.join("claim.csv"))?;
+        self.claims.write(out.join("claim.csv"))?;
         for (chart, file) in self.charts.into_iter().zip(["layouts_paper.svg", "layouts_default.svg"]) {
             chart
                 .x("normalised dilation r")
@@ -288,7 +288,7 @@ fn layout_sweep(summary: &mut Summary, exact: f64) -> Result<Sweep, Box<dyn Erro
         "error_default_local_supports",
         "stalled_paper",
     ]);
-    let mut prescriptions = Table::new(["layout", "worst_error_paper_r1.6_to_3", "below_0.002"]);
+    let mut claims = Table::new(["layout", "worst_error_paper_r1.6_to_3", "below_0.002"]);
     let mut charts = [
         Chart::new("Paper's scheme, four sets of 9 particles"),
         Chart::new("Default on four equal zones, the same sets"),
@@ -324,10 +324,10 @@ fn layout_sweep(summary: &mut Summary, exact: f64) -> Result<Sweep, Box<dyn Erro
                 *worst_default = worst_default.max(worst(line, 0.8));
             }
         }
-        let prescribed = worst(&lines[0], 1.6);
-        let verdict = if prescribed < 2e-3 { "holds" } else { "fails" };
-        prescriptions.push([Cell::from(name), Cell::from(prescribed), Cell::from(verdict)])?;
-        verdicts.push(format!("{name} {verdict} ({:.2} %)", 100.0 * prescribed));
+        let error = worst(&lines[0], 1.6);
+        let verdict = if error < 2e-3 { "holds" } else { "fails" };
+        claims.push([Cell::from(name), Cell::from(error), Cell::from(verdict)])?;
+        verdicts.push(format!("{name} {verdict} ({:.2} %)", 100.0 * error));
         for (chart, line) in charts.iter_mut().zip(&lines) {
             *chart = std::mem::take(chart).marked_line(name, line);
         }
@@ -336,7 +336,7 @@ fn layout_sweep(summary: &mut Summary, exact: f64) -> Result<Sweep, Box<dyn Erro
     for (supports, worst) in ["equal_zones", "own_zones", "local_supports"].into_iter().zip(worst_default) {
         summary.note(format!("energy_worst_{supports}"), worst)?;
     }
-    Ok(Sweep { table, prescriptions, charts, verdicts: verdicts.join(", ") })
+    Ok(Sweep { table, claims, charts, verdicts: verdicts.join(", ") })
 }
 
 /// Energy error at 0.46 MPa against the normalised dilation r.

@@ -2,7 +2,7 @@
 
 fn main() {
     println!("cargo::rerun-if-env-changed=PKG_CONFIG_PATH");
-    // Debian names the package of real numbers `PETSc`; the library of MPI is requested by itself, for this crate calls it too.
+    // Debian names the package of real numbers `PETSc`; the library of MPI is linked on its own, because this crate calls it too.
     for (package, debian) in [("PETSc", "libpetsc-real-dev"), ("ompi-c", "libopenmpi-dev")] {
         if let Err(error) = pkg_config::Config::new().probe(package) {
             panic!(

@@ -13,7 +13,7 @@ use rkpm::study::{Answer, Budget, Quantity, Tolerance};
 use crate::{COOK, Case, Uniform, worst};
 
 /// Size and quality of an answer in words.
-fn given(answer: &Answer<2>, exact: &[f64]) -> String {
+fn described(answer: &Answer<2>, exact: &[f64]) -> String {
     format!(
         "{} with {} particles, bound {:.2} %, true {:.2} %, {:.0} ms",
         if answer.reached() { "reached" } else { "not reached" },
@@ -55,8 +55,8 @@ pub fn compare(case: &Case<2>, summary: &mut Summary) -> Result<(), Box<dyn Erro
         let locally = case.scene.solve_within_locally(&Scheme::default(), &requested, Budget::default())?;
         println!(
             "answers for {percent} %: evenly {}, locally {}",
-            given(&evenly, &case.exact),
-            given(&locally, &case.exact)
+            described(&evenly, &case.exact),
+            described(&locally, &case.exact)
         );
         if evenly.reached() && locally.reached() {
             let ratio = locally.problem.model().unknowns() as f64 / evenly.problem.model().unknowns() as f64;
@@ -184,11 +184,11 @@ pub fn drawn(summary: &mut Summary) -> Result<(), Box<dyn Error>> {
             kept += i32::from(error < tolerance);
             held += i32::from(error <= locally.bound);
             if error >= tolerance {
-                println!("missed: {name}, {}", given(&locally, &exact));
+                println!("missed: {name}, {}", described(&locally, &exact));
             }
             if tolerance == DRAWN[2] {
                 let evenly = scene.solve_within_by(&Scheme::default(), &within, Budget::default())?;
-                println!("{name}: locally {}, evenly {}", given(&locally, &exact), given(&evenly, &exact));
+                println!("{name}: locally {}, evenly {}", described(&locally, &exact), described(&evenly, &exact));
                 // Where the budget ended the search more particles would have been needed.
                 particles.push(locally.problem.model().unknowns() as f64 / evenly.problem.model().unknowns() as f64);
                 seconds.push(locally.seconds() / evenly.seconds());
@@ -258,8 +258,8 @@ fn reference(
     for _ in 0..4 {
         let zones = cells.zones(2);
         let at_end = |cell: &u32| cells.corners(*cell as usize).iter().any(|&c| ends.contains(&cells.positions()[c]));
-        let is_active = |zone: &usize| zones.cells[zones.offsets[*zone]..zones.offsets[zone + 1]].iter().any(at_end);
-        let zones: Vec<usize> = (0..cells.macro_count()).filter(is_active).collect();
+        let touches = |zone: &usize| zones.cells[zones.offsets[*zone]..zones.offsets[zone + 1]].iter().any(at_end);
+        let zones: Vec<usize> = (0..cells.macro_count()).filter(touches).collect();
         cells = cells.refined(&zones)?;
     }
     let problem = scene.with_cells(Arc::new(cells)).discretize(&Scheme::default())?;

@@ -3,7 +3,7 @@
 //! `cargo run --release --example sizing [-- --out DIR] [--develop]` sizes the tube, Cook's membrane and the disk
 //! for 2, 1 and 0.5 % on regular and on eight irregular clouds each (seeds 101 to 108; the rule was made with
 //! 1 to 8, which `--develop` runs), compares with the references, and writes `summary.csv`, `runs.csv` and
-//! `sizing.svg`. Then scenes are drawn at random, twelve of each of five families, and requested 2 to 0.1 %: `promises.csv` and
+//! `sizing.svg`. Then scenes are drawn at random, twelve of each of five families, and solved to tolerances of 2 to 0.1 %: `promises.csv` and
 //! the rows `kept` to `seconds_over_direct`. `--drawn N` does that part alone, with N scenes of each family, `--local` that of local
 //! refinement. `--parts N SEED` asks 2 % of N drawn parts of each of five families (regions, planar meshes, two bodies, contact, closed
 //! surfaces), whose references are two fine models without a search, and writes `parts.csv`. `--scenes N SEED` does both for scenes of revolution, in the

@@ -34,7 +34,7 @@ fn run(session: &Session) -> Result<(), Box<dyn std::error::Error>> {
         "direct" => scheme.solver_choice(SolverChoice::Direct),
         other => return Err(format!("--solver {other}: gamg, mumps, krylov or direct").into()),
     };
-    let mut watch = StepSizeProbe::start();
+    let mut watch = Stopwatch::start();
     let problem = block.discretize(&scheme)?;
     let tables = watch.lap();
     let after_tables = peak();
@@ -74,7 +74,7 @@ fn run(session: &Session) -> Result<(), Box<dyn std::error::Error>> {
             "  GB: {:.3} after tables, peak of a rank {:.3}, of all {:.3}; entries of a rank {:.3e}, of all {:.3e}; points {}",
             largest[0], largest[1], sums[0], largest[2], sums[1], sums[2]
         );
-        println!("  directions {:?}", problem.analysis().solver.krylov_iterations());
+        println!("  Krylov iterations {:?}", problem.analysis().solver.krylov_iterations());
         if let Some(step) = path.steps.last() {
             println!("  energy {:.12e}", step.energy);
         }
@@ -83,16 +83,16 @@ fn run(session: &Session) -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Seconds of phases, by the clock on the wall and by the processor, which counts waiting for other ranks as well.
-struct StepSizeProbe(Instant, f64);
+struct Stopwatch(Instant, f64);
 
-impl StepSizeProbe {
+impl Stopwatch {
     fn start() -> Self {
-        StepSizeProbe(Instant::now(), processor())
+        Stopwatch(Instant::now(), processor())
     }
 
     /// Since the last lap.
     fn lap(&mut self) -> [f64; 2] {
-        let next = StepSizeProbe::start();
+        let next = Stopwatch::start();
         let seconds = [(next.0 - self.0).as_secs_f64(), next.1 - self.1];
         *self = next;
         seconds

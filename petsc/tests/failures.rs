@@ -154,16 +154,16 @@ fn drive_in(all: &Path) -> Outcome<()> {
     for way in ["killed", "fails", "panics", "memory", "stalls"] {
         let folder = folder(way)?;
         let failed = launch(way, &folder, RANKS)?;
-        let given = String::from_utf8_lossy(&failed.stderr).into_owned();
+        let printed = String::from_utf8_lossy(&failed.stderr).into_owned();
         ensure(!failed.status.success(), format!("{way}: the ranks ended well"))?;
-        let own = given.lines().filter(|line| line.starts_with("rank ")).count();
+        let own = printed.lines().filter(|line| line.starts_with("rank ")).count();
         let expected = usize::from(matches!(way, "fails" | "panics" | "stalls"));
-        ensure(own == expected, format!("{way}: {own} messages\n{given}"))?;
+        ensure(own == expected, format!("{way}: {own} messages\n{printed}"))?;
         let journals = (0..RANKS).map(|rank| Journal::read(folder.join(format!("run.{rank}_of_{RANKS}.jsonl"))));
         let steps: Vec<usize> = journals.map(|path| path.map(|path| path.steps.len())).collect::<Result<_, _>>()?;
         println!(
             "{way}: steps recorded {steps:?}; {}",
-            given.lines().find(|line| line.starts_with("rank ")).unwrap_or("")
+            printed.lines().find(|line| line.starts_with("rank ")).unwrap_or("")
         );
         if matches!(way, "fails" | "stalls") {
             continue;
@@ -171,10 +171,10 @@ fn drive_in(all: &Path) -> Outcome<()> {
         ensure(steps.iter().all(|&steps| steps >= 2), format!("{way}: steps recorded {steps:?}"))?;
         // Another scene, and then what belongs there.
         let other = launch("other", &folder, RANKS)?;
-        let given = String::from_utf8_lossy(&other.stderr).into_owned();
+        let printed = String::from_utf8_lossy(&other.stderr).into_owned();
         ensure(
-            !other.status.success() && given.contains("does not belong to this problem"),
-            format!("{way}: another scene went on\n{given}"),
+            !other.status.success() && printed.contains("does not belong to this problem"),
+            format!("{way}: another scene went on\n{printed}"),
         )?;
         let resumed = launch("resumed", &folder, RANKS)?;
         ensure(resumed.status.success(), format!("{way}: {}", String::from_utf8_lossy(&resumed.stderr)))?;
@@ -232,16 +232,16 @@ fn others(all: &Path, whole: &Path) -> Outcome<()> {
         let name = format!("run.1_of_2.jsonl{ending}");
         std::fs::copy(strange.join(&name), folder.join(&name))?;
     }
-    check_state(&folder, 1, "of different runs")?;
+    is_rejected(&folder, 1, "of different runs")?;
     std::fs::remove_file(folder.join("run.1_of_2.jsonl"))?;
-    check_state(&folder, 1, "is missing")?;
-    check_state(&folder, 2, "is missing")?;
+    is_rejected(&folder, 1, "is missing")?;
+    is_rejected(&folder, 2, "is missing")?;
     println!("6 runs resumed on another number of ranks; mixed and incomplete journals refused");
     Ok(())
 }
 
-fn check_state(folder: &Path, ranks: usize, why: &str) -> Outcome<()> {
+fn is_rejected(folder: &Path, ranks: usize, why: &str) -> Outcome<()> {
     let refused = launch("resumed", folder, ranks)?;
-    let given = String::from_utf8_lossy(&refused.stderr).into_owned();
-    ensure(!refused.status.success() && given.contains(why), format!("{why}: not refused\n{given}"))
+    let printed = String::from_utf8_lossy(&refused.stderr).into_owned();
+    ensure(!refused.status.success() && printed.contains(why), format!("{why}: not refused\n{printed}"))
 }

@@ -258,12 +258,12 @@ fn iterates(session: &Session, scene: &Scene<3>) -> Outcome {
     let krylov_iterations = shared.analysis().solver.krylov_iterations();
     if session.rank() == 0 {
         println!(
-            "  displacement {error:.1e}, energy {energy:.1e}, reaction {reaction:.1e}, directions {krylov_iterations:?}"
+            "  displacement {error:.1e}, energy {energy:.1e}, reaction {reaction:.1e}, Krylov iterations {krylov_iterations:?}"
         );
     }
     ensure(error <= 1e-6 && energy <= 1e-6 && reaction <= 1e-6, "the iteration found another state")?;
     ensure(
         !krylov_iterations.is_empty() && krylov_iterations.iter().all(|&d| d <= 45),
-        format!("directions {krylov_iterations:?}"),
+        format!("Krylov iterations {krylov_iterations:?}"),
     )
 }

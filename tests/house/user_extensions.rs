@@ -98,17 +98,17 @@ fn a_users_kernel_inflates_the_tube() {
     assert!((u - spline).abs() > 1e-9 * u, "{u} {spline}");
 }
 
-/// A kernel with a break point at 0 has no slope there, as it has none in balls: by symmetry neither has the shape function.
+/// A kernel with a kink at 0 has no slope there, as it has none in balls: by symmetry neither has the shape function.
 #[test]
 fn a_users_kernel_with_a_kink_at_its_centre_prefers_no_side() {
-    struct Trace;
-    impl Kernel for Trace {
+    struct Hat;
+    impl Kernel for Hat {
         fn value_and_slope(&self, z: f64) -> (f64, f64) {
             if z < 1.0 { (1.0 - z, -1.0) } else { (0.0, 0.0) }
         }
     }
     let particles = Block::new([0.0, 0.0], [8.0, 8.0]).particles([9, 9], 1.2).unwrap();
-    let functions = ReproducingKernel::new(particles, Trace, Polynomial::linear()).unwrap();
+    let functions = ReproducingKernel::new(particles, Hat, Polynomial::linear()).unwrap();
     let psi = functions.shape_functions(&functions.nodes()[40]).unwrap();
     let own = psi.nodes.iter().position(|&node| node == 40).unwrap();
     assert!(psi.values[own] > 0.1 && psi.gradients[own].norm() < 1e-14, "{:?}", psi.gradients[own]);

@@ -183,7 +183,7 @@ fn tube_inflated_to_three_and_a_half_bores() {
 #[test]
 fn disk_blown_up_to_a_bubble() {
     let expected = [
-        // 22 particles: ten spacings over the radius see the bend at the rim as a break point; twice as fine quarters the error.
+        // 22 particles: with ten spacings over the radius the bend at the rim is a kink; twice as fine quarters the error.
         ("w_0.0207_22", Near(1e-2)),
         ("w_0.1035_22_r1.5", Near(2.5e-2)),
         ("w_0.1035_22", Off(-4.5e-2, -2.5e-2)),

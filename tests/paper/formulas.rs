@@ -98,7 +98,7 @@ fn shape_functions_are_as_smooth_as_their_kernel() {
     {
         assert!(fine < 0.2 * coarse, "{coarse} {fine}");
     }
-    // The truncated Gaussian has a break point in its value: the slope itself jumps.
+    // The truncated Gaussian has a kink: its slope jumps.
     assert!(bend(Gaussian { width: 0.5 }, 1e-3) > 5.0 * bend(Gaussian { width: 0.5 }, 1e-2));
 }
 

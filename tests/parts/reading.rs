@@ -224,7 +224,7 @@ fn what_is_wrong_is_named() {
 
     let points = || vec![Point::<2>::new(0.0, 0.0), Point::<2>::new(1.0, 0.0), Point::<2>::new(0.0, 1.0)];
     let triangle = [(CellShape::Triangle, vec![0, 1, 2])];
-    let groups = |discrete_bodies: Vec<usize>| [("all".to_string(), discrete_bodies)];
+    let groups = |members: Vec<usize>| [("all".to_string(), members)];
     assert!(Mesh::new(points(), &triangle, &groups(vec![0])).is_ok());
     assert!(matches!(Mesh::new(points(), &triangle, &groups(vec![1])).unwrap_err(), MeshError::Array { .. }));
     let odd = [(CellShape::Triangle, vec![0, 1, 2, 0])];

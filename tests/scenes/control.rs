@@ -111,7 +111,7 @@ fn thin_sheets_are_led_by_their_deflection() {
     // One equilibrium, reached twice to the tolerance of Newton.
     assert!((auto / load - 1.0).abs() < 1e-8);
     assert!(iterations < iterations_load, "{iterations} {iterations_load}");
-    // Finite elements, edge held: 6.7085 cm ± 3e-5; 22 particles are requested to come within 1 %.
+    // Finite elements, edge held: 6.7085 cm ± 3e-5; 22 particles are required to come within 1 %.
     assert!((auto / 6.708548 - 1.0).abs() < 0.01, "{auto}");
 }
 

@@ -278,9 +278,9 @@ fn shares_of_points_hold_each_group_once() {
         }
     }
     for parts in [1, 2, 3, 4, 9, 20] {
-        let mut point_panel = Points::empty();
-        (0..parts).for_each(|part| point_panel.append(all.share(part, parts)));
-        assert_eq!((&point_panel.weights, &point_panel.groups), (&all.weights, &all.groups), "{parts} parts");
+        let mut together = Points::empty();
+        (0..parts).for_each(|part| together.append(all.share(part, parts)));
+        assert_eq!((&together.weights, &together.groups), (&all.weights, &all.groups), "{parts} parts");
     }
 }
 

@@ -87,7 +87,7 @@ fn partitions_are_complete_and_balanced() {
         let nodes = cells.boundary_nodes(&part).unwrap();
         assert!(boundary.traces.iter().flatten().all(|(node, _)| nodes.contains(&(*node as usize))));
     }
-    // However often one corner is requested, neighbours follow, and it ends at a sixteenth.
+    // However often one corner is refined, neighbours follow, and it ends at a sixteenth.
     let mut corner = Refined::new(Arc::new(Block::new([0.0, 0.0], [1.0, 1.0])), [4, 4]).unwrap();
     for _ in 0..6 {
         corner = corner.refined(&[0]).unwrap();

@@ -258,7 +258,7 @@ fn gradients_are_derivatives<const D: usize>(
     at: &Point<D>,
     psi: &ShapeFunctions<D>,
 ) -> Outcome {
-    // The Gaussian has a break point at the end of its support, and at 1e3 the step itself is rounded.
+    // The Gaussian has a kink at the end of its support, and at 1e3 the step itself is rounded.
     if psi.rcond < 1e-4 || recipe.kernel == 2 || recipe.offset > 0.0 {
         return Ok(false);
     }
