@@ -209,6 +209,7 @@ impl<const D: usize> Basis<D> for Polynomial<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn monomials_by_rising_order() {
@@ -244,7 +245,7 @@ mod tests {
             basis.fill_many(count, &x, &mut h, &mut dh);
             OneByOne(basis).fill_many(count, &x, &mut h_one, &mut dh_one);
             for (a, b) in h.iter().chain(&dh).zip(h_one.iter().chain(&dh_one)) {
-                assert!((a - b).abs() < 1e-14);
+                assert_abs_diff_eq!(a, b, epsilon = 1e-14);
             }
         }
     }

@@ -116,6 +116,7 @@ pub(crate) fn one_norm(a: &[f64], n: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn inverses_invert_and_refuse() {
@@ -129,7 +130,7 @@ mod tests {
             for i in 0..n {
                 for j in 0..n {
                     let product: f64 = (0..n).map(|k| a[i * n + k] * inverse[k * n + j]).sum();
-                    assert!((product - f64::from(u8::from(i == j))).abs() < 1e-14);
+                    assert_abs_diff_eq!(product, f64::from(u8::from(i == j)), epsilon = 1e-14);
                 }
             }
             let mut x: Vec<f64> = (0..n).map(|k| (k as f64).sin()).collect();
@@ -137,7 +138,7 @@ mod tests {
             solve(&factor, n, &mut x);
             for i in 0..n {
                 let product: f64 = (0..n).map(|k| a[i * n + k] * x[k]).sum();
-                assert!((product - b[i]).abs() < 1e-14);
+                assert_abs_diff_eq!(product, b[i], epsilon = 1e-14);
             }
         }
         let mut buffer = [0.0; 4];

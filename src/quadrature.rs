@@ -206,6 +206,7 @@ impl<const D: usize> Points<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
 
     #[test]
     fn rules_are_exact_to_their_degree() {
@@ -213,7 +214,7 @@ mod tests {
             let (x, w) = gauss_legendre(n).unwrap();
             for degree in 0..2 * n {
                 let sum: f64 = x.iter().zip(&w).map(|(x, w)| w * x.powi(degree as i32)).sum();
-                assert!((sum - 1.0 / (degree + 1) as f64).abs() < 1e-14, "{n} {degree}");
+                assert!(abs_diff_eq!(sum, 1.0 / (degree + 1) as f64, epsilon = 1e-14), "{n} {degree}");
             }
         }
         assert!(gauss_legendre(0).is_err());

@@ -96,6 +96,7 @@ pub(crate) fn dispatch<T: Task>(task: T) -> T::Output {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn every_way_gives_the_same_sum_to_rounding() {
@@ -111,7 +112,7 @@ mod tests {
         let a: Vec<f64> = (0..100).map(|i| (i as f64).sin()).collect();
         let b: Vec<f64> = (0..100).map(|i| (i as f64).cos()).collect();
         let plain = Dot(&a, &b).run::<Plain>();
-        assert!((dispatch(Dot(&a, &b)) - plain).abs() < 1e-14 * 100.0);
+        assert_abs_diff_eq!(dispatch(Dot(&a, &b)), plain, epsilon = 1e-14 * 100.0);
         assert_eq!(dispatch(Dot(&a, &b)), dispatch(Dot(&a, &b)));
     }
 }

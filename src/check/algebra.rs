@@ -237,6 +237,7 @@ pub(super) fn spectrum(a: DMatrix<f64>) -> Result<Vec<f64>, LinearError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn spectra_on_complements() {
@@ -246,7 +247,7 @@ mod tests {
         assert_eq!(complement.rank(), 1);
         let squares = spectrum(complement.compress(a)).unwrap();
         for (square, expected) in squares.iter().zip([2.0, 3.0, 4.0]) {
-            assert!((square - expected).abs() < 1e-14);
+            assert_abs_diff_eq!(*square, expected, epsilon = 1e-14);
         }
         assert_eq!(Complement::of(DMatrix::zeros(4, 0)).compress(DMatrix::identity(4, 4)).nrows(), 4);
         assert!(check_size("unknowns", SIZE_LIMIT + 1).is_err());
@@ -273,7 +274,8 @@ mod tests {
             sorted.sort_by(f64::total_cmp);
             let bound = sorted[sorted.len() / 2] + 1e-9;
             let ends = pencil.ends(bound, "").unwrap();
-            assert!((ends.smallest - sorted[0]).abs() < 1e-8 && (ends.largest - sorted[count - 2]).abs() < 1e-8);
+            assert_abs_diff_eq!(ends.smallest, sorted[0], epsilon = 1e-8);
+            assert_abs_diff_eq!(ends.largest, sorted[count - 2], epsilon = 1e-8);
             assert_eq!(ends.below, sorted.iter().filter(|theta| **theta < bound).count());
         }
     }

@@ -312,6 +312,7 @@ impl Faces {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
 
     /// Linear functions of a facet's corners over its triangles have the integrals of its bilinear trace functions: on a
     /// trapezium of sides 1 and 2 with the density 1 + x.
@@ -321,7 +322,7 @@ mod tests {
         let found = measures(&shares);
         for (k, share) in shares.iter().enumerate() {
             let sum = (found[k] + found[(k + 3) % 4]) / 3.0 + found.iter().sum::<f64>() / 12.0;
-            assert!((sum - share).abs() < 1e-15, "{found:?}");
+            assert!(abs_diff_eq!(sum, share, epsilon = 1e-15), "{found:?}");
         }
     }
 }

@@ -123,6 +123,7 @@ impl Facing {
 mod tests {
     use super::super::jet::assert_derivatives;
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     fn facing(q: &[f64; LOCAL]) -> Facing {
         let point = |k: usize| Point::<2>::new(q[2 * k], q[2 * k + 1]);
@@ -157,6 +158,7 @@ mod tests {
             turned[2 * k + 1] = sine * x + cosine * y - 2.0;
         }
         let there = facing(&turned).mean_gap(&overlap, 0);
-        assert!((here.value - there.value).abs() < 1e-14 && (here.area - there.area).abs() < 1e-14);
+        assert_abs_diff_eq!(here.value, there.value, epsilon = 1e-14);
+        assert_abs_diff_eq!(here.area, there.area, epsilon = 1e-14);
     }
 }

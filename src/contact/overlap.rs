@@ -662,6 +662,7 @@ impl Integrals {
 mod tests {
     use super::super::jet::assert_derivatives;
     use super::*;
+    use approx::{abs_diff_eq, assert_abs_diff_eq};
 
     /// A triangle, another one over it, and what that covers.
     fn triangles(q: &[f64; LOCAL]) -> (Base, Over, Overlap) {
@@ -708,7 +709,7 @@ mod tests {
                     let (mut up, mut down) = (q, q);
                     up[k] += 1e-5;
                     down[k] -= 1e-5;
-                    assert!(((area(&up) - area(&down)) / 2e-5 - slope[k]).abs() < 1e-8, "{k}");
+                    assert!(abs_diff_eq!((area(&up) - area(&down)) / 2e-5, slope[k], epsilon = 1e-8), "{k}");
                 }
             }
         }
@@ -727,7 +728,8 @@ mod tests {
                     force += part;
                     moment += Point::<3>::from_column_slice(x).cross(&part);
                 }
-                assert!(force.amax() < 1e-14 && moment.amax() < 1e-14, "{force} {moment}");
+                assert_abs_diff_eq!(force, Point::<3>::zeros(), epsilon = 1e-14);
+                assert_abs_diff_eq!(moment, Point::<3>::zeros(), epsilon = 1e-14);
             }
         }
     }
@@ -759,7 +761,11 @@ mod tests {
                 }
             }
             for a in 0..3 {
-                assert!((value[a] - values[a]).abs() < 1e-9 && (area[a] - areas[a]).abs() < 1e-9, "{common:?}");
+                assert!(
+                    abs_diff_eq!(value[a], values[a], epsilon = 1e-9)
+                        && abs_diff_eq!(area[a], areas[a], epsilon = 1e-9),
+                    "{common:?}"
+                );
             }
         }
     }

@@ -67,11 +67,12 @@ fn quantile(freedom: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::{abs_diff_eq, assert_abs_diff_eq};
 
     #[test]
     fn quantiles_are_those_of_the_tables() {
         for (freedom, tabulated) in [(1, 12.706), (2, 4.303), (3, 3.182), (5, 2.571), (10, 2.228), (50, 2.009)] {
-            assert!((quantile(freedom) - tabulated).abs() < 1e-3, "{freedom}: {}", quantile(freedom));
+            assert!(abs_diff_eq!(quantile(freedom), tabulated, epsilon = 1e-3), "{freedom}: {}", quantile(freedom));
         }
     }
 
@@ -80,8 +81,8 @@ mod tests {
         // r = c - y: residuals of ±1 around the mean of eight numbers.
         let residuals = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
         let (condition, half) = confidence(&DMatrix::repeat(8, 1, 1.0), &residuals);
-        assert!((condition - 1.0).abs() < 1e-14);
+        assert_abs_diff_eq!(condition, 1.0, epsilon = 1e-14);
         let expected = quantile(7) * (8.0f64).sqrt() / 8.0 / (1.0 - 1.0 / 8.0);
-        assert!((half[0] - expected).abs() < 1e-14);
+        assert_abs_diff_eq!(half[0], expected, epsilon = 1e-14);
     }
 }

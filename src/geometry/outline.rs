@@ -243,6 +243,7 @@ impl Curve {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
     use std::f64::consts::PI;
 
     use super::*;
@@ -254,7 +255,8 @@ mod tests {
         let arc = Curve::Arc { from, to, centre, radius: 2.0, start: PI / 2.0, sweep: -PI / 2.0 };
         for t in [0.0, 0.3, 1.0] {
             let (found, distance) = arc.nearest(&(centre + (arc.at(t) - centre) * 1.5));
-            assert!((found - t).abs() < 1e-12 && (distance - 1.0).abs() < 1e-12);
+            assert_abs_diff_eq!(found, t, epsilon = 1e-12);
+            assert_abs_diff_eq!(distance, 1.0, epsilon = 1e-12);
         }
         assert_eq!(arc.nearest(&Point::<2>::new(4.0, 1.0)).0, 1.0);
         assert_eq!(arc.nearest(&Point::<2>::new(0.0, 5.0)).0, 0.0);

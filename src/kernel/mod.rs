@@ -211,6 +211,7 @@ impl Kernel for WendlandC2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::{abs_diff_eq, assert_abs_diff_eq};
 
     #[test]
     fn kernels_are_smooth_positive_and_end_at_one() {
@@ -226,7 +227,7 @@ mod tests {
                 let step = 1e-6;
                 let difference =
                     (kernel.value_and_slope(z + step).0 - kernel.value_and_slope(z - step).0) / (2.0 * step);
-                assert!((difference - slope).abs() < 1e-7, "{z}");
+                assert!(abs_diff_eq!(difference, slope, epsilon = 1e-7), "{z}");
             }
         }
     }
@@ -243,7 +244,7 @@ mod tests {
             m0 += w * value;
             m2 += w * z * z * value;
         }
-        assert!((m0 - 0.5).abs() < 1e-9);
-        assert!((m2 - 1.0 / 24.0).abs() < 1e-7);
+        assert_abs_diff_eq!(m0, 0.5, epsilon = 1e-9);
+        assert_abs_diff_eq!(m2, 1.0 / 24.0, epsilon = 1e-7);
     }
 }

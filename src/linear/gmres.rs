@@ -205,6 +205,7 @@ pub(crate) fn minimal_residuals(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn a_small_system_is_solved() {
@@ -220,7 +221,7 @@ mod tests {
             Ok(())
         };
         let x = minimal_residuals(&b, 1e-14, product).unwrap();
-        assert!(x.iter().zip(&exact).all(|(x, e)| (x - e).abs() < 1e-12), "{x:?}");
+        assert_abs_diff_eq!(x[..], exact[..], epsilon = 1e-12);
         let refused = LinearError::Pivot { pivot: 2, hint: "none" };
         assert_eq!(minimal_residuals(&b, 1e-14, |_, _| Err(refused.clone())).unwrap_err(), refused);
     }
@@ -244,7 +245,7 @@ mod tests {
             assert!(done.residual <= 1e-11 && done.iterations < 100, "{done:?}");
             let mut y = vec![0.0; n];
             apply(&x, &mut y);
-            assert!(y.iter().zip(&b).all(|(y, b)| (y - b).abs() < 1e-9));
+            assert_abs_diff_eq!(y[..], b[..], epsilon = 1e-9);
         }
     }
 }

@@ -253,6 +253,7 @@ fn largest(terms: &[(f64, f64)]) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::material::{HartmannNeffVolume, LogarithmicVolume, MixedLogarithmicVolume, Volumetric};
+    use approx::assert_abs_diff_eq;
 
     fn verdicts(terms: &[((u32, u32), f64)], volumetric: &dyn VolumetricEnergy) -> ExistenceReport {
         existence(&RivlinPolynomial::new(terms.iter().copied()).unwrap(), volumetric)
@@ -264,11 +265,11 @@ mod tests {
         // α = 2, γ = 2: p = 12/8 = 3/2, which is not above 3/2.
         let report = verdicts(&neo_hookean, &MixedLogarithmicVolume { bulk: 1.0 });
         assert_eq!(report.verdict("5.13"), Some(ExistenceVerdict::Fails));
-        assert!((report.p.unwrap() - 1.5).abs() < 1e-15);
+        assert_abs_diff_eq!(report.p.unwrap(), 1.5, epsilon = 1e-15);
         // γ = 5: p = 30/17 > 3/2, but 1/2 + 1/1 + 1/5 > 4/3 with β = α/2 = 1.
         let report = verdicts(&neo_hookean, &HartmannNeffVolume { bulk: 1.0 });
         assert_eq!(report.verdict("5.13"), Some(ExistenceVerdict::Fails));
-        assert!((report.p.unwrap() - 30.0 / 17.0).abs() < 1e-14);
+        assert_abs_diff_eq!(report.p.unwrap(), 30.0 / 17.0, epsilon = 1e-14);
         // A term of β = 4 helps: 1/2 + 1/4 + 1/5 < 4/3. Its linear part 0.6 - 6 × 0.1 is round-off.
         let helped = [((1, 0), 0.5), ((0, 1), 0.6), ((0, 2), 0.1)];
         let report = verdicts(&helped, &HartmannNeffVolume { bulk: 1.0 });

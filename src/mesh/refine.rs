@@ -269,6 +269,7 @@ impl<const D: usize> Mesh<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::{assert_abs_diff_eq, assert_relative_eq, relative_eq};
 
     #[test]
     fn parts_fill_their_cell() {
@@ -294,9 +295,9 @@ mod tests {
             let mesh = Mesh::new(points, &[(shape, corners), (face_shape, face)], &groups).unwrap();
             let finer = mesh.refined().unwrap();
             assert_eq!(finer.cell_count(), 8);
-            assert!((finer.total() / mesh.total() - 1.0).abs() < 1e-14, "{shape:?}");
-            assert!((finer.measure("all").unwrap() / mesh.total() - 1.0).abs() < 1e-14);
-            assert!((finer.measure("base").unwrap() / mesh.measure("base").unwrap() - 1.0).abs() < 1e-2);
+            assert!(relative_eq!(finer.total(), mesh.total(), max_relative = 1e-14), "{shape:?}");
+            assert_relative_eq!(finer.measure("all").unwrap(), mesh.total(), max_relative = 1e-14);
+            assert_abs_diff_eq!(finer.measure("base").unwrap() / mesh.measure("base").unwrap(), 1.0, epsilon = 1e-2);
             // No part was turned round by the check of the orientation: they are cut with the right one.
             for cell in 0..8 {
                 let (shape, corners) = finer.cell(cell);

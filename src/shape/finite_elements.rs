@@ -413,6 +413,7 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
 mod tests {
     use super::*;
     use crate::geometry::Block;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn elements_reproduce_their_polynomials() {
@@ -423,11 +424,11 @@ mod tests {
             let field = |x: &Point<2>| if order == 1 { x[0] * x[1] } else { x[0] * x[0] * x[1] };
             let value: f64 =
                 psi.nodes.iter().zip(&psi.values).map(|(&n, v)| v * field(&elements.nodes()[n as usize])).sum();
-            assert!((value - field(&Point::<2>::new(0.77, 0.31))).abs() < 1e-14);
+            assert_abs_diff_eq!(value, field(&Point::<2>::new(0.77, 0.31)), epsilon = 1e-14);
             let slope: f64 =
                 psi.nodes.iter().zip(&psi.gradients).map(|(&n, g)| g[0] * field(&elements.nodes()[n as usize])).sum();
             let exact = if order == 1 { 0.31 } else { 2.0 * 0.77 * 0.31 };
-            assert!((slope - exact).abs() < 1e-13);
+            assert_abs_diff_eq!(slope, exact, epsilon = 1e-13);
             assert!(elements.shape_functions(&Point::<2>::new(2.5, 0.3)).is_err());
         }
     }

@@ -78,6 +78,7 @@ impl Panel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
 
     /// A matrix of one node for each row that is not a multiple of five.
     struct Whole(Vec<f64>, usize);
@@ -118,7 +119,7 @@ mod tests {
             panel.multiply_plainly(&mut plain);
             assert!(plain.0.iter().any(|x| x.abs() > 1.0));
             for (best, plain) in best.0.iter().zip(&plain.0) {
-                assert!((best - plain).abs() < 1e-12 * points as f64, "{points} points, {blocks} blocks");
+                assert!(abs_diff_eq!(best, plain, epsilon = 1e-12 * points as f64), "{points} points, {blocks} blocks");
             }
         }
     }

@@ -313,6 +313,7 @@ fn linear<const D: usize>(points: impl Iterator<Item = (Point<D>, f64)>) -> (Poi
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     /// Points in a plane that is turned, but for rounding: the slope along it, and none across.
     #[test]
@@ -325,7 +326,7 @@ mod tests {
             (along * s + aside * t + across * (1.7 + rounding), 3.0 + 2.0 * s - t)
         });
         let (centre, mean, slope) = linear(points);
-        assert!((slope - (along * 2.0 - aside)).norm() < 1e-12, "{slope:?}");
-        assert!((mean - (3.0 + 2.0 * along.dot(&centre) - aside.dot(&centre))).abs() < 1e-12);
+        assert_abs_diff_eq!(slope, along * 2.0 - aside, epsilon = 5e-13);
+        assert_abs_diff_eq!(mean, 3.0 + 2.0 * along.dot(&centre) - aside.dot(&centre), epsilon = 1e-12);
     }
 }

@@ -69,6 +69,7 @@ fn order([coarsest, coarser, finest]: [f64; 3], ratio: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
 
     /// Powers between orders 2 and 4 are extrapolated exactly; what falls more slowly lies within the bound.
     #[test]
@@ -92,7 +93,10 @@ mod tests {
     fn changes_of_both_signs_are_not_corrected() {
         let found = extrapolate(&[(1.0, 1.0), (0.5, 2.0), (0.25, 1.9)], 0.0, true);
         let slowest = 1.0 / (1.0 - 0.5f64.sqrt()) * 0.5f64.sqrt(); // of the change 1 between spacings 1 and 1/2, left at 1/4
-        assert!(found.correction == 0.0 && (found.left - slowest * 0.5f64.sqrt()).abs() < 1e-12, "{found:?}");
+        assert!(
+            found.correction == 0.0 && abs_diff_eq!(found.left, slowest * 0.5f64.sqrt(), epsilon = 1e-12),
+            "{found:?}"
+        );
         assert_eq!(extrapolate(&[(1.0, 1.0)], 0.0, true).left, f64::INFINITY);
         let same = extrapolate(&[(1.0, 2.0), (0.5, 2.0), (0.25, 2.0)], 0.0, true);
         assert_eq!((same.correction, same.left), (0.0, 0.0));

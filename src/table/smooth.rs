@@ -146,6 +146,7 @@ mod tests {
     use crate::kernel::CubicSpline;
     use crate::kinematics::Solid;
     use crate::shape::ReproducingKernel;
+    use approx::abs_diff_eq;
 
     /// Rows that are shared and rows that are not, over the lattice of a block.
     fn both(counts: [usize; 3]) -> Result<[(Rows, Clusters); 2], Error> {
@@ -194,7 +195,7 @@ mod tests {
         let row = |rows: &Rows, point: usize| rows.gradients[3 * rows.starts[point]..][..3].to_vec();
         for point in 0..own.starts.len() {
             for (a, b) in row(&shared, point).iter().zip(row(&own, point)) {
-                assert!((a - b).abs() < 1e-11, "{point}");
+                assert!(abs_diff_eq!(*a, b, epsilon = 1e-11), "{point}");
             }
         }
         Ok(())

@@ -148,6 +148,7 @@ impl Amplitude {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn tables_interpolate_and_are_checked() {
@@ -171,7 +172,7 @@ mod tests {
         let sine = Amplitude::Function(Arc::new(f64::sin));
         let (value, slope) = sine.evaluate(0.7);
         assert_eq!(value, 0.7f64.sin());
-        assert!((slope - 0.7f64.cos()).abs() < 1e-9);
+        assert_abs_diff_eq!(slope, 0.7f64.cos(), epsilon = 1e-9);
         assert_eq!(sine, sine.clone());
         assert_ne!(sine, Amplitude::Function(Arc::new(f64::sin)));
     }

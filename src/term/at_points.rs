@@ -193,6 +193,7 @@ impl PointMatrix {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
 
     /// Columns are those of the product of dense matrices.
     #[test]
@@ -229,7 +230,7 @@ mod tests {
                     }
                     let coupled = columns.rows.contains(&(row as u16));
                     let found = if coupled { columns.block::<D>(row as u16)[j][i] } else { 0.0 };
-                    assert!((found - expected).abs() < 1e-14, "{row} {node}: {found} {expected}");
+                    assert!(abs_diff_eq!(found, expected, epsilon = 1e-14), "{row} {node}: {found} {expected}");
                 }
             }
         }

@@ -85,6 +85,7 @@ pub(super) fn jacobian(f: &Matrix3<f64>, hoops: &[usize]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn steps_stop_before_inversion_even_where_the_end_is_sound() {
@@ -92,7 +93,7 @@ mod tests {
         // Two axes flip: J = (1 − 2t)² is 1 at both ends and 0 in between.
         let flip = Matrix3::from_diagonal(&nalgebra::Vector3::new(-2.0, -2.0, 0.0));
         let s = largest_step(&identity, &flip);
-        assert!(((1.0 - 2.0 * s).powi(2) - 0.2).abs() < 1e-12);
+        assert_abs_diff_eq!((1.0 - 2.0 * s).powi(2), 0.2, epsilon = 1e-12);
         assert_eq!(largest_step(&identity, &(identity * 3.0)), 1.0);
         assert_eq!(largest_step(&identity, &Matrix3::zeros()), 1.0);
         assert_eq!(largest_step(&-identity, &Matrix3::zeros()), 0.0);
@@ -104,7 +105,7 @@ mod tests {
         let diagonal = |r, hoop| Matrix3::from_diagonal(&nalgebra::Vector3::new(r, hoop, 1.0));
         let (f, step) = (diagonal(2.0, 0.5), diagonal(0.0, -1.0) - diagonal(0.0, 0.0));
         assert_eq!(largest_step_of_hoops(&f, &step, &[]), 1.0);
-        assert!((largest_step_of_hoops(&f, &step, &[1]) - 0.4).abs() < 1e-15);
+        assert_abs_diff_eq!(largest_step_of_hoops(&f, &step, &[1]), 0.4, epsilon = 1e-15);
         assert_eq!(largest_step_of_hoops(&f, &diagonal(0.0, 3.0), &[1]), 1.0);
         assert_eq!(largest_step_of_hoops(&f, &diagonal(0.0, -0.3), &[1]), 1.0);
         // Both stretches negative: J > 0, and yet beyond the axis.

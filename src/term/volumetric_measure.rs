@@ -99,6 +99,7 @@ impl VolumetricMeasure {
 mod tests {
     use super::*;
     use crate::material::QuadraticVolume;
+    use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 
     #[test]
     fn measures_are_derivatives_of_each_other_and_invert() {
@@ -109,22 +110,23 @@ mod tests {
                 for j in [0.4, 0.97, 1.0, 1.6] {
                     let (step, at) = (1e-5, measure.of(j));
                     let [low, high] = [j - step, j + step].map(|j| measure.of(j));
-                    assert!(((high.value - low.value) / (2.0 * step) / at.slope - 1.0).abs() < 1e-8);
-                    assert!(((high.slope - low.slope) / (2.0 * step) - at.curvature).abs() < 1e-8);
+                    assert_relative_eq!((high.value - low.value) / (2.0 * step), at.slope, max_relative = 1e-8);
+                    assert_abs_diff_eq!((high.slope - low.slope) / (2.0 * step), at.curvature, epsilon = 1e-8);
                     let u = measure.energy(&energy, at.value);
-                    assert!((u.energy - energy.evaluate(j).energy).abs() < 1e-13, "{measure:?} {j}");
+                    assert!(abs_diff_eq!(u.energy, energy.evaluate(j).energy, epsilon = 1e-13), "{measure:?} {j}");
                     let [low, high] = [at.value - step, at.value + step].map(|g| measure.energy(&energy, g));
-                    assert!(((high.energy - low.energy) / (2.0 * step) - u.slope).abs() < 1e-8);
-                    assert!(((high.slope - low.slope) / (2.0 * step) - u.curvature).abs() < 1e-6);
+                    assert_abs_diff_eq!((high.energy - low.energy) / (2.0 * step), u.slope, epsilon = 1e-8);
+                    assert_abs_diff_eq!((high.slope - low.slope) / (2.0 * step), u.curvature, epsilon = 1e-6);
                 }
             }
         }
         // The ends of the way meet what they lead to.
         let j = 1.3;
-        assert!(
-            (VolumetricMeasure::Cube.towards_volume(1e-12).of(j).value - VolumetricMeasure::Cube.of(j).value).abs()
-                < 1e-11
+        assert_abs_diff_eq!(
+            VolumetricMeasure::Cube.towards_volume(1e-12).of(j).value,
+            VolumetricMeasure::Cube.of(j).value,
+            epsilon = 1e-11
         );
-        assert!((VolumetricMeasure::Cube.towards_volume(1.0 - 1e-12).of(j).value - j).abs() < 1e-11);
+        assert_abs_diff_eq!(VolumetricMeasure::Cube.towards_volume(1.0 - 1e-12).of(j).value, j, epsilon = 1e-11);
     }
 }

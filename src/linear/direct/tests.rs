@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::linear::{after_their_rows, nested_dissection};
+use approx::assert_abs_diff_eq;
 
 /// A path graph's Laplacian plus `shift` on the diagonal, as lower pattern and values.
 fn chain(n: usize, shift: f64) -> (Pattern, Vec<f64>) {
@@ -35,7 +36,7 @@ fn definite_and_indefinite_matrices_are_solved_and_counted() {
         let mut product = vec![0.0; n];
         pattern.multiply_add(&values, &x, &mut product);
         for i in 0..n {
-            assert!((product[i] - b[i]).abs() < 1e-9);
+            assert_abs_diff_eq!(product[i], b[i], epsilon = 1e-9);
         }
     }
 }
@@ -47,7 +48,7 @@ fn multiplications_of_factors_are_counted() {
     let dense = Pattern::from_columns((0..n).map(|c| (c as u32..n as u32).collect()).collect());
     let order: Vec<usize> = (0..n).collect();
     let found = multiplications(&dense, &order).unwrap() / (n as f64).powi(3);
-    assert!((found - 1.0 / 6.0).abs() < 1e-12, "{found}");
+    assert_abs_diff_eq!(found, 1.0 / 6.0, epsilon = 1e-12);
     let few = multiplications(&chain(1000, 0.0).0, &(0..1000).collect::<Vec<_>>()).unwrap();
     assert!((1000.0..1000.0 * 16.0 * 16.0).contains(&few), "{few}");
 }

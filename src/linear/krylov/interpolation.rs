@@ -281,6 +281,7 @@ impl Interpolation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn rows_that_share_a_stencil_multiply_as_each_by_itself() {
@@ -309,8 +310,8 @@ mod tests {
         for row in 0..n {
             for i in 0..3 {
                 let sum: f64 = (starts[row]..starts[row + 1]).map(|k| values[k] * z[3 * columns[k] as usize + i]).sum();
-                assert!((y[3 * row + i] - (z[3 * row + i] - sum)).abs() < 1e-11);
-                assert!((by_columns[3 * row + i] - by_rows[3 * row + i]).abs() < 1e-11);
+                assert_abs_diff_eq!(y[3 * row + i], z[3 * row + i] - sum, epsilon = 1e-11);
+                assert_abs_diff_eq!(by_columns[3 * row + i], by_rows[3 * row + i], epsilon = 1e-11);
             }
         }
         // In pieces that cut runs.
