@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
+use approx::abs_diff_eq;
 use rkpm::cells::{Cells, Lattice, Layout, Refined, Scatter, Smoothing, Triangulation, Voronoi};
 use rkpm::geometry::{Mapped, Outline, Part, Region};
 use rkpm::kinematics::Kinematics;
@@ -87,10 +88,13 @@ fn laws<const D: usize>(what: &str, cells: &dyn Cells<D>, kinematics: &dyn Kinem
                 let sum = |of: &dyn Fn(usize) -> f64| -> f64 {
                     nodes.iter().zip(slopes).map(|(&node, slope)| of(node as usize) * slope).sum()
                 };
-                assert!(sum(&|_| 1.0).abs() < ROUNDING, "{what}, {rule}");
+                assert!(abs_diff_eq!(sum(&|_| 1.0), 0.0, epsilon = ROUNDING), "{what}, {rule}");
                 for i in 0..D {
                     let slope = sum(&|node| cells.positions()[node][i]);
-                    assert!((slope - f64::from(u8::from(i == axis))).abs() < ROUNDING, "{what}, {rule}: {slope}");
+                    assert!(
+                        abs_diff_eq!(slope, f64::from(u8::from(i == axis)), epsilon = ROUNDING),
+                        "{what}, {rule}: {slope}"
+                    );
                 }
                 for (&node, slope) in nodes.iter().zip(slopes) {
                     inner[node as usize][axis] += table.weights()[point] * slope;
@@ -100,7 +104,7 @@ fn laws<const D: usize>(what: &str, cells: &dyn Cells<D>, kinematics: &dyn Kinem
                 // The radius is a linear field too: its hoop is one.
                 let radii = nodes.iter().zip(&gradients[D * nodes.len()..]);
                 let sum: f64 = radii.map(|(&node, g)| cells.positions()[node as usize][0] * g).sum();
-                assert!((sum - 1.0).abs() < ROUNDING, "{what}, {rule}: hoop {sum}");
+                assert!(abs_diff_eq!(sum, 1.0, epsilon = ROUNDING), "{what}, {rule}: hoop {sum}");
             }
         }
         if table.hoop_components().is_empty() {

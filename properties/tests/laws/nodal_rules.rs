@@ -5,6 +5,7 @@
 //! REFERENCE: the field itself; 8 Gauss points per direction and cell.
 #![cfg(feature = "solve")]
 
+use approx::assert_abs_diff_eq;
 use rkpm::cells::Layout;
 use rkpm::check::{patch_test, spurious_modes};
 use rkpm::nalgebra::{Matrix2, Matrix3};
@@ -24,7 +25,7 @@ fn dual_cells_tile_the_body() {
     assert_eq!(volumes.len(), 60);
     assert!(volumes.iter().all(|v| *v > 0.0));
     // Facets between bilinear faces cancel; 2 Gauss points integrate the outer ones exactly.
-    assert!((volumes.iter().sum::<f64>() - 6.0).abs() < 1e-13);
+    assert_abs_diff_eq!(volumes.iter().sum::<f64>(), 6.0, epsilon = 1e-13);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use rkpm::cells::{Cells, Refined};
 use rkpm::check;
 use rkpm::prelude::*;
@@ -74,16 +75,19 @@ fn partitions_are_complete_and_balanced() {
     // Areas by the divergence theorem, by interior points, by Gauss points, and by hand: a trapezoid.
     let smoothing = cells.smoothing(2, 2, &cells.zones(2)).unwrap();
     let area = 48.0 * (44.0 + 16.0) / 2.0;
-    let sums = [
+    for sum in [
         smoothing.volumes().iter().sum::<f64>(),
         smoothing.interior.iter().flatten().map(|(_, w)| w).sum(),
         cells.gauss(2).unwrap().weights.iter().sum(),
-    ];
-    assert!(sums.iter().all(|sum| (sum / area - 1.0).abs() < 1e-13), "{sums:?}");
+    ] {
+        assert_relative_eq!(sum, area, max_relative = 1e-13);
+    }
     // Trace functions sum to one everywhere on the boundary, whose length they measure.
     for part in [(0, Side::Min), (0, Side::Max), (1, Side::Min), (1, Side::Max)].map(Part::from) {
         let boundary = cells.boundary(&part, 2, 2).unwrap();
-        assert!(boundary.traces.iter().all(|traces| (traces.iter().map(|h| h.1).sum::<f64>() - 1.0).abs() < 1e-14));
+        for traces in &boundary.traces {
+            assert_abs_diff_eq!(traces.iter().map(|h| h.1).sum::<f64>(), 1.0, epsilon = 1e-14);
+        }
         let nodes = cells.boundary_nodes(&part).unwrap();
         assert!(boundary.traces.iter().flatten().all(|(node, _)| nodes.contains(&(*node as usize))));
     }
@@ -96,7 +100,7 @@ fn partitions_are_complete_and_balanced() {
     // The four macro cells at the corner have reached it, no others.
     assert_eq!(corner.refinable().filter(|refinable| !refinable).count(), 4);
     let nearest = corner.positions().iter().map(|x| x.norm()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
-    assert!((nearest - 0.25 / 16.0).abs() < 1e-15);
+    assert_abs_diff_eq!(nearest, 0.25 / 16.0, epsilon = 1e-15);
     assert!(Refined::new(Arc::new(Block::new([0.0, 0.0], [1.0, 1.0])), [3, 4]).is_err());
     assert!(Refined::new(Arc::new(Block::new([0.0, 0.0], [0.0, 1.0])), [2, 2]).is_err());
     assert!(corner.refined(&[usize::MAX]).is_err());

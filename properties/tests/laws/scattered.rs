@@ -7,6 +7,7 @@
 //! What is only reported: `cargo test --release --test laws scattered -- --ignored --nocapture`
 #![cfg(feature = "solve")]
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, relative_eq};
 use rkpm::Error;
 use rkpm::cells::Scatter;
 use rkpm::check::{inf_sup, patch_test_of, spurious_modes};
@@ -238,7 +239,7 @@ fn cells_tile_the_shape() {
         for smoothing in partitions {
             let volumes = smoothing.volumes();
             assert!(volumes.iter().all(|v| *v > 0.0));
-            assert!((volumes.iter().sum::<f64>() - area).abs() < 1e-12);
+            assert_abs_diff_eq!(volumes.iter().sum::<f64>(), area, epsilon = 1e-12);
             // A facet inside has two sides of opposite sign, one on the boundary has one.
             let mut sides = vec![(0, 0.0); smoothing.facet_offsets.len() - 1];
             for &(facet, sign) in smoothing.cells.iter().flatten() {
@@ -248,7 +249,7 @@ fn cells_tile_the_shape() {
             assert!(sides.iter().all(|&(count, sum)| (count, sum) == (2, 0.0) || (count, sum) == (1, 1.0)));
             // Interior points have the volume of their sub-cell: hoop strains rely on it.
             for (points, volume) in smoothing.interior.iter().zip(&volumes) {
-                assert!((points.iter().map(|p| p.1).sum::<f64>() - volume).abs() < 1e-14);
+                assert_abs_diff_eq!(points.iter().map(|p| p.1).sum::<f64>(), volume, epsilon = 1e-14);
             }
         }
     }
@@ -262,13 +263,17 @@ fn measures_do_not_depend_on_the_place_of_the_shape() {
         let side: f64 = high - low;
         let square = Outline::at([low, low]).line("b", [high, low]).line("r", [high, high]).line("t", [low, high]);
         let region = Region::new(square.clone().close("l")).unwrap();
-        assert!((region.area() / (side * side) - 1.0).abs() < 1e-14, "{at} {size}: {}", region.area());
+        assert!(
+            relative_eq!(region.area(), side * side, epsilon = 0.0, max_relative = 1e-14),
+            "{at} {size}: {}",
+            region.area()
+        );
         let hole = Outline::circle("hole", [low + 0.5 * side, low + 0.5 * side], 0.2 * side);
         let holed = Region::with_holes(square.close("l"), [hole]).unwrap();
         // The radius is a difference of rounded coordinates.
         let rounding = 1e-12 + 8.0 * f64::EPSILON * at.abs() / size;
         let exact = 1.0 - 0.04 * std::f64::consts::PI;
-        assert!((holed.area() / (side * side) - exact).abs() < rounding, "{at} {size}: {}", holed.area());
+        assert!(abs_diff_eq!(holed.area() / (side * side), exact, epsilon = rounding), "{at} {size}: {}", holed.area());
         let cells = Triangulation::about(&holed, 200, |_| 1.0, &Scatter::default()).unwrap();
         assert!(cells.positions().len().abs_diff(200) < 20, "{at} {size}: {}", cells.positions().len());
         let sum: f64 = cells.gauss(2).unwrap().weights.iter().sum();
@@ -277,10 +282,13 @@ fn measures_do_not_depend_on_the_place_of_the_shape() {
         let table = ShapeTable::smoothed(&kernel, &smoothing, &PlaneStrain).unwrap();
         let measures = smoothing.volumes();
         for (measure, weight) in measures.iter().zip(table.weights()) {
-            assert!((weight / measure - 1.0).abs() < 1e-9 + 10.0 * rounding, "{at} {size}: {measure} {weight}");
+            assert!(
+                abs_diff_eq!(weight / measure, 1.0, epsilon = 1e-9 + 10.0 * rounding),
+                "{at} {size}: {measure} {weight}"
+            );
         }
         for total in [measures.iter().sum::<f64>(), table.weights().iter().sum()] {
-            assert!((total / sum - 1.0).abs() < 1e-12 + rounding, "{at} {size}: {total} {sum}");
+            assert!(abs_diff_eq!(total / sum, 1.0, epsilon = 1e-12 + rounding), "{at} {size}: {total} {sum}");
         }
     }
 }
@@ -293,11 +301,14 @@ fn spacing_follows_its_function() {
         cells.positions().iter().enumerate().map(|(p, x)| cells.local_spacing(p) / graded(x)).collect();
     let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
     // Relaxed particles settle where their neighbours allow; smoothing spreads the function over a spacing or two.
-    assert!((mean - 1.0).abs() < 0.15 && ratios.iter().all(|r| *r > 0.6 && *r < 1.7), "{mean} {ratios:?}");
+    assert!(
+        abs_diff_eq!(mean, 1.0, epsilon = 0.15) && ratios.iter().all(|r| *r > 0.6 && *r < 1.7),
+        "{mean} {ratios:?}"
+    );
     // Boundary particles are on it to the bit of its own arithmetic.
     for particle in cells.boundary_nodes(&"hole".into()).unwrap() {
         let radius = (cells.positions()[particle] - Point::<2>::new(0.5, 0.5)).norm();
-        assert!((radius - 0.25).abs() < 1e-15);
+        assert_abs_diff_eq!(radius, 0.25, epsilon = 1e-15);
     }
     let about = Triangulation::about(&l_shape(), 500, graded, &Scatter::default()).unwrap();
     assert!(about.positions().len().abs_diff(500) < 25, "{}", about.positions().len());

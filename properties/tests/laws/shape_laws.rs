@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 
+use approx::abs_diff_eq;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestCaseError, TestRunner};
 use rkpm::basis::{Basis, Polynomial};
@@ -237,7 +238,7 @@ fn is_partition_of_unity<const D: usize>(
     let slope = psi.gradients.iter().sum::<Point<D>>().component_mul(&reach(cloud, psi)).amax();
     // The bound of the reproduction of a constant, whose size is 1.
     let bound = bound(psi.rcond);
-    prop_assert!((sum - 1.0).abs() <= bound, "sum − 1 = {:e} > {bound:e}", sum - 1.0);
+    prop_assert!(abs_diff_eq!(sum, 1.0, epsilon = bound), "sum − 1 = {:e} > {bound:e}", sum - 1.0);
     prop_assert!(slope <= bound, "sum of gradients {slope:e} > {bound:e}");
     prop_assert!(psi.nodes.windows(2).all(|w| w[0] < w[1]));
     prop_assert!(psi.values.len() == psi.nodes.len() && psi.gradients.len() == psi.nodes.len());
@@ -400,9 +401,9 @@ fn equal_volumes_cancel<const D: usize>(
     let reach = reach(cloud, &without);
     for a in 0..with.nodes.len() {
         let size = without.values[a].abs().max(1.0);
-        prop_assert!((with.values[a] - without.values[a]).abs() <= tolerance * size);
+        prop_assert!(abs_diff_eq!(with.values[a], without.values[a], epsilon = tolerance * size));
         let (g, h) = (with.gradients[a].component_mul(&reach), without.gradients[a].component_mul(&reach));
-        prop_assert!((g - h).amax() <= tolerance * h.amax().max(1.0) / without.rcond.sqrt());
+        prop_assert!(abs_diff_eq!(g, h, epsilon = tolerance * h.amax().max(1.0) / without.rcond.sqrt()));
     }
     Ok(true)
 }

@@ -3,6 +3,7 @@
 
 use std::cell::Cell;
 
+use approx::{abs_diff_eq, relative_eq};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestCaseError, TestRunner};
 use rkpm::assembly::{StateRef, System};
@@ -225,7 +226,7 @@ fn is_free<const D: usize>(model: &Model<D>, d: &[f64]) -> Result<bool, TestCase
     prop_assert!(force <= 1e-10 * scale, "{force:e} of {scale:e}");
     let energy = model.at(StateRef::new(d, &condensed, 0.0)).unwrap().energy();
     // The energy is quadratic about its minimum: rounding ε in F leaves ε² of it, and ε in the sums.
-    prop_assert!(energy.abs() <= 1e-12 * scale * largest(d), "{energy:e}");
+    prop_assert!(abs_diff_eq!(energy, 0.0, epsilon = 1e-12 * scale * largest(d)), "{energy:e}");
     Ok(true)
 }
 
@@ -297,11 +298,11 @@ fn forces_turn_with_the_body() {
         for (f, g) in before.chunks_exact(2).zip(after.chunks_exact(2)) {
             let f = turn * Pt::<2>::new(f[0], f[1]);
             // ε times a few neighbours in F times the stiffness, as for rigid motions.
-            prop_assert!((f - Pt::<2>::new(g[0], g[1])).amax() <= 1e-11 * scale);
+            prop_assert!(abs_diff_eq!(f, Pt::<2>::new(g[0], g[1]), epsilon = 1e-11 * scale));
         }
         let energy = |d: &[f64]| model.at(StateRef::new(d, &settled(&model, d, 0.0), 0.0)).unwrap().energy();
         // Sums of some hundred positive energies, each with the rounding of F times its stress.
-        prop_assert!((energy(&d) - energy(&turned)).abs() <= 1e-11 * scale);
+        prop_assert!(abs_diff_eq!(energy(&d), energy(&turned), epsilon = 1e-11 * scale));
         Ok(true)
     });
 }
@@ -344,7 +345,7 @@ fn derivatives_agree<const D: usize>(
     })[0];
     let work: f64 = forces(&model, &d, 0.0).iter().zip(&v).map(|(f, v)| f * v).sum();
     // The energy sums over all points, a scale times a spacing each; rounding 1e-13 of it dominates.
-    prop_assert!((slope - work).abs() <= 1e-9 * scale, "energy: {:e} of {scale:e}", slope - work);
+    prop_assert!(abs_diff_eq!(slope, work, epsilon = 1e-9 * scale), "energy: {:e} of {scale:e}", slope - work);
     let expected = derivative(step, |s| {
         let d = along(&d, s, &v);
         model.at(StateRef::new(&d, &held(&d), 0.0)).unwrap().residual()
@@ -488,7 +489,7 @@ fn load_stiffness_agrees<const D: usize>(
     // The assembler's forces are the model's.
     let direct = model.at(StateRef::new(&d, &model.start(), load)).unwrap().residual();
     for (a, b) in direct.iter().zip(&system.residual) {
-        prop_assert!((a - b).abs() <= 1e-14 * scale);
+        prop_assert!(abs_diff_eq!(a, b, epsilon = 1e-14 * scale));
     }
     Ok(true)
 }
@@ -548,7 +549,11 @@ fn stiffness_of_foundations_and_dead_loads_is_the_derivative_of_their_forces() {
         let energy = |s: f64| model.at(StateRef::new(&along(&d, s, &v), &model.start(), 0.0)).unwrap().energy();
         let work: f64 = forces(&model, &d, 0.0).iter().zip(&v).map(|(f, v)| f * v).sum();
         // Rounding of sums over some fifty points.
-        prop_assert!((0.5 * (energy(1.0) - energy(-1.0)) - work).abs() <= 1e-13 * (energy(1.0) + energy(-1.0)));
+        prop_assert!(abs_diff_eq!(
+            0.5 * (energy(1.0) - energy(-1.0)),
+            work,
+            epsilon = 1e-13 * (energy(1.0) + energy(-1.0))
+        ));
         let dead = DeadLoad { force: Vector3::new(signed(random), 0.3, 0.0), amplitude: amplitude(random) };
         let model = boundary_model(&lattice, &approximation, &Axisymmetric, Part::Whole, dead);
         load_stiffness_agrees(random, &model, &lattice)
@@ -570,8 +575,8 @@ fn radial_pressure_does_work_on_the_enclosed_volume() {
         let sphere = total(&boundary_model(&lattice, &approximation, &RadialSphere, Side::Min, load));
         let pi = std::f64::consts::PI;
         // ΣΨ = 1 and the exact reproduction of a stretch leave rounding only.
-        prop_assert!((cylinder / (2.0 * pi * stretch * 0.7) - 1.0).abs() <= 1e-12);
-        prop_assert!((sphere / (4.0 * pi * stretch * stretch * 0.7) - 1.0).abs() <= 1e-12);
+        prop_assert!(relative_eq!(cylinder, 2.0 * pi * stretch * 0.7, max_relative = 1e-12));
+        prop_assert!(relative_eq!(sphere, 4.0 * pi * stretch * stretch * 0.7, max_relative = 1e-12));
         Ok(true)
     });
 }
@@ -606,14 +611,19 @@ fn follower_pressure_on_a_closed_boundary_has_no_resultant_and_no_moment() {
             .sum();
         // Rounding of shape functions whose sums are 1 to 1000 ε / rcond.
         let tolerance = 1e-11 * scale;
-        prop_assert!(sum(0).abs() <= tolerance && sum(1).abs() <= tolerance, "{:e} {:e}", sum(0), sum(1));
-        prop_assert!(moment.abs() <= 4.0 * tolerance, "{moment:e}");
+        prop_assert!(
+            abs_diff_eq!(sum(0), 0.0, epsilon = tolerance) && abs_diff_eq!(sum(1), 0.0, epsilon = tolerance),
+            "{:e} {:e}",
+            sum(0),
+            sum(1)
+        );
+        prop_assert!(abs_diff_eq!(moment, 0.0, epsilon = 4.0 * tolerance), "{moment:e}");
         // The axial resultant of a closed body of revolution vanishes as well.
         let round = boundary_model(&lattice, &approximation, &Axisymmetric, Part::Whole, load.clone());
         let f = round.at(StateRef::new(&d, &round.start(), 1.0)).unwrap().residual();
         let axial: f64 = f.iter().skip(1).step_by(2).sum();
         // As above.
-        prop_assert!(axial.abs() <= 1e-11 * f.iter().map(|f| f.abs()).sum::<f64>(), "{axial:e}");
+        prop_assert!(abs_diff_eq!(axial, 0.0, epsilon = 1e-11 * f.iter().map(|f| f.abs()).sum::<f64>()), "{axial:e}");
         // One open face is not balanced: the law says something.
         let open = boundary_model(&lattice, &approximation, &PlaneStrain, Side::Min, load);
         let f = open.at(StateRef::new(&vec![0.0; d.len()], &open.start(), 1.0)).unwrap().residual();
@@ -638,8 +648,8 @@ fn follower_pressure_on_a_closed_boundary_has_no_resultant_and_no_moment() {
             moment += (x + Vector3::from_column_slice(&d[3 * a..3 * a + 3])).cross(&force);
         }
         // As in the plane.
-        prop_assert!(sum.amax() <= 1e-11 * scale, "{sum:?}");
-        prop_assert!(moment.amax() <= 1e-10 * scale, "{moment:?}");
+        prop_assert!(abs_diff_eq!(sum, Vector3::zeros(), epsilon = 1e-11 * scale), "{sum:?}");
+        prop_assert!(abs_diff_eq!(moment, Vector3::zeros(), epsilon = 1e-10 * scale), "{moment:?}");
         Ok(true)
     });
 }
@@ -656,11 +666,11 @@ fn dead_loads_sum_to_force_times_measure() {
             -model.at(StateRef::new(&d, &model.start(), 0.4)).unwrap().residual().iter().skip(i).step_by(2).sum::<f64>()
         };
         // ΣΨ = 1 to rounding; the face has length 1, the outer face of the ring 2π·2·1.
-        prop_assert!((total(&face, 0) - 0.4 * force[0]).abs() <= 1e-12);
-        prop_assert!((total(&face, 1) - 0.4 * force[1]).abs() <= 1e-12);
+        prop_assert!(abs_diff_eq!(total(&face, 0), 0.4 * force[0], epsilon = 1e-12));
+        prop_assert!(abs_diff_eq!(total(&face, 1), 0.4 * force[1], epsilon = 1e-12));
         let ring = boundary_model(&lattice, &approximation, &Axisymmetric, (0, Side::Max), load);
         let area = 4.0 * std::f64::consts::PI;
-        prop_assert!((total(&ring, 1) - 0.4 * area * force[1]).abs() <= 1e-11);
+        prop_assert!(abs_diff_eq!(total(&ring, 1), 0.4 * area * force[1], epsilon = 1e-11));
         Ok(true)
     });
 }
@@ -686,7 +696,11 @@ fn homogeneous_states_carry_the_stress_of_the_material() {
                 let work: f64 = lattice.positions().iter().enumerate().map(|(a, x)| force[2 * a + i] * x[j]).sum();
                 // The area is 1; the rounding of J is magnified by the bulk modulus. With projected
                 // pressures the state is the same, whatever the pointwise share.
-                prop_assert!((work - stress[(i, j)]).abs() <= 1e-11 * recipe.bulk, "{work} {}", stress[(i, j)]);
+                prop_assert!(
+                    abs_diff_eq!(work, stress[(i, j)], epsilon = 1e-11 * recipe.bulk),
+                    "{work} {}",
+                    stress[(i, j)]
+                );
             }
         }
         Ok(true)
@@ -715,9 +729,9 @@ fn homogeneous_states_of_bodies_of_revolution_carry_the_stress_of_the_material()
         // Rounding of J times the bulk modulus, as in plane strain; gradients, hoops and volume of the
         // smoothed cells come from the same numbers.
         let tolerance = 1e-11 * recipe.bulk * volume;
-        prop_assert!((work(0, 0) - volume * (stress.m11 + stress.m33)).abs() <= tolerance);
-        prop_assert!((work(1, 1) - volume * stress.m22).abs() <= tolerance);
-        prop_assert!((work(1, 0) - volume * stress.m21).abs() <= tolerance);
+        prop_assert!(abs_diff_eq!(work(0, 0), volume * (stress.m11 + stress.m33), epsilon = tolerance));
+        prop_assert!(abs_diff_eq!(work(1, 1), volume * stress.m22, epsilon = tolerance));
+        prop_assert!(abs_diff_eq!(work(1, 0), volume * stress.m21, epsilon = tolerance));
         Ok(true)
     });
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use rkpm::cells::{Cells, Lattice, Layout, Refined};
 use rkpm::geometry::Mapped;
 use rkpm::nalgebra::{Matrix2, Rotation3, SMatrix, Vector3};
@@ -40,9 +41,9 @@ fn same_functions<const D: usize>(
         let image = there.shape_functions(&(map * x)).unwrap();
         assert_eq!(psi.nodes, image.nodes, "{x:?}");
         for (a, _) in psi.nodes.iter().enumerate() {
-            assert!((psi.values[a] - image.values[a]).abs() < 1e-10, "{x:?}");
+            assert!(abs_diff_eq!(psi.values[a], image.values[a], epsilon = 1e-10), "{x:?}");
             // ∇ψ = Fᵀ ∇'ψ' for x' = F x.
-            assert!((psi.gradients[a] - map.tr_mul(&image.gradients[a])).amax() < 1e-8, "{x:?}");
+            assert!(abs_diff_eq!(psi.gradients[a], map.tr_mul(&image.gradients[a]), epsilon = 1e-8), "{x:?}");
         }
     }
 }
@@ -136,8 +137,8 @@ fn volumes_are_divided_by_those_of_supports() {
     let at = fan(&Point::<2>::new(0.31, 0.62));
     let (a, b) = (plain.shape_functions(&at).unwrap(), dense.shape_functions(&at).unwrap());
     assert_eq!(a.nodes, b.nodes);
-    assert!(a.values.iter().zip(&b.values).all(|(a, b)| (a - b).abs() < 1e-13));
-    assert!(a.gradients.iter().zip(&b.gradients).all(|(a, b)| (a - b).amax() < 1e-12));
+    assert_abs_diff_eq!(a.values[..], b.values[..], epsilon = 1e-13);
+    assert_abs_diff_eq!(a.gradients[..], b.gradients[..], epsilon = 1e-12);
 }
 
 /// A cantilever of 20 × 1 with cells of 2 × 1/8, bent by its end, turned by an angle.
@@ -167,8 +168,8 @@ fn a_turned_beam_bends_as_before() {
         let (deflection, energy) = turned_beam(0.0, &scheme);
         for degrees in [5.0, 20.0, 45.0, 90.0] {
             let turned = turned_beam(degrees, &scheme);
-            assert!((turned.0 / deflection - 1.0).abs() < 1e-7, "{degrees}: {turned:?} {deflection}");
-            assert!((turned.1 / energy - 1.0).abs() < 1e-7, "{degrees}: {turned:?} {energy}");
+            assert!(abs_diff_eq!(turned.0 / deflection, 1.0, epsilon = 1e-7), "{degrees}: {turned:?} {deflection}");
+            assert!(abs_diff_eq!(turned.1 / energy, 1.0, epsilon = 1e-7), "{degrees}: {turned:?} {energy}");
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use rkpm::material::{InternalVariables, Material, Mullins, Prony, Viscoelastic};
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
@@ -45,7 +46,7 @@ fn problem(scene: &Scene<2>, stepping: Stepping) -> Problem<2> {
 fn shear_stress(problem: &Problem<2>, state: &rkpm::solve::State) -> f64 {
     let stresses = problem.stresses(state).unwrap();
     for stress in &stresses {
-        assert!((stress[(0, 1)] - stresses[0][(0, 1)]).abs() < 1e-9, "the field is uniform");
+        assert!(abs_diff_eq!(stress[(0, 1)], stresses[0][(0, 1)], epsilon = 1e-9), "the field is uniform");
     }
     stresses[0][(0, 1)]
 }
@@ -97,7 +98,7 @@ fn sudden_shear_relaxes_by_its_prony_series() {
         for step in path.steps.iter().filter(|step| step.state.load >= 0.1) {
             let stress = shear_stress(&problem, &step.state);
             let expected = 2.0 * A10 * SHEAR * prony.relaxation(problem.time(&step.state));
-            assert!((stress / expected - 1.0).abs() < 1e-8, "{count}: {stress} {expected}");
+            assert!(relative_eq!(stress, expected, max_relative = 1e-8), "{count}: {stress} {expected}");
             assert!(stress <= last);
             last = stress;
         }
@@ -115,8 +116,8 @@ fn states_between_steps_relax_as_well() {
     let prony = Prony::of_instantaneous(pairs(3)).unwrap();
     for state in problem.states_at(&path, &[0.15, 0.2, 0.4, 0.7]).unwrap() {
         let expected = 2.0 * A10 * SHEAR * prony.relaxation(problem.time(&state));
-        let error = shear_stress(&problem, &state) / expected - 1.0;
-        assert!(error.abs() < 1e-8, "{}: {error:e}", state.load);
+        let stress = shear_stress(&problem, &state);
+        assert!(relative_eq!(stress, expected, max_relative = 1e-8), "{}: {stress} {expected}", state.load);
     }
 }
 
@@ -167,14 +168,14 @@ fn fast_and_slow_are_the_two_elastic_laws() {
         let problem = problem(&sheared(relaxing(3), Amplitude::Ramp, seconds(duration)), Stepping::equal(4));
         let path = problem.run().unwrap().completed().unwrap();
         let stress = shear_stress(&problem, path.last());
-        assert!((stress / (part * 2.0 * A10 * SHEAR) - 1.0).abs() < 1e-8, "{duration:e}: {stress}");
+        assert!(relative_eq!(stress, part * 2.0 * A10 * SHEAR, max_relative = 1e-8), "{duration:e}: {stress}");
     }
     // Without a clock nothing relaxes; constants of the relaxed law add their branches to it.
     let prony = Prony::of_relaxed([(0.5, 1.0), (0.25, 3.0)]).unwrap();
     let scene = sheared(Viscoelastic::new(elastic(), prony), Amplitude::Ramp, seconds(1e-12));
     let problem = problem(&scene, Stepping::equal(2));
     let path = problem.run().unwrap().completed().unwrap();
-    assert!((shear_stress(&problem, path.last()) / (1.75 * 2.0 * A10 * SHEAR) - 1.0).abs() < 1e-8);
+    assert_relative_eq!(shear_stress(&problem, path.last()), 1.75 * 2.0 * A10 * SHEAR, max_relative = 1e-8);
 }
 
 /// Bonded, where pressures vary and the stabilisation of the scheme has its part: after a long time the relaxed law under the same
@@ -193,7 +194,7 @@ fn a_bonded_disc_relaxes_to_the_relaxed_law() {
     };
     let relaxed = force(Arc::new(Rubber::neo_hookean(0.4 * A10, BULK).unwrap()), seconds(1.0));
     let found = force(Arc::new(relaxing(3)), seconds(1e16));
-    assert!((found / relaxed - 1.0).abs() < 1e-8, "{found} beside {relaxed}");
+    assert_relative_eq!(found, relaxed, max_relative = 1e-8);
 }
 
 /// A small dead load, put on suddenly, on a body nearly incompressible: it creeps by the compliance of the standard solid.
@@ -218,7 +219,11 @@ fn dead_loads_creep() {
         let t = problem.time(&step.state);
         let compliance = (1.0 - g * (-(1.0 - g) * t / tau).exp()) / (1.0 - g);
         let moved = problem.displacement(&step.state, &[1.0, 0.5].into()).unwrap()[0];
-        assert!((moved / (initial * compliance) - 1.0).abs() < 1e-3, "{t}: {moved} {}", initial * compliance);
+        assert!(
+            abs_diff_eq!(moved / (initial * compliance), 1.0, epsilon = 1e-3),
+            "{t}: {moved} {}",
+            initial * compliance
+        );
         seen += 1;
     }
     assert!(seen > 5);
@@ -251,7 +256,7 @@ fn memories_are_transferred() {
     let path = coarse.run().unwrap().completed().unwrap();
     let state = fine.transfer(&coarse, path.last()).unwrap();
     let [before, after] = [shear_stress(&coarse, path.last()), shear_stress(&fine, &state)];
-    assert!((before / after - 1.0).abs() < 1e-9, "{before} {after}");
+    assert_abs_diff_eq!(before / after, 1.0, epsilon = 1e-9);
     assert!(before < 0.75 * 2.0 * A10 * SHEAR);
 }
 
@@ -294,9 +299,10 @@ fn sheets_that_remember_are_bodies_with_free_faces() {
         for (a, b) in flat.steps.iter().zip(&thick.steps) {
             let (force, other) =
                 (sheet.reaction(&a.state, "pull").unwrap()[0], body.reaction(&b.state, "pull").unwrap()[0]);
-            assert!((force - other).abs() < 1e-6 * A10, "{} {force} {other}", a.state.load);
+            assert!(abs_diff_eq!(force, other, epsilon = 1e-6 * A10), "{} {force} {other}", a.state.load);
             for stress in sheet.stresses(&a.state).unwrap() {
-                assert!(stress[(2, 2)].abs() < 1e-9 && (stress[(0, 1)]).abs() < 1e-8, "{stress}");
+                assert_abs_diff_eq!(stress[(2, 2)], 0.0, epsilon = 1e-9);
+                assert_abs_diff_eq!(stress[(0, 1)], 0.0, epsilon = 1e-8);
             }
         }
     }
@@ -363,8 +369,8 @@ fn softened_rubber_unloads_and_reloads_on_one_curve() {
         }
         let expected = stress(low, true);
         let force = problem.reaction(&step.state, (0, Side::Max)).unwrap()[0];
-        assert!((force - expected).abs() < 1e-8 * (1.0 + expected.abs()), "{l}: {force} {expected}");
-        assert!((f[(1, 1)] - low).abs() < 1e-8);
+        assert!(abs_diff_eq!(force, expected, epsilon = 1e-8 * (1.0 + expected.abs())), "{l}: {force} {expected}");
+        assert_abs_diff_eq!(f[(1, 1)], low, epsilon = 1e-8);
         softened += usize::from(energy(l, low) < largest * (1.0 - 1e-9));
         largest = f64::max(largest, energy(l, low));
     }
@@ -405,20 +411,24 @@ fn steps_of_laws_that_remember_are_hyperelastic() {
             ahead[(c / 3, c % 3)] += H;
             behind[(c / 3, c % 3)] -= H;
             let slope = (law.energy(&ahead, &memory, 0.7) - law.energy(&behind, &memory, 0.7)) / (2.0 * H);
-            assert!((slope - p[c]).abs() < 1e-8, "law {k}, P {c}: {slope} {}", p[c]);
+            assert!(abs_diff_eq!(slope, p[c], epsilon = 1e-8), "law {k}, P {c}: {slope} {}", p[c]);
             let (ahead, behind) = (respond(&ahead, &memory, 0.7).0, respond(&behind, &memory, 0.7).0);
             for d in 0..9 {
                 let slope = (ahead[d] - behind[d]) / (2.0 * H);
-                assert!((slope - a[9 * d + c]).abs() < 1e-7, "law {k}, A {d} {c}: {slope} {}", a[9 * d + c]);
+                assert!(
+                    abs_diff_eq!(slope, a[9 * d + c], epsilon = 1e-7),
+                    "law {k}, A {d} {c}: {slope} {}",
+                    a[9 * d + c]
+                );
             }
         }
         let mut next = vec![0.0; law.len()];
         law.update_history(&second, &memory, 0.7, &mut next);
         let again = respond(&second, &next, 0.0).0;
         for c in 0..9 {
-            assert!((again[c] - p[c]).abs() < 1e-13, "law {k}: {} {}", again[c], p[c]);
+            assert!(abs_diff_eq!(again[c], p[c], epsilon = 1e-13), "law {k}: {} {}", again[c], p[c]);
         }
         // Nothing is felt at rest.
-        assert!(respond(&Matrix3::identity(), &rest, 1.0).0.iter().all(|p| p.abs() < 1e-15));
+        assert_abs_diff_eq!(respond(&Matrix3::identity(), &rest, 1.0).0[..], [0.0; 9][..], epsilon = 1e-15);
     }
 }
