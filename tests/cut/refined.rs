@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use rkpm::cells::CutLattice;
 use rkpm::check::{patch_test_of, spurious_modes};
 use rkpm::error::GeometryError;
@@ -46,7 +47,11 @@ fn refined_sub_cells_are_closed_and_fill_the_solid() {
         let spacings: Vec<f64> = (0..cells.positions().len()).map(|particle| cells.spacings(particle)[0]).collect();
         let least = spacings.iter().copied().fold(f64::INFINITY, f64::min);
         // The ball is smaller than the macro cells that are not halved, which are 0.6 wide.
-        assert!((least - 0.075).abs() < 1e-12 && spacings.iter().any(|own| (own - 0.15).abs() < 1e-12), "{name}");
+        assert!(
+            abs_diff_eq!(least, 0.075, epsilon = 1e-12)
+                && spacings.iter().any(|own| abs_diff_eq!(*own, 0.15, epsilon = 1e-12)),
+            "{name}"
+        );
         // Particles that are next to each other differ by one halving at most.
         for (k, x) in cells.positions().iter().enumerate() {
             for (y, other) in cells.positions()[..k].iter().zip(&spacings) {
@@ -59,13 +64,13 @@ fn refined_sub_cells_are_closed_and_fill_the_solid() {
             smoothing.validate().unwrap();
             assert!(smoothing.volumes().iter().all(|own| *own > 0.0), "{name}");
             let total: f64 = smoothing.volumes().iter().sum();
-            assert!((total / volume(&shape) - 1.0).abs() < 1e-12, "{name}: {total}");
+            assert!(relative_eq!(total, volume(&shape), max_relative = 1e-12), "{name}: {total}");
         }
         let gauss: f64 = cells.gauss(4).unwrap().weights.iter().sum();
-        assert!((gauss / volume(&shape) - 1.0).abs() < 1e-12, "{name}: {gauss}");
+        assert!(relative_eq!(gauss, volume(&shape), max_relative = 1e-12), "{name}: {gauss}");
         for piece in cells.boundary_pieces(&Part::Whole, 2, 2).unwrap() {
             let sums = piece.traces.iter().map(|functions| functions.iter().map(|own| own.1).sum::<f64>());
-            assert!(sums.into_iter().all(|sum| (sum - 1.0).abs() < 1e-10), "{name}");
+            assert!(sums.into_iter().all(|sum| abs_diff_eq!(sum, 1.0, epsilon = 1e-10)), "{name}");
         }
     }
 }
@@ -132,7 +137,7 @@ fn drawn_refinements_have_no_spurious_modes() {
         }
         let [patch, theta] = measures(&cells);
         let total: f64 = cells.smoothing(2, 2, &cells.zones(2)).unwrap().volumes().iter().sum();
-        assert!((total / volume(&shape) - 1.0).abs() < 1e-12);
+        assert_relative_eq!(total, volume(&shape), max_relative = 1e-12);
         println!("{number}: {count} particles, patch test {patch:.1e}, θ {theta:.3}");
         worst = [worst[0].max(patch), worst[1].min(theta)];
     }
@@ -163,7 +168,9 @@ fn finned() -> Solid3 {
 fn walls_are_followed_where_that_is_asked_for() {
     let solid = finned();
     let even = CutLattice::new(&solid, 0.7).unwrap();
-    assert!((0..even.positions().len()).all(|particle| (even.spacings(particle)[0] - 0.7).abs() < 1e-12));
+    for particle in 0..even.positions().len() {
+        assert_abs_diff_eq!(even.spacings(particle)[0], 0.7, epsilon = 1e-12);
+    }
     for across in [1, 2] {
         let cells = CutLattice::refined(&solid, 0.7, across, |_| 1.0).unwrap();
         let wanted = 0.14 / across as f64;
@@ -175,7 +182,7 @@ fn walls_are_followed_where_that_is_asked_for() {
         let far = cells.positions().iter().position(|x| (x - Point::<3>::new(5.6, 0.0, 0.0)).norm() < 1e-9).unwrap();
         // The base is a wall of 1.0 itself: one spacing of 0.7 fits across it, two of 0.35.
         let coarse = 0.7 / across as f64;
-        assert!((cells.spacings(far)[0] - coarse).abs() < 1e-12, "{}", cells.spacings(far)[0]);
+        assert_abs_diff_eq!(cells.spacings(far)[0], coarse, epsilon = 1e-12);
     }
     let scene = Scene::new(&solid, Solid, Rubber::neo_hookean(0.5, 1e3).unwrap());
     let problem = scene.discretize(&Scheme::default().spacing(0.7).across(1)).unwrap();
@@ -198,7 +205,8 @@ fn gradings_that_cannot_be_followed_are_refused() {
     let plate = Solid3::new(points, facets).unwrap();
     let error = CutLattice::refined(&plate, 0.5, 2, |_| 1.0).unwrap_err();
     let GeometryError::WallAcross { thickness, across: 2, needed, .. } = error else { panic!("{error}") };
-    assert!((thickness - 0.05).abs() < 1e-12 && (needed - 0.4).abs() < 1e-12, "{needed}");
+    assert_abs_diff_eq!(thickness, 0.05, epsilon = 1e-12);
+    assert_abs_diff_eq!(needed, 0.4, epsilon = 1e-12);
     assert!(CutLattice::refined(&plate, 0.4, 2, |_| 1.0).is_ok());
 }
 

@@ -1,6 +1,7 @@
 //! Bad input: each class is refused by a typed error that says where and what to do.
 #![cfg(feature = "solve")]
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use rkpm::boundary::ConstraintEquation;
 use rkpm::cells::Lattice;
 use rkpm::error::{ApproximationError, BoundaryError, GeometryError, MaterialError, SolveError};
@@ -379,7 +380,7 @@ fn kernels() {
         let functions = ReproducingKernel::new(line(Support::Ball(2.0)), Gaussian { width }, Polynomial::linear());
         if width > 0.1 {
             let psi = functions.unwrap().shape_functions(&at).unwrap();
-            assert!((psi.values.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+            assert_abs_diff_eq!(psi.values.iter().sum::<f64>(), 1.0, epsilon = 1e-12);
         }
     }
     // Supports far too wide: every particle looks alike, and more of the same would not help.
@@ -503,7 +504,7 @@ fn kinematics_that_measure_nothing() {
         match ShapeTable::smoothed(&functions, &smoothing, &own) {
             Ok(table) => {
                 let exact = if hoops.is_empty() { 3.0 } else { 7.5 };
-                assert!(fits && (table.weights().iter().sum::<f64>() - exact).abs() < 1e-12);
+                assert!(fits && abs_diff_eq!(table.weights().iter().sum::<f64>(), exact, epsilon = 1e-12));
             }
             Err(error) => {
                 assert!(!fits, "{error}");
@@ -937,7 +938,8 @@ fn first_guesses() {
     }
     let error = run(inverted).unwrap_err();
     let Error::Solve(SolveError::InvertedStart { jacobian, at }) = &error else { panic!("{error:?}") };
-    assert!((jacobian + 1.0).abs() < 1e-12 && at.len() == 2);
+    assert_abs_diff_eq!(*jacobian, -1.0, epsilon = 1e-12);
+    assert_eq!(at.len(), 2);
     says(&error, &["J = -", "at X = [", "zero displacement is one"]);
     // Inverted at one particle alone: the place is near it.
     let mut pinched = rest(&problem);
@@ -1058,7 +1060,7 @@ fn pins_on_prescribed_faces() {
         let (count, displacement) = run(before);
         assert_eq!(count, alone.0);
         for (d, same) in displacement.iter().zip(&alone.1) {
-            assert!((d - same).abs() < 1e-9, "{d} {same}");
+            assert_abs_diff_eq!(d, same, epsilon = 1e-9);
         }
         // Another component is another matter.
         assert_eq!(run(sound().prescribe(Place::at([2.0, 1.0]), 1, 0.0)).0, alone.0 + 1);

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use approx::assert_abs_diff_eq;
 use rkpm::assembly::{Pattern, StateRef, System};
 use rkpm::cells::{BoundaryCells, Cells, Refined, Scatter, Smoothing, Triangulation, Voronoi, Zones};
 use rkpm::check;
@@ -244,7 +245,9 @@ fn tables_asked_for_points_and_vectors_that_are_not_there() {
     let condensed = model.start();
     let cut: Vec<Vec<f64>> = condensed.iter().map(|l| l[1..].to_vec()).collect();
     let here = model.at(StateRef::new(&fits, &condensed, 0.0)).unwrap();
-    assert!(here.energy().abs() < 1e-12 && here.residual().iter().all(|r| r.abs() < 1e-12));
+    assert_abs_diff_eq!(here.energy(), 0.0, epsilon = 1e-12);
+    let residual = here.residual();
+    assert_abs_diff_eq!(residual[..], vec![0.0; residual.len()][..], epsilon = 1e-12);
     for (d, condensed) in [(&short, &condensed), (&vec![0.0; 41], &condensed), (&fits, &cut), (&fits, &vec![])] {
         assert!(is_refused(model.at(StateRef::new(d, condensed, 0.0))));
     }

@@ -1,6 +1,7 @@
 //! The examples of §6, row by row: each computation runs as the example runs it, and each row of its summary is held against
 //! what it must be. A row without an expectation fails, so that none is added unasked.
 
+use approx::abs_diff_eq;
 use rkpm::output::{Summary, SummaryRow};
 
 #[path = "../../examples/bushing_assembly.rs"]
@@ -148,7 +149,7 @@ fn simple_shear_to_two_hundred_per_cent() {
     for row in summary.quantities().iter().filter(|row| row.name.ends_with("_multipliers")) {
         let name = row.name.replace("_multipliers", "_transformation");
         let other = summary.quantities().iter().find(|other| other.name == name).unwrap();
-        assert!((row.value / other.value - 1.0).abs() < 1e-10, "{name}");
+        assert!(abs_diff_eq!(row.value / other.value, 1.0, epsilon = 1e-10), "{name}");
     }
 }
 

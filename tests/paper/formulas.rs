@@ -1,6 +1,7 @@
 //! §3 and §4 of the paper, formula by formula, against the path that the crate takes.
 #![cfg(feature = "solve")]
 
+use approx::assert_abs_diff_eq;
 use nalgebra::{DMatrix, Matrix3, SMatrix};
 use rkpm::assembly::System;
 use rkpm::nalgebra;
@@ -22,11 +23,11 @@ fn shape_functions_are_the_modified_kernel() {
         let at = at.into();
         let psi = rk.shape_functions(&at).unwrap();
         for (&node, value) in psi.nodes.iter().zip(&psi.values) {
-            assert!((rk.modified_kernel(&at, node as usize).unwrap() - value).abs() < 1e-11);
+            assert_abs_diff_eq!(rk.modified_kernel(&at, node as usize).unwrap(), value, epsilon = 1e-11);
         }
         // The zeroth moment of the modified kernel is one (3.16), the estimate of a linear field is not its value.
         let total: f64 = (0..35).map(|i| rk.modified_kernel(&at, i).unwrap()).sum();
-        assert!((total - 1.0).abs() < 1e-12);
+        assert_abs_diff_eq!(total, 1.0, epsilon = 1e-12);
     }
 }
 
@@ -43,7 +44,7 @@ fn densities_of_unequal_supports_are_those_of_the_modified_kernel() {
         let at = at.into();
         let psi = rk.shape_functions(&at).unwrap();
         for (&node, value) in psi.nodes.iter().zip(&psi.values) {
-            assert!((rk.modified_kernel(&at, node as usize).unwrap() - value).abs() < 1e-11);
+            assert_abs_diff_eq!(rk.modified_kernel(&at, node as usize).unwrap(), value, epsilon = 1e-11);
         }
     }
 }
@@ -62,21 +63,21 @@ fn the_uncorrected_estimate_fails_at_the_boundary() {
     let ones = vec![1.0; n];
     // ∫Φ = 1/2 for (3.25), and the trapezoidal sum of a B-spline on its own break points is exact.
     for at in [5.0, 7.3, 10.0, 12.81] {
-        assert!((rk.kernel_estimate(&[at].into(), &ones) - 0.5).abs() < 1e-14);
-        assert!((rk.moment(&[at].into(), [0]) - 0.5).abs() < 1e-14);
-        assert!(rk.moment(&[at].into(), [1]).abs() < 1e-14);
+        assert_abs_diff_eq!(rk.kernel_estimate(&[at].into(), &ones), 0.5, epsilon = 1e-14);
+        assert_abs_diff_eq!(rk.moment(&[at].into(), [0]), 0.5, epsilon = 1e-14);
+        assert_abs_diff_eq!(rk.moment(&[at].into(), [1]), 0.0, epsilon = 1e-14);
     }
     let interior = rk.moment_matrix(&[8.0].into());
     // Remark 4: constant in the interior from particle to particle.
-    assert!((rk.moment_matrix(&[11.0].into()) - &interior).norm() < 1e-13);
+    assert_abs_diff_eq!(rk.moment_matrix(&[11.0].into()), interior, epsilon = 5e-14);
     assert!((rk.moment_matrix(&[0.0].into()) - &interior).norm() > 0.1);
-    assert!((rk.kernel_estimate(&[0.0].into(), &ones) - 0.25).abs() < 1e-14);
+    assert_abs_diff_eq!(rk.kernel_estimate(&[0.0].into(), &ones), 0.25, epsilon = 1e-14);
     assert!(rk.kernel_estimate(&[0.0].into(), &ones[1..]).is_nan());
     // The correction is constant inside (Fig. 1) and repairs the end.
     let c = rk.correction(&[8.0].into(), &[7.0].into()).unwrap();
-    assert!((c - 2.0).abs() < 1e-13);
+    assert_abs_diff_eq!(c, 2.0, epsilon = 1e-13);
     let repaired: f64 = (0..n).map(|i| rk.modified_kernel(&[0.0].into(), i).unwrap()).sum();
-    assert!((repaired - 1.0).abs() < 1e-14);
+    assert_abs_diff_eq!(repaired, 1.0, epsilon = 1e-14);
 }
 
 #[test]
@@ -111,7 +112,7 @@ fn full_transformation_interpolates_and_agrees() {
         // Ψ̂_I(X_J) = δ_IJ (4.33), and with it point loads at particles act on one coefficient alone: rounding
         // of the inverse of Λ.
         for (i, value) in full.transformed(&psi.nodes, &psi.values).iter().enumerate() {
-            assert!((value - f64::from(i == j)).abs() < 1e-12);
+            assert_abs_diff_eq!(*value, f64::from(i == j), epsilon = 1e-12);
         }
     }
     let scheme = Scheme::default().particles([7, 5]).constraint_kind(rkpm::scene::ConstraintKind::AtParticles);
@@ -127,10 +128,10 @@ fn full_transformation_interpolates_and_agrees() {
     let full = problem.run().unwrap().completed().unwrap();
     // One space, one solution: the tolerance of Newton and rounding of the dense inverse.
     for (a, b) in mixed.last().displacement.iter().zip(&full.last().displacement) {
-        assert!((a - b).abs() < 1e-10);
+        assert_abs_diff_eq!(a, b, epsilon = 1e-10);
     }
     for (a, b) in mixed.last().multipliers.iter().zip(&full.last().multipliers) {
-        assert!((a - b).abs() < 1e-8);
+        assert_abs_diff_eq!(a, b, epsilon = 1e-8);
     }
     // Boundary integrals are no rows at particles.
     let scheme = Scheme::default().particles([7, 5]);

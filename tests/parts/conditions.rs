@@ -6,6 +6,7 @@
 use rkpm::prelude::*;
 
 use super::file;
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 
 fn mesh(name: &str) -> Mesh<3> {
     Mesh::<3>::parse(&file(name)).unwrap()
@@ -30,7 +31,7 @@ fn beddings_and_total_forces() {
         let guided = on(Load::elastic_foundation("left", soft)).prescribe("right", 1, 0.0).prescribe("right", 2, 0.0);
         let (problem, path) = run(guided.with(Load::force("right", [1e-6, 0.0, 0.0])));
         let left = problem.displacement(path.last(), &[0.0, 0.75, 0.3].into()).unwrap();
-        assert!((left[0] / (1e-6 / (soft * area)) - 1.0).abs() < 5e-3, "{name}: {left}");
+        assert!(abs_diff_eq!(left[0] / (1e-6 / (soft * area)), 1.0, epsilon = 5e-3), "{name}: {left}");
         // A body that is moved as a whole is held back by k·A·u, by normal springs along the normal alone.
         let moved = |elastic_foundation| {
             let (problem, path) =
@@ -49,12 +50,12 @@ fn beddings_and_total_forces() {
         .hold("left")
         .with(load(Place::on("right").within(halves), [0.01, 0.0, 0.0]))
         .with(load(Place::on("right").within(move |x| !halves(x)), [0.02, 0.0, 0.0])));
-    assert!((problem.reaction(path.last(), "left").unwrap()[0] + 0.03).abs() < 1e-10);
+    assert_abs_diff_eq!(problem.reaction(path.last(), "left").unwrap()[0], -0.03, epsilon = 1e-10);
     // A force is that of its face, and the base takes it.
     let (force, plug) = ([0.02, 0.0, -0.1], mesh("plug_41_binary.msh").body("rubber").unwrap());
     let (problem, path) = run(Scene::new(&plug, Solid, rubber()).hold("base").with(Load::force("steel plate", force)));
     let base = problem.reaction(path.last(), "base").unwrap();
-    assert!((base + Point::<3>::from(force)).norm() < 1e-9, "{base}");
+    assert_abs_diff_eq!(base, -Point::<3>::from(force), epsilon = 5e-10);
 }
 
 /// A face turned about an axis: by components, and by the tangent and the radius at each point.
@@ -75,7 +76,8 @@ fn cylindrical_directions_are_those_of_the_points() {
         (problem.energy(path.last()).unwrap(), problem.moment(path.last(), "top", [0.0; 3]).unwrap()[2])
     });
     // At the particle on the axis neither direction is defined: what its trace function weighs lies around it.
-    assert!((one.0 / other.0 - 1.0).abs() < 1e-2 && (one.1 / other.1 - 1.0).abs() < 1e-2, "{one:?} {other:?}");
+    assert_abs_diff_eq!(one.0 / other.0, 1.0, epsilon = 1e-2);
+    assert_abs_diff_eq!(one.1 / other.1, 1.0, epsilon = 1e-2);
     assert!(one.1 > 0.01);
 }
 
@@ -92,12 +94,12 @@ fn inclined_planes_hold_along_their_normal() {
             .with(Condition::on(slope()).along(direction, 0.0).named("slope"))
             .with(Condition::on(back()).displacement([0.05, 0.02, 0.0]).named("back")));
         let force = problem.reaction(path.last(), "slope").unwrap();
-        assert!((force + problem.reaction(path.last(), "back").unwrap()).norm() < 1e-9 * force.norm());
+        assert_abs_diff_eq!(force, -problem.reaction(path.last(), "back").unwrap(), epsilon = 5e-10 * force.norm());
         assert!((force[0] * sin - force[1] * cos).abs() + force[2].abs() < 1e-9 * force.norm(), "{force}");
         assert!(force.norm() > 1e-3);
         problem.energy(path.last()).unwrap()
     });
-    assert!((answers[0] / answers[1] - 1.0).abs() < 1e-9, "{answers:?}");
+    assert_abs_diff_eq!(answers[0] / answers[1], 1.0, epsilon = 1e-9);
 }
 
 /// Errors of a first try say what to do.
@@ -137,7 +139,10 @@ fn volumes_are_rigid_bodies_and_paths_are_written_whole() {
     let alone = plug.body("rubber").unwrap();
     assert_eq!(problem.cells().positions(), alone.points());
     let motion = problem.rigid_motion(path.last(), "steel plate").unwrap();
-    assert!((motion.displacement[0] - 0.2).abs() < 0.05 && motion.rotation_vector()[1] > 1e-3, "{motion:?}");
+    assert!(
+        abs_diff_eq!(motion.displacement[0], 0.2, epsilon = 0.05) && motion.rotation_vector()[1] > 1e-3,
+        "{motion:?}"
+    );
     let folder = std::env::temp_dir().join(format!("rkpm-parts-{}", std::process::id()));
     problem.write(&path, folder.join("plug.pvd")).unwrap();
     let text = std::fs::read_to_string(folder.join("plug.csv")).unwrap();
@@ -145,11 +150,13 @@ fn volumes_are_rigid_bodies_and_paths_are_written_whole() {
     let last: Vec<f64> = text.lines().last().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
     let at = |name: &str| last[header.iter().position(|column| *column == name).unwrap_or_else(|| panic!("{name}"))];
     assert_eq!(text.lines().count(), 2 + path.steps.len());
-    assert!((at("base: force_2") - 0.05).abs() < 1e-9 && (at("steel plate: force_2") + 0.05).abs() < 1e-9);
-    assert!((at("steel plate: force_0") - at("push: force_0")).abs() < 1e-9);
-    assert!((at("steel plate: displacement_0") - motion.displacement[0]).abs() < 1e-12);
-    assert!((at("steel plate: rotation_1") - motion.rotation_vector()[1]).abs() < 1e-12);
-    assert!(at("base: displacement_2").abs() < 1e-12 && !header.contains(&"push: displacement_1"));
+    assert_abs_diff_eq!(at("base: force_2"), 0.05, epsilon = 1e-9);
+    assert_abs_diff_eq!(at("steel plate: force_2"), -0.05, epsilon = 1e-9);
+    assert_abs_diff_eq!(at("steel plate: force_0"), at("push: force_0"), epsilon = 1e-9);
+    assert_abs_diff_eq!(at("steel plate: displacement_0"), motion.displacement[0], epsilon = 1e-12);
+    assert_abs_diff_eq!(at("steel plate: rotation_1"), motion.rotation_vector()[1], epsilon = 1e-12);
+    assert_abs_diff_eq!(at("base: displacement_2"), 0.0, epsilon = 1e-12);
+    assert!(!header.contains(&"push: displacement_1"));
     let films = std::fs::read_to_string(folder.join("plug.pvd")).unwrap();
     assert_eq!(films.matches("<DataSet").count(), 1 + path.steps.len());
     let grid = problem.vtk_grid(path.last()).unwrap();
@@ -201,6 +208,6 @@ fn units_and_origins_change_nothing() {
     assert!(here[0] > 0.1 && here[2] < -0.1, "{here}");
     for (scale, shift) in [(1e-3, [0.0; 3]), (1e3, [0.0; 3]), (1.0, [2e3, -1e3, 500.0]), (1e-3, [1e4, 0.0, 3e3])] {
         let there = force(scale, shift);
-        assert!((there - here).norm() < 1e-8 * here.norm(), "{scale} {shift:?}: {here} {there}");
+        assert!(abs_diff_eq!(there, here, epsilon = 5e-9 * here.norm()), "{scale} {shift:?}: {here} {there}");
     }
 }

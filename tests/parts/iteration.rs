@@ -9,6 +9,7 @@ use rkpm::scene::SolverChoice;
 use rkpm::solid::{Select, Shape};
 
 use super::file;
+use approx::assert_abs_diff_eq;
 
 fn rubber() -> Rubber {
     Rubber::neo_hookean(0.5, 5e3).unwrap()
@@ -30,7 +31,7 @@ fn both(scene: &Scene<3>, scheme: &Scheme, part: &str) -> usize {
     let size = found[1][..3].iter().map(|f| f * f).sum::<f64>().sqrt();
     let sizes = [size, size, size, found[1][3]];
     for ((krylov, direct), size) in found[0].iter().zip(&found[1]).zip(sizes) {
-        assert!((krylov - direct).abs() < 1e-7 * size, "{krylov} {direct}");
+        assert_abs_diff_eq!(krylov, direct, epsilon = 1e-7 * size);
     }
     assert!(most > 0);
     most

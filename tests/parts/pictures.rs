@@ -8,6 +8,7 @@ use rkpm::prelude::*;
 use rkpm::scene::Field;
 
 use super::file;
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 
 /// The pixels of a picture, row by row.
 struct Image {
@@ -83,11 +84,11 @@ fn a_body_covers_its_projection() {
     for view in [(-90.0, 90.0), (-90.0, 0.0)] {
         let covered = Image::of(&picture.clone().view(view.0, view.1).size(400, 400)).covered();
         // Half of the image, and half a pixel of an edge around.
-        assert!((covered - 0.5).abs() < 0.01, "{view:?}: {covered}");
+        assert!(abs_diff_eq!(covered, 0.5, epsilon = 0.01), "{view:?}: {covered}");
     }
     // Seen along the diagonal of the brick's plane: its width is 2 sin + 1 cos, its height 1.
     let covered = Image::of(&picture.view(-45.0, 0.0).size(400, 400)).covered();
-    assert!((covered - 2f64.sqrt() / 3.0).abs() < 0.01, "{covered}");
+    assert_abs_diff_eq!(covered, 2f64.sqrt() / 3.0, epsilon = 0.01);
 }
 
 #[test]
@@ -143,7 +144,7 @@ fn meshes_and_two_states_side_by_side_are_shown() {
 fn what_can_not_be_shown_is_refused() {
     let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Point::<2>::from);
     let sound = || Picture::new(&corners, vec![vec![0, 1, 2]]);
-    assert!((Image::of(&sound().size(100, 100)).covered() - 0.5).abs() < 0.03);
+    assert_abs_diff_eq!(Image::of(&sound().size(100, 100)).covered(), 0.5, epsilon = 0.03);
     let svg = sound().coloured("u < v", vec![0.0, 0.5, 1.0]).range(0.0, 2.0).to_svg().unwrap();
     assert!(svg.contains("u &lt; v") && !svg.contains("NaN"));
     assert!(!sound().coloured("", vec![1.0; 3]).to_svg().unwrap().contains("NaN"));

@@ -5,6 +5,7 @@
 use std::fmt::Write as _;
 use std::time::Instant;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use rkpm::error::MeshError;
 use rkpm::geometry::Point;
 use rkpm::mesh::{CellShape, Mesh};
@@ -24,7 +25,7 @@ fn volumes_and_areas_by_group_are_those_that_meshio_reads() {
         } else {
             Mesh::<3>::parse(&file(name)).unwrap().measure(group).unwrap()
         };
-        assert!((found / value - 1.0).abs() <= 1e-12, "{line}: {found}");
+        assert!(relative_eq!(found, value, max_relative = 1e-12), "{line}: {found}");
         compared += 1;
     }
     assert_eq!(compared, 31);
@@ -41,7 +42,7 @@ fn all_four_formats_read_the_same() {
         assert_eq!(first.points().len(), other.points().len());
         for (a, b) in first.points().iter().zip(other.points()) {
             // Text has sixteen digits.
-            assert!((a - b).norm() <= 1e-15, "{name}: {a} {b}");
+            assert!(abs_diff_eq!(a, b, epsilon = 5e-16), "{name}: {a} {b}");
         }
         for cell in 0..first.cell_count() {
             assert_eq!(first.cell(cell), other.cell(cell), "{name}");
@@ -54,7 +55,7 @@ fn all_four_formats_read_the_same() {
     let second = Mesh::<3>::parse(&file("plug_second_order.msh")).unwrap();
     assert_eq!(second.points().len(), first.points().len());
     assert_eq!(second.cell_count(), first.cell_count());
-    assert!((second.total() / first.total() - 1.0).abs() < 1e-12);
+    assert_relative_eq!(second.total(), first.total(), max_relative = 1e-12);
 }
 
 /// The bytes of a binary file of the other order: what a machine of that kind would write.
@@ -144,18 +145,18 @@ fn either_order_of_bytes_is_read() {
 fn bodies_and_refined_meshes_keep_their_groups() {
     let plug = Mesh::<3>::parse(&file("plug_41_binary.msh")).unwrap();
     let rubber = plug.body("rubber").unwrap();
-    assert!((rubber.total() - plug.measure("rubber").unwrap()).abs() < 1e-12);
+    assert_abs_diff_eq!(rubber.total(), plug.measure("rubber").unwrap(), epsilon = 1e-12);
     // The face on which the steel is bonded has the steel's name.
     assert_eq!(rubber.groups(2).collect::<Vec<_>>(), ["base", "ends", "steel plate"]);
     let steel = plug.body("steel plate").unwrap();
-    assert!((rubber.measure("steel plate").unwrap() - steel.measure("rubber").unwrap()).abs() < 1e-12);
-    assert!((steel.measure("rubber").unwrap() / steel.measure("top").unwrap() - 1.0).abs() < 1e-2);
-    assert!((rubber.measure("ends").unwrap() - plug.measure("base").unwrap()).abs() < 1e-12);
+    assert_abs_diff_eq!(rubber.measure("steel plate").unwrap(), steel.measure("rubber").unwrap(), epsilon = 1e-12);
+    assert_abs_diff_eq!(steel.measure("rubber").unwrap() / steel.measure("top").unwrap(), 1.0, epsilon = 1e-2);
+    assert_abs_diff_eq!(rubber.measure("ends").unwrap(), plug.measure("base").unwrap(), epsilon = 1e-12);
     let finer = plug.refined().unwrap();
     assert_eq!(finer.cell_count(), 8 * plug.cell_count());
     for group in ["rubber", "steel plate", "base", "ends", "top"] {
         let (a, b) = (finer.measure(group).unwrap(), plug.measure(group).unwrap());
-        assert!((a / b - 1.0).abs() < 1e-12, "{group}: {a} {b}");
+        assert!(abs_diff_eq!(a / b, 1.0, epsilon = 1e-12), "{group}: {a} {b}");
     }
     // Of second order: refined meshes follow the cylinder, whose volume chords cut short.
     let second = Mesh::<3>::parse(&file("plug_second_order.msh")).unwrap();
@@ -172,7 +173,7 @@ fn bodies_and_refined_meshes_keep_their_groups() {
     let left = off[2] - steps[1] / 3.0;
     assert!(steps[1] < steps[0] / 3.5 && left.abs() < 0.03 * off[0], "{off:?} {left}");
     let flat = Mesh::<2>::parse(&file("flat.msh")).unwrap();
-    assert!((flat.refined().unwrap().total() / flat.total() - 1.0).abs() < 1e-12);
+    assert_relative_eq!(flat.refined().unwrap().total(), flat.total(), max_relative = 1e-12);
 }
 
 /// A text file with the given nodes and elements.
@@ -188,10 +189,10 @@ fn what_is_wrong_is_named() {
     let corners = "1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n";
     let sound = text(corners, "1 4 2 1 1 1 2 3 4\n");
     let mesh = Mesh::<3>::parse(&sound).unwrap();
-    assert!((mesh.measure("1").unwrap() - 1.0 / 6.0).abs() < 1e-15);
+    assert_abs_diff_eq!(mesh.measure("1").unwrap(), 1.0 / 6.0, epsilon = 1e-15);
     // Mirrored numbering is turned round.
     let mirrored = Mesh::<3>::parse(&text(corners, "1 4 2 1 1 1 3 2 4\n")).unwrap();
-    assert!((mirrored.total() - 1.0 / 6.0).abs() < 1e-15);
+    assert_abs_diff_eq!(mirrored.total(), 1.0 / 6.0, epsilon = 1e-15);
 
     let refused = |bytes: &[u8]| Mesh::<3>::parse(bytes).unwrap_err();
     let with = |from: &str, to: &str| String::from_utf8(sound.clone()).unwrap().replace(from, to).into_bytes();
@@ -290,7 +291,7 @@ fn a_block_is_read_whole() {
     for binary in [false, true] {
         let mesh = Mesh::<3>::parse(&block(8, binary)).unwrap();
         assert_eq!((mesh.points().len(), mesh.cell_count()), (512, 343));
-        assert!((mesh.total() - 1.0).abs() < 1e-12);
+        assert_abs_diff_eq!(mesh.total(), 1.0, epsilon = 1e-12);
     }
 }
 

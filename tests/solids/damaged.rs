@@ -6,6 +6,7 @@ use rkpm::solid::Solid3;
 
 use super::memory::peak;
 use super::{ascii_stl, binary_stl, cube, sphere};
+use approx::relative_eq;
 
 /// Damages a file in one to four places.
 fn mutated(bytes: &[u8], random: &mut fastrand::Rng) -> Vec<u8> {
@@ -64,7 +65,10 @@ fn damaged_files_neither_panic_nor_fill_the_memory() {
                 if let Some(Ok(cells)) = cut {
                     divided += 1;
                     let found: f64 = cells.smoothing(2, 2, &cells.zones(2)).unwrap().volumes().iter().sum();
-                    assert!((found / volume - 1.0).abs() < 1e-6, "round {number}: {found} of {volume}");
+                    assert!(
+                        relative_eq!(found, volume, epsilon = 0.0, max_relative = 1e-6),
+                        "round {number}: {found} of {volume}"
+                    );
                 }
                 assert!(volume > 0.0 && volume.is_finite(), "round {number}: {volume}");
             }

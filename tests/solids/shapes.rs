@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use approx::assert_abs_diff_eq;
 use rkpm::error::{GeometryError, SolidError};
 use rkpm::geometry::Point;
 use rkpm::solid::{Shape, Solid3};
@@ -36,11 +37,11 @@ fn edges_are_sharp_and_plane_faces_exact() {
     let bracket = block([0.0; 3], [2.0, 1.0, 1.0]).minus(block([0.5, 0.4, -1.0], [1.5, 2.0, 2.0]).named("slot"));
     let bracket = bracket.union(block([0.0, 1.0, 0.0], [0.2, 1.5, 1.0])).rotated([1.0, 1.0, 0.3], 0.4);
     let solid = bracket.solid(0.11).unwrap();
-    assert!((solid.volume() - (2.0 - 0.6 + 0.1)).abs() < 1e-9, "{}", solid.volume());
+    assert_abs_diff_eq!(solid.volume(), 2.0 - 0.6 + 0.1, epsilon = 1e-9);
     let features = solid.features(0.5);
     assert_eq!(features.corners.len(), 20);
     let slot: f64 = solid.facets_of("slot").unwrap().iter().map(|&f| facet_area(&solid, f)).sum();
-    assert!((slot - (1.0 + 0.6 + 0.6)).abs() < 1e-9, "{slot}");
+    assert_abs_diff_eq!(slot, 1.0 + 0.6 + 0.6, epsilon = 1e-9);
 }
 
 fn facet_area(solid: &Solid3, facet: u32) -> f64 {
@@ -150,7 +151,7 @@ fn voxels_above_a_threshold_are_a_solid() {
     let volume = 4.0 * PI / 3.0 * (1.0 - 0.125) - cap;
     for (values, tolerance) in [(stack(&|d| -d), 2e-3), (stack(&|d| f64::from(d < 0.0) - 0.5), 1e-2)] {
         let solid = Shape::voxels(counts, [0.05; 3], values, 0.0).unwrap().solid(0.05).unwrap();
-        assert!((solid.volume() / volume - 1.0).abs() < tolerance, "{} {volume}", solid.volume());
+        assert_abs_diff_eq!(solid.volume() / volume, 1.0, epsilon = tolerance);
         assert!(!solid.contains(&[1.4, 1.6, 0.8].into()) && solid.contains(&[0.4, 1.5, 0.8].into()));
     }
     let one = Shape::voxels([2, 2, 2], [1.0; 3], vec![1.0; 8], 0.5);

@@ -5,6 +5,7 @@ use rkpm::geometry::Point;
 use rkpm::solid::{Select, Solid3, SurfaceFlaws};
 
 use super::{ascii_stl, binary_stl, cube, drawn, sphere};
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 
 /// The refusal of a surface.
 fn refusal(vertices: Vec<Point<3>>, facets: Vec<[u32; 3]>) -> SolidError {
@@ -39,7 +40,8 @@ fn facets_are_turned_outwards_whatever_their_order() {
             let numbers = (0..soup.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
             let solid = Solid3::new(own, numbers).unwrap();
             assert_eq!((solid.vertices().len(), solid.facets().len()), (vertices.len(), facets.len()));
-            assert!((solid.volume() - exact.volume()).abs() < 1e-12 && (solid.area() - exact.area()).abs() < 1e-12);
+            assert_abs_diff_eq!(solid.volume(), exact.volume(), epsilon = 1e-12);
+            assert_abs_diff_eq!(solid.area(), exact.area(), epsilon = 1e-12);
         }
     }
 }
@@ -63,7 +65,7 @@ fn inside_and_outside_are_those_of_the_sphere() {
         worst = worst.max((solid.winding_number(&x) - f64::from(inside)).abs());
         assert!(solid.contains(&x) == inside && holed.contains(&x) == inside);
         let closest = solid.closest(&x);
-        assert!((closest.distance - (x.norm() - 1.0).abs()).abs() < 2e-3);
+        assert_abs_diff_eq!(closest.distance, (x.norm() - 1.0).abs(), epsilon = 2e-3);
         let least = (0..facets.len()).map(|f| (solid.corners(f).iter().sum::<Point<3>>() / 3.0 - x).norm());
         assert!(closest.distance <= least.fold(f64::INFINITY, f64::min) + 1e-15);
     }
@@ -81,13 +83,13 @@ fn parts_within_parts_are_cavities_or_refused() {
             facets.iter_mut().for_each(|facet| facet.reverse());
         }
         let solid = Solid3::new(vertices, facets).unwrap();
-        assert!((solid.volume() - (8.0 - 0.125)).abs() < 1e-12);
+        assert_abs_diff_eq!(solid.volume(), 8.0 - 0.125, epsilon = 1e-12);
         assert!(!solid.contains(&[0.1, 0.0, 0.0].into()) && solid.contains(&[0.5, 0.0, 0.0].into()));
     }
     let (vertices, facets) = both(cube(), inner());
     assert!(matches!(refusal(vertices, facets), SolidError::Nested { at } if at.iter().all(|x| x.abs() < 0.36)));
     let (vertices, facets) = both(cube(), shifted(cube(), [3.0, 0.5, 0.0], 1.0));
-    assert!((Solid3::new(vertices, facets).unwrap().volume() - 16.0).abs() < 1e-12);
+    assert_abs_diff_eq!(Solid3::new(vertices, facets).unwrap().volume(), 16.0, epsilon = 1e-12);
 }
 
 #[test]
@@ -95,7 +97,9 @@ fn what_encloses_nothing_is_refused_with_the_place() {
     assert!(matches!(refusal(vec![], vec![]), SolidError::Empty { .. }));
     let (vertices, facets) = cube();
     let open = refusal(vertices.clone(), facets[..10].to_vec());
-    assert!(matches!(open, SolidError::Open { edges: 4, at, area } if at[2] == 1.0 && (area - 4.0).abs() < 1e-12));
+    assert!(
+        matches!(open, SolidError::Open { edges: 4, at, area } if at[2] == 1.0 && abs_diff_eq!(area, 4.0, epsilon = 1e-12))
+    );
     let (crossed, crossing) = both(cube(), shifted(cube(), [0.7, 0.4, 0.3], 0.8));
     assert!(matches!(refusal(crossed, crossing), SolidError::Crossing { at, .. } if at.iter().all(|x| x.abs() < 1.51)));
     // A wall across the cube.
@@ -140,8 +144,9 @@ fn flat_facets_and_cracks_go() {
             facets.push([0, 1, 8]);
         }
         let solid = Solid3::new(vertices.clone(), facets).unwrap();
-        assert!((solid.volume() - 8.0).abs() < 1e-12 && solid.facets().len() == 14);
-        assert!(solid.normals().iter().all(|n| (n.norm() - 1.0).abs() < 1e-12));
+        assert_abs_diff_eq!(solid.volume(), 8.0, epsilon = 1e-12);
+        assert_eq!(solid.facets().len(), 14);
+        assert!(solid.normals().iter().all(|n| abs_diff_eq!(n.norm(), 1.0, epsilon = 1e-12)));
     }
 }
 
@@ -170,7 +175,7 @@ fn binary_and_ascii_files_are_the_same_solid() {
     let text = lower.replace("\nendsolid all", "\nendsolid").replace("solid all", "solid lower half") + &upper;
     let ascii = Solid3::parse_stl(text.as_bytes()).unwrap();
     assert_eq!(ascii.facets(), binary.facets());
-    assert!((ascii.volume() - binary.volume()).abs() < 1e-6);
+    assert_abs_diff_eq!(ascii.volume(), binary.volume(), epsilon = 1e-6);
     assert_eq!(ascii.facets_of("lower half").unwrap().len(), 160);
 }
 
@@ -179,7 +184,7 @@ fn the_bunny_is_closed() {
     let bunny = Solid3::stl("examples/geometry/bunny.stl").unwrap();
     println!("volume {:.6}, area {:.6}", bunny.volume(), bunny.area());
     // By the divergence theorem over the facets as they stand in the file, in double precision.
-    assert!((bunny.volume() - 194.288_371).abs() < 1e-6);
+    assert_abs_diff_eq!(bunny.volume(), 194.288_371, epsilon = 1e-6);
 }
 
 #[test]
