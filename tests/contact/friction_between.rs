@@ -1,5 +1,6 @@
 //! Coulomb's friction between deformable bodies.
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use rkpm::assembly::{StateRef, System};
 use rkpm::kinematics::Kinematics;
 use rkpm::prelude::*;
@@ -55,12 +56,12 @@ fn sticks_below_and_slides_at_the_limit() {
     println!("ratio {ratio}, {} iterations in {} steps", path.iterations, path.steps.len());
     // Where the ends of the face dig in, normals lean by as much as the joint bends.
     assert!(joint.points.iter().filter(|p| p.is_active).any(|p| p.slips));
-    assert!((-ratio / friction - 1.0).abs() < 0.02, "{ratio}");
+    assert_abs_diff_eq!(-ratio / friction, 1.0, epsilon = 0.02);
     let base = problem.reaction(path.last(), on(1, Side::Min, "lower")).unwrap();
     let top = problem.reaction(path.last(), on(1, Side::Max, "upper")).unwrap();
     for i in 0..2 {
-        assert!((base[i] + top[i]).abs() < 1e-7 * top[1].abs(), "{base} {top}");
-        assert!((joint.force[i] + base[i]).abs() < 1e-7 * top[1].abs(), "{base} {}", joint.force);
+        assert_abs_diff_eq!(base[i], -top[i], epsilon = 1e-7 * top[1].abs());
+        assert_abs_diff_eq!(joint.force[i], -base[i], epsilon = 1e-7 * top[1].abs());
     }
     let (problem, path) = run(&blocks(2.0, &[(0.2, 0.0), (1.0, 1e-3)]), &Scheme::default());
     let joint = problem.contact(path.last(), "joint").unwrap();
@@ -88,7 +89,8 @@ fn a_closed_cycle_balances() {
     let taken = until(to) - until(from);
     let kept = path.steps[to].energy - path.steps[from].energy;
     println!("work {work}, taken {taken}, kept {kept}, {} iterations in {} steps", path.iterations, path.steps.len());
-    assert!(taken > 0.0 && ((work - taken - kept) / taken).abs() < 3e-2, "{work} {taken} {kept}");
+    assert!(taken > 0.0, "{taken}");
+    assert_abs_diff_eq!(work, taken + kept, epsilon = 3e-2 * taken);
     // Friction never gives.
     let steps: Vec<f64> = (0..path.steps.len()).map(until).collect();
     assert!(steps.windows(2).all(|pair| pair[1] >= pair[0] - 1e-12), "{steps:?}");
@@ -123,11 +125,11 @@ fn a_sleeve_slides_along_its_shaft() {
     for point in joint.points.iter().filter(|point| point.is_active && point.slips) {
         let expected = point.pressure * (1.0 + friction * friction).sqrt();
         worst = worst.max((point.traction.norm() / expected - 1.0).abs());
-        assert!((point.traction.norm() / expected - 1.0).abs() < 0.01, "{point:?}");
+        assert!(abs_diff_eq!(point.traction.norm() / expected, 1.0, epsilon = 0.01), "{point:?}");
     }
     let outside = |state: &State| problem.reaction(state, on(0, Side::Max, "sleeve")).unwrap()[1];
     let total = outside(path.last());
-    assert!((joint.force[1].abs() - total.abs()).abs() < 1e-7 * total.abs(), "{total} {:?}", joint.force);
+    assert_abs_diff_eq!(joint.force[1].abs(), total.abs(), epsilon = 1e-7 * total.abs());
     let moved = |state: &State| problem.displacement(state, &[1.5, 0.5].into()).unwrap()[1];
     let last = &path.steps[steps - 3..];
     let work: f64 = last
@@ -138,7 +140,8 @@ fn a_sleeve_slides_along_its_shaft() {
     let until = |count: usize| dissipated(&problem, &path, count);
     let (taken, kept) = (until(steps) - until(steps - 2), last[2].energy - last[0].energy);
     println!("work {work}, taken {taken}, kept {kept}; law off by {worst:.1e}");
-    assert!(taken > 0.0 && ((work - taken - kept) / taken).abs() < 3e-2, "{work} {taken} {kept}");
+    assert!(taken > 0.0, "{taken}");
+    assert_abs_diff_eq!(work, taken + kept, epsilon = 3e-2 * taken);
 }
 
 /// In space: a block that slides askew on another carries its friction against the way it goes.
@@ -167,8 +170,9 @@ fn askew_in_space() {
         path.iterations,
         path.steps.len()
     );
-    assert!((along / joint.force[2].abs() / friction - 1.0).abs() < 0.03, "{}", joint.force);
-    assert!((joint.force[0] / joint.force[1] - 0.75).abs() < 0.05 && joint.force[0] < 0.0, "{}", joint.force);
+    assert_abs_diff_eq!(along / joint.force[2].abs() / friction, 1.0, epsilon = 0.03);
+    assert_abs_diff_eq!(joint.force[0] / joint.force[1], 0.75, epsilon = 0.05);
+    assert!(joint.force[0] < 0.0, "{}", joint.force);
 }
 
 /// Numbers in [0, 1) from a given one on.

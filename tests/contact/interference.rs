@@ -1,5 +1,6 @@
 //! Parts that begin inside each other.
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use rkpm::Error;
 use rkpm::prelude::*;
 use rkpm::solve::EquilibriumPath;
@@ -56,9 +57,9 @@ fn large_interference_does_not_depend_on_the_stage() {
     let (problem, path) = solved(&scene(1.0), &scheme);
     let (other, later) = solved(&scene(0.3), &scheme);
     let (first, second) = (mean_pressure(&problem, &path), mean_pressure(&other, &later));
-    assert!((first / second - 1.0).abs() < 1e-6, "{first} {second}");
+    assert_abs_diff_eq!(first / second, 1.0, epsilon = 1e-6);
     let fit = problem.contact(path.last(), "fit").unwrap();
-    assert!(fit.points.iter().all(|p| p.is_active && p.gap.abs() < 1e-9), "{fit:?}");
+    assert!(fit.points.iter().all(|p| p.is_active && abs_diff_eq!(p.gap, 0.0, epsilon = 1e-9)), "{fit:?}");
     // The bore lies on the shaft on the mean.
     let off = fit.points.iter().map(|p| (p.position.norm() - 1.0).abs()).fold(0.0, f64::max);
     assert!(off < 5e-3, "{off}");
@@ -118,7 +119,7 @@ fn overlap_is_shared() {
         .press_fit(Place::on(top).of("lower"), Place::on(bottom).of("upper"), "fit");
     let (problem, path) = solved(&scene, &Scheme::default().particles([5, 5]));
     for f in problem.deformation_gradients(path.last()).unwrap() {
-        assert!((f[(1, 1)] - (1.0 - 0.5 * overlap)).abs() < 1e-8, "{f}");
+        assert_abs_diff_eq!(f[(1, 1)], 1.0 - 0.5 * overlap, epsilon = 1e-8);
     }
 }
 
@@ -161,10 +162,11 @@ fn shrink_fit_of_radial_lines() {
         |free: f64| joint / (2.0 * shear) * (less * joint * joint + free * free) / (joint * joint - free * free).abs();
     let pressure = interference / (give(inner) + give(outer));
     let found = problem.contact(path.last(), "fit").unwrap();
-    assert!((found.peak_pressure() / pressure - 1.0).abs() < 2e-3, "{} {pressure}", found.peak_pressure());
+    assert_abs_diff_eq!(found.peak_pressure() / pressure, 1.0, epsilon = 2e-3);
     let (problem, path) = fit(0.6);
     let found = problem.contact(path.last(), "fit").unwrap();
     let places: Vec<f64> = found.points.iter().map(|point| point.position[0]).collect();
-    assert!(places.len() == 2 && (places[0] - places[1]).abs() < 1e-9, "{places:?}");
-    assert!(found.points.iter().map(|point| point.force[0]).sum::<f64>().abs() < 1e-9, "{found:?}");
+    assert_eq!(places.len(), 2);
+    assert_abs_diff_eq!(places[0], places[1], epsilon = 1e-9);
+    assert_abs_diff_eq!(found.points.iter().map(|point| point.force[0]).sum::<f64>(), 0.0, epsilon = 1e-9);
 }

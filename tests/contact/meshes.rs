@@ -1,5 +1,6 @@
 //! Contact on meshes, by elements on curved blocks, and of a body with itself, beside the same by other means.
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use rkpm::geometry::Mapped;
 use rkpm::mesh::CellShape;
 use rkpm::prelude::*;
@@ -41,7 +42,7 @@ fn widths_do_not_depend_on_the_order_of_a_file() {
     let (problem, path) = solved(&scene, &Scheme::default());
     let plate = problem.contact(path.last(), "plate").unwrap();
     let width = 6.0 / 0.95;
-    assert!((plate.extent / width - 1.0).abs() < 2e-3, "{} of {width}", plate.extent);
+    assert_abs_diff_eq!(plate.extent / width, 1.0, epsilon = 2e-3);
     let rises = plate.points.windows(2).map(|pair| pair[1].position[0] - pair[0].position[0]);
     let signs: Vec<f64> = rises.map(f64::signum).collect();
     assert!(signs.iter().all(|sign| *sign == signs[0]), "points are not in order along the boundary");
@@ -66,7 +67,10 @@ fn elements_on_a_curved_block() {
     for order in [1, 2] {
         let elements = force(Scheme::elements(order).particles([7, 21]));
         println!("order {order}: {elements} beside {particles} of particles");
-        assert!((elements / particles - 1.0).abs() < 0.02, "order {order}: {elements} beside {particles}");
+        assert!(
+            abs_diff_eq!(elements / particles, 1.0, epsilon = 0.02),
+            "order {order}: {elements} beside {particles}"
+        );
     }
 }
 
@@ -97,7 +101,8 @@ fn a_slot_that_closes_on_itself() {
     let [(force, touched, total), (expected, floor, _)] = found;
     assert!(touched > 0.0 && total < 1e-9 * touched, "forces of a body on itself leave {total:e}");
     // The two have other particles, about five across each arm, and differ by 4.4 %: which of them is closer was not measured.
-    assert!((force / expected - 1.0).abs() < 0.06 && (touched / floor - 1.0).abs() < 0.06);
+    assert_abs_diff_eq!(force / expected, 1.0, epsilon = 0.06);
+    assert_abs_diff_eq!(touched / floor, 1.0, epsilon = 0.06);
 }
 
 /// Contact with itself takes factors, whatever is requested: parts of its matrix are left out of them.
@@ -205,7 +210,7 @@ fn faces_cut_from_a_lattice_press_on_others() {
         let (problem, path) = solved(&pillars(false, named_first), &Scheme::default());
         let down = problem.reaction(path.last(), Place::from("top").of("upper")).unwrap();
         let up = problem.reaction(path.last(), Place::on((2, Side::Min)).of("lower")).unwrap();
-        assert!((down + up).norm() < 1e-8 * up.norm(), "{down} {up}");
+        assert_abs_diff_eq!(down, -up, epsilon = 5e-9 * up.norm());
         up[2]
     };
     let forces = [force(true), force(false)];
@@ -213,7 +218,7 @@ fn faces_cut_from_a_lattice_press_on_others() {
     // The pillar alone on rigid ground would give 3 µ A 0.04/0.49, its ends free to widen; the block below is wider and as tall.
     let alone = 3.0 * 0.94 * std::f64::consts::PI * 0.09 * 0.04 / 0.49;
     assert!(forces[0] > 0.5 * alone && forces[0] < alone, "{forces:?} beside {alone}");
-    assert!((forces[1] / forces[0] - 1.0).abs() < 1e-9, "{forces:?}");
+    assert_abs_diff_eq!(forces[1] / forces[0], 1.0, epsilon = 1e-9);
     match pillars(true, true).discretize(&Scheme::default()) {
         Err(rkpm::Error::Incompatible(refusal)) => assert_eq!(refusal.with, "facets cut from a lattice"),
         other => panic!("{:?}", other.map(|_| ())),

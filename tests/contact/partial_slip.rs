@@ -2,6 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use rkpm::prelude::*;
 use rkpm::scene::ContactState;
 use rkpm::solve::EquilibriumPath;
@@ -158,7 +159,8 @@ fn a_sleeve_drawn_along_a_shaft_grips_by_its_tension() {
         contact.points.len(),
         path.iterations
     );
-    assert!((force / expected - 1.0).abs() < 0.02 && slips == contact.points.len(), "{force} {expected}");
+    assert_abs_diff_eq!(force / expected, 1.0, epsilon = 0.02);
+    assert_eq!(slips, contact.points.len());
 }
 
 /// The torque of a roller that is pressed into a layer and turned by some angles.
@@ -192,8 +194,8 @@ fn a_roller_has_its_torque() {
     let [found, finer] = [[65, 17], [97, 25]].map(|counts| torques(&Scheme::default().particles(counts), 0.25));
     assert!(!found.is_empty() && found.len() == finer.len());
     for ([angle, torque], [at, expected]) in found.into_iter().zip(finer) {
-        assert!((angle - at).abs() < 1e-9, "{angle} beside {at}");
+        assert_abs_diff_eq!(angle, at, epsilon = 1e-9);
         println!("{angle:.4} rad: {torque:.5}, {:.2e} off", torque / expected - 1.0);
-        assert!((torque / expected - 1.0).abs() < 0.01, "{angle}: {torque} {expected}");
+        assert!(abs_diff_eq!(torque / expected, 1.0, epsilon = 0.01), "{angle}: {torque} {expected}");
     }
 }

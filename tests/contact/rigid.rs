@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use rkpm::error::Cause;
 use rkpm::prelude::*;
 use rkpm::solve::{Ending, EquilibriumPath};
@@ -32,9 +33,13 @@ fn uniform_pressure_under_uniform_traction() {
             f.determinant() / f[(axis, axis)]
         };
         for point in &floor.points {
-            let error = point.pressure * stretch / traction - 1.0;
-            assert!(point.is_active && error.abs() < 1e-8, "{name}: {error:e} at {:?}", point.reference);
-            assert!(point.gap.abs() < 1e-10);
+            let pressure = point.pressure * stretch;
+            assert!(
+                point.is_active && relative_eq!(pressure, traction, max_relative = 1e-8),
+                "{name}: {pressure} at {:?}",
+                point.reference
+            );
+            assert_abs_diff_eq!(point.gap, 0.0, epsilon = 1e-10);
         }
     }
     let floor = || RigidSurface::plane([0.0, 0.0], [0.0, 1.0]).named("floor");
@@ -115,7 +120,7 @@ fn units_do_not_matter() {
         }
     }
     // It began with a gap, and nothing but the die holds it against the traction.
-    assert!((first.1 - 0.1).abs() < 1e-10, "{first:?}");
+    assert_abs_diff_eq!(first.1, 0.1, epsilon = 1e-10);
 }
 
 /// A plate that a force pushes onto a cylinder across a gap: it travels, touches and carries its force; what a plate that is
@@ -133,11 +138,11 @@ fn pushed_and_moved_plates_agree() {
     let scheme = Scheme::default().particles([9]);
     let (problem, path) = solved(&body().contact("outer", plane().pushed([0.0, -0.3])), &scheme);
     let pushed = problem.contact(path.last(), "plate").unwrap();
-    assert!((pushed.force[1] + 0.3).abs() < 1e-9, "{:?}", pushed.force);
+    assert_abs_diff_eq!(pushed.force[1], -0.3, epsilon = 1e-9);
     assert!(pushed.travel[1] < -0.35 && pushed.travel[0] == 0.0, "{:?}", pushed.travel);
     let (problem, path) = solved(&body().contact("outer", plane().moving([0.0, pushed.travel[1]])), &scheme);
     let moved = problem.contact(path.last(), "plate").unwrap();
-    assert!((moved.force[1] / pushed.force[1] - 1.0).abs() < 1e-8, "{} {}", moved.force, pushed.force);
+    assert_relative_eq!(moved.force[1], pushed.force[1], max_relative = 1e-8);
 }
 
 /// Two plates on one cylinder that nothing else holds along their way: one carries what the other does.
@@ -150,7 +155,8 @@ fn plates_balance() {
         .contact("outer", RigidSurface::plane([0.0, -1.0], [0.0, 1.0]).named("lower"));
     let (problem, path) = solved(&scene, &Scheme::default().particles([12]));
     let [upper, lower] = ["upper", "lower"].map(|name| problem.contact(path.last(), name).unwrap().force[1]);
-    assert!(lower > 0.1 && (upper / lower + 1.0).abs() < 1e-10, "{upper} {lower}");
+    assert!(lower > 0.1);
+    assert_relative_eq!(upper, -lower, max_relative = 1e-10);
 }
 
 /// No trace function is pulled, no trace function goes in, and where one presses there is no gap: on a body that corners, a plane and a bore touch.
@@ -169,12 +175,12 @@ fn complementarity() {
         let mut pressed = 0;
         for point in &contact.points {
             assert!(point.pressure >= 0.0 && point.gap > -1e-9, "{name}: {point:?}");
-            assert!(point.pressure == 0.0 || point.gap.abs() < 1e-9, "{name}: {point:?}");
+            assert!(point.pressure == 0.0 || abs_diff_eq!(point.gap, 0.0, epsilon = 1e-9), "{name}: {point:?}");
             pressed += usize::from(point.pressure > 0.0);
         }
         assert!(pressed >= 3, "{name}: {pressed}");
     }
-    assert!(total.norm() < 1e-6, "{total}");
+    assert_abs_diff_eq!(total, Point::<2>::zeros(), epsilon = 5e-7);
 }
 
 /// A place with a name, and some of a face, touch as parts do.
@@ -194,7 +200,7 @@ fn places_touch_as_parts_do() {
     let whole = force(block().contact((1, Side::Max), die()));
     assert_eq!(whole, force(block().contact("lid side", die())));
     let left = Place::on("lid side").within(|x: &Point<2>| x[0] < 1.0);
-    assert!((force(block().contact(left, die())) / whole - 1.0).abs() < 1e-9);
+    assert_abs_diff_eq!(force(block().contact(left, die())) / whole, 1.0, epsilon = 1e-9);
 }
 
 /// The hull of a mesh carries what a plane does where it is flat.
@@ -215,7 +221,8 @@ fn hulls_press_as_planes_do() {
     };
     let (hull, plane) =
         (force(RigidSurface::hull(&lid)), force(RigidSurface::plane([0.0, 0.0, 1.1], [0.0, 0.0, -1.0])));
-    assert!(plane < -0.1 && (hull / plane - 1.0).abs() < 1e-9, "{hull} {plane}");
+    assert!(plane < -0.1);
+    assert_relative_eq!(hull, plane, max_relative = 1e-9);
 }
 
 /// Six plates that come in upon all faces of a block by their ways.
@@ -236,12 +243,13 @@ fn balanced(problem: &Problem<3>, path: &EquilibriumPath) -> [f64; 3] {
     let (mut moment, mut arms) = (Point::<3>::zeros(), 0.0);
     let forces = std::array::from_fn(|axis| {
         let [low, high] = ["-1", "1"].map(|sign| problem.contact(path.last(), &format!("{axis} {sign}")).unwrap());
-        assert!(low.force[axis] > 0.1 && (high.force[axis] / low.force[axis] + 1.0).abs() < 1e-8);
+        assert!(low.force[axis] > 0.1);
+        assert_relative_eq!(high.force[axis], -low.force[axis], max_relative = 1e-8);
         moment += low.moment + high.moment;
         arms += low.force.norm();
         low.force[axis]
     });
-    assert!(moment.norm() < 1e-8 * arms, "{moment}");
+    assert_abs_diff_eq!(moment, Point::<3>::zeros(), epsilon = 5e-9 * arms);
     forces
 }
 
@@ -257,12 +265,12 @@ fn a_cube_locked_by_six_plates() {
         println!("forces {forces:?}, {} iterations in {} steps", path.iterations, path.steps.len());
         let stretches = ways.map(|way| 1.0 - way);
         for f in problem.deformation_gradients(path.last()).unwrap() {
-            assert!((f - diagonal(stretches)).norm() < 1e-8, "{f}");
+            assert_abs_diff_eq!(f, diagonal(stretches), epsilon = 3e-9);
         }
         let stress = problem.stress(path.last(), &Point::<3>::zeros()).unwrap();
         for axis in 0..3 {
             let area = 4.0 * stretches.iter().product::<f64>() / stretches[axis];
-            assert!((-stress[(axis, axis)] * area / forces[axis] - 1.0).abs() < 1e-8, "{stress}");
+            assert_relative_eq!(-stress[(axis, axis)] * area, forces[axis], max_relative = 1e-8);
         }
     }
 }
@@ -316,7 +324,7 @@ fn narrow_tools_do_not_pass_through() {
         let force = problem.contact(path.last(), "bar").unwrap().force[1];
         println!("{cells}: load {:.3}, force {force:.2}, {:?}", path.last().load, path.ending);
         match &path.ending {
-            Ending::Completed => assert!((force / -35.3 - 1.0).abs() < 0.1, "{cells}: {force}"),
+            Ending::Completed => assert!(abs_diff_eq!(force / -35.3, 1.0, epsilon = 0.1), "{cells}: {force}"),
             Ending::Stalled(stalled) => assert!(stalled.load > 0.3 && force < 0.0, "{cells}: {stalled:?} {force}"),
             other => panic!("{cells}: {other:?}"),
         }

@@ -1,5 +1,6 @@
 //! Round bodies between surfaces without friction.
 
+use approx::assert_abs_diff_eq;
 use rkpm::prelude::*;
 
 const RADIUS: f64 = 0.2;
@@ -25,7 +26,7 @@ fn a_ring_does_not_roll() {
     assert_eq!(held.len(), 1);
     assert!(held[0].moment.abs() < 2e-2 * RADIUS * top.force[1].abs(), "{held:?} {}", top.force);
     let [left, right] = [-0.16, 0.16].map(|x| problem.displacement(path.last(), &[x, 0.0].into()).unwrap());
-    assert!((left[1] - right[1]).abs() < 0.02 * RADIUS, "{left} {right}");
+    assert_abs_diff_eq!(left[1], right[1], epsilon = 0.02 * RADIUS);
     assert!(path.iterations <= 60 && path.steps.last().unwrap().unstable == Some(0));
 }
 

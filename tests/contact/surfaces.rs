@@ -1,5 +1,6 @@
 //! Normals are gradients of gaps, curvatures are gradients of normals, for every rigid surface.
 
+use approx::abs_diff_eq;
 use rkpm::contact::{Ball, Cone, Cylinder, Plane, Profile, Surface, Triangulated};
 use rkpm::geometry::{Point, Turn};
 use rkpm::mesh::{CellShape, Mesh};
@@ -22,7 +23,7 @@ fn check<const D: usize>(name: &str, surface: &impl Surface<D>, size: f64) {
     for _ in 0..400 {
         let x = Point::<D>::from_fn(|_, _| size * draw());
         let at = surface.nearest(&x);
-        assert!((at.normal.norm() - 1.0).abs() < 1e-12, "{name}: normal {:?} at {x:?}", at.normal);
+        assert!(abs_diff_eq!(at.normal.norm(), 1.0, epsilon = 1e-12), "{name}: normal {:?} at {x:?}", at.normal);
         let moved = |i: usize, by: f64| {
             let mut y = x;
             y[i] += by;
@@ -35,16 +36,16 @@ fn check<const D: usize>(name: &str, surface: &impl Surface<D>, size: f64) {
             continue;
         }
         checked += 1;
-        assert!(foot.gap.abs() < 1e-9 * size, "{name}: foot of {x:?} is {:e} off", foot.gap);
+        assert!(abs_diff_eq!(foot.gap, 0.0, epsilon = 1e-9 * size), "{name}: foot of {x:?} is {:e} off", foot.gap);
         for i in 0..D {
             let (ahead, behind) = (moved(i, h), moved(i, -h));
             let slope = (ahead.gap - behind.gap) / (2.0 * h);
-            assert!((slope - at.normal[i]).abs() < 1e-6, "{name} at {x:?}: {slope} {}", at.normal[i]);
+            assert!(abs_diff_eq!(slope, at.normal[i], epsilon = 1e-6), "{name} at {x:?}: {slope} {}", at.normal[i]);
             for j in 0..D {
                 let turn = (ahead.normal[j] - behind.normal[j]) / (2.0 * h);
                 let curvature = at.curvature[(i, j)];
                 assert!(
-                    (turn - curvature).abs() < 1e-4 * (1.0 + curvature.abs()),
+                    abs_diff_eq!(turn, curvature, epsilon = 1e-4 * (1.0 + curvature.abs())),
                     "{name} at {x:?}: {turn} {curvature}"
                 );
             }
@@ -79,12 +80,12 @@ fn normals_and_curvatures_are_derivatives_of_gaps() {
 fn profiles_know_their_inside() {
     let square = Profile::at([0.0, 0.0]).line([1.0, 0.0]).line([1.0, 1.0]).line([0.0, 1.0]).close();
     for (x, gap) in [([0.5, 0.4], -0.4), ([0.5, 1.5], 0.5), ([4.0, 5.0], 5.0), ([-0.3, 0.5], 0.3), ([0.9, 0.5], -0.1)] {
-        assert!((square.nearest(&x.into()).gap - gap).abs() < 1e-12, "{x:?}");
+        assert!(abs_diff_eq!(square.nearest(&x.into()).gap, gap, epsilon = 1e-12), "{x:?}");
     }
     // The same way the other way round bounds a cavity.
     let cavity = Profile::at([0.0, 0.0]).line([0.0, 1.0]).line([1.0, 1.0]).line([1.0, 0.0]).close();
     for (x, gap) in [([0.5, 0.4], 0.4), ([0.5, 1.5], -0.5), ([4.0, 5.0], -5.0)] {
-        assert!((cavity.nearest(&x.into()).gap - gap).abs() < 1e-12, "{x:?}");
+        assert!(abs_diff_eq!(cavity.nearest(&x.into()).gap, gap, epsilon = 1e-12), "{x:?}");
     }
     let open = Profile::at([1.0, 0.0]).line([0.0, 0.0]);
     assert!(open.nearest(&[2.0, 0.3].into()).passed_end && !open.nearest(&[0.5, 0.3].into()).passed_end);
@@ -108,6 +109,6 @@ fn hulls_of_meshes_are_signed_distances() {
         let away = Point::<3>::new(x[0].abs() - 1.0, x[1].abs() - 0.5, x[2].abs() - 0.5);
         let outside = away.map(|v| v.max(0.0)).norm();
         let gap = if outside > 0.0 { outside } else { away.max() };
-        assert!((hull.nearest(&x).gap - gap).abs() < 1e-12, "{x:?}: {} {gap}", hull.nearest(&x).gap);
+        assert!(abs_diff_eq!(hull.nearest(&x).gap, gap, epsilon = 1e-12), "{x:?}: {} {gap}", hull.nearest(&x).gap);
     }
 }

@@ -1,5 +1,6 @@
 //! Rigid surfaces that turn by an angle or under a moment.
 
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use rkpm::prelude::*;
 use rkpm::solve::EquilibriumPath;
 
@@ -47,7 +48,7 @@ fn a_turned_roller_slides() {
             .friction(friction)
     });
     let roller = problem.contact(path.last(), "roller").unwrap();
-    assert!((roller.angle - angle).abs() < 1e-12);
+    assert_abs_diff_eq!(roller.angle, angle, epsilon = 1e-12);
     let centre = [0.0, 1.0 + RADIUS - down];
     let torque = about(&roller, centre);
     let mut expected = 0.0;
@@ -57,14 +58,15 @@ fn a_turned_roller_slides() {
         expected += friction * point.force.dot(&normal) * RADIUS;
     }
     println!("torque {torque}, {expected}");
-    assert!(torque > 0.0 && (torque / expected - 1.0).abs() < 2e-3, "{torque} {expected}");
+    assert!(torque > 0.0);
+    assert_abs_diff_eq!(torque / expected, 1.0, epsilon = 2e-3);
     // Over the last step.
     let last = path.steps.len() - 1;
     let mut part = path.clone();
     part.steps.truncate(last);
     let work = problem.friction_work(&path, "roller").unwrap() - problem.friction_work(&part, "roller").unwrap();
     let turned = angle - problem.contact(&path.steps[last - 1].state, "roller").unwrap().angle;
-    assert!((work / (torque * turned) - 1.0).abs() < 0.02, "{work} {torque} {turned}");
+    assert_abs_diff_eq!(work / (torque * turned), 1.0, epsilon = 0.02);
 }
 
 /// A roller that is driven by a moment below the limit turns until the layer balances it.
@@ -81,7 +83,7 @@ fn a_driven_roller_is_balanced() {
     let roller = problem.contact(path.last(), "roller").unwrap();
     let torque = about(&roller, [0.0, 0.9 + RADIUS]);
     println!("torque {torque}, angle {}", roller.angle);
-    assert!((torque / moment - 1.0).abs() < 1e-7, "{torque}");
+    assert_relative_eq!(torque, moment, max_relative = 1e-7);
     assert!(roller.angle > 0.0 && roller.angle < 0.2, "{}", roller.angle);
 }
 
@@ -95,8 +97,8 @@ fn a_drawn_roller_rolls() {
     });
     let roller = problem.contact(path.last(), "roller").unwrap();
     println!("angle {}", roller.angle);
-    assert!(about(&roller, [way, 1.0 + RADIUS - sunk]).abs() < 1e-8 * roller.force[1].abs());
-    assert!((roller.angle * RADIUS / way + 1.0).abs() < 0.15, "{}", roller.angle);
+    assert_abs_diff_eq!(about(&roller, [way, 1.0 + RADIUS - sunk]), 0.0, epsilon = 1e-8 * roller.force[1].abs());
+    assert_abs_diff_eq!(roller.angle * RADIUS / way, -1.0, epsilon = 0.15);
 }
 
 /// A plate pushed beside the middle of a block tilts about where it is pushed until it has no moment there.
@@ -111,10 +113,11 @@ fn a_plate_tilts() {
     let path = problem.run().unwrap().completed().unwrap();
     let plate = problem.contact(path.last(), "plate").unwrap();
     println!("angle {}, travel {}, {} iterations", plate.angle, plate.travel, path.iterations);
-    assert!((plate.force[1] + 0.2).abs() < 1e-9 && plate.travel[1] < 0.0);
+    assert_abs_diff_eq!(plate.force[1], -0.2, epsilon = 1e-9);
+    assert!(plate.travel[1] < 0.0);
     assert!(plate.angle < -1e-3 && plate.angle > -0.2);
     let now = [at[0] + plate.travel[0], at[1] + plate.travel[1]];
-    assert!(about(&plate, now).abs() < 1e-9, "{}", about(&plate, now));
+    assert_abs_diff_eq!(about(&plate, now), 0.0, epsilon = 1e-9);
 }
 
 /// In space a plate that turns about its normal under friction takes a body's top along.
@@ -138,6 +141,7 @@ fn a_plate_twists_in_space() {
     let (sine, cosine) = 0.2f64.sin_cos();
     let turned = [0.25 * (cosine - 1.0 - sine), 0.25 * (cosine - 1.0 + sine)];
     println!("{u} {turned:?} {} iterations", path.iterations);
-    assert!((u[0] - turned[0]).abs() < 0.01 && (u[1] - turned[1]).abs() < 0.01, "{u} {turned:?}");
+    assert_abs_diff_eq!(u[0], turned[0], epsilon = 0.01);
+    assert_abs_diff_eq!(u[1], turned[1], epsilon = 0.01);
     assert!(plate.moment[2] > 0.0);
 }
