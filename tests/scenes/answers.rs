@@ -3,6 +3,7 @@
 
 use std::ops::ControlFlow;
 
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use rkpm::output::{Cell, Table, VtkCell, VtkField, VtkGrid};
 use rkpm::prelude::*;
 use rkpm::scene::{Dilation, Rule};
@@ -23,7 +24,7 @@ fn stretched() -> (Problem<2>, EquilibriumPath) {
 fn the_volume_is_that_of_the_deformed_body() {
     let (problem, path) = stretched();
     let volume = Quantity::volume().evaluate(&problem, path.last()).unwrap();
-    assert!((volume / (2.0 * 1.0 * 1.5 * 1.2) - 1.0).abs() < 1e-10, "{volume}");
+    assert_relative_eq!(volume, 2.0 * 1.0 * 1.5 * 1.2, max_relative = 1e-10);
 }
 
 /// A sphere under an inner pressure: the load does p ΔV, along whatever way; its potential is the energy less that.
@@ -36,7 +37,7 @@ fn the_potential_counts_the_work_of_loads_that_follow() {
     let radius = 1.0 + problem.displacement(path.last(), &[1.0].into()).unwrap()[0];
     let work = pressure * 4.0 / 3.0 * std::f64::consts::PI * (radius.powi(3) - 1.0);
     let found = problem.energy(path.last()).unwrap() - potential(&problem, path.last()).unwrap();
-    assert!((found / work - 1.0).abs() < 1e-9, "{found} {work}");
+    assert_abs_diff_eq!(found / work, 1.0, epsilon = 1e-9);
 }
 
 /// A load that is there from the start does the work of one that is raised, and both find the same dilation.
@@ -55,7 +56,8 @@ fn the_work_of_loads_does_not_ask_how_they_are_raised() {
     assert_eq!(raised.r, constant.r);
     for (a, b) in raised.trials.iter().zip(&constant.trials) {
         let (a, b) = (a.potential.unwrap(), b.potential.unwrap());
-        assert!((a - b).abs() < 1e-6 * a.abs() && a < 0.0, "{a} {b}");
+        assert_abs_diff_eq!(a, b, epsilon = 1e-6 * a.abs());
+        assert!(a < 0.0);
     }
 }
 
@@ -69,11 +71,11 @@ fn smoothed_spheres_have_two_hoops() {
     );
     let problem = scene.discretize(&Scheme::default().particles([9]).rule(Rule::Smoothed { parts: 2 })).unwrap();
     let volume: f64 = problem.body().table().weights().iter().sum();
-    assert!((volume / (4.0 / 3.0 * std::f64::consts::PI * 7.0) - 1.0).abs() < 1e-12, "{volume}");
+    assert_relative_eq!(volume, 4.0 / 3.0 * std::f64::consts::PI * 7.0, max_relative = 1e-12);
     let path = problem.run().unwrap().completed().unwrap();
     let exact = rkpm::nalgebra::Matrix3::<f64>::identity() * 1.3;
     for f in problem.deformation_gradients(path.last()).unwrap() {
-        assert!((f - exact).norm() < 1e-9, "{f}");
+        assert_abs_diff_eq!(f, exact, epsilon = 3e-10);
     }
 }
 
@@ -90,7 +92,8 @@ fn global_supports_take_the_largest_spacing() {
         Support::Box(half) => *half,
         _ => panic!("lattices have boxes"),
     };
-    assert!((half(0) - Point::<2>::new(2.4 * 0.4375, 1.2)).amax() < 1e-12 && half(0) == half(14));
+    assert_abs_diff_eq!(half(0), Point::<2>::new(2.4 * 0.4375, 1.2), epsilon = 1e-12);
+    assert_eq!(half(0), half(14));
     assert_eq!(problem.shape_functions(&[0.45, 0.5].into()).unwrap().nodes.len(), 15);
 }
 
@@ -109,7 +112,7 @@ fn elements_have_their_middle_nodes_halfway() {
     };
     let even = energy(Scheme::elements(2).particles([17, 17]));
     let uneven = energy(Scheme::elements(2).particles([17, 17]).layout(graded(2.0)));
-    assert!((uneven / even - 1.0).abs() < 0.01, "{uneven} beside {even}");
+    assert_abs_diff_eq!(uneven / even, 1.0, epsilon = 0.01);
     let cells = Lattice::new(&Block::new([0.0, 0.0], [1.0, 1.0]), [5, 5], &graded(2.0)).unwrap();
     let given = Scene::new(rkpm::scene::Geometry::cells(std::sync::Arc::new(cells)), PlaneStrain, rubber());
     let error = given.discretize(&Scheme::elements(2)).err().unwrap().to_string();
@@ -131,7 +134,7 @@ fn zones_of_the_paper_have_as_many_points_as_it_says() {
 fn displacements_are_known_a_tenth_of_a_cell_outside_and_no_further() {
     let (problem, path) = stretched();
     let at = |x: f64| problem.displacement(path.last(), &[x, 2.5].into());
-    assert!((at(3.0 + 0.5 * 0.05).unwrap()[0] - 0.5 * 3.025).abs() < 1e-9);
+    assert_abs_diff_eq!(at(3.0 + 0.5 * 0.05).unwrap()[0], 0.5 * 3.025, epsilon = 1e-9);
     assert!(at(3.0 + 0.5 * 0.2).is_err());
 }
 

@@ -3,6 +3,7 @@
 
 use std::ops::ControlFlow;
 
+use approx::assert_abs_diff_eq;
 use rkpm::prelude::*;
 use rkpm::scene::{ConstraintKind, ConstraintMethod};
 use rkpm::solve::{Cause, Driven, EquilibriumPath, Iteration, MatrixUse, State, Step};
@@ -66,7 +67,7 @@ fn an_observer_breaks_off_and_the_path_so_far_is_kept() {
     assert_eq!(path.ending, Ending::Stopped);
     assert_eq!((path.steps.len(), watch.steps), (3, 3));
     // Three tenths, added up.
-    assert!((path.last().load - 0.3).abs() < 1e-12);
+    assert_abs_diff_eq!(path.last().load, 0.3, epsilon = 1e-12);
     assert_eq!(path.iterations, watch.iterations);
     let error = path.completed().unwrap_err();
     assert!(error.to_string().contains("after 3 converged steps: an observer broke off"), "{error}");

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use rkpm::cells::{Cells, Refined};
 use rkpm::output::{VtkCell, VtkValues};
 use rkpm::prelude::*;
@@ -52,8 +53,8 @@ fn stresses_balance_the_loads() {
         };
         let lever = 48.0 + (0..=strips).map(at).sum::<f64>() / (3 * strips) as f64;
         let work = TRACTION * 16.0 * lever;
-        assert!(sum[(0, 0)].abs() < 1e-5 * work, "{name}: {:e}", sum[(0, 0)] / work);
-        assert!((sum[(1, 0)] / work - 1.0).abs() < 1e-3, "{name}: {:e}", sum[(1, 0)] / work - 1.0);
+        assert!(abs_diff_eq!(sum[(0, 0)], 0.0, epsilon = 1e-5 * work), "{name}: {:e}", sum[(0, 0)] / work);
+        assert!(abs_diff_eq!(sum[(1, 0)] / work, 1.0, epsilon = 1e-3), "{name}: {:e}", sum[(1, 0)] / work - 1.0);
     }
 }
 
@@ -77,7 +78,8 @@ fn homogeneous_stresses_are_exact_at_points_and_particles() {
     let exact = problem.reaction(state, Side::Max).unwrap()[0] / section;
     let points = problem.stresses(state).unwrap();
     for stress in points.iter().chain(&problem.at_particles(&points)) {
-        assert!((stress[(0, 0)] / exact - 1.0).abs() < 1e-9 && stress[(1, 1)].abs() < 1e-8 * exact, "{stress}");
+        assert_relative_eq!(stress[(0, 0)], exact, max_relative = 1e-9);
+        assert_abs_diff_eq!(stress[(1, 1)], 0.0, epsilon = 1e-8 * exact);
     }
     let other = bar.discretize(&Scheme::default().particles([3, 3, 3])).unwrap();
     assert!(other.stresses(state).is_err() && other.vtk_grid(state).is_err());
@@ -117,7 +119,8 @@ fn grids_have_cells_around_and_fields_of_all_particles() {
             (0..cell.corners().len()).map(|k| x(k)[0] * x(k + 1)[1] - x(k + 1)[0] * x(k)[1]).sum::<f64>() / 2.0
         };
         let areas: Vec<f64> = grid.cells.iter().map(area).collect();
-        assert!(areas.iter().all(|a| *a > 0.0) && (areas.iter().sum::<f64>() - 1.0).abs() < 1e-2, "{areas:?}");
+        assert!(areas.iter().all(|a| *a > 0.0), "{areas:?}");
+        assert_abs_diff_eq!(areas.iter().sum::<f64>(), 1.0, epsilon = 1e-2);
         // Sheared by a tenth, µ = 1: σ₁₂ is below 0.1, because the sides are free, and most of it inside; there is none on
         // the sides themselves.
         let stresses = grid.point_data.iter().find(|field| field.name == "Cauchy stress").unwrap();
@@ -151,11 +154,11 @@ fn reactions_and_their_moments_balance_a_load() {
     assert!((at - Point::<3>::from(corner)).norm() > 0.1);
     for axis in 0..3 {
         let reaction = problem.reaction(state, (2, Side::Min)).unwrap()[axis];
-        assert!((reaction + force[axis]).abs() < 1e-7, "{axis}: {reaction}");
+        assert!(abs_diff_eq!(reaction, -force[axis], epsilon = 1e-7), "{axis}: {reaction}");
         let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
         let applied = at[i] * force[j] - at[j] * force[i];
         let moment = problem.moment(state, (2, Side::Min), [0.0; 3]).unwrap()[axis];
-        assert!((moment + applied).abs() < 1e-6, "{axis}: {moment} {applied}");
+        assert!(abs_diff_eq!(moment, -applied, epsilon = 1e-6), "{axis}: {moment} {applied}");
     }
 }
 

@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, relative_eq};
 use rkpm::prelude::*;
 use rkpm::scene::ConstraintKind;
 
@@ -36,7 +37,7 @@ fn a_rigid_turn_of_both_ends_turns_the_body() -> Result<(), rkpm::Error> {
         let problem = turned(PI)?.discretize(&scheme)?;
         let path = problem.run()?.completed()?;
         for (x, u) in problem.cells().positions().iter().zip(problem.particle_displacements(path.last())?) {
-            assert!((u + 2.0 * x).norm() < 1e-10, "{rows:?}: {x} moved by {u}");
+            assert!(abs_diff_eq!(u, -2.0 * x, epsilon = 5e-11), "{rows:?}: {x} moved by {u}");
         }
         assert!(problem.energy(path.last()).unwrap() < 1e-15);
     }
@@ -68,7 +69,7 @@ fn a_motion_in_proportion_is_a_field() -> Result<(), rkpm::Error> {
             Ok(scene.discretize(&scheme)?.run()?.completed()?.last().displacement.clone())
         };
         for (a, b) in state(&fields)?.iter().zip(state(&motions)?) {
-            assert!((a - b).abs() < 1e-12, "{rows:?}: {a} and {b}");
+            assert!(abs_diff_eq!(*a, b, epsilon = 1e-12), "{rows:?}: {a} and {b}");
         }
     }
     Ok(())
@@ -128,8 +129,8 @@ fn pressures_are_those_of_the_volume_change() -> Result<(), rkpm::Error> {
         let gradients = problem.deformation_gradients(path.last()).unwrap();
         assert_eq!(pressures.len(), problem.body().table().len());
         for (p, f) in pressures.iter().zip(&gradients) {
-            assert!((p - 1e3 * (jacobian - 1.0)).abs() < 1e-8, "{field:?}: pressure {p}");
-            assert!((f.determinant() - jacobian).abs() < 1e-11);
+            assert!(abs_diff_eq!(*p, 1e3 * (jacobian - 1.0), epsilon = 1e-8), "{field:?}: pressure {p}");
+            assert_abs_diff_eq!(f.determinant(), jacobian, epsilon = 1e-11);
         }
     }
     Ok(())
@@ -166,7 +167,7 @@ fn turns_are_made_all_the_way() -> Result<(), rkpm::Error> {
         };
         let (whole, fine) = (answer(Stepping::default())?, answer(small)?);
         for (a, b) in whole.iter().zip(fine) {
-            assert!(b > 0.05 && (a / b - 1.0).abs() < 1e-6, "{degrees}: {whole:?} {fine:?}");
+            assert!(b > 0.05 && relative_eq!(*a, b, max_relative = 1e-6), "{degrees}: {whole:?} {fine:?}");
         }
     }
     Ok(())

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Barrier, Mutex};
 use std::thread;
 
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use rkpm::assembly::{Pattern, Ranks};
 use rkpm::cells::Zones;
 use rkpm::error::LinearError;
@@ -134,7 +135,7 @@ fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
                     assert_eq!((found.iterations, found.steps.len()), (path.iterations, path.steps.len()));
                     let displacement = distance(&state.displacement, &expected.displacement);
                     assert!(displacement <= TOLERANCE * largest(&expected.displacement), "{displacement:e}");
-                    assert!((energy - 1.0).abs() <= TOLERANCE, "{energy}");
+                    assert_abs_diff_eq!(energy, 1.0, epsilon = TOLERANCE);
                     assert!(distance(other.as_slice(), force.as_slice()) <= TOLERANCE * largest(force.as_slice()));
                     let most = stresses.iter().map(|stress| stress.norm()).fold(0.0, f64::max);
                     let off = means.iter().zip(stresses).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
@@ -160,7 +161,7 @@ fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
                     let weights = ranks.gathered(&shared.weights().collect::<Vec<_>>());
                     assert_eq!(weights.len(), alone.points().count());
                     let volume: f64 = alone.weights().sum();
-                    assert!((weights.iter().sum::<f64>() / volume - 1.0).abs() < 1e-12);
+                    assert_relative_eq!(weights.iter().sum::<f64>(), volume, max_relative = 1e-12);
                     shared.points().count()
                 })
             };

@@ -7,6 +7,7 @@
 //! `cargo test --release --test scenes references -- --ignored --nocapture` computes the tables anew and compares (a minute).
 #![cfg(feature = "solve")]
 
+use approx::{abs_diff_eq, relative_eq};
 use rkpm::cells::Lattice;
 use rkpm::prelude::*;
 
@@ -103,8 +104,12 @@ fn compare(table: &str, names: [&str; 2], of: impl Fn(usize) -> [f64; 2], levels
         let row = table.lines().find(|line| line.starts_with(&format!("{name},"))).unwrap();
         let numbers: Vec<f64> = row.split(',').skip(1).map(|cell| cell.parse().unwrap()).collect();
         // Six digits stand in the file.
-        assert!((c / numbers[0] - 1.0).abs() < 2e-6, "{name}: {c}, committed {}", numbers[0]);
-        assert!(((c / b - 1.0).abs() / numbers[1] - 1.0).abs() < 0.1, "{name}: error {}", (c / b - 1.0).abs());
+        assert!(relative_eq!(c, numbers[0], max_relative = 2e-6), "{name}: {c}, committed {}", numbers[0]);
+        assert!(
+            abs_diff_eq!((c / b - 1.0).abs() / numbers[1], 1.0, epsilon = 0.1),
+            "{name}: error {}",
+            (c / b - 1.0).abs()
+        );
     }
 }
 
@@ -126,7 +131,7 @@ fn the_committed_tables_are_what_is_computed() {
         let found = bracket_quantities(level);
         println!("# bracket, level {level}: {found:?}");
         for ([value, error], found) in bracket.iter().zip(found) {
-            assert!((found / value - 1.0).abs() <= *error, "level {level}: {found} beside {value}");
+            assert!(abs_diff_eq!(found / value, 1.0, epsilon = *error), "level {level}: {found} beside {value}");
         }
     }
 }

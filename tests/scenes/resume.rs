@@ -8,6 +8,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
+use approx::assert_abs_diff_eq;
 use killed::differences;
 use rkpm::error::{OutputError, SolveError};
 use rkpm::output::{Flush, Journal};
@@ -381,7 +382,7 @@ fn paths_of_other_scenes_are_refused() {
             let problem = scene(0.5, 0.4, 0.05, 2.0).discretize(&scheme).unwrap();
             let path = problem.resume(half.clone(), &mut ()).unwrap().completed().unwrap();
             for (d, same) in path.last().displacement.iter().zip(&whole.last().displacement) {
-                assert!((d - same).abs() < 1e-8, "{d} {same}");
+                assert_abs_diff_eq!(d, same, epsilon = 1e-8);
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Rigid bodies: held, moved, loaded; their forces and moments balance those of the opposite face.
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use nalgebra::{Matrix2, Matrix3, Rotation3, Vector3};
 use rkpm::prelude::*;
 
@@ -39,9 +40,9 @@ fn a_moved_rigid_body_is_a_face_moved_the_same_way() {
             let face = solve(block().with(Condition::on(top()).displacement(value.clone())), top());
             let scene = block().rigid("plate", top()).with(Condition::on("plate").displacement(value));
             let rigid = solve(scene, Place::on("plate"));
-            assert!((rigid.0 / face.0 - 1.0).abs() < 1e-9, "{} {}", rigid.0, face.0);
-            assert!((rigid.1 - face.1).norm() < 1e-7 * face.1.norm(), "{} {}", rigid.1, face.1);
-            assert!((rigid.2 - face.2).abs() < 1e-7 * face.2.abs(), "{} {}", rigid.2, face.2);
+            assert_abs_diff_eq!(rigid.0 / face.0, 1.0, epsilon = 1e-9);
+            assert_abs_diff_eq!(rigid.1, face.1, epsilon = 5e-8 * face.1.norm());
+            assert_abs_diff_eq!(rigid.2, face.2, epsilon = 1e-7 * face.2.abs());
         }
     }
 }
@@ -59,25 +60,25 @@ fn a_loaded_rigid_body_balances_the_opposite_face() {
         let state = path.last();
         let motion = problem.rigid_motion(state, "plate").unwrap();
         let rotation = motion.rotation;
-        assert!((rotation.transpose() * rotation - Matrix2::identity()).norm() < 1e-10, "{rotation}");
+        assert_abs_diff_eq!(rotation.transpose() * rotation, Matrix2::identity(), epsilon = 3e-11);
         assert!(rotation[(1, 0)].abs() > 1e-3, "{rotation}");
         let held = problem.reaction(state, (1, Side::Min)).unwrap();
         let plate = problem.reaction(state, "plate").unwrap();
-        assert!((held + Point::<2>::from(force)).norm() < 1e-8 * held.norm(), "{held}");
-        assert!((plate - Point::<2>::from(force)).norm() < 1e-8 * held.norm(), "{plate}");
+        assert_abs_diff_eq!(held, -Point::<2>::from(force), epsilon = 5e-9 * held.norm());
+        assert_abs_diff_eq!(plate, Point::<2>::from(force), epsilon = 5e-9 * held.norm());
         let arm = Point::<2>::from(at) - motion.centre;
         let now = motion.centre + motion.displacement + rotation * arm;
         let applied = now[0] * force[1] - now[1] * force[0] + moment;
         let of = |place: Place<2>| problem.moment(state, place, [0.0, 0.0]).unwrap()[2];
         let (below, above) = (of(Place::on((1, Side::Min))), of(Place::on("plate")));
-        assert!((below + applied).abs() < 1e-8, "{below} {applied}");
-        assert!((above - applied).abs() < 1e-8, "{above} {applied}");
+        assert_abs_diff_eq!(below, -applied, epsilon = 1e-8);
+        assert_abs_diff_eq!(above, applied, epsilon = 1e-8);
         // The face moved the same way has the same energy.
         let (centre, shift) = (motion.centre, motion.displacement);
         let way = Value::field(move |x: &Point<2>| (rotation * (x - centre) - (x - centre) + shift).into());
         let moved = block().with(Condition::on((1, Side::Max)).displacement(way)).discretize(&scheme).unwrap();
         let same = moved.energy(moved.run().unwrap().completed().unwrap().last()).unwrap();
-        assert!((same / problem.energy(state).unwrap() - 1.0).abs() < 1e-8, "{same}");
+        assert_abs_diff_eq!(same / problem.energy(state).unwrap(), 1.0, epsilon = 1e-8);
     }
 }
 
@@ -92,15 +93,15 @@ fn a_plate_in_space_turns_as_its_moment_asks() {
     let path = problem.run().unwrap().completed().unwrap();
     let state = path.last();
     let motion = problem.rigid_motion(state, "plate").unwrap();
-    assert!((motion.rotation.transpose() * motion.rotation - Matrix3::identity()).norm() < 1e-10);
+    assert_abs_diff_eq!(motion.rotation.transpose() * motion.rotation, Matrix3::identity(), epsilon = 3e-11);
     assert!(Rotation3::from_matrix(&motion.rotation).angle() > 0.2);
     let force = Vector3::new(0.02, 0.01, -0.05);
     let applied = (motion.centre + motion.displacement).cross(&force) + Vector3::new(0.005, -0.01, 0.05);
     for (place, sign) in [(Place::on((2, Side::Min)), -1.0), (Place::on("plate"), 1.0)] {
         let found = problem.reaction(state, place.clone()).unwrap();
-        assert!((found - force * sign).norm() < 1e-8, "{found}");
+        assert_abs_diff_eq!(found, force * sign, epsilon = 5e-9);
         let moment = Vector3::from(problem.moment(state, place, [0.0; 3]).unwrap());
-        assert!((moment - applied * sign).norm() < 1e-8, "{moment} {applied}");
+        assert_abs_diff_eq!(moment, applied * sign, epsilon = 5e-9);
     }
 }
 
@@ -117,10 +118,14 @@ fn points_of_rigid_bodies_leave_them_free_to_turn() {
         let problem = scene.discretize(&Scheme::default().particles([9, 5])).unwrap();
         let path = problem.run().unwrap().completed().unwrap();
         let pushed = problem.reaction(path.last(), "push").unwrap();
-        assert!((problem.reaction(path.last(), "plate").unwrap() - pushed - Point::<2>::new(0.0, -0.05)).norm() < 1e-9);
+        assert_abs_diff_eq!(
+            problem.reaction(path.last(), "plate").unwrap() - pushed,
+            Point::<2>::new(0.0, -0.05),
+            epsilon = 5e-10
+        );
         problem.rigid_motion(path.last(), "plate").unwrap().rotation[(1, 0)]
     };
-    assert!(turned(scene(Place::on("plate"))).abs() < 1e-9);
+    assert_abs_diff_eq!(turned(scene(Place::on("plate"))), 0.0, epsilon = 1e-9);
     assert!(turned(scene(Place::at([1.0, 1.0]).of("plate"))).abs() > 1e-3);
 }
 
@@ -139,10 +144,14 @@ fn rigid_rings_of_revolution_move_along_their_axis() {
         let problem = scene.discretize(&scheme).unwrap();
         let found = problem.run().unwrap().completed().unwrap();
         let motion = problem.rigid_motion(found.last(), "plate").unwrap();
-        assert!((motion.displacement[1] + 0.2).abs() < 1e-7 && motion.displacement[0].abs() < 1e-12, "{motion:?}");
-        assert!((problem.reaction(found.last(), "plate").unwrap()[1] / force - 1.0).abs() < 1e-7);
+        assert!(
+            abs_diff_eq!(motion.displacement[1], -0.2, epsilon = 1e-7)
+                && abs_diff_eq!(motion.displacement[0], 0.0, epsilon = 1e-12),
+            "{motion:?}"
+        );
+        assert_abs_diff_eq!(problem.reaction(found.last(), "plate").unwrap()[1] / force, 1.0, epsilon = 1e-7);
         let energies = [problem.energy(found.last()).unwrap(), held.energy(path.last()).unwrap()];
-        assert!((energies[0] / energies[1] - 1.0).abs() < 1e-7, "{energies:?}");
+        assert_abs_diff_eq!(energies[0] / energies[1], 1.0, epsilon = 1e-7);
     }
 }
 

@@ -2,6 +2,7 @@
 //! with a reason.
 #![cfg(feature = "solve")]
 
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use rkpm::prelude::*;
 use rkpm::scene::{ConstraintKind, ConstraintMethod, Rule};
 use rkpm::solve::Ending;
@@ -52,7 +53,10 @@ fn all_that_makes_sense_runs_and_agrees() {
                     of_strategies.push(problem.energy(path.last()).unwrap());
                 }
                 // Exact strategies span one space: they agree to the tolerance of Newton.
-                assert!((of_strategies[0] / of_strategies[1] - 1.0).abs() < 1e-9, "{rule_name} {field:?} {rows:?}");
+                assert!(
+                    abs_diff_eq!(of_strategies[0] / of_strategies[1], 1.0, epsilon = 1e-9),
+                    "{rule_name} {field:?} {rows:?}"
+                );
                 energies.push((format!("{rule_name} {field:?}/{size} {rows:?}"), of_strategies[0]));
             }
         }
@@ -62,7 +66,7 @@ fn all_that_makes_sense_runs_and_agrees() {
     let cured = energies.iter().find(|e| e.0.starts_with("smoothed 2 Linear/2 OverBoundary")).unwrap().1;
     for (name, energy) in &energies {
         let bound = if name.contains("/2") { 0.03 } else { 0.2 };
-        assert!((energy / cured - 1.0).abs() < bound, "{name}: {energy} against {cured}");
+        assert!(abs_diff_eq!(energy / cured, 1.0, epsilon = bound), "{name}: {energy} against {cured}");
     }
     // The cure only softens.
     for pair in energies.chunks(2) {
@@ -82,7 +86,7 @@ fn displacement_and_pointwise_pressures_are_one_solution() {
         };
         // Only the path of the iteration differs.
         let (a, b) = (energy(PressureField::Displacement), energy(PressureField::Pointwise));
-        assert!((a / b - 1.0).abs() < 1e-10, "{a} {b}");
+        assert_abs_diff_eq!(a / b, 1.0, epsilon = 1e-10);
     }
 }
 
@@ -123,7 +127,7 @@ fn conditions_of_all_kinematics_run_under_the_default() {
     let path = problem.run().unwrap().completed().unwrap();
     // The support carries the dead load: 0.05 and 0.1 on a unit area.
     let reaction = problem.reaction(path.last(), (2, Side::Min)).unwrap();
-    assert!((reaction - Point::<3>::new(-0.05, 0.0, -0.1)).norm() < 1e-9, "{reaction:?}");
+    assert_abs_diff_eq!(reaction, Point::<3>::new(-0.05, 0.0, -0.1), epsilon = 5e-10);
 }
 
 /// What `Auto` stands for, as the documentation has it: supports and rules by dimension and order.

@@ -5,6 +5,7 @@ use rkpm::material::{Prony, Viscoelastic};
 use rkpm::prelude::*;
 use std::time::Duration;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use rkpm::study::{Budget, Level, Progress, Quantity, Tolerance, Verdict};
 
 fn tube() -> Scene<1> {
@@ -112,7 +113,7 @@ fn what_is_not_reached_is_said_and_the_best_model_returned() {
     let answer = cook(1.0).solve_within(&tolerance, Budget { unknowns: 300, ..Budget::default() }).unwrap();
     assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("unknowns")), "{:?}", answer.verdict);
     assert!(answer.bound > 1e-6 && answer.levels.iter().all(|level| level.unknowns <= 300));
-    assert!((answer.values()[0] / 334.97 - 1.0).abs() < answer.bound);
+    assert_abs_diff_eq!(answer.values()[0] / 334.97, 1.0, epsilon = answer.bound);
     let answer =
         cook(1.0).solve_within(&tolerance, Budget { unknowns: 10_000, levels: 3, ..Budget::default() }).unwrap();
     assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("3 models")), "{:?}", answer.verdict);
@@ -216,7 +217,7 @@ fn drawn_shapes_are_sized_too() {
     let counts: Vec<usize> = answer.levels.last().unwrap().counts.iter().map(|n| 2 * n).collect();
     let fine = scene.discretize(&Scheme::default().particles(counts)).unwrap();
     let path = fine.run().unwrap().completed().unwrap();
-    assert!((answer.values()[0] / fine.energy(path.last()).unwrap() - 1.0).abs() < answer.bound);
+    assert_abs_diff_eq!(answer.values()[0] / fine.energy(path.last()).unwrap(), 1.0, epsilon = answer.bound);
 }
 
 /// A thin disk bonded to plates: one cell through it has nothing free, and what flows out between the plates varies across.
@@ -301,8 +302,8 @@ fn laws_that_remember_run_their_history() {
     let path = answer.problem.run().unwrap().completed().unwrap();
     let expected = answer.problem.reaction(path.last(), "top").unwrap()[0];
     let level = answer.levels.last().unwrap();
-    assert!((level.values[0] / expected - 1.0).abs() < 1e-9, "{} beside {expected}", level.values[0]);
-    assert!((answer.values()[0] - level.values[0] - level.corrections[0]).abs() < 1e-12 * expected.abs());
+    assert_relative_eq!(level.values[0], expected, max_relative = 1e-9);
+    assert_abs_diff_eq!(answer.values()[0] - level.values[0], level.corrections[0], epsilon = 1e-12 * expected.abs());
 }
 
 /// A tighter tolerance never has a larger bound under the same budget, reached or not.
@@ -412,7 +413,10 @@ fn effects_are_first_order_changes() {
         for (what, expected) in expected {
             let effect = effects.iter().find(|effect| effect.what.starts_with(what)).unwrap();
             let (found, name) = (effect.change, quantity.name());
-            assert!((found / expected.abs() - 1.0).abs() < 0.02, "{name}, {what}: {found:e} beside {expected:e}");
+            assert!(
+                abs_diff_eq!(found / expected.abs(), 1.0, epsilon = 0.02),
+                "{name}, {what}: {found:e} beside {expected:e}"
+            );
         }
         assert!(effects.windows(2).all(|pair| pair[0].change <= pair[1].change), "{effects:?}");
         assert!(effects.iter().any(|effect| effect.what.starts_with("that air (") && effect.change > 0.0));
@@ -439,7 +443,7 @@ fn contacts_that_carry_are_needed() {
     let of = |what: &str| effects.iter().find(|effect| effect.what.starts_with(what)).unwrap().change;
     let (bodies, traction) = (of("the stiffness of `lower`") + of("the stiffness of `upper`"), of("traction"));
     // Forces are in equilibrium, and a contact that is closed does next to no work.
-    assert!((bodies / traction - 1.0).abs() < 1e-3, "{effects:?}");
+    assert!(abs_diff_eq!(bodies / traction, 1.0, epsilon = 1e-3), "{effects:?}");
     assert!(of("the contact at `joint`").is_nan() && effects.last().unwrap().what.contains("joint"), "{effects:?}");
     assert!(answer.unneeded(f64::INFINITY).unwrap().iter().all(|effect| !effect.what.contains("joint")));
 }
@@ -456,7 +460,7 @@ fn what_is_unneeded_can_be_left_out() {
     let total: f64 = unneeded.iter().map(|effect| effect.change).sum();
     assert!(answer.bound + total < requested.error, "{unneeded:?}");
     let without = scene(0.0).solve_within(&requested, Budget::default()).unwrap();
-    assert!((without.values()[0] / answer.values()[0] - 1.0).abs() < requested.error);
+    assert_abs_diff_eq!(without.values()[0] / answer.values()[0], 1.0, epsilon = requested.error);
     // What carries the body is never named.
     let pushed = column(1e5, 0.3, 1e-4);
     let middle = Tolerance::of(Quantity::displacement([0.0, 1.0], 0), 0.05);

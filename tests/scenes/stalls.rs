@@ -3,6 +3,7 @@
 //! BOUNDARY: one that meets the cause.
 //! REFERENCE: the cause.
 
+use approx::assert_abs_diff_eq;
 use rkpm::assembly::Pattern;
 use rkpm::error::LinearError;
 use rkpm::linear::{Factorizer, Factors, LinearSolver, MatrixClass};
@@ -162,7 +163,8 @@ fn steps_end_with_rounding() {
     let halved = Stepping { smallest: 1e-30, ..Stepping::default() };
     let path = run(&brittle, Scheme::default().stepping(halved));
     let Cause::Rounding { now, next } = cause(&path) else { panic!("{:?}", path.ending) };
-    assert!(now == path.last().load && (next / now - 1.0).abs() <= 4.0 * f64::EPSILON, "{now} {next}");
+    assert_eq!(now, path.last().load);
+    assert_abs_diff_eq!(next / now, 1.0, epsilon = 4.0 * f64::EPSILON);
 }
 
 /// A column whose dead load grows at once from less to more than what it buckles under.

@@ -1,6 +1,7 @@
 //! Studies: the error envelope of a series, references, failures recorded as data.
 #![cfg(feature = "solve")]
 
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use rkpm::prelude::*;
 use rkpm::study::{Budget, Quantity, Reference, Run, Study, Tolerance, WorkPrecision};
 
@@ -107,7 +108,7 @@ fn the_potential_finds_the_least_locked_dilation() {
     let problem = bar.discretize(&Scheme::default().particles([9, 3])).unwrap();
     let path = problem.run().unwrap().completed().unwrap();
     let (pi, u) = (potential(&problem, path.last()).unwrap(), problem.energy(path.last()).unwrap());
-    assert!((pi / u + 1.0).abs() < 1e-4, "{pi} {u}");
+    assert_relative_eq!(pi, -u, max_relative = 1e-4);
 
     // Without a cure: the dilation of the smallest potential is the one of the smallest error in the bore.
     let dilations = [0.8, 1.0, 1.2, 1.6, 2.0];
@@ -139,15 +140,17 @@ fn reactions_are_those_of_one_place_or_name() {
     let path = problem.run().unwrap().completed().unwrap();
     let of = |label: &str| problem.reaction(path.last(), label);
     let (pulled, held) = (of("end").unwrap()[0], of("end2").unwrap()[0]);
-    assert!(pulled > 0.1 && (pulled + held).abs() < 1e-8 * pulled, "{pulled} {held}");
+    assert!(pulled > 0.1);
+    assert_abs_diff_eq!(pulled, -held, epsilon = 1e-8 * pulled);
     // A name is that of one condition, its place takes in the others there.
     assert_eq!(of("pull").unwrap().as_slice(), [pulled, 0.0]);
     assert!(of("end").unwrap()[1] > 0.01);
-    assert!(problem.reaction(path.last(), Part::Whole).unwrap().norm() < 1e-8);
+    assert_abs_diff_eq!(problem.reaction(path.last(), Part::Whole).unwrap(), Point::<2>::zeros(), epsilon = 5e-9);
     // Without other loads the ends balance each other about the origin too.
     let moment = |place: &str| problem.moment(path.last(), place, [0.0, 0.0]).map(|m| m[2]);
     let turned = moment("end").unwrap();
-    assert!(turned.abs() > 1e-2 && (turned + moment("end2").unwrap()).abs() < 1e-7, "{turned}");
+    assert!(turned.abs() > 1e-2, "{turned}");
+    assert_abs_diff_eq!(turned, -moment("end2").unwrap(), epsilon = 1e-7);
 
     for requested in ["en", "end 2", "u_0 on end", ""] {
         let error = of(requested).unwrap_err();

@@ -3,6 +3,7 @@
 use std::cell::Cell;
 use std::ops::ControlFlow;
 
+use approx::{abs_diff_eq, relative_eq, relative_ne};
 use rkpm::error::Error;
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
@@ -32,10 +33,6 @@ pub fn holds(case: Case) -> Held {
 
 fn require(holds: bool, what: impl FnOnce() -> String) -> Held {
     if holds { Ok(()) } else { Err(Failure::Broken(what())) }
-}
-
-fn near(a: f64, b: f64, part: f64, size: f64) -> bool {
-    (a - b).abs() <= part * size.max(a.abs()).max(b.abs())
 }
 
 fn holds_in<const D: usize, S: Dimension<D>>(case: Case) -> Held {
@@ -165,7 +162,7 @@ fn in_equilibrium<const D: usize>(case: Case, problem: &Problem<D>, state: &Stat
     }
     let first = usize::from(revolved);
     for axis in first..D {
-        require(sum[axis].abs() <= exact * size, || {
+        require(abs_diff_eq!(sum[axis], 0.0, epsilon = exact * size), || {
             format!("forces of {size:.3e} miss {:.3e} along {axis}", sum[axis])
         })?;
     }
@@ -213,7 +210,7 @@ fn by_another_way<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem
     // Where it slides the state depends on the steps to it.
     let slides = case.option(ACTION) == "friction";
     let (within, of_load) = if slides { (SLIDING.max(within), SLIDING) } else { (within, 1e-4) };
-    require((state.load - 1.0).abs() < of_load, || format!("ended at load factor {}", state.load))?;
+    require(abs_diff_eq!(state.load, 1.0, epsilon = of_load), || format!("ended at load factor {}", state.load))?;
     require(off <= within, || format!("the plain run is off by {off:.1e} of the displacement"))
 }
 
@@ -237,9 +234,10 @@ fn matters<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem<D>, st
         "plane stress" => {
             let across = problem.stresses(state)?.iter().map(|stress| stress[(2, 2)].abs()).fold(0.0, f64::max);
             let along = problem.stresses(state)?.iter().map(|stress| stress.norm()).fold(0.0, f64::max);
-            require(across < 1e-8 * along && near(volume, 2.0 * area, 1e-9, 0.0), || {
-                format!("stress across: {across:e}")
-            })?;
+            require(
+                across < 1e-8 * along && relative_eq!(volume, 2.0 * area, epsilon = 0.0, max_relative = 1e-9),
+                || format!("stress across: {across:e}"),
+            )?;
         }
         _ => {}
     }
@@ -255,7 +253,9 @@ fn matters<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem<D>, st
                 let plain: usize = path.last().condensed.iter().map(Vec::len).sum();
                 require(variables > plain, || "no internal variables".into())?;
             }
-            _ => require(!near(own, other, 1e-3, 0.0), || format!("the energy is that of the elastic law: {own}"))?,
+            _ => require(relative_ne!(own, other, epsilon = 0.0, max_relative = 1e-3), || {
+                format!("the energy is that of the elastic law: {own}")
+            })?,
         }
     }
     acts::<D, S>(case, problem, state)
@@ -274,7 +274,9 @@ fn acts<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem<D>, state
                 _ => problem.energy(state),
             };
             let [own, other] = [felt(problem, state)?, felt(&twin, path.last())?];
-            require(!near(own, other, 1e-6, 0.0), || "the pressure changes nothing".into())
+            require(relative_ne!(own, other, epsilon = 0.0, max_relative = 1e-6), || {
+                "the pressure changes nothing".into()
+            })
         }
         "several bodies" => {
             require(problem.discrete_bodies().len() == 2, || "one body".into())?;
@@ -288,7 +290,9 @@ fn acts<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem<D>, state
         }
         "rigid body" => {
             let motion = problem.rigid_motion(state, "plate")?;
-            require((motion.displacement[D - 1] + 0.1 * state.load).abs() < 1e-9, || format!("{motion:?}"))
+            require(abs_diff_eq!(motion.displacement[D - 1], -0.1 * state.load, epsilon = 1e-9), || {
+                format!("{motion:?}")
+            })
         }
         "rigid contact" | "friction" | "contact of two bodies" => {
             let found = problem.contact(state, "contact")?;
@@ -302,7 +306,9 @@ fn acts<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem<D>, state
         "contact with itself" => {
             // Nothing folds: the state is that without, and the part is looked at.
             let found = problem.contact(state, "contact")?;
-            require(!found.points.is_empty() && found.force.norm() < 1e-12, || format!("{:?}", found.force))
+            require(!found.points.is_empty() && abs_diff_eq!(found.force, Point::zeros(), epsilon = 5e-13), || {
+                format!("{:?}", found.force)
+            })
         }
         _ => Ok(()),
     }
@@ -354,7 +360,7 @@ fn result<const D: usize, S: Dimension<D>>(
             } else {
                 found.force
             };
-            require((sum - all).norm() <= 1e-9 * found.force.norm().max(1e-9), || {
+            require(abs_diff_eq!(sum, all, epsilon = 5e-10 * found.force.norm().max(1e-9)), || {
                 format!("forces of points {sum:?}, of all {:?}", found.force)
             })?;
             require(found.points.iter().all(|point| point.pressure >= 0.0), || "it pulls".into())?;
@@ -414,7 +420,9 @@ fn works<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem<D>, stat
     let [low, high] = energies;
     let work = -0.1 * 2.0 * STEP * problem.reaction(state, "driven")?[D - 1];
     let gained = high? - low?;
-    require(near(work, gained, 5e-3, 0.0), || format!("work {work:e}, energy {gained:e}"))
+    require(relative_eq!(work, gained, epsilon = 0.0, max_relative = 5e-3), || {
+        format!("work {work:e}, energy {gained:e}")
+    })
 }
 
 /// Moments about the origin sum to nothing; bodies of revolution have none.
@@ -446,7 +454,9 @@ fn moment<const D: usize>(case: Case, problem: &Problem<D>, state: &State) -> Re
     let by_load = about.get() * weight(case) * state.load;
     sum += if D == 3 { -by_load } else { by_load };
     let exact = if case.option(ACTION) == "follower pressure" { 0.2 } else { 1e-2 };
-    require(sum.abs() <= exact * size.max(by_load), || format!("moments of {size:.3e} miss {sum:.3e}"))?;
+    require(abs_diff_eq!(sum, 0.0, epsilon = exact * size.max(by_load)), || {
+        format!("moments of {size:.3e} miss {sum:.3e}")
+    })?;
     Ok(bottom.to_vec())
 }
 
