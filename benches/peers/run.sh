@@ -3,7 +3,7 @@
 # times one after the other: benches/peers/run.sh [DIR]
 #
 # Each run has its chart and points in DIR/1, DIR/2, DIR/3; DIR/table.md compares times at equal error with their ranges over
-# the runs. The README's table is that of all three, its chart that of one.
+# the runs. The table of docs/performance.md is that of all three, its chart that of one.
 #
 # Each program uses its best element on several meshes and the load-stepping rule of common.py. Counted are
 # the seconds of the solve: imports, compilation of forms, meshes and matrix structures come before. This
