@@ -1,4 +1,4 @@
-# The five commands.
+# The usual commands.
 default:
     @just --list
 
@@ -22,3 +22,7 @@ example name:
 # A bench: just bench analysis
 bench name:
     cargo bench -p rkpm-benches --bench {{ name }}
+
+# Results beside those of another commit: just digits COMMIT (all examples that take less than minutes, or those that follow)
+digits commit *examples:
+    .ci/digits {{ commit }} {{ examples }}
