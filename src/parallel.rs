@@ -3,52 +3,66 @@
 //! Results come back in index order and each index is computed by one thread alone, so the bits
 //! do not depend on the number of threads.
 
-use std::sync::Mutex;
+use std::ops::Range;
 
 /// Parts per thread: several even out parts of unequal work.
 const PARTS_PER_THREAD: usize = 8;
 
-/// Maps `0..count` with one scratch value per worker; results in index order.
-pub(crate) fn map_with<S: Send, T: Send>(
+/// Maps `0..count` with one scratch value per part of it; results in index order.
+pub(crate) fn map_with<S, T: Send>(
     count: usize,
     serial_below: usize,
     scratch: impl Fn() -> S + Sync,
     f: impl Fn(&mut S, usize) -> T + Sync,
 ) -> Vec<T> {
-    if threads() < 2 || count < serial_below.max(2) {
+    let is_serial = threads() < 2 || count < serial_below.max(2);
+    let length = if is_serial { count } else { count.div_ceil(PARTS_PER_THREAD * threads()) };
+    in_parts(count, length, &|part, results| {
         let mut s = scratch();
-        return (0..count).map(|i| f(&mut s, i)).collect();
-    }
-    let length = count.div_ceil(PARTS_PER_THREAD * threads());
-    let mut found: Vec<Option<T>> = Vec::new();
-    found.resize_with(count, || None);
-    let mut parts: Vec<&mut [Option<T>]> = found.chunks_mut(length).collect();
-    let idle: Mutex<Vec<S>> = Mutex::new(Vec::new());
-    for_each_mut(&mut parts, |part, found| {
-        let kept = idle.lock().ok().and_then(|mut idle| idle.pop());
-        let mut s = kept.unwrap_or_else(&scratch);
-        found.iter_mut().enumerate().for_each(|(k, found)| *found = Some(f(&mut s, part * length + k)));
-        if let Ok(mut idle) = idle.lock() {
-            idle.push(s);
+        for i in part {
+            results.push(f(&mut s, i));
         }
-    });
-    found.into_iter().flatten().collect()
+    })
 }
 
 /// Maps consecutive ranges that cover `0..count`; results in order. Below `serial_below` there is one range.
-pub(crate) fn map_ranges<T: Send>(
-    count: usize,
-    serial_below: usize,
-    f: impl Fn(std::ops::Range<usize>) -> T + Sync,
-) -> Vec<T> {
+pub(crate) fn map_ranges<T: Send>(count: usize, serial_below: usize, f: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
     let parts = if threads() < 2 || count < serial_below { 1 } else { (PARTS_PER_THREAD * threads()).min(count) };
-    map_with(parts, 2, || (), |(), part| f(count * part / parts..count * (part + 1) / parts))
+    in_parts(parts, 1, &|part, results| {
+        for k in part {
+            results.push(f(count * k / parts..count * (k + 1) / parts));
+        }
+    })
+}
+
+/// The results of parts of `0..count` with so many indices each, in order. A part pushes its own.
+///
+/// Generic over the result alone, in plain loops: callers have a closure each, and what is compiled for each of them is short.
+fn in_parts<T: Send>(count: usize, length: usize, fill: &(dyn Fn(Range<usize>, &mut Vec<T>) + Sync)) -> Vec<T> {
+    let mut results = Vec::with_capacity(count);
+    if count <= length {
+        fill(0..count, &mut results);
+        return results;
+    }
+    let mut parts: Vec<Vec<T>> = Vec::new();
+    parts.resize_with(count.div_ceil(length), Vec::new);
+    for_each_mut(&mut parts, |part, own| {
+        let range = part * length..count.min((part + 1) * length);
+        own.reserve_exact(range.len());
+        fill(range, own);
+    });
+    for part in &mut parts {
+        results.append(part);
+    }
+    results
 }
 
 /// Calls `f` on each item, on all threads where there are more than one.
 pub(crate) fn for_each_mut<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
     if threads() < 2 {
-        items.iter_mut().enumerate().for_each(|(i, t)| f(i, t));
+        for i in 0..items.len() {
+            f(i, &mut items[i]);
+        }
     } else {
         halve(items, 0, &f);
     }
