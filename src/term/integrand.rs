@@ -1,5 +1,7 @@
 //! Integrands: what is summed over the points of a table.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use crate::error::SolveError;
@@ -117,14 +119,21 @@ pub trait Integrand: Send + Sync {
 }
 
 /// An integrand over a table, as a term.
-pub struct Pointwise<const D: usize, I> {
+///
+/// The integrand is called once per point through a pointer: loads of all kinds share one compiled term.
+pub struct Pointwise<const D: usize> {
     table: ShapeTable<D>,
-    integrand: I,
+    integrand: Arc<dyn Integrand>,
 }
 
-impl<const D: usize, I: Integrand> Pointwise<D, I> {
+impl<const D: usize> Pointwise<D> {
     /// Sums `integrand` over the points of `table`.
-    pub fn new(table: ShapeTable<D>, integrand: I) -> Self {
+    pub fn new(table: ShapeTable<D>, integrand: impl Integrand + 'static) -> Self {
+        Pointwise::shared(table, Arc::new(integrand))
+    }
+
+    /// Sums an integrand that others use too.
+    pub(crate) fn shared(table: ShapeTable<D>, integrand: Arc<dyn Integrand>) -> Self {
         Pointwise { table, integrand }
     }
 
@@ -145,7 +154,7 @@ impl<const D: usize, I: Integrand> Pointwise<D, I> {
     }
 }
 
-impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
+impl<const D: usize> Term<D> for Pointwise<D> {
     fn clusters(&self) -> usize {
         self.table.clusters().len()
     }
@@ -276,7 +285,7 @@ impl<const D: usize, I: Integrand> Term<D> for Pointwise<D, I> {
     }
 }
 
-impl<const D: usize, I: Integrand> Diagnostics<D> for Pointwise<D, I> {
+impl<const D: usize> Diagnostics<D> for Pointwise<D> {
     fn force_densities(&self, view: View<'_>) -> Option<ForceDensities<D>> {
         if self.integrand.sparsity().stress {
             return None;

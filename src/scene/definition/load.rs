@@ -256,31 +256,6 @@ impl Integrand for NormalElasticFoundation {
     }
 }
 
-/// An integrand shared between scenes and models.
-pub(crate) struct Shared(pub Arc<dyn Integrand>);
-
-impl Integrand for Shared {
-    fn sparsity(&self) -> Sparsity {
-        self.0.sparsity()
-    }
-
-    fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
-        self.0.evaluate(at, flux);
-    }
-
-    fn is_symmetric(&self) -> bool {
-        self.0.is_symmetric()
-    }
-
-    fn break_points(&self) -> Vec<f64> {
-        self.0.break_points()
-    }
-
-    fn needs_normals(&self) -> bool {
-        self.0.needs_normals()
-    }
-}
-
 /// An integrand at load factor 1, whatever the load factor is.
 pub(crate) struct AtFullLoad(pub Arc<dyn Integrand>);
 

@@ -28,7 +28,7 @@ use super::particles::particles;
 use super::problem::{LoadTerms, Problem};
 use super::rigid;
 use super::sharing::Sharing;
-use crate::scene::definition::load::{Load, LoadKind, OnSheet, Shared, Varying, dead};
+use crate::scene::definition::load::{Load, LoadKind, OnSheet, Varying, dead};
 use crate::scene::definition::place::{Place, Spot};
 use crate::scene::definition::scene::Scene;
 use crate::scene::definition::scheme::Scheme;
@@ -148,7 +148,7 @@ fn add_load<const D: usize>(
         (LoadKind::Pressure(value), Some(law)) => {
             model.add(Pointwise::new(table, OnSheet { load: varying(value), law }))
         }
-        (LoadKind::Integrand(integrand), _) => model.add(Pointwise::new(table, Shared(integrand.clone()))),
+        (LoadKind::Integrand(integrand), _) => model.add(Pointwise::shared(table, integrand.clone())),
         // Refused with its table.
         (LoadKind::Moment(_), _) => model,
     };
