@@ -271,8 +271,6 @@ impl Spatial {
 }
 
 impl Approximation<2> for Spatial {
-    type Scratch = <Functions as Approximation<2>>::Scratch;
-
     fn nodes(&self) -> &[Point<2>] {
         &self.nodes
     }
@@ -280,7 +278,7 @@ impl Approximation<2> for Spatial {
     fn evaluate(
         &self,
         at: &Point<2>,
-        scratch: &mut Self::Scratch,
+        scratch: &mut Scratch,
         out: &mut ShapeFunctions<2>,
     ) -> Result<(), ApproximationError> {
         let (position, gradient) = self.motion(at)?;

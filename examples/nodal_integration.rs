@@ -68,7 +68,7 @@ fn second_derivatives(body: &Body2, axis: usize) -> Result<ShapeTable<2>, rkpm::
         *weight = inner.iter().map(|(at, w)| w * (at[axis] - x[axis]).powi(2)).sum();
     }
     let count = body.cells.positions().len();
-    let evaluate = |_: &mut (), point: usize, out: &mut ShapeFunctions<2>| -> Result<(), ApproximationError> {
+    let evaluate = |_: &mut Scratch, point: usize, out: &mut ShapeFunctions<2>| -> Result<(), ApproximationError> {
         // The functions are smooth: differences over a hundredth of the spacing leave four digits.
         let step = 0.01 * body.cells.local_spacing(point);
         let mut offset = Point::<2>::zeros();
@@ -93,7 +93,7 @@ fn second_derivatives(body: &Body2, axis: usize) -> Result<ShapeTable<2>, rkpm::
         out.rcond = above.rcond.min(below.rcond);
         Ok(())
     };
-    ShapeTable::tabulate::<()>(count, &points, &PlaneStrain, evaluate)
+    ShapeTable::tabulate(count, &points, &PlaneStrain, &evaluate)
 }
 
 /// A body whose forces are tested with corrected gradients: $\sum_L w_L\,P(F_L)\cdot\nabla\hat\Psi_I(x_L)$.

@@ -40,7 +40,7 @@ pub trait Kinematics<const D: usize>: Send + Sync {
 
 /// The hoops of a kinematics, after a look at them.
 pub(crate) fn hoop_components<const D: usize>(
-    kinematics: &(impl Kinematics<D> + ?Sized),
+    kinematics: &dyn Kinematics<D>,
 ) -> Result<&'static [usize], GeometryError> {
     let hoops = kinematics.hoop_components();
     match (0..hoops.len()).find(|&k| hoops[k] < D || hoops[k] > 2 || hoops[..k].contains(&hoops[k])) {
@@ -56,7 +56,7 @@ pub(crate) fn hoop_components<const D: usize>(
 /// The measure of a kinematics at a point, after a look at it. Points beyond the axis are left to whoever divides by the
 /// radius.
 pub(crate) fn measure<const D: usize>(
-    kinematics: &(impl Kinematics<D> + ?Sized),
+    kinematics: &dyn Kinematics<D>,
     has_hoops: bool,
     at: &Point<D>,
 ) -> Result<f64, GeometryError> {

@@ -155,7 +155,7 @@ pub mod prelude {
     pub use crate::scene::{
         Condition, ContactPair, Dilation, Direction, Geometry, Load, Place, Problem, Rule, Scene, Scheme, Value,
     };
-    pub use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
+    pub use crate::shape::{Approximation, ReproducingKernel, Scratch, ShapeFunctions};
     pub use crate::solid::{Select, Shape, Solid3};
     #[cfg(feature = "solve")]
     pub use crate::solve::{Analysis, Ending, EquilibriumPath, Observer, State, Stepping};

@@ -2,7 +2,7 @@
 
 use crate::error::{ApproximationError, Error};
 use crate::geometry::Point;
-use crate::shape::{Approximation, ShapeFunctions};
+use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::table::check_values;
 use crate::term::Amplitude;
 
@@ -20,9 +20,9 @@ impl Constraints {
     ///
     /// # Errors
     /// Where two conditions conflict, a component does not exist, or a shape function is not defined.
-    pub fn at_particles<const D: usize, A: Approximation<D>>(
+    pub fn at_particles<const D: usize>(
         &mut self,
-        approximation: &A,
+        approximation: &dyn Approximation<D>,
         particles: &[usize],
         component: usize,
         target: &dyn Fn(&Point<D>) -> f64,
@@ -34,9 +34,9 @@ impl Constraints {
     }
 
     /// Conditions $e(X_J)\\cdot u(X_J) = g$ at particles, with the outward normals there where they are known.
-    pub(crate) fn collocate<const D: usize, A: Approximation<D>>(
+    pub(crate) fn collocate<const D: usize>(
         &mut self,
-        approximation: &A,
+        approximation: &dyn Approximation<D>,
         particles: &[usize],
         normals: &[Point<D>],
         along: Along<'_, D>,
@@ -44,7 +44,7 @@ impl Constraints {
         label: &str,
     ) -> Result<(), Error> {
         let rounding = rounding(approximation.nodes());
-        let mut scratch = A::Scratch::default();
+        let mut scratch = Scratch::default();
         let mut psi = ShapeFunctions::default();
         for (place, &particle) in particles.iter().enumerate() {
             let Some(&at) = approximation.nodes().get(particle) else {

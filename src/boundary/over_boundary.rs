@@ -6,7 +6,7 @@ use crate::cells::BoundaryCells;
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
-use crate::shape::{Approximation, ShapeFunctions};
+use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::table::check_values;
 use crate::term::Amplitude;
 
@@ -26,11 +26,11 @@ impl Constraints {
     /// # Errors
     /// Where two conditions conflict at a corner, a component does not exist, or a shape function is not defined.
     #[allow(clippy::too_many_arguments)]
-    pub fn over_boundary<const D: usize, A: Approximation<D>>(
+    pub fn over_boundary<const D: usize>(
         &mut self,
-        approximation: &A,
+        approximation: &dyn Approximation<D>,
         boundary: &BoundaryCells<D>,
-        kinematics: &(impl Kinematics<D> + ?Sized),
+        kinematics: &dyn Kinematics<D>,
         component: usize,
         target: &dyn Fn(&Point<D>) -> f64,
         amplitude: &Amplitude,
@@ -47,11 +47,11 @@ impl Constraints {
     ///
     /// # Errors
     /// As [`over_boundary`](Constraints::over_boundary).
-    pub fn motion_over_boundary<const D: usize, A: Approximation<D>>(
+    pub fn motion_over_boundary<const D: usize>(
         &mut self,
-        approximation: &A,
+        approximation: &dyn Approximation<D>,
         boundary: &BoundaryCells<D>,
-        kinematics: &(impl Kinematics<D> + ?Sized),
+        kinematics: &dyn Kinematics<D>,
         component: usize,
         motion: &Motion<D>,
         label: &str,
@@ -63,11 +63,11 @@ impl Constraints {
 
     /// Conditions $\int\Theta_J\,(e(X)\cdot u - g)\,\mathrm d\Gamma = 0$ along a direction that may vary, or along the axis that is
     /// given with it.
-    pub(crate) fn integrate<const D: usize, A: Approximation<D>>(
+    pub(crate) fn integrate<const D: usize>(
         &mut self,
-        approximation: &A,
+        approximation: &dyn Approximation<D>,
         piece: &mut BoundaryPiece<D>,
-        kinematics: &(impl Kinematics<D> + ?Sized),
+        kinematics: &dyn Kinematics<D>,
         (axis, along): (Option<usize>, Along<'_, D>),
         value: Value<'_, D>,
         label: &str,
@@ -214,14 +214,14 @@ fn summed<const D: usize>(parts: &[&Integrals<D>], further: usize) -> Vec<(usize
 }
 
 /// Sums each trace function times shape functions over a boundary part.
-fn integrals<const D: usize, A: Approximation<D>>(
-    approximation: &A,
+fn integrals<const D: usize>(
+    approximation: &dyn Approximation<D>,
     boundary: &BoundaryCells<D>,
-    kinematics: &(impl Kinematics<D> + ?Sized),
+    kinematics: &dyn Kinematics<D>,
     along: Along<'_, D>,
 ) -> Result<HashMap<u32, Integrals<D>>, Error> {
     let mut sums: HashMap<u32, Integrals<D>> = HashMap::new();
-    let mut scratch = A::Scratch::default();
+    let mut scratch = Scratch::default();
     let mut psi = ShapeFunctions::default();
     let has_hoops = !crate::kinematics::hoop_components(kinematics)?.is_empty();
     for group in boundary.points.groups.windows(2) {

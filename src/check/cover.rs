@@ -4,7 +4,7 @@ use crate::cells::Cells;
 use crate::error::{Error, GeometryError};
 use crate::geometry::{Bounds, Point};
 use crate::paper::Cover;
-use crate::shape::{Approximation, ShapeFunctions};
+use crate::shape::{Approximation, Scratch, ShapeFunctions};
 
 /// Gauss points per direction and cell at which the cover is sampled, beside the particles: the loads' and bodies'
 /// own points lie between them.
@@ -20,13 +20,13 @@ pub struct UncoveredRegion {
 }
 
 /// The cover at particles and points in cells, and the regions where there is none.
-pub(super) fn cover<const D: usize, A: Approximation<D>>(
-    approximation: &A,
+pub(super) fn cover<const D: usize>(
+    approximation: &dyn Approximation<D>,
     cells: &dyn Cells<D>,
 ) -> Result<(Cover, Vec<UncoveredRegion>), Error> {
     let points = cells.gauss(SAMPLES)?;
     let mut cover = Cover { rcond: f64::INFINITY, at: Vec::new(), lost: 0 };
-    let mut scratch = A::Scratch::default();
+    let mut scratch = Scratch::default();
     let mut psi = ShapeFunctions::default();
     let mut is_lost = |at: &Point<D>| {
         let rcond = approximation.evaluate_values(at, &mut scratch, &mut psi).map_or(0.0, |()| psi.rcond);

@@ -6,7 +6,7 @@ use crate::assembly::{Pattern, System};
 use crate::boundary::{Constraints, Enforced, Enforcement, pattern_fits};
 use crate::error::{BoundaryError, Error, LinearError};
 use crate::linear::MatrixClass;
-use crate::shape::{Approximation, ShapeFunctions};
+use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::table::check_values;
 
 /// The full transformation: all coefficients are exchanged for values at particles, $\hat d = A^T d$ with
@@ -31,7 +31,7 @@ impl FullTransformation {
     ///
     /// # Errors
     /// For more than 2000 particles, where a shape function is not defined, and where $\Lambda$ is singular.
-    pub fn new<const D: usize, A: Approximation<D>>(approximation: &A) -> Result<Self, Error> {
+    pub fn new<const D: usize>(approximation: &dyn Approximation<D>) -> Result<Self, Error> {
         let n = approximation.nodes().len();
         if n > PARTICLE_LIMIT {
             return Err(LinearError::Size {
@@ -43,7 +43,7 @@ impl FullTransformation {
             .into());
         }
         let mut at_particles = DMatrix::zeros(n, n);
-        let mut scratch = A::Scratch::default();
+        let mut scratch = Scratch::default();
         let mut psi = ShapeFunctions::default();
         for particle in 0..n {
             approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;

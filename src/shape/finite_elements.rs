@@ -7,7 +7,7 @@ use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Bounds, Part, Point, Side};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
-use super::{Approximation, ShapeFunctions};
+use super::{Approximation, Scratch, ShapeFunctions};
 
 /// How far the box around an element reaches beyond its nodes, in parts of their extent.
 const MARGIN: f64 = 0.25;
@@ -352,13 +352,16 @@ fn invert<const D: usize>(m: &nalgebra::SMatrix<f64, D, D>) -> nalgebra::SMatrix
 }
 
 impl<const D: usize> Approximation<D> for FiniteElements<D> {
-    type Scratch = ();
-
     fn nodes(&self) -> &[Point<D>] {
         self.lattice.positions()
     }
 
-    fn evaluate_at_node(&self, node: usize, _: &mut (), out: &mut ShapeFunctions<D>) -> Result<(), ApproximationError> {
+    fn evaluate_at_node(
+        &self,
+        node: usize,
+        _: &mut Scratch,
+        out: &mut ShapeFunctions<D>,
+    ) -> Result<(), ApproximationError> {
         out.nodes.clear();
         out.nodes.push(node as u32);
         out.values.clear();
@@ -368,7 +371,7 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
     }
 
     /// The element that holds the point is searched for; on an edge between elements the first one counts.
-    fn evaluate(&self, at: &Point<D>, _: &mut (), out: &mut ShapeFunctions<D>) -> Result<(), ApproximationError> {
+    fn evaluate(&self, at: &Point<D>, _: &mut Scratch, out: &mut ShapeFunctions<D>) -> Result<(), ApproximationError> {
         if !at.iter().all(|x| x.is_finite()) {
             return Err(ApproximationError::Point { at: at.as_slice().to_vec() });
         }

@@ -5,7 +5,9 @@ mod finite_elements;
 mod reproducing;
 
 pub use finite_elements::{ElementPoints, FiniteElements};
-pub use reproducing::{KernelScratch, ReproducingKernel};
+pub use reproducing::ReproducingKernel;
+
+use std::any::Any;
 
 use crate::error::ApproximationError;
 use crate::geometry::Point;
@@ -23,18 +25,39 @@ pub struct ShapeFunctions<const D: usize> {
     pub rcond: f64,
 }
 
+/// Buffers that an [`Approximation`] reuses from point to point, so that nothing is allocated after warm-up.
+///
+/// Whoever evaluates keeps one per thread; what is in it is the approximation's own affair.
+/// ```
+/// use rkpm::shape::Scratch;
+/// let mut scratch = Scratch::default();
+/// scratch.of::<Vec<f64>>().resize(8, 0.0);
+/// assert_eq!(scratch.of::<Vec<f64>>().len(), 8);
+/// ```
+#[derive(Default)]
+pub struct Scratch(Option<Box<dyn Any + Send>>);
+
+impl Scratch {
+    /// The buffers of this type; made anew where those of another type were in use.
+    pub fn of<T: Default + Send + 'static>(&mut self) -> &mut T {
+        if !self.0.as_ref().is_some_and(|buffers| buffers.is::<T>()) {
+            self.0 = Some(Box::new(T::default()));
+        }
+        self.0.as_mut().and_then(|buffers| buffers.downcast_mut()).expect("buffers of this type")
+    }
+}
+
 /// A set of shape functions attached to nodes.
 ///
 /// ```
 /// use rkpm::error::ApproximationError;
 /// use rkpm::geometry::Point;
-/// use rkpm::shape::{Approximation, ShapeFunctions};
+/// use rkpm::shape::{Approximation, Scratch, ShapeFunctions};
 /// /// Linear finite elements on an interval.
 /// struct Hats(Vec<Point<1>>);
 /// impl Approximation<1> for Hats {
-///     type Scratch = ();
 ///     fn nodes(&self) -> &[Point<1>] { &self.0 }
-///     fn evaluate(&self, at: &Point<1>, _: &mut (), out: &mut ShapeFunctions<1>) -> Result<(), ApproximationError> {
+///     fn evaluate(&self, at: &Point<1>, _: &mut Scratch, out: &mut ShapeFunctions<1>) -> Result<(), ApproximationError> {
 ///         let right = self.0.partition_point(|n| n[0] < at[0]).clamp(1, self.0.len() - 1);
 ///         let (a, b) = (self.0[right - 1][0], self.0[right][0]);
 ///         let t = (at[0] - a) / (b - a);
@@ -49,10 +72,7 @@ pub struct ShapeFunctions<const D: usize> {
 /// assert_eq!(hats.shape_functions(&Point::<1>::new(0.5))?.values, [0.75, 0.25]);
 /// # Ok::<(), ApproximationError>(())
 /// ```
-pub trait Approximation<const D: usize>: Sync {
-    /// Buffers that are reused from point to point, so that nothing is allocated after warm-up.
-    type Scratch: Default + Send;
-
+pub trait Approximation<const D: usize>: Send + Sync {
     /// Positions of the nodes \[length\].
     fn nodes(&self) -> &[Point<D>];
 
@@ -63,7 +83,7 @@ pub trait Approximation<const D: usize>: Sync {
     fn evaluate(
         &self,
         at: &Point<D>,
-        scratch: &mut Self::Scratch,
+        scratch: &mut Scratch,
         out: &mut ShapeFunctions<D>,
     ) -> Result<(), ApproximationError>;
 
@@ -74,7 +94,7 @@ pub trait Approximation<const D: usize>: Sync {
     fn evaluate_values(
         &self,
         at: &Point<D>,
-        scratch: &mut Self::Scratch,
+        scratch: &mut Scratch,
         out: &mut ShapeFunctions<D>,
     ) -> Result<(), ApproximationError> {
         self.evaluate(at, scratch, out)
@@ -87,7 +107,7 @@ pub trait Approximation<const D: usize>: Sync {
     fn evaluate_at_node(
         &self,
         node: usize,
-        scratch: &mut Self::Scratch,
+        scratch: &mut Scratch,
         out: &mut ShapeFunctions<D>,
     ) -> Result<(), ApproximationError> {
         let at = self.nodes().get(node).ok_or(ApproximationError::Particle {
@@ -112,7 +132,7 @@ pub trait Approximation<const D: usize>: Sync {
     /// As [`evaluate`](Approximation::evaluate).
     fn shape_functions(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError> {
         let mut out = ShapeFunctions::default();
-        self.evaluate(at, &mut Self::Scratch::default(), &mut out)?;
+        self.evaluate(at, &mut Scratch::default(), &mut out)?;
         Ok(out)
     }
 }

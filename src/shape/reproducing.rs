@@ -73,7 +73,7 @@ enum Form {
 
 /// Buffers of [`ReproducingKernel`].
 #[derive(Debug, Clone, Default)]
-pub struct KernelScratch<const D: usize> {
+struct KernelScratch<const D: usize> {
     /// Of each covering particle $x - x_I$ and one over the half-widths of its support.
     offsets: Vec<Point<D>>,
     inverse_halves: Vec<Point<D>>,

@@ -32,9 +32,9 @@ pub(super) struct Surroundings {
 
 impl Surroundings {
     /// The nodes around a sub-cell and what tells it from others; none where the approximation does not know.
-    pub(super) fn of<const D: usize, A: Approximation<D>>(
+    pub(super) fn of<const D: usize>(
         &mut self,
-        approximation: &A,
+        approximation: &dyn Approximation<D>,
         smoothing: &Smoothing<D>,
         cell: usize,
         nodes: &mut Vec<u32>,
@@ -89,7 +89,7 @@ impl Surroundings {
     }
 
     /// Whether many sub-cells are like others.
-    pub(super) fn repeat<const D: usize, A: Approximation<D>>(approximation: &A, smoothing: &Smoothing<D>) -> bool {
+    pub(super) fn repeat<const D: usize>(approximation: &dyn Approximation<D>, smoothing: &Smoothing<D>) -> bool {
         let count = smoothing.cells.len();
         if count < FEWEST {
             return false;

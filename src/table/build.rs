@@ -158,16 +158,15 @@ fn merge(a: &[u32], b: &[u32], out: &mut Vec<u32>) {
 ///
 /// `groups` are the clusters, as in [`Points`](crate::quadrature::Points). Each row is computed by one thread
 /// from its point alone, so that its bits do not depend on how the clusters are shared out.
-pub(super) fn rows<S>(
+pub(super) fn rows<S: Default>(
     groups: &[usize],
-    scratch: impl Fn() -> S + Sync + Send,
-    fill: impl Fn(&mut S, usize, &mut Rows) -> Result<(), Error> + Sync + Send,
+    fill: &(dyn Fn(&mut S, usize, &mut Rows) -> Result<(), Error> + Sync),
 ) -> Result<(Rows, Clusters), Error> {
     let clusters = groups.len().saturating_sub(1);
     let points = groups.last().copied().unwrap_or(0);
     let serial_below = if points < SERIAL_BELOW { usize::MAX } else { 2 };
     let runs = map_ranges(clusters, serial_below, |range| -> Result<Rows, Error> {
-        let mut scratch = scratch();
+        let mut scratch = S::default();
         let mut rows = Rows { rcond: 1.0, ..Rows::default() };
         let first = groups.get(range.start).copied().unwrap_or(0);
         for cluster in range.clone() {
@@ -216,15 +215,11 @@ mod tests {
     fn clusters_know_their_nodes_and_the_places_of_each_point() {
         let lists: [&[u32]; 5] = [&[1, 4, 6], &[1, 4, 6], &[0, 4, 9], &[7], &[2, 3]];
         let groups = [0, 3, 3, 5];
-        let (rows, clusters) = rows(
-            &groups,
-            || (),
-            |(), point, rows| {
-                rows.nodes.extend_from_slice(lists[point]);
-                rows.weights.push(1.0);
-                Ok(())
-            },
-        )
+        let (rows, clusters) = rows(&groups, &|(): &mut (), point, rows| {
+            rows.nodes.extend_from_slice(lists[point]);
+            rows.weights.push(1.0);
+            Ok(())
+        })
         .unwrap();
         // The first two rows share a list.
         assert_eq!(rows.nodes.len(), 9);
@@ -244,16 +239,12 @@ mod tests {
 
     /// Rows over one group of `points`, each with three nodes that lie far apart and come in no order.
     fn one_group(points: u32) -> Result<(Rows, Clusters), Error> {
-        rows(
-            &[0, points as usize],
-            || (),
-            |(), point, rows| {
-                let node = (point as u32 * 7919) % points;
-                rows.nodes.extend([node, node + points, node + 2 * points]);
-                rows.weights.push(1.0);
-                Ok(())
-            },
-        )
+        rows(&[0, points as usize], &|(): &mut (), point, rows| {
+            let node = (point as u32 * 7919) % points;
+            rows.nodes.extend([node, node + points, node + 2 * points]);
+            rows.weights.push(1.0);
+            Ok(())
+        })
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::cells::Smoothing;
 use crate::error::{Error, GeometryError};
 use crate::geometry::Point;
 use crate::kinematics::{Kinematics, hoop_components};
-use crate::shape::{Approximation, ShapeFunctions};
+use crate::shape::{Approximation, Scratch, ShapeFunctions};
 
 use super::build::{Rows, rows};
 use super::facets::{Facets, List, monomials, shifted, slopes};
@@ -18,8 +18,8 @@ use super::{Clusters, check_values};
 const FLAT: f64 = 1e-13;
 
 /// What tabulating a sub-cell leaves for its points.
-struct Scratch<S, const D: usize, const Q: usize> {
-    values: S,
+struct SubCell<const D: usize, const Q: usize> {
+    values: Scratch,
     psi: ShapeFunctions<D>,
     /// The sub-cell that the rest belongs to.
     cell: Option<usize>,
@@ -29,10 +29,10 @@ struct Scratch<S, const D: usize, const Q: usize> {
     inverse: SMatrix<f64, Q, Q>,
 }
 
-impl<S: Default, const D: usize, const Q: usize> Default for Scratch<S, D, Q> {
+impl<const D: usize, const Q: usize> Default for SubCell<D, Q> {
     fn default() -> Self {
-        Scratch {
-            values: S::default(),
+        SubCell {
+            values: Scratch::default(),
             psi: ShapeFunctions::default(),
             cell: None,
             list: List::default(),
@@ -47,10 +47,10 @@ fn linear<const D: usize, const Q: usize>(at: &Point<D>, centre: &Point<D>) -> S
 }
 
 /// Rows of the interior points, and their positions; see [`ShapeTable::consistent`](super::ShapeTable::consistent).
-pub(super) fn consistent<const D: usize, const Q: usize, A: Approximation<D>>(
-    approximation: &A,
+pub(super) fn consistent<const D: usize, const Q: usize>(
+    approximation: &dyn Approximation<D>,
     smoothing: &Smoothing<D>,
-    kinematics: &(impl Kinematics<D> + ?Sized),
+    kinematics: &dyn Kinematics<D>,
 ) -> Result<(Rows, Clusters, Vec<Point<D>>), Error> {
     let hoops = hoop_components(kinematics)?;
     let slots = D + usize::from(!hoops.is_empty());
@@ -65,10 +65,10 @@ pub(super) fn consistent<const D: usize, const Q: usize, A: Approximation<D>>(
     }
     let groups: Vec<usize> = smoothing.groups.iter().map(|&cell| starts[cell]).collect();
     let positions = smoothing.interior.iter().flatten().map(|(at, _)| *at).collect();
-    let (mut rows, clusters) = rows(
-        &groups,
-        <Scratch<A::Scratch, D, Q>>::default,
-        |Scratch { values, psi, cell: known, list, inverse }, point, rows: &mut Rows| -> Result<(), Error> {
+    let (mut rows, clusters) =
+        rows(&groups, &|SubCell { values, psi, cell: known, list, inverse }: &mut SubCell<D, Q>,
+                        point,
+                        rows: &mut Rows| {
             let cell = starts.partition_point(|&start| start <= point) - 1;
             let centre = &smoothing.centres[cell];
             if *known != Some(cell) {
@@ -129,8 +129,7 @@ pub(super) fn consistent<const D: usize, const Q: usize, A: Approximation<D>>(
             }
             rows.weights.push(weight * measured.at(at)?);
             Ok(())
-        },
-    )?;
+        })?;
     rows.rcond = rows.rcond.min(facets.rcond);
     Ok((rows, clusters, positions))
 }

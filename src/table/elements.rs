@@ -11,22 +11,21 @@ use super::{Clusters, build};
 pub(super) fn shared<const D: usize>(
     elements: &FiniteElements<D>,
     points: &ElementPoints<D>,
-    kinematics: &(impl Kinematics<D> + ?Sized),
+    kinematics: &dyn Kinematics<D>,
 ) -> Result<(build::Rows, Clusters), Error> {
     let fill =
         |point: usize, psi: &mut ShapeFunctions<D>| elements.fill(points.elements[point], &points.local[point], psi);
-    let (mut rows, clusters) = build::rows(
-        &points.points.groups,
-        <(Surroundings, ShapeFunctions<D>)>::default,
-        |(surroundings, psi), point, rows| -> Result<(), Error> {
+    let (mut rows, clusters) =
+        build::rows(&points.points.groups, &|(surroundings, psi): &mut (Surroundings, ShapeFunctions<D>),
+                                             point,
+                                             rows| {
             fill(point, psi);
             let measure = crate::kinematics::measure(kinematics, false, &points.points.positions[point])?;
             rows.nodes.extend_from_slice(&psi.nodes);
             rows.weights.push(points.points.weights[point] * measure);
             rows.likeness.push(surroundings.of_functions(psi, points.points.weights[point]));
             Ok(())
-        },
-    )?;
+        })?;
     let sources = sources(&std::mem::take(&mut rows.likeness));
     let mut psi = ShapeFunctions::default();
     rows.starts.clear();

@@ -3,9 +3,8 @@
 use crate::cells::Smoothing;
 use crate::error::Error;
 use crate::geometry::Point;
-use crate::kinematics::Kinematics;
 use crate::parallel::map_ranges;
-use crate::shape::{Approximation, ShapeFunctions};
+use crate::shape::{Approximation, Scratch, ShapeFunctions};
 
 use super::build::SERIAL_BELOW;
 use super::check_values;
@@ -40,10 +39,10 @@ impl<const D: usize, const Q: usize> Facets<D, Q> {
     }
 
     /// Facets are integrated once, and each serves both its neighbours.
-    pub(super) fn integrate<A: Approximation<D>>(
-        approximation: &A,
+    pub(super) fn integrate(
+        approximation: &dyn Approximation<D>,
         smoothing: &Smoothing<D>,
-        measured: &Measured<'_, D, impl Kinematics<D> + ?Sized>,
+        measured: &Measured<'_, D>,
     ) -> Result<Self, Error> {
         let count = smoothing.facet_count();
         let dimension = (1 + measured.hoops) as f64;
@@ -59,7 +58,7 @@ impl<const D: usize, const Q: usize> Facets<D, Q> {
                 volumes: Vec::with_capacity(range.len()),
                 rcond: 1.0,
             };
-            let mut scratch = A::Scratch::default();
+            let mut scratch = Scratch::default();
             let mut psi = ShapeFunctions::default();
             let mut list = List::default();
             for facet in range.clone() {

@@ -10,15 +10,19 @@ const ROUNDING: f64 = 1e-9;
 
 /// Refuses measures that the averages are wrong for: the divergence theorem takes them for constant, or with hoops for
 /// proportional to $R$ to their number.
-pub(super) struct Measured<'a, const D: usize, K: ?Sized> {
-    kinematics: &'a K,
+pub(super) struct Measured<'a, const D: usize> {
+    kinematics: &'a dyn Kinematics<D>,
     pub(super) hoops: usize,
     /// The first facet point off the axis, and the measure there.
     reference: Option<(f64, f64)>,
 }
 
-impl<'a, const D: usize, K: Kinematics<D> + ?Sized> Measured<'a, D, K> {
-    pub(super) fn new(kinematics: &'a K, hoops: usize, smoothing: &Smoothing<D>) -> Result<Self, GeometryError> {
+impl<'a, const D: usize> Measured<'a, D> {
+    pub(super) fn new(
+        kinematics: &'a dyn Kinematics<D>,
+        hoops: usize,
+        smoothing: &Smoothing<D>,
+    ) -> Result<Self, GeometryError> {
         let reference = match smoothing.facet_points.iter().find(|at| hoops == 0 || at[0] > 0.0) {
             Some(at) => Some((at[0], measure(kinematics, hoops > 0, at)?)),
             None => None,

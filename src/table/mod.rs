@@ -23,7 +23,7 @@ use crate::error::{ApproximationError, Error, GeometryError, Invalid};
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
 use crate::quadrature::Points;
-use crate::shape::{Approximation, ElementPoints, FiniteElements, ShapeFunctions};
+use crate::shape::{Approximation, ElementPoints, FiniteElements, Scratch, ShapeFunctions};
 use crate::simd::Plain;
 
 use functions::check_functions;
@@ -53,18 +53,22 @@ pub struct ShapeTable<const D: usize> {
     rest: Vec<f64>,
 }
 
+/// What [`ShapeTable::tabulate`] takes: writes the shape functions at a point, given by its number, with buffers that are its own.
+pub type Evaluate<'a, const D: usize> =
+    dyn Fn(&mut Scratch, usize, &mut ShapeFunctions<D>) -> Result<(), ApproximationError> + Sync + 'a;
+
 impl<const D: usize> ShapeTable<D> {
     /// Tabulates an approximation at points; weights get the factor of the kinematics.
     ///
     /// # Errors
     /// Where a point is not covered, a hoop is needed at $R \le 0$ with a weight, or the points of a group see more
     /// than 65 536 nodes.
-    pub fn new<A: Approximation<D>>(
-        approximation: &A,
+    pub fn new(
+        approximation: &dyn Approximation<D>,
         points: &Points<D>,
-        kinematics: &(impl Kinematics<D> + ?Sized),
+        kinematics: &dyn Kinematics<D>,
     ) -> Result<Self, Error> {
-        ShapeTable::tabulate::<A::Scratch>(approximation.nodes().len(), points, kinematics, |scratch, point, psi| {
+        ShapeTable::tabulate(approximation.nodes().len(), points, kinematics, &|scratch, point, psi| {
             approximation.evaluate(&points.positions[point], scratch, psi)
         })
     }
@@ -74,18 +78,16 @@ impl<const D: usize> ShapeTable<D> {
     ///
     /// # Errors
     /// Those of `evaluate`, and where a hoop is needed at $R \le 0$ with a weight.
-    pub fn tabulate<S: Default + Send>(
+    pub fn tabulate(
         node_count: usize,
         points: &Points<D>,
-        kinematics: &(impl Kinematics<D> + ?Sized),
-        evaluate: impl Fn(&mut S, usize, &mut ShapeFunctions<D>) -> Result<(), ApproximationError> + Sync + Send,
+        kinematics: &dyn Kinematics<D>,
+        evaluate: &Evaluate<'_, D>,
     ) -> Result<Self, Error> {
         points.validate()?;
         let hoops = crate::kinematics::hoop_components(kinematics)?;
-        let (rows, clusters) = build::rows(
-            &points.groups,
-            <(S, ShapeFunctions<D>)>::default,
-            |(scratch, psi), point, rows| -> Result<(), Error> {
+        let (rows, clusters) =
+            build::rows(&points.groups, &|(scratch, psi): &mut (Scratch, ShapeFunctions<D>), point, rows| {
                 let at = points.positions[point];
                 evaluate(scratch, point, psi)?;
                 check_functions(psi, node_count, &at)?;
@@ -102,8 +104,7 @@ impl<const D: usize> ShapeTable<D> {
                 rows.weights.push(points.weights[point] * measure);
                 rows.rcond = rows.rcond.min(psi.rcond);
                 Ok(())
-            },
-        )?;
+            })?;
         let total: f64 = rows.weights.iter().sum();
         // Points on the axis have the measure zero.
         if total < 0.0 || total == 0.0 && hoops.is_empty() && !rows.weights.is_empty() {
@@ -121,7 +122,7 @@ impl<const D: usize> ShapeTable<D> {
     pub fn of_elements(
         elements: &FiniteElements<D>,
         points: &ElementPoints<D>,
-        kinematics: &(impl Kinematics<D> + ?Sized),
+        kinematics: &dyn Kinematics<D>,
     ) -> Result<Self, Error> {
         for (what, given) in [("elements of points", points.elements.len()), ("local coordinates", points.local.len())]
         {
@@ -134,7 +135,7 @@ impl<const D: usize> ShapeTable<D> {
             let needed = "name elements that exist, counted from 0";
             return Err(GeometryError::Count { what: "element of a point", count: element, needed }.into());
         }
-        ShapeTable::tabulate::<()>(elements.nodes().len(), &points.points, kinematics, |_, point, psi| {
+        ShapeTable::tabulate(elements.nodes().len(), &points.points, kinematics, &|_, point, psi| {
             elements.fill(points.elements[point], &points.local[point], psi);
             Ok(())
         })
@@ -145,7 +146,7 @@ impl<const D: usize> ShapeTable<D> {
     pub(crate) fn of_alike_elements(
         elements: &FiniteElements<D>,
         points: &ElementPoints<D>,
-        kinematics: &(impl Kinematics<D> + ?Sized),
+        kinematics: &dyn Kinematics<D>,
     ) -> Result<Self, Error> {
         let (rows, clusters) = elements::shared(elements, points, kinematics)?;
         let (positions, normals) = (points.points.positions.clone(), points.points.normals.clone());
@@ -161,10 +162,10 @@ impl<const D: usize> ShapeTable<D> {
     /// # Errors
     /// Where a facet point is not covered, a sub-cell is inverted, or it reaches over the axis, and for other measures:
     /// a thickness that varies is integrated at Gauss points.
-    pub fn smoothed<A: Approximation<D>>(
-        approximation: &A,
+    pub fn smoothed(
+        approximation: &dyn Approximation<D>,
         smoothing: &Smoothing<D>,
-        kinematics: &(impl Kinematics<D> + ?Sized),
+        kinematics: &dyn Kinematics<D>,
     ) -> Result<Self, Error> {
         smoothing.validate()?;
         let (rows, clusters) = smooth::smoothed(approximation, smoothing, kinematics)?;
@@ -190,20 +191,20 @@ impl<const D: usize> ShapeTable<D> {
     ///
     /// # Errors
     /// As [`smoothed`](Self::smoothed), and where a sub-cell has too few interior points to tell linear fields apart.
-    pub fn consistent<A: Approximation<D>>(
-        approximation: &A,
+    pub fn consistent(
+        approximation: &dyn Approximation<D>,
         smoothing: &Smoothing<D>,
-        kinematics: &(impl Kinematics<D> + ?Sized),
+        kinematics: &dyn Kinematics<D>,
     ) -> Result<Self, Error> {
         smoothing.validate()?;
         let (rows, clusters, positions) = match D {
-            1 => consistent::consistent::<D, 2, A>(approximation, smoothing, kinematics)?,
-            2 => consistent::consistent::<D, 3, A>(approximation, smoothing, kinematics)?,
+            1 => consistent::consistent::<D, 2>(approximation, smoothing, kinematics)?,
+            2 => consistent::consistent::<D, 3>(approximation, smoothing, kinematics)?,
             // Eight points of a brick tell products apart; with four, gradients are linear and leave three modes unseen.
             _ if smoothing.interior.first().is_some_and(|points| points.len() >= 8) => {
-                consistent::consistent::<D, 8, A>(approximation, smoothing, kinematics)?
+                consistent::consistent::<D, 8>(approximation, smoothing, kinematics)?
             }
-            _ => consistent::consistent::<D, 4, A>(approximation, smoothing, kinematics)?,
+            _ => consistent::consistent::<D, 4>(approximation, smoothing, kinematics)?,
         };
         let node_count = approximation.nodes().len();
         Ok(ShapeTable::of_rows(node_count, rows, clusters, kinematics.hoop_components(), positions, Vec::new()))

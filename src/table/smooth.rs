@@ -3,7 +3,7 @@
 use crate::cells::Smoothing;
 use crate::error::{Error, GeometryError};
 use crate::kinematics::{Kinematics, hoop_components};
-use crate::shape::{Approximation, ShapeFunctions};
+use crate::shape::{Approximation, Scratch, ShapeFunctions};
 
 use super::alike::{Surroundings, sources};
 use super::build::{Rows, rows};
@@ -12,10 +12,10 @@ use super::measured::Measured;
 use super::{Clusters, check_values};
 
 /// Rows of averaged gradients; see [`ShapeTable::smoothed`](super::ShapeTable::smoothed).
-pub(super) fn smoothed<const D: usize, A: Approximation<D>>(
-    approximation: &A,
+pub(super) fn smoothed<const D: usize>(
+    approximation: &dyn Approximation<D>,
     smoothing: &Smoothing<D>,
-    kinematics: &(impl Kinematics<D> + ?Sized),
+    kinematics: &dyn Kinematics<D>,
 ) -> Result<(Rows, Clusters), Error> {
     if hoop_components(kinematics)?.is_empty()
         && Surroundings::repeat(approximation, smoothing)
@@ -27,17 +27,15 @@ pub(super) fn smoothed<const D: usize, A: Approximation<D>>(
 }
 
 /// Rows of which sub-cells with the same surroundings share one; none where these are not known.
-fn shared<const D: usize, A: Approximation<D>>(
-    approximation: &A,
+fn shared<const D: usize>(
+    approximation: &dyn Approximation<D>,
     smoothing: &Smoothing<D>,
-    kinematics: &(impl Kinematics<D> + ?Sized),
+    kinematics: &dyn Kinematics<D>,
 ) -> Result<Option<(Rows, Clusters)>, Error> {
     let measured = Measured::new(kinematics, 0, smoothing)?;
     let origin = smoothing.facet_points.first().map_or(0.0, |at| at[0]);
-    let (mut rows, clusters) = rows(
-        &smoothing.groups,
-        <(Surroundings, Vec<u32>)>::default,
-        |(surroundings, nodes), cell, rows: &mut Rows| -> Result<(), Error> {
+    let (mut rows, clusters) =
+        rows(&smoothing.groups, &|(surroundings, nodes): &mut (Surroundings, Vec<u32>), cell, rows: &mut Rows| {
             measured.at(&smoothing.centres[cell])?;
             let mut volume = 0.0;
             for &(facet, sign) in &smoothing.cells[cell] {
@@ -57,8 +55,7 @@ fn shared<const D: usize, A: Approximation<D>>(
                 rows.likeness.push(likeness);
             }
             Ok(())
-        },
-    )?;
+        })?;
     if rows.likeness.len() < rows.weights.len() {
         return Ok(None);
     }
@@ -79,20 +76,19 @@ fn shared<const D: usize, A: Approximation<D>>(
 }
 
 /// Rows of which each is written by itself.
-fn each<const D: usize, A: Approximation<D>>(
-    approximation: &A,
+fn each<const D: usize>(
+    approximation: &dyn Approximation<D>,
     smoothing: &Smoothing<D>,
-    kinematics: &(impl Kinematics<D> + ?Sized),
+    kinematics: &dyn Kinematics<D>,
 ) -> Result<(Rows, Clusters), Error> {
     let hoops = hoop_components(kinematics)?;
     let slots = D + usize::from(!hoops.is_empty());
     let measured = Measured::new(kinematics, hoops.len(), smoothing)?;
     let facets = Facets::<D, 1>::integrate(approximation, smoothing, &measured)?;
-    type Scratch<S, const D: usize> = (S, ShapeFunctions<D>, List<[f64; 4]>);
-    let (mut rows, clusters) = rows(
-        &smoothing.groups,
-        <Scratch<A::Scratch, D>>::default,
-        |(scratch, psi, list), cell, rows: &mut Rows| -> Result<(), Error> {
+    let (mut rows, clusters) =
+        rows(&smoothing.groups, &|(scratch, psi, list): &mut (Scratch, ShapeFunctions<D>, List<[f64; 4]>),
+                                  cell,
+                                  rows: &mut Rows| {
             list.clear();
             // A measure that is the same on all facets may bulge between them.
             measured.at(&smoothing.centres[cell])?;
@@ -131,8 +127,7 @@ fn each<const D: usize, A: Approximation<D>>(
             }
             rows.weights.push(volume);
             Ok(())
-        },
-    )?;
+        })?;
     rows.rcond = rows.rcond.min(facets.rcond);
     Ok((rows, clusters))
 }

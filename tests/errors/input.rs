@@ -416,12 +416,16 @@ fn functions_that_are_not_finite() {
 
     /// Linear finite elements over 0, 1, …, 7, spoilt by a function.
     struct Spoilt<F>(Vec<Point<1>>, F);
-    impl<F: Fn(&mut ShapeFunctions<1>) + Sync> Approximation<1> for Spoilt<F> {
-        type Scratch = ();
+    impl<F: Fn(&mut ShapeFunctions<1>) + Send + Sync> Approximation<1> for Spoilt<F> {
         fn nodes(&self) -> &[Point<1>] {
             &self.0
         }
-        fn evaluate(&self, at: &Point<1>, _: &mut (), out: &mut ShapeFunctions<1>) -> Result<(), ApproximationError> {
+        fn evaluate(
+            &self,
+            at: &Point<1>,
+            _: &mut Scratch,
+            out: &mut ShapeFunctions<1>,
+        ) -> Result<(), ApproximationError> {
             let left = (at[0] as u32).min(6);
             let t = at[0] - f64::from(left);
             (out.nodes, out.values) = (vec![left, left + 1], vec![1.0 - t, t]);

@@ -191,14 +191,13 @@ fn scenes_over_cells_that_name_what_is_not_there() {
 struct Beyond(ApproximationChoice);
 
 impl Approximation<2> for Beyond {
-    type Scratch = <ApproximationChoice as Approximation<2>>::Scratch;
     fn nodes(&self) -> &[Point<2>] {
         self.0.nodes()
     }
     fn evaluate(
         &self,
         at: &Point<2>,
-        scratch: &mut Self::Scratch,
+        scratch: &mut Scratch,
         out: &mut ShapeFunctions<2>,
     ) -> Result<(), ApproximationError> {
         self.0.evaluate(at, scratch, out)?;

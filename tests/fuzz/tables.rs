@@ -77,7 +77,7 @@ fn table<const D: usize>(input: &mut Input, one: impl Kinematics<D>, other: impl
     // An approximation that breaks its word.
     let lie = input.random.usize(0..12);
     let points = lattice.gauss(1).unwrap();
-    let given = ShapeTable::tabulate::<()>(9, &points, kinematics, |(), _, psi| {
+    let given = ShapeTable::tabulate(9, &points, kinematics, &|_, _, psi| {
         *psi = kernel.shape_functions(&Point::repeat(1.0))?;
         match lie {
             0 => psi.nodes.push(1_000_000),

@@ -51,9 +51,9 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// Where nodes of the approximation, particles of the cells and nodes of the table are not as many.
-    pub fn compose<A: Approximation<D> + Send + 'static>(
+    pub fn compose(
         cells: impl Cells<D> + 'static,
-        approximation: A,
+        approximation: impl Approximation<D> + 'static,
         body: Body<D, Arc<dyn Material>>,
     ) -> Result<Self, Error> {
         let needed = approximation.nodes().len();

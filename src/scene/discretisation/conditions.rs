@@ -49,11 +49,11 @@ fn singles<'a, const D: usize>(
 }
 
 /// Rows over boundaries with the given facet rule, or at particles without one; and which are those of each condition.
-pub(crate) fn equations<const D: usize, A: Approximation<D>>(
+pub(crate) fn equations<const D: usize>(
     scene: &Scene<D>,
     mine: &[(usize, Place<D>)],
     cells: &dyn Cells<D>,
-    approximation: &A,
+    approximation: &dyn Approximation<D>,
     facets: Option<FacetRule>,
     refused: Refused<'_>,
 ) -> Result<(Constraints, Vec<Placed<D>>), Error> {
@@ -88,12 +88,12 @@ pub(crate) fn equations<const D: usize, A: Approximation<D>>(
 }
 
 /// Adds the rows of a displacement that vanishes on a part, for a body that is tied there to another one.
-pub(crate) fn tie<const D: usize, A: Approximation<D>>(
+pub(crate) fn tie<const D: usize>(
     equations: &mut Constraints,
     scene: &Scene<D>,
     (name, place): (&str, &Place<D>),
     cells: &dyn Cells<D>,
-    approximation: &A,
+    approximation: &dyn Approximation<D>,
     facets: Option<FacetRule>,
 ) -> Result<(), Error> {
     let condition = Condition::on(place.clone()).displacement([0.0; D]).named(name);
@@ -230,12 +230,12 @@ impl<const D: usize> Pieces<D> {
 }
 
 /// Adds the rows of one direction of a condition.
-fn add<const D: usize, A: Approximation<D>>(
+fn add<const D: usize>(
     equations: &mut Constraints,
     scene: &Scene<D>,
     single: &Single<'_, D>,
     cells: &dyn Cells<D>,
-    approximation: &A,
+    approximation: &dyn Approximation<D>,
     facets: Option<FacetRule>,
     last: &mut Option<Pieces<D>>,
 ) -> Result<(), Error> {

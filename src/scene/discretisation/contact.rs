@@ -316,7 +316,7 @@ pub(crate) fn contact_definition<const D: usize>(
             _ => {
                 let whole = discrete_body.cells.contact_boundary(part, rule.parts, rule.gauss)?;
                 let contact_surface = whole.within(&|x| place.holds(x));
-                let table = discrete_body.approximation.tabulate(&contact_surface.points, kinematics)?;
+                let table = ShapeTable::new(&*discrete_body.approximation, &contact_surface.points, kinematics)?;
                 (contact_surface, table)
             }
         };

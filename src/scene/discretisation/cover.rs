@@ -12,7 +12,8 @@ use crate::neighbours::Visibility;
 use crate::parallel::map_with;
 use crate::particles::Particles;
 use crate::quadrature::Points;
-use crate::shape::{Approximation, ReproducingKernel, ShapeFunctions};
+use crate::shape::{Approximation, ReproducingKernel, Scratch, ShapeFunctions};
+use crate::table::ShapeTable;
 
 use super::discrete_body::{DiscreteBody, SERIAL_BELOW};
 use super::unmeasured::Unmeasured;
@@ -96,14 +97,10 @@ fn places<const D: usize>(cells: &dyn Cells<D>, order: u8) -> Result<Vec<Point<D
 
 /// Places that are not covered, or where the reciprocal condition is below a limit.
 fn failing<const D: usize>(approximation: &KernelFunctions<D>, places: &[Point<D>], limit: f64) -> Vec<Point<D>> {
-    let fails = map_with(
-        places.len(),
-        SERIAL_BELOW,
-        <(<KernelFunctions<D> as Approximation<D>>::Scratch, ShapeFunctions<D>)>::default,
-        |(scratch, psi), place| {
+    let fails =
+        map_with(places.len(), SERIAL_BELOW, <(Scratch, ShapeFunctions<D>)>::default, |(scratch, psi), place| {
             approximation.evaluate_values(&places[place], scratch, psi).is_err() || psi.rcond < limit
-        },
-    );
+        });
     places.iter().zip(&fails).filter(|(_, fails)| **fails).map(|(x, _)| *x).collect()
 }
 
@@ -191,7 +188,7 @@ impl<const D: usize> DiscreteBody<D> {
         let count = positions.len();
         let points =
             Points { positions, weights: vec![1.0; count], normals: Vec::new(), groups: (0..=count).collect() };
-        let table = self.approximation.tabulate(&points, &Unmeasured)?;
+        let table = ShapeTable::new(&*self.approximation, &points, &Unmeasured)?;
         let (mut cover, mut largest_slope) = (usize::MAX, 0.0f64);
         for point in 0..table.len() {
             let (nodes, gradients) = (table.nodes(point), table.gradients(point));

@@ -9,55 +9,14 @@ use crate::assembly::Ranks;
 use crate::cells::Cells;
 use crate::error::{ApproximationError, Error, SolveError};
 use crate::geometry::Point;
-use crate::kinematics::Kinematics;
 use crate::material::Material;
 use crate::parallel::map_with;
-use crate::quadrature::Points;
-use crate::shape::{Approximation, ShapeFunctions};
+use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::solve::State;
-use crate::table::ShapeTable;
 use crate::term::{Body, View};
 
 /// Fewer points are evaluated by one thread.
 pub(crate) const SERIAL_BELOW: usize = 64;
-
-/// Shape functions of any approximation, with the type erased; nodes are counted within the body.
-pub(crate) trait Evaluate<const D: usize>: Send + Sync {
-    fn shape_functions_at(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError>;
-
-    /// Values at many points.
-    fn values_at(&self, points: &[Point<D>]) -> Vec<Result<ShapeFunctions<D>, ApproximationError>>;
-
-    /// Values at a node; interpolating functions know them without looking.
-    fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<D>, ApproximationError>;
-
-    /// A table at points inside cells; on edges between finite elements gradients are ambiguous.
-    fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error>;
-}
-
-impl<const D: usize, A: Approximation<D> + Send> Evaluate<D> for A {
-    fn shape_functions_at(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError> {
-        self.shape_functions(at)
-    }
-
-    fn values_at(&self, points: &[Point<D>]) -> Vec<Result<ShapeFunctions<D>, ApproximationError>> {
-        map_with(points.len(), SERIAL_BELOW, A::Scratch::default, |scratch, point| {
-            let mut psi = ShapeFunctions::default();
-            self.evaluate_values(&points[point], scratch, &mut psi)?;
-            Ok(psi)
-        })
-    }
-
-    fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<D>, ApproximationError> {
-        let mut out = ShapeFunctions::default();
-        self.evaluate_at_node(node, &mut A::Scratch::default(), &mut out)?;
-        Ok(out)
-    }
-
-    fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error> {
-        ShapeTable::new(self, points, kinematics)
-    }
-}
 
 /// A body of a problem: its particles, the cells between them, and its term of the potential.
 ///
@@ -67,7 +26,8 @@ pub struct DiscreteBody<const D: usize> {
     pub(crate) nodes: Range<usize>,
     pub(crate) body: Arc<Body<D, Arc<dyn Material>>>,
     pub(crate) cells: Arc<dyn Cells<D>>,
-    pub(crate) approximation: Box<dyn Evaluate<D>>,
+    /// Its shape functions; nodes are counted within the body.
+    pub(crate) approximation: Box<dyn Approximation<D>>,
     /// Whether it is a sheet in plane stress.
     pub(crate) is_sheet: bool,
     /// How its surface is integrated.
@@ -101,7 +61,19 @@ impl<const D: usize> DiscreteBody<D> {
 
     /// Values of its functions at points, nodes counted within the body.
     pub(crate) fn values_at(&self, points: &[Point<D>]) -> Result<Vec<ShapeFunctions<D>>, Error> {
-        Ok(self.approximation.values_at(points).into_iter().collect::<Result<_, _>>()?)
+        let values = map_with(points.len(), SERIAL_BELOW, Scratch::default, |scratch, point| {
+            let mut psi = ShapeFunctions::default();
+            self.approximation.evaluate_values(&points[point], scratch, &mut psi)?;
+            Ok(psi)
+        });
+        Ok(values.into_iter().collect::<Result<_, ApproximationError>>()?)
+    }
+
+    /// Values of its functions at one of its particles.
+    pub(crate) fn values_at_node(&self, node: usize) -> Result<ShapeFunctions<D>, ApproximationError> {
+        let mut psi = ShapeFunctions::default();
+        self.approximation.evaluate_at_node(node, &mut Scratch::default(), &mut psi)?;
+        Ok(psi)
     }
 
     /// $\sum_I \Psi_I d_I$ for functions whose nodes are counted within the body.
@@ -124,7 +96,7 @@ impl<const D: usize> DiscreteBody<D> {
             return Err(ApproximationError::Outside { at: at.as_slice().to_vec() }.into());
         }
         self.reads(state)?;
-        Ok(self.weighted(&self.approximation.shape_functions_at(at)?, state))
+        Ok(self.weighted(&self.approximation.shape_functions(at)?, state))
     }
 
     /// Displacements at many points, by their values alone.
@@ -138,8 +110,13 @@ impl<const D: usize> DiscreteBody<D> {
     /// Where a particle is not covered, and for a state of another problem.
     pub fn particle_displacements(&self, state: &State) -> Result<Vec<Point<D>>, Error> {
         self.reads(state)?;
-        let particles = 0..self.nodes.len();
-        particles.map(|p| Ok(self.weighted(&self.approximation.values_at_node(p)?, state))).collect()
+        let (mut scratch, mut psi) = (Scratch::default(), ShapeFunctions::default());
+        let mut displacements = Vec::with_capacity(self.nodes.len());
+        for particle in 0..self.nodes.len() {
+            self.approximation.evaluate_at_node(particle, &mut scratch, &mut psi)?;
+            displacements.push(self.weighted(&psi, state));
+        }
+        Ok(displacements)
     }
 
     fn reads(&self, state: &State) -> Result<(), SolveError> {

@@ -34,7 +34,7 @@ impl<const D: usize> Frame<D> {
             LoadKind::Total(force) => {
                 let at = point.unwrap_or(self.centre);
                 let (values, first) = (self.values(&at), self.first as u32);
-                let table = ShapeTable::tabulate::<()>(total, &Points::single(at), &Unmeasured, |_, _, psi| {
+                let table = ShapeTable::tabulate(total, &Points::single(at), &Unmeasured, &|_, _, psi| {
                     psi.nodes = (first..=first + D as u32).collect();
                     psi.values = values[..=D].to_vec();
                     psi.gradients = vec![Point::zeros(); D + 1];

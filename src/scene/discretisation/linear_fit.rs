@@ -38,8 +38,8 @@ pub(super) fn linear_fits<const D: usize>(
     let mut points = Points { positions: of.positions().to_vec(), weights, ..Points::empty() };
     points.groups.extend((0..clusters.len()).map(|cluster| clusters.points(cluster).end));
     let closest = closest(of, nodes);
-    ShapeTable::tabulate::<Vec<(f64, u32)>>(nodes.len(), &points, kinematics, |near, point, out| {
-        let at = of.positions()[point];
+    ShapeTable::tabulate(nodes.len(), &points, kinematics, &|scratch, point, out| {
+        let (at, near) = (of.positions()[point], scratch.of::<Vec<(f64, u32)>>());
         near.clear();
         near.extend(of.nodes(point).iter().map(|&node| ((nodes[node as usize] - at).norm(), node)));
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));

@@ -15,7 +15,7 @@ use crate::table::ShapeTable;
 use crate::term::{Amplitude, Body};
 
 use super::conditions::{Placed, tie};
-use super::discrete_body::{DiscreteBody, Evaluate};
+use super::discrete_body::DiscreteBody;
 use super::facet_rule::{FacetRule, Facets};
 use super::sharing::Sharing;
 use super::unmeasured::Unmeasured;
@@ -70,10 +70,10 @@ impl<const D: usize> BodyInput<'_, D> {
     }
 
     /// Adds the rows that tie parts of the body to rigid ones.
-    pub(crate) fn tied<A: Approximation<D>>(
+    pub(crate) fn tied(
         &self,
         equations: &mut Constraints,
-        approximation: &A,
+        approximation: &dyn Approximation<D>,
         rule: Option<FacetRule>,
     ) -> Result<Vec<(usize, Range<usize>)>, Error> {
         let names = self.scene.rigid_names();
@@ -89,7 +89,7 @@ impl<const D: usize> BodyInput<'_, D> {
     pub(crate) fn discrete_body(
         &self,
         body: Body<D, Arc<dyn Material>>,
-        approximation: Box<dyn Evaluate<D>>,
+        approximation: Box<dyn Approximation<D>>,
         facets: Facets,
         dilations: Vec<f64>,
         raised: usize,
@@ -151,9 +151,9 @@ fn empty<const D: usize>(definition: &BodyInput<'_, D>, what: String, place: &Pl
 }
 
 /// The tables of the loads on a body.
-pub(crate) fn load_tables<const D: usize, A: Approximation<D>>(
+pub(crate) fn load_tables<const D: usize>(
     definition: &BodyInput<'_, D>,
-    approximation: &A,
+    approximation: &dyn Approximation<D>,
     tables: &Tables<'_, D>,
 ) -> Result<Vec<(usize, ShapeTable<D>)>, Error> {
     let mut built = Vec::with_capacity(definition.loads.len());

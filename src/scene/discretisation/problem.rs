@@ -169,7 +169,7 @@ impl<const D: usize> Problem<D> {
     pub fn displacement(&self, state: &State, at: &Point<D>) -> Result<Point<D>, Error> {
         self.check_length(state)?;
         let discrete_body = self.member_at(at)?;
-        Ok(discrete_body.weighted(&discrete_body.approximation.shape_functions_at(at)?, state))
+        Ok(discrete_body.weighted(&discrete_body.approximation.shape_functions(at)?, state))
     }
 
     /// Displacements at all particles \[length\].
@@ -187,8 +187,7 @@ impl<const D: usize> Problem<D> {
     pub(crate) fn node_displacement(&self, node: usize, state: &State) -> Result<Point<D>, Error> {
         let holds = |discrete_body: &&DiscreteBody<D>| discrete_body.nodes.contains(&node);
         let discrete_body = self.discrete_bodies.iter().find(holds).unwrap_or(self.first());
-        Ok(discrete_body
-            .weighted(&discrete_body.approximation.values_at_node(node - discrete_body.nodes.start)?, state))
+        Ok(discrete_body.weighted(&discrete_body.values_at_node(node - discrete_body.nodes.start)?, state))
     }
 
     #[cfg(feature = "chart")]

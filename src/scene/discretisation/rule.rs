@@ -17,9 +17,9 @@ const FINE: usize = 7;
 
 /// The table of the body, the facet rule that agrees with it, the pressure field on its clusters, and how many cells wide those are where
 /// they are zones of cells.
-pub(crate) fn body_table<const D: usize, A: Approximation<D>>(
+pub(crate) fn body_table<const D: usize>(
     definition: &BodyInput<'_, D>,
-    approximation: &A,
+    approximation: &dyn Approximation<D>,
 ) -> Result<(ShapeTable<D>, FacetRule, PressureField, Option<usize>), Error> {
     let sharing = definition.sharing;
     let (scene, scheme, cells) = (definition.scene, definition.scheme, &*definition.cells);

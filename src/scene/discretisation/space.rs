@@ -187,11 +187,11 @@ fn size_of<const D: usize>(cells: &dyn Cells<D>, along: &[usize]) -> Size {
 ///
 /// # Errors
 /// Where an iteration is requested by name and the scheme does not suit it.
-pub(crate) fn krylov<const D: usize, A: Approximation<D>>(
+pub(crate) fn krylov<const D: usize>(
     scene: &Scene<D>,
     scheme: &Scheme,
     cells: &dyn Cells<D>,
-    approximation: &A,
+    approximation: &dyn Approximation<D>,
     body: &Body<D, Arc<dyn Material>>,
     equations: &Constraints,
     sharing: &Sharing,

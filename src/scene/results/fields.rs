@@ -167,7 +167,7 @@ impl<const D: usize> Problem<D> {
     /// Where the point is not covered.
     pub fn shape_functions(&self, at: &Point<D>) -> Result<ShapeFunctions<D>, ApproximationError> {
         let discrete_body = self.member_at(at).unwrap_or(self.first());
-        let mut psi = discrete_body.approximation.shape_functions_at(at)?;
+        let mut psi = discrete_body.approximation.shape_functions(at)?;
         psi.nodes.iter_mut().for_each(|node| *node += discrete_body.nodes.start as u32);
         Ok(psi)
     }
@@ -181,7 +181,7 @@ impl<const D: usize> Problem<D> {
     pub fn tabulate(&self, points: &Points<D>, kinematics: &dyn Kinematics<D>) -> Result<ShapeTable<D>, Error> {
         let inside = points.positions.first().and_then(|at| self.member_at(at).ok());
         let discrete_body = inside.unwrap_or(self.first());
-        let table = discrete_body.approximation.tabulate(points, kinematics)?;
+        let table = ShapeTable::new(&*discrete_body.approximation, points, kinematics)?;
         Ok(table.shifted(discrete_body.nodes.start, self.model.positions().len()))
     }
 }

@@ -73,7 +73,7 @@ impl<'a, const D: usize> StressField<'a, D> {
         let Some(own) = self.bodies.iter().find(|own| own.recovery.body.cells.contains(at)) else {
             return Err(ApproximationError::Outside { at: at.as_slice().to_vec() }.into());
         };
-        Ok(own.evaluate(at, &own.recovery.body.approximation.shape_functions_at(at)?))
+        Ok(own.evaluate(at, &own.recovery.body.approximation.shape_functions(at)?))
     }
 
     /// The Cauchy stresses \[stress\] at all particles.
@@ -98,7 +98,7 @@ impl<'a, const D: usize> BodyStress<'a, D> {
         let Recovery { body, ranks, .. } = &self.recovery;
         let positions = body.cells.positions();
         let at = |(): &mut (), node: usize| -> Result<Matrix3<f64>, Error> {
-            Ok(self.evaluate(&positions[node], &body.approximation.values_at_node(node)?))
+            Ok(self.evaluate(&positions[node], &body.values_at_node(node)?))
         };
         match ranks {
             // Ranks sum together, patch by patch.

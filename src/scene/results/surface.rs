@@ -36,7 +36,7 @@ impl<const D: usize> Problem<D> {
         let mut found = Vec::new();
         for (body, own) in self.discrete_bodies.iter().enumerate() {
             let Some((points, facets)) = own.cells.drawn_surface() else { continue };
-            let mut functions = own.approximation.values_at(&points).into_iter().collect::<Result<Vec<_>, _>>()?;
+            let mut functions = own.values_at(&points)?;
             let displacements = functions.iter().map(|psi| own.weighted(psi, state)).collect();
             let first = own.nodes.start as u32;
             functions.iter_mut().flat_map(|psi| &mut psi.nodes).for_each(|node| *node += first);

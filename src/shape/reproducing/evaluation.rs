@@ -7,7 +7,7 @@ use crate::kernel::Kernel;
 use crate::simd::dispatch;
 
 use super::super::correction::{Correction, padded, resize};
-use super::super::{Approximation, ShapeFunctions};
+use super::super::{Approximation, Scratch, ShapeFunctions};
 use super::{EDGE, Form, KernelScratch, Reach, ReproducingKernel, sign};
 
 impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
@@ -259,8 +259,6 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
 }
 
 impl<const D: usize, K: Kernel, B: Basis<D>> Approximation<D> for ReproducingKernel<D, K, B> {
-    type Scratch = KernelScratch<D>;
-
     fn nodes(&self) -> &[Point<D>] {
         self.particles.positions()
     }
@@ -268,19 +266,19 @@ impl<const D: usize, K: Kernel, B: Basis<D>> Approximation<D> for ReproducingKer
     fn evaluate(
         &self,
         at: &Point<D>,
-        scratch: &mut KernelScratch<D>,
+        scratch: &mut Scratch,
         out: &mut ShapeFunctions<D>,
     ) -> Result<(), ApproximationError> {
-        self.evaluate_some(at, scratch, out, true)
+        self.evaluate_some(at, scratch.of(), out, true)
     }
 
     fn evaluate_values(
         &self,
         at: &Point<D>,
-        scratch: &mut KernelScratch<D>,
+        scratch: &mut Scratch,
         out: &mut ShapeFunctions<D>,
     ) -> Result<(), ApproximationError> {
-        self.evaluate_some(at, scratch, out, false)
+        self.evaluate_some(at, scratch.of(), out, false)
     }
 
     fn surroundings(&self, low: &Point<D>, high: &Point<D>, nodes: &mut Vec<u32>, numbers: &mut Vec<f64>) -> bool {

@@ -35,7 +35,7 @@ impl<const D: usize> Recovery<'_, D> {
         let points = || clusters.iter().flat_map(|&c| table.clusters().points(c as usize));
         let mut total = [points().map(|p| table.weights()[p]).sum()];
         self.total(&mut total);
-        let psi = self.body.approximation.values_at_node(node).ok()?;
+        let psi = self.body.values_at_node(node).ok()?;
         let centre = self.moved(&self.body.cells.positions()[node], &psi);
         let mut scale = Point::<D>::zeros();
         for p in points() {

@@ -123,7 +123,7 @@ impl<const D: usize> Recovery<'_, D> {
             if !hoops.is_empty() && x[0].abs() < 1e-12 * size {
                 continue;
             }
-            let psi = self.body.approximation.shape_functions_at(x)?;
+            let psi = self.body.approximation.shape_functions(x)?;
             let owners: Vec<usize> = match traces {
                 Some(traces) => traces[point].iter().map(|h| h.0 as usize).collect(),
                 None => psi
