@@ -1,10 +1,11 @@
 //! Particles: positions, supports and representative volumes.
 
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::SMatrix;
 
 use crate::error::ApproximationError;
 use crate::geometry::Point;
 use crate::neighbours::BoxTree;
+use crate::tensor::small_inverse;
 
 /// The support of one kernel function.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,8 +45,7 @@ impl<const D: usize> Support<D> {
         let Support::Parallelepiped(axes) = self else { return None };
         // Scaled, so that a length of 1e-200 is not taken for none.
         let scale = axes.amax();
-        let inverse = DMatrix::from_fn(D, D, |i, j| axes[(i, j)] / scale).try_inverse()?;
-        let inverse: SMatrix<f64, D, D> = SMatrix::from_fn(|i, j| inverse[(i, j)] / scale);
+        let inverse = small_inverse(&(axes / scale))? / scale;
         inverse.iter().all(|entry| entry.is_finite()).then_some(inverse)
     }
 }

@@ -4,7 +4,7 @@
 //! $c = 3i + J$. A [`Tangent`] holds $A_{iJkL} = \partial P_{iJ}/\partial F_{kL}$ at row
 //! $3i + J$, column $3k + L$.
 
-use nalgebra::{Matrix3, SMatrix, SVector};
+use nalgebra::{Matrix3, RealField, SMatrix, SVector};
 
 /// $\partial P_{iJ}/\partial F_{kL}$ at row $3i+J$, column $3k+L$ \[stress\].
 pub type Tangent = SMatrix<f64, 9, 9>;
@@ -32,7 +32,7 @@ pub fn from_components(v: &Vector9) -> Matrix3<f64> {
 
 /// $\operatorname{cof} F = \partial J/\partial F = J F^{-T}$, defined for singular $F$ too.
 #[inline]
-pub fn cofactor(f: &Matrix3<f64>) -> Matrix3<f64> {
+pub fn cofactor<T: RealField + Copy>(f: &Matrix3<T>) -> Matrix3<T> {
     Matrix3::new(
         f.m22 * f.m33 - f.m23 * f.m32,
         f.m23 * f.m31 - f.m21 * f.m33,
@@ -44,6 +44,30 @@ pub fn cofactor(f: &Matrix3<f64>) -> Matrix3<f64> {
         f.m13 * f.m21 - f.m11 * f.m23,
         f.m11 * f.m22 - f.m12 * f.m21,
     )
+}
+
+/// $F^{-1}$ from cofactors; none where $\det F = 0$. nalgebra's own brings the inverse of four rows into each program.
+#[inline]
+pub(crate) fn inverse<T: RealField + Copy>(f: &Matrix3<T>) -> Option<Matrix3<T>> {
+    let determinant = f.determinant();
+    (!determinant.is_zero()).then(|| cofactor(f).transpose() / determinant)
+}
+
+/// The inverse of a matrix of at most three rows; none where its determinant is zero.
+pub(crate) fn small_inverse<const D: usize>(m: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>> {
+    let (mut padded, mut found) = (Matrix3::identity(), SMatrix::zeros());
+    for j in 0..D {
+        for i in 0..D {
+            padded[(i, j)] = m[(i, j)];
+        }
+    }
+    let inverse = inverse(&padded)?;
+    for j in 0..D {
+        for i in 0..D {
+            found[(i, j)] = inverse[(i, j)];
+        }
+    }
+    Some(found)
 }
 
 /// Adds $s\\,\partial^2 J/\partial F_{iJ}\partial F_{kL} = s\\,\epsilon_{ikm}\epsilon_{JLN}F_{mN}$ to `tangent`.
@@ -126,6 +150,9 @@ mod tests {
         let f = Matrix3::new(1.1, 0.2, -0.3, 0.05, 0.9, 0.4, -0.2, 0.1, 1.3);
         let cof = cofactor(&f);
         let expected = f.try_inverse().unwrap().transpose() * f.determinant();
+        assert_eq!(inverse(&f), f.try_inverse());
+        let plane = f.fixed_view::<2, 2>(0, 0).into_owned();
+        assert_eq!(small_inverse(&plane), plane.try_inverse());
         assert_abs_diff_eq!(cof, expected, epsilon = 3e-15);
         let mut hessian = Tangent::zeros();
         add_determinant_hessian(&mut hessian, &f, 1.0);

@@ -6,6 +6,7 @@ use crate::assembly::Pattern;
 use crate::error::LinearError;
 use crate::parallel::{for_each_mut, map_with, threads};
 use crate::simd::{Arithmetic, Task, dispatch};
+use crate::tensor::inverse;
 
 use super::{Direct, Factorizer, Factors, LinearSolver, MatrixClass};
 
@@ -453,7 +454,7 @@ impl Task for Relax<'_> {
 }
 
 fn inverted(block: Option<&Block>) -> Block {
-    let inverse = block.and_then(|b| nalgebra::Matrix3::from_column_slice(b).try_inverse());
+    let inverse = block.and_then(|b| inverse(&nalgebra::Matrix3::from_column_slice(b)));
     let inverse = inverse.filter(|m| m.iter().all(|x| x.is_finite())).unwrap_or_default();
     std::array::from_fn(|k| inverse[(k % BLOCK, k / BLOCK)])
 }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, SVector};
 
 use super::{InternalVariables, Material, Response, VolumetricEnergy};
 use crate::error::{Invalid, MaterialError};
-use crate::tensor::{cofactor, determinant_hessian};
+use crate::tensor::{cofactor, determinant_hessian, inverse};
 
 /// A Prony series of relaxation, $G(t) = G_0\Big(1 - \sum_ig_i\big(1 - e^{-t/\tau_i}\big)\Big) =
 /// G_\infty\Big(1 + \sum_i\gamma_ie^{-t/\tau_i}\Big)$.
@@ -121,7 +121,7 @@ impl<M: Material> Viscoelastic<M> {
     /// $\bar S = J^{2/3}F^{-1}\bar P$, the stress of the elastic law seen by the material.
     fn seen(&self, f: &Matrix3<f64>) -> Symmetric {
         let (part, isochoric) = self.part();
-        let Some(inverse) = f.try_inverse() else { return Symmetric::repeat(f64::NAN) };
+        let Some(inverse) = inverse(f) else { return Symmetric::repeat(f64::NAN) };
         let scale = if isochoric { f.determinant().powf(2.0 / 3.0) } else { 1.0 };
         let mut stress = [0.0; 9];
         part.respond(f, &ALL, &mut stress, &mut []);

@@ -5,10 +5,11 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::SMatrix;
 
 use crate::geometry::{Bounds, Point};
 use crate::particles::Particles;
+use crate::tensor::small_inverse;
 
 use super::BoxTree;
 use super::search::Adjacent;
@@ -103,10 +104,8 @@ impl<const D: usize> Between<D> {
                 let Some(first) = simplex.first().filter(|_| simplex.len() == D + 1) else { continue };
                 let x = |k: usize| positions[own[simplex[k]]];
                 let origin = positions[own[*first]];
-                let Some(inverse) = DMatrix::from_fn(D, D, |i, k| (x(k + 1) - origin)[i]).try_inverse() else {
-                    continue;
-                };
-                simplices.push((cell as u32, origin, SMatrix::from_fn(|i, k| inverse[(i, k)])));
+                let Some(inverse) = small_inverse(&SMatrix::from_fn(|i, k| (x(k + 1) - origin)[i])) else { continue };
+                simplices.push((cell as u32, origin, inverse));
                 boxes.push((0..=D).map(x).fold(Bounds::none(), |all, x| all.join(&Bounds { low: x, high: x })));
             }
         }

@@ -53,6 +53,7 @@ impl FullTransformation {
             }
         }
         let inverse = at_particles
+            .lu()
             .try_inverse()
             .ok_or(LinearError::Pivot { pivot: 0, hint: "values at particles do not determine the coefficients" })?;
         Ok(FullTransformation { inverse })

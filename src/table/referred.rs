@@ -4,6 +4,7 @@ use nalgebra::Matrix3;
 
 use crate::error::{Error, GeometryError, SolveError};
 use crate::geometry::Point;
+use crate::tensor;
 
 use super::ShapeTable;
 
@@ -70,7 +71,7 @@ impl<const D: usize> ShapeTable<D> {
         for point in 0..self.len() {
             let f = self.at_rest(point) + self.displacement_gradient(point, d);
             let jacobian = f.determinant();
-            let inverse = match f.try_inverse() {
+            let inverse = match tensor::inverse(&f) {
                 Some(inverse) if jacobian > 0.0 => inverse,
                 _ => return Err(GeometryError::InvertedCell { cell: point, measure: jacobian }.into()),
             };

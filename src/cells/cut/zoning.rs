@@ -5,6 +5,7 @@ use std::ops::AddAssign;
 use nalgebra::{Matrix3, SymmetricEigen};
 
 use crate::geometry::Point;
+use crate::tensor;
 
 use super::parts::Part;
 
@@ -80,7 +81,7 @@ impl Inner {
             return found;
         }
         let Some(factor) = self.volume.variance().cholesky() else { return found };
-        let inverse = factor.l().try_inverse().unwrap_or_else(Matrix3::identity);
+        let inverse = tensor::inverse(&factor.l()).unwrap_or_else(Matrix3::identity);
         let spread = SymmetricEigen::new(inverse * self.free.variance() * inverse.transpose());
         let mut order = [0, 1, 2];
         order.sort_by(|&a, &b| spread.eigenvalues[b].total_cmp(&spread.eigenvalues[a]));

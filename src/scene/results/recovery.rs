@@ -14,6 +14,7 @@ use crate::parallel::map_with;
 use crate::quadrature::Points;
 use crate::shape::{FiniteElements, ShapeFunctions};
 use crate::solve::State;
+use crate::tensor;
 
 use crate::scene::Problem;
 use crate::scene::discretisation::discrete_body::{DiscreteBody, SERIAL_BELOW};
@@ -156,7 +157,7 @@ impl<'a, const D: usize> BodyStress<'a, D> {
                 }
             }
             let known = Vector3::from_fn(|i, _| if known[i] { missed[i] } else { 0.0 });
-            let factors = gram.try_inverse().map_or_else(Vector3::zeros, |inverse| inverse * known);
+            let factors = tensor::inverse(&gram).map_or_else(Vector3::zeros, |inverse| inverse * known);
             (factors * area.transpose() + area * factors.transpose()) * 0.5
         };
         *self.misses[facet as usize].get_or_init(miss)
