@@ -25,6 +25,26 @@ pub enum FitError {
         /// The column.
         column: &'static str,
     },
+    /// A column is missing, and one that is near it holds something else.
+    #[error("no column {column} in the header, and {header:?} is not read as one: {remedy}")]
+    Header {
+        /// The column.
+        column: &'static str,
+        /// The header that is near it.
+        header: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Two columns may be meant.
+    #[error("the headers {first:?} and {second:?} both name the column {column}: keep that name for one of them")]
+    Ambiguous {
+        /// The column.
+        column: &'static str,
+        /// The first header.
+        first: String,
+        /// The second header.
+        second: String,
+    },
     /// A row can't be read.
     #[error("{}: {what}", if *row == 0 { "header of the data".to_string() } else { format!("row {row} of the data") })]
     Row {
@@ -67,8 +87,9 @@ pub enum FitError {
     },
     /// The sign of a stress does not fit its stretch.
     #[error(
-        "{mode} test, point {point}: stress {stress} at stretch {stretch}; stresses are positive in tension (stretch > 1) and \
-         negative in compression: check the columns, or remove the row where it is noise near a stretch of 1"
+        "{mode} test, point {point}: stress {stress} at stretch {stretch}; stresses are positive in tension (stretch > 1) \
+         and below it in compression; where the first rows are noise, leave them out and shift the others so that the test begins \
+         at stretch 1 without stress"
     )]
     Sign {
         /// The test.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::FitError;
+use super::columns::Rows;
 use crate::material::Mode;
 
 /// One test: its points and its weight among the others.
@@ -71,38 +72,31 @@ impl TestData {
         Self::parse(&std::fs::read_to_string(path).map_err(refused)?)
     }
 
-    /// Reads CSV text with a header: columns `mode` (or `test`), `stretch` and `nominal_stress` (or `stress`), units may follow
-    /// their names; lines that begin with `#` are comments. Modes are `uniaxial` (`UT`, `UA`), `equibiaxial` (`ET`, `EB`), `planar`
-    /// (`PS`, `PT`) and `volumetric` (`VT`). Rows of no strain and no stress say nothing and are left out.
+    /// Reads CSV text with a header: columns `mode` (or `test`), `stretch` (or `volume_ratio`) and `nominal_stress` (or
+    /// `engineering_stress`, `stress`), units may follow their names. Modes are `uniaxial` (`UT`, `UA`), `equibiaxial` (`ET`, `EB`),
+    /// `planar` (`PS`, `PT`) and `volumetric` (`VT`). Rows of no strain and no stress say nothing and are left out.
+    ///
+    /// Columns are separated by commas, semicolons or tabs; numbers may have decimal commas where commas do not separate columns.
+    /// Other columns, what stands above the header, a row of units under it and lines that begin with `#` are passed over. A column
+    /// is taken for another only where each word of its header is understood: strains, rates and true stresses are not.
+    ///
+    /// ```
+    /// use rkpm::fit::TestData;
+    /// let text = "Specimen 7\n\nTest;Stretch;True Stress [MPa];Engineering Stress [MPa]\nuniaxial;1,5;0,63;0,42\n";
+    /// assert_eq!(TestData::parse(text)?.tests()[0].points, [[1.5, 0.42]]);
+    /// # Ok::<(), rkpm::fit::FitError>(())
+    /// ```
     ///
     /// # Errors
-    /// [`FitError::Column`], [`FitError::Row`] and [`FitError::Mode`] for what can't be read; those of [`with`](Self::with);
+    /// [`FitError::Column`], [`FitError::Header`] and [`FitError::Ambiguous`] where no header names each column once;
+    /// [`FitError::Row`] and [`FitError::Mode`] for rows that can't be read; those of [`with`](Self::with);
     /// [`FitError::Empty`] without rows.
     pub fn parse(text: &str) -> Result<Self, FitError> {
-        let mut reader =
-            csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
-        let header = reader.headers().map_err(|e| FitError::Row { row: 0, what: e.to_string() })?.clone();
-        let find = |column: &'static str, names: &[&str]| {
-            let named = |head: &str| names.iter().any(|name| head.to_ascii_lowercase().starts_with(name));
-            header.iter().position(named).ok_or(FitError::Column { column })
-        };
-        let columns = [
-            find("mode", &["mode", "test"])?,
-            find("stretch", &["stretch", "volume"])?,
-            find("nominal_stress", &["nominal", "stress", "engineering"])?,
-        ];
         let mut data = Self::new();
-        for (row, record) in reader.records().enumerate() {
-            let row = row + 1;
-            let record = record.map_err(|e| FitError::Row { row, what: e.to_string() })?;
-            let [mode, stretch, stress] = columns.map(|c| record.get(c).unwrap_or_default());
+        Rows::new(text)?.each(|row, mode, point| {
             let mode = mode_of(mode).ok_or_else(|| FitError::Mode { row, mode: mode.to_string() })?;
-            let number = |text: &str| {
-                let what = || format!("{text:?} is no number");
-                text.parse::<f64>().map_err(|_| FitError::Row { row, what: what() })
-            };
-            data.push(mode, [number(stretch)?, number(stress)?])?;
-        }
+            data.push(mode, point)
+        })?;
         if data.tests.is_empty() { Err(FitError::Empty) } else { Ok(data) }
     }
 

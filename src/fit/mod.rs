@@ -25,6 +25,7 @@
 //! $$\sum_t w_t\\,\frac{\sum_i\big(P(\lambda_i) - P_i\big)^2}{\sum_iP_i^2}$$
 //! over the tests $t$: each counts by its relative error, whatever its stresses and its number of points.
 
+mod columns;
 mod confidence;
 mod data;
 mod family;

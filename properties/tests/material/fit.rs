@@ -183,7 +183,8 @@ fn bad_data_are_named() {
     assert!(matches!(parse("ET,1.1,x"), FitError::Row { row: 1, .. }));
     assert!(matches!(parse("ET,1.1"), FitError::Row { row: 1, .. }));
     let error = TestData::parse("mode,strain,stress\n").unwrap_err();
-    assert_eq!(error, FitError::Column { column: "stretch" });
+    assert!(matches!(error, FitError::Header { column: "stretch", .. }), "{error}");
+    assert_eq!(TestData::parse("mode,time,stress\n").unwrap_err(), FitError::Column { column: "stretch" });
     assert!(matches!(TestData::read("no/such/file.csv").unwrap_err(), FitError::File { .. }));
     assert!(matches!(treloar().weighted(Mode::Planar, 0.0).unwrap_err(), FitError::Weight { .. }));
 
@@ -232,4 +233,91 @@ fn stable_ranges_end_where_closed_forms_say() {
     let low = range.low;
     let residual = a * (4.0 * low.powi(2) + 2.0 / low) + b * (2.0 * low + 4.0 / (low * low));
     assert!(residual.abs() < 1e-8 && low < 1.0, "{range}: {residual:e}");
+}
+
+/// A table under a header: stresses of a neo-Hookean law with A_10 = 0.2 where `{P}` stands, true stresses for `{S}`, stretches for
+/// `{L}`, strains for `{E}`.
+fn table(header: &str, row: &str) -> String {
+    let rows = (1..=8).map(|i| {
+        let l = 1.0 + 0.15 * f64::from(i);
+        let p = 0.4 * (l - 1.0 / (l * l));
+        let spelt = [("{L}", l), ("{E}", l - 1.0), ("{P}", p), ("{S}", l * p)];
+        spelt.iter().fold(row.to_string(), |row, (mark, x)| row.replace(mark, &x.to_string())) + "\n"
+    });
+    format!("{header}\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn each_column_of_a_laboratory_table_is_what_its_header_says() {
+    let right = |text: &str| {
+        let data = TestData::parse(text).unwrap_or_else(|error| panic!("{text}\n{error}"));
+        let found = Fit::new(Law::NeoHookean).to(&data).unwrap().value("A_10").unwrap();
+        assert!((found - 0.2).abs() < 1e-9, "{text}\n{found}");
+    };
+    for header in [
+        "mode,stretch,Engineering Strain,Engineering Stress (MPa)",
+        "mode,stretch,nominal_strain,nominal_stress [N/mm^2]",
+        "mode,stretch,stress rate,stress",
+        "mode,lambda [-],stress (true),nominal stress",
+        "test,Stretch,true_stress_MPa,engineering_stress_MPa",
+        "Mode,Stretch [mm/mm],standard deviation of the stress,NominalStress[MPa]",
+        "mode,volume ratio,PK2 stress,First Piola-Kirchhoff stress [N/mm²]",
+    ] {
+        right(&table(header, "uniaxial,{L},{E},{P}"));
+    }
+    right(&table("mode,stretch_rate,stretch,stress", "uniaxial,{E},{L},{P}"));
+    right(&table("test_id,mode,stretch,nominal_stress", "7,uniaxial,{L},{P}"));
+    right(&table("nominal_stress,test,stretch,test_number", "{P},uniaxial,{L},7"));
+}
+
+#[test]
+fn columns_of_something_else_are_not_read() {
+    let refused = |text: &str| TestData::parse(text).unwrap_err();
+    for (header, column) in [
+        ("mode,strain,stress", "stretch"),
+        ("mode,stretch [%],stress", "stretch"),
+        ("mode,stretch_rate,stress", "stretch"),
+        ("mode,stretch,stress (true)", "nominal_stress"),
+        ("mode,stretch,Cauchy stress", "nominal_stress"),
+        ("mode,stretch,stress (PK2)", "nominal_stress"),
+        ("mode,stretch,Kirchhoff stress", "nominal_stress"),
+        ("mode,stretch,engineering strain", "nominal_stress"),
+        ("mode,stretch,force [N]", "nominal_stress"),
+        ("test_id,stretch,stress", "mode"),
+    ] {
+        let error = refused(&table(header, "uniaxial,{L},{P}"));
+        assert!(matches!(error, FitError::Header { column: found, .. } if found == column), "{header}: {error}");
+    }
+    let two = refused(&table("mode,stretch,nominal stress [MPa],engineering stress [psi]", "uniaxial,{L},{P},{P}"));
+    assert!(
+        matches!(&two, FitError::Ambiguous { first, second, .. }
+        if first == "nominal stress [MPa]" && second == "engineering stress [psi]"),
+        "{two}"
+    );
+}
+
+#[test]
+fn tables_of_spreadsheets_are_read_as_they_come() {
+    let commas = |text: String| text.replace('.', ",");
+    let plain = table("mode;stretch;stress [MPa]", "uniaxial;{L};{P}");
+    let points = TestData::parse(&plain).unwrap();
+    let top = "Tensile machine, 23 °C\nSpeed;500 mm/min\n\n";
+    for text in [
+        commas(plain.clone()),
+        commas(plain.replace(';', "\t")),
+        plain.replace(';', ","),
+        format!("\u{feff}{plain}").replace('\n', "\r\n"),
+        format!("{top}{}", commas(plain.clone())),
+        format!("{top}{}", plain.replace("[MPa]\n", "\n;-;MPa\n") + ";;\n"),
+    ] {
+        assert_eq!(TestData::parse(&text).unwrap_or_else(|error| panic!("{text}\n{error}")), points, "{text}");
+    }
+    // A decimal comma between columns that commas separate, and points beside commas, would be other numbers.
+    let error = TestData::parse("mode,stretch,stress\nuniaxial,1,1,0,12\n").unwrap_err();
+    assert!(matches!(error, FitError::Row { row: 1, .. }), "{error}");
+    let error = TestData::parse("mode;stretch;stress\nuniaxial;1.5;1,234\n").unwrap_err();
+    assert!(matches!(error, FitError::Row { row: 1, .. }), "{error}");
+    // A first row within the noise is refused with what to do about it.
+    let error = TestData::parse("mode,stretch,stress\nuniaxial,1.0,0.003\nuniaxial,1.5,0.4\n").unwrap_err();
+    assert!(matches!(error, FitError::Sign { .. }) && error.to_string().contains("leave them out"), "{error}");
 }
