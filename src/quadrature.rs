@@ -73,7 +73,7 @@ pub(crate) fn check_point_count(cells: usize, per_cell: usize) -> Result<(), Geo
 ///
 /// Weights are coordinate measures (length, area, volume); the kinematics adds its own factor when a
 /// table is built.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Points<const D: usize> {
     /// Positions $X_p$ \[length\].
     pub positions: Vec<Point<D>>,
@@ -84,6 +84,12 @@ pub struct Points<const D: usize> {
     /// Offsets of the groups: group $g$ holds the points `groups[g]..groups[g + 1]`. A group plays the part of a
     /// finite element, its points see 65 536 nodes between them at most.
     pub groups: Vec<usize>,
+}
+
+impl<const D: usize> Default for Points<D> {
+    fn default() -> Self {
+        Points::empty()
+    }
 }
 
 impl<const D: usize> Points<D> {
@@ -128,28 +134,36 @@ impl<const D: usize> Points<D> {
         self.groups.push(self.positions.len());
     }
 
-    /// Share `part` of `parts`: a run of the groups, the shares as long as each other but for one.
+    /// Share `part` of `parts`: a run of the groups, the shares as long as each other but for one. Nothing for a share that does
+    /// not exist, and of points beyond the arrays of a set that [`validate`](Points::validate) refuses.
     pub fn share(&self, part: usize, parts: usize) -> Self {
         let groups = self.share_groups(part, parts);
         let points = self.share_range(part, parts);
-        let normals = if self.normals.is_empty() { Vec::new() } else { self.normals[points.clone()].to_vec() };
+        let offset = |group: &usize| (*group).clamp(points.start, points.end) - points.start;
+        let mut groups: Vec<usize> =
+            self.groups.get(groups.start..=groups.end).unwrap_or_default().iter().map(offset).collect();
+        if groups.is_empty() {
+            groups.push(0);
+        }
         Points {
-            positions: self.positions[points.clone()].to_vec(),
-            weights: self.weights[points.clone()].to_vec(),
-            normals,
-            groups: self.groups[groups.start..=groups.end].iter().map(|group| group - points.start).collect(),
+            positions: shared(&self.positions, &points),
+            weights: shared(&self.weights, &points),
+            normals: shared(&self.normals, &points),
+            groups,
         }
     }
 
     fn share_groups(&self, part: usize, parts: usize) -> std::ops::Range<usize> {
         let (count, parts) = (self.groups.len().saturating_sub(1), parts.max(1));
-        count * part.min(parts) / parts..count * (part + 1).min(parts) / parts
+        let first = |part: usize| (count as u128 * part.min(parts) as u128 / parts as u128) as usize;
+        first(part)..first(part.saturating_add(1))
     }
 
     /// The points of a share.
     pub(crate) fn share_range(&self, part: usize, parts: usize) -> std::ops::Range<usize> {
         let groups = self.share_groups(part, parts);
-        self.groups[groups.start]..self.groups[groups.end]
+        let offset = |group: usize| self.groups.get(group).map_or(0, |&first| first.min(self.positions.len()));
+        offset(groups.start)..offset(groups.end).max(offset(groups.start))
     }
 
     /// Appends the groups of another set of the same kind.
@@ -201,6 +215,11 @@ impl<const D: usize> Points<D> {
         }
         Ok(())
     }
+}
+
+/// The entries of an array that a share has; none of an array that is shorter.
+pub(crate) fn shared<T: Clone>(entries: &[T], share: &std::ops::Range<usize>) -> Vec<T> {
+    entries.get(share.clone()).unwrap_or_default().to_vec()
 }
 
 #[cfg(test)]

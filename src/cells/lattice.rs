@@ -289,9 +289,10 @@ impl<const D: usize> Lattice<D> {
         self.cell_counts().iter().product()
     }
 
-    /// The node at a multi-index.
+    /// The node at a multi-index; the number of all nodes, which is that of none, where there is no such node.
     pub fn node(&self, index: [usize; D]) -> usize {
-        ravel(&index, &self.counts)
+        let inside = index.iter().zip(&self.counts).all(|(i, count)| i < count);
+        if inside { ravel(&index, &self.counts) } else { self.positions.len() }
     }
 
     /// Whether its lines run along the axes, so that no two of its faces look at each other from outside.

@@ -227,6 +227,20 @@ impl Mesh {
                 );
             }
         }
+        let curves = region.loops.iter().flatten();
+        for (piece, (curve, _)) in pieces.iter().zip(curves) {
+            for chord in piece.particles.windows(2).filter(|_| piece.curved) {
+                let ends = [&positions[chord[0] as usize], &positions[chord[1] as usize]];
+                let beyond = |p: &usize| !on_boundary[*p] && curve.beyond_chord(ends, &positions[*p]);
+                if let Some(particle) = (0..positions.len()).find(beyond) {
+                    return refuse(
+                        "a particle lies between an arc and the chord of two particles on it",
+                        &positions[particle],
+                        "add particles on the arc there, or move this one inwards",
+                    );
+                }
+            }
+        }
         Mesh::new(positions.to_vec(), pieces)
     }
 

@@ -88,7 +88,7 @@ pub enum FitError {
     /// The sign of a stress does not fit its stretch.
     #[error(
         "{mode} test, point {point}: stress {stress} at stretch {stretch}; stresses are positive in tension (stretch > 1) \
-         and below it in compression; where the first rows are noise, leave them out and shift the others so that the test begins \
+         and negative in compression; where the first rows are noise, leave them out and shift the others so that the test begins \
          at stretch 1 without stress"
     )]
     Sign {

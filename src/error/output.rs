@@ -14,6 +14,14 @@ pub enum OutputError {
         /// The system's reason.
         source: std::io::Error,
     },
+    /// The name of a file says another format than the one that is written.
+    #[error("{path}: the ending is that of another format; {written} is written")]
+    Ending {
+        /// The file.
+        path: String,
+        /// The endings that fit.
+        written: String,
+    },
     /// Columns or fields have different lengths.
     #[error("{what}: {given} values where {needed} are needed")]
     Length {

@@ -168,6 +168,23 @@ impl Curve {
         }
     }
 
+    /// Centre and squared radius of an arc.
+    pub(super) fn circle(&self) -> Option<(Point<2>, f64)> {
+        match self {
+            Curve::Line { .. } => None,
+            Curve::Arc { centre, radius, .. } => Some((*centre, radius * radius)),
+        }
+    }
+
+    /// Whether a point lies between a chord of an arc, taken in its direction, and the arc that has the body on its left.
+    pub(crate) fn beyond_chord(&self, [a, b]: [&Point<2>; 2], at: &Point<2>) -> bool {
+        let (chord, offset) = (b - a, at - a);
+        matches!(self, Curve::Arc { centre, radius, sweep, .. }
+            if *sweep > 0.0
+                && (at - centre).norm() < *radius
+                && chord[0] * offset[1] - chord[1] * offset[0] < 0.0)
+    }
+
     pub(crate) fn length(&self) -> f64 {
         match self {
             Curve::Line { from, to } => (to - from).norm(),

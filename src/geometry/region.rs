@@ -20,6 +20,8 @@ pub struct Region {
     pub(crate) max: Point<2>,
     /// Chords of all loops, for tests of containment.
     chords: Vec<(Point<2>, Point<2>)>,
+    /// Centre and squared radius of the arcs of those chords that are not lines.
+    circles: Vec<Option<(Point<2>, f64)>>,
 }
 
 /// Default distance of chords from their arc as a part of the region's smaller extent.
@@ -49,6 +51,7 @@ impl Region {
             min: Point::<2>::repeat(f64::INFINITY),
             max: Point::<2>::repeat(f64::NEG_INFINITY),
             chords: Vec::new(),
+            circles: Vec::new(),
         };
         for (index, outline) in std::iter::once(outline).chain(holes).enumerate() {
             let curves = outline.curves()?;
@@ -98,6 +101,7 @@ impl Region {
         }
         self.tolerance = tolerance;
         self.chords.clear();
+        self.circles.clear();
         let mut ends = Vec::new();
         for curves in &self.loops {
             let first = self.chords.len();
@@ -107,6 +111,7 @@ impl Region {
                 for k in 0..n {
                     let (from, to) = (curve.at(k as f64 / n as f64), curve.at((k + 1) as f64 / n as f64));
                     self.chords.push((from, to));
+                    self.circles.push(curve.circle());
                 }
             }
             ends.push((first, self.chords.len()));
@@ -170,9 +175,16 @@ impl Region {
         (self.max - self.min).min()
     }
 
-    /// Whether a point lies inside, arcs to the tolerance.
+    /// Whether a point lies inside, arcs exact.
     pub fn contains(&self, at: &Point<2>) -> bool {
-        winds(&self.chords, at)
+        // What lies between a chord and its arc is inside of one of them alone. A chord spans less than half a circle.
+        let between = |(chord, circle): (&(Point<2>, Point<2>), &Option<(Point<2>, f64)>)| {
+            circle.is_some_and(|(centre, square)| {
+                (at - centre).norm_squared() <= square
+                    && side(chord.0, chord.1, *at) * side(chord.0, chord.1, centre) < 0.0
+            })
+        };
+        winds(&self.chords, at) != self.chords.iter().zip(&self.circles).any(between)
     }
 }
 

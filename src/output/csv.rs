@@ -137,7 +137,7 @@ impl Table {
     /// [`OutputError::Length`] where a row is not as long as the header, [`OutputError::Io`] where
     /// the file system refuses.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
-        write_file(path.as_ref(), &self.to_csv()?)
+        write_file(path.as_ref(), &["csv", "txt", "dat"], &self.to_csv()?)
     }
 
     fn check(&self, index: usize, row: &[Cell]) -> Result<(), OutputError> {

@@ -122,6 +122,7 @@ impl Journal {
     /// Starts the journal of a run, or of the first stage of a history.
     pub(crate) fn create_for(path: &FilePath, stage: Option<&str>, start: &State) -> Result<Self, OutputError> {
         let refused = |source| io_error(path, source);
+        let holders = holders(path);
         if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
             fs::create_dir_all(parent).map_err(refused)?;
         }
@@ -138,6 +139,7 @@ impl Journal {
             Journal { file, path: path.to_path_buf(), flush: Flush::default(), line: Vec::new(), failure: None };
         journal.append(&Line::Start { version: VERSION, stage, state: start }).map_err(refused)?;
         fs::rename(&beside, path).map_err(refused)?;
+        holders.iter().try_for_each(|holder| sync_directory(holder)).map_err(refused)?;
         Ok(journal)
     }
 
@@ -246,6 +248,34 @@ impl Observer for Journal {
         }
         if self.failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
+}
+
+/// The directories that get a new entry when a file is made with the directories above it, the lowest first.
+fn holders(path: &FilePath) -> Vec<PathBuf> {
+    let named = |holder: &FilePath| {
+        if holder.as_os_str().is_empty() { PathBuf::from(".") } else { holder.to_path_buf() }
+    };
+    let mut holders = Vec::new();
+    for holder in path.ancestors().skip(1) {
+        holders.push(named(holder));
+        if named(holder).exists() {
+            break;
+        }
+    }
+    holders
+}
+
+/// Brings the entries of a directory to the disk: without them a file may be gone after a loss of power though its contents are
+/// there.
+#[cfg(unix)]
+fn sync_directory(directory: &FilePath) -> std::io::Result<()> {
+    File::open(directory)?.sync_all()
+}
+
+/// Other systems have no such call: entries follow the files.
+#[cfg(not(unix))]
+fn sync_directory(_: &FilePath) -> std::io::Result<()> {
+    Ok(())
 }
 
 fn io_error(path: &FilePath, source: std::io::Error) -> OutputError {
@@ -365,5 +395,21 @@ fn read(path: &FilePath) -> Result<(Vec<Recorded>, u64), OutputError> {
         }
         (None, Some((number, what))) => Err(wrong(number, what)),
         (None, None) => Err(wrong(0, "the file is empty".into())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_directory_with_a_new_entry_is_known() {
+        let there = std::env::temp_dir();
+        let file = there.join("rkpm-no-such-directory/a/run.jsonl");
+        let expected = ["rkpm-no-such-directory/a", "rkpm-no-such-directory", ""].map(|name| there.join(name));
+        assert_eq!(holders(&file), expected);
+        assert_eq!(holders(FilePath::new("run.jsonl")), [PathBuf::from(".")]);
+        assert_eq!(holders(&there.join("run.jsonl")), [there.clone()]);
+        assert!(holders(&file).iter().skip(2).all(|holder| sync_directory(holder).is_ok()));
     }
 }

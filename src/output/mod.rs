@@ -41,8 +41,43 @@ pub use vtk::{PvdCollection, PvdEntry, VtkCell, VtkField, VtkGrid, VtkValues};
 use crate::error::OutputError;
 use std::path::Path;
 
-/// Writes a file, with the directories above it.
-fn write_file(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), OutputError> {
+/// Refuses names whose ending says another format than the one written; names without an ending say none.
+fn check_ending(path: &Path, endings: &[&str]) -> Result<(), OutputError> {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    match ending {
+        Some(ending) if !endings.contains(&ending.as_str()) => {
+            let (path, endings) =
+                (path.display().to_string(), endings.iter().map(|e| format!(".{e}")).collect::<Vec<_>>());
+            Err(OutputError::Ending { path, written: endings.join(" or ") })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Text of which XML and HTML make the same text: control characters and others that XML forbids become spaces.
+fn escaped(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            c if is_forbidden(c) || c.is_control() => safe.push(' '),
+            c => safe.push(c),
+        }
+    }
+    safe
+}
+
+/// Whether a document of XML may not hold a character, not even by its number.
+fn is_forbidden(c: char) -> bool {
+    c < ' ' && !matches!(c, '\t' | '\n' | '\r') || matches!(c, '\u{FFFE}' | '\u{FFFF}')
+}
+
+/// Writes a file whose ending, if it has one, is one of its format, with the directories above it.
+fn write_file(path: &Path, endings: &[&str], contents: impl AsRef<[u8]>) -> Result<(), OutputError> {
+    check_ending(path, endings)?;
     let refused = |source| OutputError::Io { path: path.display().to_string(), source };
     if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
         std::fs::create_dir_all(parent).map_err(refused)?;

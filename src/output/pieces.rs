@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::vtk::{VtkField, VtkGrid, VtkValues, escaped};
-use super::write_file;
+use super::vtk::{VtkField, VtkGrid, VtkValues};
+use super::{check_ending, escaped, write_file};
 use crate::error::OutputError;
 
 impl VtkValues {
@@ -36,7 +36,8 @@ impl VtkGrid {
     pub fn piece(&self, part: usize, parts: usize) -> Result<VtkGrid, OutputError> {
         self.check()?;
         let (count, parts) = (self.cells.len(), parts.max(1));
-        let run: Vec<usize> = (count * part / parts..(count * (part + 1) / parts).min(count)).collect();
+        let first = |part: usize| (count as u128 * part.min(parts) as u128 / parts as u128) as usize;
+        let run: Vec<usize> = (first(part)..first(part.saturating_add(1))).collect();
         let mut named = vec![part == 0; self.points.len()];
         if part == 0 {
             self.cells.iter().flat_map(|cell| cell.corners()).for_each(|&corner| named[corner] = false);
@@ -109,12 +110,13 @@ impl VtkGrid {
     /// As [`write`](Self::write).
     pub fn write_piece(&self, path: impl AsRef<Path>, part: usize, parts: usize) -> Result<(), OutputError> {
         let path = path.as_ref();
+        check_ending(path, &["pvtu"])?;
         self.piece(part, parts)?.write(beside(path, part))?;
         if part > 0 {
             return Ok(());
         }
         let name = |part| beside(path, part).file_name().unwrap_or_default().to_string_lossy().into_owned();
-        write_file(path, &self.index_of_pieces((0..parts.max(1)).map(name))?)
+        write_file(path, &["pvtu"], &self.index_of_pieces((0..parts.max(1)).map(name))?)
     }
 }
 

@@ -3,7 +3,7 @@
 //! Arrays are written inline as base64 of little-endian binary behind a 64-bit byte count, so that
 //! every number arrives with all its bits and a file needs no companion.
 
-use super::write_file;
+use super::{escaped, write_file};
 use crate::error::OutputError;
 use nalgebra::{Matrix3, SVector};
 use std::collections::HashSet;
@@ -248,7 +248,7 @@ impl VtkGrid {
     /// # Errors
     /// As [`to_xml`](Self::to_xml), and [`OutputError::Io`] where the file system refuses.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
-        write_file(path.as_ref(), &self.to_xml()?)
+        write_file(path.as_ref(), &["vtu"], &self.to_xml()?)
     }
 
     pub(super) fn check(&self) -> Result<(), OutputError> {
@@ -335,7 +335,7 @@ impl PvdCollection {
             let _ = writeln!(xml, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{name}\"/>");
         }
         xml.push_str("</Collection>\n</VTKFile>\n");
-        write_file(path, &xml)
+        write_file(path, &["pvd"], &xml)
     }
 }
 
@@ -378,20 +378,4 @@ fn base64(bytes: &[u8], out: &mut String) {
             });
         }
     }
-}
-
-/// Text as an XML attribute holds it; control characters and others that XML forbids become spaces.
-pub(super) fn escaped(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            c if c.is_control() || matches!(c, '\u{FFFE}' | '\u{FFFF}') => safe.push(' '),
-            c => safe.push(c),
-        }
-    }
-    safe
 }

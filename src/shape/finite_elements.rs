@@ -5,6 +5,8 @@ use crate::cells::BoundaryCells;
 use crate::cells::{Lattice, Locator, Zones, determinant, ravel, unravel};
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Bounds, Part, Point, Side};
+#[cfg(feature = "solve")]
+use crate::quadrature::shared;
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
 use super::{Approximation, Scratch, ShapeFunctions};
@@ -70,8 +72,8 @@ impl<const D: usize> ElementPoints<D> {
         let range = self.points.share_range(part, parts);
         ElementPoints {
             points: self.points.share(part, parts),
-            elements: self.elements[range.clone()].to_vec(),
-            local: self.local[range].to_vec(),
+            elements: shared(&self.elements, &range),
+            local: shared(&self.local, &range),
         }
     }
 }
@@ -316,8 +318,29 @@ impl<const D: usize> FiniteElements<D> {
         (value, slopes)
     }
 
-    /// Writes the functions of one element at a local point, nodes by rising index.
-    pub fn fill(&self, element: usize, local: &Point<D>, out: &mut ShapeFunctions<D>) {
+    /// Writes the functions of one element at a point of its unit cube, nodes by rising index.
+    ///
+    /// # Errors
+    /// [`ApproximationError::Element`] where there is no such element, [`ApproximationError::Point`] for a point that is not finite.
+    pub fn fill(
+        &self,
+        element: usize,
+        local: &Point<D>,
+        out: &mut ShapeFunctions<D>,
+    ) -> Result<(), ApproximationError> {
+        let elements = self.element_count();
+        if element >= elements {
+            return Err(ApproximationError::Element { element, elements });
+        }
+        if !local.iter().all(|x| x.is_finite()) {
+            return Err(ApproximationError::Point { at: local.as_slice().to_vec() });
+        }
+        self.write(element, local, out);
+        Ok(())
+    }
+
+    /// The same of an element that there is.
+    pub(crate) fn write(&self, element: usize, local: &Point<D>, out: &mut ShapeFunctions<D>) {
         let (_, columns) = self.map(element, local);
         let jacobian = nalgebra::SMatrix::<f64, D, D>::from_columns(&columns);
         // Inverted elements were refused with the rule; a singular corner of a degenerate one gives zeros.
@@ -362,6 +385,9 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
         _: &mut Scratch,
         out: &mut ShapeFunctions<D>,
     ) -> Result<(), ApproximationError> {
+        if node >= self.nodes().len() {
+            return Err(super::no_node(node));
+        }
         out.nodes.clear();
         out.nodes.push(node as u32);
         out.values.clear();
@@ -404,7 +430,7 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
             // The map of a distorted element may lead Newton astray: only a point that maps back counts.
             let found = miss <= 1e-9 / (1.0 + 2.0 * MARGIN) * (high - low).norm();
             if found && local.iter().all(|t| *t >= -SLACK && *t <= 1.0 + SLACK) {
-                self.fill(element, &local, out);
+                self.write(element, &local, out);
                 return Ok(());
             }
         }

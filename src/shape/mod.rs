@@ -47,6 +47,15 @@ impl Scratch {
     }
 }
 
+/// The error for a node that there is not.
+fn no_node(node: usize) -> ApproximationError {
+    ApproximationError::Particle {
+        particle: node,
+        what: "there is no node of this number",
+        remedy: "give indices below the number of nodes",
+    }
+}
+
 /// A set of shape functions attached to nodes.
 ///
 /// ```
@@ -110,11 +119,7 @@ pub trait Approximation<const D: usize>: Send + Sync {
         scratch: &mut Scratch,
         out: &mut ShapeFunctions<D>,
     ) -> Result<(), ApproximationError> {
-        let at = self.nodes().get(node).ok_or(ApproximationError::Particle {
-            particle: node,
-            what: "there is no node of this number",
-            remedy: "give indices below the number of nodes",
-        })?;
+        let at = self.nodes().get(node).ok_or_else(|| no_node(node))?;
         self.evaluate_values(at, scratch, out)
     }
 

@@ -14,7 +14,7 @@ pub(super) fn shared<const D: usize>(
     kinematics: &dyn Kinematics<D>,
 ) -> Result<(build::Rows, Clusters), Error> {
     let fill =
-        |point: usize, psi: &mut ShapeFunctions<D>| elements.fill(points.elements[point], &points.local[point], psi);
+        |point: usize, psi: &mut ShapeFunctions<D>| elements.write(points.elements[point], &points.local[point], psi);
     let (mut rows, clusters) =
         build::rows(&points.points.groups, &|(surroundings, psi): &mut (Surroundings, ShapeFunctions<D>),
                                              point,

@@ -136,8 +136,7 @@ impl<const D: usize> ShapeTable<D> {
             return Err(GeometryError::Count { what: "element of a point", count: element, needed }.into());
         }
         ShapeTable::tabulate(elements.nodes().len(), &points.points, kinematics, &|_, point, psi| {
-            elements.fill(points.elements[point], &points.local[point], psi);
-            Ok(())
+            elements.fill(points.elements[point], &points.local[point], psi)
         })
     }
 

@@ -1,5 +1,6 @@
 //! What is refused, and how it says so.
 
+mod indices;
 mod input;
 mod misfits;
 mod misuses;

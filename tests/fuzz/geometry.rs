@@ -126,7 +126,7 @@ fn lattice<const D: usize>(input: &mut Input) {
         let _ = elements.boundary(&part, n);
         let mut psi = ShapeFunctions::default();
         let element = input.random.usize(0..elements.element_count());
-        elements.fill(element, &at, &mut psi);
+        let _ = elements.fill(element, &at, &mut psi);
         let _ = elements.shape_functions(&at);
     }
 }

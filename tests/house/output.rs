@@ -358,3 +358,54 @@ mod chart {
         }
     }
 }
+
+/// Whether XML may hold each character of a text.
+fn is_xml(text: &str) -> bool {
+    text.chars().all(|c| c >= ' ' && !matches!(c, '\u{FFFE}' | '\u{FFFF}') || matches!(c, '\t' | '\n' | '\r'))
+}
+
+#[cfg(feature = "chart")]
+#[test]
+fn words_with_characters_that_documents_forbid_are_written_without_them() {
+    use rkpm::output::{Chart, Page, Picture};
+    let odd = "a\u{1}b\u{0}c\u{FFFE}d <&\"e";
+    let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|x| Vector2::from(x));
+    let picture = || Picture::new(&corners, vec![vec![0, 1, 2]]).coloured(odd, vec![0.0, 0.5, 1.0]).title(odd);
+    let chart = Chart::new(odd).x(odd).y(odd).line(odd, &[(0.0, 0.0), (1.0, 1.0)]).horizontal(odd, 0.5);
+    let mut fields = grid();
+    fields.cell_data[0].name = odd.into();
+    let page = Page::new(odd).frame(odd, picture()).to_html().unwrap();
+    for text in [picture().to_svg().unwrap(), chart.to_svg().unwrap(), fields.to_xml().unwrap(), page.clone()] {
+        assert!(is_xml(&text), "{text}");
+        assert!(!text.contains("<&"), "{text}");
+    }
+    // Words of a script are what they were, and words of the page are no places of its template.
+    assert!(page.contains(r#"label:"a\u0001b\u0000c"#), "{page}");
+    let page = Page::new("@DATA@").frame("e\u{301}", picture()).to_html().unwrap();
+    assert!(page.contains("<title>@DATA@</title>") && page.contains("label:\"e\u{301}\""));
+}
+
+#[test]
+fn endings_of_other_formats_are_refused() {
+    let directory = fresh("endings");
+    let refused =
+        |result: Result<(), OutputError>| assert!(matches!(result, Err(OutputError::Ending { .. })), "{result:?}");
+    refused(grid().write(directory.join("grid.vtk")));
+    refused(grid().write_piece(directory.join("grid.vtu"), 0, 2));
+    refused(PvdCollection::default().write(directory.join("path.vtu")));
+    refused(Table::new(["x"]).write(directory.join("table.xlsx")));
+    #[cfg(feature = "chart")]
+    {
+        use rkpm::output::{Chart, Page, Picture};
+        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|x| Vector2::from(x));
+        let picture = Picture::new(&corners, vec![vec![0, 1, 2]]);
+        for name in ["body.gif", "body.jpg", "body.pdf"] {
+            refused(picture.write(directory.join(name)));
+        }
+        refused(Chart::new("").line("s", &[(0.0, 0.0), (1.0, 1.0)]).write(directory.join("curve.png")));
+        refused(Page::new("").frame("", picture.clone()).write(directory.join("page.svg")));
+    }
+    assert!(!directory.exists());
+    grid().write(directory.join("grid.VTU")).unwrap();
+    std::fs::remove_dir_all(directory).unwrap();
+}

@@ -75,7 +75,7 @@ impl Chart {
     /// # Errors
     /// As [`to_svg`](Self::to_svg), and [`OutputError::Io`] where the file system refuses.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
-        write_file(path.as_ref(), &self.to_svg()?)
+        write_file(path.as_ref(), &["svg"], &self.to_svg()?)
     }
 }
 
@@ -130,6 +130,8 @@ fn svg(chart: &Chart) -> Result<String, OutputError> {
         Ok(())
     };
     paint(&mut text).map_err(|failure| chart.error(failure.to_string()))?;
+    // plotters takes titles and names as they come.
+    let text = text.replace(crate::output::is_forbidden, " ");
     let units = size.map(|side| side * PIXEL);
     let given = format!("width=\"{}\" height=\"{}\"", units[0], units[1]);
     Ok(text.replacen(&given, &format!("width=\"{}\" height=\"{}\"", size[0], size[1]), 1))

@@ -12,7 +12,7 @@ use nalgebra::{SVector, Vector3};
 
 pub use page::Page;
 
-use super::{short, write_file};
+use super::{escaped, short, write_file};
 use crate::error::OutputError;
 use colour::{BANDS, colour};
 use raster::{Canvas, Lines};
@@ -212,15 +212,16 @@ impl Picture {
         self.drawn(&seen, &ends, room, scale, range).encoded().map_err(|what| self.nothing(&what))
     }
 
-    /// Writes the picture as SVG, or as PNG where the name ends in `png`, with the directories above it.
+    /// Writes the picture as SVG, or as PNG where the name ends in `.png`, with the directories above it.
     ///
     /// # Errors
-    /// As [`to_svg`](Picture::to_svg), and [`OutputError::Io`] where the file system refuses.
+    /// As [`to_svg`](Picture::to_svg), [`OutputError::Ending`] for the ending of another format, and [`OutputError::Io`] where the
+    /// file system refuses.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
         let path = path.as_ref();
         match path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
-            true => write_file(path, self.to_png()?),
-            false => write_file(path, self.to_svg()?),
+            true => write_file(path, &["png"], self.to_png()?),
+            false => write_file(path, &["svg", "png"], self.to_svg()?),
         }
     }
 
@@ -352,11 +353,6 @@ fn value_range(panels: &[&Picture]) -> (f64, f64) {
         false if least.is_finite() => (least, least),
         false => (0.0, 0.0),
     }
-}
-
-/// Text between elements.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// Bytes as text of 64 letters (RFC 4648).

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::colour::{BANDS, colour};
-use super::{LEVEL, Picture, base64, escaped};
+use super::{LEVEL, Picture, base64};
 use crate::error::OutputError;
-use crate::output::{short, write_file};
+use crate::output::{escaped, is_forbidden, short, write_file};
 
 /// A web page of its own, without anything from elsewhere: a body that is turned with the mouse and moves through the frames of
 /// a path by a slider.
@@ -91,8 +91,14 @@ impl Page {
             quoted(&escaped(&first.label)),
             integers(triangles),
         );
-        let template = include_str!("page.html");
-        Ok(template.replace("@TITLE@", &escaped(&self.title)).replace("@DATA@", &data))
+        // Piece by piece: words of the page's own are no places of the template.
+        let title = escaped(&self.title);
+        let pieces = include_str!("page.html").split('@').map(|piece| match piece {
+            "TITLE" => title.as_str(),
+            "DATA" => data.as_str(),
+            text => text,
+        });
+        Ok(pieces.collect())
     }
 
     /// Writes the page, with the directories above it.
@@ -100,7 +106,7 @@ impl Page {
     /// # Errors
     /// As [`to_html`](Page::to_html), and [`OutputError::Io`] where the file system refuses.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
-        write_file(path.as_ref(), &self.to_html()?)
+        write_file(path.as_ref(), &["html", "htm"], &self.to_html()?)
     }
 }
 
@@ -115,5 +121,17 @@ fn integers(numbers: impl Iterator<Item = usize>) -> String {
 
 /// Text within a script: nothing in it ends the script.
 fn quoted(text: &str) -> String {
-    format!("{text:?}").replace('<', "\\u003c").replace("\\u{", "\\x7b")
+    let mut quoted = String::from("\"");
+    for character in text.chars() {
+        match character {
+            '"' | '\\' => quoted.extend(['\\', character]),
+            // Also the two ends of lines that scripts know beside those of text.
+            c if c.is_control() || is_forbidden(c) || matches!(c, '<' | '\u{2028}' | '\u{2029}') => {
+                let _ = write!(quoted, "\\u{:04x}", c as u32);
+            }
+            c => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
 }
