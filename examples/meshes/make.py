@@ -332,6 +332,44 @@ def area_vectors(x):
     return 0.5 * np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
 
 
+def groove(name_of_file, size, quadrangles):
+    """A block 2 by 1 with a half-round groove of radius 0.3 in its upper face: the example `folds` presses a shaft into it."""
+    begin(size)
+    points = [(0, 0), (2, 0), (2, 1), (1.3, 1), (1, 0.7), (0.7, 1), (0, 1)]
+    tags = [gmsh.model.occ.addPoint(x, y, 0) for x, y in points]
+    centre = gmsh.model.occ.addPoint(1, 1, 0)
+    lines = []
+    for k in range(len(tags)):
+        start, end = tags[k], tags[(k + 1) % len(tags)]
+        if k in (3, 4):
+            lines.append(gmsh.model.occ.addCircleArc(start, centre, end))
+        else:
+            lines.append(gmsh.model.occ.addLine(start, end))
+    surface = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop(lines)])
+    gmsh.model.occ.synchronize()
+    name(1, [lines[0]], "bottom")
+    name(1, [lines[3], lines[4]], "groove")
+    name(1, [lines[1], lines[6]], "sides")
+    name(1, [lines[2], lines[5]], "top")
+    name(2, [surface], "rubber")
+    # Even sizes, so that the size alone tells the meshes apart.
+    gmsh.option.setNumber("Mesh.MeshSizeMin", size)
+    if quadrangles:
+        gmsh.option.setNumber("Mesh.RecombineAll", 1)
+    gmsh.model.mesh.generate(2)
+    os.makedirs(os.path.join(EXAMPLES, "folds"), exist_ok=True)
+    save(os.path.join(EXAMPLES, "folds", name_of_file + ".msh"))
+    gmsh.finalize()
+
+
+def grooves():
+    """Fourteen sizes of triangles from 0.05 to 0.107 in equal ratios, and three of quadrangles."""
+    for k in range(14):
+        groove(f"groove_{k}", 0.05 * (0.107 / 0.05) ** (k / 13), False)
+    for k, size in enumerate((0.06, 0.08, 0.1)):
+        groove(f"groove_quadrangles_{k}", size, True)
+
+
 def measures(kind, x):
     """Volumes, areas, lengths of elements."""
     if kind == "line":
@@ -389,4 +427,5 @@ if __name__ == "__main__":
     bushing()
     bracket()
     cook()
+    grooves()
     reference()
