@@ -106,7 +106,7 @@ fn portions<const D: usize>(points: &Points<D>) -> Vec<Points<D>> {
         portion.weights.extend_from_slice(&points.weights[group[0]..group[1]]);
         portion.close_group();
         if portion.positions.len() >= POINTS_AT_ONCE {
-            portions.push(std::mem::replace(&mut portion, Points::empty()));
+            portions.push(std::mem::take(&mut portion));
         }
     }
     if !portion.positions.is_empty() {

@@ -409,7 +409,7 @@ mod tests {
         let expected = ["rkpm-no-such-directory/a", "rkpm-no-such-directory", ""].map(|name| there.join(name));
         assert_eq!(holders(&file), expected);
         assert_eq!(holders(FilePath::new("run.jsonl")), [PathBuf::from(".")]);
-        assert_eq!(holders(&there.join("run.jsonl")), [there.clone()]);
+        assert_eq!(holders(&there.join("run.jsonl")), std::slice::from_ref(&there));
         assert!(holders(&file).iter().skip(2).all(|holder| sync_directory(holder).is_ok()));
     }
 }
