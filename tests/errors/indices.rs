@@ -5,7 +5,7 @@ use rkpm::cells::Zones;
 use rkpm::error::ApproximationError;
 use rkpm::prelude::*;
 use rkpm::quadrature::Points;
-use rkpm::shape::{FiniteElements, ShapeFunctions};
+use rkpm::shape::{FiniteElements, Scratch, ShapeFunctions};
 
 #[test]
 fn shares_of_sets_are_parts_of_them() {
@@ -48,7 +48,7 @@ fn functions_of_elements_and_nodes_that_are_not_there() {
         }
         let error = elements.fill(0, &Point::<2>::new(f64::NAN, 0.5), &mut psi).unwrap_err();
         assert!(matches!(error, ApproximationError::Point { .. }), "{error}");
-        let error = elements.evaluate_at_node(25, &mut (), &mut psi).unwrap_err();
+        let error = elements.evaluate_at_node(25, &mut Scratch::default(), &mut psi).unwrap_err();
         assert!(matches!(error, ApproximationError::Particle { particle: 25, .. }), "{error}");
     }
     assert_eq!(lattice.node([4, 4]), 24);

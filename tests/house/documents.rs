@@ -143,7 +143,7 @@ fn pages_of_the_book_are_listed_and_can_be_pasted() {
         }
         assert!(summary.contains(&format!("(book/{name}.md)")), "{name} is missing in docs/SUMMARY.md");
         let draws = |picture: &&str| picture.ends_with(".svg") && text.contains(&format!("\"{picture}\""));
-        assert!(links(&prose).iter().any(|link| draws(&link)), "{name}: no program draws a picture of the page");
+        assert!(links(&prose).iter().any(draws), "{name}: no program draws a picture of the page");
     }
 }
 

@@ -369,7 +369,7 @@ fn is_xml(text: &str) -> bool {
 fn words_with_characters_that_documents_forbid_are_written_without_them() {
     use rkpm::output::{Chart, Page, Picture};
     let odd = "a\u{1}b\u{0}c\u{FFFE}d <&\"e";
-    let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|x| Vector2::from(x));
+    let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Vector2::from);
     let picture = || Picture::new(&corners, vec![vec![0, 1, 2]]).coloured(odd, vec![0.0, 0.5, 1.0]).title(odd);
     let chart = Chart::new(odd).x(odd).y(odd).line(odd, &[(0.0, 0.0), (1.0, 1.0)]).horizontal(odd, 0.5);
     let mut fields = grid();
@@ -397,7 +397,7 @@ fn endings_of_other_formats_are_refused() {
     #[cfg(feature = "chart")]
     {
         use rkpm::output::{Chart, Page, Picture};
-        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|x| Vector2::from(x));
+        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Vector2::from);
         let picture = Picture::new(&corners, vec![vec![0, 1, 2]]);
         for name in ["body.gif", "body.jpg", "body.pdf"] {
             refused(picture.write(directory.join(name)));
