@@ -141,7 +141,7 @@ fn in_equilibrium<const D: usize>(case: Case, problem: &Problem<D>, state: &Stat
     if D == 1 {
         return Ok(());
     }
-    let revolved = case.option(KINEMATICS) == "revolution";
+    let revolved = case.option(KINEMATICS) == "axisymmetric";
     let free = ["rigid contact", "friction"].contains(&case.option(ACTION));
     let by_driven = if free { Point::zeros() } else { problem.reaction(state, "driven")? };
     let mut forces = vec![problem.reaction(state, "bottom")?, by_driven];
@@ -180,7 +180,7 @@ fn pushed<const D: usize>(case: Case, problem: &Problem<D>, state: &State) -> Re
     let (low, high) = (low?, high?);
     let pressure = PRESSURE * state.load;
     let mut force = Point::zeros();
-    if case.option(KINEMATICS) == "revolution" {
+    if case.option(KINEMATICS) == "axisymmetric" {
         force[D - 1] = pressure * std::f64::consts::PI * (high[0].powi(2) - low[0].powi(2));
     } else {
         let thick = weight(case) / TRACTION;
@@ -230,7 +230,7 @@ fn matters<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem<D>, st
         1.0
     };
     match case.option(KINEMATICS) {
-        "revolution" => require(volume > 2.0 * area, || format!("no revolution: {volume}"))?,
+        "axisymmetric" => require(volume > 2.0 * area, || format!("no revolution: {volume}"))?,
         "plane stress" => {
             let across = problem.stresses(state)?.iter().map(|stress| stress[(2, 2)].abs()).fold(0.0, f64::max);
             let along = problem.stresses(state)?.iter().map(|stress| stress.norm()).fold(0.0, f64::max);
@@ -428,7 +428,7 @@ fn works<const D: usize, S: Dimension<D>>(case: Case, problem: &Problem<D>, stat
 /// Moments about the origin sum to nothing; bodies of revolution have none.
 fn moment<const D: usize>(case: Case, problem: &Problem<D>, state: &State) -> Result<Vec<f64>, Failure> {
     let bottom = problem.moment(state, "bottom", [0.0; D])?;
-    if D == 1 || case.option(KINEMATICS) == "revolution" {
+    if D == 1 || case.option(KINEMATICS) == "axisymmetric" {
         require(bottom == [0.0; 3], || format!("a moment {bottom:?}"))?;
         return Ok(bottom.to_vec());
     }

@@ -20,8 +20,8 @@ use rkpm::error::{Error, Incompatible, SolveError};
 const GROUPS: [(&str, &[&str]); 7] = [
     ("source", &["block", "mapped block", "radial", "region", "planar mesh", "solid mesh", "cut surface"]),
     ("approximation", &["order 1", "order 2", "order 3", "elements 1", "elements 2"]),
-    ("kinematics", &["plane strain, space", "revolution", "plane stress"]),
-    ("law", &["elastic", "viscoelastic", "Mullins", "foam"]),
+    ("kinematics", &["plane strain, 3D", "axisymmetric", "plane stress"]),
+    ("material", &["elastic", "viscoelastic", "Mullins", "foam"]),
     (
         "action",
         &[
@@ -91,13 +91,13 @@ fn name((group, option): (usize, usize)) -> &'static str {
 fn by_types(pair: Pair) -> Option<&'static str> {
     match pair.map(name) {
         ["radial", "plane stress"] => Some("a radial line has no thickness that could change"),
-        ["solid mesh" | "cut surface", "plane stress"] => Some("a body in space has no free thickness: take Solid"),
-        ["solid mesh" | "cut surface", "revolution"] => {
-            Some("a body in space is not turned about an axis: draw its meridian, `Mesh<2>` or `Region`")
+        ["solid mesh" | "cut surface", "plane stress"] => Some("a 3D body has no free thickness: use Solid"),
+        ["solid mesh" | "cut surface", "axisymmetric"] => {
+            Some("a 3D body cannot be axisymmetric: model its meridian as `Mesh<2>` or `Region`")
         }
-        ["radial", "locally"] => Some("a line needs no local refinement: take Scene::solve_within"),
+        ["radial", "locally"] => Some("a line needs no local refinement: use Scene::solve_within"),
         ["solid mesh" | "cut surface", "locally"] => {
-            Some("cells in space are not halved one by one: take Scene::solve_within")
+            Some("3D cells are not refined one by one: use Scene::solve_within")
         }
         _ => None,
     }
@@ -249,24 +249,27 @@ impl From<Error> for Failure {
 /// The table as a page.
 fn page(search: &Search) -> String {
     let (refused, all) = (search.refused.len(), search.refused.len() + search.passed.len());
-    let mut text = format!("refused {refused} of {all} pairs, dropped {}\n\n", search.dropped);
-    text += "# What goes with what\n\n\
-        Written by `cargo test --profile quick --all-features --test scenes combinations` with `RKPM_WRITE_COMBINATIONS=1`, which \
-        goes through all pairs of options of different groups. A pair that is not listed as refused was part of a case that passed \
-        its laws: forces and moments in equilibrium with the loads, work and energy, the same state by another way to it, and a result \
-        that differs from that without the option.\n\n| group | options |\n|---|---|\n";
+    let mut text = String::from("# Which options can be combined\n\n");
+    let _ = write!(
+        text,
+        "{refused} of {all} pairs of options are not supported, {} options were ignored in silence.\n\n",
+        search.dropped
+    );
+    text += "This page is written by `cargo test --profile quick --all-features --test scenes combinations` with \
+        `RKPM_WRITE_COMBINATIONS=1`, which tries all pairs of options of different groups. Every pair that is not listed below was part \
+        of a case that passed its checks: forces and moments are in equilibrium with the loads, work agrees with energy, another run \
+        reaches the same state, and the result differs from the result without the option.\n\n| group | options |\n|---|---|\n";
     for (group, options) in GROUPS {
         let _ = writeln!(text, "| {group} | {} |", options.join(", "));
     }
-    text += "\nRefused pairs:\n\n| pair | by | what it says |\n|---|---|---|\n";
+    text += "\nPairs that are not supported:\n\n| pair | excluded by | message |\n|---|---|---|\n";
     for (pair, (reason, typed)) in &search.refused {
         let by = if *typed { "types" } else { "`Error::Incompatible`" };
         let [a, b] = pair.map(name);
         let _ = writeln!(text, "| {a} × {b} | {by} | {reason} |");
     }
     if !search.stalled.is_empty() {
-        text += "\nCases of more than two options that found no state, and said so (`Ending::Stalled`); each of their pairs was passed by \
-            another case:\n\n";
+        text += "\nCases of more than two options that stalled (`Ending::Stalled`); each of their pairs passed in another case:\n\n";
     }
     for case in &search.stalled {
         let _ = writeln!(text, "* {case}");

@@ -51,7 +51,7 @@ impl Dimension<1> for Line {
 
     fn kinematics(case: Case) -> Arc<dyn Kinematics<1>> {
         match case.option(KINEMATICS) {
-            "revolution" => Arc::new(RadialSphere),
+            "axisymmetric" => Arc::new(RadialSphere),
             _ => Arc::new(RadialCylinder),
         }
     }
@@ -80,7 +80,7 @@ impl Dimension<2> for Plane {
 
     fn kinematics(case: Case) -> Arc<dyn Kinematics<2>> {
         match case.option(KINEMATICS) {
-            "revolution" => Arc::new(Axisymmetric),
+            "axisymmetric" => Arc::new(Axisymmetric),
             "plane stress" => Arc::new(PlaneStress { thickness: THICKNESS }),
             _ => Arc::new(PlaneStrain),
         }
@@ -213,7 +213,7 @@ pub fn scene<const D: usize, S: Dimension<D>>(case: Case, size: f64) -> Scene<D>
         scene = scene.over_time(4.0);
     }
     scene = scene.with(Condition::on(place(case, "bottom")).displacement([0.0; D]).named("bottom"));
-    let revolved = case.option(KINEMATICS) == "revolution";
+    let revolved = case.option(KINEMATICS) == "axisymmetric";
     let mut motion = [0.0; D];
     motion[up] = -PRESSED * size;
     if D > 1 && !revolved {
@@ -287,7 +287,7 @@ pub fn scheme<const D: usize>(case: Case) -> Scheme {
 pub fn weight(case: Case) -> f64 {
     TRACTION
         * match case.option(KINEMATICS) {
-            "revolution" => 2.0 * PI * 2.0,
+            "axisymmetric" => 2.0 * PI * 2.0,
             "plane stress" => THICKNESS,
             _ => 1.0,
         }
