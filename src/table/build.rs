@@ -264,6 +264,6 @@ mod tests {
         let error = one_group(21_846).unwrap_err();
         let expected = GeometryError::CrowdedGroup { group: 0, nodes: 65_538, limit: 65_536 };
         assert!(matches!(&error, Error::Geometry(found) if *found == expected), "{error}");
-        assert!(error.to_string().contains("close groups more often"), "{error}");
+        assert!(error.to_string().contains("make groups smaller"), "{error}");
     }
 }

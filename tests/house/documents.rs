@@ -156,4 +156,8 @@ fn the_readme_is_short() {
     let shown: String = prose.split("](").map(|part| part.split_once(')').map_or(part, |(_, rest)| rest)).collect();
     let words = shown.split_whitespace().filter(|word| word.chars().any(char::is_alphanumeric)).count();
     assert!((300..=700).contains(&words), "{words} words");
+    // The page is shown with the package, which holds no other members of the workspace.
+    let members = ["benches/", "petsc/", "properties/", "python/"];
+    let outside = |link: &&str| members.iter().any(|member| link.starts_with(member));
+    assert_eq!(links(&prose).into_iter().find(outside), None, "a link that the package lacks");
 }
