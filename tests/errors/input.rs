@@ -98,7 +98,7 @@ fn geometry() {
     refused!(
         refusal(&Scene::new(clockwise, PlaneStrain, rubber()).hold(Side::Min), &coarse()),
         Error::Geometry(GeometryError::InvertedCell { .. }),
-        ["measure"]
+        ["volume"]
     );
 }
 

@@ -321,7 +321,7 @@ fn refusals_of_time_say_why() {
     let stepping = Stepping { smallest: 0.05, time_tolerance: 1e-9, ..Stepping::default() };
     let path = problem(&sheared(relaxing(1), sine(), seconds(2.5)), stepping).run().unwrap();
     let why = path.completed().unwrap_err().to_string();
-    assert!(why.contains("step of time"), "{why}");
+    assert!(why.contains("smallest time step"), "{why}");
 }
 
 /// erf by its series.
