@@ -19,12 +19,20 @@ use super::zone_residuals::ZoneResiduals;
 impl<const D: usize, M: Material> Body<D, M> {
     /// Adds forces and, where requested, the matrix of a cluster; see [`Term::linearize`].
     pub(super) fn linearize_cluster(&self, cluster: usize, view: View<'_>, out: &mut Element) {
-        let body = self;
-        // Compiled for each number of gradient slots.
-        match body.table.gradient_components() {
-            1 => dispatch(Linearize::<D, 1, M> { body, cluster, view, out }),
-            2 => dispatch(Linearize::<D, 2, M> { body, cluster, view, out }),
-            _ => dispatch(Linearize::<D, 3, M> { body, cluster, view, out }),
+        let (body, has_hoop) = (self, self.table.gradient_components() > D);
+        // Compiled for the numbers of gradient slots that there are: of each axis, and in a body of revolution of the hoop.
+        if const { D == 1 } {
+            match has_hoop {
+                false => dispatch(Linearize::<D, 1, M> { body, cluster, view, out }),
+                true => dispatch(Linearize::<D, 2, M> { body, cluster, view, out }),
+            }
+        } else if const { D == 2 } {
+            match has_hoop {
+                false => dispatch(Linearize::<D, 2, M> { body, cluster, view, out }),
+                true => dispatch(Linearize::<D, 3, M> { body, cluster, view, out }),
+            }
+        } else {
+            dispatch(Linearize::<D, 3, M> { body, cluster, view, out });
         }
     }
 }
