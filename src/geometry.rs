@@ -23,6 +23,15 @@ use crate::error::GeometryError;
 /// A point or vector in `D` dimensions \[length\].
 pub type Point<const D: usize> = SVector<f64, D>;
 
+/// A point or vector in as many dimensions as are asked for: those that it lacks are zero, those beyond are left out.
+pub(crate) fn padded<const D: usize, const N: usize>(x: &Point<D>) -> Point<N> {
+    let mut all = Point::zeros();
+    for i in 0..D.min(N) {
+        all[i] = x[i];
+    }
+    all
+}
+
 /// One end of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Side {

@@ -81,6 +81,7 @@ mod compiled;
 mod dense;
 pub mod error;
 pub mod geometry;
+mod order;
 mod parallel;
 mod simd;
 pub mod tensor;

@@ -9,8 +9,8 @@ mod refine;
 mod shape;
 
 use crate::error::MeshError;
-use crate::geometry::Point;
-use elements::{Elements, Group, padded};
+use crate::geometry::{Point, padded};
+use elements::{Elements, Group};
 pub use shape::CellShape;
 pub(crate) use shape::spanned;
 use std::collections::HashMap;
@@ -115,7 +115,7 @@ impl<const D: usize> Mesh<D> {
             let dimension = dimension.map_or(D, usize::from);
             named.push(Group { name: name.clone(), dimension, members: found });
         }
-        let points = points.iter().map(padded).map(|x| x.into()).collect();
+        let points = points.iter().map(padded::<D, 3>).map(|x| x.into()).collect();
         Self::assemble(points, elements, named, HashMap::new())
     }
 

@@ -213,7 +213,7 @@ fn coincident<const D: usize>(positions: &[Point<D>], half_widths: impl Fn(usize
     const DIRECTION: [f64; 3] = [1.0, 0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     let along: Vec<f64> = positions.iter().map(|x| (0..D).map(|k| (x[k] - min[k]) * DIRECTION[k % 3]).sum()).collect();
     let mut order: Vec<usize> = (0..positions.len()).collect();
-    order.sort_unstable_by(|&i, &j| along[i].total_cmp(&along[j]).then(i.cmp(&j)));
+    crate::order::sort(&mut order, &|&i, &j| along[i].total_cmp(&along[j]));
     for (place, &i) in order.iter().enumerate() {
         let own = reach(i);
         // What rounding of the sums adds to their distance.

@@ -125,7 +125,11 @@ impl<const D: usize> Model<D> {
 
     /// Load factors inside $(0, 1)$ at which the forces of a term have break points.
     pub(crate) fn break_points(&self) -> Vec<f64> {
-        self.terms.iter().flat_map(|term| term.break_points()).collect()
+        let mut all = Vec::new();
+        for term in &self.terms {
+            all.append(&mut term.break_points());
+        }
+        all
     }
 
     /// Number of displacement unknowns.

@@ -1,7 +1,7 @@
 //! A model at a state: forces, and increments of the condensed unknowns.
 
 use crate::error::SolveError;
-use crate::parallel::{map_ranges, threads};
+use crate::parallel::{map_ranges, map_with, threads};
 #[cfg(feature = "solve")]
 use crate::term::Zone;
 use crate::term::{Element, condensed_range, each_force};
@@ -86,11 +86,17 @@ impl<const D: usize> ModelAt<'_, D> {
         start: A,
         join: impl Fn(A, T) -> A,
     ) -> A {
+        let mut joined = start;
         if self.is_small() {
-            return (0..clusters).map(of).fold(start, join);
+            for cluster in 0..clusters {
+                joined = join(joined, of(cluster));
+            }
+            return joined;
         }
-        let runs = map_ranges(clusters, 2, |range| range.map(&of).collect::<Vec<_>>());
-        runs.into_iter().flatten().fold(start, join)
+        for found in map_with(clusters, 2, || (), |(), cluster| of(cluster)) {
+            joined = join(joined, found);
+        }
+        joined
     }
 
     /// Whether one thread does all.

@@ -50,7 +50,7 @@ impl SlabSchedule {
                 *centre = sum / nodes.len() as f64;
             }
             let mut order: Vec<u32> = (0..count as u32).collect();
-            order.sort_by(|&a, &b| centres[a as usize].total_cmp(&centres[b as usize]));
+            crate::order::sort(&mut order, &|&a, &b| centres[a as usize].total_cmp(&centres[b as usize]));
             let reach = reach(term, &order, &mut seen);
             if reach < slabs.reach {
                 (slabs.order, slabs.reach) = (order, reach);

@@ -6,6 +6,7 @@ use crate::cells::BoundaryCells;
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::kinematics::Kinematics;
+use crate::order;
 use crate::shape::{Approximation, Scratch, ShapeFunctions};
 use crate::table::check_values;
 use crate::term::Amplitude;
@@ -109,7 +110,11 @@ impl Constraints {
         }
         for particle in order {
             let Some(parts) = received.remove(&particle) else { continue };
-            let (target, amplitude) = value(parts.iter().flat_map(|sum| sum.points.iter().copied()).collect());
+            let mut points = Vec::new();
+            for part in &parts {
+                points.extend_from_slice(&part.points);
+            }
+            let (target, amplitude) = value(points);
             let entries = summed(&parts, axis.unwrap_or(0));
             // The trace functions carry their measure: a multiplier is a traction [stress], whatever the spacing.
             let Some((mut prescription, _)) = requested.remove(&particle) else { continue };
@@ -202,9 +207,13 @@ struct Integrals<const D: usize> {
 
 /// The coefficients of several trace functions together, so many components further on, by rising index.
 fn summed<const D: usize>(parts: &[&Integrals<D>], further: usize) -> Vec<(usize, f64)> {
-    let all = parts.iter().flat_map(|sum| &sum.entries).map(|(unknown, value)| (unknown + further, *value));
-    let mut entries: Vec<(usize, f64)> = all.collect();
-    entries.sort_by_key(|entry| entry.0);
+    let mut entries: Vec<(usize, f64)> = Vec::new();
+    for part in parts {
+        for (unknown, value) in &part.entries {
+            entries.push((unknown + further, *value));
+        }
+    }
+    order::sort(&mut entries, &|a, b| a.0.cmp(&b.0));
     entries.dedup_by(|later, first| {
         let same = later.0 == first.0;
         first.1 += if same { later.1 } else { 0.0 };

@@ -22,6 +22,7 @@ use nalgebra::{Matrix3, SymmetricEigen};
 
 use crate::error::{ApproximationError, GeometryError, Invalid};
 use crate::geometry::{Part, Point};
+use crate::order;
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_point_count};
 use crate::solid::{OPPOSITE, Solid3};
@@ -169,7 +170,8 @@ impl CutLattice {
         cell_of.iter().enumerate().for_each(|(part, cell)| cells[*cell as usize].push(part as u32));
         let features = Features::new(&corners, facets, &marks(facets.len(), &names));
         for part in &mut parts.parts {
-            part.patches.sort_by_cached_key(|&patch| (plane_of(&grid, &split, &features, patch), patch));
+            let plane = |patch: u32| plane_of(&grid, &split, &features, patch);
+            order::sort(&mut part.patches, &|&a, &b| (plane(a), a).cmp(&(plane(b), b)));
         }
         let mut of_brick = Bricks::new(&split, &sections, &parts);
         let undivided = Connected { split: &split, sections: &sections, parts: &parts, by_brick: &of_brick };
@@ -220,7 +222,7 @@ impl CutLattice {
         let in_brick = |brick: usize| self.by_brick.patches(brick).iter().map(move |&patch| (brick as u32, patch));
         let mut by_leaf: Vec<(u32, u32)> = (0..self.grid.len()).flat_map(in_brick).collect();
         by_leaf.iter_mut().for_each(|own| own.0 = self.grid.leaf_of(own.0));
-        by_leaf.sort_by_key(|own| own.0);
+        order::sort(&mut by_leaf, &|a, b| a.0.cmp(&b.0));
         let mut thinnest: Option<(f64, f64, Point<3>)> = None;
         for own in by_leaf.chunk_by(|a, b| a.0 == b.0) {
             let largest = own.iter().map(|own| own.1).max_by(|a, b| area(*a).total_cmp(&area(*b)).then(b.cmp(a)));
@@ -415,7 +417,8 @@ impl CutLattice {
             };
             return Err(GeometryError::UnknownPart { part: part.to_string(), known });
         }
-        found.sort_unstable_by_key(|&piece| (!self.features.curved[piece as usize], piece));
+        let rank = |piece: u32| (!self.features.curved[piece as usize], piece);
+        order::sort(&mut found, &|&a, &b| rank(a).cmp(&rank(b)));
         found.dedup();
         Ok(found)
     }

@@ -51,7 +51,7 @@ impl Inertia {
         let centre = self.first / self.measure;
         let eigen = SymmetricEigen::new(self.second / self.measure - centre * centre.transpose());
         let mut order = [0, 1, 2];
-        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+        crate::order::sort(&mut order, &|&a: &usize, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
         (centre, order.map(|k| eigen.eigenvectors.column(k) * eigen.eigenvalues[k].max(0.0).sqrt()))
     }
 }

@@ -70,7 +70,13 @@ impl<const D: usize> Lattice<D> {
     pub(crate) fn faces(&self, part: &Part) -> Result<Vec<(usize, Side)>, GeometryError> {
         match part {
             Part::Face { axis, side } if *axis < D => Ok(vec![(*axis, *side)]),
-            Part::Whole => Ok((0..D).flat_map(|axis| [(axis, Side::Min), (axis, Side::Max)]).collect()),
+            Part::Whole => {
+                let mut all = Vec::with_capacity(2 * D);
+                for axis in 0..D {
+                    all.extend_from_slice(&[(axis, Side::Min), (axis, Side::Max)]);
+                }
+                Ok(all)
+            }
             _ => Err(GeometryError::UnknownPart {
                 part: part.to_string(),
                 known: format!("faces (axis, Side) with axis below {D}, and the whole boundary"),

@@ -7,6 +7,7 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
 
 use crate::error::GeometryError;
 use crate::geometry::{Curve, Point, Region};
+use crate::order;
 use crate::quadrature::Points;
 
 /// A piece of the boundary that was drawn in one go: particles along a line or an arc.
@@ -198,7 +199,7 @@ impl Mesh {
                     }
                 }
                 let closed = curve.at(0.0) == curve.at(1.0);
-                along.sort_by(|a, b| a.0.total_cmp(&b.0));
+                order::sort(&mut along, &|a, b| a.0.total_cmp(&b.0));
                 let ends = [along.first(), along.last()];
                 for (end, t) in ends.iter().zip([0.0, 1.0]) {
                     let corner = curve.at(t);
@@ -305,7 +306,7 @@ impl Mesh {
 /// A pair of points closer than `distance`.
 fn close_pair(positions: &[Point<2>], distance: f64) -> Option<[usize; 2]> {
     let mut order: Vec<usize> = (0..positions.len()).collect();
-    order.sort_unstable_by(|&a, &b| positions[a][0].total_cmp(&positions[b][0]));
+    order::sort(&mut order, &|&a, &b| positions[a][0].total_cmp(&positions[b][0]));
     for (i, &a) in order.iter().enumerate() {
         for &b in order[i + 1..].iter().take_while(|&&b| positions[b][0] - positions[a][0] <= distance) {
             if (positions[a] - positions[b]).norm() <= distance {

@@ -10,6 +10,7 @@ use nalgebra::Matrix2;
 
 use crate::error::{ApproximationError, GeometryError};
 use crate::geometry::{Domain, Point, Side};
+use crate::order;
 use crate::particles::{Particles, Support};
 
 use super::brick::{Shape, determinant, multilinear};
@@ -340,7 +341,8 @@ impl Refined {
         let chord = |cell: &Cell| (cell.corners[side], cell.corners[(side + 1) % 4]);
         let mut chords: Vec<(u32, u32)> =
             self.cells.iter().map(chord).filter(|&(a, b)| across(a) == end && across(b) == end).collect();
-        chords.sort_by_key(|&(a, b)| along(a).min(along(b)));
+        let first = |&(a, b): &(u32, u32)| along(a).min(along(b));
+        order::sort(&mut chords, &|a, b| first(a).cmp(&first(b)));
         chords
     }
 }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::error::GeometryError;
 use crate::geometry::{Part, Point, Side};
+use crate::order;
 use crate::parallel::map_ranges;
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
 
@@ -211,7 +212,7 @@ impl<const D: usize> Smoothing<D> {
             interior[owner as usize].extend(points);
         }
         for facets in &mut cells {
-            facets.sort_unstable_by_key(|f| f.0);
+            order::sort(facets, &|a, b| a.0.cmp(&b.0));
             // Both sides of a facet inside a union have its signs −1 and 1.
             let mut kept: Vec<(u32, f64)> = Vec::with_capacity(facets.len());
             for &(facet, sign) in facets.iter() {
@@ -343,11 +344,12 @@ impl<const D: usize> Lattice<D> {
         let zones = self.zones(1);
         let halves = self.smoothing(2, gauss, &zones)?;
         // Sub-cells run like corners: sub-cell k of a cell touches its corner k.
-        let owners: Vec<u32> = zones
-            .cells
-            .iter()
-            .flat_map(|&cell| self.corner_nodes(cell as usize).into_iter().take(1 << D).map(|n| n as u32))
-            .collect();
+        let mut owners: Vec<u32> = Vec::with_capacity(zones.cells.len() << D);
+        for &cell in &zones.cells {
+            for &node in &self.corner_nodes(cell as usize)[..1 << D] {
+                owners.push(node as u32);
+            }
+        }
         Ok(halves.merged(&owners, self.positions()))
     }
 

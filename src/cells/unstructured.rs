@@ -6,7 +6,7 @@ mod inside;
 mod traces;
 
 use crate::error::{ApproximationError, Error, GeometryError, MeshError};
-use crate::geometry::{Part, Point};
+use crate::geometry::{Part, Point, padded};
 use crate::mesh::Mesh;
 use crate::particles::{Particles, Support, check_dilation};
 use crate::quadrature::{Points, check_point_count, gauss_legendre};
@@ -159,10 +159,6 @@ impl<const D: usize> Unstructured<D> {
         }
         Ok(found)
     }
-}
-
-fn padded<const D: usize>(x: &Point<D>) -> Point<3> {
-    Point::<3>::from_fn(|i, _| if i < D { x[i] } else { 0.0 })
 }
 
 /// Mean distances to the neighbours, averaged over them: supports of unequal size beside each other cost accuracy.
@@ -346,7 +342,10 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
 
     fn nodal_cells(&self, gauss: usize) -> Result<Smoothing<D>, GeometryError> {
         let bricks = self.smoothing(2, gauss, &Zones::single(self.cell_count()))?;
-        let owners: Vec<u32> = (0..self.cell_count()).flat_map(|cell| self.mesh.cell(cell).1.iter().copied()).collect();
+        let mut owners = Vec::with_capacity(bricks.cells.len());
+        for cell in 0..self.cell_count() {
+            owners.extend_from_slice(self.mesh.cell(cell).1);
+        }
         Ok(bricks.merged(&owners, self.positions()))
     }
 
@@ -376,9 +375,14 @@ impl<const D: usize> Cells<D> for Unstructured<D> {
     }
 
     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {
-        let faces = self.pieces(part)?.into_iter().flat_map(|piece| &piece.faces);
-        let mut nodes: Vec<usize> =
-            faces.flat_map(|&face| self.faces.corners(face as usize)).map(|&node| node as usize).collect();
+        let mut nodes = Vec::new();
+        for piece in self.pieces(part)? {
+            for &face in &piece.faces {
+                for &node in self.faces.corners(face as usize) {
+                    nodes.push(node as usize);
+                }
+            }
+        }
         nodes.sort_unstable();
         nodes.dedup();
         Ok(nodes)

@@ -34,7 +34,8 @@ impl Zones {
     pub fn share(&self, part: usize, parts: usize, key: impl Fn(u32) -> u64) -> Self {
         let mut order: Vec<usize> = (0..self.offsets.len().saturating_sub(1)).collect();
         let first = |zone: usize| self.cells.get(self.offsets[zone]).map_or(0, |&cell| key(cell));
-        order.sort_by_cached_key(|&zone| (first(zone), zone));
+        let keys: Vec<u64> = order.iter().map(|&zone| first(zone)).collect();
+        crate::order::sort(&mut order, &|&a, &b| keys[a].cmp(&keys[b]));
         let (total, parts) = (self.cells.len() as u128, parts.max(1) as u128);
         let mut share = Zones { cells: Vec::new(), offsets: vec![0], partial: true };
         let mut before = 0u128;

@@ -48,9 +48,17 @@ pub(super) fn cover<const D: usize>(
             let needed = "Cells::corners names particles of Cells::positions, counted from 0";
             return Err(GeometryError::Count { what: "corner of a cell", count, needed }.into());
         }
-        let lost_corners = corners.iter().filter(|&&c| at_particles[c]).map(|&c| cells.positions()[c]);
-        let inside = points.positions[group[0]..group[1]].iter().copied().filter(&mut is_lost);
-        let lost: Vec<Point<D>> = lost_corners.chain(inside).collect();
+        let mut lost: Vec<Point<D>> = Vec::new();
+        for &corner in &corners {
+            if at_particles[corner] {
+                lost.push(cells.positions()[corner]);
+            }
+        }
+        for at in &points.positions[group[0]..group[1]] {
+            if is_lost(at) {
+                lost.push(*at);
+            }
+        }
         if !lost.is_empty() {
             gaps.push(Gap { cell, corners, lost });
         }

@@ -100,8 +100,15 @@ impl<const D: usize> Motions<D> {
         let nodes = || groups.iter().flatten().map(|&node| &positions[node]);
         let centre = nodes().sum::<Point<D>>() / nodes().count() as f64;
         let size = nodes().map(|x| (x - centre).norm()).fold(0.0, f64::max);
-        let mut kinds: Vec<(usize, Option<usize>)> = (0..D).map(|i| (i, None)).collect();
-        kinds.extend((0..D).flat_map(|i| (0..i).map(move |j| (i, Some(j)))));
+        let mut kinds: Vec<(usize, Option<usize>)> = Vec::with_capacity(D * (D + 1) / 2);
+        for i in 0..D {
+            kinds.push((i, None));
+        }
+        for i in 0..D {
+            for j in 0..i {
+                kinds.push((i, Some(j)));
+            }
+        }
         Motions { kinds, groups, centre, size }
     }
 

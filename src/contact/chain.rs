@@ -67,8 +67,10 @@ impl Chain {
             }
         }
         let meeting = |chord: &Chord| {
-            let mut beside: Vec<u32> =
-                chord.traces.iter().flat_map(|&trace| at[&particles[trace as usize]].iter().copied()).collect();
+            let mut beside: Vec<u32> = Vec::new();
+            for &trace in &chord.traces {
+                beside.extend_from_slice(&at[&particles[trace as usize]]);
+            }
             beside.sort_unstable();
             beside.dedup();
             beside

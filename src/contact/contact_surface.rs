@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::cells::{BoundaryCells, CORNER};
 use crate::error::Error;
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 use crate::table::ShapeTable;
 use crate::tensor::cofactor;
 
@@ -129,7 +129,10 @@ impl<const D: usize> ContactSurface<D> {
         }
         for (trace, plain) in traces.iter_mut().zip(&plain) {
             trace.width = if D == 3 { plain.sqrt() } else { *plain };
-            trace.nodes = trace.points.iter().flat_map(|&(p, _)| table.nodes(p as usize)).copied().collect();
+            trace.nodes = Vec::new();
+            for &(point, _) in &trace.points {
+                trace.nodes.extend_from_slice(table.nodes(point as usize));
+            }
             trace.nodes.extend(extra);
             trace.nodes.sort_unstable();
             trace.nodes.dedup();
@@ -168,8 +171,7 @@ impl<const D: usize> ContactSurface<D> {
     pub(crate) fn outward(&self, point: u32, displacement: &[f64]) -> Vector3<f64> {
         let point = point as usize;
         let f = Matrix3::identity() + self.table.displacement_gradient(point, displacement);
-        let normal = self.table.normals()[point];
-        cofactor(&f) * Vector3::from_fn(|i, _| normal.get(i).copied().unwrap_or(0.0))
+        cofactor(&f) * padded::<D, 3>(&self.table.normals()[point])
     }
 
     /// The displacement that a vector of coefficients gives at a point.

@@ -5,7 +5,8 @@ use std::sync::OnceLock;
 use nalgebra::SMatrix;
 
 use crate::cells::BoundaryCells;
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
+use crate::order;
 
 use super::ContactSurface;
 use super::facets::{Facing, Gap, Seen, Sorted, Triangle, covered, gap};
@@ -78,10 +79,6 @@ impl LaidFaces {
     }
 }
 
-fn solid<const D: usize>(x: &Point<D>) -> Point<3> {
-    Point::<3>::from_fn(|i, _| x.get(i).copied().unwrap_or(0.0))
-}
-
 /// Measures of the triangles of a facet, each between a corner and the next one, for which the linear functions of its corners have the
 /// integrals `shares` of its trace functions where those of opposite corners have equal sums, as on bilinear facets of uniform density; else
 /// the nearest to them, and equal parts where one would be negative: uniform pressures are not exact there.
@@ -118,16 +115,16 @@ impl Faces {
         for (part, (contact_surface, cells)) in contact_surfaces.iter().zip(cells).enumerate() {
             for (range, mut shares) in contact_surface.shares(cells) {
                 shares.iter_mut().for_each(|share| share.0 += first);
-                shares.sort_by_key(|share| share.0);
-                let outward = range.clone().map(|point| solid(&cells.points.normals[point])).sum::<Point<3>>();
+                order::sort(&mut shares, &|a, b| a.0.cmp(&b.0));
+                let outward = range.clone().map(|point| padded::<D, 3>(&cells.points.normals[point])).sum::<Point<3>>();
                 let outward = outward / outward.norm().max(f64::MIN_POSITIVE);
-                let middle = shares.iter().map(|share| solid(&ends[share.0 as usize])).sum::<Point<3>>()
+                let middle = shares.iter().map(|share| padded::<D, 3>(&ends[share.0 as usize])).sum::<Point<3>>()
                     / shares.len().max(1) as f64;
                 let facet = faces.facets.len() as u32;
                 faces.facets.push(Facet { middle, outward, beside: Vec::new(), rank: (0, 0) });
                 traces_of.push(shares.iter().map(|share| share.0).collect());
                 if (3..=4).contains(&shares.len()) {
-                    faces.push_facet(shares, |trace| solid(&ends[trace as usize]));
+                    faces.push_facet(shares, |trace| padded(&ends[trace as usize]));
                     continue;
                 }
                 faces.cut_facets |= part == 1 || !two;
@@ -162,7 +159,7 @@ impl Faces {
             let away = end(trace) - middle;
             away.dot(&axis).atan2(away.dot(&other))
         };
-        shares.sort_by(|a, b| angle(a.0).total_cmp(&angle(b.0)));
+        order::sort(&mut shares, &|a, b| angle(a.0).total_cmp(&angle(b.0)));
         let traces: Vec<u32> = shares.iter().map(|share| share.0).collect();
         let measures = measures(&shares.iter().map(|share| share.1).collect::<Vec<_>>());
         for (k, &measure) in measures.iter().enumerate() {
@@ -202,8 +199,12 @@ impl Faces {
             traces.iter().for_each(|&trace| at.entry(particle(trace)).or_default().push(facet as u32));
         }
         let wider = |ring: &[u32]| {
-            let traces = ring.iter().flat_map(|&f| &traces_of[f as usize]);
-            let mut wider: Vec<u32> = traces.flat_map(|&trace| at[&particle(trace)].iter().copied()).collect();
+            let mut wider: Vec<u32> = Vec::new();
+            for &facet in ring {
+                for &trace in &traces_of[facet as usize] {
+                    wider.extend_from_slice(&at[&particle(trace)]);
+                }
+            }
             wider.sort_unstable();
             wider.dedup();
             wider

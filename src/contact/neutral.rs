@@ -39,7 +39,10 @@ impl<const D: usize> Term<D> for RollingSpring<D> {
 
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
         let force = self.force(view.displacement);
-        let weights: Vec<f64> = self.weights.iter().flat_map(|weight| weight.iter().copied()).collect();
+        let mut weights: Vec<f64> = Vec::with_capacity(D * self.weights.len());
+        for weight in &self.weights {
+            weights.extend_from_slice(weight.as_slice());
+        }
         out.residual.iter_mut().zip(&weights).for_each(|(r, w)| *r += force * w);
         if out.with_matrix {
             for (column, b) in out.matrix.chunks_exact_mut(weights.len()).zip(&weights) {

@@ -165,10 +165,14 @@ impl<const D: usize> RigidContact<D> {
     ) -> Self {
         let lever = contact_surface.extent;
         let clusters = contact_surface.table.clusters();
-        let with = |node: u32| {
-            (0..clusters.len()).map(move |facet| clusters.nodes(facet).iter().copied().chain([node]).collect())
-        };
-        let facets = rigid_dof.into_iter().flat_map(with).collect();
+        let mut facets = Vec::new();
+        if let Some(node) = rigid_dof {
+            for facet in 0..clusters.len() {
+                let mut nodes = clusters.nodes(facet).to_vec();
+                nodes.push(node);
+                facets.push(nodes);
+            }
+        }
         let at_rest = Vec::new();
         let mut contact = RigidContact { contact_surface, surface, rigid_dof, lever, stiffness, at_rest, facets };
         if let Some(interference) = contact.surface.interference.take() {

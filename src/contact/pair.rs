@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nalgebra::{DMatrix, DVector, SVector};
 
 use crate::cells::BoundaryCells;
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 use crate::term::{PointMotion, View};
 
 use super::chain::{Chain, Chord, Laid};
@@ -209,10 +209,12 @@ impl<const D: usize> PairContact<D> {
         law: PairLaw,
     ) -> Self {
         let two = contact_surfaces.len() > 1;
-        let particles: Vec<u32> = contact_surfaces
-            .iter()
-            .flat_map(|contact_surface| contact_surface.traces.iter().map(|trace| trace.particle))
-            .collect();
+        let mut particles: Vec<u32> = Vec::new();
+        for contact_surface in &contact_surfaces {
+            for trace in &contact_surface.traces {
+                particles.push(trace.particle);
+            }
+        }
         let place = |node: u32| nodes.partition_point(|&n| n < node) as u16;
         let mut movers = Movers::default();
         for contact_surface in &contact_surfaces {
@@ -232,10 +234,13 @@ impl<const D: usize> PairContact<D> {
             add_loose(&mut found, &contact_surfaces[0], place, &mut movers);
             Geometry::Space(found)
         } else if D == 1 {
-            let outward = contact_surfaces.iter().flat_map(|surface| {
-                surface.traces.iter().map(|trace| surface.table.normals()[trace.points[0].0 as usize][0])
-            });
-            Geometry::Line(outward.collect())
+            let mut outward = Vec::new();
+            for surface in &contact_surfaces {
+                for trace in &surface.traces {
+                    outward.push(surface.table.normals()[trace.points[0].0 as usize][0]);
+                }
+            }
+            Geometry::Line(outward)
         } else {
             let rest: Vec<Point<2>> = movers.rest[..traces].iter().map(padded).collect();
             Geometry::Plane(Chain::new(chords(&contact_surfaces, faces, &rest), &particles, two))
@@ -617,10 +622,18 @@ impl<const D: usize> PairContact<D> {
         order: Order,
     ) -> Gathered {
         let parts = |mover: u32| &self.movers.parts[mover as usize];
-        let mut movers: Vec<u32> = pieces.iter().flat_map(|piece| piece.movers()).copied().collect();
+        let mut movers: Vec<u32> = Vec::new();
+        for piece in pieces {
+            movers.extend_from_slice(piece.movers());
+        }
         movers.sort_unstable();
         movers.dedup();
-        let mut points: Vec<u32> = movers.iter().flat_map(|&mover| parts(mover)).map(|part| part.0).collect();
+        let mut points: Vec<u32> = Vec::new();
+        for &mover in &movers {
+            for part in parts(mover) {
+                points.push(part.0);
+            }
+        }
         points.extend(others);
         points.sort_unstable();
         points.dedup();
@@ -648,10 +661,12 @@ impl<const D: usize> PairContact<D> {
                 continue;
             }
             // For each point its first place, the first coordinate of its mover, and its part.
-            let spread: Vec<(usize, usize, f64)> = (piece.movers().iter().enumerate())
-                .flat_map(|(k, &mover)| parts(mover).iter().map(move |&(point, part)| (point, k * D, part)))
-                .map(|(point, from, part)| (place(point), from, part))
-                .collect();
+            let mut spread: Vec<(usize, usize, f64)> = Vec::new();
+            for (k, &mover) in piece.movers().iter().enumerate() {
+                for &(point, part) in parts(mover) {
+                    spread.push((place(point), k * D, part));
+                }
+            }
             for &(column, second, b) in &spread {
                 for j in 0..D {
                     let target = &mut found.curve[(column + j) * size..][..size];
@@ -806,10 +821,6 @@ pub(crate) struct Pressed<const D: usize> {
     pub slides: Vec<bool>,
     /// That on what carries pressures, which is the opposite of that on the others.
     pub total: Point<D>,
-}
-
-fn padded<const D: usize, const N: usize>(x: &Point<D>) -> Point<N> {
-    Point::<N>::from_fn(|i, _| x.get(i).copied().unwrap_or(0.0))
 }
 
 /// Adds movers at the points whose facets are no triangles.

@@ -227,7 +227,11 @@ impl<const D: usize> RigidSurface<D> {
 
     /// Load factors at which its motion has break points.
     pub(crate) fn break_points(&self) -> Vec<f64> {
-        self.amplitudes().flat_map(Amplitude::break_points).collect()
+        let mut all = Vec::new();
+        for amplitude in self.amplitudes() {
+            all.append(&mut amplitude.break_points());
+        }
+        all
     }
 }
 

@@ -22,7 +22,11 @@ impl<const D: usize> Term<D> for RigidBodyDof<D> {
     }
 
     fn break_points(&self) -> Vec<f64> {
-        self.loads.iter().flatten().flat_map(|(_, amplitude)| amplitude.break_points()).collect()
+        let mut all = Vec::new();
+        for (_, amplitude) in self.loads.iter().flatten() {
+            all.append(&mut amplitude.break_points());
+        }
+        all
     }
 
     fn matrix(&self) -> TermMatrix {

@@ -1,6 +1,7 @@
 //! Vertices of deformable faces: what they are of the displacements of nodes.
 
 use crate::geometry::Point;
+use crate::order;
 
 use super::ContactSurface;
 
@@ -38,8 +39,12 @@ impl<const D: usize> Movers<D> {
             return self.parts.len() as u32 - 1;
         }
         let rest = of.iter().map(|&k| self.rest[k as usize]).sum::<Point<D>>() * part;
-        let owners = of.iter().flat_map(|&k| &self.owners[k as usize]).map(|&(trace, value)| (trace, part * value));
-        let owners = owners.collect();
+        let mut owners = Vec::new();
+        for &k in of {
+            for &(trace, value) in &self.owners[k as usize] {
+                owners.push((trace, part * value));
+            }
+        }
         self.push(Combination::new(), rest, owners);
         self.parts.pop();
         self.parts.push(parts);
@@ -186,7 +191,7 @@ impl<const D: usize> Means<D> {
 
 /// A combination with each place once.
 pub(super) fn merged<P: Ord + Copy>(mut combination: Vec<(P, f64)>) -> Vec<(P, f64)> {
-    combination.sort_by_key(|entry| entry.0);
+    order::sort(&mut combination, &|a, b| a.0.cmp(&b.0));
     combination.dedup_by(|second, first| {
         let same = second.0 == first.0;
         first.1 += if same { second.1 } else { 0.0 };

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 
 use super::shape::CellShape;
 
@@ -72,11 +72,6 @@ impl Elements {
         self.ends.shrink_to_fit();
         self.corners.shrink_to_fit();
     }
-}
-
-/// A point in space; missing coordinates are zero.
-pub(crate) fn padded<const D: usize>(x: &Point<D>) -> Vector3<f64> {
-    Vector3::from_fn(|i, _| if i < D { x[i] } else { 0.0 })
 }
 
 /// Gauss points of two per direction on the unit interval.

@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 
 use crate::error::MeshError;
+use crate::geometry::padded;
 
-use super::elements::{Elements, Group, padded};
+use super::elements::{Elements, Group};
 use super::shape::CellShape;
 use super::{Mesh, face_key};
 
@@ -75,8 +76,8 @@ impl<const D: usize> Mesh<D> {
         for group in groups.iter_mut().filter(|group| group.dimension == D) {
             group.members = group.members.iter().filter_map(|m| place.get(m).copied()).collect();
         }
-        let points = self.points.iter().map(|x| padded(x).into()).collect();
-        let middles = self.curved.iter().map(|(ends, x)| (*ends, padded(x).into())).collect();
+        let points = self.points.iter().map(|x| padded::<D, 3>(x).into()).collect();
+        let middles = self.curved.iter().map(|(ends, x)| (*ends, padded::<D, 3>(x).into())).collect();
         Self::assemble(points, elements, groups, middles)
     }
 }
@@ -104,8 +105,12 @@ impl Mesh<3> {
         }
         let mut named = Vec::new();
         for name in self.groups(2) {
-            let faces = self.members(2, name).filter_map(|face| of_face.get(&face_key(face)).cloned());
-            let members: Vec<u32> = faces.flatten().collect();
+            let mut members: Vec<u32> = Vec::new();
+            for face in self.members(2, name) {
+                if let Some(own) = of_face.get(&face_key(face)) {
+                    members.extend(own.clone());
+                }
+            }
             if !members.is_empty() {
                 named.push((name.to_string(), members));
             }

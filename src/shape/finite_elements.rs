@@ -204,11 +204,14 @@ impl<const D: usize> FiniteElements<D> {
         holds: &dyn Fn(&Point<D>) -> bool,
     ) -> Result<(BoundaryCells<D>, ElementPoints<D>), GeometryError> {
         let (points, weights) = gauss_legendre(n)?;
-        let (order, pieces) = (self.order as f64, 0..self.order);
-        let rule = (
-            pieces.clone().flat_map(|piece| points.iter().map(move |x| (piece as f64 + x) / order)).collect(),
-            pieces.flat_map(|_| weights.iter().map(move |w| w / order)).collect(),
-        );
+        let order = self.order as f64;
+        let mut rule = (Vec::new(), Vec::new());
+        for piece in 0..self.order {
+            for (x, w) in points.iter().zip(&weights) {
+                rule.0.push((piece as f64 + x) / order);
+                rule.1.push(w / order);
+            }
+        }
         // A group for each piece: what touches is made of faces with linear trace functions.
         let found = self.faces_by(part, &rule, self.order)?.faces_within(holds);
         let trace = |(&element, local): (&usize, &Point<D>)| {

@@ -1,6 +1,7 @@
 //! Facets that cross each other.
 
 use crate::geometry::Point;
+use crate::order;
 use crate::parallel::map_ranges;
 
 use super::tree::Tree;
@@ -56,7 +57,7 @@ fn of_facet(vertices: &[Point<3>], facets: &[[u32; 3]], tree: &Tree, one: u32, f
             found.push(Crossing { facets: [one, other], at: at.into() });
         }
     });
-    found[begun..].sort_unstable_by_key(|crossing| crossing.facets);
+    order::sort(&mut found[begun..], &|a, b| a.facets.cmp(&b.facets));
 }
 
 /// A point that two facets share beyond their common vertices.

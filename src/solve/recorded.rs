@@ -22,8 +22,12 @@ impl<const D: usize> Continuation<'_, '_, D> {
 
         let mut forces = System::default();
         let assembler = &mut self.workspace.assembler;
-        let strain: Vec<f64> =
-            model.positions().iter().flat_map(|x| x.iter().map(|x| LEAST_STRAIN * x).collect::<Vec<_>>()).collect();
+        let mut strain = Vec::with_capacity(model.unknowns());
+        for position in model.positions() {
+            for x in position.iter() {
+                strain.push(LEAST_STRAIN * x);
+            }
+        }
         assembler.assemble_forces(model, StateRef::new(&strain, &model.start(), 0.0), &mut forces)?;
         let least = forces.scale;
         assembler.assemble_forces(model, state, &mut forces)?;

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::geometry::padded;
 use crate::table::ShapeTable;
 use crate::tensor::{Tangent, add_determinant_hessian, cofactor};
 
@@ -36,8 +37,7 @@ impl<const D: usize> EnclosedVolume<D> {
     fn state(&self, point: usize, d: &[f64]) -> (Vector3<f64>, Matrix3<f64>, Vector3<f64>) {
         let x = self.table.positions()[point] + self.table.displacement(point, d);
         let normal = self.table.normals()[point];
-        let pad = |p: &crate::geometry::Point<D>| Vector3::from_fn(|i, _| if i < D { p[i] } else { 0.0 });
-        (pad(&x), Matrix3::identity() + self.table.displacement_gradient(point, d), pad(&normal))
+        (padded(&x), Matrix3::identity() + self.table.displacement_gradient(point, d), padded(&normal))
     }
 
     fn total(&self, d: &[f64]) -> f64 {

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use crate::order;
 use crate::output::{Cell, Table};
 use crate::scene::Problem;
 use crate::solve::EquilibriumPath;
@@ -196,7 +197,7 @@ impl<const D: usize> Answer<D> {
                 kinds.push(level.functions);
                 let own = self.all().filter(|other| other.functions == level.functions);
                 let mut points: Vec<[f64; 2]> = own.filter_map(point).collect();
-                points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+                order::sort(&mut points, &|a, b| a[0].total_cmp(&b[0]));
                 chart = chart.marked_line(level.functions, &points);
             }
         }

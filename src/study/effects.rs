@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::error::Error;
 use crate::material::Material;
+use crate::order;
 use crate::scene::Problem;
 use crate::solve::State;
 use crate::tensor::cofactor;
@@ -104,7 +105,7 @@ impl<const D: usize> Answer<D> {
                 found.push(self.effect(&values, format!("the stiffness{of}"), &of_terms(number..number + 1)));
             }
         }
-        found.sort_by(|a, b| a.change.total_cmp(&b.change));
+        order::sort(&mut found, &|a, b| a.change.total_cmp(&b.change));
         Ok(found)
     }
 

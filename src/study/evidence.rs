@@ -246,7 +246,11 @@ impl<'a, const D: usize> Carry<'a, D> {
         let particles = to.cells().positions();
         let (mut given, own) = (from.values_at(particles)?, to.values_at(particles)?);
         let first = from.nodes().start as u32;
-        given.iter_mut().flat_map(|psi| &mut psi.nodes).for_each(|node| *node += first);
+        for psi in &mut given {
+            for node in &mut psi.nodes {
+                *node += first;
+            }
+        }
         let table = from.body().table();
         let nearest = BoxTree::of(table.positions());
         let mut of = vec![0; table.len()];

@@ -143,7 +143,7 @@ impl Strategy<2> for Local<'_> {
 /// The largest indicators that sum to the bulk of all.
 fn marked(indicators: &[f64]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..indicators.len()).collect();
-    order.sort_by(|&a, &b| indicators[b].total_cmp(&indicators[a]).then(a.cmp(&b)));
+    crate::order::sort(&mut order, &|&a, &b| indicators[b].total_cmp(&indicators[a]));
     let total: f64 = indicators.iter().sum();
     let mut sum = 0.0;
     let mut marked = Vec::new();

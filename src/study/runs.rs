@@ -1,6 +1,7 @@
 //! The runs of a study: their table, front and chart.
 
 #[cfg(feature = "chart")]
+use crate::order;
 use crate::output::chart::{Chart, Colour, Marker, Series, Stroke};
 use crate::output::{Cell, Table};
 
@@ -147,7 +148,9 @@ impl Study {
     /// The runs that no other run beats in both time and credited error, by rising time.
     pub fn front(&self) -> Vec<&Run> {
         let mut runs: Vec<&Run> = self.runs.iter().filter(|run| run.error_envelope.is_finite()).collect();
-        runs.sort_by(|a, b| a.seconds.total_cmp(&b.seconds).then(a.error_envelope.total_cmp(&b.error_envelope)));
+        order::sort(&mut runs, &|a, b| {
+            a.seconds.total_cmp(&b.seconds).then(a.error_envelope.total_cmp(&b.error_envelope))
+        });
         let mut best = f64::INFINITY;
         runs.retain(|run| {
             let better = run.error_envelope < best;

@@ -42,8 +42,10 @@ impl Surroundings {
         let points = |facet: u32| smoothing.facet(facet as usize);
         let facets = &smoothing.cells[cell];
         let (mut low, mut high) = (Point::<D>::repeat(f64::INFINITY), Point::<D>::repeat(f64::NEG_INFINITY));
-        for at in facets.iter().flat_map(|&(facet, _)| &smoothing.facet_points[points(facet)]) {
-            (low, high) = (low.inf(at), high.sup(at));
+        for &(facet, _) in facets {
+            for at in &smoothing.facet_points[points(facet)] {
+                (low, high) = (low.inf(at), high.sup(at));
+            }
         }
         if !approximation.surroundings(&low, &high, nodes, &mut self.numbers) {
             return None;
@@ -69,7 +71,11 @@ impl Surroundings {
         self.numbers.clear();
         self.numbers.push(width.ln());
         self.numbers.extend_from_slice(&psi.values);
-        self.numbers.extend(psi.gradients.iter().flat_map(|g| g.iter().map(|g| width * g)));
+        for gradient in &psi.gradients {
+            for k in 0..D {
+                self.numbers.push(width * gradient[k]);
+            }
+        }
         self.likeness(psi.nodes.len())
     }
 

@@ -39,9 +39,14 @@ impl<const D: usize> ShapeTable<D> {
         if !self.values.is_empty() || entries * self.slots == self.gradients.len() {
             return;
         }
-        self.gradients = (0..self.len()).flat_map(|point| self.gradients(point)).copied().collect();
-        let lengths = (0..self.len()).map(|point| self.nodes(point).len());
-        self.starts = lengths.scan(0, |end, n| Some(std::mem::replace(end, *end + n))).collect();
+        let mut gradients = Vec::with_capacity(entries * self.slots);
+        let (mut starts, mut end) = (Vec::with_capacity(self.len()), 0);
+        for point in 0..self.len() {
+            gradients.extend_from_slice(self.gradients(point));
+            starts.push(end);
+            end += self.nodes(point).len();
+        }
+        (self.gradients, self.starts) = (gradients, starts);
     }
 
     /// The deformation gradient of no displacement: that of the elastic part where the body expands.

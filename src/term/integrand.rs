@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use crate::error::SolveError;
+use crate::geometry::padded;
 use crate::table::ShapeTable;
 use crate::tensor::Tangent;
 
@@ -143,12 +144,11 @@ impl<const D: usize> Pointwise<D> {
     }
 
     fn state(&self, point: usize, view: &View<'_>) -> PointState {
-        let pad = |p: &crate::geometry::Point<D>| Vector3::from_fn(|i, _| if i < D { p[i] } else { 0.0 });
         PointState {
-            position: pad(&self.table.positions()[point]),
-            displacement: pad(&self.table.displacement(point, view.displacement)),
+            position: padded(&self.table.positions()[point]),
+            displacement: padded(&self.table.displacement(point, view.displacement)),
             deformation: Matrix3::identity() + self.table.displacement_gradient(point, view.displacement),
-            normal: self.table.normals().get(point).map_or_else(Vector3::zeros, pad),
+            normal: self.table.normals().get(point).map_or_else(Vector3::zeros, padded),
             load: view.load,
         }
     }

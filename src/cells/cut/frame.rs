@@ -4,6 +4,7 @@ use nalgebra::Matrix3;
 
 use crate::error::{GeometryError, Invalid};
 use crate::geometry::Point;
+use crate::order;
 
 use super::grid::{Grid, MACRO};
 use super::parts::cross;
@@ -114,7 +115,7 @@ pub(super) fn dominant_axes(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Optio
         .collect();
     let whole: f64 = areas.iter().map(|facet| facet.1).sum();
     // Large facets first: directions of more than a share of the surface show among few.
-    areas.sort_by(|a, b| b.1.total_cmp(&a.1));
+    order::sort(&mut areas, &|a, b| b.1.total_cmp(&a.1));
     for (normal, area) in areas {
         match directions.iter().position(|known| known.0.dot(&normal).abs() > ALIKE) {
             Some(known) => directions[known].1 += area,
@@ -123,7 +124,7 @@ pub(super) fn dominant_axes(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Optio
         }
     }
     directions.retain(|direction| direction.1 > DOMINANT * whole);
-    directions.sort_by(|a, b| b.1.total_cmp(&a.1));
+    order::sort(&mut directions, &|a, b| b.1.total_cmp(&a.1));
     let first = directions.first()?.0;
     let unit = |k: usize| Point::<3>::from_fn(|i, _| f64::from(u8::from(i == k)));
     let across = |x: &Point<3>| x - first * first.dot(x);

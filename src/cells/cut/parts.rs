@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::geometry::Point;
+use crate::order;
 
 use super::sections::{Sections, others};
 use super::split::{ByBrick, Split};
@@ -123,7 +124,7 @@ impl Parts {
         let least: Vec<f64> = self.parts.iter().map(|part| SMALL * size(part).powi(3)).collect();
         let mut small: Vec<u32> =
             (0..count as u32).filter(|&part| volumes[part as usize] < least[part as usize]).collect();
-        small.sort_by(|&a, &b| volumes[a as usize].total_cmp(&volumes[b as usize]).then(a.cmp(&b)));
+        order::sort(&mut small, &|&a, &b| volumes[a as usize].total_cmp(&volumes[b as usize]));
         for part in small {
             let own = root(&mut sets, part);
             if volumes[own as usize] >= least[own as usize] {

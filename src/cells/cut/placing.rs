@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use crate::geometry::{Bounds, Point};
 use crate::neighbours::{MARGIN, Search};
+use crate::order;
 
 use super::connected::Connected;
 use super::features::{Crease, Features};
@@ -164,7 +165,7 @@ impl Placing<'_> {
                 None => found.push((piece, normal, vec![facet])),
             }
         }
-        found.sort_by_key(|known| known.0);
+        order::sort(&mut found, &|a, b| a.0.cmp(&b.0));
         found.into_iter().map(|(piece, normal, facets)| (piece, normal / facets.len() as f64)).collect()
     }
 

@@ -33,7 +33,7 @@ pub(super) fn triangles(mut polygon: Vec<Corner>, mut holes: Vec<Vec<Corner>>) -
         (0..hole.len()).max_by(|&a, &b| hole[a].1[0].total_cmp(&hole[b].1[0]).then(b.cmp(&a))).unwrap_or(0)
     };
     // From the right: a bridge then meets no hole that comes later.
-    holes.sort_by(|a, b| b[rightmost(b)].1[0].total_cmp(&a[rightmost(a)].1[0]));
+    crate::order::sort(&mut holes, &|a, b| b[rightmost(b)].1[0].total_cmp(&a[rightmost(a)].1[0]));
     for hole in holes {
         let start = rightmost(&hole);
         let bridge = bridge(&polygon, hole[start].1);

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::geometry::Point;
+use crate::order;
 
 use super::grid::Grid;
 use super::polygon::{Corner, area, holds, triangles};
@@ -273,7 +274,7 @@ impl Sections {
             events.push((parameter(path[0]), number, true));
             events.push((parameter(path[path.len() - 1]), number, false));
         }
-        events.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        order::sort(&mut events, &|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         let mut begins = around[0].1;
         for k in 0..events.len() {
             if let Some(other) = (k..events.len()).find(|&other| events[other].2 == begins) {

@@ -67,7 +67,7 @@ impl Cubes {
             Cubes { low, counts, offsets: vec![0; counts.iter().product::<i32>() as usize + 1], places: Vec::new() };
         let numbers: Vec<usize> = cubes.iter().filter_map(|cube| grid.number(*cube)).collect();
         let mut order: Vec<u32> = (0..cubes.len() as u32).collect();
-        order.sort_by_key(|&place| numbers[place as usize]);
+        crate::order::sort(&mut order, &|&a, &b| numbers[a as usize].cmp(&numbers[b as usize]));
         numbers.iter().for_each(|&number| grid.offsets[number + 1] += 1);
         (1..grid.offsets.len()).for_each(|cube| grid.offsets[cube] += grid.offsets[cube - 1]);
         grid.places = order.into_iter().map(|place| points[place as usize].0).collect();
@@ -440,7 +440,7 @@ fn dependent(kernels: &[Vec<(u32, f64)>], found: &[Found]) -> BTreeSet<u32> {
     }
     let mut order: Vec<(u32, f64, Row)> =
         rows.into_iter().map(|(particle, (m, row))| (particle, m, unit(row))).collect();
-    order.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    crate::order::sort(&mut order, &|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
     let (mut independent, mut left) = (Independent::default(), BTreeSet::new());
     for (particle, _, row) in &order {
         if !independent.take(row) {

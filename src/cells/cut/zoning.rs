@@ -84,7 +84,7 @@ impl Inner {
         let inverse = tensor::inverse(&factor.l()).unwrap_or_else(Matrix3::identity);
         let spread = SymmetricEigen::new(inverse * self.free.variance() * inverse.transpose());
         let mut order = [0, 1, 2];
-        order.sort_by(|&a, &b| spread.eigenvalues[b].total_cmp(&spread.eigenvalues[a]));
+        crate::order::sort(&mut order, &|&a: &usize, &b| spread.eigenvalues[b].total_cmp(&spread.eigenvalues[a]));
         for (place, k) in order.into_iter().enumerate() {
             if spread.eigenvalues[k] < SPREAD || self.free.weight < FREE * (place + 2) as f64 / 4.0 {
                 break;

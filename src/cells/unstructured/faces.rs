@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use crate::error::MeshError;
 use crate::geometry::Point;
 use crate::mesh::{Mesh, face_key};
+use crate::order;
 
 /// No cell beyond a face, no corner in a place.
 pub(super) const NONE: u32 = u32::MAX;
@@ -259,7 +260,8 @@ impl Faces {
     fn lend(&self, pieces: &mut [Piece]) {
         // Curved pieces come first, whose trace functions must stay where they are; then small ones: where all of a piece's particles
         // lie on its rim, others must not have claimed them before.
-        pieces.sort_by_key(|piece| (!piece.curved, piece.faces.len()));
+        let rank = |piece: &Piece| (!piece.curved, piece.faces.len());
+        order::sort(pieces, &|a, b| rank(a).cmp(&rank(b)));
         let mut taken: HashSet<u32> = HashSet::new();
         for piece in pieces.iter_mut().filter(|piece| piece.curved) {
             let mut own: Vec<u32> = piece.faces.iter().flat_map(|&face| self.corners(face as usize)).copied().collect();

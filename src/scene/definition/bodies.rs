@@ -125,9 +125,9 @@ impl<const D: usize> Scene<D> {
     pub(crate) fn bodies_at(
         &self,
         place: &Place<D>,
-        what: impl Fn() -> String,
+        what: &dyn Fn() -> String,
         cells: &[(Scheme, Arc<dyn Cells<D>>)],
-        reaches: impl Fn(usize) -> bool,
+        reaches: &dyn Fn(usize) -> bool,
     ) -> Result<Vec<usize>, Error> {
         let all = 0..self.bodies.len();
         if let Some(name) = &place.of {

@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::geometry::{Part, Point};
 use crate::kinematics::Kinematics;
 use crate::neighbours::BoxTree;
+use crate::order;
 use crate::shape::ShapeFunctions;
 use crate::term::Amplitude;
 
@@ -162,7 +163,12 @@ fn supports<const D: usize>(sides: &[BondedSide<'_, D>], multipliers: usize) -> 
 fn neighbours<const D: usize>(mortar: &InterfaceSide<'_, D>, own: &MultiplierValues) -> Vec<Vec<usize>> {
     let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); mortar.particles.len()];
     for group in mortar.cells.points.groups.windows(2) {
-        let mut together: Vec<usize> = own[group[0]..group[1]].iter().flatten().map(|entry| entry.0).collect();
+        let mut together: Vec<usize> = Vec::new();
+        for values in &own[group[0]..group[1]] {
+            for entry in values {
+                together.push(entry.0);
+            }
+        }
         together.sort_unstable();
         together.dedup();
         for &j in &together {
@@ -227,7 +233,7 @@ fn entries<const D: usize>(
         }
     }
     let mut entries: Vec<(usize, f64)> = entries.into_iter().collect();
-    entries.sort_unstable_by_key(|entry| entry.0);
+    order::sort(&mut entries, &|a, b| a.0.cmp(&b.0));
     entries
 }
 
@@ -250,7 +256,7 @@ fn bondable<const D: usize>(
         for place in [&contact.first, second] {
             let place = scene.resolve(place);
             if let Spot::Part(part) = &place.spot {
-                let of = scene.bodies_at(&place, || format!("contact of {place}"), all, |_| true)?;
+                let of = scene.bodies_at(&place, &|| format!("contact of {place}"), all, &|_| true)?;
                 sides.extend(of.first().map(|&body| (body, part.clone(), place.clone())));
             }
         }

@@ -140,7 +140,12 @@ fn between<const D: usize>(
     let faces: Vec<&BoundaryCells<D>> = found.iter().map(|face| &face.0).collect();
     let contact_surface = |face: &Face<D>| ContactSurface::new(&face.0, face.1.clone(), None);
     let surfaces: Vec<ContactSurface<D>> = found.iter().map(contact_surface).collect::<Result<_, _>>()?;
-    let mut nodes: Vec<u32> = surfaces.iter().flat_map(|s| &s.traces).flat_map(|trace| &trace.nodes).copied().collect();
+    let mut nodes: Vec<u32> = Vec::new();
+    for surface in &surfaces {
+        for trace in &surface.traces {
+            nodes.extend_from_slice(&trace.nodes);
+        }
+    }
     nodes.sort_unstable();
     nodes.dedup();
     let (particles, most) = (nodes.len(), usize::from(u16::MAX));
@@ -303,7 +308,7 @@ pub(crate) fn contact_definition<const D: usize>(
             let needed = "a part of the boundary, or some of one";
             return Err(GeometryError::Unsuited { what: "contact of a point or of the body", needed }.into());
         };
-        let of = scene.bodies_at(&place, || format!("contact of {place}"), all, |_| true)?;
+        let of = scene.bodies_at(&place, &|| format!("contact of {place}"), all, &|_| true)?;
         let body = of.first().copied().unwrap_or(0);
         let (discrete_body, rule) = (&discrete_bodies[body], rules[body]);
         let (mut contact_surface, table) = match (discrete_body.facets, discrete_body.cells.lattice()) {
@@ -324,7 +329,12 @@ pub(crate) fn contact_definition<const D: usize>(
         contact_surface.traces.iter_mut().flatten().for_each(|trace| trace.0 += discrete_body.nodes.start as u32);
         Ok((contact_surface, table))
     };
-    let mut volume = [discrete_bodies.iter().flat_map(|discrete_body| discrete_body.body.table().weights()).sum()];
+    let mut volume = [0.0];
+    for discrete_body in discrete_bodies {
+        for weight in discrete_body.body.table().weights() {
+            volume[0] += weight;
+        }
+    }
     sharing.total(&mut volume);
     add(scene, positions, equations, volume[0], &contact_surfaces, model)
 }

@@ -12,6 +12,7 @@ use crate::error::{Error, Incompatible};
 use crate::geometry::Point;
 use crate::linear::{Direct, Krylov};
 use crate::material::Material;
+use crate::order;
 use crate::solve::Analysis;
 use crate::table::ShapeTable;
 use crate::term::{FollowerPressure, Pointwise};
@@ -81,12 +82,12 @@ pub(crate) fn discretize<const D: usize>(
         }
         let what = || condition.name.clone().unwrap_or_else(|| format!("condition on {}", condition.place));
         let Spot::Point(at) = &place.spot else {
-            let of = scene.bodies_at(&place, what, &all, |_| true)?;
+            let of = scene.bodies_at(&place, &what, &all, &|_| true)?;
             of.into_iter().for_each(|body| conditions[body].push((number, place.clone())));
             continue;
         };
         let has_particle = |body: usize| particle_at(&*all[body].1, at, "").is_ok();
-        for body in scene.bodies_at(&place, what, &all, has_particle)? {
+        for body in scene.bodies_at(&place, &what, &all, &has_particle)? {
             conditions[body].push((number, place.clone()));
         }
     }
@@ -97,7 +98,7 @@ pub(crate) fn discretize<const D: usize>(
             continue;
         }
         let contains = |body: usize| matches!(&place.spot, Spot::Point(at) if all[body].1.contains(at));
-        for body in scene.bodies_at(&place, || load.label(), &all, contains)? {
+        for body in scene.bodies_at(&place, &|| load.label(), &all, &contains)? {
             loads[body].push((number, place.clone()));
         }
     }
@@ -105,7 +106,7 @@ pub(crate) fn discretize<const D: usize>(
     for (name, place) in &scene.rigids {
         let place = scene.resolve(place);
         let number = scene.rigid_names().iter().position(|other| other == name).unwrap_or(0);
-        for body in scene.bodies_at(&place, || format!("rigid body {name}"), &all, |_| true)? {
+        for body in scene.bodies_at(&place, &|| format!("rigid body {name}"), &all, &|_| true)? {
             ties[body].push((number, place.clone()));
         }
     }
@@ -162,7 +163,7 @@ fn add_loads<const D: usize>(
     sharing: &Sharing,
     model: &mut Model<D>,
 ) -> Vec<LoadTerms> {
-    tables.sort_by_key(|(number, _)| *number);
+    order::sort(&mut tables, &|a, b| a.0.cmp(&b.0));
     let mut measures = vec![0.0; scene.loads.len()];
     tables.iter().for_each(|(number, table)| measures[*number] += table.weights().iter().sum::<f64>());
     sharing.total(&mut measures);
@@ -189,12 +190,13 @@ fn finish<const D: usize>(
     built: Vec<BuiltBody<D>>,
     sharing: &Sharing,
 ) -> Result<Problem<D>, Error> {
-    let mut positions: Vec<Point<D>> =
-        built.iter().flat_map(|m| m.discrete_body.cells.positions().iter().copied()).collect();
+    let mut positions: Vec<Point<D>> = Vec::new();
+    for body in &built {
+        positions.extend_from_slice(body.discrete_body.cells.positions());
+    }
     let particle_positions = positions.clone();
     positions.extend(rigid_dofs(scene, &positions));
-    let (mut equations, mut placed, mut ties) = (Constraints::new(), Vec::new(), Vec::new());
-    let mut krylov = None;
+    let (mut equations, mut placed, mut ties, mut krylov) = (Constraints::new(), Vec::new(), Vec::new(), None);
     let (mut discrete_bodies, mut rules, mut tables) = (Vec::new(), Vec::new(), Vec::new());
     for BuiltBody { discrete_body, facets, equations: own, placed: mine, loads, ties: tied, krylov: own_krylov } in
         built
@@ -223,9 +225,9 @@ fn finish<const D: usize>(
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);
     }
-    discrete_bodies.iter().for_each(|discrete_body: &DiscreteBody<D>| {
+    for discrete_body in &discrete_bodies {
         model.add_shared(discrete_body.body.clone());
-    });
+    }
     let loads = add_loads(scene, tables, &discrete_bodies, sharing, &mut model);
     let modulus =
         |discrete_body: &DiscreteBody<D>| discrete_body.body.material().response(&Matrix3::identity()).tangent[(0, 0)];

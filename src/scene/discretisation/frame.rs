@@ -48,8 +48,12 @@ impl<const D: usize> Frame<D> {
             return Err(BoundaryError::Incomplete { what }.into());
         }
         let centre = moment / total;
-        let nodes = equations.iter().flat_map(|equation| equation.entries.iter().map(|entry| entry.0 / D));
-        let size = nodes.map(|node| (positions[node] - centre).norm()).fold(f64::MIN_POSITIVE, f64::max);
+        let mut size = f64::MIN_POSITIVE;
+        for equation in equations {
+            for entry in &equation.entries {
+                size = size.max((positions[entry.0 / D] - centre).norm());
+            }
+        }
         Ok(Frame { name: name.to_string(), first, centre, size, rigidity: None, shapes: Vec::new() })
     }
 
@@ -80,9 +84,15 @@ impl<const D: usize> Frame<D> {
             let values = self.values(&positions[k / D]);
             sums.iter_mut().zip(values).for_each(|(sum, value)| sum[k % D] -= c * value);
         }
-        let all = (0..=D).flat_map(|k| (0..D).map(move |i| (k, i)));
-        let entries = all.map(|(k, i)| ((self.first + k) * D + i, sums[k][i]));
-        entries.filter(|entry| entry.1 != 0.0).collect()
+        let mut entries = Vec::with_capacity((D + 1) * D);
+        for k in 0..=D {
+            for i in 0..D {
+                if sums[k][i] != 0.0 {
+                    entries.push(((self.first + k) * D + i, sums[k][i]));
+                }
+            }
+        }
+        entries
     }
 
     /// $F - 1$ of the frame.
@@ -152,9 +162,15 @@ impl<const D: usize> Frame<D> {
                     value => (value.at(x, 1.0), condition.amplitude.clone()),
                 };
                 let values = self.values(x);
-                let all = (0..=D).flat_map(|k| (0..D).map(move |i| (k, i)));
-                let entries = all.map(|(k, i)| ((self.first + k) * D + i, values[k] * unit[i]));
-                let entries: Vec<(usize, f64)> = entries.filter(|entry| entry.1.abs() > 1e-14).collect();
+                let mut entries: Vec<(usize, f64)> = Vec::with_capacity((D + 1) * D);
+                for k in 0..=D {
+                    for i in 0..D {
+                        let entry = values[k] * unit[i];
+                        if entry.abs() > 1e-14 {
+                            entries.push(((self.first + k) * D + i, entry));
+                        }
+                    }
+                }
                 let largest = entries.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
                 let dependent = largest.map_or(self.first * D, |entry| entry.0);
                 equations.push(ConstraintEquation { entries, dependent, target, amplitude, label: label.clone() })?;

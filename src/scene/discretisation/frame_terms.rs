@@ -113,7 +113,17 @@ impl<const D: usize> Rigidity<D> {
             let both = along(k, i) * f[(m, j)] + along(k, j) * f[(m, i)];
             if i == j { 0.5 * both } else { both }
         };
-        pairs::<D>().map(|pair| (0..=D).flat_map(|k| (0..D).map(move |m| slope(pair, k, m))).collect()).collect()
+        let mut slopes = Vec::with_capacity(Self::COUNT);
+        for pair in pairs::<D>() {
+            let mut own = Vec::with_capacity((D + 1) * D);
+            for k in 0..=D {
+                for m in 0..D {
+                    own.push(slope(pair, k, m));
+                }
+            }
+            slopes.push(own);
+        }
+        slopes
     }
 }
 

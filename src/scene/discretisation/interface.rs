@@ -123,7 +123,13 @@ impl<'a, const D: usize> InterfaceSide<'a, D> {
         let values = discrete_body.values_at(&cells.points.positions)?;
         let mut particles: Vec<u32> = Vec::new();
         let mut seen = std::collections::HashSet::new();
-        particles.extend(cells.traces.iter().flatten().map(|trace| trace.0).filter(|&particle| seen.insert(particle)));
+        for traces in &cells.traces {
+            for &(particle, _) in traces {
+                if seen.insert(particle) {
+                    particles.push(particle);
+                }
+            }
+        }
         Ok(InterfaceSide { discrete_body, cells, weights, values, particles })
     }
 

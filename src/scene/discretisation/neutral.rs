@@ -13,6 +13,7 @@ use crate::material::Material;
 
 use super::discrete_body::DiscreteBody;
 use super::sharing::Sharing;
+use crate::order;
 use crate::scene::definition::contact_definition::{Contact, Law};
 use crate::scene::definition::scene::Scene;
 
@@ -119,7 +120,7 @@ fn rolling<const D: usize>(
             weights.extend(values.map(|(&l, value)| (trace.nodes[l as usize], sign * weight * value / trace.area)));
         }
     }
-    weights.sort_by_key(|entry| entry.0);
+    order::sort(&mut weights, &|a, b| a.0.cmp(&b.0));
     weights.dedup_by(|second, first| {
         let same = second.0 == first.0;
         first.1 += if same { second.1 } else { 0.0 };

@@ -38,7 +38,7 @@ pub(crate) fn refuse<const D: usize>(scene: &Scene<D>, all: &BodyCells<D>) -> Re
 /// The bodies that contacts with an interference press into each other. Places that do not exist are refused with the contacts.
 fn fits<const D: usize>(scene: &Scene<D>, all: &BodyCells<D>) -> Vec<[usize; 2]> {
     let body = |place: &Place<D>| {
-        let found = scene.bodies_at(&scene.resolve(place), || format!("contact of {place}"), all, |_| true);
+        let found = scene.bodies_at(&scene.resolve(place), &|| format!("contact of {place}"), all, &|_| true);
         found.ok().and_then(|found| found.first().copied())
     };
     let pairs = scene.contact_pairs.iter().filter(|pair| pair.interference.is_some());

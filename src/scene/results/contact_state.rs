@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::contact::{ContactError, LocalContact, PairContact, Trace, chains};
 use crate::error::{Error, OutputError};
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 use crate::output::Table;
 use crate::solve::{EquilibriumPath, State};
 use crate::term::View;
@@ -136,7 +136,7 @@ impl<const D: usize> Problem<D> {
                 width += weight * stretch / hoop;
                 let push = (nearest.normal * nominal + friction) * weight;
                 force += push;
-                moment += pad(&x).cross(&pad(&push));
+                moment += padded::<D, 3>(&x).cross(&padded(&push));
             });
             let is_active = law.is_active(k, nominal, local_contact.gap);
             if !is_active {
@@ -239,10 +239,10 @@ impl<const D: usize> Problem<D> {
             let reference = self.model.positions()[particle];
             let position = reference + self.node_displacement(particle, state)?;
             sizes.push(area);
-            let pressure = (-pad(&force).dot(&normal.normalize()) / area).max(0.0);
+            let pressure = (-padded::<D, 3>(&force).dot(&normal.normalize()) / area).max(0.0);
             let is_active = pressure > 0.0;
             if (side == 0) != swapped || law.contact_surfaces.len() == 1 {
-                found.moment += pad(&position).cross(&pad(&force));
+                found.moment += padded::<D, 3>(&position).cross(&padded(&force));
             }
             let traction = force / area;
             found.points.push(ContactPoint {
@@ -284,7 +284,13 @@ fn along<const D: usize>(points: &mut Vec<ContactPoint<D>>, traces: &[Trace], si
         return touching_extent(points, sizes);
     }
     let chains = chains(traces);
-    *points = chains.iter().flatten().map(|&trace| points[trace]).collect();
+    let mut ordered = Vec::with_capacity(points.len());
+    for chain in &chains {
+        for &trace in chain {
+            ordered.push(points[trace]);
+        }
+    }
+    *points = ordered;
     let mut first = 0;
     let widths = chains.iter().map(|chain| {
         first += chain.len();
@@ -331,8 +337,4 @@ fn width<const D: usize>(points: &[ContactPoint<D>]) -> f64 {
         }
     }
     width
-}
-
-fn pad<const D: usize>(p: &Point<D>) -> Vector3<f64> {
-    Vector3::from_fn(|i, _| if i < D { p[i] } else { 0.0 })
 }

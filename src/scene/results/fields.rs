@@ -49,8 +49,11 @@ impl<const D: usize> Problem<D> {
 
     fn cauchy_stresses(&self, state: &State) -> Result<Vec<Matrix3<f64>>, Error> {
         self.model.at(state)?;
-        let bodies = self.discrete_bodies.iter().enumerate();
-        Ok(bodies.flat_map(|(number, body)| body.stresses(number, state)).collect())
+        let mut stresses = Vec::new();
+        for (number, body) in self.discrete_bodies.iter().enumerate() {
+            stresses.append(&mut body.stresses(number, state));
+        }
+        Ok(stresses)
     }
 
     /// Values at the [`points`](Problem::points) $P$ of the bodies' tables, one for each, averaged at the particles, one for each,

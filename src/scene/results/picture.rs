@@ -113,7 +113,11 @@ impl<const D: usize> Problem<D> {
                 let part = |k: usize| k as f64 / (line.len() - 1) as f64;
                 line.iter().enumerate().for_each(|(k, &point)| moved[point] = from + (to - from) * part(k));
             }
-            functions.iter_mut().flat_map(|psi| &mut psi.nodes).for_each(|node| *node += first as u32);
+            for psi in &mut functions {
+                for node in &mut psi.nodes {
+                    *node += first as u32;
+                }
+            }
             let values: Vec<f64> = functions.iter().zip(&moved).map(|(psi, u)| value(psi, u)).collect();
             let current = divided.points.iter().zip(&moved).map(|(x, u)| x + u).collect();
             drawn.add(divided, current, |k| values[k]);
@@ -137,7 +141,11 @@ impl<const D: usize> Problem<D> {
                 let mut functions = own.values_at(&ends)?;
                 let moved: Vec<Point<D>> = functions.iter().map(|psi| own.weighted(psi, state)).collect();
                 let first = own.nodes().start as u32;
-                functions.iter_mut().flat_map(|psi| &mut psi.nodes).for_each(|node| *node += first);
+                for psi in &mut functions {
+                    for node in &mut psi.nodes {
+                        *node += first;
+                    }
+                }
                 let start = points.len();
                 for part in 0..=AROUND {
                     let (sine, cosine) = (0.5 * PI * part as f64 / AROUND as f64).sin_cos();

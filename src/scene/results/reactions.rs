@@ -272,21 +272,34 @@ impl<const D: usize> Problem<D> {
         if placed.is_empty() {
             return Err(self.unknown_condition(requested.to_string()).into());
         }
-        let numbers = placed.into_iter().flat_map(|placed| placed.equations.clone().map(|k| (k, placed.nodes.clone())));
-        Ok(numbers.filter_map(|(k, nodes)| Some((equations.get(k)?, state.multipliers[k], nodes))).collect())
+        let mut rows = Vec::new();
+        for placed in placed {
+            for k in placed.equations.clone() {
+                if let Some(equation) = equations.get(k) {
+                    rows.push((equation, state.multipliers[k], placed.nodes.clone()));
+                }
+            }
+        }
+        Ok(rows)
     }
 
     /// The rows of the conditions of a name or at a place, each with the sum of its entries in a component over the nodes of the
     /// condition: what a unit displacement of the place prescribes.
     pub(crate) fn unit_motion(&self, place: &Place<D>, component: usize) -> Vec<(usize, f64)> {
-        let placed = self.placed_at(place).into_iter();
-        let numbers = placed.flat_map(|placed| placed.equations.clone().map(|k| (k, placed.nodes.clone())));
-        let sum = |(k, nodes): (usize, std::ops::Range<usize>)| {
-            let entries = self.equations.equations().get(k)?.entries.iter();
-            let own = entries.filter(|(at, _)| at % D == component && nodes.contains(&(at / D)));
-            Some((k, own.map(|(_, c)| c).sum()))
-        };
-        numbers.filter_map(sum).collect()
+        let mut sums = Vec::new();
+        for placed in self.placed_at(place) {
+            for k in placed.equations.clone() {
+                let Some(equation) = self.equations.equations().get(k) else { continue };
+                let mut sum = 0.0;
+                for (at, c) in &equation.entries {
+                    if at % D == component && placed.nodes.contains(&(at / D)) {
+                        sum += c;
+                    }
+                }
+                sums.push((k, sum));
+            }
+        }
+        sums
     }
 
     /// The same for a unit turn about the line through a point along an axis, from the current positions; adds what changes the moment

@@ -116,8 +116,10 @@ impl<'a, const D: usize> BodyStress<'a, D> {
     fn evaluate(&self, at: &Point<D>, psi: &ShapeFunctions<D>) -> Matrix3<f64> {
         let mut stress = self.blend(at, psi);
         let cells = &self.recovery.body.cells;
-        let mut facets: Vec<u32> =
-            psi.nodes.iter().flat_map(|&node| &self.recovery.facets_of[node as usize]).copied().collect();
+        let mut facets: Vec<u32> = Vec::new();
+        for &node in &psi.nodes {
+            facets.extend_from_slice(&self.recovery.facets_of[node as usize]);
+        }
         facets.sort_unstable();
         facets.dedup();
         let (mut sum, mut total) = (Matrix3::zeros(), 1.0);
@@ -333,7 +335,12 @@ impl<'a, const D: usize> Recovery<'a, D> {
                 clusters[node as usize - nodes.start].push(cluster as u32);
             }
         }
-        let mut components: Vec<_> = (0..D).flat_map(|i| (i..D).map(move |j| (i, j))).collect();
+        let mut components = Vec::new();
+        for i in 0..D {
+            for j in i..D {
+                components.push((i, j));
+            }
+        }
         let gradients = body.settled_gradients(number, state);
         let mut jacobians: Vec<f64> = gradients.iter().map(Matrix3::determinant).collect();
         let mut stresses = body.stresses(number, state);

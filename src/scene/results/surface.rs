@@ -39,7 +39,11 @@ impl<const D: usize> Problem<D> {
             let mut functions = own.values_at(&points)?;
             let displacements = functions.iter().map(|psi| own.weighted(psi, state)).collect();
             let first = own.nodes.start as u32;
-            functions.iter_mut().flat_map(|psi| &mut psi.nodes).for_each(|node| *node += first);
+            for psi in &mut functions {
+                for node in &mut psi.nodes {
+                    *node += first;
+                }
+            }
             found.push(DrawnSurface { body, points, displacements, facets, functions });
         }
         Ok(found)

@@ -70,7 +70,10 @@ impl<const D: usize> Problem<D> {
             if let Some(x) = positions.iter().find(|x| !other.cells.contains(x)) {
                 return Err(ApproximationError::Outside { at: x.as_slice().to_vec() }.into());
             }
-            let wanted = other.displacements_at(positions, state)?.iter().flatten().copied().collect();
+            let mut wanted = Vec::with_capacity(D * positions.len());
+            for displacement in other.displacements_at(positions, state)? {
+                wanted.extend_from_slice(displacement.as_slice());
+            }
             let found = coefficients(&discrete_body.values_at(positions)?, wanted);
             let first = discrete_body.nodes.start * D;
             guess.displacement[first..first + found.len()].copy_from_slice(&found);

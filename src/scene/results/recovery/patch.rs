@@ -22,8 +22,12 @@ impl<const D: usize> Recovery<'_, D> {
             nodes.iter().for_each(|&node| seen[node as usize - self.body.nodes.start] = 1.0);
         }
         self.total(&mut seen);
-        let nodes = (0..seen.len()).filter(|&node| seen[node] > 0.0);
-        let mut all: Vec<u32> = nodes.flat_map(|node| &self.clusters[node]).copied().collect();
+        let mut all: Vec<u32> = Vec::new();
+        for (clusters, seen) in self.clusters.iter().zip(&seen) {
+            if *seen > 0.0 {
+                all.extend_from_slice(clusters);
+            }
+        }
         all.sort_unstable();
         all.dedup();
         all
@@ -32,14 +36,20 @@ impl<const D: usize> Recovery<'_, D> {
     /// Where the polynomials of a particle are centred and what they are scaled by, and the volume of its patch.
     fn frame(&self, node: usize, clusters: &[u32]) -> Option<(Point<D>, Point<D>, f64)> {
         let table = self.body.body.table();
-        let points = || clusters.iter().flat_map(|&c| table.clusters().points(c as usize));
-        let mut total = [points().map(|p| table.weights()[p]).sum()];
+        let mut total = [0.0];
+        for &cluster in clusters {
+            for p in table.clusters().points(cluster as usize) {
+                total[0] += table.weights()[p];
+            }
+        }
         self.total(&mut total);
         let psi = self.body.values_at_node(node).ok()?;
         let centre = self.moved(&self.body.cells.positions()[node], &psi);
         let mut scale = Point::<D>::zeros();
-        for p in points() {
-            scale = scale.zip_map(&(self.current[p] - centre), |s: f64, x: f64| s.max(x.abs()));
+        for &cluster in clusters {
+            for p in table.clusters().points(cluster as usize) {
+                scale = scale.zip_map(&(self.current[p] - centre), |s: f64, x: f64| s.max(x.abs()));
+            }
         }
         if let Some(ranks) = self.ranks {
             ranks.largest(scale.as_mut_slice());
@@ -235,9 +245,14 @@ impl<'a> Patch<'a> {
     /// Adds $w\\,(l[\operatorname{tr}\sigma/3] - r)^2$, a linear functional $l$ of a polynomial given by its values for the basis.
     fn add_pressure(&mut self, functional: &[f64], value: f64, weight: f64) {
         let terms = self.terms;
-        let diagonal = self.components.iter().enumerate().filter(|(_, c)| c.0 == c.1).map(|(c, _)| c);
-        let row: Vec<(usize, f64)> =
-            diagonal.flat_map(|c| functional.iter().enumerate().map(move |(k, f)| (c * terms + k, f / 3.0))).collect();
+        let mut row = Vec::with_capacity(3 * terms);
+        for (c, component) in self.components.iter().enumerate() {
+            if component.0 == component.1 {
+                for (k, f) in functional.iter().enumerate() {
+                    row.push((c * terms + k, f / 3.0));
+                }
+            }
+        }
         self.add_row(&row, value, weight);
     }
 

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::Error;
-use crate::geometry::Point;
+use crate::geometry::{Point, padded};
 use crate::quadrature::Points;
 use crate::solve::State;
 use crate::tensor::cofactor;
@@ -87,7 +87,10 @@ impl<const D: usize> Recovery<'_, D> {
         self.total(&mut obscure);
         self.obscure.iter_mut().zip(obscure).for_each(|(own, any)| *own = any > 0.0);
         if self.ranks.is_some() {
-            let mut all: Vec<f64> = tractions.iter().flat_map(|t| t.iter().copied()).collect();
+            let mut all: Vec<f64> = Vec::with_capacity(3 * tractions.len());
+            for traction in &tractions {
+                all.extend_from_slice(traction.as_slice());
+            }
             self.total(&mut all);
             tractions.iter_mut().zip(all.chunks_exact(3)).for_each(|(t, sum)| *t = Vector3::from_column_slice(sum));
         }
@@ -153,8 +156,7 @@ impl<const D: usize> Recovery<'_, D> {
                     f[(k, k)] += d[0] * value / x[0];
                 }
             }
-            let normal = Vector3::from_fn(|i, _| if i < D { points.normals[point][i] } else { 0.0 });
-            let area = cofactor(&f) * normal;
+            let area = cofactor(&f) * padded::<D, 3>(&points.normals[point]);
             let length = area.norm();
             if !(length > 0.0) {
                 continue;
