@@ -69,6 +69,10 @@ impl<const D: usize, B: Basis<D> + ?Sized> Basis<D> for std::sync::Arc<B> {
         (**self).len()
     }
 
+    fn is_empty(&self) -> bool {
+        (**self).is_empty()
+    }
+
     fn fill(&self, x: &Point<D>, h: &mut [f64], dh: &mut [Point<D>]) {
         (**self).fill(x, h, dh);
     }

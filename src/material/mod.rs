@@ -61,6 +61,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
+use crate::error::{Invalid, MaterialError};
 use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components, determinant_hessian};
 
 pub use carroll::Carroll;
@@ -204,12 +205,33 @@ pub trait Material: Send + Sync {
         *f
     }
 
+    /// Refuses what makes no material, a law within another one whose memory nothing keeps, say; the default accepts all.
+    ///
+    /// # Errors
+    /// Where the material can't be what it was put together for.
+    fn validate(&self) -> Result<(), MaterialError> {
+        Ok(())
+    }
+
     /// The parts $\bar W$ and $\tilde W$ of (2.8), where the material is such a sum.
     ///
     /// Schemes that project the volumetric energy onto pressure zones need it; a material that
     /// answers `None` is integrated as it is.
     fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
         None
+    }
+}
+
+/// Refuses an inner law with internal variables under one that has its own: nothing would read them.
+fn without_memory(inner: &dyn Material, outer: &'static str) -> Result<(), MaterialError> {
+    inner.validate()?;
+    match inner.internal_variables() {
+        None => Ok(()),
+        Some(variables) => {
+            let needed = "give an elastic law: what relaxes or softens within another law that does would be lost";
+            Err(Invalid::new(format!("internal variables of the law within {outer}"), variables.len() as f64, needed)
+                .into())
+        }
     }
 }
 
@@ -222,6 +244,12 @@ macro_rules! forward {
             }
             fn response(&self, f: &Matrix3<f64>) -> Response {
                 (**self).response(f)
+            }
+            fn initial_moduli(&self) -> InitialModuli {
+                (**self).initial_moduli()
+            }
+            fn validate(&self) -> Result<(), MaterialError> {
+                (**self).validate()
             }
             fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
                 (**self).respond(f, components, stress, tangent);
@@ -336,5 +364,14 @@ impl<W: Material, U: VolumetricEnergy> Material for NearlyIncompressible<W, U> {
 
     fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
         Some((&self.distortional, &self.volumetric))
+    }
+
+    /// Those of the distortional energy, which they stand in place of.
+    fn internal_variables(&self) -> Option<&dyn InternalVariables> {
+        self.distortional.internal_variables()
+    }
+
+    fn validate(&self) -> Result<(), MaterialError> {
+        self.distortional.validate()
     }
 }

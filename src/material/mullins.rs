@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Matrix3;
 
 use super::rivlin::positive;
-use super::{InternalVariables, Material, Response, VolumetricEnergy};
+use super::{InitialModuli, InternalVariables, Material, Response, VolumetricEnergy, without_memory};
 use crate::error::{Invalid, MaterialError};
 
 /// Mullins' effect by the pseudo-energy of Ogden and Roxburgh: below the largest distortional energy $\bar W_m$ that a point has had,
@@ -33,7 +33,7 @@ impl<M: Material> Mullins<M> {
     /// The material of an elastic law with $r$, $m$ \[stress\] and $\beta$.
     ///
     /// # Errors
-    /// [`Invalid`] unless $r > 1$, $m, \beta \ge 0$ with one of them above zero, all finite.
+    /// [`Invalid`] unless $r > 1$, $m, \beta \ge 0$ with one of them above zero, all finite, and for a law with internal variables.
     pub fn new(material: M, r: f64, m: f64, beta: f64) -> Result<Self, MaterialError> {
         let reject = |name: &str, value, needed| {
             MaterialError::from(Invalid::new(format!("material constant {name}"), value, needed))
@@ -47,6 +47,7 @@ impl<M: Material> Mullins<M> {
             }
         }
         positive("m + beta", m + beta)?;
+        without_memory(&material, "Mullins")?;
         Ok(Self { material, r, m, beta })
     }
 
@@ -80,6 +81,18 @@ impl<M: Material> Material for Mullins<M> {
 
     fn internal_variables(&self) -> Option<&dyn InternalVariables> {
         Some(self)
+    }
+
+    fn initial_moduli(&self) -> InitialModuli {
+        self.material.initial_moduli()
+    }
+
+    fn deformation(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
+        self.material.deformation(f)
+    }
+
+    fn validate(&self) -> Result<(), MaterialError> {
+        without_memory(&self.material, "Mullins")
     }
 }
 
@@ -121,6 +134,10 @@ impl<M: Material> InternalVariables for Mullins<M> {
             }
         }
         stress[..n].iter_mut().for_each(|p| *p *= factor);
+    }
+
+    fn deformation(&self, f: &Matrix3<f64>, _: &[f64], _: f64) -> Matrix3<f64> {
+        self.material.deformation(f)
     }
 
     fn update_history(&self, f: &Matrix3<f64>, internal_variables: &[f64], _: f64, next: &mut [f64]) {

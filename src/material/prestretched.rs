@@ -135,6 +135,17 @@ impl<M: Material> Material for Prestretched<M> {
         self.whole.response(&*self.whole.material, f)
     }
 
+    /// What the material settles of $FF_0$, seen from the body at rest.
+    fn deformation(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
+        let Part { material, before, .. } = &self.whole;
+        let undone = before.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
+        material.deformation(&(f * before)) * undone
+    }
+
+    fn validate(&self) -> Result<(), MaterialError> {
+        self.whole.material.validate()
+    }
+
     fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
         self.whole
             .material

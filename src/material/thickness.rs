@@ -3,7 +3,8 @@
 use nalgebra::{Matrix3, SMatrix};
 
 use super::homogeneous::root;
-use super::{InternalVariables, Material, Response};
+use super::{InitialModuli, InternalVariables, Material, Response};
+use crate::error::MaterialError;
 use crate::tensor::{Tangent, cofactor, determinant_hessian};
 
 /// The component 33.
@@ -143,6 +144,14 @@ impl<M: Material> Material for FreeThickness<M> {
     fn deformation(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
         let settled = self.settle(f, &|f, of, stress, tangent| self.shape().respond(f, of, stress, tangent));
         settled.unwrap_or_else(|| Matrix3::repeat(f64::NAN))
+    }
+
+    fn initial_moduli(&self) -> InitialModuli {
+        self.0.initial_moduli()
+    }
+
+    fn validate(&self) -> Result<(), MaterialError> {
+        self.0.validate()
     }
 
     fn internal_variables(&self) -> Option<&dyn InternalVariables> {

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, SVector};
 
-use super::{InternalVariables, Material, Response, VolumetricEnergy};
+use super::{InitialModuli, InternalVariables, Material, Response, VolumetricEnergy, without_memory};
 use crate::error::{Invalid, MaterialError};
 use crate::tensor::{cofactor, determinant_hessian, inverse};
 
@@ -82,7 +82,8 @@ pub struct Viscoelastic<M> {
 }
 
 impl<M: Material> Viscoelastic<M> {
-    /// The material of an elastic law and its relaxation.
+    /// The material of an elastic law and its relaxation. A law with internal variables of its own, which nothing would read, is
+    /// refused with the scene.
     pub fn new(material: M, prony: Prony) -> Self {
         Self { material, prony }
     }
@@ -183,6 +184,18 @@ impl<M: Material> Material for Viscoelastic<M> {
     fn internal_variables(&self) -> Option<&dyn InternalVariables> {
         Some(self)
     }
+
+    fn initial_moduli(&self) -> InitialModuli {
+        self.material.initial_moduli()
+    }
+
+    fn deformation(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
+        self.material.deformation(f)
+    }
+
+    fn validate(&self) -> Result<(), MaterialError> {
+        without_memory(&self.material, "Viscoelastic")
+    }
 }
 
 impl<M: Material> InternalVariables for Viscoelastic<M> {
@@ -246,6 +259,10 @@ impl<M: Material> InternalVariables for Viscoelastic<M> {
                 tangent[a * n + b] += c * entry;
             }
         }
+    }
+
+    fn deformation(&self, f: &Matrix3<f64>, _: &[f64], _: f64) -> Matrix3<f64> {
+        self.material.deformation(f)
     }
 
     fn update_history(&self, f: &Matrix3<f64>, internal_variables: &[f64], elapsed: f64, next: &mut [f64]) {

@@ -1,6 +1,6 @@
 //! The body as a term of the potential.
 
-use crate::error::{Invalid, SolveError};
+use crate::error::{Invalid, MaterialError, SolveError};
 use crate::material::Material;
 
 use super::Term;
@@ -24,6 +24,12 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
     }
 
     fn validate(&self) -> Result<(), SolveError> {
+        self.material.validate().map_err(|error| match error {
+            MaterialError::Invalid(invalid) => SolveError::from(invalid),
+            MaterialError::Empty => {
+                Invalid::new("number of material constants", 0.0, "give a law with constants").into()
+            }
+        })?;
         let Some(value) = self.unsuited else { return Ok(()) };
         let needed = "pressures of zones need weights that add up to more than nothing in each zone: give positive ones, \
                       or take PressureField::Pointwise";
@@ -170,8 +176,7 @@ impl<const D: usize, M: Material> Diagnostics<D> for Body<D, M> {
             .map(|point| {
                 (jacobian(&self.deformation_gradient(point, view.displacement), self.table.hoop_components()), point)
             })
-            // A NaN counts as the smallest of all.
-            .min_by(|a, b| if a.0.is_nan() { std::cmp::Ordering::Less } else { a.0.total_cmp(&b.0) })
+            .min_by(|a, b| below(a.0, b.0))
             .map(|(j, point)| (j, self.table.positions()[point].as_slice().to_vec()))
     }
 
@@ -196,5 +201,25 @@ impl<const D: usize, M: Material> Diagnostics<D> for Body<D, M> {
             jacobians: Some([low, high]).filter(|j| j[0].is_finite() && j[1].is_finite()),
             locked_energy: locked.filter(|e| e.is_finite()),
         }
+    }
+}
+
+/// Orders numbers; a NaN, of whichever sign, counts as the smallest of all.
+fn below(a: f64, b: f64) -> std::cmp::Ordering {
+    b.is_nan().cmp(&a.is_nan()).then(a.total_cmp(&b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_nan_is_the_smallest_wherever_it_stands() {
+        for nan in [f64::NAN, -f64::NAN] {
+            for all in [[nan, 0.5, 1.0], [0.5, nan, 1.0], [0.5, 1.0, nan]] {
+                assert!(all.into_iter().min_by(|a, b| below(*a, *b)).is_some_and(f64::is_nan), "{all:?}");
+            }
+        }
+        assert_eq!([0.5, -1.0, 1.0].into_iter().min_by(|a, b| below(*a, *b)), Some(-1.0));
     }
 }

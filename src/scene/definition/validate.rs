@@ -110,6 +110,7 @@ const LARGEST_LOAD: f64 = 1e3;
 fn sizes<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
     let mut stiffest: f64 = 0.0;
     for body in &scene.bodies {
+        body.material.validate()?;
         let (shear, bulk) = (body.material.initial_moduli().shear, body.material.initial_moduli().bulk);
         stiffest = stiffest.max(shear).max(bulk);
         if shear > 0.0 && bulk / shear > STIFFEST {
