@@ -4,13 +4,13 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::error::{BoundaryError, Error, Invalid, SolveError};
-use crate::geometry::Point;
+use crate::geometry::{Bounds, Point};
 use crate::scene::{Place, Problem};
 use crate::solve::{Dual, State};
 use crate::tensor::cofactor;
 use crate::term::{Element, View, each_force};
 
-/// Gradients of displacements below this are rounding of those that bodies have.
+/// Displacements below this part of the extent of a problem, and stresses below this part of the moduli, are rounding.
 const REST: f64 = 1e-13;
 
 /// How a quantity is read off a state.
@@ -60,20 +60,21 @@ impl<const D: usize> Quantity<D> {
         Quantity { name: name.into(), measure: Arc::new(measure), kind: Kind::Other, size: 0.0 }
     }
 
-    /// The energy stored, $\int W\\,\mathrm d\Omega$; of the whole revolution for bodies of revolution. 0 for a body
-    /// at rest, rounding or not.
+    /// The energy stored, $\int W\\,\mathrm d\Omega$; of the whole revolution for bodies of revolution. 0 where nothing is
+    /// displaced or stressed, rounding or not.
     pub fn energy() -> Self {
         let energy = |problem: &Problem<D>, state: &State| -> Result<f64, Error> {
-            Ok(if rests(problem, state) { 0.0 } else { problem.energy(state)? })
+            let energy = problem.energy(state)?;
+            Ok(if stays(problem, state) && is_stressless(problem, state)? { 0.0 } else { energy })
         };
         Quantity { kind: Kind::Energy, ..Quantity::new("energy", energy) }
     }
 
-    /// Displacement component `component` at a point of the body \[length\]. 0 for a body at rest, rounding or not.
+    /// Displacement component `component` at a point of the body \[length\]. 0 where nothing is displaced, rounding or not.
     pub fn displacement(at: [f64; D], component: usize) -> Self {
         let measure = move |problem: &Problem<D>, state: &State| {
             let u = problem.displacement(state, &at.into())?;
-            let u = if rests(problem, state) { Point::zeros() } else { u };
+            let u = if stays(problem, state) { Point::zeros() } else { u };
             component_of(&u, component, || format!("u_{component} at {at:?}"))
         };
         let kind = Kind::Displacement { at: at.into(), component };
@@ -249,9 +250,29 @@ impl<const D: usize> Quantity<D> {
     }
 }
 
-/// Whether nothing is strained.
-fn rests<const D: usize>(problem: &Problem<D>, state: &State) -> bool {
-    problem.model.largest_gradient(&state.displacement) <= REST
+/// Whether nothing is displaced.
+fn stays<const D: usize>(problem: &Problem<D>, state: &State) -> bool {
+    let extent = Bounds::of(problem.model.positions()).extent().norm();
+    state.displacement.iter().all(|d| d.abs() <= REST * extent)
+}
+
+/// Whether nothing is stressed: bodies that expand, that were stretched before or that relax are, though nothing is displaced.
+fn is_stressless<const D: usize>(problem: &Problem<D>, state: &State) -> Result<bool, Error> {
+    problem.model.at(state)?;
+    let mut largest: f64 = 0.0;
+    for (member, condensed) in problem.discrete_bodies().iter().zip(&state.condensed) {
+        let view = View { displacement: &state.displacement, condensed, load: state.load };
+        let moduli = member.body().material().initial_moduli();
+        for point in 0..member.body().table().len() {
+            let f = member.body().deformation_in(point, view);
+            let stress = member.body().stress(point, &f, view).norm() / (moduli.shear + moduli.bulk.max(0.0));
+            // A stress that is none is not nothing.
+            largest = if stress.is_nan() { f64::INFINITY } else { largest.max(stress) };
+        }
+    }
+    // All ranks take part, whatever their own points say.
+    let largest = problem.model.ranks().map_or(largest, |ranks| -ranks.least(-largest));
+    Ok(largest <= REST)
 }
 
 /// A component of a vector, or the error that says whose it was.
