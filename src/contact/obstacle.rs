@@ -1,13 +1,18 @@
 //! Contact of a body with a rigid surface.
 
 use crate::geometry::Point;
-use crate::term::{CondensedUnknowns, Element, History, Product, Protocol, Term, Unilateral, View, Zone};
+use crate::term::{
+    CondensedUnknowns, Element, History, Product, Protocol, Term, Unilateral, View, Way, Zone, straight_until,
+};
 
 use super::contact_surface::Trace;
 use super::facing::THROUGH;
 use super::friction::{Friction, friction_step};
 use super::rigid::{Drive, Placed};
 use super::{ContactError, ContactSurface, Nearest, RigidSurface};
+
+/// Least part of a step of the load that a motion of the surface may ask for.
+const LEAST_PART: f64 = 1e-3;
 
 /// How stiff a contact answers between two iterations, from the stiffness of the body and the size of a trace function.
 #[derive(Debug, Clone, Copy)]
@@ -674,20 +679,30 @@ impl<const D: usize> Unilateral for RigidContact<D> {
 
     fn farthest_load(&self, from: f64, to: f64) -> f64 {
         let to = if self.has_friction() { friction_step(from, to) } else { to };
-        let depth = 0.5 * self.surface.shape.depth();
         let moves = matches!(self.surface.drive, Drive::Moved { .. }) || self.surface.turning.is_some();
-        if !depth.is_finite() || !moves {
+        if !moves {
             return to;
         }
         let start = self.surface.placed(from, [0.0; 2]);
         let positions = self.contact_surface.table.positions().iter();
         let lever = positions.map(|x| start.spun(&start.arm(x)).norm()).fold(0.0, f64::max);
+        // A motion that returns or turns far within one step would not be seen, however thick the surface is.
+        let way = Way::new(|load: f64| {
+            let placed = self.surface.placed(load, [0.0; 2]);
+            let (sine, cosine) = placed.angle().sin_cos();
+            placed.offset.iter().copied().chain([lever * sine, lever * cosine]).collect()
+        });
+        let to = straight_until(from, to, LEAST_PART * (to - from), |from, to| way.is_straight(from, to));
+        let depth = 0.5 * self.surface.shape.depth();
+        if !depth.is_finite() {
+            return to;
+        }
         let travel = |load: f64| {
             let placed = self.surface.placed(load, [0.0; 2]);
             (placed.offset - start.offset).norm() + lever * (placed.angle() - start.angle()).abs()
         };
         let mut part = 1.0;
-        while travel(from + part * (to - from)) > depth && part > 1e-3 {
+        while travel(from + part * (to - from)) > depth && part > LEAST_PART {
             part *= 0.5;
         }
         from + part * (to - from)

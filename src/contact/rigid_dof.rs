@@ -29,6 +29,10 @@ impl<const D: usize> Term<D> for RigidBodyDof<D> {
         all
     }
 
+    fn amplitudes(&self) -> Vec<Amplitude> {
+        self.loads.iter().flatten().map(|(_, amplitude)| amplitude.clone()).collect()
+    }
+
     fn matrix(&self) -> TermMatrix {
         TermMatrix { follows_load: false, ..TermMatrix::default() }
     }

@@ -87,7 +87,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             rejected: 0,
             controlled: false,
             break_points,
-            motion_limit: MotionLimit::new(equations, D),
+            motion_limit: MotionLimit::new(model, equations),
         })
     }
 

@@ -12,7 +12,7 @@ use crate::tensor::Tangent;
 use super::point_contraction::{Contraction, reduce_stress, reduce_tangent};
 use super::step_limit::{largest_step, largest_step_of_hoops};
 use super::views::{Diagnostics, TermMatrix};
-use super::{Element, ForceDensities, Term, View};
+use super::{Amplitude, Element, ForceDensities, Term, View};
 
 /// What an integrand sees at a point; always three-dimensional.
 #[derive(Debug, Clone, Copy)]
@@ -112,6 +112,19 @@ pub trait Integrand: Send + Sync {
         Vec::new()
     }
 
+    /// The amplitudes that it follows at a point, see [`Term::amplitudes`].
+    fn amplitudes(&self, _at: &Vector3<f64>) -> Vec<Amplitude> {
+        Vec::new()
+    }
+
+    /// Refuses what can't be meant, before an analysis begins; the default accepts all.
+    ///
+    /// # Errors
+    /// What is wrong, and what to do.
+    fn validate(&self) -> Result<(), SolveError> {
+        Ok(())
+    }
+
     /// Whether it reads the normal, as a pressure does: over points inside a body, which have none, it would be no
     /// load at all, and is refused.
     fn needs_normals(&self) -> bool {
@@ -173,7 +186,24 @@ impl<const D: usize> Term<D> for Pointwise<D> {
         self.integrand.break_points()
     }
 
+    fn amplitudes(&self) -> Vec<Amplitude> {
+        let mut all: Vec<Amplitude> = Vec::new();
+        for cluster in 0..self.clusters() {
+            let Some(at) = self.table.clusters().points(cluster).next().map(|point| &self.table.positions()[point])
+            else {
+                continue;
+            };
+            for own in self.integrand.amplitudes(&Vector3::from_fn(|i, _| if i < D { at[i] } else { 0.0 })) {
+                if !all.contains(&own) {
+                    all.push(own);
+                }
+            }
+        }
+        all
+    }
+
     fn validate(&self) -> Result<(), SolveError> {
+        self.integrand.validate()?;
         if self.integrand.needs_normals() && self.table.normals().len() != self.table.len() {
             return Err(SolveError::Empty {
                 what: "normals at the points of a pressure",

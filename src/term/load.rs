@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::error::{Invalid, SolveError};
 use crate::tensor::cofactor;
 
 use super::amplitude::Amplitude;
@@ -30,6 +31,10 @@ impl Integrand for DeadLoad {
 
     fn break_points(&self) -> Vec<f64> {
         self.amplitude.break_points()
+    }
+
+    fn amplitudes(&self, _: &Vector3<f64>) -> Vec<Amplitude> {
+        vec![self.amplitude.clone()]
     }
 }
 
@@ -75,8 +80,22 @@ impl Integrand for FollowerPressure {
         self.amplitude.break_points()
     }
 
+    fn amplitudes(&self, _: &Vector3<f64>) -> Vec<Amplitude> {
+        vec![self.amplitude.clone()]
+    }
+
     fn needs_normals(&self) -> bool {
         true
+    }
+}
+
+/// Refuses stiffnesses of foundations that push away what leaves its place.
+pub(crate) fn foundation(stiffness: f64) -> Result<(), SolveError> {
+    match stiffness >= 0.0 && stiffness.is_finite() {
+        true => Ok(()),
+        false => {
+            Err(Invalid::new("stiffness of an elastic foundation", stiffness, "give a finite number from 0 on").into())
+        }
     }
 }
 
@@ -96,5 +115,9 @@ impl Integrand for ElasticFoundation {
         derivatives.energy = 0.5 * self.stiffness * at.displacement.norm_squared();
         derivatives.force = at.displacement * self.stiffness;
         derivatives.force_by_displacement.fill_diagonal(self.stiffness);
+    }
+
+    fn validate(&self) -> Result<(), SolveError> {
+        foundation(self.stiffness)
     }
 }

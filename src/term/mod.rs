@@ -26,6 +26,8 @@ mod step_limit;
 mod uncondensed;
 mod views;
 mod volumetric_measure;
+#[cfg(feature = "solve")]
+mod way;
 mod zone_residuals;
 
 pub use amplitude::Amplitude;
@@ -33,6 +35,7 @@ pub use body::Body;
 pub use diagnostics::StateDiagnostics;
 pub use element::{Element, ForceDensities, View};
 pub use integrand::{Integrand, PointDerivatives, PointState, Pointwise, Sparsity};
+pub(crate) use load::foundation;
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
 pub use pressure_field::{PressureField, ProjectedMeasure};
 pub use uncondensed::{Product, Zone};
@@ -42,6 +45,8 @@ pub(crate) use at_points::PointMotion;
 pub(crate) use forces::each_force;
 pub(crate) use lower::LowerBlocks;
 pub(crate) use protocol::Protocol;
+#[cfg(feature = "solve")]
+pub(crate) use way::{Way, straight_until};
 
 use crate::error::SolveError;
 
@@ -94,6 +99,11 @@ pub trait Term<const D: usize>: Send + Sync {
 
     /// Load factors inside $(0, 1)$ at which the forces of the term have break points: steps of the load stop there.
     fn break_points(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// The amplitudes that its loads follow: steps of the load end before one of them that is a function turns back.
+    fn amplitudes(&self) -> Vec<Amplitude> {
         Vec::new()
     }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::error::SolveError;
 use crate::geometry::Point;
 use crate::material::Material;
 use crate::term::{Amplitude, DeadLoad, FollowerPressure, Integrand, PointDerivatives, PointState, Sparsity};
@@ -191,6 +192,22 @@ fn with_slope<const D: usize, T: Copy + 'static>(
     [value * factor, value * slope]
 }
 
+/// The amplitudes that a value follows at a point: its own, or the components of one that moves.
+fn followed<const D: usize, T: Copy + 'static>(
+    value: &Value<D, T>,
+    amplitude: &Amplitude,
+    at: &Vector3<f64>,
+    vector: impl Fn(&T) -> Vector3<f64> + Copy + Send + Sync + 'static,
+) -> Vec<Amplitude> {
+    let Value::Motion(motion) = value else { return vec![amplitude.clone()] };
+    let x = Point::<D>::from_fn(|i, _| at[i]);
+    let component = |i: usize| {
+        let (motion, amplitude) = (motion.clone(), amplitude.clone());
+        Amplitude::Function(Arc::new(move |load| vector(&motion(&x, amplitude.value(load)))[i]))
+    };
+    (0..D).map(component).collect()
+}
+
 impl<const D: usize> Integrand for Varying<Value<D, [f64; D]>> {
     fn sparsity(&self) -> Sparsity {
         Sparsity { force: true, ..Sparsity::default() }
@@ -203,6 +220,10 @@ impl<const D: usize> Integrand for Varying<Value<D, [f64; D]>> {
 
     fn break_points(&self) -> Vec<f64> {
         self.amplitude.break_points()
+    }
+
+    fn amplitudes(&self, at: &Vector3<f64>) -> Vec<Amplitude> {
+        followed(&self.value, &self.amplitude, at, pad)
     }
 }
 
@@ -227,6 +248,10 @@ impl<const D: usize> Integrand for Varying<Value<D>> {
 
     fn break_points(&self) -> Vec<f64> {
         self.amplitude.break_points()
+    }
+
+    fn amplitudes(&self, at: &Vector3<f64>) -> Vec<Amplitude> {
+        followed(&self.value, &self.amplitude, at, |&p| Vector3::new(p, 0.0, 0.0))
     }
 
     fn needs_normals(&self) -> bool {
@@ -254,6 +279,10 @@ impl Integrand for NormalElasticFoundation {
     fn needs_normals(&self) -> bool {
         true
     }
+
+    fn validate(&self) -> Result<(), SolveError> {
+        crate::term::foundation(self.stiffness)
+    }
 }
 
 /// An integrand at load factor 1, whatever the load factor is.
@@ -275,6 +304,10 @@ impl Integrand for AtFullLoad {
 
     fn needs_normals(&self) -> bool {
         self.0.needs_normals()
+    }
+
+    fn validate(&self) -> Result<(), SolveError> {
+        self.0.validate()
     }
 }
 
@@ -318,8 +351,16 @@ impl<I: Integrand> Integrand for OnSheet<I> {
         self.load.break_points()
     }
 
+    fn amplitudes(&self, at: &Vector3<f64>) -> Vec<Amplitude> {
+        self.load.amplitudes(at)
+    }
+
     fn needs_normals(&self) -> bool {
         self.load.needs_normals()
+    }
+
+    fn validate(&self) -> Result<(), SolveError> {
+        self.load.validate()
     }
 }
 

@@ -250,6 +250,10 @@ impl<const D: usize> Term<D> for Turning<D> {
         self.amplitude.break_points()
     }
 
+    fn amplitudes(&self) -> Vec<Amplitude> {
+        vec![self.amplitude.clone()]
+    }
+
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
         let (factor, change) = self.amplitude.evaluate(view.load);
         let f = SMatrix::<f64, D, D>::identity() + self.frame.gradient(view.displacement);

@@ -1,0 +1,67 @@
+//! Whether what is prescribed goes straight on between two load factors: what turns or returns within a step would not be seen.
+
+/// A step may lead this part of its largest change away from the straight line between its ends: a quarter turn leads
+/// 0.207 away, half a turn 0.5, a full one comes back.
+const STRAIGHT: f64 = 0.22;
+/// Departures below this part of a way's whole extent count for nothing: at a corner steps of any size would depart.
+const SLIGHT: f64 = 0.02;
+/// Where a step is looked at: the middle, and parts that no number of turns makes periods of.
+const PARTS: [f64; 8] = [0.0901699, 0.2360680, 0.3541020, 0.4721360, 0.5, 0.6180340, 0.7639320, 0.9098301];
+
+/// A way of prescribed values by the load factor.
+pub(crate) struct Way<F> {
+    position: F,
+    /// The largest distance from the start.
+    pub extent: f64,
+}
+
+impl<F: Fn(f64) -> Vec<f64>> Way<F> {
+    /// The way of a position.
+    pub(crate) fn new(position: F) -> Self {
+        let start = position(0.0);
+        let extent = PARTS.iter().chain(&[1.0]).map(|&load| distance(&position(load), &start)).fold(0.0, f64::max);
+        Way { position, extent }
+    }
+
+    /// The values at a load factor.
+    pub(crate) fn at(&self, load: f64) -> Vec<f64> {
+        (self.position)(load)
+    }
+
+    /// Whether it stays near its straight line between two load factors, and does not run back along it.
+    pub(crate) fn is_straight(&self, from: f64, to: f64) -> bool {
+        let (start, end) = (self.at(from), self.at(to));
+        let line: Vec<f64> = end.iter().zip(&start).map(|(b, a)| b - a).collect();
+        let length = line.iter().map(|l| l * l).sum::<f64>();
+        let (mut reached, mut departure, mut change): (f64, f64, f64) = (0.0, 0.0, length.sqrt());
+        for part in PARTS {
+            let at = self.at(from + part * (to - from));
+            let along: f64 = at.iter().zip(&start).zip(&line).map(|((x, a), l)| (x - a) * l).sum();
+            if length > 0.0 {
+                reached = reached.max((along / length).min(1.0));
+            }
+            let foot: Vec<f64> = start.iter().zip(&line).map(|(a, l)| a + reached * l).collect();
+            departure = departure.max(distance(&at, &foot));
+            change = change.max(distance(&at, &start));
+        }
+        // Values that are no numbers are left to the attempt, which says where they are.
+        !(departure > SLIGHT * self.extent && departure > STRAIGHT * change)
+    }
+}
+
+/// The load factor up to which a step from `now` to `target` may go: the first of as many equal parts as are `straight`, or
+/// below `smallest`.
+pub(crate) fn straight_until(now: f64, target: f64, smallest: f64, straight: impl Fn(f64, f64) -> bool) -> f64 {
+    let mut parts = 1.0;
+    loop {
+        let next = if parts == 1.0 { target } else { now + (target - now) / parts };
+        if next - now <= smallest || straight(now, next) {
+            return next;
+        }
+        parts = (1.2 * parts + 0.9_f64).floor();
+    }
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
