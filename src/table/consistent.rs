@@ -58,7 +58,7 @@ pub(super) fn consistent<const D: usize, const Q: usize>(
     let facets = Facets::<D, Q>::integrate(approximation, smoothing, &measured)?;
     let mut starts = vec![0];
     for (points, centre) in smoothing.interior.iter().zip(&smoothing.centres) {
-        if points.len() < Q {
+        if points.len() <= D {
             return Err(too_few(centre));
         }
         starts.push(starts[starts.len() - 1] + points.len());
@@ -87,6 +87,8 @@ pub(super) fn consistent<const D: usize, const Q: usize>(
                         }
                     });
                 }
+                // With fewer points than monomials gradients are linear there, whatever they are in other sub-cells.
+                let terms = if smoothing.interior[cell].len() < Q { D + 1 } else { Q };
                 let mut moments = SMatrix::<f64, Q, Q>::zeros();
                 for (at, weight) in &smoothing.interior[cell] {
                     let q = linear::<D, Q>(at, centre);
@@ -119,7 +121,7 @@ pub(super) fn consistent<const D: usize, const Q: usize>(
                 if !(moments[(0, 0)] > 0.0 && moments[(0, 0)].is_finite()) {
                     return Err(GeometryError::InvertedCell { cell, measure: moments[(0, 0)] }.into());
                 }
-                *inverse = inverted(moments).ok_or_else(|| too_few(centre))?;
+                *inverse = inverted(moments, terms).ok_or_else(|| too_few(centre))?;
             }
             let (at, weight) = &smoothing.interior[cell][point - starts[cell]];
             let share = *inverse * linear::<D, Q>(at, centre);
@@ -134,13 +136,16 @@ pub(super) fn consistent<const D: usize, const Q: usize>(
     Ok((rows, clusters, positions))
 }
 
-/// $M^{-1}$, none where it is singular.
-fn inverted<const Q: usize>(moments: SMatrix<f64, Q, Q>) -> Option<SMatrix<f64, Q, Q>> {
+/// $M^{-1}$ of the first monomials, zero for the others; none where it is singular.
+fn inverted<const Q: usize>(mut moments: SMatrix<f64, Q, Q>, terms: usize) -> Option<SMatrix<f64, Q, Q>> {
+    let among = |i: usize, j: usize| i < terms && j < terms;
+    moments = SMatrix::from_fn(|i, j| if among(i, j) { moments[(i, j)] } else { f64::from(u8::from(i == j)) });
     let scale = moments.diagonal().map(|own| 1.0 / own.sqrt());
     let scale = SMatrix::<f64, Q, Q>::from_diagonal(&scale);
     let factor = Cholesky::new(scale * moments * scale)?;
     let left = factor.l_dirty().diagonal().min().powi(2);
-    (left > FLAT).then(|| scale * factor.inverse() * scale)
+    let inverse = (left > FLAT).then(|| scale * factor.inverse() * scale)?;
+    Some(SMatrix::from_fn(|i, j| if among(i, j) { inverse[(i, j)] } else { 0.0 }))
 }
 
 fn too_few<const D: usize>(centre: &Point<D>) -> Error {

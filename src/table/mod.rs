@@ -183,7 +183,7 @@ impl<const D: usize> ShapeTable<D> {
     /// rule, and quadratic fields have their exact gradients where the interior points integrate their moments (degree 2,
     /// in bodies of revolution 3). Averages are the same with $q = 1$ alone and have the second order, whatever the basis.
     /// In the plane one sub-cell for each cell sees all deformations. In space, where a linear gradient in a brick leaves
-    /// three of them unseen, sub-cells with eight interior points have $q = (1, x, y, z, xy, yz, zx, xyz)$.
+    /// three of them unseen, each sub-cell with eight interior points has $q = (1, x, y, z, xy, yz, zx, xyz)$.
     /// Values are not stored: loads have tables of their own. Conditions of this kind: J. S. Chen, M. Hillman and
     /// M. Rüter, *Int. J. Numer. Meth. Engng* 95 (2013) 387–418; Q. Duan, X. Li, H. Zhang and T. Belytschko, *ibid.* 92
     /// (2012) 399–424.
@@ -200,7 +200,8 @@ impl<const D: usize> ShapeTable<D> {
             1 => consistent::consistent::<D, 2>(approximation, smoothing, kinematics)?,
             2 => consistent::consistent::<D, 3>(approximation, smoothing, kinematics)?,
             // Eight points of a brick tell products apart; with four, gradients are linear and leave three modes unseen.
-            _ if smoothing.interior.first().is_some_and(|points| points.len() >= 8) => {
+            // What a sub-cell takes follows from its own points, whichever comes first and whichever are of other ranks.
+            _ if smoothing.interior.iter().any(|points| points.len() >= 8) => {
                 consistent::consistent::<D, 8>(approximation, smoothing, kinematics)?
             }
             _ => consistent::consistent::<D, 4>(approximation, smoothing, kinematics)?,
