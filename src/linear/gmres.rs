@@ -170,7 +170,8 @@ pub(crate) fn gmres(
 const UNAIDED: usize = 60;
 
 /// Solves $A x = b$ from zero until the residual is below `tolerance` times that of zero, without preconditioner and restarts;
-/// `apply` writes $A v$ into its second vector.
+/// `apply` writes $A v$ into its second vector. With the solution comes the residual that is left, which may be larger where the
+/// directions were too few.
 ///
 /// # Errors
 /// Those of `apply`, and where a product is not finite.
@@ -178,7 +179,7 @@ pub(crate) fn minimal_residuals(
     b: &[f64],
     tolerance: f64,
     mut apply: impl FnMut(&[f64], &mut [f64]) -> Result<(), LinearError>,
-) -> Result<Vec<f64>, LinearError> {
+) -> Result<(Vec<f64>, f64), LinearError> {
     let mut x = vec![0.0; b.len()];
     let mut failed = None;
     let done = gmres(
@@ -197,7 +198,7 @@ pub(crate) fn minimal_residuals(
     );
     match failed {
         Some(error) => Err(error),
-        None if done.residual.is_finite() => Ok(x),
+        None if done.residual.is_finite() => Ok((x, done.residual)),
         None => Err(LinearError::Residual { residual: done.residual }),
     }
 }
@@ -220,10 +221,25 @@ mod tests {
             multiply(v, product);
             Ok(())
         };
-        let x = minimal_residuals(&b, 1e-14, product).unwrap();
+        let (x, left) = minimal_residuals(&b, 1e-14, product).unwrap();
+        assert!(left <= 1e-14, "{left}");
         assert_abs_diff_eq!(x[..], exact[..], epsilon = 1e-12);
         let refused = LinearError::Pivot { pivot: 2, hint: "none" };
         assert_eq!(minimal_residuals(&b, 1e-14, |_, _| Err(refused.clone())).unwrap_err(), refused);
+    }
+
+    /// A shift turns each unit vector into the next: residuals stay as they are until all directions are there.
+    #[test]
+    fn what_is_left_after_all_directions_is_told() {
+        let n = 2 * UNAIDED;
+        let mut b = vec![0.0; n];
+        b[0] = 1.0;
+        let shift = |v: &[f64], product: &mut [f64]| {
+            (0..n).for_each(|k| product[(k + 1) % n] = v[k]);
+            Ok(())
+        };
+        let (_, left) = minimal_residuals(&b, 1e-6, shift).unwrap();
+        assert!((left - 1.0).abs() < 1e-12, "{left}");
     }
 
     #[test]

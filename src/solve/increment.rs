@@ -155,6 +155,8 @@ pub(super) struct Buffers {
     skew: Vec<f64>,
     pub zero_violation: Vec<f64>,
     unused: Vec<f64>,
+    /// The part of the right-hand side, or of what sweeps had left of it, that minimal residuals have left.
+    left: f64,
 }
 
 impl Buffers {
@@ -212,6 +214,9 @@ impl Linear<'_> {
     }
 
     /// Solves for the answer to a load that no further iteration corrects: pressures kept uncondensed have no part in the right-hand side.
+    ///
+    /// # Errors
+    /// Also where sweeps and minimal residuals over the skew part leave more than Newton's next iteration would correct.
     pub(crate) fn solve_fully(&self, rhs: Vec<f64>, buffers: &mut Buffers) -> Result<(), LinearError> {
         buffers.load_rhs = rhs;
         // Iterations do not refine.
@@ -219,7 +224,11 @@ impl Linear<'_> {
             buffers.solution.clone_from(&buffers.load_rhs);
             return self.factors.solve_in_place(&mut buffers.solution);
         }
-        self.solve(true, buffers)
+        self.solve(true, buffers)?;
+        if !(buffers.left <= SWEPT) {
+            return Err(LinearError::Residual { residual: buffers.left });
+        }
+        Ok(())
     }
 
     /// Solves for a reduced right-hand side: the symmetric factors carry the symmetric part, sweeps of iterative
@@ -228,6 +237,7 @@ impl Linear<'_> {
         let Linear { enforced, factors, system, values } = self;
         let symmetric = system.is_symmetric();
         let rhs = if load { &buffers.load_rhs } else { &buffers.rhs };
+        buffers.left = 0.0;
         buffers.solution.clone_from(rhs);
         // Loads move forces alone.
         let gap = |zone: &Zone| if load { [0.0; 4] } else { zone.gap() };
@@ -310,9 +320,9 @@ impl Linear<'_> {
             buffers.correction.clone_from(if load { &buffers.load_rhs } else { &buffers.rhs });
             buffers.solution.fill(0.0);
         }
-        let Buffers { solution, correction, full, projected, skew, zero_violation, unused, .. } = buffers;
+        let Buffers { solution, correction, full, projected, skew, zero_violation, unused, left: part, .. } = buffers;
         factors.solve_in_place(correction)?;
-        let found = minimal_residuals(correction, SWEPT, |last, product| {
+        let (found, left) = minimal_residuals(correction, SWEPT, |last, product| {
             full.resize(system.residual.len(), 0.0);
             enforced.recover(last, zero_violation, full, unused);
             skew.clear();
@@ -324,6 +334,7 @@ impl Linear<'_> {
             product.iter_mut().zip(last).zip(projected.iter()).for_each(|((p, v), n)| *p = v + n);
             Ok(())
         })?;
+        *part = left;
         solution.iter_mut().zip(&found).for_each(|(x, v)| *x += v);
         Ok(())
     }
