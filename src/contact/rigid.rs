@@ -45,6 +45,8 @@ pub struct RigidSurface<const D: usize> {
     pub(crate) start: Point<D>,
     pub(crate) friction: f64,
     pub(crate) interference: Option<Interference>,
+    /// Whether it was given a motion and then a force, or the reverse.
+    driven_twice: bool,
 }
 
 /// A rigid surface at one load factor, as a point sees it.
@@ -72,6 +74,7 @@ impl<const D: usize> RigidSurface<D> {
             start: Point::zeros(),
             friction: 0.0,
             interference: None,
+            driven_twice: false,
         }
     }
 
@@ -93,6 +96,7 @@ impl<const D: usize> RigidSurface<D> {
 
     /// Moves by a vector \[length\] times an amplitude.
     pub fn moving_along(mut self, by: [f64; D], amplitude: Amplitude) -> Self {
+        self.driven_twice |= matches!(self.drive, Drive::Pushed { .. });
         self.drive = Drive::Moved { by: by.into(), amplitude };
         self
     }
@@ -107,6 +111,7 @@ impl<const D: usize> RigidSurface<D> {
     pub(crate) fn pushed_along(mut self, force: [f64; D], amplitude: Amplitude) -> Self {
         let force = Point::<D>::from(force);
         let size = force.norm();
+        self.driven_twice |= matches!(self.drive, Drive::Moved { .. });
         self.drive = Drive::Pushed { along: force / size, force: size, amplitude };
         self
     }
@@ -139,6 +144,9 @@ impl<const D: usize> RigidSurface<D> {
                 "give a finite number from 0 on",
             )
             .into());
+        }
+        if self.driven_twice {
+            return Err(ContactError::DrivenTwice { contact }.into());
         }
         if let Some(interference) = &self.interference {
             interference.validate(&contact)?;

@@ -44,6 +44,44 @@ pub enum ContactError {
         /// The contact.
         contact: String,
     },
+    /// A rigid surface that is moved and pushed.
+    #[error(
+        "{contact}: the rigid surface is given a motion and a force, of which only one can say where it is: take RigidSurface::moving or \
+         RigidSurface::pushed, or one after the other in stages"
+    )]
+    DrivenTwice {
+        /// The contact.
+        contact: String,
+    },
+    /// Nothing of the boundary can touch.
+    #[error("{contact}: {place} holds no facet: let the predicate hold for the middles of some, or name another part")]
+    NoFacet {
+        /// The contact.
+        contact: String,
+        /// The place.
+        place: String,
+    },
+    /// A part is to touch itself as if it were two.
+    #[error(
+        "{contact}: both faces are {place}: name two parts, or use ContactPair::itself for a part that may touch itself where it folds"
+    )]
+    SameFace {
+        /// The contact.
+        contact: String,
+        /// The place.
+        place: String,
+    },
+    /// An interference of parts that do not overlap.
+    #[error(
+        "{contact}: an interference is to be resolved, and the parts are {gap:e} apart before anything moves: draw them with their \
+         overlap, or leave the interference out"
+    )]
+    NoOverlap {
+        /// The contact.
+        contact: String,
+        /// Their least distance \[length\].
+        gap: f64,
+    },
     /// A body lies on a rigid profile beyond its open end.
     #[error(
         "{contact}: at load factor {load} the body lies beyond an open end of the profile, at x = {at:?}: draw the profile longer, or close it"

@@ -63,7 +63,7 @@ pub(crate) fn add<const D: usize>(
     let particles = positions.len();
     let mut next = particles;
     for contact in &scene.contacts {
-        let (cells, table) = contact_surfaces(&contact.place)?;
+        let (cells, table) = facets_of(&contact.place, || contact.label(), contact_surfaces)?;
         let rigid_dof = contact.surface.is_free().then(|| {
             next += 1;
             next as u32 - 1
@@ -73,6 +73,8 @@ pub(crate) fn add<const D: usize>(
         if scene.started.is_none() && law.surface.interference.is_none() {
             looks_at(&law, model.unknowns(), contact)?;
             starts_outside(&law, model.unknowns(), contact)?;
+        } else if scene.started.is_none() {
+            overlaps_at_rest(deepest(&law, model.unknowns()), || contact.label())?;
         }
         let lever = law.lever;
         let law = Arc::new(law);
@@ -90,36 +92,7 @@ pub(crate) fn add<const D: usize>(
         }
     }
     for contact_pair in &scene.contact_pairs {
-        let mut found = vec![contact_surfaces(&contact_pair.first)?];
-        if let Some(second) = &contact_pair.second {
-            found.push(contact_surfaces(second)?);
-        }
-        let mut swapped = found.len() > 1 && carries(&found[1].0, &found[0].0);
-        if swapped {
-            found.reverse();
-        }
-        let (friction, interference) = (contact_pair.friction, contact_pair.interference);
-        let settings = PairLaw { stiffness: Stiffness::of(shear, bulk), friction, interference };
-        let mut law = between(&found, positions, settings, contact_pair)?;
-        if law.has_cut_facets() && found.len() > 1 {
-            // Nothing can be pressed against this face, but it may be pressed against the other one.
-            swapped = !swapped;
-            found.reverse();
-            law = between(&found, positions, settings, contact_pair)?;
-        }
-        if law.has_cut_facets() {
-            let remedy = "mesh the body that is pressed against, or press it against a rigid surface";
-            return Err(
-                Incompatible::new("contact against a deformable face", "facets cut from a lattice", remedy).into()
-            );
-        }
-        if interference.is_none() {
-            separate_at_rest(&law, model.unknowns(), contact_pair)?;
-        }
-        let law = Arc::new(law);
-        let name = contact_pair.name.clone();
-        contacts.push(Contact { name, term: model.terms().len(), law: Law::Pair(law.clone(), swapped) });
-        model.add_replicated(law);
+        contacts.push(pair(scene, contact_pair, positions, Stiffness::of(shear, bulk), contact_surfaces, model)?);
     }
     if next > particles
         || !scene.contact_pairs.is_empty()
@@ -128,6 +101,52 @@ pub(crate) fn add<const D: usize>(
         model.add_replicated(Arc::new(artificial_spring(model.positions(), volume, shear)));
     }
     Ok(contacts)
+}
+
+/// Adds the contact of two parts, or of one with itself.
+fn pair<const D: usize>(
+    scene: &Scene<D>,
+    contact_pair: &ContactPair<D>,
+    positions: &[Point<D>],
+    stiffness: Stiffness,
+    contact_surfaces: ContactSurfaces<'_, D>,
+    model: &mut Model<D>,
+) -> Result<Contact<D>, Error> {
+    let label = || format!("contact {}", contact_pair.name);
+    let mut found = vec![facets_of(&contact_pair.first, label, contact_surfaces)?];
+    if let Some(second) = &contact_pair.second {
+        let [first, other] = [&contact_pair.first, second].map(|place| scene.resolve(place));
+        if first.takes_in(&other) && other.takes_in(&first) {
+            return Err(ContactError::SameFace { contact: label(), place: second.to_string() }.into());
+        }
+        found.push(facets_of(second, label, contact_surfaces)?);
+    }
+    let mut swapped = found.len() > 1 && carries(&found[1].0, &found[0].0);
+    if swapped {
+        found.reverse();
+    }
+    let (friction, interference) = (contact_pair.friction, contact_pair.interference);
+    let settings = PairLaw { stiffness, friction, interference };
+    let mut law = between(&found, positions, settings, contact_pair)?;
+    if law.has_cut_facets() && found.len() > 1 {
+        // Nothing can be pressed against this face, but it may be pressed against the other one.
+        swapped = !swapped;
+        found.reverse();
+        law = between(&found, positions, settings, contact_pair)?;
+    }
+    if law.has_cut_facets() {
+        let remedy = "mesh the body that is pressed against, or press it against a rigid surface";
+        return Err(Incompatible::new("contact against a deformable face", "facets cut from a lattice", remedy).into());
+    }
+    match interference {
+        None => separate_at_rest(&law, model.unknowns(), contact_pair)?,
+        Some(_) => overlaps_at_rest(law.deepest_at_rest(model.unknowns()), label)?,
+    }
+    let law = Arc::new(law);
+    let name = contact_pair.name.clone();
+    let contact = Contact { name, term: model.terms().len(), law: Law::Pair(law.clone(), swapped) };
+    model.add_replicated(law);
+    Ok(contact)
 }
 
 /// The contact of one face, or of two of which the first carries the pressures.
@@ -191,22 +210,46 @@ fn starts_outside<const D: usize>(
     unknowns: usize,
     contact: &ContactDefinition<D>,
 ) -> Result<(), Error> {
-    let rest = vec![0.0; unknowns];
-    let placed = law.placed(&rest, 0.0);
-    let mut deepest = (0.0, 0);
-    for (point, x) in law.contact_surface.table.positions().iter().enumerate() {
-        let gap = placed.nearest(&*law.surface.shape, x).gap;
-        if gap < deepest.0 {
-            deepest = (gap, point);
-        }
-    }
     // Chords of a body and arcs of a surface that fits it differ by a hundredth of their spacing.
     let spacing = law.contact_surface.traces.iter().map(|trace| trace.width).fold(0.0, f64::max);
-    if -deepest.0 > SLACK * spacing {
-        let at = law.contact_surface.table.positions()[deepest.1].as_slice().to_vec();
-        return Err(ContactError::Penetrates { contact: contact.label(), depth: -deepest.0, at }.into());
+    match deepest(law, unknowns) {
+        Some((depth, at)) if depth > SLACK * spacing => {
+            let (contact, at) = (contact.label(), at.as_slice().to_vec());
+            Err(ContactError::Penetrates { contact, depth, at }.into())
+        }
+        _ => Ok(()),
     }
-    Ok(())
+}
+
+/// How deep a body is in a rigid surface before anything moves, and where.
+fn deepest<const D: usize>(law: &RigidContact<D>, unknowns: usize) -> Option<(f64, Point<D>)> {
+    let placed = law.placed(&vec![0.0; unknowns], 0.0);
+    let depth = |x: &Point<D>| (-placed.nearest(&*law.surface.shape, x).gap, *x);
+    law.contact_surface.table.positions().iter().map(depth).max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// Refuses an interference of what begins apart.
+fn overlaps_at_rest<const D: usize>(deepest: Option<(f64, Point<D>)>, label: impl Fn() -> String) -> Result<(), Error> {
+    match deepest {
+        Some((depth, _)) if depth > 0.0 => Ok(()),
+        deepest => {
+            let gap = deepest.map_or(f64::INFINITY, |(depth, _)| -depth);
+            Err(ContactError::NoOverlap { contact: label(), gap }.into())
+        }
+    }
+}
+
+/// The facets of a place, of which there has to be one.
+fn facets_of<const D: usize>(
+    place: &Place<D>,
+    label: impl Fn() -> String,
+    contact_surfaces: ContactSurfaces<'_, D>,
+) -> Result<Face<D>, Error> {
+    let face = contact_surfaces(place)?;
+    if face.0.points.positions.is_empty() {
+        return Err(ContactError::NoFacet { contact: label(), place: place.to_string() }.into());
+    }
+    Ok(face)
 }
 
 /// Refuses parts that begin inside each other.
