@@ -158,7 +158,7 @@ impl Shape {
     /// them, so that the surface has no steps where they change gradually.
     ///
     /// # Errors
-    /// Where values and counts do not fit, sizes are not positive, or all voxels are on one side of the threshold
+    /// Where values and counts do not fit, a value is not finite, sizes are not positive, or all voxels are on one side of the threshold
     /// ([`SolidError::Empty`]).
     pub fn voxels(
         counts: [usize; 3],
@@ -173,6 +173,19 @@ impl Shape {
         }
         if let Some(invalid) = needs(&sizes.map(|size| ("size of a voxel", size))) {
             return Err(invalid.into());
+        }
+        if let Some(value) = values.iter().copied().find(|value| !value.is_finite()) {
+            return Err(
+                Invalid::new("value of a voxel", value, "give finite values; a voxel without one cuts a hole").into()
+            );
+        }
+        if !threshold.is_finite() {
+            return Err(Invalid::new(
+                "threshold of voxels",
+                threshold,
+                "give a finite value between those of the voxels",
+            )
+            .into());
         }
         let above = values.iter().filter(|value| **value > threshold).count();
         if above == 0 || above == values.len() {
@@ -304,6 +317,5 @@ fn interpolated(counts: &[usize; 3], sizes: &[f64; 3], values: &[f64], x: &Point
         let part = |i: usize| at[i] - low[i] as f64;
         (0..3).map(|i| if corner >> i & 1 == 1 { part(i) } else { 1.0 - part(i) }).product()
     };
-    // What counts for nothing may be no number.
-    (0..8).map(|corner| (weight(corner), corner)).filter(|(w, _)| *w > 0.0).map(|(w, corner)| w * value(corner)).sum()
+    (0..8).map(|corner| weight(corner) * value(corner)).sum()
 }

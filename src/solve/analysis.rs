@@ -56,7 +56,12 @@ impl Analysis {
         self.stepping.validate()?;
         let Newton { tolerance, iterations, .. } = self.newton;
         for (what, value, ok, needed) in [
-            ("Newton tolerance", tolerance, tolerance > 0.0 && tolerance < 1.0, "give a tolerance between 0 and 1"),
+            (
+                "Newton tolerance",
+                tolerance,
+                (f64::EPSILON..1.0).contains(&tolerance),
+                "give a tolerance below 1 and not below 2.2e-16, where increments are rounding",
+            ),
             ("Newton iterations", iterations as f64, iterations > 0, "give at least one iteration"),
         ] {
             if !ok {
