@@ -25,7 +25,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
                 return Err(bytes.malformed("PartitionedEntities", what));
             }
             (b"Nodes", 4) => version4::nodes(&mut bytes, &mut content)?,
-            (b"Nodes", _) => version2::nodes(&mut bytes, &mut content)?,
+            (b"Nodes", _) => version2::nodes(&mut bytes, &mut content, false)?,
+            (b"ParametricNodes", 2) => version2::nodes(&mut bytes, &mut content, true)?,
             (b"Elements", 4) => version4::elements(&mut bytes, &mut content)?,
             (b"Elements", _) => version2::elements(&mut bytes, &mut content)?,
             // Periodic, NodeData and others, which say nothing of the mesh.
@@ -45,8 +46,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
 /// The format's version, 2 or 4; sets how numbers are written.
 fn header(bytes: &mut Bytes<'_>) -> Result<u8, MeshError> {
     let beyond = || MeshError::Version { found: "without $MeshFormat, so none of Gmsh's".to_string() };
-    if bytes.section().ok().flatten().as_deref() != Some(b"MeshFormat") {
-        return Err(beyond());
+    // Comments and other sections may stand before it.
+    loop {
+        match bytes.section().ok().flatten() {
+            Some(name) if name == b"MeshFormat" => break,
+            Some(name) => bytes.skip_to_end_of(&name).map_err(|_| beyond())?,
+            None => return Err(beyond()),
+        }
     }
     bytes.enter("MeshFormat");
     let found = String::from_utf8_lossy(bytes.word()?).into_owned();

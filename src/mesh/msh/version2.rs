@@ -7,8 +7,9 @@ use crate::error::MeshError;
 use super::bytes::Bytes;
 use super::reading::{Reading, kind};
 
-pub(super) fn nodes(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(), MeshError> {
-    bytes.enter("Nodes");
+/// Nodes; `parametric` ones also have the dimension and the number of their entity, and coordinates on curves and surfaces.
+pub(super) fn nodes(bytes: &mut Bytes<'_>, content: &mut Reading, parametric: bool) -> Result<(), MeshError> {
+    bytes.enter(if parametric { "ParametricNodes" } else { "Nodes" });
     let count = bytes.text_integer()?.max(0) as u64;
     let count = if bytes.is_text() {
         bytes.count_of(count, 8, 28)?
@@ -21,6 +22,12 @@ pub(super) fn nodes(bytes: &mut Bytes<'_>, content: &mut Reading) -> Result<(), 
         let tag = bytes.int()?;
         tags.push(u64::try_from(tag).map_err(|_| bytes.malformed("Nodes", format!("a node has the number {tag}")))?);
         points.push([bytes.real()?, bytes.real()?, bytes.real()?]);
+        if parametric {
+            let (dimension, _) = (bytes.int()?, bytes.int()?);
+            for _ in 0..if matches!(dimension, 1 | 2) { dimension } else { 0 } {
+                bytes.real()?;
+            }
+        }
     }
     content.take_nodes(tags, points)
 }
