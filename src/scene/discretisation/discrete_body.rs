@@ -1,5 +1,6 @@
 //! The discretised bodies of a problem.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -74,6 +75,34 @@ impl<const D: usize> DiscreteBody<D> {
         let mut psi = ShapeFunctions::default();
         self.approximation.evaluate_at_node(node, &mut Scratch::default(), &mut psi)?;
         Ok(psi)
+    }
+
+    /// Values of its functions at points of faces, each with what makes it of particles: points of a plane face that a curved body
+    /// does not reach, in a bore say, move as these particles do.
+    pub(crate) fn values_on(
+        &self,
+        points: &[Point<D>],
+        weights: &[Vec<(usize, f64)>],
+    ) -> Result<Vec<ShapeFunctions<D>>, Error> {
+        let found = self.approximation.values_at(points).into_iter().zip(weights);
+        let each = found.map(|(found, weights)| match found {
+            Err(ApproximationError::Outside { .. }) => self.joined(weights),
+            found => found,
+        });
+        Ok(each.collect::<Result<_, _>>()?)
+    }
+
+    /// The functions of several particles, weighted.
+    fn joined(&self, weights: &[(usize, f64)]) -> Result<ShapeFunctions<D>, ApproximationError> {
+        let mut sum: BTreeMap<u32, f64> = BTreeMap::new();
+        for &(particle, weight) in weights {
+            let psi = self.approximation.values_at_node(particle)?;
+            for (node, value) in psi.nodes.iter().zip(&psi.values) {
+                *sum.entry(*node).or_default() += weight * value;
+            }
+        }
+        let (nodes, values) = sum.into_iter().unzip();
+        Ok(ShapeFunctions { nodes, values, rcond: 1.0, ..ShapeFunctions::default() })
     }
 
     /// $\sum_I \Psi_I d_I$ for functions whose nodes are counted within the body.

@@ -103,7 +103,7 @@ impl<const D: usize> Problem<D> {
             let of_body: Vec<Vec<usize>> =
                 of_body.map(|face| face.iter().map(|corner| corner - first).collect()).collect();
             let divided = Divided::new(&positions[own.nodes()], &of_body, parts);
-            let mut functions = own.values_at(&divided.points)?;
+            let mut functions = own.values_on(&divided.points, &divided.weights)?;
             let mut moved: Vec<Point<D>> = functions.iter().map(|psi| own.weighted(psi, state)).collect();
             // The rim of a face that is bonded to a rigid body moves with it.
             let rim = |ends: &[usize; 2]| bonded.contains(&ends.map(|corner| first + corner));
@@ -258,6 +258,8 @@ const FINE: usize = 20_000;
 /// Faces cut into smaller ones by shared points, with the lines along the edges of the faces that were.
 struct Divided<const D: usize> {
     points: Vec<Point<D>>,
+    /// What makes each point of the corners of its face.
+    weights: Vec<Vec<(usize, f64)>>,
     faces: Vec<Vec<usize>>,
     lines: Vec<Vec<usize>>,
     /// The corners that a line joins, where edges are divided.
@@ -270,12 +272,14 @@ impl<const D: usize> Divided<D> {
             let around = |face: &Vec<usize>| face.iter().chain(face.first()).copied().collect();
             return Divided {
                 points: points.to_vec(),
+                weights: (0..points.len()).map(|point| vec![(point, 1.0)]).collect(),
                 faces: faces.to_vec(),
                 lines: faces.iter().map(around).collect(),
                 ends: Vec::new(),
             };
         }
-        let mut divided = Divided { points: Vec::new(), faces: Vec::new(), lines: Vec::new(), ends: Vec::new() };
+        let (own, weights) = (Vec::new(), Vec::new());
+        let mut divided = Divided { points: own, weights, faces: Vec::new(), lines: Vec::new(), ends: Vec::new() };
         let mut corners: HashMap<usize, usize> = HashMap::new();
         let mut edges: HashMap<[usize; 2], Vec<usize>> = HashMap::new();
         for face in faces {
@@ -302,17 +306,15 @@ impl<const D: usize> Divided<D> {
     ) -> Vec<usize> {
         let edge = sorted(ends);
         let side = edges.entry(edge).or_insert_with(|| {
-            let [a, b] = edge.map(|corner| points[corner]);
             let mut corner = |number: usize| {
                 *corners.entry(number).or_insert_with(|| {
                     self.points.push(points[number]);
+                    self.weights.push(vec![(number, 1.0)]);
                     self.points.len() - 1
                 })
             };
             let [from, to] = edge.map(&mut corner);
-            let first = self.points.len();
-            self.points.extend((1..parts).map(|k| a + (b - a) * (k as f64 / parts as f64)));
-            let side: Vec<usize> = [from].into_iter().chain(first..first + parts - 1).chain([to]).collect();
+            let side = self.between(from, to, parts);
             self.lines.push(side.clone());
             self.ends.push(edge);
             side
@@ -357,7 +359,13 @@ impl<const D: usize> Divided<D> {
     fn between(&mut self, from: usize, to: usize, n: usize) -> Vec<usize> {
         let [a, b] = [self.points[from], self.points[to]];
         let first = self.points.len();
-        self.points.extend((1..n).map(|k| a + (b - a) * (k as f64 / n as f64)));
+        for k in 1..n {
+            let part = k as f64 / n as f64;
+            let of = |end: usize, share: f64| self.weights[end].iter().map(move |&(corner, w)| (corner, share * w));
+            let weights = of(from, 1.0 - part).chain(of(to, part)).collect();
+            self.points.push(a + (b - a) * part);
+            self.weights.push(weights);
+        }
         [from].into_iter().chain(first..first + n - 1).chain([to]).collect()
     }
 }
