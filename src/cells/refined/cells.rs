@@ -14,8 +14,8 @@ use super::super::lattice::ASKEW;
 use super::super::mesh::parabola;
 use super::super::smoothing::on_facets;
 use super::super::{BoundaryCells, Cells, Connections, Smoothing, Zones};
-use super::Refined;
 use super::subcells::{Facets, Rules};
+use super::{Cell, Refined};
 
 impl Cells<2> for Refined {
     fn positions(&self) -> &[Point<2>] {
@@ -32,8 +32,16 @@ impl Cells<2> for Refined {
     }
 
     fn connections(&self) -> Option<Connections<2>> {
-        // Cells of different sizes have no face in common, and blocks have no slots.
-        None
+        // A particle on a side of a coarser cell is a corner of it, which so has two in common with each finer cell there.
+        let around = |cell: &Cell| {
+            let sides = (0..4).flat_map(|side| {
+                let mut own = self.along(cell, side);
+                own.pop();
+                own
+            });
+            sides.map(|particle| particle as usize).collect()
+        };
+        Connections::between(&self.positions, self.cells.iter().map(around).collect())
     }
 
     fn local_spacing(&self, particle: usize) -> f64 {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SMatrix};
 
 use crate::cells::BoundaryCells;
 use crate::error::Error;
@@ -27,16 +27,18 @@ pub(crate) struct InterfaceSide<'a, const D: usize> {
     pub(crate) particles: Vec<u32>,
 }
 
-/// Middle, mean normal and size of each facet.
+/// Middle, mean normal, size and shape of each facet.
 struct Facets<const D: usize> {
     middles: Vec<Point<D>>,
     normals: Vec<Point<D>>,
     sizes: Vec<f64>,
+    /// What takes an offset from the middle to lengths in terms of the facet's own: half of one at its edges.
+    shapes: Vec<SMatrix<f64, D, D>>,
 }
 
 impl<const D: usize> Facets<D> {
     fn of(cells: &BoundaryCells<D>) -> Self {
-        let mut facets = Facets { middles: Vec::new(), normals: Vec::new(), sizes: Vec::new() };
+        let mut facets = Facets { middles: Vec::new(), normals: Vec::new(), sizes: Vec::new(), shapes: Vec::new() };
         for group in cells.points.groups.windows(2) {
             let range = group[0]..group[1];
             let area: f64 = cells.points.weights[range.clone()].iter().sum();
@@ -46,7 +48,10 @@ impl<const D: usize> Facets<D> {
             };
             facets.middles.push(weighted(&cells.points.positions));
             facets.normals.push(weighted(&cells.points.normals));
-            facets.sizes.push(if D == 1 { 1.0 } else { area.powf(1.0 / (D as f64 - 1.0)) });
+            let size = if D == 1 { 1.0 } else { area.powf(1.0 / (D as f64 - 1.0)) };
+            facets.sizes.push(size);
+            let points = cells.points.positions[range.clone()].iter().zip(&cells.points.weights[range.clone()]);
+            facets.shapes.push(shape(facets.middles[facets.middles.len() - 1], size, area, points));
         }
         facets
     }
@@ -61,18 +66,52 @@ impl<const D: usize> Facets<D> {
         let inside = match D {
             1 => offset.norm() <= ACROSS * cells_scale(cells),
             2 => along <= 0.5 * size * (1.0 + 1e-6),
-            // Half a diagonal of facets that are not too long; neighbours are nearer to points beyond it.
-            _ => along <= 0.75 * size,
+            // Half a diagonal and a little; neighbours are nearer to points beyond it.
+            _ => (self.shapes[nearest] * (offset - own * across)).norm() <= 0.75,
         };
         let opposite = D == 1 || own.dot(normal) < -0.5;
         (inside && opposite && across.abs() <= ACROSS * size).then_some(nearest)
     }
 
     fn nearest(&self, among: &[usize], x: &Point<D>) -> Option<usize> {
-        let distance = |k: usize| (x - self.middles[k]).norm() / self.sizes[k];
+        let distance = |k: usize| (self.shapes[k] * (x - self.middles[k])).norm();
         among.iter().copied().min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
     }
 }
+
+/// What takes offsets from the middle of a facet in space to lengths in terms of its own along its principal axes, by the second
+/// moments of its points: half a side is $\sqrt{3\lambda}$ of a rectangle with the moment $\lambda$. Across, along axes in which the points do not
+/// spread, and of facets in the plane, lengths are in terms of its size.
+fn shape<'a, const D: usize>(
+    middle: Point<D>,
+    size: f64,
+    area: f64,
+    points: impl Iterator<Item = (&'a Point<D>, &'a f64)>,
+) -> SMatrix<f64, D, D> {
+    let mut plain = SMatrix::<f64, D, D>::identity() / size;
+    if D < 3 {
+        return plain;
+    }
+    let mut moments = DMatrix::<f64>::zeros(D, D);
+    for (x, weight) in points {
+        let offset = x - middle;
+        for (i, j) in (0..D).flat_map(|i| (0..D).map(move |j| (i, j))) {
+            moments[(i, j)] += offset[i] * offset[j] * weight / area;
+        }
+    }
+    let principal = moments.symmetric_eigen();
+    for (moment, axis) in principal.eigenvalues.iter().zip(principal.eigenvectors.column_iter()) {
+        let side = 2.0 * (3.0 * moment.max(0.0)).sqrt();
+        if side > FLAT * size {
+            let more = 1.0 / side - 1.0 / size;
+            plain += SMatrix::from_fn(|i, j| more * axis[i] * axis[j]);
+        }
+    }
+    plain
+}
+
+/// Sides below this part of the size of a facet are none: its points lie on a line or a plane.
+const FLAT: f64 = 1e-3;
 
 /// A length to measure distances of points in one dimension by.
 fn cells_scale<const D: usize>(cells: &BoundaryCells<D>) -> f64 {
@@ -253,5 +292,30 @@ impl<const D: usize> Fit<D> {
         (0..self.inverse.ncols())
             .map(|k| functions.iter().enumerate().map(|(f, v)| v * self.inverse[(f, k)]).sum())
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::Cells;
+    use crate::geometry::{Block, Part, Side};
+
+    /// All facets of two equal faces lie on the other one, whatever their shapes.
+    #[test]
+    fn facets_of_any_shape_lie_on_each_other() {
+        let face = |counts: [usize; 3], low: f64, side: Side| {
+            let lattice = Block::new([0.0, 0.0, low], [8.0, 4.0, low + 1.0]).lattice(counts).unwrap();
+            lattice.boundary(&Part::Face { axis: 2, side }, 1, 2).unwrap()
+        };
+        for counts in [[3, 5, 2], [2, 9, 2], [5, 3, 2]] {
+            for other in [[17, 9, 2], [5, 17, 2], [33, 33, 2], [3, 5, 2]] {
+                let lower = face(counts, 0.0, Side::Max);
+                let upper = face(other, 1.0, Side::Min);
+                let found = shared([&lower, &upper]).map(|facets| facets.len());
+                let all = [&lower, &upper].map(|cells| cells.points.groups.len() - 1);
+                assert_eq!(found, all, "{counts:?} {other:?}");
+            }
+        }
     }
 }
