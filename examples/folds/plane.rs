@@ -273,7 +273,8 @@ pub fn pad() -> Family {
     Family { name: "pad", targets: answers.into_iter().map(target).collect() }
 }
 
-// A column with fixed ends, slightly bent, that is shortened until its inner face folds on itself: µ = 1.
+// A column with fixed ends, slightly bent, that is shortened until its inner face folds on itself: µ = 1. Past its buckling load there are
+// several stable states: stops of the load lead to the one that the slight bend is connected with.
 
 const LENGTH: f64 = 8.0;
 
@@ -284,7 +285,7 @@ fn bent_column(part: f64) -> Result<Scene<2>> {
     });
     Ok(Scene::new(domain, PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
         .hold((1, Side::Min))
-        .with(Condition::on((1, Side::Max)).displacement([0.0, -part * LENGTH]))
+        .with(Condition::on((1, Side::Max)).displacement([0.0, -part * LENGTH]).amplitude(stops(10)))
         .contact_itself((0, Side::Min), "fold"))
 }
 
