@@ -62,12 +62,16 @@ impl<const D: usize> DiscreteBody<D> {
 
     /// Values of its functions at points, nodes counted within the body.
     pub(crate) fn values_at(&self, points: &[Point<D>]) -> Result<Vec<ShapeFunctions<D>>, Error> {
-        let values = map_with(points.len(), SERIAL_BELOW, Scratch::default, |scratch, point| {
+        Ok(self.each_at(points).into_iter().collect::<Result<_, ApproximationError>>()?)
+    }
+
+    /// Values of its functions at each of several points, or why there are none.
+    fn each_at(&self, points: &[Point<D>]) -> Vec<Result<ShapeFunctions<D>, ApproximationError>> {
+        map_with(points.len(), SERIAL_BELOW, Scratch::default, |scratch, point| {
             let mut psi = ShapeFunctions::default();
             self.approximation.evaluate_values(&points[point], scratch, &mut psi)?;
             Ok(psi)
-        });
-        Ok(values.into_iter().collect::<Result<_, ApproximationError>>()?)
+        })
     }
 
     /// Values of its functions at one of its particles.
@@ -84,7 +88,7 @@ impl<const D: usize> DiscreteBody<D> {
         points: &[Point<D>],
         weights: &[Vec<(usize, f64)>],
     ) -> Result<Vec<ShapeFunctions<D>>, Error> {
-        let found = self.approximation.values_at(points).into_iter().zip(weights);
+        let found = self.each_at(points).into_iter().zip(weights);
         let each = found.map(|(found, weights)| match found {
             Err(ApproximationError::Outside { .. }) => self.joined(weights),
             found => found,
@@ -96,7 +100,7 @@ impl<const D: usize> DiscreteBody<D> {
     fn joined(&self, weights: &[(usize, f64)]) -> Result<ShapeFunctions<D>, ApproximationError> {
         let mut sum: BTreeMap<u32, f64> = BTreeMap::new();
         for &(particle, weight) in weights {
-            let psi = self.approximation.values_at_node(particle)?;
+            let psi = self.values_at_node(particle)?;
             for (node, value) in psi.nodes.iter().zip(&psi.values) {
                 *sum.entry(*node).or_default() += weight * value;
             }

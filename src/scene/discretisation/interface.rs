@@ -298,7 +298,6 @@ impl<const D: usize> Fit<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::Cells;
     use crate::geometry::{Block, Part, Side};
 
     /// All facets of two equal faces lie on the other one, whatever their shapes.
