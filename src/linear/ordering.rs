@@ -21,9 +21,9 @@ fn adjacency(pattern: &Pattern, count: usize) -> Vec<Vec<u32>> {
     adjacency
 }
 
-/// Sorts unknowns by one coordinate.
-fn sort<const D: usize>(set: &mut [usize], axis: usize, position: impl Fn(usize) -> [f64; D]) {
-    set.sort_unstable_by(|&a, &b| position(a)[axis].total_cmp(&position(b)[axis]).then(a.cmp(&b)));
+/// Sorts unknowns by a coordinate.
+fn sort(set: &mut [usize], coordinate: &dyn Fn(usize) -> f64) {
+    set.sort_unstable_by(|&a, &b| coordinate(a).total_cmp(&coordinate(b)).then(a.cmp(&b)));
 }
 
 /// An elimination order along the axis that gives the narrowest band: for bodies in the plane of up to some thousand
@@ -40,7 +40,7 @@ pub(crate) fn banded<const D: usize>(
     let mut place = vec![0usize; count];
     for axis in 0..D {
         let mut order: Vec<usize> = (0..count).collect();
-        sort(&mut order, axis, &position);
+        sort(&mut order, &|unknown| position(unknown)[axis]);
         for (new, &old) in order.iter().enumerate() {
             place[old] = new;
         }
@@ -175,7 +175,7 @@ pub fn nested_dissection<const D: usize>(
         };
         let mut best: Option<Cut> = None;
         for axis in 0..D {
-            sort(&mut set, axis, &position);
+            sort(&mut set, &|unknown| position(unknown)[axis]);
             let cut = knife.best(axis, &set);
             best = match (best, cut) {
                 (Some(best), Some(cut)) if cut.ratio < best.ratio => Some(cut),
@@ -187,7 +187,7 @@ pub fn nested_dissection<const D: usize>(
             order.extend(set);
             continue;
         };
-        sort(&mut set, cut.axis, &position);
+        sort(&mut set, &|unknown| position(unknown)[cut.axis]);
         if cut.ratio >= WORTH {
             order.extend(set);
             continue;

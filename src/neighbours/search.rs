@@ -82,8 +82,12 @@ impl Search {
                 return true;
             }
             // The one nearest to the goal is taken first: where nothing is in between that leads straight there.
-            open[first..].sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+            farthest_first(&mut open[first..]);
         }
         false
     }
+}
+
+fn farthest_first(cells: &mut [(f64, u32)]) {
+    cells.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
 }

@@ -21,6 +21,15 @@ const FALL: i32 = 6;
 const POINTS: usize = 4;
 const OWN_REACH: f64 = 2.5;
 
+/// Sorts particles with their distances; outside of generic code, so that it is compiled once.
+fn sort_by_distance(near: &mut [(f64, u32)]) {
+    near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+}
+
+fn sort_by_node(near: &mut [(f64, u32)]) {
+    near.sort_unstable_by_key(|own| own.1);
+}
+
 /// A table on the points and clusters of another one whose gradients are those of the linear field that fits the nearest particles best,
 /// of those that the other sees. Weights fall with the distance, so that points of one cell fit different fields and rigid motions alone
 /// have no energy. Free expansion is left out: `stretch` is what the other table's weights hold of it.
@@ -42,7 +51,7 @@ pub(super) fn linear_fits<const D: usize>(
         let (at, near) = (of.positions()[point], scratch.of::<Vec<(f64, u32)>>());
         near.clear();
         near.extend(of.nodes(point).iter().map(|&node| ((nodes[node as usize] - at).norm(), node)));
-        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        sort_by_distance(near);
         let (mut scale, mut moments) = (1.0, Matrix4::zeros());
         let term = |node: u32, scale: f64| {
             let off = (nodes[node as usize] - at) / scale;
@@ -68,7 +77,7 @@ pub(super) fn linear_fits<const D: usize>(
         // Directions in which no particle lies have no gradient.
         let inverse = moments.pseudo_inverse(1e-9 * moments.trace()).unwrap_or_else(|_| Matrix4::zeros());
         near.retain(|&(distance, node)| weight(distance, node, scale) > 0.0);
-        near.sort_by_key(|own| own.1);
+        sort_by_node(near);
         out.nodes.clear();
         out.values.clear();
         out.gradients.clear();
