@@ -60,7 +60,7 @@ impl Analysis {
                 "Newton tolerance",
                 tolerance,
                 (f64::EPSILON..1.0).contains(&tolerance),
-                "give a tolerance below 1 and not below 2.2e-16, where increments are rounding",
+                "give a tolerance between 0 and 1, and not below 2.2e-16: increments of that size are rounding",
             ),
             ("Newton iterations", iterations as f64, iterations > 0, "give at least one iteration"),
         ] {

@@ -2,6 +2,7 @@
 
 mod indices;
 mod input;
+mod kept;
 mod misfits;
 mod misuses;
 mod silent;
