@@ -806,7 +806,12 @@ impl<const D: usize> PairContact<D> {
     /// How deep the faces are in each other at rest, and where.
     pub(crate) fn deepest_at_rest(&self, unknowns: usize) -> Option<(f64, Point<D>)> {
         let state = self.now(&vec![0.0; unknowns]);
-        let deep = |trace: usize| (-self.overlap(trace, &state, 0.0, |_| {}).gap, self.movers.rest[trace]);
+        // An interference is counted from the overlap that was measured: the gap itself starts at zero.
+        let gap = |trace: usize| match self.law.interference {
+            Some(_) => self.at_rest[trace],
+            None => self.overlap(trace, &state, 0.0, |_| {}).gap,
+        };
+        let deep = |trace: usize| (-gap(trace), self.movers.rest[trace]);
         (0..self.carrying).map(deep).max_by(|a, b| a.0.total_cmp(&b.0))
     }
 }

@@ -258,7 +258,7 @@ fn contacts_and_foundations_that_can_not_act() {
         (held().with(Load::normal_elastic_foundation((1, Side::Max), -1.0)), -1.0),
         (held().with(Load::elastic_foundation((1, Side::Max), f64::INFINITY)), f64::INFINITY),
     ] {
-        let error = scene.discretize(&coarse()).and_then(|problem| problem.run()).err().expect("a refusal");
+        let error = scene.discretize(&coarse()).and_then(|problem| problem.run()).expect_err("a refusal");
         let of_foundation = |invalid: &Invalid| invalid.what.contains("foundation") && invalid.value == value;
         let found = match &error {
             Error::Invalid(invalid) | Error::Solve(SolveError::Invalid(invalid)) => of_foundation(invalid),
@@ -274,7 +274,7 @@ fn tolerances_that_rounding_can_not_reach() {
     for tolerance in [1e-300, 1e-17, 0.0, f64::NAN] {
         let scheme = coarse().newton(Newton { tolerance, ..Newton::default() });
         let scene = block(rubber()).hold((1, Side::Min)).prescribe((1, Side::Max), 0, 0.1);
-        let error = scene.discretize(&scheme).and_then(|problem| problem.run()).err().expect("a refusal");
+        let error = scene.discretize(&scheme).and_then(|problem| problem.run()).expect_err("a refusal");
         assert!(matches!(&error, Error::Invalid(invalid) if invalid.what.contains("tolerance")), "{error}");
     }
 }

@@ -32,13 +32,16 @@ struct Facets<const D: usize> {
     middles: Vec<Point<D>>,
     normals: Vec<Point<D>>,
     sizes: Vec<f64>,
+    /// The longest distance within any facet.
+    longest: f64,
     /// What takes an offset from the middle to lengths in terms of the facet's own: half of one at its edges.
     shapes: Vec<SMatrix<f64, D, D>>,
 }
 
 impl<const D: usize> Facets<D> {
     fn of(cells: &BoundaryCells<D>) -> Self {
-        let mut facets = Facets { middles: Vec::new(), normals: Vec::new(), sizes: Vec::new(), shapes: Vec::new() };
+        let mut facets =
+            Facets { middles: Vec::new(), normals: Vec::new(), sizes: Vec::new(), longest: 0.0, shapes: Vec::new() };
         for group in cells.points.groups.windows(2) {
             let range = group[0]..group[1];
             let area: f64 = cells.points.weights[range.clone()].iter().sum();
@@ -50,8 +53,13 @@ impl<const D: usize> Facets<D> {
             facets.normals.push(weighted(&cells.points.normals));
             let size = if D == 1 { 1.0 } else { area.powf(1.0 / (D as f64 - 1.0)) };
             facets.sizes.push(size);
+            let middle = facets.middles[facets.middles.len() - 1];
+            let away = |x: &Point<D>| (x - middle).norm();
+            let farthest = cells.points.positions[range.clone()].iter().map(away).fold(0.0, f64::max);
+            // Two Gauss points a side lie at 1/√3 of the way to the corners.
+            facets.longest = facets.longest.max(size).max(2.0 * 3f64.sqrt() * farthest);
             let points = cells.points.positions[range.clone()].iter().zip(&cells.points.weights[range.clone()]);
-            facets.shapes.push(shape(facets.middles[facets.middles.len() - 1], size, area, points));
+            facets.shapes.push(shape(middle, size, area, points));
         }
         facets
     }
@@ -125,7 +133,7 @@ pub(crate) fn shared<const D: usize>(cells: [&BoundaryCells<D>; 2]) -> [Vec<usiz
     // What lies in the box of the other body, with the margin of a facet.
     let near: [Vec<usize>; 2] = std::array::from_fn(|side| {
         let (own, other) = (&facets[side], &facets[1 - side]);
-        let margin = other.sizes.iter().chain(&own.sizes).fold(0.0, |a: f64, b| a.max(*b));
+        let margin = own.longest.max(other.longest);
         let Bounds { low, high } = Bounds::of(&other.middles);
         let inside = |x: &Point<D>| (0..D).all(|i| x[i] >= low[i] - margin && x[i] <= high[i] + margin);
         (0..own.middles.len()).filter(|&k| inside(&own.middles[k])).collect()
