@@ -74,10 +74,16 @@ impl Solid3 {
             patch.0 += 0.5 * (b - a).cross(&(c - a)).norm();
             patch.1.push(facet as u32);
         }
-        // Areas that differ by rounding alone keep the order of the facets.
-        patches.sort_by(|a, b| {
-            if (a.0 - b.0).abs() <= 1e-9 * a.0.max(b.0) { a.1[0].cmp(&b.1[0]) } else { b.0.total_cmp(&a.0) }
-        });
+        patches.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1[0].cmp(&b.1[0])));
+        // Areas that follow each other and differ by rounding alone keep the order of the facets. Tolerance is no order, so that
+        // it can't stand in the comparison.
+        let mut start = 0;
+        for end in 1..=patches.len() {
+            if end == patches.len() || patches[end - 1].0 - patches[end].0 > 1e-9 * patches[end - 1].0 {
+                patches[start..end].sort_by_key(|patch| patch.1[0]);
+                start = end;
+            }
+        }
         patches.into_iter().map(|(_, facets)| facets).collect()
     }
 

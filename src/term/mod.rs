@@ -35,6 +35,7 @@ pub use body::Body;
 pub use diagnostics::StateDiagnostics;
 pub use element::{Element, ForceDensities, View};
 pub use integrand::{Integrand, PointDerivatives, PointState, Pointwise, Sparsity};
+#[cfg(feature = "solve")]
 pub(crate) use load::foundation;
 pub use load::{DeadLoad, ElasticFoundation, FollowerPressure};
 pub use pressure_field::{PressureField, ProjectedMeasure};

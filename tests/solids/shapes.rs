@@ -183,3 +183,36 @@ fn shapes_that_can_not_be_are_refused() {
     assert!(matches!(apart, Err(GeometryError::Solid(SolidError::Empty { .. }))));
     assert!(matches!(Shape::sphere([0.0; 3], 1.0).solid(1e-9), Err(GeometryError::Count { .. })));
 }
+
+/// Areas may differ by rounding in a chain: each from the next by less than what is told apart, the ends by more.
+#[test]
+fn patches_of_nearly_equal_areas_are_ordered() {
+    const SIDES: u32 = 41;
+    let angles: Vec<f64> = (0..SIDES).map(|k| 1.0 + 6e-10 * f64::from(7 * k % SIDES)).collect();
+    let whole: f64 = angles.iter().sum();
+    let mut turned = 0.0;
+    let mut vertices = Vec::new();
+    for angle in &angles {
+        let (sine, cosine) = (std::f64::consts::TAU * turned / whole).sin_cos();
+        vertices.extend([[cosine, sine, 0.0], [cosine, sine, 1.0]].map(Point::<3>::from));
+        turned += angle;
+    }
+    let mut facets = Vec::new();
+    for k in 0..SIDES {
+        let [a, b] = [2 * k, 2 * ((k + 1) % SIDES)];
+        facets.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+    }
+    for k in 1..SIDES - 1 {
+        facets.extend([[0, 2 * k + 2, 2 * k], [1, 2 * k + 1, 2 * k + 3]]);
+    }
+    let prism = Solid3::new(vertices, facets).unwrap();
+    let patches = prism.patches(0.1);
+    assert_eq!(patches.len(), SIDES as usize + 2);
+    let corner = |v: u32| prism.vertices()[v as usize];
+    let area = |facet: &u32| {
+        let [a, b, c] = prism.facets()[*facet as usize].map(corner);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    };
+    let areas: Vec<f64> = patches.iter().map(|facets| facets.iter().map(area).sum()).collect();
+    assert!(areas.windows(2).all(|pair| pair[0] > pair[1] * (1.0 - 1e-7)), "{areas:?}");
+}
