@@ -2,7 +2,7 @@
 
 use crate::geometry::Point;
 use crate::term::{
-    CondensedUnknowns, Element, History, Product, Protocol, Term, Unilateral, View, Way, Zone, straight_until,
+    CondensedUnknowns, Curve, Element, History, Product, Protocol, Term, Unilateral, View, Zone, straight_until,
 };
 
 use super::contact_surface::Trace;
@@ -687,12 +687,12 @@ impl<const D: usize> Unilateral for RigidContact<D> {
         let positions = self.contact_surface.table.positions().iter();
         let lever = positions.map(|x| start.spun(&start.arm(x)).norm()).fold(0.0, f64::max);
         // A motion that returns or turns far within one step would not be seen, however thick the surface is.
-        let way = Way::new(|load: f64| {
+        let curve = Curve::new(|load: f64| {
             let placed = self.surface.placed(load, [0.0; 2]);
             let (sine, cosine) = placed.angle().sin_cos();
             placed.offset.iter().copied().chain([lever * sine, lever * cosine]).collect()
         });
-        let to = straight_until(from, to, LEAST_PART * (to - from), |from, to| way.is_straight(from, to));
+        let to = straight_until(from, to, LEAST_PART * (to - from), |from, to| curve.is_straight(from, to));
         let depth = 0.5 * self.surface.shape.depth();
         if !depth.is_finite() {
             return to;

@@ -1,22 +1,23 @@
-//! Step limit for prescribed motions and loads: a part that turns moves along circles, and the curve is input as much as its end.
+//! Step limit for prescribed motions and loads. A rotating part moves along circles: the steps must follow the prescribed curve, not
+//! just reach its end.
 
 use crate::assembly::Model;
 use crate::boundary::{ConstraintEquation, Constraints};
-use crate::term::{Amplitude, Way, straight_until};
+use crate::term::{Amplitude, Curve, straight_until};
 
 /// Curves shorter than this part of the longest one are rounding: points on the axis of a turn.
 const AT_REST: f64 = 1e-9;
 
 type Position<'a> = Box<dyn Fn(f64) -> Vec<f64> + 'a>;
 
-/// The ways of all particles whose prescribed values are functions of the load factor, and of all loads that are.
+/// The curves of all particles whose prescribed values are functions of the load factor, and of all loads that are.
 pub(super) struct MotionLimit<'a> {
-    motions: Vec<Way<Position<'a>>>,
-    loads: Vec<Way<Position<'a>>>,
+    motions: Vec<Curve<Position<'a>>>,
+    loads: Vec<Curve<Position<'a>>>,
 }
 
 impl<'a> MotionLimit<'a> {
-    /// The ways of equations and loads with functions for amplitudes; others are straight between the break points of their tables.
+    /// The curves of equations and loads with functions for amplitudes; others are straight between the break points of their tables.
     pub(super) fn new<const D: usize>(model: &Model<D>, constraints: &'a Constraints) -> Self {
         let equations = constraints.equations();
         let particle = |equation: &ConstraintEquation| equation.dependent / D;
@@ -26,18 +27,18 @@ impl<'a> MotionLimit<'a> {
         // The equations of one particle that is moved along a curve, and the factors that make their values lengths.
         let mut each: Vec<Vec<(&'a ConstraintEquation, f64)>> = moved.iter().map(|_| Vec::new()).collect();
         for equation in equations.iter().filter(|_| !moved.is_empty()) {
-            if let Ok(way) = moved.binary_search(&particle(equation)) {
-                each[way].push((equation, 1.0 / equation.measure()));
+            if let Ok(curve) = moved.binary_search(&particle(equation)) {
+                each[curve].push((equation, 1.0 / equation.measure()));
             }
         }
-        let way = |equations: Vec<(&'a ConstraintEquation, f64)>| {
+        let curve = |equations: Vec<(&'a ConstraintEquation, f64)>| {
             let value =
                 |&(own, factor): &(&ConstraintEquation, f64), load| factor * own.target * own.amplitude.value(load);
-            Way::new(Box::new(move |load| equations.iter().map(|own| value(own, load)).collect()) as Position<'a>)
+            Curve::new(Box::new(move |load| equations.iter().map(|own| value(own, load)).collect()) as Position<'a>)
         };
-        let mut motions: Vec<_> = each.into_iter().map(way).collect();
-        let longest = motions.iter().map(|way| way.extent).fold(0.0, f64::max);
-        motions.retain(|way| way.extent > AT_REST * longest);
+        let mut motions: Vec<_> = each.into_iter().map(curve).collect();
+        let longest = motions.iter().map(|curve| curve.extent).fold(0.0, f64::max);
+        motions.retain(|curve| curve.extent > AT_REST * longest);
 
         let mut amplitudes: Vec<Amplitude> = Vec::new();
         for own in model.terms().iter().flat_map(|term| term.amplitudes()).filter(Amplitude::is_function) {
@@ -45,15 +46,15 @@ impl<'a> MotionLimit<'a> {
                 amplitudes.push(own);
             }
         }
-        let way = |own: Amplitude| Way::new(Box::new(move |load| vec![own.value(load)]) as Position<'a>);
-        MotionLimit { motions, loads: amplitudes.into_iter().map(way).collect() }
+        let curve = |own: Amplitude| Curve::new(Box::new(move |load| vec![own.value(load)]) as Position<'a>);
+        MotionLimit { motions, loads: amplitudes.into_iter().map(curve).collect() }
     }
 
     /// The load factor up to which a step from `now` to `target` may go: the first of as many equal parts as keep all curves
     /// near their straight lines, or are below `smallest`.
     pub(super) fn until(&self, now: f64, target: f64, smallest: f64) -> f64 {
         straight_until(now, target, smallest, |from, to| {
-            self.motions.iter().chain(&self.loads).all(|way| way.is_straight(from, to))
+            self.motions.iter().chain(&self.loads).all(|curve| curve.is_straight(from, to))
         })
     }
 
@@ -62,8 +63,8 @@ impl<'a> MotionLimit<'a> {
     pub(super) fn go_on(&self, [before, now]: [f64; 2], target: f64) -> bool {
         let ratio = (target - now) / (now - before);
         let (mut ahead, mut here) = (0.0, 0.0);
-        for way in &self.motions {
-            let [a, b, c] = [before, now, target].map(|load| way.at(load));
+        for curve in &self.motions {
+            let [a, b, c] = [before, now, target].map(|load| curve.at(load));
             for ((a, b), c) in a.iter().zip(&b).zip(&c) {
                 ahead += (c - b - ratio * (b - a)).powi(2);
                 here += (c - b).powi(2);

@@ -193,7 +193,7 @@ impl<const D: usize> Term<D> for Pointwise<D> {
             else {
                 continue;
             };
-            for own in self.integrand.amplitudes(&Vector3::from_fn(|i, _| if i < D { at[i] } else { 0.0 })) {
+            for own in self.integrand.amplitudes(&padded(at)) {
                 if !all.contains(&own) {
                     all.push(own);
                 }

@@ -8,6 +8,8 @@ mod body_pressures;
 mod body_term;
 mod body_zones;
 mod contraction;
+#[cfg(feature = "solve")]
+mod curve;
 mod diagnostics;
 mod element;
 mod forces;
@@ -26,8 +28,6 @@ mod step_limit;
 mod uncondensed;
 mod views;
 mod volumetric_measure;
-#[cfg(feature = "solve")]
-mod way;
 mod zone_residuals;
 
 pub use amplitude::Amplitude;
@@ -43,11 +43,11 @@ pub use uncondensed::{Product, Zone};
 pub use views::{CondensedUnknowns, Diagnostics, History, TermMatrix, Unilateral};
 
 pub(crate) use at_points::PointMotion;
+#[cfg(feature = "solve")]
+pub(crate) use curve::{Curve, straight_until};
 pub(crate) use forces::each_force;
 pub(crate) use lower::LowerBlocks;
 pub(crate) use protocol::Protocol;
-#[cfg(feature = "solve")]
-pub(crate) use way::{Way, straight_until};
 
 use crate::error::SolveError;
 

@@ -1,26 +1,26 @@
-//! Whether what is prescribed goes straight on between two load factors: what turns or returns within a step would not be seen.
+//! Curves of prescribed values over the load factor: a value that turns or returns within a step would be missed.
 
-/// A step may lead this part of its largest change away from the straight line between its ends: a quarter turn leads
-/// 0.207 away, half a turn 0.5, a full one comes back.
+/// Largest departure of a curve from the straight line between the ends of a step, relative to the largest change within the
+/// step: a quarter turn departs by 0.207, half a turn by 0.5, and a full turn comes back.
 const STRAIGHT: f64 = 0.22;
-/// Departures below this part of a way's whole extent count for nothing: at a corner steps of any size would depart.
+/// Departures below this part of a curve's whole extent are ignored: at a corner steps of any size would depart.
 const SLIGHT: f64 = 0.02;
-/// Where a step is looked at: the middle, and parts that no number of turns makes periods of.
+/// Where a step is sampled: its middle, and fractions that are no multiples of a period for any number of turns.
 const PARTS: [f64; 8] = [0.0901699, 0.2360680, 0.3541020, 0.4721360, 0.5, 0.6180340, 0.7639320, 0.9098301];
 
-/// A way of prescribed values by the load factor.
-pub(crate) struct Way<F> {
+/// Prescribed values as a function of the load factor.
+pub(crate) struct Curve<F> {
     position: F,
     /// The largest distance from the start.
     pub extent: f64,
 }
 
-impl<F: Fn(f64) -> Vec<f64>> Way<F> {
-    /// The way of a position.
+impl<F: Fn(f64) -> Vec<f64>> Curve<F> {
+    /// The curve of a position.
     pub(crate) fn new(position: F) -> Self {
         let start = position(0.0);
         let extent = PARTS.iter().chain(&[1.0]).map(|&load| distance(&position(load), &start)).fold(0.0, f64::max);
-        Way { position, extent }
+        Curve { position, extent }
     }
 
     /// The values at a load factor.
@@ -44,7 +44,7 @@ impl<F: Fn(f64) -> Vec<f64>> Way<F> {
             departure = departure.max(distance(&at, &foot));
             change = change.max(distance(&at, &start));
         }
-        // Values that are no numbers are left to the attempt, which says where they are.
+        // Values that are not finite are left to the attempt, which reports where they are.
         !(departure > SLIGHT * self.extent && departure > STRAIGHT * change)
     }
 }
