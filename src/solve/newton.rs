@@ -135,7 +135,7 @@ impl<const D: usize> Workspace<'_, D> {
             if factor == 1.0 && !cycling.is_at_work() && !unstable && may_reuse(settings, increment, &linear) {
                 let forces = &mut self.forces;
                 let mut kept = ReusedTangent { model, equations, linear, assembler, forces, settings, control };
-                if kept.settle(state, &mut next, &mut buffers, observer, &convergence) {
+                if kept.settle(state, &mut next, &mut buffers, observer, &convergence)? {
                     return Ok(number);
                 }
             }

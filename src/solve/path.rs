@@ -118,8 +118,7 @@ pub struct Iteration {
 /// # let _ = Three(0);
 /// ```
 pub trait Observer {
-    /// Called after each iteration; `Break` ends the analysis with [`Ending::Stopped`], at the next matrix where this one is
-    /// kept.
+    /// Called after each iteration; `Break` ends the analysis with [`Ending::Stopped`].
     fn iteration(&mut self, _iteration: &Iteration) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }

@@ -8,6 +8,7 @@ use super::convergence::{Convergence, is_load_settled};
 use super::functional::Control;
 use super::increment::{Buffers, Increment, Linear, MET};
 use super::path::{Iteration, MatrixUse, Observer};
+use super::rejection::Rejection;
 use super::settings::Newton;
 use super::state::State;
 
@@ -37,6 +38,9 @@ impl<const D: usize> ReusedTangent<'_, D> {
     ///
     /// The contraction is that of two steps together: where pressures are condensed every other step mends what the
     /// one before has left, and single steps tell nothing.
+    ///
+    /// # Errors
+    /// Where an observer breaks off.
     pub(crate) fn settle(
         &mut self,
         state: &mut State,
@@ -44,7 +48,7 @@ impl<const D: usize> ReusedTangent<'_, D> {
         buffers: &mut Buffers,
         observer: &mut dyn Observer,
         convergence: &Convergence<'_>,
-    ) -> bool {
+    ) -> Result<bool, Rejection> {
         let size = convergence.size;
         // The last two increments.
         let mut before = [convergence.increment; 2];
@@ -58,7 +62,7 @@ impl<const D: usize> ReusedTangent<'_, D> {
                 .zip(self.equations.equations())
                 .for_each(|(violation, equation)| *violation /= equation.measure());
             if !self.forces.scale.is_finite() || norm(violation) > MET * size {
-                return false;
+                return Ok(false);
             }
             let Linear { enforced, .. } = self.linear;
             enforced.imbalance(&self.forces.residual, &state.multipliers, &mut buffers.imbalance);
@@ -66,38 +70,39 @@ impl<const D: usize> ReusedTangent<'_, D> {
             negate(&mut self.forces.residual);
             enforced.project(&self.forces.residual, &mut buffers.rhs);
             if self.linear.solve(false, buffers).is_err() {
-                return false;
+                return Ok(false);
             }
             enforced.recover(&buffers.solution, &buffers.zero_violation, &mut next.step, &mut next.multipliers);
             if next.meet_control(self.control, state).is_err() {
-                return false;
+                return Ok(false);
             }
             let increment = norm(&next.step) / size;
             let contraction = increment / before[0];
             if !(contraction <= WORST) {
-                return false;
+                return Ok(false);
             }
             if !next.advance(self.model, &[], state).is_ok_and(|admissible| admissible >= 1.0) {
-                return false;
+                return Ok(false);
             }
             next.apply(1.0, state);
             let matrix = MatrixUse::ReusedTangent;
-            // One that breaks off is heard at the next matrix.
-            let _ =
-                observer.iteration(&Iteration { load: state.load, number, matrix, residual, increment, factor: 1.0 });
+            let seen = Iteration { load: state.load, number, matrix, residual, increment, factor: 1.0 };
+            if self.model.is_ended_by(observer.iteration(&seen)) {
+                return Err(Rejection::Stopped);
+            }
             let forces = residual * (increment / before[1]).min(1.0);
             if increment <= LAST * self.settings.tolerance
                 && forces <= self.settings.forces_settled()
                 && is_load_settled(next, state)
             {
-                return true;
+                return Ok(true);
             }
             let steps = 2.0 * (LAST * self.settings.tolerance / increment).ln() / contraction.ln();
             if steps > WORTH {
-                return false;
+                return Ok(false);
             }
             before = [before[1], increment];
         }
-        false
+        Ok(false)
     }
 }
