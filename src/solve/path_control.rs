@@ -1,7 +1,7 @@
 //! Control of a deflection or the arc length, the load factor being unknown.
 
 use crate::error::{Cause, Driven};
-use crate::linear::vector::{dot, root_mean_square};
+use crate::linear::vector::{dot, norm, root_mean_square};
 
 use super::continuation::Continuation;
 use super::driver::{Arc, Driver, along, predict};
@@ -72,10 +72,14 @@ impl<'a> PathSteps<'a> {
                 let (iterations, state) = run.attempt(start, Control::Functional(&arc, increment))?;
                 // The first arc has no last step: it goes where the load pushes.
                 let now = &run.state.displacement;
-                let last = run.previous.as_ref().map_or(first.clone(), |previous| {
-                    now.iter().zip(&previous.displacement).map(|(now, then)| now - then).collect()
-                });
-                if dot(&state.displacement, &last) < dot(now, &last) {
+                let change =
+                    |to: &[f64], from: &[f64]| -> Vec<f64> { to.iter().zip(from).map(|(t, f)| t - f).collect() };
+                let last = run.previous.as_ref().map_or(first.clone(), |previous| change(now, &previous.displacement));
+                let next = change(&state.displacement, now);
+                // Arcs that differ by more than 60° end nearer to where they began than to their prediction: half of one tells
+                // whether the path turns there. One that runs back is none.
+                let cosine = dot(&next, &last) / (norm(&next) * norm(&last));
+                if cosine < if self.rejected { 0.0 } else { 0.5 } {
                     run.count_rejection();
                     return Err(Cause::Turned.into());
                 }
