@@ -5,6 +5,7 @@
 mod chain;
 mod chains;
 mod contact_surface;
+mod counted;
 mod faces;
 mod facets;
 mod facing;

@@ -6,6 +6,7 @@ use crate::term::{
 };
 
 use super::contact_surface::Trace;
+use super::counted::CountedMean;
 use super::facing::THROUGH;
 use super::friction::{Friction, friction_step};
 use super::rigid::{Drive, Placed};
@@ -63,8 +64,8 @@ const SHARPEST: f64 = 4.0;
 
 /// Unilateral contact of a part of the boundary with a rigid surface, with Coulomb's friction or without.
 ///
-/// With the mean gap of a trace function, $\bar g_J = \int\Theta_J\\,g(x)\\,\mathrm d\Gamma/A_J$, and its pressure $\pi_J$ per
-/// reference area, equilibrium is a saddle of $\Pi(d) - \sum_J A_J\\,\pi_J\\,\bar g_J$ with
+/// With the gap $\bar g_J$ of a trace function, a mean of $g(x)$ with $\Theta_J$ in which depth counts for more ([`CountedMean`]), and its
+/// pressure $\pi_J$ per reference area, equilibrium is a saddle of $\Pi(d) - \sum_J A_J\\,\pi_J\\,\bar g_J$ with
 /// $$\bar g_J \ge 0,\quad \pi_J \ge 0,\quad \pi_J\\,\bar g_J = 0.$$
 /// Pressures are condensed unknowns, condensed before assembly: with the trace functions in contact those where
 /// $\pi_J > c\\,\bar g_J$ (a semismooth Newton method on the complementarity), an iteration solves for
@@ -93,6 +94,8 @@ pub(crate) struct RigidContact<const D: usize> {
 
 /// What a trace function knows of the surface at a state.
 pub(crate) struct LocalContact<const D: usize> {
+    /// $\bar g_J$ \[length\], without an interference.
+    mean: CountedMean,
     /// $\bar g_J$ \[length\].
     pub gap: f64,
     /// Its change with the load factor.
@@ -192,7 +195,7 @@ impl<const D: usize> RigidContact<D> {
         contact
     }
 
-    /// Visits the points of a trace function.
+    /// Visits the points of a trace function, with their parts in its gap times area, $A_J\\,\partial\bar g_J/\partial g$.
     pub(crate) fn local_contact(
         &self,
         trace: usize,
@@ -201,24 +204,32 @@ impl<const D: usize> RigidContact<D> {
     ) -> LocalContact<D> {
         let (index, trace) = (trace, &self.contact_surface.traces[trace]);
         let placed = self.placed(view.displacement, view.load);
-        let (mut gap, mut by_load) = (0.0, 0.0);
-        let (mut normal, mut beside, mut arms) = (Point::<D>::zeros(), Point::<D>::zeros(), Point::<D>::zeros());
-        for (k, &(point, weight)) in trace.points.iter().enumerate() {
+        let mut points = Vec::with_capacity(trace.points.len());
+        let mut gaps = Vec::with_capacity(trace.points.len());
+        let (mut beside, mut all_arms) = (Point::<D>::zeros(), Point::<D>::zeros());
+        for &(point, weight) in &trace.points {
             let u = self.contact_surface.displacement(point, view.displacement);
             let x = self.contact_surface.table.positions()[point as usize] + u;
             let found = placed.nearest(&*self.surface.shape, &x);
-            gap += weight * found.gap;
             let arm = placed.arm(&x);
-            by_load -= weight * found.normal.dot(&placed.rate(&arm));
-            arms += arm * weight;
-            normal += found.normal * weight;
+            gaps.push((found.gap, weight));
             beside += u * weight;
-            visit(k, weight, &found, &arm);
+            all_arms += arm * weight;
+            points.push((found, arm));
         }
-        let (length, arms) = (normal.norm(), arms / trace.area);
+        let mean = CountedMean::new(&gaps, trace.width);
+        let (mut by_load, mut normal) = (0.0, Point::<D>::zeros());
+        for (k, ((found, arm), (gap, weight))) in points.iter().zip(&gaps).enumerate() {
+            let part = weight * mean.part(*gap);
+            by_load -= part * found.normal.dot(&placed.rate(arm));
+            normal += found.normal * part;
+            visit(k, part, found, arm);
+        }
+        let (length, arms) = (normal.norm(), all_arms / trace.area);
         let [shift, shift_by_load] = self.shift(index, view.load);
         LocalContact {
-            gap: gap / trace.area + shift,
+            gap: mean.gap + shift,
+            mean,
             by_load: by_load / trace.area + shift_by_load,
             normal: if length > 0.0 { normal / length } else { normal },
             beside: beside / trace.area - placed.offset,
@@ -321,8 +332,9 @@ impl<const D: usize> RigidContact<D> {
         let (mut pull, mut most, mut at) = (0.0, f64::NEG_INFINITY, 0);
         for (index, trace) in self.contact_surface.traces.iter().enumerate() {
             let mut along = 0.0;
-            let now = self.local_contact(index, after, |k, weight, found, _| {
-                let outward = self.contact_surface.outward(trace.points[k].0, after.displacement);
+            let now = self.local_contact(index, after, |k, _, found, _| {
+                let (point, weight) = trace.points[k];
+                let outward = self.contact_surface.outward(point, after.displacement);
                 let cosine = (0..D).map(|i| found.normal[i] * outward[i]).sum::<f64>() / outward.norm();
                 along += weight / trace.area * cosine;
             });
@@ -348,8 +360,9 @@ impl<const D: usize> RigidContact<D> {
     /// Whether most of the nearest places of the surface are beside another part of the boundary: the body has slipped past it there.
     fn is_shielded(&self, trace: usize, view: &View<'_>) -> bool {
         let (table, mut shielded) = (&self.contact_surface.table, 0.0);
-        self.local_contact(trace, view, |k, weight, found, _| {
-            let nearest = self.place(self.contact_surface.traces[trace].points[k].0, view) - found.normal * found.gap;
+        self.local_contact(trace, view, |k, _, found, _| {
+            let (point, weight) = self.contact_surface.traces[trace].points[k];
+            let nearest = self.place(point, view) - found.normal * found.gap;
             let mut others = 0..table.positions().len() as u32;
             if found.gap > 0.0 && others.any(|p| (self.place(p, view) - nearest).norm() < 0.5 * found.gap) {
                 shielded += weight;
@@ -370,10 +383,10 @@ impl<const D: usize> RigidContact<D> {
         let (mut change, mut moved) = (0.0, Point::<D>::zeros());
         let points = &self.contact_surface.traces[trace].points;
         let was = if self.has_friction() { self.before(trace, view.condensed).1 } else { 0.0 };
-        let local_contact = self.local_contact(trace, view, |k, weight, found, arm| {
-            let (point, _) = points[k];
+        let local_contact = self.local_contact(trace, view, |k, part, found, arm| {
+            let (point, weight) = points[k];
             let (by, pushed) = (self.contact_surface.displacement(point, step), self.moved(&placed, arm, step));
-            change += weight * found.normal.dot(&(by - pushed));
+            change += part * found.normal.dot(&(by - pushed));
             let along = self.moved(&placed, &Point::zeros(), step);
             moved += (by - pushed - placed.spun(&(by - along)) * (placed.angle() - was)) * weight;
         });
@@ -383,41 +396,117 @@ impl<const D: usize> RigidContact<D> {
 }
 
 impl<const D: usize> RigidContact<D> {
-    /// Adds the second derivatives of the gaps at the points of a facet, times the pressures there: by their displacements and by the
-    /// motions of the surface, whose normal turns with it. Point by point, for each lies under many trace functions; of one that lets go
-    /// in this iteration the pressure counts too, and is none in the next.
+    /// Adds the second derivatives of the gaps over a facet, times the pressures there, by displacements and by the motions of the surface,
+    /// whose normal turns with it; of one that lets go in this iteration the pressure counts too, and is none in the next. Point by point,
+    /// for each lies under many trace functions.
     fn add_curvature(&self, facet: usize, view: &View<'_>, matrix: &mut [f64]) {
         let (contact_surface, table) = (&self.contact_surface, &self.contact_surface.table);
         let placed = self.placed(view.displacement, view.load);
-        let size = self.facet_nodes(facet).len() * D;
+        let mut means: Vec<(u32, CountedMean)> = Vec::new();
         for point in table.clusters().points(facet) {
-            let over = contact_surface.over[point].iter().map(|&(trace, weight)| (trace as usize, weight));
-            let pressed = over.map(|(trace, weight)| (trace, weight * self.pressure(trace, view.condensed).0.max(0.0)));
-            let pressed = pressed.filter(|(_, force)| *force > 0.0);
-            if pressed.clone().next().is_none() {
-                continue;
+            let (mut by_normal, mut by_square, mut found) = (0.0, 0.0, None);
+            for &(trace, weight) in &contact_surface.over[point] {
+                let force = weight * self.pressure(trace as usize, view.condensed).0.max(0.0);
+                if force == 0.0 {
+                    continue;
+                }
+                let mean = match means.iter().find(|(other, _)| *other == trace) {
+                    Some((_, mean)) => *mean,
+                    None => {
+                        let mean = self.local_contact(trace as usize, view, |_, _, _, _| {}).mean;
+                        means.push((trace, mean));
+                        mean
+                    }
+                };
+                let nearest: &Nearest<D> =
+                    found.get_or_insert_with(|| placed.nearest(&*self.surface.shape, &self.place(point as u32, view)));
+                let bent = contact_surface.traces[trace as usize].width * nearest.curvature.norm();
+                by_normal -= force * mean.part(nearest.gap) * (SHARPEST / bent).min(1.0);
+                by_square -= force * mean.curvature(nearest.gap);
             }
-            let x = self.place(point as u32, view);
+            let Some(found) = found else { continue };
+            let motions = self.motions(&placed, &placed.arm(&self.place(point as u32, view)));
+            let seen = (table.clusters().local(point), table.values(point));
+            if by_square != 0.0 {
+                Self::add_depth(by_square, (&found, &motions), seen, matrix);
+            }
+            if found.curvature.norm() != 0.0 || motions[1].is_some() {
+                Self::add_bent(by_normal, &found, seen, matrix);
+                self.add_turned(by_normal, (&found, &placed, &motions), seen, matrix);
+            }
+        }
+    }
+
+    /// Adds what the second derivatives of the gap of a trace function have beside those of its points: depth counts from the mean,
+    /// $\int\Theta\,c''\,(\nabla g - \nabla\bar g)(\nabla g - \nabla\bar g)^T$.
+    fn add_mean(&self, trace: usize, view: &View<'_>, mean: &CountedMean, slope: &[f64], matrix: &mut [f64]) {
+        let pressure = self.pressure(trace, view.condensed).0.max(0.0);
+        let (surface, size) = (&self.contact_surface, slope.len());
+        let trace = &surface.traces[trace];
+        let placed = self.placed(view.displacement, view.load);
+        let (mut bent, mut whole) = (vec![0.0; size], 0.0);
+        for (k, &(point, weight)) in trace.points.iter().enumerate() {
+            let x = self.place(point, view);
             let found = placed.nearest(&*self.surface.shape, &x);
-            let motions = self.motions(&placed, &placed.arm(&x));
-            let curvature = found.curvature.norm();
-            if curvature == 0.0 && motions[1].is_none() {
+            let factor = -pressure * weight * mean.curvature(found.gap);
+            if factor == 0.0 {
                 continue;
             }
-            let sharpest = |trace: usize| (SHARPEST / (contact_surface.traces[trace].width * curvature)).min(1.0);
-            let factor = -pressed.map(|(trace, force)| force * sharpest(trace)).sum::<f64>();
-            let (local, values) = (table.clusters().local(point), table.values(point));
-            for (&b, value) in local.iter().zip(values) {
-                for j in 0..D {
-                    let column = &mut matrix[(b as usize * D + j) * size..][..size];
-                    for (&a, other) in local.iter().zip(values) {
-                        for i in 0..D {
-                            column[a as usize * D + i] += factor * value * other * found.curvature[(i, j)];
-                        }
+            whole += factor;
+            for (&l, value) in trace.local(k).iter().zip(surface.table.values(point as usize)) {
+                (0..D).for_each(|i| bent[l as usize * D + i] += factor * value * found.normal[i]);
+            }
+            for (i, motion) in self.motions(&placed, &placed.arm(&x)).iter().enumerate() {
+                if let Some(motion) = motion {
+                    bent[size - D + i] -= factor * found.normal.dot(motion);
+                }
+            }
+        }
+        if whole == 0.0 {
+            return;
+        }
+        let (by_area, by_square) = (1.0 / trace.area, whole / trace.area.powi(2));
+        for (column, (slope_b, bent_b)) in matrix.chunks_exact_mut(size).zip(slope.iter().zip(&bent)) {
+            for (entry, (slope_a, bent_a)) in column.iter_mut().zip(slope.iter().zip(&bent)) {
+                *entry += by_square * slope_a * slope_b - by_area * (slope_a * bent_b + bent_a * slope_b);
+            }
+        }
+    }
+
+    /// Adds a factor times the second derivatives of the gap of a point by its displacements.
+    fn add_bent(factor: f64, found: &Nearest<D>, (local, values): (&[u16], &[f64]), matrix: &mut [f64]) {
+        let size = matrix.len().isqrt();
+        for (&b, value) in local.iter().zip(values) {
+            for j in 0..D {
+                let column = &mut matrix[(b as usize * D + j) * size..][..size];
+                for (&a, other) in local.iter().zip(values) {
+                    for i in 0..D {
+                        column[a as usize * D + i] += factor * value * other * found.curvature[(i, j)];
                     }
                 }
             }
-            self.add_turned(factor, (&found, &placed, &motions), (local, values), matrix);
+        }
+    }
+
+    /// Adds a factor times the square of the derivative of the gap of a point, by its displacements and the motions of the surface.
+    fn add_depth(
+        factor: f64,
+        (found, motions): (&Nearest<D>, &[Option<Point<D>>; 2]),
+        (local, values): (&[u16], &[f64]),
+        matrix: &mut [f64],
+    ) {
+        let size = matrix.len().isqrt();
+        let mut slope: Vec<(usize, f64)> = Vec::with_capacity(values.len() * D + motions.len());
+        for (&a, value) in local.iter().zip(values) {
+            slope.extend((0..D).map(|i| (a as usize * D + i, value * found.normal[i])));
+        }
+        for (m, motion) in motions.iter().enumerate() {
+            slope.extend(motion.map(|motion| (size - D + m, -found.normal.dot(&motion))));
+        }
+        for &(column, right) in &slope {
+            for &(row, left) in &slope {
+                matrix[column * size + row] += factor * left * right;
+            }
         }
     }
 
@@ -501,17 +590,17 @@ impl<const D: usize> Term<D> for RigidContact<D> {
         slope.clear();
         slope.resize(size, 0.0);
         let placed = self.placed(view.displacement, view.load);
-        let local_contact = self.local_contact(cluster, &view, |k, weight, found, arm| {
+        let local_contact = self.local_contact(cluster, &view, |k, part, found, arm| {
             let values = self.contact_surface.table.values(trace.points[k].0 as usize);
             let motions = self.motions(&placed, arm);
             for (&l, value) in trace.local(k).iter().zip(values) {
                 for i in 0..D {
-                    slope[l as usize * D + i] += weight * value * found.normal[i];
+                    slope[l as usize * D + i] += part * value * found.normal[i];
                 }
             }
             for (i, motion) in motions.iter().enumerate() {
                 if let Some(motion) = motion {
-                    slope[size - D + i] -= weight * found.normal.dot(motion);
+                    slope[size - D + i] -= part * found.normal.dot(motion);
                 }
             }
         });
@@ -537,14 +626,16 @@ impl<const D: usize> Term<D> for RigidContact<D> {
             zone.shear = self.stiffness.decisive / (trace.area * trace.width);
         }
         if out.with_matrix && condensed {
+            let square = proximal / trace.area;
             for (column, b) in out.matrix.chunks_exact_mut(size).zip(&slope) {
-                let factor = proximal / trace.area * b;
+                let factor = square * b;
                 if factor != 0.0 {
                     for (entry, a) in column.iter_mut().zip(&slope) {
                         *entry += factor * a;
                     }
                 }
             }
+            self.add_mean(cluster, &view, &local_contact.mean, &slope, &mut out.matrix);
         }
         if self.has_friction() {
             self.friction(cluster, &view, &local_contact).add(&self.moves(cluster, &view), &slope, out);

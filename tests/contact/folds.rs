@@ -1,22 +1,12 @@
-//! States that jump to folded ones under a plate.
+//! Bodies that fold, or that a rigid surface would pass into, where nothing between particles resists.
 
-use rkpm::error::Cause;
 use rkpm::prelude::*;
-use rkpm::solve::Ending;
 
-/// How evenly volume changes in a state: the largest J over the smallest.
-fn unevenness(problem: &Problem<2>, state: &State) -> f64 {
-    let jacobians = problem.deformation_gradients(state).unwrap().into_iter().map(|f| f.determinant());
-    let [low, high] = jacobians.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], j| [low.min(j), high.max(j)]);
-    high / low
-}
-
-/// A sleeve that tapers, held at its base and pressed by a plate on its rounded top by 0.4 of its height: from 0.6 of that on its inside
-/// creases, and fine models jump to states whose force has fallen by a third and more, with J from 0.1 to 2 at k/µ = 500. Such a jump
-/// is no step, however short: the run ends with its cause, and with the states before it. On coarse models nothing jumps.
+/// A sleeve that tapers, fixed at its base and pressed by a plate on its rounded top by 0.4 of its height, creases at its bore. All models
+/// reach the end on the smooth branch, their forces rise and fall together, and no point loses half of its volume.
 #[test]
-fn a_jump_to_a_folded_state_ends_the_run() {
-    let mut jumps = 0;
+fn a_sleeve_creases_without_folding_between_points() {
+    let mut last = Vec::new();
     for spacing in [2.0, 1.6, 1.25, 1.0, 0.8] {
         let outline = Outline::at([6.0, 0.0])
             .line("bottom", [15.0, 0.0])
@@ -29,20 +19,39 @@ fn a_jump_to_a_folded_state_ends_the_run() {
             .contact("top", plate);
         let eighths = Stepping { first: 0.125, largest: 0.125, ..Stepping::default() };
         let problem = sleeve.discretize(&Scheme::default().spacing(spacing).stepping(eighths)).unwrap();
-        let path = problem.run().unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
         let forces: Vec<f64> =
             path.steps.iter().map(|step| -problem.contact(&step.state, "plate").unwrap().force[1]).collect();
         let particles = problem.cells().positions().len();
-        let (load, uneven) = (path.last().load, unevenness(&problem, path.last()));
-        println!("{particles} particles: {:.2} N at {load:.3}, J uneven by {uneven:.1}", forces[forces.len() - 1]);
-        // The sleeve softens by up to 23 % in an eighth of the way; what jumped lost a third and more at once.
+        let jacobians = problem.deformation_gradients(path.last()).unwrap().into_iter().map(|f| f.determinant());
+        let [low, high] = jacobians.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], j| [low.min(j), high.max(j)]);
         let fall = forces.windows(2).map(|pair| 1.0 - pair[1] / pair[0]).fold(0.0, f64::max);
-        assert!(fall < 0.25, "{particles} particles: {fall}");
-        if let Ending::Stalled(stalled) = &path.ending {
-            let Cause::Folded { before, after } = stalled.cause else { panic!("{stalled:?}") };
-            assert!(load > 0.6 && after > 1.8 * before && uneven < 10.0, "{particles} particles: {uneven}");
-            jumps += 1;
-        }
+        println!(
+            "{particles} particles: {:.2} N, J from {low:.2} to {high:.2}, falls by {fall:.3}",
+            forces[forces.len() - 1]
+        );
+        assert!(low > 0.5 && fall < 0.25, "{particles} particles: {low}, {fall}");
+        last.push(forces[forces.len() - 1]);
     }
-    assert_eq!(jumps, 3);
+}
+
+/// A shaft pressed by 0.35 into the half-round groove of radius 0.3 that it fits, to surface pressures of 7 shear moduli: it stays outside of the
+/// body and the forces balance. Reference: −2.74, outlines at spacings 0.07, 0.06 and 0.05 (example `folds`), known to half a per cent.
+/// Where only mean gaps were closed the shaft passed between the particles of the boundary, with forces of −0.2 to −1.
+#[test]
+fn a_shaft_does_not_leak_into_the_body_between_particles() {
+    for name in ["groove_9", "groove_11", "groove_13", "groove_quadrangles_2"] {
+        let file = format!("{}/examples/meshes/folds/{name}.msh", env!("CARGO_MANIFEST_DIR"));
+        let shaft = RigidSurface::shaft([1.0, 1.0], 0.3).moving([0.0, -0.35]).named("shaft");
+        let rubber = Rubber::mooney_rivlin(0.4, 0.1, 1000.0).unwrap();
+        let block = Scene::new(Mesh::<2>::read(file).unwrap(), PlaneStrain, rubber).hold("bottom");
+        let problem = block.contact("groove", shaft).discretize(&Scheme::default()).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        let contact = problem.contact(path.last(), "shaft").unwrap();
+        let (force, depth) = (contact.force[1], contact.depth.unwrap());
+        let foot = problem.reaction(path.last(), "bottom").unwrap();
+        println!("{name}: {force:.4}, {depth:.4} deep, {} iterations", path.iterations);
+        assert!((force / -2.74 - 1.0).abs() < 0.05 && depth < 0.03, "{name}: {force}, {depth} deep");
+        assert!((foot + contact.force).norm() < 1e-6 * force.abs(), "{name}: {foot} against {}", contact.force);
+    }
 }

@@ -308,8 +308,8 @@ fn a_rounded_block_squeezed_on_six_sides() {
     }
 }
 
-/// A bar that is narrower than a few spacings ends its run where it would slip between particles, and so does a ball in space that touches none; no run
-/// completes without the force of a finer one.
+/// A bar that is narrower than a few spacings does not slip between particles, and a ball in 3D that touches none ends its run: what completes has the
+/// force of a finer model.
 #[test]
 fn narrow_tools_do_not_pass_through() {
     let rubber = || Rubber::neo_hookean(0.5, 1e3).unwrap();
@@ -323,8 +323,10 @@ fn narrow_tools_do_not_pass_through() {
         let path = problem.run().unwrap();
         let force = problem.contact(path.last(), "bar").unwrap().force[1];
         println!("{cells}: load {:.3}, force {force:.2}, {:?}", path.last().load, path.ending);
+        // The mean gap under a trace function of width h is off by the order of h²/R.
+        let off = 0.25 * (20.0 / cells as f64 / 4.0f64).powi(2);
         match &path.ending {
-            Ending::Completed => assert!(abs_diff_eq!(force / -35.3, 1.0, epsilon = 0.1), "{cells}: {force}"),
+            Ending::Completed => assert!(abs_diff_eq!(force / -35.3, 1.0, epsilon = off), "{cells}: {force}"),
             Ending::Stalled(stalled) => assert!(stalled.load > 0.3 && force < 0.0, "{cells}: {stalled:?} {force}"),
             other => panic!("{cells}: {other:?}"),
         }

@@ -21,7 +21,7 @@ pub struct ContactPoint<const D: usize> {
     pub position: Point<D>,
     /// Pressure per current area \[stress\], zero or above: on the body, against the normal of the body.
     pub pressure: f64,
-    /// Mean gap over its trace function \[length\]; zero in contact.
+    /// Gap over its trace function \[length\], a mean in which depth behind a rigid surface counts for more; zero in contact.
     pub gap: f64,
     /// Traction per current area on the body \[stress\], friction included.
     pub traction: Point<D>,
@@ -120,8 +120,8 @@ impl<const D: usize> Problem<D> {
             let moved = self.node_displacement(particle, state)?;
             let (mut force, mut moment) = (Point::<D>::zeros(), Vector3::zeros());
             let mut behind = -placed.nearest(&*law.surface.shape, &(reference + moved)).gap;
-            let local_contact = law.local_contact(k, &view, |p, weight, nearest, _| {
-                let (point, _) = trace.points[p];
+            let local_contact = law.local_contact(k, &view, |p, part, nearest, _| {
+                let (point, weight) = trace.points[p];
                 let x = law.contact_surface.table.positions()[point as usize]
                     + law.contact_surface.displacement(point, &state.displacement);
                 let stretch = law.contact_surface.outward(point, &state.displacement).norm();
@@ -134,7 +134,7 @@ impl<const D: usize> Problem<D> {
                     _ => 1.0 + table.displacement_gradient(point as usize, &state.displacement)[(2, 2)],
                 };
                 width += weight * stretch / hoop;
-                let push = (nearest.normal * nominal + friction) * weight;
+                let push = nearest.normal * (nominal * part) + friction * weight;
                 force += push;
                 moment += padded::<D, 3>(&x).cross(&padded(&push));
             });
