@@ -62,13 +62,6 @@ pub enum Cause {
         /// Unstable modes of the last state found.
         modes: usize,
     },
-    /// A step has made the changes of volume far less even: the field may be folded between points.
-    Folded {
-        /// The largest $J$ over the smallest one before the step.
-        before: f64,
-        /// The same after it.
-        after: f64,
-    },
     /// Even the smallest time step has an error above the tolerance.
     TimeError {
         /// The relative error of the stress.
@@ -192,11 +185,6 @@ impl fmt::Display for Cause {
                 f,
                 "no stable state was found: the last one has {modes} unstable modes, and a perturbation led to no stable state \
                  either. The body buckles or slips away here; support it, add friction, or use StepControl::ArcLength"
-            ),
-            Cause::Folded { before, after } => write!(
-                f,
-                "the ratio of the largest to the smallest J went from {before:.2} to {after:.2} in one step, as if the rubber folded \
-                 between particles: round the edge where it creases, or take more particles there"
             ),
             Cause::TimeError { error, tolerance } => write!(
                 f,

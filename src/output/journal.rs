@@ -2,7 +2,7 @@
 //!
 //! A journal is a text file of JSON lines, each with a checksum over its record:
 //! ```text
-//! {"check":"<16 hex digits>","record":{"start":{"version":2,"state":{…}}}}
+//! {"check":"<16 hex digits>","record":{"start":{"version":3,"state":{…}}}}
 //! {"check":"<16 hex digits>","record":{"step":{"state":{…},"iterations":5,…}}}
 //! {"check":"<16 hex digits>","record":{"end":{"ending":"Completed",…}}}
 //! ```
@@ -11,7 +11,7 @@
 //! process dies, the file holds every converged step but at most a piece of the last, which a reader ignores.
 //!
 //! A history of stages has one journal: behind the `end` of a completed stage stands the `start` of the next, each with the name of its
-//! stage (`"start":{"version":2,"stage":"release","state":{…}}`). `Stages::run_journaled` writes and resumes it.
+//! stage (`"start":{"version":3,"stage":"release","state":{…}}`). `Stages::run_journaled` writes and resumes it.
 //!
 //! ```
 //! use rkpm::output::Journal;
@@ -44,7 +44,7 @@ use crate::error::OutputError;
 use crate::solve::{Ending, EquilibriumPath, Observer, State, Step};
 
 /// The layout of the records; files of others are refused.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// What stands before and behind the checksum and behind the record on every line.
 const BEFORE: &str = "{\"check\":\"";
 const BETWEEN: &str = "\",\"record\":";
@@ -327,7 +327,9 @@ fn named(path: &FilePath, runs: Vec<Recorded>) -> Result<Vec<(String, Equilibriu
 fn follow(runs: &mut Vec<Recorded>, record: Record) -> Result<(), String> {
     match (runs.last_mut(), record) {
         (_, Record::Start { version, .. }) if version != VERSION => {
-            return Err(format!("version {version} of the layout, this crate reads {VERSION}"));
+            return Err(format!(
+                "version {version} of the layout, this crate reads {VERSION}: run the analysis anew, or read it with the crate that wrote it"
+            ));
         }
         (None, Record::Start { stage, state, .. }) => runs.push(Recorded { stage, path: EquilibriumPath::new(state) }),
         (None, _) => return Err("the first record is not the start of a run".into()),

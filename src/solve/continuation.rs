@@ -13,9 +13,7 @@ use super::path::{Ending, EquilibriumPath, Observer, Step, StepControlState};
 use super::rejection::Rejection;
 use super::settings::{Newton, TangentUpdate};
 use super::state::State;
-use super::stepping::{
-    EVEN, FOLD_ITERATIONS, FOLD_STEP, FOLD_STEP_UNEVEN, FOLDED, Following, LARGE_CHANGE, StepControl, TOO_LARGE,
-};
+use super::stepping::{Following, LARGE_CHANGE, StepControl, TOO_LARGE};
 
 /// One run: what it works with and what it has reached.
 pub(super) struct Continuation<'a, 'o, const D: usize> {
@@ -103,16 +101,12 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
 
     /// Tries one state, which has to lie on the path of the current one.
     pub(super) fn attempt(&mut self, attempt: State, control: Control<'_>) -> Result<(usize, State), Rejection> {
-        let load_control = matches!(control, Control::Load(_));
         let (iterations, state) = self.iterate(attempt, control)?;
         self.on_path(&state).inspect_err(|_| self.count_rejection())?;
         let before = self.workspace.model.at_own(&self.state);
         if let Some(why) = self.workspace.model.at_own(&state).check_step(before) {
             self.count_rejection();
             return Err(Cause::Refused(why).into());
-        }
-        if load_control {
-            self.unfolded(&state, iterations).inspect_err(|_| self.count_rejection())?;
         }
         Ok((iterations, state))
     }
@@ -213,24 +207,6 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
         }
         let before = self.modes();
         if after == before { Ok(()) } else { Err(Cause::Unstable { before, after }.into()) }
-    }
-
-    /// Rejects a state that was found slowly, far from the current one, and whose changes of volume are far less even: folds
-    /// between points cost little where pressures are projected, and stable states have them as well.
-    fn unfolded(&self, attempt: &State, iterations: usize) -> Result<(), Rejection> {
-        // Where bodies touch a state may jump to a folded one in any step: one that is right is reached by shorter steps, in each of
-        // which the changes of volume are about as even as before. What is uneven already, as beside corners that a contact passes,
-        // grows by as much in right states, and is looked at in longer steps alone.
-        let unilateral = self.workspace.model.is_unilateral();
-        let step = (attempt.load - self.state.load).abs();
-        if iterations < FOLD_ITERATIONS || !unilateral && step <= FOLD_STEP {
-            return Ok(());
-        }
-        let uneven = |jacobians: Option<[f64; 2]>| jacobians.map_or(1.0, |[low, high]| high / low);
-        let before = uneven(self.path.steps.last().and_then(|step| step.diagnostics.jacobians));
-        let after = uneven(self.workspace.model.at_own(attempt).diagnostics().jacobians);
-        let jumped = after > FOLDED * before && (before < EVEN || step > FOLD_STEP_UNEVEN);
-        if jumped { Err(Cause::Folded { before, after }.into()) } else { Ok(()) }
     }
 
     /// Unstable modes of the current state. Those of the first one are counted when they are requested, which

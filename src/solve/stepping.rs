@@ -143,14 +143,3 @@ pub(super) const FIRST_GRADIENT: f64 = 0.25;
 /// A step that changes $\nabla u$ by more than this part of $1 + |\nabla u|$ may have left its path: where it has
 /// gained or lost unstable modes it is repeated with half the increment.
 pub(super) const LARGE_CHANGE: f64 = 1e-3;
-/// Attempts of at least this many iterations may have folded the field between points: states that are right and as uneven
-/// take fewer, or a few smaller steps more.
-pub(super) const FOLD_ITERATIONS: usize = 7;
-/// The part of the load over which such attempts go at least, unless bodies touch.
-pub(super) const FOLD_STEP: f64 = 0.13;
-/// The same where bodies touch and volumes have changed unevenly already.
-pub(super) const FOLD_STEP_UNEVEN: f64 = 0.01;
-/// Up to which ratio of the largest change of volume to the smallest a field counts as even.
-pub(super) const EVEN: f64 = 5.0;
-/// How many times less even the volume ratios have become in a folded field: the largest over the smallest.
-pub(super) const FOLDED: f64 = 1.8;

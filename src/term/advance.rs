@@ -9,7 +9,7 @@ use super::CondensedUnknowns;
 use super::body::Body;
 use super::element::View;
 use super::pressure_field::PressureField;
-use super::step_limit::{largest_step, largest_step_of_hoops};
+use super::step_limit::{largest_part, largest_step, largest_step_of_hoops};
 use super::zone_residuals::ZoneResiduals;
 
 impl<const D: usize, M: Material> Body<D, M> {
@@ -42,7 +42,9 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
         let table = &body.table;
         let n = body.functions;
         let (theta, pi, measure) = body.zone(cluster, view.condensed);
-        let mut zone = ZoneResiduals::new(theta, pi, body.stabilisation(cluster), measure);
+        let share = body.stabilisation(cluster);
+        let iterates = body.point_iterates(cluster, view.condensed);
+        let mut zone = ZoneResiduals::new(theta, pi, share, measure);
         let mut bound: f64 = 1.0;
         // C δd, function by function.
         let mut change_of_pi = [0.0; 4];
@@ -68,6 +70,14 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
                 condensed_step[at] = of_theta;
                 condensed_step[at + 1] = u.slope - view.condensed[2 * point + 1] + u.curvature * of_theta;
             } else {
+                if let Some(&[theta, pi]) = iterates.get(2 * (point - first)..2 * (point - first) + 2) {
+                    let u = body.pointwise_energy(volumetric, theta);
+                    let of_theta = j - theta + change;
+                    let at = 2 * (n + point - first);
+                    condensed_step[at] = of_theta;
+                    condensed_step[at + 1] = share * (u.slope + u.curvature * of_theta) - pi;
+                    bound = bound.min(largest_part(theta, of_theta));
+                }
                 let (phi, weight) = (body.phi(point), table.weights()[point]);
                 let measure = zone.add(body, volumetric, point, weight, theta, j);
                 for (change_of_pi, phi) in change_of_pi.iter_mut().zip(phi) {
@@ -84,8 +94,9 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
         }
         if n > 0 {
             // The exponent follows the pressure that is held, not that of the step: increments are linear in steps.
-            let held = view.condensed[body.unknowns(cluster)][2 * n];
-            condensed_step[2 * n] = body.pulled(cluster, pi[0] * body.unit(cluster), held) - held;
+            let last = condensed_step.len() - 1;
+            let held = view.condensed[body.unknowns(cluster)][last];
+            condensed_step[last] = body.pulled(cluster, pi[0] * body.unit(cluster), held) - held;
         }
         bound
     }

@@ -8,17 +8,22 @@ use crate::table::ShapeTable;
 use super::CondensedUnknowns;
 use super::amplitude::Amplitude;
 use super::pressure_field::{PressureField, ProjectedMeasure};
-use super::stabilisation::pointwise_share;
+use super::stabilisation::{POINTWISE_SHARE, PointwiseEnergy, WIDEST, pointwise_share};
 use super::volumetric_measure::VolumetricMeasure;
 
 /// The elastic energy of a body over a table, $\Pi = \int W(F)\\,\mathrm d\Omega$ (4.4).
 ///
-/// With projected pressures, $W = \bar W(F) + (1-s)\\,U(\bar J) + s\\,U(J)$, where $G(\bar J) = \varphi^T\theta$ is the
+/// With projected pressures, $W = \bar W(F) + R(\bar J) + s\\,h(J)$, $R = U - s\\,h$, where $G(\bar J) = \varphi^T\theta$ is the
 /// $L_2$ projection of a measure $G(J)$ of the volume on the zone functions $\varphi$; $\theta$ and $\pi$
 /// ($p = G'\varphi^T\pi$) are unknowns of Newton's method, condensed before assembly. With orthonormal $\varphi$,
-/// $\hat U(G(J)) = U(J)$, $C = \int\varphi\\,\partial G/\partial d$ and $H = \int\varphi\\,(1-s)\hat U''\varphi^T$ the
+/// $\hat R(G(J)) = R(J)$, $C = \int\varphi\\,\partial G/\partial d$ and $H = \int\varphi\\,\hat R''\varphi^T$ the
 /// condensed system is
 /// $$\Big[K_{dev} + \int \varphi^T\pi\\,\partial^2_{dd}G + C^T H C\Big]\delta d = -\big(f + C^T(r_\theta + H r_\pi)\big).$$
+///
+/// What stays pointwise, $h = k\\,(J^5 + J^{-5} - 2)/50$, has the curvature of $U$ at $J = 1$ and grows fast away from it: with $U$ itself a
+/// point could lose most of its volume for an energy of the size of $\mu_0$, and bodies folded inside their zones. Where $s\\,h''$
+/// reaches half of $U''$ it stays there, so that $R$ is convex for every ratio of the moduli. $h$ enters Newton's method as
+/// [`PressureField::Pointwise`] does: $J$ and the pressure of each point are condensed unknowns too.
 ///
 /// The measure is $G = m\\,(J^{1/m} - 1) + 1$ with $m$ the number of directions in which the kinematics moves (2 in
 /// plane strain and cylinders, 3 in bodies of revolution and spheres; 2 in solids, where 3 would let the mean volume
@@ -37,6 +42,8 @@ pub struct Body<const D: usize, M> {
     pub(super) functions: usize,
     pub(super) phi: Vec<f64>,
     pub(super) stabilisation: f64,
+    /// What the stabilisation multiplies.
+    pub(super) pointwise: Option<PointwiseEnergy>,
     /// Points of the smallest zone where the stabilisation grows with the points of a zone; else 0.
     pub(super) fewest: usize,
     /// A zone on which no functions are orthonormal, and the square norm of one that is not positive.
@@ -82,6 +89,7 @@ impl<const D: usize, M: Material> Body<D, M> {
         if body.functions > 0 {
             let clusters = body.table.clusters();
             body.fewest = (0..clusters.len()).map(|zone| clusters.points(zone).len()).min().unwrap_or(0);
+            body.pointwise_up_to((WIDEST * stabilisation).min(POINTWISE_SHARE));
             if adapted {
                 let roots = if D == 3 { 2 } else { D + body.table.hoop_components().len() };
                 body.measure = VolumetricMeasure::roots(roots);
@@ -92,8 +100,8 @@ impl<const D: usize, M: Material> Body<D, M> {
         body
     }
 
-    /// As [`new`](Body::new) with $J$ itself projected, $G = J$, and the pointwise stabilisation $s \in [0, 1)$ of the volumetric
-    /// energy given: the mixed finite elements of the literature with $s = 0$.
+    /// As [`new`](Body::new) with $J$ itself projected, $G = J$, and the pointwise stabilisation $s \in [0, 1)$ given: the mixed finite
+    /// elements of the literature with $s = 0$.
     ///
     /// With $J$ projected a pressed ring converged to states with negative eigenvalues for $sk \le \mu_0/2$; with the
     /// measure of [`new`](Body::new) it needs no pointwise part at all. Homogeneous states do not depend on $s$.
@@ -109,6 +117,7 @@ impl<const D: usize, M: Material> Body<D, M> {
             functions: 0,
             phi: Vec::new(),
             stabilisation,
+            pointwise: None,
             fewest: 0,
             unsuited: None,
             shear: 0.0,
@@ -120,7 +129,14 @@ impl<const D: usize, M: Material> Body<D, M> {
             PressureField::Linear => body.tabulate_zone_functions(D + 1, None),
             _ => body.stabilisation = 0.0,
         }
+        body.pointwise_up_to(body.stabilisation);
         body
+    }
+
+    /// Sets the energy that stays pointwise, for zones that keep no more than a share of it.
+    fn pointwise_up_to(&mut self, share: f64) {
+        let split = self.material.split().filter(|_| share > 0.0);
+        self.pointwise = split.map(|(_, volumetric)| PointwiseEnergy::new(volumetric, share));
     }
 
     /// The same with linear pressures that vary along the columns of a matrix per zone alone.

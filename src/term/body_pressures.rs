@@ -44,7 +44,8 @@ impl<const D: usize, M: Material> Body<D, M> {
                         let (_, pi, measure) = self.zone(cluster, view.condensed);
                         let projected: f64 = self.phi(point).iter().zip(pi).map(|(p, pi)| p * pi).sum();
                         let j = self.deformation_gradient(point, view.displacement).determinant();
-                        of(projected * measure.of(j).slope, volumetric.evaluate(j).slope, self.stabilisation(cluster))
+                        let pointwise = self.pointwise_energy(volumetric, j).slope;
+                        of(projected * measure.of(j).slope, pointwise, self.stabilisation(cluster))
                     }
                 });
             }
@@ -120,11 +121,17 @@ impl<const D: usize, M: Material> Body<D, M> {
                 }
                 if self.functions > 0 {
                     let measure = measure.of(j);
+                    let kept = self.stabilisation(cluster) * self.pointwise_energy(volumetric, j).slope;
                     let (theta, pi) = condensed[range.clone()].split_at_mut(self.functions);
                     let weight = self.table.weights()[point];
                     for (k, phi) in self.phi(point).iter().enumerate() {
                         theta[k] += weight * phi * measure.value;
-                        pi[k] += weight * phi * (1.0 - self.stabilisation(cluster)) * p / measure.slope;
+                        pi[k] += weight * phi * (p - kept) / measure.slope;
+                    }
+                    if self.pointwise.is_some() {
+                        let place = point - clusters.points(cluster).start;
+                        let at = range.start + 2 * (self.functions + place);
+                        condensed[at..at + 2].copy_from_slice(&[j, kept]);
                     }
                 } else {
                     condensed[2 * point..2 * point + 2].copy_from_slice(&[j, p]);

@@ -81,10 +81,11 @@ impl<const D: usize, M: Material> CondensedUnknowns for Body<D, M> {
                 let points = self.table.clusters().points(cluster);
                 2 * points.start..2 * points.end
             }
-            // θ, π and the exponent.
+            // θ, π, point by point J and the pressure of what stays pointwise, and the exponent.
             _ => {
-                let each = 2 * self.functions + 1;
-                each * cluster..each * (cluster + 1)
+                let points = self.table.clusters().points(cluster);
+                let (each, of_point) = (2 * self.functions + 1, if self.pointwise.is_some() { 2 } else { 0 });
+                each * cluster + of_point * points.start..each * (cluster + 1) + of_point * points.end
             }
         }
     }
@@ -104,6 +105,10 @@ impl<const D: usize, M: Material> CondensedUnknowns for Body<D, M> {
                     for (theta, phi) in condensed.iter_mut().zip(self.phi(point)) {
                         *theta += weight * phi;
                     }
+                }
+                // The exponent is behind the last pair.
+                for pair in condensed[2 * self.functions..].chunks_exact_mut(2) {
+                    pair.copy_from_slice(&[1.0, 0.0]);
                 }
             }
         }

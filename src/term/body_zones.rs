@@ -3,12 +3,12 @@
 use nalgebra::SMatrix;
 
 use crate::geometry::Point;
-use crate::material::Material;
+use crate::material::{Material, Volumetric, VolumetricEnergy};
 
 use super::CondensedUnknowns;
 use super::body::Body;
 use super::element::View;
-use super::stabilisation::{POINTWISE_SHARE, WIDEST};
+use super::stabilisation::{POINTWISE_SHARE, ProjectedEnergy, WIDEST};
 use super::volumetric_measure::VolumetricMeasure;
 
 /// Tensions of a zone, by its initial shear modulus, between which its measure goes over from roots of $J$ to $J$. Roots are stable
@@ -93,17 +93,27 @@ impl<const D: usize, M: Material> Body<D, M> {
             return (&[], &[], self.measure);
         }
         let all = &condensed[self.unknowns(cluster)];
-        (&all[..n], &all[n..2 * n], self.measure.towards_volume(all[2 * n] * self.unit(cluster)))
+        (&all[..n], &all[n..2 * n], self.measure.towards_volume(all[all.len() - 1] * self.unit(cluster)))
     }
 
-    /// The constant zone function: the last condensed unknown is counted in its inverse, so that it is of the size of the first,
+    /// $J$ and the pressure of the pointwise energy at the points of a zone, as iterates; none where nothing stays pointwise.
+    #[inline(always)]
+    pub(super) fn point_iterates<'a>(&self, cluster: usize, condensed: &'a [f64]) -> &'a [f64] {
+        if self.pointwise.is_none() {
+            return &[];
+        }
+        let all = &condensed[self.unknowns(cluster)];
+        &all[2 * self.functions..all.len() - 1]
+    }
+
+    /// The constant zone function: the exponent is counted in its inverse, so that it is of the size of the first,
     /// whatever the unit of length.
     #[inline(always)]
     pub(super) fn unit(&self, cluster: usize) -> f64 {
         self.table.clusters().points(cluster).next().map_or(0.0, |point| self.phi(point)[0])
     }
 
-    /// The last condensed unknown of a zone that has `held` under a mean pressure: how far it is on the way from roots of $J$
+    /// The exponent of a zone that has `held` under a mean pressure: how far it is on the way from roots of $J$
     /// to $J$.
     #[inline(always)]
     pub(super) fn pulled(&self, cluster: usize, pressure: f64, held: f64) -> f64 {
@@ -120,7 +130,30 @@ impl<const D: usize, M: Material> Body<D, M> {
         if whole && (wanted - held_part).abs() <= KEPT { held } else { wanted.round() / (PARTS * unit) }
     }
 
-    /// The part of the volumetric energy of a zone that stays pointwise.
+    /// What stays pointwise, per unit of its share.
+    #[inline(always)]
+    pub(super) fn pointwise_energy(&self, volumetric: &dyn VolumetricEnergy, j: f64) -> Volumetric {
+        match &self.pointwise {
+            Some(pointwise) => pointwise.evaluate(volumetric, j),
+            None => Volumetric { energy: 0.0, slope: 0.0, curvature: 0.0 },
+        }
+    }
+
+    /// What is projected of the volumetric energy of a zone with a share that stays pointwise, as a function of a measure.
+    #[inline(always)]
+    pub(super) fn projected_energy(
+        &self,
+        volumetric: &dyn VolumetricEnergy,
+        (measure, share): (VolumetricMeasure, f64),
+        value: f64,
+    ) -> Volumetric {
+        match &self.pointwise {
+            Some(pointwise) => measure.energy(&ProjectedEnergy { volumetric, pointwise, share }, value),
+            None => measure.energy(volumetric, value),
+        }
+    }
+
+    /// The share of the pointwise energy in a zone.
     #[inline(always)]
     pub(super) fn stabilisation(&self, cluster: usize) -> f64 {
         if self.fewest == 0 {
@@ -144,7 +177,7 @@ impl<const D: usize, M: Material> Body<D, M> {
             let energy = |p| self.shape_energy(recall, &self.material, p, &self.local_gradient(p, d));
             return self.table.clusters().points(cluster).map(|p| self.table.weights()[p] * energy(p)).sum();
         };
-        let n = self.functions;
+        let (n, share) = (self.functions, self.stabilisation(cluster));
         let (_, _, measure) = self.zone(cluster, view.condensed);
         let mut theta = [0.0; 4];
         let mut energy = 0.0;
@@ -153,8 +186,11 @@ impl<const D: usize, M: Material> Body<D, M> {
             let weight = self.table.weights()[point];
             let j = f.determinant();
             energy += weight * self.shape_energy(recall, distortional, point, &f);
-            let pointwise = if self.functions > 0 { self.stabilisation(cluster) } else { 1.0 };
-            energy += weight * pointwise * volumetric.evaluate(j).energy;
+            energy += weight
+                * match n {
+                    0 => volumetric.evaluate(j).energy,
+                    _ => share * self.pointwise_energy(volumetric, j).energy,
+                };
             let value = measure.of(j).value;
             for (t, phi) in theta.iter_mut().zip(self.phi(point)) {
                 *t += weight * phi * value;
@@ -163,9 +199,8 @@ impl<const D: usize, M: Material> Body<D, M> {
         if n > 0 {
             for point in self.table.clusters().points(cluster) {
                 let projected: f64 = self.phi(point).iter().zip(&theta).map(|(p, t)| p * t).sum();
-                energy += self.table.weights()[point]
-                    * (1.0 - self.stabilisation(cluster))
-                    * measure.energy(volumetric, projected).energy;
+                energy +=
+                    self.table.weights()[point] * self.projected_energy(volumetric, (measure, share), projected).energy;
             }
         }
         energy

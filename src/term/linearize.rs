@@ -285,6 +285,8 @@ struct Summed<'a, const D: usize, M> {
     body: &'a Body<D, M>,
     components: Components,
     condensed: &'a [f64],
+    /// $J$ and the pressure of what stays pointwise, point by point, and the first point.
+    points: (&'a [f64], usize),
     theta: &'a [f64],
     pi: &'a [f64],
     residuals: ZoneResiduals,
@@ -324,13 +326,16 @@ impl<const D: usize, M: Material> Summed<'_, D, M> {
             reduced[i][s] += cof[(c / 3, c % 3)];
         }
         windows.add_multiples::<A, D, S>(group, &reduced, &factors[..n], vectors.stride, vectors.slopes);
-        let u = volumetric.evaluate(j);
-        let pointwise = self.residuals.stabilisation * u.slope;
-        Pressure {
-            force: pointwise,
-            geometric: pressure * measure.slope + pointwise,
-            rank_one: pressure * measure.curvature + self.residuals.stabilisation * u.curvature,
+        let mut of_point =
+            Pressure { force: 0.0, geometric: pressure * measure.slope, rank_one: pressure * measure.curvature };
+        let (iterates, first) = self.points;
+        if let Some(&[theta, pi]) = iterates.get(2 * (point - first)..2 * (point - first) + 2) {
+            let (u, share) = (body.pointwise_energy(volumetric, theta), self.residuals.stabilisation);
+            of_point.force = share * (u.slope + u.curvature * (j - theta));
+            of_point.geometric += pi;
+            of_point.rank_one += share * u.curvature;
         }
+        of_point
     }
 }
 
@@ -364,7 +369,8 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
         let residuals = ZoneResiduals::new(theta, pi, body.stabilisation(cluster), measure);
         let components = Components::new::<D>(table.hoop_components());
         let count = components.count;
-        let mut zone = Summed { body, components, condensed: view.condensed, theta, pi, residuals };
+        let points = (body.point_iterates(cluster, view.condensed), clusters.points(cluster).start);
+        let mut zone = Summed { body, components, condensed: view.condensed, points, theta, pi, residuals };
         let wanted = if with_matrix { count * count } else { 0 };
         if let (true, Some(kept)) = (free, &mut *uncondensed) {
             kept.tangents = vec![[[0.0; LANES]; ENTRIES]; clusters.points(cluster).len().div_ceil(LANES)];

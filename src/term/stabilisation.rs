@@ -1,12 +1,16 @@
 //! The part of the volumetric energy that stays pointwise beside projected pressures.
 
-use crate::material::Material;
+use crate::material::{Material, Volumetric, VolumetricEnergy};
 
 /// Part of the bulk modulus that may stay pointwise beside projected pressures; see `Body::zonal`.
 pub(super) const POINTWISE_SHARE: f64 = 0.1;
 
 /// Zones of so many times the points of the smallest keep as many times its stabilisation, wider ones no more.
 pub(super) const WIDEST: f64 = 1.5;
+
+/// Part of the volumetric stiffness that the pointwise energy takes at most, however much it stiffens: neither of the two parts is then
+/// softer than half of the law, and the projected one stays convex.
+const HALF: f64 = 0.5;
 
 /// The stabilisation $s$ of a material that can be split, so that $sk$ is a part of $\mu_0$, else 0; see `Body::new`.
 pub(super) fn pointwise_share(material: &impl Material, of_shear: f64) -> f64 {
@@ -17,4 +21,179 @@ pub(super) fn pointwise_share(material: &impl Material, of_shear: f64) -> f64 {
     let bulk = volumetric.evaluate(1.0).curvature;
     let kept = of_shear * shear;
     if bulk > 0.0 && kept >= 0.0 { (kept / bulk).min(POINTWISE_SHARE) } else { 0.0 }
+}
+
+/// The energy $h(J)$ of which zones keep the share $s$ pointwise: $k\\,(J^n + J^{-n} - 2)/(2n^2)$ with $n = 5$.
+///
+/// Its curvature at $J = 1$ is that of $U$, and it grows fast on both sides: a change of volume that no pressure of a zone sees costs
+/// little while it is small, and cannot become a fold. What is projected is $R = U - s\\,h$. Where $s\\,h''$ would exceed
+/// $\kappa\\,U''$ ($\kappa = \tfrac12$), from $J_-$ downwards and from $J_+$ upwards, $h$ goes on with $h'' = \kappa\\,U''/s$:
+/// $R'' \ge (1 - \kappa)\\,U''$ at all $J$, whatever $k/\mu$ is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PointwiseEnergy {
+    bulk: f64,
+    /// $J_-$ and $J_+$.
+    range: [f64; 2],
+    /// $\kappa/s$ of the zone with the largest share.
+    beyond: f64,
+}
+
+impl PointwiseEnergy {
+    /// The pointwise energy beside a volumetric one, for zones that keep no more than a share of it.
+    pub(super) fn new(volumetric: &dyn VolumetricEnergy, share: f64) -> Self {
+        let bulk = volumetric.evaluate(1.0).curvature;
+        let part = HALF.max(share);
+        let mut energy = PointwiseEnergy { bulk, range: [0.0, f64::INFINITY], beyond: part / share };
+        if !(share > 0.0 && bulk > 0.0) {
+            return energy;
+        }
+        let stiffer = |j: f64| share * energy.stiffening(j).curvature >= part * volumetric.evaluate(j).curvature;
+        let range = [-1.0, 1.0].map(|side| first(stiffer, side));
+        energy.range = [range[0].unwrap_or(0.0), range[1].unwrap_or(f64::INFINITY)];
+        energy
+    }
+
+    /// $h$ and its derivatives; NaN where $J$ is not above zero.
+    #[inline]
+    pub(super) fn evaluate(&self, volumetric: &dyn VolumetricEnergy, j: f64) -> Volumetric {
+        let [low, high] = self.range;
+        let end = if j < low {
+            low
+        } else if j > high {
+            high
+        } else {
+            return self.stiffening(j);
+        };
+        // The tangent at the end of the range, and of U what exceeds its own tangent there.
+        let (inside, start, u) = (self.stiffening(end), volumetric.evaluate(end), volumetric.evaluate(j));
+        let away = j - end;
+        Volumetric {
+            energy: inside.energy + inside.slope * away + self.beyond * (u.energy - start.energy - start.slope * away),
+            slope: inside.slope + self.beyond * (u.slope - start.slope),
+            curvature: self.beyond * u.curvature,
+        }
+    }
+
+    /// $k\\,(J^n + J^{-n} - 2)/(2n^2)$.
+    #[inline]
+    fn stiffening(&self, j: f64) -> Volumetric {
+        if j.is_nan() || j <= 0.0 {
+            return Volumetric { energy: f64::NAN, slope: f64::NAN, curvature: f64::NAN };
+        }
+        let n = 5.0;
+        let power = j.powi(5);
+        let inverse = power.recip();
+        // Jⁿ + J⁻ⁿ - 2 = (Jⁿ - 1)²/Jⁿ, without cancellation.
+        let difference = (j - 1.0) * (1.0 + j * (1.0 + j * (1.0 + j * (1.0 + j))));
+        let scaled = self.bulk / (2.0 * n);
+        Volumetric {
+            energy: scaled / n * difference * difference * inverse,
+            slope: scaled * difference * (power + 1.0) * inverse / j,
+            curvature: scaled * ((n - 1.0) * power + (n + 1.0) * inverse) / (j * j),
+        }
+    }
+}
+
+/// The $J$ nearest to 1, below it or above, from which on something holds; none within a factor of a thousand.
+fn first(holds: impl Fn(f64) -> bool, side: f64) -> Option<f64> {
+    // Parts of ln J: finer than any crossing of the two curvatures is sharp.
+    let (count, farthest) = (700, 1e3f64.ln());
+    let at = |part: f64| (side * part).exp();
+    let parts = (0..=count).map(|k| farthest * k as f64 / count as f64);
+    let mut outside = parts.into_iter().find(|part| holds(at(*part)))?;
+    let mut inside = (outside - farthest / count as f64).max(0.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (inside + outside);
+        if holds(at(middle)) { outside = middle } else { inside = middle }
+    }
+    Some(at(outside))
+}
+
+/// What is projected, $R = U - s\\,h$: the volumetric energy without its pointwise part, so that homogeneous states have the whole.
+pub(super) struct ProjectedEnergy<'a> {
+    pub volumetric: &'a dyn VolumetricEnergy,
+    pub pointwise: &'a PointwiseEnergy,
+    pub share: f64,
+}
+
+impl VolumetricEnergy for ProjectedEnergy<'_> {
+    #[inline]
+    fn evaluate(&self, j: f64) -> Volumetric {
+        let whole = self.volumetric.evaluate(j);
+        if self.share == 0.0 {
+            return whole;
+        }
+        let kept = self.pointwise.evaluate(self.volumetric, j);
+        Volumetric {
+            energy: whole.energy - self.share * kept.energy,
+            slope: whole.slope - self.share * kept.slope,
+            curvature: whole.curvature - self.share * kept.curvature,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::{HartmannNeffVolume, MixedLogarithmicVolume, QuadraticVolume};
+
+    /// The laws with a ratio of the moduli, and the share of solids, which is the largest.
+    fn laws(ratio: f64) -> ([Box<dyn VolumetricEnergy>; 3], f64) {
+        let bulk = ratio;
+        let laws: [Box<dyn VolumetricEnergy>; 3] = [
+            Box::new(QuadraticVolume { bulk }),
+            Box::new(MixedLogarithmicVolume { bulk }),
+            Box::new(HartmannNeffVolume { bulk }),
+        ];
+        (laws, (WIDEST / bulk).min(POINTWISE_SHARE))
+    }
+
+    /// The pointwise part is as stiff as the shear modulus, or the tenth, to within what n leaves beside J = 1, and what is projected keeps
+    /// half of the stiffness of the law: for every ratio of the moduli and every change of volume.
+    #[test]
+    fn both_parts_of_the_volumetric_energy_are_convex() {
+        for k in 0..=60 {
+            let ratio = 3.0 * (1e6f64 / 3.0).powf(f64::from(k) / 60.0);
+            let (laws, share) = laws(ratio);
+            for law in &laws {
+                let pointwise = PointwiseEnergy::new(&**law, share);
+                for of_widest in [1.0, 1.0 / WIDEST] {
+                    let share = of_widest * share;
+                    let projected = ProjectedEnergy { volumetric: &**law, pointwise: &pointwise, share };
+                    for l in -200..=200 {
+                        let j = (f64::from(l) / 200.0 * 20f64.ln()).exp();
+                        let (whole, kept, rest) =
+                            (law.evaluate(j), pointwise.evaluate(&**law, j), projected.evaluate(j));
+                        assert!(rest.curvature >= (1.0 - HALF - 1e-12) * whole.curvature, "k/µ {ratio}, J {j}");
+                        assert!(kept.curvature > 0.0 && kept.energy >= 0.0, "k/µ {ratio}, J {j}");
+                        let sum = rest.slope + share * kept.slope;
+                        assert!((sum - whole.slope).abs() <= 1e-13 * (whole.slope.abs() + kept.slope.abs()));
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn slopes_are_derivatives_inside_the_range_and_beyond_it() {
+        for ratio in [3.0, 10.0, 300.0, 1e6] {
+            let (laws, share) = laws(ratio);
+            for law in &laws {
+                let pointwise = PointwiseEnergy::new(&**law, share);
+                let [low, high] = pointwise.range;
+                let ends = [0.5 * low, 0.999 * low, 1.001 * low, 0.999 * high, 1.001 * high, 2.0 * high];
+                // A law that stiffens as fast has no such ends.
+                let ends = ends.into_iter().filter(|j| *j > 0.0 && j.is_finite());
+                for j in ends.chain([0.9, 1.0, 1.1]) {
+                    let step = 1e-5 * j;
+                    let [below, at, above] = [j - step, j, j + step].map(|j| pointwise.evaluate(&**law, j));
+                    let slope = (above.energy - below.energy) / (2.0 * step);
+                    let curvature = (above.slope - below.slope) / (2.0 * step);
+                    let size = at.curvature.abs();
+                    assert!((slope - at.slope).abs() < 1e-6 * (size + at.slope.abs()), "k/µ {ratio}, J {j}");
+                    assert!((curvature - at.curvature).abs() < 1e-6 * size, "k/µ {ratio}, J {j}: {curvature}");
+                }
+            }
+        }
+    }
 }

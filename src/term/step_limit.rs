@@ -7,6 +7,13 @@ use crate::tensor::cofactor;
 /// Part of the determinant that must be left along a step.
 const REMAINING: f64 = 0.2;
 
+/// The largest $s \le 1$ for which $\theta + s\\,\delta\theta \ge 0.2\\,\theta$: the same for a determinant that is an iterate.
+#[inline]
+pub(crate) fn largest_part(theta: f64, step: f64) -> f64 {
+    let room = (1.0 - REMAINING) * theta;
+    if -step > room { room / -step } else { 1.0 }
+}
+
 /// The largest $s \le 1$ for which $\min_{0 \le t \le s} \det(F + t\\,\delta F) \ge 0.2 \det F$.
 ///
 /// Testing the end alone lets a step pass through inversion and land on a state with two axes flipped

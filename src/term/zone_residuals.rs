@@ -9,7 +9,7 @@ use super::volumetric_measure::{Jet, VolumetricMeasure};
 pub(super) struct ZoneResiduals {
     /// What is projected.
     pub(super) measure: VolumetricMeasure,
-    /// The part of the volumetric energy that stays pointwise.
+    /// The share of the pointwise energy.
     pub(super) stabilisation: f64,
     pub(super) of_theta: [f64; 4],
     pub(super) of_pi: [f64; 4],
@@ -39,21 +39,20 @@ impl ZoneResiduals {
         theta: &[f64],
         j: f64,
     ) -> Jet {
-        // The part of the volumetric energy that is projected.
-        let (phi, part) = (body.phi(point), 1.0 - self.stabilisation);
+        let phi = body.phi(point);
         let measure = self.measure.of(j);
         let mut projected = 0.0;
         for (p, t) in phi.iter().zip(theta) {
             projected += p * t;
         }
-        let u = self.measure.energy(volumetric, projected);
+        let u = body.projected_energy(volumetric, (self.measure, self.stabilisation), projected);
         let n = theta.len();
         for k in 0..n {
             let factor = weight * phi[k];
-            self.of_theta[k] += factor * part * u.slope;
+            self.of_theta[k] += factor * u.slope;
             self.of_pi[k] += factor * measure.value;
             for l in 0..n {
-                self.hessian[k][l] += factor * part * phi[l] * u.curvature;
+                self.hessian[k][l] += factor * phi[l] * u.curvature;
             }
         }
         measure

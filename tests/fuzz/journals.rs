@@ -95,7 +95,7 @@ pub fn journals(input: &mut Input) {
     let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("fuzz.jsonl");
     let path = path(input);
     let mut records =
-        vec![format!("{{\"start\":{{\"version\":2,\"state\":{}}}}}", serde_json::to_string(&path.start).unwrap())];
+        vec![format!("{{\"start\":{{\"version\":3,\"state\":{}}}}}", serde_json::to_string(&path.start).unwrap())];
     records.extend(path.steps.iter().map(|s| format!("{{\"step\":{}}}", serde_json::to_string(s).unwrap())));
     records.push("{\"end\":{\"ending\":\"Completed\",\"iterations\":3,\"rejected\":0}}".into());
     if input.once_in(3) {

@@ -133,7 +133,7 @@ fn arcs_that_took_over_from_a_deflection_resume_to_the_bit() {
     // Pressed from below, the strip rolls up until what the deflection measures falls again.
     let problem = Scene::new(Block::new([0.0, 0.0], [20.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3).unwrap())
         .hold((0, Side::Min))
-        .pressure((1, Side::Min), 6e-4)
+        .pressure((1, Side::Min), 9e-4)
         .discretize(&Scheme::default().particles([21, 3]))
         .unwrap();
     let whole = problem.run().unwrap().completed().unwrap();

@@ -183,24 +183,6 @@ fn gained_modes_are_not_taken_unseen() {
     assert!(before == 0 && after > 0 && path.last().load < 0.5, "{before} {after}");
 }
 
-/// The block [1, 2] × [0, 1] bent into a sector of 1.2 in one step, which folds it.
-#[test]
-fn folded_states_are_not_taken() {
-    let bent =
-        Scene::new(Block::new([1.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::mooney_rivlin(0.3, 0.2, 1e3).unwrap());
-    let angle: f64 = 1.2;
-    let d = 2.0 / angle;
-    let inner = 0.5 * (-d + (d * d + 4.0 / angle.powi(4)).sqrt());
-    let radius = move |x: f64| (inner + 2.0 * (x - 1.0) / angle).sqrt();
-    let bent = bent
-        .prescribe((1, Side::Min), 1, 0.0)
-        .prescribe((1, Side::Max), 0, Value::field(move |x: &Point<2>| radius(x[0]) * angle.cos() - x[0]))
-        .prescribe((1, Side::Max), 1, Value::field(move |x: &Point<2>| radius(x[0]) * angle.sin() - 1.0));
-    let path = bent.discretize(&at_once().particles([8])).unwrap().run().unwrap();
-    let Cause::Folded { before, after } = cause(&path) else { panic!("{:?}", path.ending) };
-    assert!(after > before, "{before} {after}");
-}
-
 /// A sphere that carries less pressure than it is given: predicted beyond its limit point, Newton's method runs away.
 #[test]
 fn growing_increments_end_an_attempt() {

@@ -126,10 +126,20 @@ fn coefficients<const D: usize>(lattice: &Lattice<D>, map: impl Fn(&Pt<D>) -> Pt
 
 /// A homogeneous deformation with stretches around 1, and noise on it.
 fn deformed<const D: usize>(random: &mut fastrand::Rng, lattice: &Lattice<D>, noise: f64) -> Vec<f64> {
+    deformed_by(random, lattice, 0.25, noise)
+}
+
+/// Displacements of a random gradient with noise on top, in terms of the spacing.
+fn deformed_by<const D: usize>(
+    random: &mut fastrand::Rng,
+    lattice: &Lattice<D>,
+    gradient: f64,
+    noise: f64,
+) -> Vec<f64> {
     let mut f = SMatrix::<f64, D, D>::identity();
     for i in 0..D {
         for j in 0..D {
-            f[(i, j)] += 0.25 * signed(random);
+            f[(i, j)] += gradient * signed(random);
         }
     }
     let spacing = 1.0 / (counts::<D>()[0] - 1) as f64;
@@ -329,8 +339,10 @@ fn derivatives_agree<const D: usize>(
 ) -> Result<bool, TestCaseError> {
     let (lattice, approximation) = body::<D>(random, 1);
     let model = body_model(recipe, &lattice, &approximation, kinematics);
-    let d = deformed(random, &lattice, 0.15);
-    if !admissible(&model, &d) {
+    let d = deformed_by(random, &lattice, 0.1, 0.1);
+    // The third derivative of the pointwise energy jumps where its stiffness stops rising, at J of 0.74 or less.
+    let least = model.at(StateRef::new(&d, &model.start(), 0.0)).unwrap().smallest_jacobian();
+    if least.is_some_and(|(j, _)| j < 0.76) {
         return Ok(false);
     }
     let v = direction::<D>(random, d.len());
