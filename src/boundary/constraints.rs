@@ -17,6 +17,8 @@ pub struct Constraints {
     pub(super) at_particles: HashMap<usize, Vec<PrescribedDirection>>,
     /// Break points of motions that the amplitudes of their constraint equations do not have.
     pub(super) break_points: Vec<f64>,
+    /// Conditions whose values do not hold at an edge.
+    overruled: Vec<BoundaryError>,
 }
 
 impl Constraints {
@@ -47,6 +49,16 @@ impl Constraints {
     /// Adds load factors at which motions have break points.
     pub(crate) fn add_break_points(&mut self, loads: Vec<f64>) {
         self.break_points.extend(loads);
+    }
+
+    /// Conditions whose values do not hold at edges, where those of others do.
+    pub(crate) fn overruled(&self) -> &[BoundaryError] {
+        &self.overruled
+    }
+
+    /// Adds conditions whose values do not hold at edges.
+    pub(crate) fn overrule(&mut self, overruled: Vec<BoundaryError>) {
+        self.overruled.extend(overruled);
     }
 
     /// The numbers of constraint equations and break points so far, for [`take_back`](Constraints::take_back) of what is added later.
@@ -89,6 +101,7 @@ impl Constraints {
             }));
         }
         self.break_points.extend(other.break_points);
+        self.overruled.extend(other.overruled);
     }
 
     /// Adds entries to a constraint equation.

@@ -1,6 +1,7 @@
 //! Constraint equations over boundaries: integrals with linear trace functions.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use crate::cells::BoundaryCells;
 use crate::error::Error;
@@ -38,9 +39,9 @@ impl Constraints {
         label: &str,
     ) -> Result<(), Error> {
         check_component(component, D, label)?;
-        let (mut piece, along) = (BoundaryPiece::new(boundary.clone()), along_axis(component));
+        let (mut piece, along) = (BoundaryPiece::new(Arc::new(boundary.clone())), along_axis(component));
         let value = scaled(target, amplitude);
-        self.integrate(approximation, &mut piece, kinematics, (Some(component), &along), &value, label)
+        self.integrate(approximation, &mut piece, kinematics, (Some(component), &along), (&value, label), None)
     }
 
     /// Conditions $\int\Theta_J(u_i - g(X, \lambda))\\,\mathrm d\Gamma = 0$: as
@@ -58,20 +59,21 @@ impl Constraints {
         label: &str,
     ) -> Result<(), Error> {
         check_component(component, D, label)?;
-        let (mut piece, along) = (BoundaryPiece::new(boundary.clone()), along_axis(component));
-        self.integrate(approximation, &mut piece, kinematics, (Some(component), &along), &moved(motion), label)
+        let (mut piece, along) = (BoundaryPiece::new(Arc::new(boundary.clone())), along_axis(component));
+        self.integrate(approximation, &mut piece, kinematics, (Some(component), &along), (&moved(motion), label), None)
     }
 
     /// Conditions $\int\Theta_J\,(e(X)\cdot u - g)\,\mathrm d\Gamma = 0$ along a direction that may vary, or along the axis that is
-    /// given with it.
+    /// given with it. The particles of the piece whose equation another one owns are `yielded`; where that was not settled before, an
+    /// earlier condition owns the equation.
     pub(crate) fn integrate<const D: usize>(
         &mut self,
         approximation: &dyn Approximation<D>,
         piece: &mut BoundaryPiece<D>,
         kinematics: &dyn Kinematics<D>,
         (axis, along): (Option<usize>, Along<'_, D>),
-        value: Value<'_, D>,
-        label: &str,
+        (value, label): (Value<'_, D>, &str),
+        yielded: Option<&HashSet<u32>>,
     ) -> Result<(), Error> {
         let BoundaryPiece { cells: boundary, along_first } = piece;
         boundary.validate(approximation.nodes().len())?;
@@ -86,9 +88,12 @@ impl Constraints {
             let (target, amplitude) = value(vec![(at, 1.0)]);
             let prescription = PrescribedDirection::new(along(&at, &normal)?, label, target, amplitude, 0);
             let prescriptions = self.prescribed.get(&(particle as usize)).map_or(&[][..], Vec::as_slice);
-            // Both conditions hold at the corner, whoever owns it: merged without a look, the later one would be spread
-            // over its neighbours and the answer depend on the order.
-            let again = is_redundant(prescriptions, &prescription, &at, rounding)?;
+            let again = match yielded {
+                Some(yielded) => yielded.contains(&particle),
+                // Both conditions hold at the corner, whoever owns it: merged without a look, the later one would be spread
+                // over its neighbours and the answer depend on the order.
+                None => is_redundant(prescriptions, &prescription, &at, rounding)?,
+            };
             requested.insert(particle, (prescription, again));
         }
         let is_free = |particle: u32| !requested[&particle].1;
@@ -183,18 +188,18 @@ fn receivers<const D: usize>(
 
 /// A piece of a boundary; integrals along the first axis are kept for conditions along the others.
 pub(crate) struct BoundaryPiece<const D: usize> {
-    cells: BoundaryCells<D>,
+    cells: Arc<BoundaryCells<D>>,
     along_first: Option<HashMap<u32, Integrals<D>>>,
 }
 
 impl<const D: usize> BoundaryPiece<D> {
-    pub(crate) fn new(cells: BoundaryCells<D>) -> Self {
+    pub(crate) fn new(cells: Arc<BoundaryCells<D>>) -> Self {
         BoundaryPiece { cells, along_first: None }
     }
 
-    /// The number of its points.
-    pub(crate) fn len(&self) -> usize {
-        self.cells.traces.len()
+    /// Whether it is the piece of some cells.
+    pub(crate) fn is_of(&self, cells: &Arc<BoundaryCells<D>>) -> bool {
+        Arc::ptr_eq(&self.cells, cells)
     }
 }
 

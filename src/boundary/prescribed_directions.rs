@@ -68,6 +68,11 @@ fn resolve(prescriptions: &[PrescribedDirection], direction: &[f64; 3]) -> (Vec<
     (parts, dot(&rest, &rest).sqrt())
 }
 
+/// Whether a direction is a combination of prescribed ones, whatever the values.
+pub(crate) fn repeats(prescriptions: &[PrescribedDirection], requested: &PrescribedDirection) -> bool {
+    !prescriptions.is_empty() && resolve(prescriptions, &requested.direction).1 <= REPEATED
+}
+
 /// Whether a condition repeats what is already prescribed on its particle.
 ///
 /// # Errors

@@ -1,5 +1,9 @@
 //! Facets on the boundary, and the trace functions of the particles on them.
 
+#[cfg(feature = "solve")]
+use std::collections::HashMap;
+use std::collections::HashSet;
+
 use crate::error::GeometryError;
 use crate::geometry::Point;
 use crate::quadrature::Points;
@@ -7,6 +11,21 @@ use crate::quadrature::Points;
 /// Cosine between normals of facets below which they are faces of their own to contact: a trace function around a corner would be held up
 /// by its mean gap on one face while the other goes in.
 pub(crate) const CORNER: f64 = 0.6;
+
+/// A value at a particle for the normal of a piece there.
+type Facing<'a, const D: usize> = &'a dyn Fn(&Point<D>, &Point<D>) -> f64;
+
+/// What a condition asks of the pieces of a boundary part.
+#[derive(Clone, Copy, Default)]
+pub struct TraceChoice<'a, const D: usize> {
+    /// The facets whose middle this holds for; all without it.
+    pub within: Option<&'a dyn Fn(&Point<D>) -> bool>,
+    /// $|n\cdot e|$ at a particle for the normal of a piece there: where pieces meet, the one with the largest value owns the particle's
+    /// equation.
+    pub facing: Option<Facing<'a, D>>,
+    /// Particles whose equations belong to other conditions.
+    pub without: Option<&'a HashSet<u32>>,
+}
 
 /// Boundary facets with the linear trace functions $\Theta_J$ of the particles on them.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,8 +39,8 @@ pub struct BoundaryCells<const D: usize> {
 impl<const D: usize> BoundaryCells<D> {
     /// The mean outward normals at the particles, weighted by their trace functions; none for particles without a trace function.
     #[cfg(feature = "solve")]
-    pub(crate) fn normals_at_particles(&self) -> std::collections::HashMap<u32, Point<D>> {
-        let mut normals = std::collections::HashMap::new();
+    pub(crate) fn normals_at_particles(&self) -> HashMap<u32, Point<D>> {
+        let mut normals = HashMap::new();
         for ((traces, normal), weight) in self.traces.iter().zip(&self.points.normals).zip(&self.points.weights) {
             for &(particle, trace) in traces {
                 *normals.entry(particle).or_insert_with(Point::<D>::zeros) += normal * (trace * weight);

@@ -29,7 +29,7 @@ use crate::solid::{OPPOSITE, Solid3};
 
 use super::inertia::Inertia;
 use super::zones::{collect, join_by_sides};
-use super::{BoundaryCells, Cells, Connections, Smoothing, Zones};
+use super::{BoundaryCells, Cells, Connections, Smoothing, TraceChoice, Zones};
 use connected::{Bricks, Connected, Divisions, Whole};
 use faces::Faces;
 use features::Features;
@@ -40,7 +40,7 @@ use placing::{Placed, Placing};
 use rules::Rules;
 use sections::Sections;
 use split::{ByBrick, Patch, Split};
-use traces::{Place, Site, Spread, assign};
+use traces::{OnPiece, Place, Site, Spread, assign};
 use tree::Wanted;
 use zoning::{FEWEST, Inner};
 
@@ -464,19 +464,24 @@ impl CutLattice {
         place
     }
 
-    /// The boundary cells of pieces, each with its trace functions; where a predicate is given, those whose middle it holds for.
+    /// The boundary cells of pieces, each with its trace functions.
     fn traces(
         &self,
         part: &Part,
         rule: [usize; 2],
         positive: bool,
-        holds: Option<&dyn Fn(&Point<3>) -> bool>,
+        choice: &TraceChoice<'_, 3>,
     ) -> Result<Vec<BoundaryCells<3>>, GeometryError> {
         let pieces = self.pieces(part)?;
-        let (mut sites, place) = (self.sites(&pieces, rule, holds)?, self.places_of(&pieces));
+        let (mut sites, place) = (self.sites(&pieces, rule, choice.within)?, self.places_of(&pieces));
         for (particle, on) in self.placed.on.iter().enumerate() {
-            let on = on.iter().filter(|(piece, _)| place[*piece as usize] != usize::MAX);
-            on.for_each(|&(piece, normal)| sites[place[piece as usize]].particles.push((particle as u32, normal)));
+            if choice.without.is_some_and(|without| without.contains(&(particle as u32))) {
+                continue;
+            }
+            for &(piece, normal) in on.iter().filter(|(piece, _)| place[*piece as usize] != usize::MAX) {
+                let facing = choice.facing.map_or(0.0, |f| f(&self.positions[particle], &self.frame.turned(&normal)));
+                sites[place[piece as usize]].particles.push(OnPiece { particle: particle as u32, normal, facing });
+            }
         }
         let beside = self.features.beside.iter().filter_map(|(&[a, b], &length)| {
             let [a, b] = [a, b].map(|piece| place[piece as usize]);
@@ -828,21 +833,25 @@ impl Cells<3> for CutLattice {
     }
 
     fn boundary_pieces(&self, part: &Part, parts: usize, gauss: usize) -> Result<Vec<BoundaryCells<3>>, GeometryError> {
-        self.traces(part, [parts, gauss], false, None)
+        self.traces(part, [parts, gauss], false, &TraceChoice::default())
     }
 
-    fn boundary_within(
+    fn boundary_pieces_for(
         &self,
         part: &Part,
         parts: usize,
         gauss: usize,
-        holds: &dyn Fn(&Point<3>) -> bool,
+        choice: &TraceChoice<'_, 3>,
     ) -> Result<Vec<BoundaryCells<3>>, GeometryError> {
-        self.traces(part, [parts, gauss], false, Some(holds))
+        self.traces(part, [parts, gauss], false, choice)
+    }
+
+    fn rebuilds_traces(&self) -> bool {
+        true
     }
 
     fn contact_boundary(&self, part: &Part, parts: usize, gauss: usize) -> Result<BoundaryCells<3>, GeometryError> {
-        Ok(joined(self.traces(part, [parts, gauss], true, None)?))
+        Ok(joined(self.traces(part, [parts, gauss], true, &TraceChoice::default())?))
     }
 
     fn boundary_nodes(&self, part: &Part) -> Result<Vec<usize>, GeometryError> {

@@ -27,8 +27,8 @@ mod voronoi;
 mod zones;
 
 pub use crate::neighbours::Connections;
-pub use boundary::BoundaryCells;
 pub(crate) use boundary::CORNER;
+pub use boundary::{BoundaryCells, TraceChoice};
 pub(crate) use brick::{determinant, ravel, unravel};
 pub use cut::CutLattice;
 pub use lattice::Lattice;

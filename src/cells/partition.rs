@@ -7,7 +7,7 @@ use crate::geometry::{Part, Point};
 use crate::particles::Particles;
 use crate::quadrature::Points;
 
-use super::{BoundaryCells, Connections, Lattice, Smoothing, Zones};
+use super::{BoundaryCells, Connections, Lattice, Smoothing, TraceChoice, Zones};
 
 /// Particles and the background cells between them: one partition hands out everything that must agree.
 ///
@@ -172,19 +172,32 @@ pub trait Cells<const D: usize>: Send + Sync {
         Ok(vec![self.boundary(part, parts, gauss)?])
     }
 
-    /// The facets of a boundary part whose middle a predicate holds for, in pieces as [`boundary_pieces`](Cells::boundary_pieces) has
-    /// them. By default functions that reach into what is left are kept as they are.
+    /// The pieces of a boundary part as a condition takes them: facets within a place, trace functions of the particles whose equations
+    /// belong to a piece.
+    ///
+    /// By default those of [`boundary_pieces`](Cells::boundary_pieces) within the place, with the functions of all their particles:
+    /// conditions merge those whose equation belongs elsewhere into their neighbours'.
     ///
     /// # Errors
     /// As [`boundary`](Cells::boundary).
-    fn boundary_within(
+    fn boundary_pieces_for(
         &self,
         part: &Part,
         parts: usize,
         gauss: usize,
-        holds: &dyn Fn(&Point<D>) -> bool,
+        choice: &TraceChoice<'_, D>,
     ) -> Result<Vec<BoundaryCells<D>>, GeometryError> {
-        Ok(self.boundary_pieces(part, parts, gauss)?.iter().map(|cells| cells.within(holds)).collect())
+        let pieces = self.boundary_pieces(part, parts, gauss)?;
+        Ok(match choice.within {
+            Some(holds) => pieces.iter().map(|cells| cells.within(holds)).collect(),
+            None => pieces,
+        })
+    }
+
+    /// Whether [`boundary_pieces_for`](Cells::boundary_pieces_for) makes trace functions anew without the particles that others own; by
+    /// default not.
+    fn rebuilds_traces(&self) -> bool {
+        false
     }
 
     /// The facets of a boundary part with plain linear trace functions, which are positive and sum to one up to the ends of arcs: what

@@ -32,6 +32,8 @@ pub struct Diagnosis {
     pub uncovered: Vec<UncoveredRegion>,
     /// Conditions that could not be taken: conflicts with earlier ones, selections of nothing.
     pub refused: Vec<Error>,
+    /// Conditions whose values do not hold at an edge, because those of another face do.
+    pub overruled: Vec<BoundaryError>,
     /// Rows that depend on earlier ones.
     pub dependent: Vec<BoundaryError>,
     /// Rigid motions left free.
@@ -89,6 +91,11 @@ impl Diagnosis {
             "conditions agree and select something",
             self.refused.len(),
             words(self.refused.iter().map(ToString::to_string).collect()),
+        ));
+        report.findings.push(count(
+            "conditions agree at common edges",
+            self.overruled.len(),
+            words(self.overruled.iter().map(ToString::to_string).collect()),
         ));
         report.findings.push(count(
             "rows are independent",
@@ -192,6 +199,7 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
     diagnosis.without_effect = without_effect(scene);
     // What a run would trip over before its first step.
     problem.analysis().check_settings(problem.model())?;
+    diagnosis.overruled = problem.equations().overruled().to_vec();
     diagnosis.dependent = dependent_rows(problem.equations().equations());
     diagnosis.free = free_motions(&problem);
     diagnosis.pressures = problem.discrete_bodies().iter().map(|member| pressures::<D>(member.body())).sum();

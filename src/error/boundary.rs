@@ -34,6 +34,23 @@ pub enum BoundaryError {
         /// Both values.
         values: [f64; 2],
     },
+    /// Conditions on two faces give different values to their common edge: that of the face whose normal is nearest to the direction
+    /// holds there.
+    #[error(
+        "condition {owner} holds at X = {at:?}, on the edge where {other} prescribes component {component} too, values {values:?}: make them equal there, or let one of them change gradually towards the edge"
+    )]
+    Overruled {
+        /// The condition that holds.
+        owner: String,
+        /// The other condition.
+        other: String,
+        /// The component.
+        component: usize,
+        /// Where.
+        at: Vec<f64>,
+        /// Both values.
+        values: [f64; 2],
+    },
     /// A constraint equation is a combination of others.
     #[error(
         "condition {what} is already implied by other conditions (constraint equation {equation}, pivot {pivot:e}): prescribe each component of a particle once; remove the repeated condition"

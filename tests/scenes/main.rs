@@ -6,6 +6,7 @@ mod combinations;
 mod conditions;
 mod control;
 mod diagnosis;
+mod edges;
 mod fields;
 mod manufactured;
 mod motions;

@@ -237,8 +237,8 @@ fn thin_bonded_bodies_get_cells_across() {
     let error = (answer.values()[0] / exact - 1.0).abs();
     assert!(error < answer.bound, "{error} {}", answer.bound);
 
-    // Where nothing is free in any model the search ends and says so.
-    let nothing = mount.prescribe(Part::Whole, 0, Value::field(|_: &Point<2>| 0.0)).prescribe((0, Side::Max), 1, 0.0);
+    // Where no model can be made the search ends and says so: a face can't move both ways.
+    let nothing = mount.prescribe(Part::Whole, 0, Value::field(|_: &Point<2>| 0.0)).prescribe((1, Side::Max), 1, 0.0);
     assert!(nothing.solve_within(&Tolerance::energy(0.02), Budget::default()).is_err());
 }
 

@@ -226,6 +226,15 @@ pub(super) struct Place {
     pub(super) number: u32,
 }
 
+/// A particle on a piece: the normal there, and how near that is to the direction that equations are for, $|n\cdot e|$; 0 where they are
+/// for no direction of their own.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct OnPiece {
+    pub(super) particle: u32,
+    pub(super) normal: Point<3>,
+    pub(super) facing: f64,
+}
+
 /// A piece of the surface: its points by bricks, and the particles on it.
 pub(super) struct Site {
     pub(super) places: Vec<Place>,
@@ -233,8 +242,8 @@ pub(super) struct Site {
     pub(super) groups: Vec<usize>,
     /// Which points are asked for; all where it is empty.
     pub(super) kept: Vec<bool>,
-    /// Particles on it with their normals there.
-    pub(super) particles: Vec<(u32, Point<3>)>,
+    /// Particles on it.
+    pub(super) particles: Vec<OnPiece>,
     /// Particles that it needs at least.
     need: usize,
     /// The sub-cell and the brick of the group that points are added to.
@@ -272,9 +281,14 @@ impl Site {
         }
     }
 
+    /// Its particles with their normals.
+    fn with_normals(&self) -> impl Iterator<Item = (u32, Point<3>)> + '_ {
+        self.particles.iter().map(|own| (own.particle, own.normal))
+    }
+
     /// Leaves the points out that are not asked for, and the particles whose functions lie among those.
     fn restrict(&mut self, spread: Spread) {
-        let traces = Traces::new(spread, self.particles.clone(), false, 0.0);
+        let traces = Traces::new(spread, self.with_normals().collect(), false, 0.0);
         let mut shares = vec![[0.0; 2]; self.particles.len()];
         for (place, &kept) in self.places.iter().zip(&self.kept) {
             for (particle, value) in traces.plain(&place.at, &place.normal) {
@@ -327,7 +341,7 @@ pub(super) fn assign(spread: Spread, mut sites: Vec<Site>, beside: &[([usize; 2]
         if dependent.is_empty() {
             break;
         }
-        sites.iter_mut().for_each(|site| site.particles.retain(|own| !dependent.contains(&own.0)));
+        sites.iter_mut().for_each(|site| site.particles.retain(|own| !dependent.contains(&own.particle)));
         found = functions(spread, &sites, beside, positive);
     }
     found
@@ -373,7 +387,7 @@ fn functions(spread: Spread, sites: &[Site], beside: &[([usize; 2], f64)], posit
 
 /// The functions at the points of some sites together, and whether they give the normals.
 fn on(spread: Spread, members: &[&Site], positive: bool) -> (Functions, bool) {
-    let particles = members.iter().flat_map(|site| site.particles.iter().copied()).collect();
+    let particles = members.iter().flat_map(|site| site.with_normals()).collect();
     let alone = members.len() == 1;
     let curved = !positive && (!alone || members[0].need > 1);
     let facing = match (positive, alone) {
@@ -514,24 +528,30 @@ fn root(into: &[usize], mut site: usize) -> usize {
     site
 }
 
-/// Leaves each particle to one of its pieces: to one that lacks particles, or a curved one, which would extrapolate without those
-/// along its rim.
+/// Values of $|n\cdot e|$ that differ by less than this are equal.
+const TIE: f64 = 1e-6;
+
+/// Leaves each particle to one of its pieces: to one that lacks particles, then to the one whose normal is nearest to the direction of
+/// the equations, then to a curved one, which would extrapolate without those along its rim.
 fn own(sites: &mut [Site]) {
-    let mut on: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    let mut on: BTreeMap<u32, Vec<(usize, f64)>> = BTreeMap::new();
     for (number, site) in sites.iter().enumerate() {
-        site.particles.iter().for_each(|&(particle, _)| on.entry(particle).or_default().push(number));
+        site.particles.iter().for_each(|own| on.entry(own.particle).or_default().push((number, own.facing)));
     }
     let mut has = vec![0usize; sites.len()];
-    on.values().filter(|all| all.len() == 1).for_each(|all| has[all[0]] += 1);
+    on.values().filter(|all| all.len() == 1).for_each(|all| has[all[0].0] += 1);
     let mut owner: BTreeMap<u32, usize> = BTreeMap::new();
     for (&particle, all) in &on {
         let lack = |site: usize| sites[site].need.saturating_sub(has[site]);
-        let rank = |site: &&usize| (lack(**site), sites[**site].need > 1, std::cmp::Reverse(**site));
-        let &own = if all.len() == 1 { &all[0] } else { all.iter().max_by_key(rank).unwrap_or(&all[0]) };
+        let most = all.iter().map(|(site, _)| lack(*site)).max().unwrap_or(0);
+        let lacking = || all.iter().filter(|(site, _)| lack(*site) == most);
+        let nearest = lacking().map(|(_, facing)| *facing).fold(0.0, f64::max);
+        let equal = lacking().filter(|(_, facing)| *facing >= nearest - TIE).map(|(site, _)| *site);
+        let own = equal.max_by_key(|&site| (sites[site].need > 1, std::cmp::Reverse(site))).unwrap_or(all[0].0);
         has[own] += usize::from(all.len() > 1);
         owner.insert(particle, own);
     }
     for (number, site) in sites.iter_mut().enumerate() {
-        site.particles.retain(|(particle, _)| owner[particle] == number);
+        site.particles.retain(|own| owner[&own.particle] == number);
     }
 }

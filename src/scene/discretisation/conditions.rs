@@ -1,12 +1,13 @@
 //! Conditions of a scene as rows.
 
+use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::Arc;
 
 use crate::boundary::{
-    BoundaryPiece, Constraints, PrescribedDirection, check_component, is_redundant, moved, rounding, scaled,
+    BoundaryPiece, Claims, Constraints, PrescribedDirection, check_component, is_redundant, moved, rounding, scaled,
 };
-use crate::cells::Cells;
+use crate::cells::{BoundaryCells, Cells, TraceChoice};
 use crate::error::{BoundaryError, Error};
 use crate::geometry::{Part, Point};
 use crate::shape::Approximation;
@@ -48,60 +49,111 @@ fn singles<'a, const D: usize>(
     })
 }
 
-/// Rows over boundaries with the given facet rule, or at particles without one; and which are those of each condition.
-pub(crate) fn equations<const D: usize>(
-    scene: &Scene<D>,
-    mine: &[(usize, Place<D>)],
-    cells: &dyn Cells<D>,
-    approximation: &dyn Approximation<D>,
-    facets: Option<FacetRule>,
-    refused: Refused<'_>,
-) -> Result<(Constraints, Vec<Placed<D>>), Error> {
-    let mut equations = Constraints::new();
-    let mut placed = Vec::with_capacity(mine.len());
-    let mut last = None;
-    for (number, place) in mine {
-        let condition = &scene.conditions[*number];
-        let first = equations.len();
-        for single in singles(condition, place) {
-            let before = equations.mark();
-            // Rows over a face know nothing of single particles: what they say twice is looked up in the scene.
-            let added = match facets.map_or(Ok(false), |_| lies_on_part(scene, mine, &single, cells)) {
-                Ok(true) => Ok(()),
-                Ok(false) => add(&mut equations, scene, &single, cells, approximation, facets, &mut last),
-                Err(error) => Err(error),
-            };
-            if let Err(error) = added {
-                refused(error)?;
-                // Without the rows that were added before it was refused.
-                equations.take_back(before);
-            }
-        }
-        placed.push(Placed {
-            name: condition.name.clone(),
-            place: place.clone(),
-            equations: first..equations.len(),
-            nodes: 0..cells.positions().len(),
-        });
+impl<const D: usize> Single<'_, D> {
+    /// The unit vector that it acts along.
+    fn along(&self, x: &Point<D>, normal: &Point<D>) -> Result<Point<D>, BoundaryError> {
+        self.direction.unit(&self.label, x, normal)
     }
-    Ok((equations, placed))
+
+    /// What it prescribes over weighed points.
+    fn value(&self, points: Vec<(Point<D>, f64)>) -> (f64, Amplitude) {
+        match self.value {
+            Value::Motion(motion) => {
+                let (motion, amplitude) = (motion.clone(), self.amplitude.clone());
+                moved(&(Arc::new(move |x: &Point<D>, load: f64| motion(x, amplitude.evaluate(load).0)) as _))(points)
+            }
+            value => scaled(&|x: &Point<D>| value.at(x, 1.0), self.amplitude)(points),
+        }
+    }
+
+    /// The component that it prescribes, where it is one.
+    fn axis(&self) -> Option<usize> {
+        match *self.direction {
+            Direction::Component(component) => Some(component),
+            _ => None,
+        }
+    }
 }
 
-/// Adds the rows of a displacement that vanishes on a part, for a body that is tied there to another one.
-pub(crate) fn tie<const D: usize>(
-    equations: &mut Constraints,
-    scene: &Scene<D>,
-    (name, place): (&str, &Place<D>),
-    cells: &dyn Cells<D>,
-    approximation: &dyn Approximation<D>,
-    facets: Option<FacetRule>,
-) -> Result<(), Error> {
-    let condition = Condition::on(place.clone()).displacement([0.0; D]).named(name);
-    let mut last = None;
-    for single in singles(&condition, place) {
-        add(equations, scene, &single, cells, approximation, facets, &mut last)?;
+/// A body whose conditions become equations: with the given facet rule over boundaries, or at particles without one.
+pub(crate) struct Conditioned<'a, const D: usize> {
+    pub scene: &'a Scene<D>,
+    pub cells: &'a dyn Cells<D>,
+    pub approximation: &'a dyn Approximation<D>,
+    pub facets: Option<FacetRule>,
+}
+
+/// Conditions by their numbers in the scene and rigid bodies by theirs, with places whose names were looked up.
+pub(crate) type Numbered<'a, const D: usize> = &'a [(usize, Place<D>)];
+
+/// The equations of conditions and of parts tied to rigid bodies, and which are whose.
+pub(crate) struct Prescribed<const D: usize> {
+    pub equations: Constraints,
+    pub placed: Vec<Placed<D>>,
+    pub ties: Vec<(usize, Range<usize>)>,
+}
+
+/// The equations of conditions, and of a displacement that vanishes on parts tied to rigid bodies.
+///
+/// First all of them say what they prescribe over boundaries, then each equation at an edge is given to one, then they are made.
+pub(crate) fn equations<const D: usize>(
+    of: &Conditioned<'_, D>,
+    mine: Numbered<'_, D>,
+    tied: Numbered<'_, D>,
+    refused: Refused<'_>,
+) -> Result<Prescribed<D>, Error> {
+    let names = of.scene.rigid_names();
+    let still =
+        |(number, place): &(usize, Place<D>)| Condition::on(place.clone()).displacement([0.0; D]).named(names[*number]);
+    let still: Vec<Condition<D>> = tied.iter().map(still).collect();
+    let given = mine.iter().map(|(number, place)| (&of.scene.conditions[*number], place));
+    let all: Vec<(&Condition<D>, &Place<D>)> = given.chain(still.iter().zip(tied.iter().map(|tie| &tie.1))).collect();
+    let mut requests: Vec<Vec<Request<'_, D>>> = Vec::with_capacity(all.len());
+    let (mut claims, mut last) = (Claims::default(), Vec::new());
+    for (number, (condition, place)) in all.iter().enumerate() {
+        let mut own = Vec::with_capacity(condition.prescribed.len());
+        for single in singles(condition, place) {
+            match of.request(single, &mut claims, &mut last) {
+                Ok(request) => own.push(request),
+                Err(error) if number < mine.len() => refused(error)?,
+                Err(error) => return Err(error),
+            }
+        }
+        requests.push(own);
     }
-    Ok(())
+    let owners = claims.settle(of.approximation.nodes());
+    let mut equations = Constraints::new();
+    equations.overrule(owners.overruled);
+    let (mut placed, mut ties, mut last) = (Vec::with_capacity(mine.len()), Vec::with_capacity(tied.len()), Vec::new());
+    for (number, ((condition, place), own)) in all.iter().zip(&requests).enumerate() {
+        let first = equations.len();
+        for request in own {
+            let before = equations.mark();
+            // Rows over a face know nothing of single particles: what they say twice is looked up in the scene.
+            let added = match of.facets.map_or(Ok(false), |_| lies_on_part(of.scene, mine, &request.single, of.cells)) {
+                Ok(true) => Ok(()),
+                Ok(false) => of.add(&mut equations, request, &owners.yielded, &mut last),
+                Err(error) => Err(error),
+            };
+            match added {
+                Ok(()) => {}
+                Err(error) if number < mine.len() => {
+                    refused(error)?;
+                    // Without the rows that were added before it was refused.
+                    equations.take_back(before);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        let own = first..equations.len();
+        if number < mine.len() {
+            let (name, nodes) = (condition.name.clone(), 0..of.cells.positions().len());
+            placed.push(Placed { name, place: (*place).clone(), equations: own, nodes });
+        } else {
+            ties.push((tied[number - mine.len()].0, own));
+        }
+    }
+    Ok(Prescribed { equations, placed, ties })
 }
 
 /// Whether a condition at a particle says again what those on parts that hold the particle say: taken as well, the
@@ -199,113 +251,130 @@ fn stays_off_axis<const D: usize>(
     Ok(())
 }
 
-/// The boundary at a place in pieces.
-struct Pieces<const D: usize> {
-    place: Place<D>,
-    pieces: Vec<BoundaryPiece<D>>,
+/// A direction of a condition; where it acts over a boundary, the pieces of that and their numbers among all.
+struct Request<'a, const D: usize> {
+    single: Single<'a, D>,
+    over: Option<(Vec<Arc<BoundaryCells<D>>>, Range<usize>)>,
 }
 
-impl<const D: usize> Pieces<D> {
-    /// The pieces at a place: those of the condition before, where that was on the same part.
-    fn at<'a>(
-        last: &'a mut Option<Self>,
-        place: &Place<D>,
-        part: &Part,
-        cells: &dyn Cells<D>,
-        facets: FacetRule,
-    ) -> Result<&'a mut Vec<BoundaryPiece<D>>, Error> {
-        let known = last.take_if(|own| own.place.takes_in(place) && place.takes_in(&own.place));
-        let pieces = match known {
-            Some(known) => known.pieces,
-            None => {
-                let pieces = match place.within.is_some() {
-                    true => cells.boundary_within(part, facets.parts, facets.gauss, &|x| place.holds(x))?,
-                    false => cells.boundary_pieces(part, facets.parts, facets.gauss)?,
-                };
-                pieces.into_iter().map(BoundaryPiece::new).collect()
-            }
+impl<const D: usize> Conditioned<'_, D> {
+    /// Puts down what a direction of a condition prescribes over pieces of the boundary, if it does; the pieces of the one before are
+    /// shared where they are the same.
+    fn request<'a>(
+        &self,
+        single: Single<'a, D>,
+        claims: &mut Claims,
+        last: &mut Vec<Arc<BoundaryCells<D>>>,
+    ) -> Result<Request<'a, D>, Error> {
+        if let Direction::Component(component) = *single.direction {
+            check_component(component, D, &single.label)?;
+        }
+        let (Spot::Part(part), Some(facets)) = (&single.place.spot, self.facets) else {
+            return Ok(Request { single, over: None });
         };
-        Ok(&mut last.insert(Pieces { place: place.clone(), pieces }).pieces)
+        let mut nodes: Vec<usize> = self.cells.boundary_nodes(part)?;
+        nodes.retain(|&node| single.place.holds(&self.cells.positions()[node]));
+        stays_off_axis(self.scene, &single, self.cells, &nodes)?;
+        let pieces = self.pieces(&single, part, facets, None)?;
+        if single.place.within.is_some() && pieces.iter().all(|piece| piece.traces.is_empty()) {
+            return Err(empty(self.cells, part, &single.label)?.into());
+        }
+        let shared = |(number, piece): (usize, BoundaryCells<D>)| match last.get(number) {
+            Some(same) if **same == piece => same.clone(),
+            _ => Arc::new(piece),
+        };
+        let pieces: Vec<Arc<BoundaryCells<D>>> = pieces.into_iter().enumerate().map(shared).collect();
+        let (along, value) = (|x: &_, n: &_| single.along(x, n), |points| single.value(points));
+        let own = (&pieces[..], self.cells.rebuilds_traces());
+        let numbers = claims.add(self.approximation.nodes(), own, &along, &value, &single.label)?;
+        last.clone_from(&pieces);
+        Ok(Request { single, over: Some((pieces, numbers)) })
     }
-}
 
-/// Adds the rows of one direction of a condition.
-fn add<const D: usize>(
-    equations: &mut Constraints,
-    scene: &Scene<D>,
-    single: &Single<'_, D>,
-    cells: &dyn Cells<D>,
-    approximation: &dyn Approximation<D>,
-    facets: Option<FacetRule>,
-    last: &mut Option<Pieces<D>>,
-) -> Result<(), Error> {
-    let (amplitude, label, place) = (single.amplitude, single.label.as_str(), single.place);
-    if let Direction::Component(component) = *single.direction {
-        check_component(component, D, label)?;
+    /// The pieces of a part for a direction of a condition.
+    fn pieces(
+        &self,
+        single: &Single<'_, D>,
+        part: &Part,
+        facets: FacetRule,
+        without: Option<&HashSet<u32>>,
+    ) -> Result<Vec<BoundaryCells<D>>, Error> {
+        let holds = |x: &Point<D>| single.place.holds(x);
+        // A direction that does not exist is refused where it is asked for.
+        let facing = |x: &Point<D>, normal: &Point<D>| single.along(x, normal).map_or(0.0, |e| e.dot(normal).abs());
+        let within = single.place.within.is_some().then_some(&holds as _);
+        let choice = TraceChoice { within, facing: Some(&facing), without };
+        Ok(self.cells.boundary_pieces_for(part, facets.parts, facets.gauss, &choice)?)
     }
-    if let Value::Motion(_) = single.value {
-        equations.add_break_points(amplitude.break_points());
+
+    /// Adds the equations of one direction of a condition; integrals of the one before are kept where its pieces are the same.
+    fn add(
+        &self,
+        equations: &mut Constraints,
+        request: &Request<'_, D>,
+        yielded: &[HashSet<u32>],
+        last: &mut Vec<BoundaryPiece<D>>,
+    ) -> Result<(), Error> {
+        let single = &request.single;
+        if let Value::Motion(_) = single.value {
+            equations.add_break_points(single.amplitude.break_points());
+        }
+        let Some((pieces, numbers)) = &request.over else { return self.collocate(equations, single) };
+        let (along, value) = (|x: &_, n: &_| single.along(x, n), |points| single.value(points));
+        let yielded = &yielded[numbers.clone()];
+        let all: HashSet<u32> = yielded.iter().flatten().copied().collect();
+        let rebuilt;
+        let pieces = match (&single.place.spot, self.facets) {
+            (Spot::Part(part), Some(facets)) if !all.is_empty() => {
+                let made = self.pieces(single, part, facets, Some(&all))?;
+                let same = |(number, piece): (usize, BoundaryCells<D>)| match pieces.get(number) {
+                    Some(same) if **same == piece => same.clone(),
+                    _ => Arc::new(piece),
+                };
+                rebuilt = made.into_iter().enumerate().map(same).collect();
+                &rebuilt
+            }
+            _ => pieces,
+        };
+        let none = HashSet::new();
+        for (number, cells) in pieces.iter().enumerate() {
+            if !last.get(number).is_some_and(|known| known.is_of(cells)) {
+                last.truncate(number);
+                last.push(BoundaryPiece::new(cells.clone()));
+            }
+            let (along, value): (_, crate::boundary::Value<'_, D>) = ((single.axis(), &along as _), &value);
+            let others = Some(yielded.get(number).unwrap_or(&none));
+            let (kinematics, label) = (&*self.scene.kinematics, single.label.as_str());
+            equations.integrate(self.approximation, &mut last[number], kinematics, along, (value, label), others)?;
+        }
+        Ok(())
     }
-    let along = |x: &Point<D>, normal: &Point<D>| single.direction.unit(label, x, normal);
-    let moves = match single.value {
-        Value::Motion(motion) => {
-            let (motion, amplitude) = (motion.clone(), amplitude.clone());
-            Some(Arc::new(move |x: &Point<D>, load: f64| motion(x, amplitude.evaluate(load).0)) as _)
-        }
-        _ => None,
-    };
-    let target = |x: &Point<D>| single.value.at(x, 1.0);
-    let in_proportion = scaled(&target, amplitude);
-    let moving = moves.as_ref().map(|motion| moved(motion));
-    let value: crate::boundary::Value<'_, D> = match &moving {
-        Some(moving) => moving,
-        None => &in_proportion,
-    };
-    let nodes = match (&place.spot, facets) {
-        (Spot::Part(part), Some(facets)) => {
-            let nodes: Vec<usize> = cells.boundary_nodes(part)?;
-            let held: Vec<usize> = nodes.into_iter().filter(|&node| place.holds(&cells.positions()[node])).collect();
-            stays_off_axis(scene, single, cells, &held)?;
-            let before = equations.len();
-            // One by one: each piece prescribes its corners before the next one.
-            let mut whole = 0;
-            let axis = match *single.direction {
-                Direction::Component(component) => Some(component),
-                _ => None,
-            };
-            for piece in Pieces::at(last, place, part, cells, facets)? {
-                whole += piece.len();
-                equations.integrate(approximation, piece, &*scene.kinematics, (axis, &along), value, label)?;
-            }
-            if place.within.is_some() && whole == 0 && equations.len() == before {
-                return Err(empty(cells, part, label)?.into());
-            }
-            return Ok(());
-        }
-        (Spot::Part(part), None) => {
-            let mut nodes = cells.boundary_nodes(part)?;
+
+    /// Adds the equations of one direction of a condition at particles.
+    fn collocate(&self, equations: &mut Constraints, single: &Single<'_, D>) -> Result<(), Error> {
+        let (cells, place) = (self.cells, single.place);
+        let mut nodes = match &place.spot {
+            Spot::Part(part) => cells.boundary_nodes(part)?,
+            Spot::Point(at) => vec![particle_at(cells, at, &single.label)?],
+            Spot::Body => (0..cells.positions().len()).collect(),
+        };
+        if !matches!(place.spot, Spot::Point(_)) {
             nodes.retain(|&node| place.holds(&cells.positions()[node]));
-            if nodes.is_empty() && place.within.is_some() {
-                return Err(empty(cells, part, label)?.into());
+        }
+        if let (Spot::Part(part), true, Some(_)) = (&place.spot, nodes.is_empty(), &place.within) {
+            return Err(empty(cells, part, &single.label)?.into());
+        }
+        stays_off_axis(self.scene, single, cells, &nodes)?;
+        let normals = match (single.direction, &place.spot) {
+            (Direction::Normal, Spot::Part(part)) => {
+                let of = cells.boundary(part, 1, 2)?.normals_at_particles();
+                nodes.iter().map(|&node| of.get(&(node as u32)).copied().unwrap_or_else(Point::zeros)).collect()
             }
-            nodes
-        }
-        (Spot::Point(at), _) => vec![particle_at(cells, at, label)?],
-        (Spot::Body, _) => {
-            let mut nodes: Vec<usize> = (0..cells.positions().len()).collect();
-            nodes.retain(|&node| place.holds(&cells.positions()[node]));
-            nodes
-        }
-    };
-    stays_off_axis(scene, single, cells, &nodes)?;
-    let normals = match (single.direction, &place.spot) {
-        (Direction::Normal, Spot::Part(part)) => {
-            let of = cells.boundary(part, 1, 2)?.normals_at_particles();
-            nodes.iter().map(|&node| of.get(&(node as u32)).copied().unwrap_or_else(Point::zeros)).collect()
-        }
-        _ => Vec::new(),
-    };
-    equations.collocate(approximation, &nodes, &normals, &along, value, label)
+            _ => Vec::new(),
+        };
+        let (along, value) = (|x: &_, n: &_| single.along(x, n), |points| single.value(points));
+        equations.collocate(self.approximation, &nodes, &normals, &along, &value, &single.label)
+    }
 }
 
 /// The error of a part of a part that holds nothing.
@@ -348,18 +417,22 @@ mod tests {
         let approximation =
             ReproducingKernel::new(cells.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
         for facets in [None, Some(FacetRule { parts: 2, gauss: 2 })] {
+            let of = Conditioned { scene: &scene, cells: &cells, approximation: &approximation, facets };
             let mut equations = Constraints::new();
             let all = scene.conditions.iter().flat_map(|condition| singles(condition, &condition.place));
-            for single in all {
+            let mut claims = Claims::default();
+            let requests: Vec<_> =
+                all.map(|single| of.request(single, &mut claims, &mut Vec::new()).unwrap()).collect();
+            let yielded = claims.settle(approximation.nodes()).yielded;
+            for request in &requests {
                 let (before, mark) = (equations.clone(), equations.mark());
-                let mut last = None;
-                let refused = add(&mut equations, &scene, &single, &cells, &approximation, facets, &mut last).is_err();
+                let refused = of.add(&mut equations, request, &yielded, &mut Vec::new()).is_err();
                 let added = equations.clone();
                 assert!(refused || added != before);
                 equations.take_back(mark);
                 assert_eq!(equations, before);
                 if !refused {
-                    add(&mut equations, &scene, &single, &cells, &approximation, facets, &mut last).unwrap();
+                    of.add(&mut equations, request, &yielded, &mut Vec::new()).unwrap();
                 }
             }
         }

@@ -6,7 +6,7 @@ use crate::shape::FiniteElements;
 use crate::table::ShapeTable;
 use crate::term::{Body, PressureField};
 
-use super::conditions::{Refused, equations};
+use super::conditions::{Prescribed, Refused};
 use super::facet_rule::{FacetRule, Facets};
 use super::one_body::{BodyInput, BuiltBody, FINER, Tables, clocked, expanding, load_tables, material};
 use super::rule::lattice_of;
@@ -69,8 +69,7 @@ pub(crate) fn elements<const D: usize>(
         },
     };
     let loads = load_tables(definition, &elements, &tables)?;
-    let (mut equations, placed) = equations(scene, definition.conditions, &**cells, &elements, None, refused)?;
-    let ties = definition.tied(&mut equations, &elements, None)?;
+    let Prescribed { equations, placed, ties } = definition.prescribed(&elements, None, refused)?;
     let dilations = (0..cells.positions().len()).map(|node| cells.local_spacing(node)).collect();
     let facets = FacetRule { parts: 1, gauss: points };
     let discrete_body =

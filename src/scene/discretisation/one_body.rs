@@ -14,7 +14,7 @@ use crate::shape::Approximation;
 use crate::table::ShapeTable;
 use crate::term::{Amplitude, Body};
 
-use super::conditions::{Placed, tie};
+use super::conditions::{Conditioned, Placed, Prescribed, Refused, equations};
 use super::discrete_body::DiscreteBody;
 use super::facet_rule::{FacetRule, Facets};
 use super::sharing::Sharing;
@@ -69,21 +69,15 @@ impl<const D: usize> BodyInput<'_, D> {
         if self.first == 0 && table.node_count() == self.total { table } else { table.shifted(self.first, self.total) }
     }
 
-    /// Adds the rows that tie parts of the body to rigid ones.
-    pub(crate) fn tied(
+    /// The equations of the conditions on the body and of its parts tied to rigid ones.
+    pub(crate) fn prescribed(
         &self,
-        equations: &mut Constraints,
         approximation: &dyn Approximation<D>,
-        rule: Option<FacetRule>,
-    ) -> Result<Vec<(usize, Range<usize>)>, Error> {
-        let names = self.scene.rigid_names();
-        let mut ties = Vec::with_capacity(self.ties.len());
-        for (number, place) in self.ties {
-            let first = equations.len();
-            tie(equations, self.scene, (names[*number], place), &*self.cells, approximation, rule)?;
-            ties.push((*number, first..equations.len()));
-        }
-        Ok(ties)
+        facets: Option<FacetRule>,
+        refused: Refused<'_>,
+    ) -> Result<Prescribed<D>, Error> {
+        let of = Conditioned { scene: self.scene, cells: &*self.cells, approximation, facets };
+        equations(&of, self.conditions, self.ties, refused)
     }
 
     pub(crate) fn discrete_body(

@@ -6,7 +6,7 @@ use crate::table::ShapeTable;
 use crate::term::Body;
 
 use super::approximation::covering;
-use super::conditions::{Refused, equations};
+use super::conditions::{Prescribed, Refused};
 use super::facet_rule::Facets;
 use super::one_body::{BodyInput, BuiltBody, FINER, Tables, clocked, expanding, load_tables, material};
 use super::rule::body_table;
@@ -57,8 +57,7 @@ pub(crate) fn particles<const D: usize>(
     };
     let loads = load_tables(definition, &approximation, &tables)?;
     let rule = over_boundary.then_some(facets);
-    let (mut equations, placed) = equations(scene, definition.conditions, &**cells, &approximation, rule, refused)?;
-    let ties = definition.tied(&mut equations, &approximation, rule)?;
+    let Prescribed { equations, placed, ties } = definition.prescribed(&approximation, rule, refused)?;
     let krylov = match super::space::is_one_body(scene) {
         true => super::space::krylov(scene, scheme, &**cells, &approximation, &body, &equations, sharing)?,
         false => None,

@@ -23,7 +23,8 @@ impl<const D: usize> Problem<D> {
     /// The force \[force\] on the body by the conditions at a place, or by the condition of a name:
     /// $-\sum_J \mu_J \sum_k c_{Jk}$ over their rows, component by component. The whole boundary takes in all parts.
     ///
-    /// Rows over boundaries, the default, give each face its own force. With rows at particles and finite elements a
+    /// Rows over boundaries, the default, give each face its own force, with that of the equations that it owns at its edges: those along
+    /// directions to which its normal is nearest. With rows at particles and finite elements a
     /// particle where two conditions meet belongs to the one that came first, with its whole force: only the sum over all faces
     /// is exact then, and the share of a corner, of the order of the spacing, may be missing from one of them.
     ///
