@@ -279,10 +279,11 @@ fn searches_are_watched_and_broken_off() {
             std::ops::ControlFlow::Continue(())
         }
     }
-    let mut watch = Few { iterations: 9, models: 0 };
+    let mut watch = Few { iterations: 6, models: 0 };
     let requested = Tolerance::energy(1e-3);
     let answer =
         cook(1.0).solve_within_observed(&[Scheme::default()], &requested, Budget::default(), &mut watch).unwrap();
+    // In the second model.
     assert!(!answer.reached() && watch.iterations == 0 && watch.models == answer.levels.len() && watch.models > 0);
     assert!(matches!(&answer.verdict, Verdict::NotReached(why) if why.contains("broke off")), "{:?}", answer.verdict);
 }
