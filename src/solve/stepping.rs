@@ -25,8 +25,7 @@ pub enum StepControl {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Following {
     /// The states. A homogeneous state may be reached in one step although it is unstable;
-    /// [`Step::unstable`](super::Step::unstable) says so. A large step of some iterations that makes $J$ far less even over the
-    /// body is halved: fields fold between points at little cost, and folded states may be stable. The sign is no proof: who
+    /// [`Step::unstable`](super::Step::unstable) says so. A large step may lead to another state than small steps do: who
     /// bends by more than 30 degrees or compares with another branch takes [`first`](Stepping::first) 0.1 to 0.25.
     #[default]
     Load,
