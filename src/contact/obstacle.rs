@@ -438,7 +438,8 @@ impl<const D: usize> RigidContact<D> {
     }
 
     /// Adds what the second derivatives of the gap of a trace function have beside those of its points: depth counts from the mean,
-    /// $\int\Theta\,c''\,(\nabla g - \nabla\bar g)(\nabla g - \nabla\bar g)^T$.
+    /// $\int\Theta\\,c''\\,(\nabla g - \nabla\bar g)(\nabla g - \nabla\bar g)^T$. Pressures that are kept uncondensed do without it: for an increment that
+    /// leaves the mean gap as it is it vanishes.
     fn add_mean(&self, trace: usize, view: &View<'_>, mean: &CountedMean, slope: &[f64], matrix: &mut [f64]) {
         let pressure = self.pressure(trace, view.condensed).0.max(0.0);
         let (surface, size) = (&self.contact_surface, slope.len());

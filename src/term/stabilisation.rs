@@ -8,8 +8,8 @@ pub(super) const POINTWISE_SHARE: f64 = 0.1;
 /// Zones of so many times the points of the smallest keep as many times its stabilisation, wider ones no more.
 pub(super) const WIDEST: f64 = 1.5;
 
-/// Part of the volumetric stiffness that the pointwise energy takes at most, however much it stiffens: neither of the two parts is then
-/// softer than half of the law, and the projected one stays convex.
+/// Part of the volumetric stiffness $U''$ that the pointwise energy has at most, however much it stiffens: the projected energy keeps at least
+/// the other half, and stays convex.
 const HALF: f64 = 0.5;
 
 /// The stabilisation $s$ of a material that can be split, so that $sk$ is a part of $\mu_0$, else 0; see `Body::new`.
