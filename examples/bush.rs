@@ -46,6 +46,7 @@ fn main() -> Result<(), rkpm::Error> {
     let scheme = Scheme::default().spacing(SPACING).stepping(Stepping::equal(strokes.len()));
     let problem = bush()?.discretize(&scheme)?;
     let path = problem.run_with(&mut progress::Progress::new())?.completed()?;
+    support::print_doubts(&problem, &path)?;
 
     let (mut summary, mut table) = (Summary::new(), Table::new(["stroke_mm", "force_N_per_mm", "felupe_N_per_mm"]));
     let (mut curve, mut reference) = (vec![[0.0, 0.0]], vec![[0.0, 0.0]]);

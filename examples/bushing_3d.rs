@@ -88,6 +88,7 @@ fn main() -> Result<(), rkpm::Error> {
     let scene = bushing(Value::from([3.0, 0.0, 0.0]))?.prescribe("ends", 2, 0.0);
     let problem = scene.discretize(&Scheme::default().stepping(Stepping::equal(6)))?;
     let path = problem.run_with(&mut progress::Progress::new())?.completed()?;
+    support::print_doubts(&problem, &path)?;
     let mut table = Table::new(["u [mm]", "F [N]"]);
     let mut curve = vec![(0.0, 0.0)];
     for step in &path.steps {

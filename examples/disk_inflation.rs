@@ -89,7 +89,7 @@ impl Inflation {
             start.load *= PRESSURE / pressure;
             let path = match analysis.run_from(model, rows, start, &mut ())?.completed() {
                 Ok(path) => path,
-                Err(error) => return Ok((inflation, Some(error))),
+                Err(none) => return Ok((inflation, Some(none.error))),
             };
             inflation.states.push(State { load: pressure / PRESSURE, ..path.last().clone() });
             inflation.iterations += path.iterations;

@@ -80,6 +80,7 @@ fn stiffness(scene: Scene<2>, moved: [f64; 2]) -> Result<(f64, usize, Problem<2>
     let scene = scene.hold("ground").with(Condition::on("top").displacement(moved));
     let problem = scene.discretize(&Scheme::default())?;
     let path = problem.run()?.completed()?;
+    support::print_doubts(&problem, &path)?;
     let force = problem.reaction(path.last(), "top")?[axis];
     let (unknowns, state) = (problem.model().unknowns(), path.last().clone());
     Ok((force / moved[axis], unknowns, problem, state))

@@ -54,6 +54,7 @@ fn main() -> Result<(), rkpm::Error> {
     let scheme = Scheme::default().stepping(Stepping { first: 0.125, largest: 0.125, ..Stepping::default() });
     let problem = scene.discretize(&scheme)?;
     let path = problem.run_with(&mut progress::Progress::new())?.completed()?;
+    support::print_doubts(&problem, &path)?;
     problem.write(&path, out.join("mount.pvd"))?; // and mount.csv: forces, moments and displacements, step by step
     let last = path.last();
     problem.picture(last, Field::LargestStretch)?.title("A mount, pressed and sheared").write(out.join("mount.svg"))?;

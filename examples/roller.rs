@@ -44,6 +44,7 @@ fn squeeze(
 ) -> Result<(Vec<f64>, Problem<2>, rkpm::solve::EquilibriumPath), rkpm::Error> {
     let problem = scene.discretize(&Scheme::default().particles([count]))?;
     let path = problem.run()?.completed()?;
+    support::print_doubts(&problem, &path)?;
     let mut forces = Vec::new();
     for closure in CLOSURES {
         let load = closure / CLOSURES[4];

@@ -82,7 +82,8 @@ fn run<const D: usize>(
     area: f64,
 ) -> Result<Outcome<D>, rkpm::Error> {
     let problem = scene.discretize(scheme)?;
-    let path = problem.run()?.completed()?;
+    // Compressed beyond Biot's limit the homogeneous state is exact and unstable.
+    let path = problem.run()?.reached()?;
     let (mut farthest, mut largest) = (0.0_f64, 0.0_f64);
     for (x, u) in problem.cells().positions().iter().zip(problem.particle_displacements(path.last())?) {
         let exact = Point::<D>::from_fn(|i, _| (stretches[i] - 1.0) * x[i]);

@@ -125,6 +125,9 @@ class Path:
     def ending(self) -> str:
         """How the run ended: "completed", "stopped", "stalled"."""
     @property
+    def doubts(self) -> list[str]:
+        """What makes the path doubtful, a sentence for each doubt."""
+    @property
     def load(self) -> _Array:
         """Load factors of all states."""
     @property

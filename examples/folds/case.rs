@@ -87,10 +87,9 @@ pub fn model<const D: usize>(
             iterations: path.iterations,
             unstable: last.and_then(|step| step.unstable).unwrap_or(0),
             jacobians: last.and_then(|step| step.diagnostics.jacobians).unwrap_or([1.0; 2]),
-            ending: match &path.ending {
-                Ending::Completed => None,
-                Ending::Stalled(stalled) => Some(stalled.to_string()),
-                other => Some(format!("{other:?}")),
+            ending: match path.clone().completed() {
+                Err(none) => Some(none.to_string()),
+                Ok(path) => problem.verdict(&path)?.first().map(ToString::to_string),
             },
         })
     };

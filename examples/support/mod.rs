@@ -8,7 +8,7 @@ use rkpm::cells::Lattice;
 use rkpm::geometry::Point;
 use rkpm::output::Chart;
 use rkpm::scene::Problem;
-use rkpm::solve::State;
+use rkpm::solve::{EquilibriumPath, State};
 
 /// The directory of the results of example `name`: `target/rkpm/NAME`, or what `--out DIR` says.
 ///
@@ -23,6 +23,14 @@ pub fn out_dir(name: &str) -> PathBuf {
             std::process::exit(2);
         }
     }
+}
+
+/// Prints what makes a path doubtful, a line for each doubt.
+pub fn print_doubts<const D: usize>(problem: &Problem<D>, path: &EquilibriumPath) -> Result<(), Error> {
+    for doubt in problem.verdict(path)? {
+        println!("doubt: {doubt}");
+    }
+    Ok(())
 }
 
 /// The columns of a CSV text by name. Lines that start with `#` are comments, the first other line is

@@ -154,6 +154,14 @@ impl Path {
         each!(self, run => crate::scheme::ending(&run.path.ending))
     }
 
+    /// What makes the path doubtful, a sentence for each doubt, also what only the problem can tell: undeclared contact, surfaces that
+    /// are compressed beyond Biot's limit.
+    #[getter]
+    fn doubts(&self) -> PyResult<Vec<String>> {
+        let doubts = each!(self, run => run.problem.verdict(&run.path)).map_err(refused)?;
+        Ok(doubts.iter().map(ToString::to_string).collect())
+    }
+
     /// Newton iterations, those of rejected steps included.
     #[getter]
     fn iterations(&self) -> usize {

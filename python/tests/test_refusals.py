@@ -87,6 +87,15 @@ def test_a_stalled_run_keeps_its_path():
     assert path.ending == "stalled" and path.load[-1] < 1 and len(scene.path) == len(path)
 
 
+def test_an_unstable_state_is_refused_and_keeps_its_path():
+    column = rkpm.Scene(rkpm.Block([0, 0], [2, 1]), LAW).prescribe((0, "min"), 0, 0).prescribe((1, "min"), 1, 0)
+    with pytest.raises(rkpm.Error, match="unstable modes") as refused:
+        column.prescribe((0, "max"), 0, -1.4).solve(particles=[17, 9], steps=4)
+    path = refused.value.path
+    assert path.ending == "completed" and path.load[-1] == 1
+    assert any("unstable modes" in doubt for doubt in path.doubts)
+
+
 @pytest.fixture
 def control_c():
     """Control-C as in a terminal: a shell that starts a job in the background has it ignore the signal."""

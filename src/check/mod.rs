@@ -29,7 +29,6 @@
 
 mod algebra;
 mod cover;
-mod free_motions;
 mod inf_sup;
 mod material;
 mod patch;
@@ -40,8 +39,8 @@ mod stability;
 mod surface;
 mod term;
 
+pub use crate::scene::{FixedInside, FreeMotion};
 pub use cover::UncoveredRegion;
-pub use free_motions::FreeMotion;
 pub use inf_sup::{InfSup, inf_sup};
 pub use material::{invariant_energy, material};
 pub use patch::{PatchTest, patch_test, patch_test_of};

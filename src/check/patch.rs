@@ -78,7 +78,8 @@ pub fn patch_test_of<const D: usize>(
         scene = scene.prescribe(Part::Whole, component, Value::field(move |x: &Point<D>| (row * x)[0]));
     }
     let problem = scene.discretize(scheme)?;
-    let path = problem.run()?.completed()?;
+    // A homogeneous state of a large volume change is exact and, under its pressure, unstable.
+    let path = problem.run()?.reached()?;
     let (mut error, mut size) = (0.0f64, 0.0f64);
     for (x, u) in problem.cells().positions().iter().zip(problem.particle_displacements(path.last())?) {
         let exact = gradient * x;

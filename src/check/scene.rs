@@ -7,11 +7,13 @@ use crate::compiled::compiled;
 use crate::error::{ApproximationError, BoundaryError, Error};
 use crate::material::Material;
 use crate::paper::Cover;
-use crate::scene::{ApproximationChoice, BodyOf, Scene, Scheme, kernel_functions};
+use crate::scene::{
+    ApproximationChoice, BodyOf, FixedInside, FreeMotion, Problem, Scene, Scheme, fixed_inside, free_motions,
+    kernel_functions,
+};
 use crate::term::{Amplitude, Body, PressureField};
 
 use super::cover::{UncoveredRegion, cover};
-use super::free_motions::{FreeMotion, free_motions};
 use super::{Finding, Report};
 
 /// Reciprocal condition number below which gradients start to lose digits (2e-8 off at 1e-6…1e-5, 1e-3 off at the
@@ -20,6 +22,9 @@ const RCOND: f64 = 1e-6;
 
 /// Bulk over shear modulus above which a point's volume counts as a constraint.
 const STIFF: f64 = 20.0;
+
+/// The largest stretch of an expansion: gels that take up a thousand times their volume expand by ten.
+const LARGEST_EXPANSION: f64 = 10.0;
 
 /// What a scene under a scheme is checked for before it is solved; all of it, where
 /// [`discretize`](Scene::discretize) stops at the first error.
@@ -38,10 +43,14 @@ pub struct Diagnosis {
     pub dependent: Vec<BoundaryError>,
     /// Rigid motions left free.
     pub free: Vec<FreeMotion>,
+    /// Particles whose displacement is prescribed and that end deep in a rigid surface.
+    pub inside: Vec<FixedInside>,
     /// Pressure unknowns of the body; its points, where it has none and resists changes of volume.
     pub pressures: usize,
     /// Displacement unknowns that the rows leave.
     pub displacements: usize,
+    /// The largest stretch by which a body would expand, or the inverse of the smallest where it shrinks by more; 1 without expansion.
+    pub expansion: f64,
     /// Settings without effect on a run of the scene: pairs of tables beyond a load factor of 1, a law that relaxes in a scene without time.
     pub without_effect: Vec<String>,
     /// Whether a single cell spans a thickness of the body.
@@ -110,6 +119,17 @@ impl Diagnosis {
         let held = "hold it by a condition, or by the friction of a contact";
         let motions = self.free.iter().map(|m| format!("{m}: {held}"));
         report.findings.push(count("no rigid motion is free", self.free.len(), list(motions.collect())));
+        report.findings.push(count(
+            "rigid surfaces stay outside of particles whose displacement is prescribed",
+            self.inside.len(),
+            list(self.inside.iter().map(ToString::to_string).collect()),
+        ));
+        report.findings.push(Finding {
+            law: "expansions are those of a solid",
+            violation: self.expansion,
+            tolerance: LARGEST_EXPANSION,
+            at: "Scene::with_expansion takes a stretch, 1 + α ΔT for a change of temperature: check its unit".into(),
+        });
         if self.pressures == 0 {
             report.unchecked.push("pressures per displacement: the body has no pressures".into());
         } else {
@@ -163,7 +183,7 @@ pub fn scene<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagno
 }
 
 fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnosis, Error> {
-    let mut diagnosis = Diagnosis { most_pressures: 1.0 / D as f64, ..Diagnosis::default() };
+    let mut diagnosis = Diagnosis { most_pressures: 1.0 / D as f64, expansion: 1.0, ..Diagnosis::default() };
     if scheme.approximation == ApproximationChoice::Particles {
         for (scheme, cells) in scene.cells(scheme)? {
             if scheme.approximation != ApproximationChoice::Particles {
@@ -202,10 +222,26 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
     diagnosis.overruled = problem.equations().overruled().to_vec();
     diagnosis.dependent = dependent_rows(problem.equations().equations());
     diagnosis.free = free_motions(&problem);
+    diagnosis.inside = fixed_inside(&problem);
+    diagnosis.expansion = expansion(&problem);
     diagnosis.pressures = problem.discrete_bodies().iter().map(|member| pressures::<D>(member.body())).sum();
     let equations = problem.equations().len() - diagnosis.dependent.len();
     diagnosis.displacements = problem.model().unknowns().saturating_sub(equations);
     Ok(diagnosis)
+}
+
+/// The largest stretch by which a body of a problem would expand or shrink: what its undeformed points lack of being unstrained.
+fn expansion<const D: usize>(problem: &Problem<D>) -> f64 {
+    let rest = vec![0.0; problem.model().unknowns()];
+    let mut largest: f64 = 1.0;
+    for body in problem.discrete_bodies() {
+        let term = body.body();
+        for point in 0..term.table().len() {
+            let stretch = term.deformation_gradient(point, &rest).determinant().cbrt();
+            largest = largest.max(stretch.max(1.0 / stretch));
+        }
+    }
+    largest
 }
 
 /// Settings without effect on a run of a scene, with what to do.

@@ -5,6 +5,7 @@
 mod approximation;
 mod boundary;
 mod contact;
+mod doubt;
 #[cfg(feature = "fit")]
 mod fit;
 mod geometry;
@@ -21,6 +22,7 @@ mod stalled;
 pub use approximation::ApproximationError;
 pub use boundary::BoundaryError;
 pub use contact::ContactError;
+pub use doubt::{Doubt, DoubtCause};
 #[cfg(feature = "fit")]
 pub use fit::FitError;
 pub use geometry::GeometryError;

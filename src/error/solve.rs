@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::{Invalid, Stalled};
+use super::{Doubt, Invalid, Stalled};
 
 /// What went wrong in an analysis.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -108,6 +108,19 @@ pub enum SolveError {
         /// Why and where.
         stalled: Stalled,
     },
+    /// The analysis reached its last load, and the last state is no answer.
+    #[error("completed, but the last state is no answer: {}", list(doubts))]
+    Doubtful {
+        /// Converged steps.
+        steps: usize,
+        /// Why.
+        doubts: Vec<Doubt>,
+    },
+}
+
+/// Doubts in one line.
+fn list(doubts: &[Doubt]) -> String {
+    doubts.iter().map(Doubt::to_string).collect::<Vec<_>>().join("; ")
 }
 
 /// A number of bytes in the unit that suits its size.

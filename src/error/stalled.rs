@@ -46,6 +46,11 @@ pub enum Cause {
         /// The message of the linear solver.
         solver: String,
     },
+    /// A rigid motion is free.
+    FreeMotion {
+        /// The motions, by translation and rotation and by body.
+        motions: Vec<String>,
+    },
     /// The linear solver failed otherwise.
     LinearSolver(String),
     /// The controlled functional does not change with the load.
@@ -173,6 +178,11 @@ impl fmt::Display for Cause {
             ),
             Cause::Singular { at_start: false, .. } => write!(f, "the matrix is singular in the next state"),
             Cause::Singular { solver, .. } | Cause::LinearSolver(solver) => write!(f, "{solver}"),
+            Cause::FreeMotion { motions } => write!(
+                f,
+                "a motion is free: {}; hold it by a condition, or by the friction of a contact",
+                motions.join("; ")
+            ),
             Cause::Control => write!(f, "the controlled quantity does not change with the load"),
             Cause::Unstable { before, after } => {
                 write!(

@@ -52,6 +52,7 @@ mod rivlin;
 mod rubber;
 mod stability;
 mod stretches;
+mod surface_stability;
 #[cfg(feature = "solve")]
 mod thickness;
 mod viscoelastic;
@@ -80,6 +81,7 @@ pub use rivlin::RivlinPolynomial;
 pub use rubber::Rubber;
 pub use stability::{Criterion, SEARCHED, StableRange, stable_ranges, stable_ranges_incompressible};
 pub use stretches::{PrincipalStretches, TotalStretches};
+pub use surface_stability::surface_stability;
 #[cfg(feature = "solve")]
 #[cfg(feature = "solve")]
 pub(crate) use thickness::FreeThickness;

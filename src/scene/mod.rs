@@ -40,10 +40,14 @@ pub use discretisation::discrete_body::DiscreteBody;
 pub use discretisation::ownership::{LocalOwnership, TermOwnership};
 pub use discretisation::problem::Problem;
 pub use results::contact_state::{ContactPoint, ContactState};
+pub use results::free_motions::FreeMotion;
+pub(crate) use results::free_motions::free_motions;
 pub use results::neutral_motion::NeutralMotion;
 #[cfg(feature = "chart")]
 pub use results::picture::Field;
 pub use results::recovery::StressField;
 pub use results::rigid_motion::RigidMotion;
 pub(crate) use results::transfer::{coefficients, values};
+pub use results::verdict::FixedInside;
+pub(crate) use results::verdict::{Judging, fixed_inside};
 pub use stages::{StagePath, Stages, history, write_stages};

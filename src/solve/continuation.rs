@@ -2,7 +2,7 @@
 
 use crate::assembly::Model;
 use crate::boundary::Constraints;
-use crate::error::{Cause, Driven, Error, Stalled};
+use crate::error::{Cause, Doubt, DoubtCause, Driven, Error, Stalled};
 
 use super::analysis::Analysis;
 use super::critical::CriticalPoint;
@@ -261,6 +261,7 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             unstable,
             critical,
             diagnostics: model.at_own(&state).diagnostics(),
+            doubts: self.doubts(&state, unstable),
             control_state,
         };
         self.modes = unstable;
@@ -272,6 +273,21 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
             self.path.ending = Ending::Stopped;
         }
         !ended
+    }
+
+    /// Why a converged state may be no answer. Who follows the path, or controls something else than the load, goes on to states that are
+    /// unstable under a fixed load.
+    fn doubts(&mut self, state: &State, unstable: Option<usize>) -> Vec<Doubt> {
+        let mut doubts = self.observer.doubts(state);
+        let cause = match unstable {
+            None => Some(DoubtCause::StabilityUnknown),
+            Some(modes) if modes > 0 && !self.follows_path() && !self.controlled => {
+                Some(DoubtCause::Unstable { modes })
+            }
+            Some(_) => None,
+        };
+        doubts.extend(cause.map(|cause| Doubt { cause, load: state.load, at: Vec::new() }));
+        doubts
     }
 
     /// What drives a run under load control: loads, or prescribed displacements alone.

@@ -28,13 +28,13 @@ mod tangent;
 mod target_control;
 mod volume;
 
-pub use crate::error::{Cause, Driven, Stalled};
+pub use crate::error::{Cause, Doubt, DoubtCause, Driven, Stalled};
 pub(crate) use adjoint::Dual;
 pub use analysis::Analysis;
 pub(crate) use analysis::NO_FREE;
 pub use critical::{CriticalKind, CriticalPoint};
 pub use functional::{Control, Deflection, Functional};
-pub use path::{Ending, EquilibriumPath, Iteration, MatrixUse, Observer, Step, StepControlState};
+pub use path::{Ending, EquilibriumPath, Iteration, MatrixUse, NoAnswer, Observer, Step, StepControlState};
 pub use settings::{Newton, TangentUpdate};
 pub use state::State;
 pub use stepping::{Following, StepControl, Stepping};

@@ -1,8 +1,9 @@
 //! The path of an analysis, its steps, and their observers.
 
+use std::fmt;
 use std::ops::ControlFlow;
 
-use crate::error::{SolveError, Stalled};
+use crate::error::{Doubt, Error, SolveError, Stalled};
 use crate::linear::Inertia;
 use crate::term::StateDiagnostics;
 
@@ -48,6 +49,9 @@ pub struct Step {
     pub critical: Vec<CriticalPoint>,
     /// How far the state can be trusted.
     pub diagnostics: StateDiagnostics,
+    /// Why the state may be no answer.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub doubts: Vec<Doubt>,
     /// How the stepping goes on from here.
     pub control_state: StepControlState,
 }
@@ -127,6 +131,12 @@ pub trait Observer {
     fn step(&mut self, _step: &Step) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
+
+    /// Called with each converged state before it becomes a step: doubts about it, which its step records
+    /// ([`Step::doubts`]).
+    fn doubts(&mut self, _state: &State) -> Vec<Doubt> {
+        Vec::new()
+    }
 }
 
 impl Observer for () {}
@@ -144,6 +154,12 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         let (first, second) = (self.0.step(step), self.1.step(step));
         if first.is_break() { first } else { second }
     }
+
+    fn doubts(&mut self, state: &State) -> Vec<Doubt> {
+        let mut doubts = self.0.doubts(state);
+        doubts.append(&mut self.1.doubts(state));
+        doubts
+    }
 }
 
 impl<T: Observer + ?Sized> Observer for &mut T {
@@ -153,6 +169,10 @@ impl<T: Observer + ?Sized> Observer for &mut T {
 
     fn step(&mut self, step: &Step) -> ControlFlow<()> {
         (**self).step(step)
+    }
+
+    fn doubts(&mut self, state: &State) -> Vec<Doubt> {
+        (**self).doubts(state)
     }
 }
 
@@ -211,18 +231,73 @@ impl EquilibriumPath {
         self.steps.iter().flat_map(|step| &step.critical)
     }
 
-    /// The path itself if the last load was reached.
+    /// What makes the states of the path doubtful: each cause once, in the step that has it first.
+    pub fn doubts(&self) -> Vec<&Doubt> {
+        let mut found: Vec<&Doubt> = Vec::new();
+        for doubt in self.steps.iter().flat_map(|step| &step.doubts) {
+            if !found.iter().any(|known| known.cause.is_like(&doubt.cause)) {
+                found.push(doubt);
+            }
+        }
+        found
+    }
+
+    /// The path itself if the last load was reached and its last state is an answer; what is doubtful before is told by
+    /// [`doubts`](EquilibriumPath::doubts).
     ///
     /// # Errors
-    /// [`SolveError::Stalled`] where it could not be, [`SolveError::BrokenOff`] where an observer or a kill ended the
-    /// run; keep the path instead to use what there is of it.
-    pub fn completed(self) -> Result<EquilibriumPath, SolveError> {
-        let (load, steps) = (self.last().load, self.steps.len());
-        match self.ending {
-            Ending::Completed => Ok(self),
-            Ending::Stopped => Err(SolveError::BrokenOff { load, steps, why: "an observer broke off" }),
-            Ending::Interrupted => Err(SolveError::BrokenOff { load, steps, why: "the run was broken off; resume it" }),
-            Ending::Stalled(stalled) => Err(SolveError::Stalled { steps, stalled }),
+    /// [`NoAnswer`], which has the path and why: [`SolveError::Stalled`] where the last load could not be reached,
+    /// [`SolveError::BrokenOff`] where an observer or a kill ended the run, [`SolveError::Doubtful`] where the last state is doubtful
+    /// ([`Doubt::refutes`]). Keep the path instead to use what there is of it.
+    pub fn completed(self) -> Result<EquilibriumPath, NoAnswer> {
+        let steps = self.steps.len();
+        let last = self.steps.last().into_iter().flat_map(|step| &step.doubts);
+        let doubts: Vec<Doubt> = last.filter(|doubt| doubt.refutes()).cloned().collect();
+        match self.reached() {
+            Ok(path) if doubts.is_empty() => Ok(path),
+            Ok(path) => Err(NoAnswer { path: Box::new(path), error: SolveError::Doubtful { steps, doubts } }),
+            Err(none) => Err(none),
         }
+    }
+
+    /// The path itself if the last load was reached, whatever its doubts.
+    ///
+    /// # Errors
+    /// [`NoAnswer`] with [`SolveError::Stalled`] or [`SolveError::BrokenOff`].
+    pub fn reached(self) -> Result<EquilibriumPath, NoAnswer> {
+        let (load, steps) = (self.last().load, self.steps.len());
+        let error = match &self.ending {
+            Ending::Completed => return Ok(self),
+            Ending::Stopped => SolveError::BrokenOff { load, steps, why: "an observer broke off" },
+            Ending::Interrupted => SolveError::BrokenOff { load, steps, why: "the run was broken off; resume it" },
+            Ending::Stalled(stalled) => SolveError::Stalled { steps, stalled: stalled.clone() },
+        };
+        Err(NoAnswer { path: Box::new(self), error })
+    }
+}
+
+/// A path that is no answer, and why.
+#[derive(Clone, PartialEq, thiserror::Error)]
+#[error("{error}")]
+pub struct NoAnswer {
+    /// The path so far.
+    pub path: Box<EquilibriumPath>,
+    /// Why it is no answer.
+    pub error: SolveError,
+}
+
+impl From<NoAnswer> for Error {
+    fn from(none: NoAnswer) -> Self {
+        none.error.into()
+    }
+}
+
+/// Without the states, which fill pages where a program unwraps the result.
+impl fmt::Debug for NoAnswer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("NoAnswer")
+            .field("error", &self.error)
+            .field("steps", &self.path.steps.len())
+            .finish_non_exhaustive()
     }
 }

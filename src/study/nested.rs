@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use crate::error::{Error, Invalid, SolveError};
-use crate::scene::{ApproximationChoice, Problem, Scheme};
+use crate::scene::{ApproximationChoice, Judging, Problem, Scheme};
 use crate::solve::{Dual, Ending, EquilibriumPath, Newton, State};
 use crate::term::variables_range;
 
@@ -86,19 +86,21 @@ pub(super) fn solve<const D: usize>(
         let tight = problem.analysis().newton;
         let (tolerance, iterations) = (tight.tolerance.max(ALGEBRAIC), tight.iterations.min(CORRECTIONS));
         problem.analysis_mut().newton = Newton { tolerance, iterations, ..tight };
-        let found = problem.analysis().correct(problem.model(), problem.equations(), guess, &mut *limits);
+        let judging = &mut Judging { problem: &problem, observer: &mut *limits };
+        let found = problem.analysis().correct(problem.model(), problem.equations(), guess, judging);
         problem.analysis_mut().newton = tight;
         // A guess that can't be corrected costs its iterations and nothing else.
         match found {
             Ok(path) if path.ending == Ending::Completed => (corrected, rough) = (Some(path), true),
-            Ok(path) if path.ending == Ending::Stopped => corrected = Some(path.completed()?),
+            Ok(path) if path.ending == Ending::Stopped => corrected = Some(path.reached()?),
             Ok(path) => wasted = path.iterations,
             Err(_) => {}
         }
     }
     let path = match corrected {
         Some(path) => path,
-        None => problem.run_with(&mut *limits)?.completed()?,
+        // What a coarse model has in doubt a finer one may not have.
+        None => problem.run_with(&mut *limits)?.reached()?,
     };
     let values = requested.iter().map(|q| q.evaluate(&problem, path.last())).collect::<Result<Vec<_>, _>>()?;
     for (value, quantity) in values.iter().zip(&tolerance.quantities) {
@@ -134,20 +136,35 @@ pub(super) fn solve<const D: usize>(
     })
 }
 
-/// Brings the model of an answer to rest as any analysis does: while models are compared they need not be.
+/// Brings the model of an answer to rest as any analysis does: while models are compared they need not be. A model in doubt reaches no
+/// tolerance.
 pub(super) fn settle<const D: usize>(
     answer: &mut Answer<D>,
     tolerance: &Tolerance<D>,
     limits: &mut Limits<'_>,
 ) -> Result<(), Error> {
-    if !std::mem::take(&mut answer.rough) {
-        return Ok(());
+    if std::mem::take(&mut answer.rough) {
+        correct(answer, tolerance, limits)?;
     }
+    let refuted = answer.reached().then(|| answer.path.clone().completed().err()).flatten();
+    if let Some(none) = refuted {
+        answer.verdict = Verdict::NotReached(none.to_string());
+    }
+    Ok(())
+}
+
+/// Iterates the model of an answer to rest.
+fn correct<const D: usize>(
+    answer: &mut Answer<D>,
+    tolerance: &Tolerance<D>,
+    limits: &mut Limits<'_>,
+) -> Result<(), Error> {
     let start = Instant::now();
     let (problem, guess) = (&answer.problem, answer.path.last().clone());
     limits.settle();
     limits.begin(problem.model().unknowns());
-    let path = problem.analysis().correct(problem.model(), problem.equations(), guess, limits)?;
+    let judging = &mut Judging { problem, observer: limits };
+    let path = problem.analysis().correct(problem.model(), problem.equations(), guess, judging)?;
     if path.ending != Ending::Completed {
         // Broken off: what was compared is the answer.
         return Ok(());

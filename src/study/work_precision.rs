@@ -217,7 +217,7 @@ impl<const D: usize> WorkPrecision<D> {
         run.steps = path.steps.len();
         run.iterations = path.iterations;
         (run.factorizations, run.solutions) = (meter.factorizations(), meter.solutions());
-        let path = path.completed()?;
+        let path = path.reached()?;
         run.values = self
             .quantities
             .iter()

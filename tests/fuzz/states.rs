@@ -96,6 +96,7 @@ pub fn states(input: &mut Input) {
                 unstable: input.once_in(2).then(|| count(input)),
                 critical: Vec::new(),
                 diagnostics: Default::default(),
+                doubts: Vec::new(),
                 control_state: StepControlState {
                     increment: input.number(0.0, 1.0),
                     reached: count(input),

@@ -198,10 +198,13 @@ fn drawn(name: &str, scale: f64, shift: [f64; 3]) -> Mesh<3> {
 fn units_and_origins_change_nothing() {
     let force = |scale: f64, shift: [f64; 3]| {
         let push = [0.2 * scale, 0.0, -0.1 * scale];
-        let (problem, path) = run(Scene::new(drawn("plug_22_ascii.msh", scale, shift), Solid, rubber())
+        let scene = Scene::new(drawn("plug_22_ascii.msh", scale, shift), Solid, rubber())
             .hold("base")
             .rigid("steel plate", "steel plate")
-            .with(Condition::on("steel plate").displacement(push)));
+            .with(Condition::on("steel plate").displacement(push));
+        let problem = scene.discretize(&Scheme::default()).unwrap();
+        // The mesh is too coarse for an answer.
+        let path = problem.run().unwrap().reached().unwrap();
         problem.reaction(path.last(), "steel plate").unwrap() / (scale * scale)
     };
     let here = force(1.0, [0.0; 3]);

@@ -259,7 +259,7 @@ fn stalls_say_where_the_path_turned_and_what_leads_on() {
     }
     // An observer that breaks off stalls nothing.
     let error = EquilibriumPath { ending: Ending::Stopped, ..path }.completed().unwrap_err();
-    assert!(matches!(error, rkpm::error::SolveError::BrokenOff { .. }), "{error:?}");
+    assert!(matches!(error.error, rkpm::error::SolveError::BrokenOff { .. }), "{error:?}");
 }
 
 /// A pressure on a free face has a stiffness that is not symmetric. Left out, Newton's method converges linearly.
@@ -328,7 +328,7 @@ fn the_unit_of_length_changes_no_iteration() {
             .unwrap()
             .run()
             .unwrap()
-            .completed()
+            .reached() // coarse at its edges
             .unwrap();
         (path.steps.len(), path.iterations, path.rejected)
     };

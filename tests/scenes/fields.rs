@@ -148,7 +148,8 @@ fn reactions_and_their_moments_balance_a_load() {
         .hold((2, Side::Min))
         .with(Load::force(Place::at(corner), force));
     let problem = block.discretize(&Scheme::default().particles([3, 3, 5])).unwrap();
-    let path = problem.run().unwrap().completed().unwrap();
+    // A force at a point is singular: the state is an equilibrium and no answer.
+    let path = problem.run().unwrap().reached().unwrap();
     let state = path.last();
     let at = problem.displacement(state, &corner.into()).unwrap() + Point::<3>::from(corner);
     assert!((at - Point::<3>::from(corner)).norm() > 0.1);

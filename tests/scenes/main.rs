@@ -22,3 +22,4 @@ mod stages;
 mod stalls;
 mod stress;
 mod study;
+mod verdict;

@@ -154,7 +154,8 @@ fn twisted(degrees: f64, stepping: Stepping) -> Result<(Problem<3>, EquilibriumP
         .prescribe(end, 1, Value::motion(move |x: &Point<3>, load| x[0] * turn(load).0 + x[1] * (turn(load).1 - 1.0)))
         .prescribe(end, 2, 0.0);
     let problem = scene.discretize(&Scheme::default().particles([3, 3, 7]).stepping(stepping))?;
-    let path = problem.run()?.completed()?;
+    // At whole turns the twisted block may be unstable: what is compared are equilibria.
+    let path = problem.run()?.reached()?;
     Ok((problem, path))
 }
 

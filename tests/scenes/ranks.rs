@@ -109,7 +109,7 @@ impl Factorizer for GatheredFactorizer {
 
 fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
     let alone = scene.discretize(scheme).unwrap();
-    let path = alone.run().unwrap().completed().unwrap();
+    let path = alone.run().unwrap().reached().unwrap();
     let expected = path.last();
     let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let distance = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()));
@@ -127,7 +127,8 @@ fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
                 scope.spawn(move || {
                     let solver = Gathered(Rank { rank, count, exchange });
                     let shared = scene.discretize(&scheme.clone().solver(solver)).unwrap();
-                    let found = shared.run().unwrap().completed().unwrap();
+                    let found = shared.run().unwrap().reached().unwrap();
+                    assert_eq!(found.steps.last().unwrap().doubts.len(), path.steps.last().unwrap().doubts.len());
                     let (state, expected) = (found.last(), path.last());
                     let other = shared.reaction(state, place).unwrap();
                     let means = shared.at_particles(&shared.stresses(state).unwrap());

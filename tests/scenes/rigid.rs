@@ -28,7 +28,8 @@ fn a_moved_rigid_body_is_a_face_moved_the_same_way() {
     for scheme in schemes() {
         let solve = |scene: Scene<2>, place: Place<2>| {
             let problem = scene.discretize(&scheme).unwrap();
-            let path = problem.run().unwrap().completed().unwrap();
+            // Coarse for a quarter turn.
+            let path = problem.run().unwrap().reached().unwrap();
             let (force, moment) = (
                 problem.reaction(path.last(), place.clone()).unwrap(),
                 problem.moment(path.last(), place, [0.0, 0.0]).unwrap()[2],
@@ -136,13 +137,14 @@ fn rigid_rings_of_revolution_move_along_their_axis() {
     let scheme = Scheme::default().particles([6, 6]);
     let held = bush().with(Condition::on((1, Side::Max)).displacement([0.0, -0.2]).named("plate"));
     let held = held.discretize(&scheme).unwrap();
-    let path = held.run().unwrap().completed().unwrap();
+    // Coarse at its edges.
+    let path = held.run().unwrap().reached().unwrap();
     let force = held.reaction(path.last(), "plate").unwrap()[1];
     let pressed = bush().rigid("plate", (1, Side::Max)).with(Load::force("plate", [0.0, force]));
     let moved = bush().rigid("plate", (1, Side::Max)).with(Condition::on("plate").component(1, -0.2));
     for scene in [pressed, moved] {
         let problem = scene.discretize(&scheme).unwrap();
-        let found = problem.run().unwrap().completed().unwrap();
+        let found = problem.run().unwrap().reached().unwrap();
         let motion = problem.rigid_motion(found.last(), "plate").unwrap();
         assert!(
             abs_diff_eq!(motion.displacement[1], -0.2, epsilon = 1e-7)

@@ -245,9 +245,11 @@ fn homogeneous_states_are_reached_at_once_and_tell_that_they_are_unstable() {
         .prescribe(Side::Max, 0, -0.9)
         .prescribe(Place::at([0.0, 0.0]), 1, 0.0);
     let problem = scene.discretize(&Scheme::default().particles([9, 3])).unwrap();
-    let path = problem.run().unwrap().completed().unwrap();
+    let none = problem.run().unwrap().completed().unwrap_err();
+    let path = &none.path;
     assert_eq!((path.steps.len(), path.critical_points().count()), (1, 0));
-    assert!(path.steps[0].unstable.unwrap() > 0);
+    let modes = path.steps[0].unstable.unwrap();
+    assert!(modes > 0 && none.to_string().contains(&format!("{modes} unstable modes")), "{none}");
 }
 
 #[test]
@@ -324,7 +326,7 @@ fn large_steps_do_not_fold_bent_blocks() {
         let scene = bent(rubber, angle);
         let energy = |stepping: Stepping| {
             let problem = scene.discretize(&Scheme::default().particles([n]).stepping(stepping)).unwrap();
-            let path = problem.run().unwrap().completed().unwrap();
+            let path = problem.run().unwrap().reached().unwrap();
             (path.steps.last().unwrap().energy, path.steps.last().unwrap().unstable, path.rejected)
         };
         let small = energy(Stepping { first: 0.1, largest: 0.1, ..Stepping::default() });
@@ -540,7 +542,8 @@ fn disc(radius: f64, thickness: f64, pressure: f64, scheme: &Scheme) -> (f64, Op
         .hold((0, Side::Max))
         .pressure((1, Side::Min), pressure);
     let problem = scene.discretize(scheme).unwrap();
-    let path = problem.run().unwrap().completed().unwrap_or_else(|error| panic!("{scheme:?}: {error}"));
+    // Three particles over the thickness are coarse at the edge.
+    let path = problem.run().unwrap().reached().unwrap_or_else(|error| panic!("{scheme:?}: {error}"));
     let deflection = problem.displacement(path.last(), &[0.0, 0.0].into()).unwrap()[1];
     (deflection, path.steps.last().unwrap().unstable)
 }

@@ -65,7 +65,8 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 fn solved<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<(Problem<D>, State), TestCaseError> {
     let fail = |e: &dyn std::fmt::Display| TestCaseError::fail(e.to_string());
     let problem = scene.discretize(scheme).map_err(|e| fail(&e))?;
-    let path = problem.run().map_err(|e| fail(&e))?.completed().map_err(|e| fail(&e))?;
+    // Homogeneous states of large volume changes are exact and, under their pressures, unstable.
+    let path = problem.run().map_err(|e| fail(&e))?.reached().map_err(|e| fail(&e))?;
     let state = path.last().clone();
     Ok((problem, state))
 }

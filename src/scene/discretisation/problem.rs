@@ -11,7 +11,7 @@ use crate::cells::{Cells, Lattice};
 use crate::error::{ApproximationError, BoundaryError, Error, SolveError};
 use crate::geometry::Point;
 use crate::material::Material;
-use crate::solve::{Analysis, EquilibriumPath, Observer, State};
+use crate::solve::{Analysis, State};
 use crate::term::{Body, Term};
 
 use super::conditions::Placed;
@@ -131,35 +131,6 @@ impl<const D: usize> Problem<D> {
     /// The lattice of particles, where the only body is on one.
     pub fn lattice(&self) -> Option<&Lattice<D>> {
         self.cells().lattice().filter(|_| self.discrete_bodies.len() == 1)
-    }
-
-    /// Runs the analysis from rest to load factor 1.
-    ///
-    /// # Errors
-    /// As [`Analysis::run`]; a stalled analysis returns its path.
-    pub fn run(&self) -> Result<EquilibriumPath, Error> {
-        self.run_with(&mut ())
-    }
-
-    /// As [`run`](Problem::run), watched by an observer, which may end the analysis.
-    ///
-    /// # Errors
-    /// As [`run`](Problem::run).
-    pub fn run_with(&self, observer: &mut dyn Observer) -> Result<EquilibriumPath, Error> {
-        self.analysis.run(&self.model, &self.equations, observer)
-    }
-
-    /// The state at rest, from which [`run`](Problem::run) starts.
-    pub fn at_rest(&self) -> State {
-        State::at_rest(&self.model, &self.equations)
-    }
-
-    /// Goes on from the last step of a path, with the same bits as if it had never been broken off.
-    ///
-    /// # Errors
-    /// As [`Analysis::resume`].
-    pub fn resume(&self, path: EquilibriumPath, observer: &mut dyn Observer) -> Result<EquilibriumPath, Error> {
-        self.analysis.resume(&self.model, &self.equations, path, observer)
     }
 
     /// The displacement $u(X) = \sum_I\Psi_I(X)\\,d_I$ \[length\] at a point of the body.

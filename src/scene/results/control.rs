@@ -6,6 +6,7 @@ use crate::solve::{Deflection, EquilibriumPath, Functional, Observer, State};
 use crate::term::variables_range;
 
 use crate::scene::Problem;
+use crate::scene::results::verdict::Judging;
 
 impl<const D: usize> Problem<D> {
     /// A displacement component at a point of the body as a functional \[length\]: what a displacement-controlled run prescribes,
@@ -50,7 +51,8 @@ impl<const D: usize> Problem<D> {
         targets: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
-        self.analysis.run_controlled(&self.model, &self.equations, self.at_rest(), functional, targets, observer)
+        let judging = &mut Judging { problem: self, observer };
+        self.analysis.run_controlled(&self.model, &self.equations, self.at_rest(), functional, targets, judging)
     }
 
     /// The states of a path at given load factors, those where it first comes to each: interpolated between its steps and
@@ -71,7 +73,7 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// For load factors that the path does not come to, and where Newton's method finds no state between two steps, which says
-    /// so as [`EquilibriumPath::completed`] does.
+    /// so as [`EquilibriumPath::reached`] does.
     pub fn states_at(&self, path: &EquilibriumPath, loads: &[f64]) -> Result<Vec<State>, Error> {
         let all: Vec<&State> = std::iter::once(&path.start).chain(path.steps.iter().map(|step| &step.state)).collect();
         let mut found = Vec::with_capacity(loads.len());
@@ -97,7 +99,7 @@ impl<const D: usize> Problem<D> {
                 aim = 0.5 * (low.load + aim);
                 continue;
             }
-            low = path.completed()?.last().clone();
+            low = path.reached()?.last().clone();
             if aim == load {
                 return Ok(low);
             }

@@ -217,30 +217,38 @@ impl<const D: usize> Problem<D> {
 }
 
 impl<const D: usize> Recovery<'_, D> {
-    /// Points on the whole surface, and for each the particles whose rows over it would hold it.
     fn surface(&self) -> Result<(Points<D>, Option<Traces>), Error> {
-        Ok(match self.body.facets {
-            None => (Points::empty(), None),
-            Some(Facets::OfCells(rule)) => {
-                let cells = self.body.cells.boundary(&Part::Whole, rule.parts, rule.gauss)?;
-                (cells.points, Some(cells.traces))
-            }
-            Some(Facets::OfElements { order, gauss }) => match self.body.cells.lattice() {
-                Some(lattice) => {
-                    let elements = FiniteElements::new(lattice.clone(), order)?;
-                    (elements.boundary(&Part::Whole, gauss)?.points, None)
-                }
-                None => (Points::empty(), None),
-            },
-        })
+        surface_of(self.body, 1)
     }
+}
+
+/// Points on the whole surface of a body, so many times as dense along each direction as loads have them, and for each the particles whose
+/// rows over it would hold it.
+pub(super) fn surface_of<const D: usize>(
+    body: &DiscreteBody<D>,
+    density: usize,
+) -> Result<(Points<D>, Option<Traces>), Error> {
+    Ok(match body.facets {
+        None => (Points::empty(), None),
+        Some(Facets::OfCells(rule)) => {
+            let cells = body.cells.boundary(&Part::Whole, density * rule.parts, rule.gauss)?;
+            (cells.points, Some(cells.traces))
+        }
+        Some(Facets::OfElements { order, gauss }) => match body.cells.lattice() {
+            Some(lattice) => {
+                let elements = FiniteElements::new(lattice.clone(), order)?;
+                (elements.boundary(&Part::Whole, density * gauss)?.points, None)
+            }
+            None => (Points::empty(), None),
+        },
+    })
 }
 
 /// Current positions of points.
 type Moved<'a, const D: usize> = &'a dyn Fn(&[Point<D>]) -> Result<Vec<Point<D>>, Error>;
 
 /// For each point of a boundary the particles whose trace functions are nonzero there, with their values.
-type Traces = Vec<Vec<(u32, f64)>>;
+pub(super) type Traces = Vec<Vec<(u32, f64)>>;
 
 /// A facet point whose traction is known: $\sigma a = T$ in the components that are.
 struct Facet<const D: usize> {

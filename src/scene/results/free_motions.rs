@@ -8,6 +8,7 @@ use crate::assembly::{Model, StateRef};
 use crate::contact::Trace;
 use crate::geometry::Point;
 use crate::scene::Problem;
+use crate::scene::discretisation::discrete_body::DiscreteBody;
 
 /// Parts of translations and rotations in a motion.
 type Parts<'a> = nalgebra::MatrixView<'a, f64, nalgebra::U1, nalgebra::Dyn, nalgebra::U1, nalgebra::Dyn>;
@@ -25,7 +26,7 @@ pub struct FreeMotion {
     pub rotations: Vec<(usize, usize, f64)>,
     /// The centre $X_0$ of the rotations: the mean position of the particles \[length\].
     pub centre: Vec<f64>,
-    /// The body that can move so alone, where there are several.
+    /// The body that can move so alone, where there are several, or the piece of a body that consists of several.
     pub body: Option<String>,
 }
 
@@ -51,7 +52,7 @@ impl fmt::Display for FreeMotion {
 /// Combinations of translations and infinitesimal rotations that cost no energy at rest, that no row sees and that no contact
 /// bars: of single bodies, where there are several, and of all together. A surface without friction bars the direction of its
 /// normal alone, one that is pushed not its own. A surface that turns freely counts as one that does not.
-pub(super) fn free_motions<const D: usize>(problem: &Problem<D>) -> Vec<FreeMotion> {
+pub(crate) fn free_motions<const D: usize>(problem: &Problem<D>) -> Vec<FreeMotion> {
     let motions = Motions::of(problem);
     let resistance = motions.resistance(problem);
     if !resistance.iter().all(|r| r.is_finite()) {
@@ -59,30 +60,31 @@ pub(super) fn free_motions<const D: usize>(problem: &Problem<D>) -> Vec<FreeMoti
     }
     let (m, groups) = (motions.kinds.len(), motions.groups.len());
     let mut free = Vec::new();
-    let bodies = problem.discrete_bodies();
     let alone = |group: usize| resistance.view((group * m, group * m), (m, m)).into_owned();
     if groups > 1 {
-        for (group, body) in bodies.iter().enumerate() {
-            let of_body = null_space(alone(group));
-            free.extend(of_body.row_iter().map(|row| motions.named(row, Some(body.name().to_string()))));
+        for (group, name) in motions.names.iter().enumerate() {
+            let of_group = null_space(alone(group));
+            free.extend(of_group.row_iter().map(|row| motions.named(row, Some(name.clone()))));
         }
     }
     let all = DMatrix::<f64>::from_fn(groups * m, m, |row, k| f64::from(u8::from(row % m == k)));
     for row in null_space(all.transpose() * &resistance * all).row_iter() {
         // What each body may do alone is named already.
         let each = |group: usize| (row * alone(group) * row.transpose())[(0, 0)] <= FREE * row.norm_squared();
-        if groups == 1 || !(0..bodies.len()).all(each) {
+        if groups == 1 || !(0..motions.names.len()).all(each) {
             free.push(motions.named(row, None));
         }
     }
     free
 }
 
-/// The rigid motions of each group of nodes: the bodies, and the frames of rigid bodies together.
+/// The rigid motions of each group of nodes: the connected pieces of bodies, and the frames of rigid bodies together.
 struct Motions<const D: usize> {
     /// A translation, or a rotation in the plane of two axes.
     kinds: Vec<(usize, Option<usize>)>,
     groups: Vec<Vec<usize>>,
+    /// The names of the pieces, which are the first groups.
+    names: Vec<String>,
     centre: Point<D>,
     size: f64,
 }
@@ -93,7 +95,15 @@ impl<const D: usize> Motions<D> {
         // Travels of surfaces that are pushed are no places.
         let travels: Vec<usize> = problem.contacts.iter().filter_map(|contact| contact.law.rigid_dof()).collect();
         let bodies = problem.discrete_bodies();
-        let mut groups: Vec<Vec<usize>> = bodies.iter().map(|body| body.nodes.clone().collect()).collect();
+        let (mut groups, mut names) = (Vec::with_capacity(bodies.len()), Vec::with_capacity(bodies.len()));
+        for body in bodies {
+            let pieces = pieces(problem, body);
+            let several = pieces.len() > 1;
+            for piece in pieces {
+                names.push(if several { piece_name(body.name(), &piece, positions) } else { body.name().to_string() });
+                groups.push(piece);
+            }
+        }
         let last = bodies.iter().map(|body| body.nodes.end).max().unwrap_or(0);
         let others: Vec<usize> = (last..positions.len()).filter(|node| !travels.contains(node)).collect();
         groups.extend((!others.is_empty()).then_some(others));
@@ -109,7 +119,7 @@ impl<const D: usize> Motions<D> {
                 kinds.push((i, Some(j)));
             }
         }
-        Motions { kinds, groups, centre, size }
+        Motions { kinds, groups, names, centre, size }
     }
 
     /// A motion at a place, of the size 1 over the body.
@@ -176,6 +186,50 @@ impl<const D: usize> Motions<D> {
             body,
         }
     }
+}
+
+/// The nodes of the connected pieces of a body: those that its clusters couple. One piece where several ranks share the clusters.
+fn pieces<const D: usize>(problem: &Problem<D>, body: &DiscreteBody<D>) -> Vec<Vec<usize>> {
+    let (nodes, clusters) = (body.nodes(), body.body().table().clusters());
+    if problem.model().ranks().is_some() {
+        return vec![nodes.collect()];
+    }
+    let mut parent: Vec<usize> = (0..nodes.len()).collect();
+    let root = |parent: &mut Vec<usize>, mut node: usize| {
+        while parent[node] != node {
+            parent[node] = parent[parent[node]];
+            node = parent[node];
+        }
+        node
+    };
+    for cluster in 0..clusters.len() {
+        let mut own = clusters.nodes(cluster).iter().filter_map(|&node| (node as usize).checked_sub(nodes.start));
+        let Some(first) = own.next() else { continue };
+        for node in own.filter(|&node| node < nodes.len()) {
+            let (a, b) = (root(&mut parent, first), root(&mut parent, node));
+            parent[a.max(b)] = a.min(b);
+        }
+    }
+    let mut pieces: Vec<Vec<usize>> = Vec::new();
+    let mut piece_of = vec![usize::MAX; nodes.len()];
+    for node in 0..nodes.len() {
+        let root = root(&mut parent, node);
+        if piece_of[root] == usize::MAX {
+            piece_of[root] = pieces.len();
+            pieces.push(Vec::new());
+        }
+        pieces[piece_of[root]].push(nodes.start + node);
+    }
+    // Nodes beyond all clusters have no stiffness and are no piece.
+    pieces.retain(|piece| piece.len() > 1);
+    pieces
+}
+
+/// What a piece of a body is called: by the middle of its particles.
+fn piece_name<const D: usize>(body: &str, piece: &[usize], positions: &[Point<D>]) -> String {
+    let middle = piece.iter().map(|&node| positions[node]).sum::<Point<D>>() / piece.len() as f64;
+    let coordinates: Vec<String> = middle.iter().map(|x| format!("{x:.4}")).collect();
+    format!("the separate piece of {body} around X = ({})", coordinates.join(", "))
 }
 
 /// Energies of motions at rest, relative to the stiffness: without what acts on steps alone.

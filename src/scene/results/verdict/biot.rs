@@ -1,0 +1,136 @@
+//! Free surfaces that are compressed beyond their stability.
+
+use std::collections::{HashMap, HashSet};
+
+use nalgebra::{Matrix2, Vector3};
+
+use crate::error::{Doubt, DoubtCause};
+use crate::material::surface_stability;
+use crate::scene::Problem;
+use crate::scene::definition::contact_definition::Law;
+use crate::solve::State;
+
+use super::skin::SkinPoint;
+
+/// What holds the particles of a surface.
+struct Held {
+    /// By components.
+    components: Vec<bool>,
+    /// In all components, or tied to others.
+    bonded: Vec<bool>,
+}
+
+/// A doubt about a free surface that two neighbouring trace functions, in the mean, have beyond Biot's limit. Particles that share a
+/// facet with a bonded one are left out: at the end of a bonded face strains are singular, and grow with refinement. So are surfaces in
+/// contact, where waves are barred.
+pub(super) fn beyond_limit<const D: usize>(
+    problem: &Problem<D>,
+    state: &State,
+    skin: &[SkinPoint<D>],
+) -> Option<Doubt> {
+    if D == 1 {
+        return None;
+    }
+    let held = held(problem);
+    let touching = touching(problem, state);
+    let mut exempt = touching.clone();
+    for point in skin.iter().filter(|point| point.owners.iter().any(|&node| held.bonded[node])) {
+        exempt.extend(&point.owners);
+    }
+    // Sums of the criterion and of the weights, by particle.
+    let mut sums: HashMap<usize, [f64; 2]> = HashMap::new();
+    let is_free = |point: &&SkinPoint<D>| {
+        let barred = |i: usize| point.owners.iter().all(|&node| held.components[node * D + i]);
+        !(0..D).any(barred) && !point.owners.iter().all(|node| touching.contains(node))
+    };
+    for point in skin.iter().filter(is_free) {
+        let body = &problem.discrete_bodies()[point.body];
+        let material = body.body().material();
+        if body.is_sheet || material.split().is_none() {
+            continue;
+        }
+        let Some(stability) = least(point, |along, across| surface_stability(&**material, along, across)) else {
+            continue;
+        };
+        for &node in &point.owners {
+            let [sum, weight] = sums.entry(node).or_default();
+            *sum += point.weight * stability;
+            *weight += point.weight;
+        }
+    }
+    let mean = |node: &usize| sums.get(node).map_or(f64::INFINITY, |[sum, weight]| sum / weight);
+    let fails = |node: &&usize| mean(node) < 0.0 && !exempt.contains(node);
+    let several = skin.iter().filter(|point| point.owners.iter().filter(fails).count() >= 2);
+    let worst = several.min_by(|a, b| {
+        let of = |point: &SkinPoint<D>| point.owners.iter().map(mean).fold(f64::INFINITY, f64::min);
+        of(a).total_cmp(&of(b))
+    })?;
+    let stretch = least(worst, |along, _| along)?;
+    let cause = DoubtCause::Surface { stretch };
+    Some(Doubt { cause, load: state.load, at: worst.reference.as_slice().to_vec() })
+}
+
+/// The least value over the principal directions of the surface: of the stretches along it and across.
+fn least<const D: usize>(point: &SkinPoint<D>, of: impl Fn(f64, f64) -> f64) -> Option<f64> {
+    let area = point.area();
+    let normal = area / area.norm();
+    let strain = point.f * point.f.transpose();
+    let values: Vec<f64> = if D == 2 {
+        let tangent = Vector3::new(-normal.y, normal.x, 0.0);
+        vec![of(tangent.dot(&(strain * tangent)).sqrt(), strain[(2, 2)].sqrt())]
+    } else {
+        let first = if normal.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() }.cross(&normal).normalize();
+        let second = normal.cross(&first);
+        let part = |a: &Vector3<f64>, b: &Vector3<f64>| a.dot(&(strain * b));
+        let plane =
+            Matrix2::new(part(&first, &first), part(&first, &second), part(&second, &first), part(&second, &second));
+        let squares = plane.symmetric_eigenvalues();
+        let [a, b] = [squares[0].max(0.0).sqrt(), squares[1].max(0.0).sqrt()];
+        vec![of(a, b), of(b, a)]
+    };
+    values.into_iter().filter(|value| value.is_finite()).min_by(f64::total_cmp)
+}
+
+fn held<const D: usize>(problem: &Problem<D>) -> Held {
+    let nodes = problem.model().positions().len();
+    let mut held = Held { components: vec![false; nodes * D], bonded: vec![false; nodes] };
+    for equation in problem.equations().equations() {
+        let component = equation.dependent % D;
+        held.components[equation.dependent] = true;
+        if equation.entries.iter().any(|&(k, c)| k % D != component && c != 0.0) {
+            held.bonded[equation.dependent / D] = true;
+        }
+    }
+    for node in 0..nodes {
+        held.bonded[node] |= (0..D).all(|i| held.components[node * D + i]);
+    }
+    held
+}
+
+/// Particles in contact.
+fn touching<const D: usize>(problem: &Problem<D>, state: &State) -> HashSet<usize> {
+    let key = |x: &[f64]| x.iter().map(|v| v.to_bits()).collect::<Vec<u64>>();
+    let mut active = HashSet::new();
+    for contact in &problem.contacts {
+        let Ok(found) = problem.contact(state, &contact.name) else { continue };
+        let points = found.points.iter().filter(|point| point.is_active);
+        active.extend(points.map(|point| key(point.reference.as_slice())));
+    }
+    let mut touching = HashSet::new();
+    if active.is_empty() {
+        return touching;
+    }
+    for contact in &problem.contacts {
+        let surfaces = match &contact.law {
+            Law::Rigid(law) => std::slice::from_ref(&law.contact_surface),
+            Law::Pair(law, _) => &law.contact_surfaces[..],
+        };
+        for trace in surfaces.iter().flat_map(|surface| &surface.traces) {
+            let node = trace.particle as usize;
+            if active.contains(&key(problem.model().positions()[node].as_slice())) {
+                touching.insert(node);
+            }
+        }
+    }
+    touching
+}

@@ -1,0 +1,114 @@
+//! Bodies that lie deep in rigid surfaces.
+
+use std::fmt;
+
+use crate::contact::RigidContact;
+use crate::error::{Doubt, DoubtCause};
+use crate::geometry::Point;
+use crate::solve::State;
+use crate::term::View;
+
+use crate::scene::Problem;
+use crate::scene::definition::contact_definition::Law;
+
+/// The largest depth as a part of the width of a trace function, which is the spacing of the boundary particles: half of it is the
+/// distance from a particle to the middle between two, so that what lies deeper has passed between them.
+const DEEPEST: f64 = 0.5;
+
+/// Doubts about contacts in which points of the boundary lie behind the rigid surface by more than their particles resolve.
+pub(super) fn too_deep<const D: usize>(problem: &Problem<D>, state: &State) -> Vec<Doubt> {
+    let mut doubts = Vec::new();
+    for contact in &problem.contacts {
+        let Law::Rigid(law) = &contact.law else { continue };
+        // Bodies that begin inside a surface leave it by and by.
+        let begins_inside = law.surface.interference.is_some_and(|fit| !fit.resolved && state.load < fit.until);
+        let Some(condensed) = state.condensed.get(contact.term).filter(|_| !begins_inside) else { continue };
+        let view = View { displacement: &state.displacement, condensed, load: state.load };
+        if let Some((depth, limit, at)) = deepest(law, &view) {
+            let fixed = fixed_inside(problem).iter().any(|inside| inside.surface == contact.name);
+            let cause = DoubtCause::Depth { contact: contact.name.clone(), depth, limit, fixed };
+            doubts.push(Doubt { cause, load: state.load, at: at.as_slice().to_vec() });
+        }
+    }
+    doubts
+}
+
+/// A particle of a contact whose displacement is prescribed in all components, and which ends deep in the rigid surface: no displacement of
+/// the rest of the body brings it out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FixedInside {
+    /// The rigid surface.
+    pub surface: String,
+    /// Where the particle is in the undeformed body \[length\].
+    pub at: Vec<f64>,
+    /// How deep it lies at the end of the load \[length\].
+    pub depth: f64,
+    /// The depth that its trace function resolves \[length\].
+    pub limit: f64,
+}
+
+impl fmt::Display for FixedInside {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let FixedInside { surface, at, depth, limit } = self;
+        write!(
+            f,
+            "{surface} ends {depth:.3e} behind the particle at X = {at:?}, whose displacement is prescribed (resolved: {limit:.3e}): move or \
+             shorten the surface, or end the prescribed part before it"
+        )
+    }
+}
+
+/// The deepest such particle of each rigid surface that is not pushed by a force.
+pub(crate) fn fixed_inside<const D: usize>(problem: &Problem<D>) -> Vec<FixedInside> {
+    let mut displacement = vec![0.0; problem.model().unknowns()];
+    for equation in problem.equations().equations() {
+        let sum: f64 = equation.entries.iter().map(|entry| entry.1).sum();
+        // Equations of one component: the value that they give to their own particle.
+        if sum.abs() > 0.5 * equation.measure() {
+            displacement[equation.dependent] = equation.target * equation.amplitude.evaluate(1.0).0 / sum;
+        }
+    }
+    let mut found = Vec::new();
+    for contact in &problem.contacts {
+        let Law::Rigid(law) = &contact.law else { continue };
+        if law.rigid_dof.is_some() {
+            continue;
+        }
+        let placed = law.placed(&displacement, 1.0);
+        let fixed =
+            law.contact_surface.traces.iter().filter(|trace| {
+                (0..D).all(|component| problem.equations().prescribes(trace.particle as usize, component))
+            });
+        let inside = fixed.map(|trace| {
+            let node = trace.particle as usize;
+            let x = problem.model().positions()[node];
+            let moved = x + Point::<D>::from_fn(|i, _| displacement[node * D + i]);
+            (-placed.nearest(&*law.surface.shape, &moved).gap, DEEPEST * trace.width, x)
+        });
+        let deep = inside.filter(|(depth, limit, _)| depth > limit).max_by(|a, b| a.0.total_cmp(&b.0));
+        found.extend(deep.map(|(depth, limit, x)| FixedInside {
+            surface: contact.name.clone(),
+            at: x.as_slice().to_vec(),
+            depth,
+            limit,
+        }));
+    }
+    found
+}
+
+/// Depth, largest one and undeformed position of the point that lies deepest compared with the width of its trace function.
+fn deepest<const D: usize>(law: &RigidContact<D>, view: &View<'_>) -> Option<(f64, f64, Point<D>)> {
+    let mut worst = 1.0;
+    let mut found = None;
+    for (k, trace) in law.contact_surface.traces.iter().enumerate() {
+        let limit = DEEPEST * trace.width;
+        law.local_contact(k, view, |p, _, nearest, _| {
+            if -nearest.gap > worst * limit {
+                worst = -nearest.gap / limit;
+                let point = trace.points[p].0 as usize;
+                found = Some((-nearest.gap, limit, law.contact_surface.table.positions()[point]));
+            }
+        });
+    }
+    found
+}

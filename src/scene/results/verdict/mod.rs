@@ -1,0 +1,108 @@
+//! Whether the states of a run are answers.
+
+mod biot;
+mod depth;
+mod passing;
+mod restraint;
+mod skin;
+mod volume;
+
+use std::ops::ControlFlow;
+
+use crate::error::{Cause, Doubt, Error};
+use crate::solve::{Ending, EquilibriumPath, Iteration, Observer, State, Step};
+
+use crate::scene::{Problem, free_motions};
+
+pub use depth::FixedInside;
+pub(crate) use depth::fixed_inside;
+
+/// An observer together with a problem that judges each converged state of its run.
+pub(crate) struct Judging<'a, const D: usize> {
+    pub problem: &'a Problem<D>,
+    pub observer: &'a mut dyn Observer,
+}
+
+impl<const D: usize> Observer for Judging<'_, D> {
+    fn iteration(&mut self, iteration: &Iteration) -> ControlFlow<()> {
+        self.observer.iteration(iteration)
+    }
+
+    fn step(&mut self, step: &Step) -> ControlFlow<()> {
+        self.observer.step(step)
+    }
+
+    fn doubts(&mut self, state: &State) -> Vec<Doubt> {
+        // The state is that of a run of this problem.
+        let mut doubts = self.problem.doubts(state).unwrap_or_default();
+        doubts.append(&mut self.observer.doubts(state));
+        doubts
+    }
+}
+
+impl<const D: usize> Problem<D> {
+    /// All that makes a path of this problem doubtful: what its steps have recorded ([`EquilibriumPath::doubts`]), and what only the
+    /// problem can tell of the last state:
+    /// * bodies that have passed through one another, through themselves or through a rigid surface, where no contact is declared,
+    /// * free surfaces beyond Biot's limit ([`surface_stability`](crate::material::surface_stability)).
+    ///
+    /// Costs shape functions and a sum over the surface for each of its points, of which 2000 are looked at.
+    ///
+    /// ```
+    /// use rkpm::prelude::*;
+    /// let block = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, Rubber::neo_hookean(0.5, 1e3)?)
+    ///     .hold(Side::Min)
+    ///     .prescribe(Side::Max, 0, 0.2);
+    /// let problem = block.discretize(&Scheme::default().particles([17, 9]))?;
+    /// let path = problem.run()?.completed()?;
+    /// for doubt in problem.verdict(&path)? {
+    ///     println!("{doubt}");
+    /// }
+    /// # Ok::<(), rkpm::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// For a path of another problem, and where the surface of a body can't be integrated.
+    pub fn verdict(&self, path: &EquilibriumPath) -> Result<Vec<Doubt>, Error> {
+        let state = path.last();
+        state.check_lengths(&self.model, &self.equations)?;
+        let mut doubts: Vec<Doubt> = path.doubts().into_iter().cloned().collect();
+        let skin = skin::skin(self, state)?;
+        doubts.extend(passing::passed(self, state, &skin));
+        doubts.extend(biot::beyond_limit(self, state, &skin));
+        Ok(doubts)
+    }
+
+    /// What makes a state of this problem doubtful, as each step of a run records it ([`Step::doubts`]): the field folds, the body lies
+    /// deep in a rigid surface, a restrained motion takes a moment. Unstable modes are known to the run alone.
+    ///
+    /// # Errors
+    /// For a state of another problem.
+    pub fn doubts(&self, state: &State) -> Result<Vec<Doubt>, Error> {
+        state.check_lengths(&self.model, &self.equations)?;
+        let mut doubts: Vec<Doubt> = volume::folded(self, state).into_iter().collect();
+        doubts.extend(depth::too_deep(self, state));
+        doubts.extend(restraint::strained(self, state));
+        Ok(doubts)
+    }
+
+    /// The path of a run that stalled for want of a state, with the free motion as its cause where there is one.
+    pub(crate) fn named(&self, mut path: EquilibriumPath) -> EquilibriumPath {
+        let Ending::Stalled(stalled) = &mut path.ending else { return path };
+        let numeric = matches!(
+            stalled.cause,
+            Cause::Iterations(_)
+                | Cause::StepLimited { .. }
+                | Cause::Diverging { .. }
+                | Cause::Singular { .. }
+                | Cause::LinearSolver(_)
+        );
+        if numeric {
+            let motions: Vec<String> = free_motions(self).iter().map(ToString::to_string).collect();
+            if !motions.is_empty() {
+                stalled.cause = Cause::FreeMotion { motions };
+            }
+        }
+        path
+    }
+}

@@ -1,0 +1,118 @@
+//! Fields that fold between particles.
+
+use crate::error::{Doubt, DoubtCause};
+use crate::geometry::Point;
+use crate::material::{Material, VolumetricEnergy};
+use crate::solve::State;
+
+use crate::scene::Problem;
+use crate::scene::discretisation::discrete_body::DiscreteBody;
+
+/// $|\ln(J/\hat J)|$ from which on the volume of a point is not what the pressure allows. Where a cell bends, a linear field has changes
+/// below this one at no loss: with a single element across an arch they would be a fifth of the energy, with its force within 1 %.
+const APART: f64 = 0.2;
+/// The largest part of the energy that such points may have in their change of volume: energies go with the squares of strains, so
+/// that strains are off by a tenth in the mean.
+const LIMIT: f64 = 0.01;
+
+/// Energies of a body and the point that is furthest from what the pressure allows.
+struct Found<const D: usize> {
+    /// $\int\frac{\mu_0}{2}\ln^2(J/\hat J)$ over the points that are apart.
+    folded: f64,
+    /// The distortional energy.
+    distortional: f64,
+    /// $|\ln(J/\hat J)|$, $J$, $\hat J$ and the position.
+    worst: [f64; 3],
+    at: Point<D>,
+}
+
+/// A doubt about a state in which volumes are not what pressures allow.
+///
+/// Where pressures are projected the field is free to change volumes between the pressures, at little cost. A right field does so at
+/// corners. $\hat J$ with $U'(\hat J) = p$ is the volume that the pressure allows, and $\frac{\mu_0}{2}\ln^2(J/\hat J)$ is the least energy
+/// that a change of shape of this size takes: where its integral is more than a small part of the distortional energy, the shape of
+/// the field is not that of the rubber.
+pub(super) fn folded<const D: usize>(problem: &Problem<D>, state: &State) -> Option<Doubt> {
+    let mut found = Found { folded: 0.0, distortional: 0.0, worst: [0.0, 1.0, 1.0], at: Point::zeros() };
+    for (number, body) in problem.discrete_bodies().iter().enumerate() {
+        add(body, number, state, &mut found);
+    }
+    if let Some(ranks) = problem.model().ranks() {
+        let mut sums = [found.folded, found.distortional];
+        ranks.sum(&mut sums);
+        [found.folded, found.distortional] = sums;
+        let mut mine = found.worst.to_vec();
+        mine.extend(found.at.iter());
+        let all = ranks.gathered(&mine);
+        if let Some(worst) = all.chunks_exact(3 + D).max_by(|a, b| a[0].total_cmp(&b[0])) {
+            found.worst.copy_from_slice(&worst[..3]);
+            found.at = Point::from_column_slice(&worst[3..]);
+        }
+    }
+    let share = found.folded / (found.folded + found.distortional);
+    let [_, jacobian, allowed] = found.worst;
+    (share > LIMIT).then(|| Doubt {
+        cause: DoubtCause::Volume { share, limit: LIMIT, jacobian, allowed },
+        load: state.load,
+        at: found.at.as_slice().to_vec(),
+    })
+}
+
+fn add<const D: usize>(body: &DiscreteBody<D>, number: usize, state: &State, found: &mut Found<D>) {
+    let term = body.body();
+    let Some((distortional, volumetric)) = term.material().split() else { return };
+    let Some(pressures) = body.bulk_pressures(number, state) else { return };
+    let moduli = term.material().initial_moduli();
+    let (positions, weights) = (term.table().positions(), term.table().weights());
+    for (point, &pressure) in pressures.iter().enumerate() {
+        let f = term.deformation_gradient(point, &state.displacement);
+        let energy = distortional.energy(&f);
+        if energy.is_finite() {
+            found.distortional += weights[point] * energy;
+        }
+        let (jacobian, allowed) = (f.determinant(), allowed(volumetric, pressure / moduli.bulk, moduli.bulk));
+        let apart = (jacobian / allowed).ln().abs();
+        if apart > APART {
+            found.folded += 0.5 * moduli.shear * weights[point] * apart * apart;
+        }
+        if apart > found.worst[0] {
+            found.worst = [apart, jacobian, allowed];
+            found.at = positions[point];
+        }
+    }
+}
+
+/// The $\hat J$ with $U'(\hat J) = p$, from a pressure over the bulk modulus.
+fn allowed(volumetric: &dyn VolumetricEnergy, strain: f64, bulk: f64) -> f64 {
+    /// Halves of the largest step in $\ln J$ until rounding.
+    const HALVINGS: usize = 50;
+    let mut allowed: f64 = 1.0 + strain;
+    // U' is nearly straight around J = 1, where pressures of rubber are.
+    if strain.abs() < 1e-3 {
+        return allowed;
+    }
+    let (mut low, mut high) = (-4.0f64, 4.0f64);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        allowed = middle.exp();
+        if volumetric.evaluate(allowed).slope < strain * bulk { low = middle } else { high = middle }
+    }
+    allowed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::{LogarithmicVolume, QuadraticVolume};
+
+    #[test]
+    fn volumes_that_pressures_allow_are_inverse_to_pressures() {
+        for strain in [-0.9, -0.3, -1e-4, 0.0, 2e-4, 0.2] {
+            let quadratic = allowed(&QuadraticVolume { bulk: 700.0 }, strain, 700.0);
+            assert!((quadratic - 1.0 - strain).abs() < 1e-12, "{strain}: {quadratic}");
+        }
+        // ln J / J = p/k.
+        let found = allowed(&LogarithmicVolume { bulk: 3.0 }, -0.5, 3.0);
+        assert!((found.ln() / found + 0.5).abs() < 1e-12, "{found}");
+    }
+}
