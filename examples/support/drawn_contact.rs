@@ -123,8 +123,11 @@ pub fn in_the_plane(seed: u64, fit: bool) -> Scene<2> {
         let (gap, way) = approach(&mut draw, half);
         // A body that is not held lies between its walls: under a round tool it would jump across a gap.
         let gap = if held { gap } else { 0.0 };
-        let wall = RigidSurface::plane([side * (half + gap), 0.0], [-side, 0.0]);
-        let wall = if held { wall.moving([-side * (gap + 0.3 * (way - gap)), 0.0]) } else { wall };
+        // Beside a fixed base a wall leans: it ends at the edge of the base and is pressed in above, where rubber may give way.
+        let pressed = if held { 0.3 * (way - gap) } else { 0.0 };
+        let lean = pressed / high;
+        let wall = RigidSurface::plane([side * (half + gap + pressed), 0.0], [-side, -lean]);
+        let wall = if held { wall.moving([-side * (gap + pressed), 0.0]) } else { wall };
         scene = scene.contact("rim", wall.named(&format!("side {k}")));
     }
     scene
