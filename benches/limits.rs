@@ -81,7 +81,7 @@ fn kernel<const D: usize>(name: &str, kinematics: impl Kinematics<D>, counts: [u
     let neighbours = table.nodes(0).len();
     let operations = operations(&table);
     let rubber = Rubber::neo_hookean(0.5, 1e3).expect("constants");
-    let mut model = Model::new(lattice.positions().to_vec());
+    let mut model = Model::new(lattice.positions());
     model.add(Body::new(table, rubber, PressureField::Pointwise));
     let (d, condensed) = (support::moved(&model), model.start());
     let mut assembler = model.assembler();
@@ -262,7 +262,7 @@ fn memory<const D: usize>(name: &str, scene: &Scene<D>, n: usize) {
     let table = problem.body().table().bytes() as f64;
     let matrix = 12.0 * values.len() as f64;
     let factor = factorizer.bytes().map_or(f64::NAN, |bytes| bytes as f64);
-    let particles = problem.model().positions().len() as f64;
+    let particles = problem.model().node_count() as f64;
     println!("bytes_per_particle_{name}_table,{:.0}", table / particles);
     println!("bytes_per_particle_{name}_matrix,{:.0}", matrix / particles);
     println!("bytes_per_particle_{name}_factor,{:.0}", factor / particles);

@@ -293,7 +293,7 @@ fn solids() {
         for choice in [SolverChoice::Krylov, SolverChoice::Direct] {
             let scheme = Scheme::default().spacing(spacing).solver_choice(choice);
             let problem = scene.discretize(&scheme).expect("a spacing of a part of the side");
-            let (start, particles) = (Instant::now(), problem.model().positions().len());
+            let (start, particles) = (Instant::now(), problem.model().node_count());
             let ended = problem.run().and_then(|path| {
                 let force = problem.reaction(&path.steps[path.steps.len() - 1].state, "top")?;
                 Ok((path.ending, path.iterations, force.norm()))

@@ -53,7 +53,7 @@ fn measure(particles: f64) -> Result<Summary, Box<dyn Error>> {
     let start = Instant::now();
     let problem = block.discretize(&scheme)?;
     let tables = start.elapsed().as_secs_f64();
-    let count = problem.model().positions().len() as f64;
+    let count = problem.model().node_count() as f64;
     println!("{count} particles, {} unknowns: tables in {tables:.1} s", problem.model().unknowns());
     println!("{:.2} GB so far", 1e-9 * peak());
     let mut progress = Progress { start: Instant::now(), last: 0.0, taken: Vec::new() };

@@ -129,7 +129,11 @@ impl<M> Consistent<M> {
     }
 }
 
-impl<M: Material> Term<2> for Consistent<M> {
+impl<M: Material> Term for Consistent<M> {
+    fn dim(&self) -> usize {
+        2
+    }
+
     fn clusters(&self) -> usize {
         self.trial.len()
     }
@@ -192,9 +196,9 @@ enum Rule {
 }
 
 /// The terms of a body under a rule.
-fn model(body: &Body2, rule: Rule) -> Result<Model<2>, rkpm::Error> {
+fn model(body: &Body2, rule: Rule) -> Result<Model, rkpm::Error> {
     let rubber = || Rubber::neo_hookean(SHEAR / 2.0, BULK);
-    let mut model = Model::new(body.cells.positions().to_vec());
+    let mut model = Model::new(body.cells.positions());
     match rule {
         Rule::Smoothed => {
             let triangles = body.cells.triangles();
@@ -236,7 +240,7 @@ fn prescribe(
     Ok(())
 }
 
-fn run(model: &Model<2>, rows: &Constraints) -> Result<State, rkpm::Error> {
+fn run(model: &Model, rows: &Constraints) -> Result<State, rkpm::Error> {
     let analysis = Analysis::new(MixedTransformation::default(), Direct);
     Ok(analysis.run(model, rows, &mut ())?.completed()?.last().clone())
 }

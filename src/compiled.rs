@@ -1,8 +1,9 @@
 //! Functions compiled in this crate.
 //!
-//! A generic function is compiled in the crate that calls it. The solver is generic over the dimension alone, and only
-//! 1, 2 and 3 make sense: its coarse entrances lead to functions without generics, one for each dimension, so that a
-//! user's program links the solver and does not compile it.
+//! A generic function is compiled in the crate that calls it. Scenes are generic over the dimension alone, and only
+//! 1, 2 and 3 make sense: their coarse entrances lead to functions without generics, one for each dimension, so that a
+//! user's program links them and does not compile them. Models know their dimension at run time alone; their inner loops are compiled for
+//! each dimension too.
 
 use std::any::Any;
 
@@ -40,4 +41,26 @@ macro_rules! compiled {
     }};
 }
 
+/// A block for a dimension that is known at run time alone, with a constant of that name in it: `by_dim!(dim, D => …)`. For inner loops
+/// over components, which a compiler unrolls.
+macro_rules! by_dim {
+    ($dim:expr, $d:ident => $body:expr) => {
+        match $dim {
+            1 => {
+                const $d: usize = 1;
+                $body
+            }
+            2 => {
+                const $d: usize = 2;
+                $body
+            }
+            _ => {
+                const $d: usize = 3;
+                $body
+            }
+        }
+    };
+}
+
+pub(crate) use by_dim;
 pub(crate) use compiled;

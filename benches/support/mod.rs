@@ -45,7 +45,7 @@ pub fn scheme(n: usize) -> Scheme {
 }
 
 /// A state with every coefficient moved a little, so that nothing is zero by accident.
-pub fn moved<const D: usize>(model: &Model<D>) -> Vec<f64> {
+pub fn moved(model: &Model) -> Vec<f64> {
     (0..model.unknowns()).map(|i| 1e-4 * (i as f64).sin()).collect()
 }
 

@@ -62,7 +62,7 @@ fn run(session: &Session) -> Result<(), Box<dyn std::error::Error>> {
     }
     session.sum(&mut sums);
     if session.rank() == 0 {
-        let (count, ranks) = (model.positions().len(), session.count());
+        let (count, ranks) = (model.node_count(), session.count());
         println!("{ranks} ranks, {solver}: {count} particles, k/µ {ratio:e}; {:?}", path.ending);
         for (what, seconds) in [("wall", wall), ("processor", processor)] {
             println!(

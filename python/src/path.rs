@@ -205,7 +205,7 @@ impl Path {
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         each!(self, run => {
             let displaced = run.problem.particle_displacements(run.state(0)).map_err(refused)?.len();
-            point_rows(py, &run.problem.model().positions()[..displaced])
+            point_rows(py, &run.problem.positions()[..displaced])
         })
     }
 

@@ -2,7 +2,6 @@
 
 use std::sync::Mutex;
 
-use crate::compiled::compiled;
 use crate::error::SolveError;
 use crate::parallel::{for_each_mut, threads};
 use crate::term::{Element, View};
@@ -42,10 +41,10 @@ pub struct Assembler {
     elements: Vec<Element>,
 }
 
-impl<const D: usize> Model<D> {
+impl Model {
     /// The assembler of this model.
     pub fn assembler(&self) -> Assembler {
-        compiled!(D: (model: &Model<D> = self) -> Assembler { Assembler::new(model) })
+        Assembler::new(self)
     }
 
     /// The assembler of this model that keeps pressures of zones apart: [`System::values`] lacks what they would add, and
@@ -63,16 +62,16 @@ impl<const D: usize> Model<D> {
 }
 
 impl Assembler {
-    pub(super) fn new<const D: usize>(model: &Model<D>) -> Self {
+    pub(super) fn new(model: &Model) -> Self {
         Self::with(model, false, false)
     }
 
-    pub(super) fn with<const D: usize>(model: &Model<D>, uncondensed: bool, free: bool) -> Self {
+    pub(super) fn with(model: &Model, uncondensed: bool, free: bool) -> Self {
         if !model.is_complete() {
             return Assembler::default();
         }
         let columns = NodeColumns::new(model, uncondensed, free);
-        let pattern = columns.pattern::<D>();
+        let pattern = columns.pattern(model.dim());
         let (first_place, places) = columns.places(model, uncondensed, free);
         Assembler {
             entries: pattern.entries(),
@@ -99,18 +98,18 @@ impl Assembler {
     }
 
     /// Whether a model is the one that this assembler was made of, as far as numbers of nodes, terms and clusters tell.
-    fn is_of<const D: usize>(&self, model: &Model<D>) -> bool {
+    fn is_of(&self, model: &Model) -> bool {
         let clusters = || self.first_place.iter().zip(&model.terms).all(|(mine, term)| mine.len() == term.clusters());
-        self.node_columns.len() == model.positions.len() + 1 && self.slabs.len() == model.terms.len() && clusters()
+        self.node_columns.len() == model.node_count() + 1 && self.slabs.len() == model.terms.len() && clusters()
     }
 
     /// Assembles the system of `model` at a state. The sums run in one order whatever the number of threads.
     ///
     /// # Errors
     /// [`SolveError::OtherModel`] for another model than the assembler's, or a state of one.
-    pub fn assemble<'a, const D: usize>(
+    pub fn assemble<'a>(
         &mut self,
-        model: &Model<D>,
+        model: &Model,
         state: impl Into<StateRef<'a>>,
         system: &mut System,
     ) -> Result<(), SolveError> {
@@ -123,9 +122,9 @@ impl Assembler {
     ///
     /// # Errors
     /// As [`assemble`](Assembler::assemble).
-    pub fn assemble_forces<'a, const D: usize>(
+    pub fn assemble_forces<'a>(
         &mut self,
-        model: &Model<D>,
+        model: &Model,
         state: impl Into<StateRef<'a>>,
         system: &mut System,
     ) -> Result<(), SolveError> {
@@ -135,7 +134,7 @@ impl Assembler {
     }
 
     /// As [`assemble`](Assembler::assemble), for a model and a state that are known to fit.
-    pub(crate) fn assemble_own<const D: usize>(&mut self, model: &Model<D>, at: StateRef<'_>, system: &mut System) {
+    pub(crate) fn assemble_own(&mut self, model: &Model, at: StateRef<'_>, system: &mut System) {
         clear(&mut system.values, self.entries);
         system.skew.clear();
         system.zones.clear();
@@ -144,11 +143,11 @@ impl Assembler {
     }
 
     /// As [`assemble_forces`](Assembler::assemble_forces), for a model and a state that are known to fit.
-    pub(crate) fn forces_own<const D: usize>(&mut self, model: &Model<D>, at: StateRef<'_>, system: &mut System) {
+    pub(crate) fn forces_own(&mut self, model: &Model, at: StateRef<'_>, system: &mut System) {
         self.sum(model, at, false, system);
     }
 
-    fn check<'a, const D: usize>(&self, model: &Model<D>, at: StateRef<'a>) -> Result<StateRef<'a>, SolveError> {
+    fn check<'a>(&self, model: &Model, at: StateRef<'a>) -> Result<StateRef<'a>, SolveError> {
         model.check(at)?;
         if !self.is_of(model) {
             let (given, needed) = (model.terms.len(), self.slabs.len());
@@ -158,21 +157,7 @@ impl Assembler {
     }
 
     /// Sums over all clusters.
-    fn sum<const D: usize>(&mut self, model: &Model<D>, at: StateRef<'_>, with_matrix: bool, system: &mut System) {
-        compiled!(D: (model: &Model<D> = model;
-            assembler: &mut Assembler = self, at: StateRef<'_> = at, with_matrix: bool = with_matrix,
-            system: &mut System = system) -> () {
-            assembler.sum_clusters(model, at, with_matrix, system);
-        })
-    }
-
-    fn sum_clusters<const D: usize>(
-        &mut self,
-        model: &Model<D>,
-        at: StateRef<'_>,
-        with_matrix: bool,
-        system: &mut System,
-    ) {
+    fn sum(&mut self, model: &Model, at: StateRef<'_>, with_matrix: bool, system: &mut System) {
         let unknowns = model.unknowns();
         system.residual.clear();
         system.residual.resize(unknowns, 0.0);
@@ -198,7 +183,7 @@ impl Assembler {
         let none = View { displacement: at.displacement, condensed: &[], load: at.load };
         let over = |parts, part| Sum { places, model, at: none, term: 0, with_matrix, parts, part };
         if workers > 1 {
-            several = self.parts::<D>(whole);
+            several = self.parts(model.dim(), whole);
             sum = over(&several, PART);
         } else {
             one = [Mutex::new(whole)];
@@ -244,13 +229,13 @@ impl Assembler {
     }
 
     /// The columns in parts that can be locked one by one.
-    fn parts<'a, const D: usize>(&self, whole: Part<'a>) -> Vec<Mutex<Part<'a>>> {
-        let nodes = whole.residual.len() / D;
+    fn parts<'a>(&self, dim: usize, whole: Part<'a>) -> Vec<Mutex<Part<'a>>> {
+        let nodes = whole.residual.len() / dim;
         let mut parts = Vec::with_capacity((nodes >> PART) + 1);
         let Part { mut values, mut residual, mut load_slope, .. } = whole;
         let with_matrix = !values.is_empty();
         for first in (0..nodes).step_by(1 << PART) {
-            let (first, end) = (first * D, (first + (1 << PART)).min(nodes) * D);
+            let (first, end) = (first * dim, (first + (1 << PART)).min(nodes) * dim);
             let entries = if with_matrix { self.pattern.columns[end] - self.pattern.columns[first] } else { 0 };
             let mine;
             (mine, values) = values.split_at_mut(entries);

@@ -16,8 +16,8 @@ pub(super) struct NodeColumns {
 
 impl NodeColumns {
     /// Of a complete model; pressures of zones kept `uncondensed`, the rest of the matrices of such terms left to their points where `free`.
-    pub(crate) fn new<const D: usize>(model: &Model<D>, uncondensed: bool, free: bool) -> Self {
-        let nodes = model.positions.len();
+    pub(crate) fn new(model: &Model, uncondensed: bool, free: bool) -> Self {
+        let nodes = model.node_count();
         // Clusters that hold each node, so that a column is the union of its clusters' nodes.
         let mut holders: Vec<Vec<(u32, u32)>> = vec![Vec::new(); nodes];
         for (t, term) in model.terms.iter().enumerate().filter(|(_, term)| !(free && term.protocol().separates())) {
@@ -65,17 +65,17 @@ impl NodeColumns {
     }
 
     /// The pattern over all components.
-    pub(crate) fn pattern<const D: usize>(&self) -> Pattern {
-        let (mut columns, mut all) = (vec![0], Vec::with_capacity(self.rows.len() * D * D));
+    pub(crate) fn pattern(&self, dim: usize) -> Pattern {
+        let (mut columns, mut all) = (vec![0], Vec::with_capacity(self.rows.len() * dim * dim));
         for column in 0..self.first.len() - 1 {
             let rows = self.column(column);
-            for j in 0..D {
-                for i in j..D {
-                    all.push((column * D + i) as u32);
+            for j in 0..dim {
+                for i in j..dim {
+                    all.push((column * dim + i) as u32);
                 }
                 for &row in &rows[1..] {
-                    for i in 0..D {
-                        all.push(row * D as u32 + i as u32);
+                    for i in 0..dim {
+                        all.push(row * dim as u32 + i as u32);
                     }
                 }
                 columns.push(all.len());
@@ -85,15 +85,10 @@ impl NodeColumns {
     }
 
     /// For each term and cluster its first place, and for each pair of a cluster's nodes the place of the block in its column.
-    pub(crate) fn places<const D: usize>(
-        &self,
-        model: &Model<D>,
-        uncondensed: bool,
-        free: bool,
-    ) -> (Vec<Vec<usize>>, Vec<u32>) {
+    pub(crate) fn places(&self, model: &Model, uncondensed: bool, free: bool) -> (Vec<Vec<usize>>, Vec<u32>) {
         let mut first_place = Vec::new();
         let pairs = |nodes: usize| nodes * (nodes + 1) / 2;
-        let count = |term: &dyn Term<D>| match free && term.protocol().separates() {
+        let count = |term: &dyn Term| match free && term.protocol().separates() {
             true => 0,
             false => (0..term.clusters()).map(|c| pairs(term.nodes(c).len())).sum::<usize>(),
         };
@@ -128,13 +123,7 @@ impl NodeColumns {
 }
 
 /// Appends the places of a cluster's pairs where only nodes that share a point are coupled.
-fn places_apart<const D: usize>(
-    term: &dyn Term<D>,
-    cluster: usize,
-    list: &[u32],
-    columns: &NodeColumns,
-    places: &mut Vec<u32>,
-) {
+fn places_apart(term: &dyn Term, cluster: usize, list: &[u32], columns: &NodeColumns, places: &mut Vec<u32>) {
     let n = list.len();
     let mut coupled = vec![false; n * n];
     term.protocol().couplings(cluster, &mut |nodes| {

@@ -5,7 +5,7 @@ use crate::term::StateDiagnostics;
 use super::model_at::ModelAt;
 use super::{Model, Ranks};
 
-impl<const D: usize> ModelAt<'_, D> {
+impl ModelAt<'_> {
     /// Energy stored in all terms \[stress·length³; per unit length in plane strain\].
     pub fn energy(self) -> f64 {
         let mut energy = 0.0;
@@ -31,7 +31,7 @@ impl<const D: usize> ModelAt<'_, D> {
             smallest = self.fold_clusters(term.clusters(), own, smallest, smaller);
         }
         match &self.model.ranks {
-            Some(ranks) => smallest_of_all::<D>(&**ranks, smallest),
+            Some(ranks) => smallest_of_all(&**ranks, self.model.dim(), smallest),
             None => smallest,
         }
     }
@@ -104,11 +104,11 @@ impl<const D: usize> ModelAt<'_, D> {
     }
 }
 
-impl<const D: usize> Model<D> {
+impl Model {
     /// The largest $|\nabla u|$ of a displacement at any point.
     #[cfg(feature = "solve")]
     pub(crate) fn largest_gradient(&self, displacement: &[f64]) -> f64 {
-        let of_term = |term: &dyn crate::term::Term<D>| {
+        let of_term = |term: &dyn crate::term::Term| {
             let Some(own) = term.diagnostics() else { return 0.0 };
             (0..term.clusters()).map(|c| own.largest_gradient(c, displacement)).fold(0.0, f64::max)
         };
@@ -121,7 +121,7 @@ impl<const D: usize> Model<D> {
 }
 
 /// The smallest determinant of all ranks and where: that of the first rank that has found it.
-fn smallest_of_all<const D: usize>(ranks: &dyn Ranks, mine: Option<(f64, Vec<f64>)>) -> Option<(f64, Vec<f64>)> {
+fn smallest_of_all(ranks: &dyn Ranks, dim: usize, mine: Option<(f64, Vec<f64>)>) -> Option<(f64, Vec<f64>)> {
     // A determinant that is none stands before all others.
     let key = mine.as_ref().map_or(f64::INFINITY, |found| if found.0.is_nan() { f64::NEG_INFINITY } else { found.0 });
     let least = ranks.least(key);
@@ -129,10 +129,10 @@ fn smallest_of_all<const D: usize>(ranks: &dyn Ranks, mine: Option<(f64, Vec<f64
         return None;
     }
     let first = ranks.least(if key == least { ranks.rank() as f64 } else { f64::INFINITY });
-    let mut at = [0.0; D];
+    let mut at = vec![0.0; dim];
     if let Some((_, place)) = mine.filter(|_| first == ranks.rank() as f64) {
         at.iter_mut().zip(&place).for_each(|(at, x)| *at = *x);
     }
     ranks.sum(&mut at);
-    Some((if least == f64::NEG_INFINITY { f64::NAN } else { least }, at.to_vec()))
+    Some((if least == f64::NEG_INFINITY { f64::NAN } else { least }, at))
 }

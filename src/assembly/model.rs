@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use crate::error::SolveError;
+#[cfg(feature = "solve")]
+use crate::geometry::Morton;
 use crate::geometry::Point;
 use crate::term::{Product, Term, Zone, condensed_range, variables_range};
 
@@ -13,23 +15,45 @@ use super::state_ref::StateRef;
 pub(super) const SERIAL_BELOW: usize = 400;
 
 /// Terms of a potential over the coefficients of one set of nodes.
-pub struct Model<const D: usize> {
-    pub(super) positions: Vec<Point<D>>,
-    pub(super) terms: Vec<Arc<dyn Term<D>>>,
+pub struct Model {
+    dim: usize,
+    /// Reference positions, node by node.
+    coordinates: Vec<f64>,
+    pub(super) terms: Vec<Arc<dyn Term>>,
     /// Which of them are replicated on all ranks.
     replicated: Vec<bool>,
     /// Nodes and condensed unknowns, memory included, that each term reads at least.
     needs: Vec<[usize; 2]>,
+    /// The dimension of the first term of another one.
+    misfit: Option<usize>,
     /// The first term, and its cluster, whose nodes do not rise.
     unsorted: Option<[usize; 2]>,
     /// Those that share the clusters, where it is not one alone.
     pub(super) ranks: Option<Arc<dyn Ranks>>,
 }
 
-impl<const D: usize> Model<D> {
+impl Model {
     /// A model without terms over nodes at the given reference positions.
-    pub fn new(positions: Vec<Point<D>>) -> Self {
-        Model { positions, terms: Vec::new(), replicated: Vec::new(), needs: Vec::new(), unsorted: None, ranks: None }
+    pub fn new<const D: usize>(positions: &[Point<D>]) -> Self {
+        const { assert!(D >= 1 && D <= 3, "bodies have one, two or three dimensions") };
+        let mut coordinates = Vec::with_capacity(D * positions.len());
+        for position in positions {
+            coordinates.extend_from_slice(position.as_slice());
+        }
+        Model::over(D, coordinates)
+    }
+
+    fn over(dim: usize, coordinates: Vec<f64>) -> Self {
+        Model {
+            dim,
+            coordinates,
+            terms: Vec::new(),
+            replicated: Vec::new(),
+            needs: Vec::new(),
+            misfit: None,
+            unsorted: None,
+            ranks: None,
+        }
     }
 
     /// Says that the terms hold one rank's share of the clusters: all sums go over the ranks from here on.
@@ -59,23 +83,24 @@ impl<const D: usize> Model<D> {
     }
 
     /// Adds a term.
-    pub fn add(&mut self, term: impl Term<D> + 'static) -> &mut Self {
+    pub fn add(&mut self, term: impl Term + 'static) -> &mut Self {
         self.add_shared(Arc::new(term))
     }
 
     /// Adds a term that others look at too.
-    pub fn add_shared(&mut self, term: Arc<dyn Term<D>>) -> &mut Self {
+    pub fn add_shared(&mut self, term: Arc<dyn Term>) -> &mut Self {
         self.push(term, false)
     }
 
     /// Adds a term that is replicated on all ranks, its condensed unknowns included: the first rank alone sums it.
-    pub(crate) fn add_replicated(&mut self, term: Arc<dyn Term<D>>) -> &mut Self {
+    pub(crate) fn add_replicated(&mut self, term: Arc<dyn Term>) -> &mut Self {
         self.push(term, true)
     }
 
-    fn push(&mut self, term: Arc<dyn Term<D>>, replicated: bool) -> &mut Self {
+    fn push(&mut self, term: Arc<dyn Term>, replicated: bool) -> &mut Self {
         let clusters = 0..term.clusters();
         let falls = |&cluster: &usize| !term.nodes(cluster).is_sorted_by(|a, b| a < b);
+        self.misfit = self.misfit.or(Some(term.dim()).filter(|&dim| dim != self.dim));
         if self.unsorted.is_none() {
             self.unsorted = clusters.clone().find(falls).map(|cluster| [self.terms.len(), cluster]);
         }
@@ -90,8 +115,8 @@ impl<const D: usize> Model<D> {
     }
 
     /// The model with some of its terms.
-    pub(crate) fn retained(&self, keep: impl Fn(&dyn Term<D>) -> bool) -> Self {
-        let mut model = Model { ranks: self.ranks.clone(), ..Model::new(self.positions.clone()) };
+    pub(crate) fn retained(&self, keep: impl Fn(&dyn Term) -> bool) -> Self {
+        let mut model = Model { ranks: self.ranks.clone(), ..Model::over(self.dim, self.coordinates.clone()) };
         for (term, replicated) in self.terms.iter().zip(&self.replicated).filter(|(term, _)| keep(&***term)) {
             model.push(term.clone(), *replicated);
         }
@@ -99,7 +124,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// The terms that this rank sums, with their numbers.
-    pub(super) fn summed(&self) -> impl Iterator<Item = (usize, &dyn Term<D>)> {
+    pub(super) fn summed(&self) -> impl Iterator<Item = (usize, &dyn Term)> {
         self.terms.iter().enumerate().filter(|(number, _)| self.sums(*number)).map(|(number, term)| (number, &**term))
     }
 
@@ -109,8 +134,13 @@ impl<const D: usize> Model<D> {
     }
 
     /// The terms.
-    pub fn terms(&self) -> &[Arc<dyn Term<D>>] {
+    pub fn terms(&self) -> &[Arc<dyn Term>] {
         &self.terms
+    }
+
+    /// The dimension of the first term of another one than the model: nothing can be solved with it.
+    pub(crate) fn misfit(&self) -> Option<usize> {
+        self.misfit
     }
 
     /// The first term, and its cluster, whose nodes do not rise: nothing can be solved with it.
@@ -118,9 +148,37 @@ impl<const D: usize> Model<D> {
         self.unsorted
     }
 
-    /// Reference positions of the nodes \[length\].
-    pub fn positions(&self) -> &[Point<D>] {
-        &self.positions
+    /// Displacement components of a node.
+    pub fn dim(&self) -> usize {
+        self.dim
+    }
+
+    /// Number of nodes.
+    pub fn node_count(&self) -> usize {
+        self.coordinates.len() / self.dim
+    }
+
+    /// The reference position of a node, as many coordinates as the model has dimensions \[length\].
+    pub fn coordinates(&self, node: usize) -> &[f64] {
+        &self.coordinates[node * self.dim..(node + 1) * self.dim]
+    }
+
+    /// A curve through the nodes, along which each rank holds a region.
+    #[cfg(feature = "solve")]
+    pub(crate) fn curve(&self) -> Morton {
+        Morton::through(self.dim, self.coordinates.chunks_exact(self.dim))
+    }
+
+    /// The reference position of a node in the model's own dimension.
+    #[cfg(feature = "solve")]
+    pub(crate) fn point<const D: usize>(&self, node: usize) -> Point<D> {
+        Point::from_column_slice(self.coordinates(node))
+    }
+
+    /// The reference positions of all nodes in the model's own dimension.
+    #[cfg(feature = "solve")]
+    pub(crate) fn points<const D: usize>(&self) -> Vec<Point<D>> {
+        (0..self.node_count()).map(|node| self.point(node)).collect()
     }
 
     /// Load factors inside $(0, 1)$ at which the forces of a term have break points.
@@ -134,7 +192,7 @@ impl<const D: usize> Model<D> {
 
     /// Number of displacement unknowns.
     pub fn unknowns(&self) -> usize {
-        self.positions.len() * D
+        self.coordinates.len()
     }
 
     /// Condensed unknowns at zero displacement, one vector per term.
@@ -157,16 +215,20 @@ impl<const D: usize> Model<D> {
             .collect()
     }
 
-    /// Whether all terms stay among the nodes.
+    /// Whether all terms stay among the nodes and in their dimension.
     pub(super) fn is_complete(&self) -> bool {
-        self.needs.iter().all(|[nodes, _]| *nodes <= self.positions.len())
+        self.misfit.is_none() && self.needs.iter().all(|[nodes, _]| *nodes <= self.node_count())
     }
 
-    /// Refuses states whose vectors are not as long as the terms read them, and all where terms reach beyond the nodes.
+    /// Refuses states whose vectors are not as long as the terms read them, and all where terms reach beyond the nodes or are of
+    /// another dimension.
     pub(super) fn check(&self, at: StateRef<'_>) -> Result<(), SolveError> {
         let refuse = |what, given, needed| Err(SolveError::OtherModel { what, given, needed });
-        if let Some([needed, _]) = self.needs.iter().find(|[nodes, _]| *nodes > self.positions.len()) {
-            return refuse("nodes", self.positions.len(), *needed);
+        if let Some(given) = self.misfit {
+            return Err(SolveError::Dimension { given, needed: self.dim });
+        }
+        if let Some([needed, _]) = self.needs.iter().find(|[nodes, _]| *nodes > self.node_count()) {
+            return refuse("nodes", self.node_count(), *needed);
         }
         if at.displacement.len() != self.unknowns() {
             return refuse("displacement", at.displacement.len(), self.unknowns());

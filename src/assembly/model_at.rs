@@ -14,29 +14,29 @@ const BATCH: usize = 4096;
 
 /// A model at a state that fits it.
 #[derive(Clone, Copy)]
-pub struct ModelAt<'a, const D: usize> {
-    pub(super) model: &'a Model<D>,
+pub struct ModelAt<'a> {
+    pub(super) model: &'a Model,
     pub(super) at: StateRef<'a>,
 }
 
-impl<const D: usize> Model<D> {
+impl Model {
     /// The model at a state.
     ///
     /// # Errors
     /// [`SolveError::OtherModel`] for a state of another model.
-    pub fn at<'a>(&'a self, state: impl Into<StateRef<'a>>) -> Result<ModelAt<'a, D>, SolveError> {
+    pub fn at<'a>(&'a self, state: impl Into<StateRef<'a>>) -> Result<ModelAt<'a>, SolveError> {
         let at = state.into();
         self.check(at)?;
         Ok(self.at_own(at))
     }
 
     /// The model at a state that is known to be one of its own.
-    pub(crate) fn at_own<'a>(&'a self, state: impl Into<StateRef<'a>>) -> ModelAt<'a, D> {
+    pub(crate) fn at_own<'a>(&'a self, state: impl Into<StateRef<'a>>) -> ModelAt<'a> {
         ModelAt { model: self, at: state.into() }
     }
 }
 
-impl<const D: usize> ModelAt<'_, D> {
+impl ModelAt<'_> {
     /// The residual $r$, without any matrix.
     pub fn residual(self) -> Vec<f64> {
         self.sum_forces(|force, _| force)
@@ -49,7 +49,7 @@ impl<const D: usize> ModelAt<'_, D> {
 
     /// Sums what is taken of residual and load slope of every cluster, node by node.
     fn sum_forces(self, take: impl Fn(f64, f64) -> f64 + Sync) -> Vec<f64> {
-        let mut sums = vec![0.0; self.model.unknowns()];
+        let (dim, mut sums) = (self.model.dim(), vec![0.0; self.model.unknowns()]);
         for (number, term) in self.model.summed() {
             let view = self.at.of_term(number);
             for first in (0..term.clusters()).step_by(BATCH) {
@@ -58,16 +58,16 @@ impl<const D: usize> ModelAt<'_, D> {
                     let clusters = first + some.start..first + some.end;
                     let (mut element, mut taken) = (Element::default(), Vec::new());
                     each_force(term, clusters, view, &mut element, |_, residual, load_slope| {
-                        taken.extend((0..D).map(|i| take(residual[i], load_slope[i])));
+                        taken.extend((0..dim).map(|i| take(residual[i], load_slope[i])));
                     });
                     taken
                 });
                 // In the order of the clusters, whatever thread has found them.
                 let nodes = (first..first + count).flat_map(|cluster| term.nodes(cluster));
-                let taken = runs.iter().flat_map(|run| run.chunks_exact(D));
+                let taken = runs.iter().flat_map(|run| run.chunks_exact(dim));
                 for (&node, taken) in nodes.zip(taken) {
-                    for i in 0..D {
-                        sums[node as usize * D + i] += taken[i];
+                    for i in 0..dim {
+                        sums[node as usize * dim + i] += taken[i];
                     }
                 }
             }

@@ -32,21 +32,21 @@ pub(super) struct SlabSchedule {
 }
 
 impl SlabSchedule {
-    pub(super) fn new<const D: usize>(model: &Model<D>, term: &dyn Term<D>) -> Self {
+    pub(super) fn new(model: &Model, term: &dyn Term) -> Self {
         let count = term.clusters();
         let piece = (count / PIECES).clamp(1, PIECE);
         let mut slabs = SlabSchedule { order: Vec::new(), starts: vec![0, count], reach: count, piece };
         if count < FEWEST {
             return slabs;
         }
-        let mut seen = vec![u32::MAX; model.positions.len()];
+        let mut seen = vec![u32::MAX; model.node_count()];
         slabs.reach = reach(term, &[], &mut seen);
         // Along which axis do clusters overlap with the fewest others?
         let mut centres = vec![0.0; count];
-        for axis in 0..D {
+        for axis in 0..model.dim() {
             for (cluster, centre) in centres.iter_mut().enumerate() {
                 let nodes = term.nodes(cluster);
-                let sum: f64 = nodes.iter().map(|&node| model.positions[node as usize][axis]).sum();
+                let sum: f64 = nodes.iter().map(|&node| model.coordinates(node as usize)[axis]).sum();
                 *centre = sum / nodes.len() as f64;
             }
             let mut order: Vec<u32> = (0..count as u32).collect();
@@ -78,7 +78,7 @@ impl SlabSchedule {
 }
 
 /// The largest distance of two clusters that share a node; `seen` is overwritten.
-fn reach<const D: usize>(term: &dyn Term<D>, order: &[u32], seen: &mut [u32]) -> usize {
+fn reach(term: &dyn Term, order: &[u32], seen: &mut [u32]) -> usize {
     seen.fill(u32::MAX);
     let mut reach = 0;
     for place in 0..term.clusters() as u32 {
@@ -224,7 +224,11 @@ mod tests {
         }
     }
 
-    impl Term<2> for Cells {
+    impl Term for Cells {
+        fn dim(&self) -> usize {
+            2
+        }
+
         fn clusters(&self) -> usize {
             self.0.len()
         }
@@ -248,11 +252,11 @@ mod tests {
         {
             let term = Cells::new(counts, overlap, shuffle);
             let at = |k: usize| Point::<2>::new((k % counts[0]) as f64, (k / counts[0]) as f64);
-            let model = Model::new((0..counts[0] * counts[1]).map(at).collect());
+            let model = Model::new(&(0..counts[0] * counts[1]).map(at).collect::<Vec<_>>());
             let slabs = SlabSchedule::new(&model, &term);
             assert!(slabs.len() >= least, "{counts:?}: {} slabs of reach {}", slabs.len(), slabs.reach);
             let visits = |order: &mut dyn Iterator<Item = usize>| {
-                let mut visits = vec![Vec::new(); model.positions.len()];
+                let mut visits = vec![Vec::new(); model.node_count()];
                 for cluster in order.map(|place| slabs.cluster(place)) {
                     term.nodes(cluster).iter().for_each(|&node| visits[node as usize].push(cluster));
                 }

@@ -3,6 +3,7 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use crate::compiled::by_dim;
 use crate::parallel::for_each_mut;
 use crate::term::{Element, LowerBlocks, PointMotion, View, Zone};
 
@@ -44,9 +45,9 @@ pub(super) struct Places<'a> {
 
 /// The sum over the clusters of one term.
 #[derive(Clone, Copy)]
-pub(super) struct Sum<'a, const D: usize> {
+pub(super) struct Sum<'a> {
     pub(super) places: Places<'a>,
-    pub(super) model: &'a Model<D>,
+    pub(super) model: &'a Model,
     pub(super) at: View<'a>,
     pub(super) term: usize,
     pub(super) with_matrix: bool,
@@ -55,7 +56,7 @@ pub(super) struct Sum<'a, const D: usize> {
     pub(super) part: u32,
 }
 
-impl<const D: usize> Sum<'_, D> {
+impl Sum<'_> {
     /// Sums all clusters, a thread for each element; what the slabs gathered, in the order of the sums.
     pub(super) fn in_parallel(&self, elements: &mut [Element]) -> impl Iterator<Item = Gathered> {
         let schedule = Mutex::new(Schedule::new(&self.places.slabs[self.term]));
@@ -84,27 +85,27 @@ impl<const D: usize> Sum<'_, D> {
 
     /// Adds the clusters at some places of the order.
     pub(super) fn add_clusters(&self, places: std::ops::Range<usize>, element: &mut Element, gathered: &mut Gathered) {
-        let term = &*self.model.terms[self.term];
+        let (dim, term) = (self.model.dim(), &*self.model.terms[self.term]);
         let (matrix, protocol) = (term.matrix(), term.protocol());
         let (has_matrix, lower) = (self.with_matrix && matrix.exists, protocol.fills_lower_blocks());
         let (free, motion) = (self.places.free && protocol.separates(), protocol.points());
         for cluster in places.map(|place| self.places.slabs[self.term].cluster(place)) {
             let nodes = term.nodes(cluster);
             if motion.is_some() {
-                element.reset_points(nodes.len() * D, has_matrix);
+                element.reset_points(nodes.len() * dim, has_matrix);
             } else if has_matrix && lower && !free {
-                element.reset_lower::<D>(nodes.len());
+                element.reset_lower(nodes.len(), dim);
                 element.uncondensed = self
                     .places
                     .uncondensed
                     .then(|| Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
             } else if has_matrix && free {
-                element.reset(nodes.len() * D, false);
+                element.reset(nodes.len() * dim, false);
                 element.with_matrix = true;
                 element.free = true;
                 element.uncondensed = Some(Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
             } else {
-                element.reset(nodes.len() * D, has_matrix);
+                element.reset(nodes.len() * dim, has_matrix);
                 let keeps = has_matrix && self.places.uncondensed && protocol.keeps_pressures();
                 element.uncondensed =
                     keeps.then(|| Zone { owner: [self.term as u32, cluster as u32], ..Zone::default() });
@@ -117,13 +118,13 @@ impl<const D: usize> Sum<'_, D> {
             let has_matrix = has_matrix && !free;
             if has_matrix && !matrix.symmetric {
                 symmetrise(element);
-                collect_skew::<D>(nodes, element, &mut gathered.skew);
+                collect_skew(dim, nodes, element, &mut gathered.skew);
             }
             if has_matrix && !element.coupling.is_empty() {
-                collect_coupling::<D>(nodes, element, &mut gathered.coupling);
+                collect_coupling(dim, nodes, element, &mut gathered.coupling);
             }
             if let Some(motion) = motion.filter(|_| !element.point_coupling.is_empty()) {
-                collect_point_coupling::<D>(nodes, motion, element, &mut gathered.coupling);
+                by_dim!(dim, D => collect_point_coupling::<D>(nodes, motion, element, &mut gathered.coupling));
             }
             let squares = || element.residual.iter().map(|force| force * force).sum();
             gathered.scale += element.force_squares.unwrap_or_else(squares);
@@ -132,27 +133,23 @@ impl<const D: usize> Sum<'_, D> {
                 let part = nodes[from] as usize >> self.part;
                 let to = from + nodes[from..].partition_point(|&node| node as usize >> self.part == part);
                 let part = &mut *lock(&self.parts[part]);
-                for (a, &node) in nodes.iter().enumerate().take(to).skip(from) {
-                    let first = node as usize * D - part.first;
-                    for i in 0..D {
-                        part.residual[first + i] += element.residual[a * D + i];
-                        part.load_slope[first + i] += element.load_slope[a * D + i];
+                by_dim!(dim, D => {
+                    add_forces::<D>(nodes, from..to, element, part);
+                    match motion {
+                        Some(motion) if !element.points.is_empty() => {
+                            self.add_point_columns::<D>(cluster, nodes, from..to, (motion, &mut *element), part);
+                        }
+                        None if has_matrix => self.add_columns::<D>(cluster, nodes, from..to, element, part),
+                        _ => {}
                     }
-                }
-                match motion {
-                    Some(motion) if !element.points.is_empty() => {
-                        self.add_point_columns(cluster, nodes, from..to, (motion, &mut *element), part);
-                    }
-                    None if has_matrix => self.add_columns(cluster, nodes, from..to, element, part),
-                    _ => {}
-                }
+                });
                 from = to;
             }
         }
     }
 
     /// Adds some node columns of a matrix over points to the part that holds them.
-    fn add_point_columns(
+    fn add_point_columns<const D: usize>(
         &self,
         cluster: usize,
         nodes: &[u32],
@@ -183,7 +180,7 @@ impl<const D: usize> Sum<'_, D> {
     }
 
     /// Adds some node columns of an element's matrix to the part that holds them.
-    fn add_columns(
+    fn add_columns<const D: usize>(
         &self,
         cluster: usize,
         nodes: &[u32],
@@ -228,6 +225,17 @@ impl<const D: usize> Sum<'_, D> {
     }
 }
 
+/// Adds forces and load slopes of some nodes of an element to the part that holds them.
+fn add_forces<const D: usize>(nodes: &[u32], some: std::ops::Range<usize>, element: &Element, part: &mut Part<'_>) {
+    for (a, &node) in nodes.iter().enumerate().take(some.end).skip(some.start) {
+        let first = node as usize * D - part.first;
+        for i in 0..D {
+            part.residual[first + i] += element.residual[a * D + i];
+            part.load_slope[first + i] += element.load_slope[a * D + i];
+        }
+    }
+}
+
 /// Replaces the matrix by its symmetric part below and on the diagonal, its skew part above.
 fn symmetrise(element: &mut Element) {
     let size = element.residual.len();
@@ -242,9 +250,9 @@ fn symmetrise(element: &mut Element) {
 }
 
 /// Appends the skew part that [`symmetrise`] left above the diagonal.
-fn collect_skew<const D: usize>(nodes: &[u32], element: &Element, skew: &mut Vec<(u32, u32, f64)>) {
+fn collect_skew(dim: usize, nodes: &[u32], element: &Element, skew: &mut Vec<(u32, u32, f64)>) {
     let size = element.residual.len();
-    let unknown = |local: usize| nodes[local / D] * D as u32 + (local % D) as u32;
+    let unknown = |local: usize| nodes[local / dim] * dim as u32 + (local % dim) as u32;
     for column in 0..size {
         for row in column + 1..size {
             let value = element.matrix[row * size + column];
@@ -256,9 +264,9 @@ fn collect_skew<const D: usize>(nodes: &[u32], element: &Element, skew: &mut Vec
 }
 
 /// Appends what factors leave out.
-fn collect_coupling<const D: usize>(nodes: &[u32], element: &Element, coupling: &mut Vec<(u32, u32, f64)>) {
+fn collect_coupling(dim: usize, nodes: &[u32], element: &Element, coupling: &mut Vec<(u32, u32, f64)>) {
     let size = element.residual.len();
-    let unknown = |local: usize| nodes[local / D] * D as u32 + (local % D) as u32;
+    let unknown = |local: usize| nodes[local / dim] * dim as u32 + (local % dim) as u32;
     for (column, entries) in element.coupling.chunks_exact(size).enumerate() {
         let all = entries.iter().enumerate().filter(|(_, value)| **value != 0.0);
         coupling.extend(all.map(|(row, value)| (unknown(row), unknown(column), *value)));

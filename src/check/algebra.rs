@@ -22,7 +22,7 @@ pub(super) fn check_size(what: &'static str, size: usize) -> Result<(), LinearEr
 }
 
 /// Adds the symmetric tangent at rest of a model to a dense matrix.
-pub(super) fn add_tangent_at_rest<const D: usize>(model: &Model<D>, tangent: &mut DMatrix<f64>) {
+pub(super) fn add_tangent_at_rest(model: &Model, tangent: &mut DMatrix<f64>) {
     let rest = vec![0.0; model.unknowns()];
     let mut system = System::default();
     let mut assembler = model.assembler();

@@ -72,7 +72,7 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Stabili
     check_size("unknowns of the test for spurious modes", unknowns)?;
 
     let tangent_of = |table: ShapeTable<D>, tangent: &mut DMatrix<f64>| {
-        let mut model = Model::new(positions.to_vec());
+        let mut model = Model::new(positions);
         model.add(Body::new(table, problem.body().material().clone(), PressureField::Displacement));
         add_tangent_at_rest(&model, tangent);
     };

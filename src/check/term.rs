@@ -22,7 +22,7 @@ const SOLVED: f64 = 1e-12;
 /// by the load factor; nodes rise, residual, load slope and matrix keep the lengths in which they are handed over, and
 /// [`advance`](Term::advance) allows a step of nothing in full.
 ///
-/// `displacement` holds the coefficients of all nodes, `D` components each: a small admissible state that
+/// `displacement` holds the coefficients of all nodes, as many components each as the term has dimensions: a small admissible state that
 /// is not at rest, where errors hide. Terms with condensed unknowns are checked with these solved
 /// (by [`advance`](Term::advance) with a step of nothing) at each state: then the condensed residual is the
 /// derivative of the energy, the condensed matrix that of the residual, and the increments by
@@ -45,14 +45,17 @@ const SOLVED: f64 = 1e-12;
 /// assert!(report.holds(), "{report}");
 /// # Ok::<(), rkpm::Error>(())
 /// ```
-pub fn term<const D: usize>(term: &dyn Term<D>, displacement: &[f64], load: f64) -> Result<Report, Error> {
+pub fn term(term: &dyn Term, displacement: &[f64], load: f64) -> Result<Report, Error> {
     if let Some(&value) = displacement.iter().chain([&load]).find(|v| !v.is_finite()) {
         return Err(Invalid::new("state to check a term at", value, "give finite values").into());
     }
-    let clusters = term.clusters();
+    let (clusters, dim) = (term.clusters(), term.dim());
+    if !(1..=3).contains(&dim) {
+        return Err(Invalid::new("dimension of a term", dim as f64, "return 1, 2 or 3 from Term::dim").into());
+    }
     let highest = (0..clusters).flat_map(|c| term.nodes(c)).max().map_or(0, |&n| n as usize + 1);
-    if displacement.len() < highest * D {
-        let (given, needed) = (displacement.len(), highest * D);
+    if displacement.len() < highest * dim {
+        let (given, needed) = (displacement.len(), highest * dim);
         return Err(SolveError::Length { what: "displacement to check a term at", given, needed }.into());
     }
     let probe = Probe::new(term, displacement, load);
@@ -85,8 +88,8 @@ pub fn term<const D: usize>(term: &dyn Term<D>, displacement: &[f64], load: f64)
 }
 
 /// A term at a state.
-struct Probe<'a, const D: usize> {
-    term: &'a dyn Term<D>,
+struct Probe<'a> {
+    term: &'a dyn Term,
     displacement: &'a [f64],
     load: f64,
     condensed: usize,
@@ -94,8 +97,8 @@ struct Probe<'a, const D: usize> {
     step: f64,
 }
 
-impl<'a, const D: usize> Probe<'a, D> {
-    fn new(term: &'a dyn Term<D>, displacement: &'a [f64], load: f64) -> Self {
+impl<'a> Probe<'a> {
+    fn new(term: &'a dyn Term, displacement: &'a [f64], load: f64) -> Self {
         let condensed = (0..term.clusters())
             .map(|c| condensed_range(term, c).end)
             .max()
@@ -152,7 +155,7 @@ impl<'a, const D: usize> Probe<'a, D> {
 
     fn linearize(&self, cluster: usize, displacement: &[f64], load: f64, condensed: &[f64], matrix: bool) -> Element {
         let mut element = Element::default();
-        let size = self.term.nodes(cluster).len() * D;
+        let size = self.term.nodes(cluster).len() * self.term.dim();
         element.reset(size, matrix);
         self.term.linearize(cluster, View { displacement, condensed, load }, &mut element);
         // They may change in one state and not in another.
@@ -164,7 +167,7 @@ impl<'a, const D: usize> Probe<'a, D> {
 
     /// Entries by which a linearisation, with a matrix and without, makes its buffers longer or shorter.
     fn changed_lengths(&self, cluster: usize, condensed: &[f64]) -> usize {
-        let size = self.term.nodes(cluster).len() * D;
+        let size = self.term.nodes(cluster).len() * self.term.dim();
         let view = View { displacement: self.displacement, condensed, load: self.load };
         let mut changed = 0;
         for matrix in [false, true] {
@@ -183,10 +186,10 @@ impl<'a, const D: usize> Probe<'a, D> {
 
     /// The displacement moved by `t` along a direction of one cluster.
     fn moved(&self, cluster: usize, direction: &[f64], t: f64) -> Vec<f64> {
-        let mut displacement = self.displacement.to_vec();
+        let (dim, mut displacement) = (self.term.dim(), self.displacement.to_vec());
         for (a, &node) in self.term.nodes(cluster).iter().enumerate() {
-            for i in 0..D {
-                displacement[node as usize * D + i] += t * direction[a * D + i];
+            for i in 0..dim {
+                displacement[node as usize * dim + i] += t * direction[a * dim + i];
             }
         }
         displacement
@@ -203,7 +206,7 @@ impl<'a, const D: usize> Probe<'a, D> {
         for cluster in 0..self.term.clusters() {
             let place = || format!("cluster {cluster}");
             let element = self.linearize(cluster, self.displacement, self.load, base, true);
-            let full = full_matrix::<D>(&element, self.term.matrix().symmetric);
+            let full = full_matrix(self.term.dim(), &element, self.term.matrix().symmetric);
             let forces = norm(&element.residual);
             for _ in 0..DIRECTIONS {
                 let direction: Vec<f64> = element.residual.iter().map(|_| signed(&mut random)).collect();
@@ -272,12 +275,12 @@ impl<'a, const D: usize> Probe<'a, D> {
 }
 
 /// The matrix with the blocks above the diagonal that symmetric terms leave out, by columns.
-fn full_matrix<const D: usize>(element: &Element, symmetric: bool) -> Vec<f64> {
+fn full_matrix(dim: usize, element: &Element, symmetric: bool) -> Vec<f64> {
     let size = element.residual.len();
     let mut full = element.matrix.clone();
     if symmetric {
         for column in 0..size {
-            for row in (column / D + 1) * D..size {
+            for row in (column / dim + 1) * dim..size {
                 full[row * size + column] = element.matrix[column * size + row];
             }
         }

@@ -24,7 +24,11 @@ impl<const D: usize> RollingSpring<D> {
     }
 }
 
-impl<const D: usize> Term<D> for RollingSpring<D> {
+impl<const D: usize> Term for RollingSpring<D> {
+    fn dim(&self) -> usize {
+        D
+    }
+
     fn clusters(&self) -> usize {
         1
     }

@@ -558,7 +558,11 @@ impl<const D: usize> RigidContact<D> {
     }
 }
 
-impl<const D: usize> Term<D> for RigidContact<D> {
+impl<const D: usize> Term for RigidContact<D> {
+    fn dim(&self) -> usize {
+        D
+    }
+
     fn clusters(&self) -> usize {
         self.contact_surface.traces.len() + self.contact_surface.table.clusters().len()
     }

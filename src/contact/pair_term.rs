@@ -17,7 +17,11 @@ struct Touching {
     proximal: f64,
 }
 
-impl<const D: usize> Term<D> for PairContact<D> {
+impl<const D: usize> Term for PairContact<D> {
+    fn dim(&self) -> usize {
+        D
+    }
+
     // All trace functions see the same nodes.
     fn clusters(&self) -> usize {
         1

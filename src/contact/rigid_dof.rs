@@ -4,7 +4,9 @@ use crate::term::{Amplitude, Element, Protocol, Term, TermMatrix, View};
 
 /// The unknown travel of a rigid surface that is pushed, and the turn of one that is free to turn, as a length at the end of a lever: their
 /// loads, and what keeps the components regular that it has no use for.
-pub(crate) struct RigidBodyDof<const D: usize> {
+pub(crate) struct RigidBodyDof {
+    /// Components of a node.
+    pub dim: usize,
     pub node: [u32; 1],
     /// Force and moment over the lever with their amplitudes, where it is free to move so.
     pub loads: [Option<(f64, Amplitude)>; 2],
@@ -12,7 +14,11 @@ pub(crate) struct RigidBodyDof<const D: usize> {
     pub stiffness: f64,
 }
 
-impl<const D: usize> Term<D> for RigidBodyDof<D> {
+impl Term for RigidBodyDof {
+    fn dim(&self) -> usize {
+        self.dim
+    }
+
     fn clusters(&self) -> usize {
         1
     }
@@ -38,16 +44,16 @@ impl<const D: usize> Term<D> for RigidBodyDof<D> {
     }
 
     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
-        for i in 0..D {
+        for i in 0..self.dim {
             if let Some((force, amplitude)) = self.loads.get(i).and_then(Option::as_ref) {
                 let (factor, slope) = amplitude.evaluate(view.load);
                 out.residual[i] = -force * factor;
                 out.load_slope[i] = -force * slope;
                 continue;
             }
-            out.residual[i] = self.stiffness * view.displacement[self.node[0] as usize * D + i];
+            out.residual[i] = self.stiffness * view.displacement[self.node[0] as usize * self.dim + i];
             if out.with_matrix {
-                out.matrix[i * D + i] = self.stiffness;
+                out.matrix[i * self.dim + i] = self.stiffness;
             }
         }
     }
@@ -56,11 +62,17 @@ impl<const D: usize> Term<D> for RigidBodyDof<D> {
 /// Keeps a body regular that nothing but contact holds: an added diagonal, $\alpha_I |\delta d_I|^2$, that acts on the steps of
 /// Newton's method and not on its solution.
 pub(crate) struct ArtificialSpring {
+    /// Components of a node.
+    pub dim: usize,
     pub nodes: Vec<[u32; 1]>,
     pub stiffness: Vec<f64>,
 }
 
-impl<const D: usize> Term<D> for ArtificialSpring {
+impl Term for ArtificialSpring {
+    fn dim(&self) -> usize {
+        self.dim
+    }
+
     fn clusters(&self) -> usize {
         self.nodes.len()
     }
@@ -75,8 +87,8 @@ impl<const D: usize> Term<D> for ArtificialSpring {
 
     fn linearize(&self, cluster: usize, _: View<'_>, out: &mut Element) {
         if out.with_matrix {
-            for i in 0..D {
-                out.matrix[i * D + i] = self.stiffness[cluster];
+            for i in 0..self.dim {
+                out.matrix[i * self.dim + i] = self.stiffness[cluster];
             }
         }
     }

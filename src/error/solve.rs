@@ -40,6 +40,16 @@ pub enum SolveError {
         /// Entries needed.
         needed: usize,
     },
+    /// A term has another dimension than the model.
+    #[error(
+        "a term has {given} displacement components at each node, the model has {needed}; tabulate the term in the dimension of the model, and return it from Term::dim"
+    )]
+    Dimension {
+        /// Components of the term.
+        given: usize,
+        /// Components of the model.
+        needed: usize,
+    },
     /// The nodes of a cluster are not in rising order.
     #[error(
         "term {term} of the model, cluster {cluster}: Term::nodes() does not rise; list each node once, in rising order"

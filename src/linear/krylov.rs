@@ -12,7 +12,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::assembly::{Pattern, Ranks, System};
 use crate::error::LinearError;
-use crate::geometry::Morton;
 
 use super::{Direct, Factorizer, LinearSolver, MatrixClass};
 
@@ -102,10 +101,10 @@ impl LinearSolver for Krylov {
         let preconditioner = match &self.preconditioner {
             Some(preconditioner) => {
                 // Along a curve, so that each rank holds a region.
-                let positions = self.auxiliary.model.positions();
-                let curve = Morton::through(positions);
-                let mut nodes: Vec<usize> = (0..positions.len()).collect();
-                nodes.sort_by_cached_key(|&node| (curve.place(&positions[node]), node));
+                let model = &self.auxiliary.model;
+                let curve = model.curve();
+                let mut nodes: Vec<usize> = (0..model.node_count()).collect();
+                nodes.sort_by_cached_key(|&node| (curve.place(model.coordinates(node)), node));
                 let order: Vec<usize> = nodes.iter().flat_map(|&node| 3 * node..3 * node + 3).collect();
                 Some(preconditioner.analyze(assembler.pattern(), MatrixClass::Definite, Some(&order))?)
             }

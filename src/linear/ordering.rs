@@ -30,17 +30,18 @@ fn sort(set: &mut [usize], coordinate: &dyn Fn(usize) -> f64) {
 /// unknowns no order takes less time, symbolic phase included.
 ///
 /// Arguments as for [`nested_dissection`].
-pub(crate) fn banded<const D: usize>(
+pub(crate) fn banded(
     pattern: &Pattern,
     count: usize,
-    position: impl Fn(usize) -> [f64; D],
+    dim: usize,
+    coordinate: &dyn Fn(usize, usize) -> f64,
 ) -> Vec<usize> {
     let count = count.min(pattern.size());
     let mut best: Option<(usize, Vec<usize>)> = None;
     let mut place = vec![0usize; count];
-    for axis in 0..D {
+    for axis in 0..dim {
         let mut order: Vec<usize> = (0..count).collect();
-        sort(&mut order, &|unknown| position(unknown)[axis]);
+        sort(&mut order, &|unknown| coordinate(unknown, axis));
         for (new, &old) in order.iter().enumerate() {
             place[old] = new;
         }
@@ -149,12 +150,13 @@ impl Knife<'_> {
 /// any axis, order both halves, then those unknowns of the lower half that couple to the upper one. What no cut
 /// improves follows the axis of the best one, as in a band matrix.
 ///
-/// `position(i)` gives the coordinates of unknown `i`; the first `count` unknowns of the pattern are
+/// `coordinate(i, axis)` gives one of the `dim` coordinates of unknown `i`; the first `count` unknowns of the pattern are
 /// ordered, old indices in new places.
-pub fn nested_dissection<const D: usize>(
+pub fn nested_dissection(
     pattern: &Pattern,
     count: usize,
-    position: impl Fn(usize) -> [f64; D],
+    dim: usize,
+    coordinate: &dyn Fn(usize, usize) -> f64,
 ) -> Vec<usize> {
     let count = count.min(pattern.size());
     let adjacency = adjacency(pattern, count);
@@ -174,8 +176,8 @@ pub fn nested_dissection<const D: usize>(
             Task::Cut(set) => set,
         };
         let mut best: Option<Cut> = None;
-        for axis in 0..D {
-            sort(&mut set, &|unknown| position(unknown)[axis]);
+        for axis in 0..dim {
+            sort(&mut set, &|unknown| coordinate(unknown, axis));
             let cut = knife.best(axis, &set);
             best = match (best, cut) {
                 (Some(best), Some(cut)) if cut.ratio < best.ratio => Some(cut),
@@ -187,7 +189,7 @@ pub fn nested_dissection<const D: usize>(
             order.extend(set);
             continue;
         };
-        sort(&mut set, &|unknown| position(unknown)[cut.axis]);
+        sort(&mut set, &|unknown| coordinate(unknown, cut.axis));
         if cut.ratio >= WORTH {
             order.extend(set);
             continue;

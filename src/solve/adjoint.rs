@@ -18,7 +18,7 @@ pub(crate) struct Dual {
     pub prescribed: Vec<f64>,
 }
 
-impl<const D: usize> Workspace<'_, D> {
+impl Workspace<'_> {
     /// The solutions $z$ of dual problems at a state, by one matrix.
     pub(crate) fn duals(&mut self, state: &State, requested: &[Dual]) -> Result<Vec<Vec<f64>>, Rejection> {
         let mut sides = vec![Vec::new(); requested.len()];
@@ -44,9 +44,9 @@ impl<const D: usize> Workspace<'_, D> {
 
 impl Analysis {
     /// The dual solutions at a state, none where its matrix has no factors, and the bytes that matrix and factors take.
-    pub(crate) fn duals<const D: usize>(
+    pub(crate) fn duals(
         &self,
-        model: &Model<D>,
+        model: &Model,
         equations: &Constraints,
         state: &State,
         requested: &[Dual],

@@ -3,7 +3,6 @@
 use crate::assembly::Model;
 use crate::boundary::{Constraints, Enforced, Enforcement, MixedTransformation, check_unknowns};
 use crate::error::{Error, Incompatible, Invalid, LinearError, SolveError};
-use crate::geometry::Morton;
 use crate::linear::{Direct, Factorizer, LinearSolver, after_their_rows, banded, minimum_degree, nested_dissection};
 
 use super::newton::Workspace;
@@ -52,7 +51,7 @@ impl Analysis {
     }
 
     /// Refuses settings and terms that nothing can be solved with.
-    pub(crate) fn check_settings<const D: usize>(&self, model: &Model<D>) -> Result<(), Error> {
+    pub(crate) fn check_settings(&self, model: &Model) -> Result<(), Error> {
         self.stepping.validate()?;
         let Newton { tolerance, iterations, .. } = self.newton;
         for (what, value, ok, needed) in [
@@ -79,12 +78,7 @@ impl Analysis {
         Ok(())
     }
 
-    pub(super) fn validate<const D: usize>(
-        &self,
-        model: &Model<D>,
-        equations: &Constraints,
-        path: &EquilibriumPath,
-    ) -> Result<(), Error> {
+    pub(super) fn validate(&self, model: &Model, equations: &Constraints, path: &EquilibriumPath) -> Result<(), Error> {
         self.check_settings(model)?;
         check_unknowns(equations.equations(), model.unknowns())?;
         check_state(model, equations, &path.start)?;
@@ -104,11 +98,7 @@ impl Analysis {
     }
 
     /// Binds conditions and solver to the pattern of the model.
-    pub(crate) fn workspace<'a, const D: usize>(
-        &self,
-        model: &'a Model<D>,
-        equations: &'a Constraints,
-    ) -> Result<Workspace<'a, D>, Error> {
+    pub(crate) fn workspace<'a>(&self, model: &'a Model, equations: &'a Constraints) -> Result<Workspace<'a>, Error> {
         let apart = self.solver.keeps_pressures();
         let mut assembler = if apart { model.assembler_free() } else { model.assembler() };
         let mut enforced = self.enforcement.bind(assembler.pattern(), equations)?;
@@ -141,34 +131,26 @@ impl Analysis {
     ///
     /// # Errors
     /// As [`LinearSolver::analyze`].
-    pub fn factorizer<const D: usize>(
-        &self,
-        model: &Model<D>,
-        enforced: &mut dyn Enforced,
-    ) -> Result<Box<dyn Factorizer>, LinearError> {
+    pub fn factorizer(&self, model: &Model, enforced: &mut dyn Enforced) -> Result<Box<dyn Factorizer>, LinearError> {
         if self.solver.keeps_pressures() {
             return self.solver.analyze(enforced.pattern(), enforced.class(), None);
         }
         let pattern = enforced.pattern();
         let unknowns = enforced.unknowns();
         let inner = (0..unknowns).take_while(|&k| enforced.full_index(k).is_some()).count();
-        let place = |k: usize| {
-            let node = enforced.full_index(k).map_or(0, |full| full / D);
-            let x = model.positions()[node];
-            std::array::from_fn::<f64, D, _>(|i| x[i])
-        };
-        let mut order = match D {
+        let dim = model.dim();
+        let node = |k: usize| enforced.full_index(k).map(|full| full / dim);
+        let coordinate = |k: usize, axis: usize| model.coordinates(node(k).unwrap_or(0))[axis];
+        let mut order = match dim {
             // The patterns of ranks differ, their orders must not: along a curve, so that each rank holds a region.
             _ if model.ranks().is_some() => {
-                let curve = Morton::through(model.positions());
+                let curve = model.curve();
                 let mut order: Vec<usize> = (0..inner).collect();
-                order.sort_by_cached_key(|&k| {
-                    (enforced.full_index(k).map(|full| curve.place(&model.positions()[full / D])), k)
-                });
+                order.sort_by_cached_key(|&k| (node(k).map(|node| curve.place(model.coordinates(node))), k));
                 order
             }
-            3 => nested_dissection(pattern, inner, place),
-            _ if inner <= BANDED => banded(pattern, inner, place),
+            3 => nested_dissection(pattern, inner, dim, &coordinate),
+            _ if inner <= BANDED => banded(pattern, inner, dim, &coordinate),
             _ => minimum_degree(pattern, inner)?,
         };
         order.truncate(inner);
@@ -179,7 +161,7 @@ impl Analysis {
 }
 
 /// Refuses states of the wrong size, inverted ones, and numbers that are not finite.
-fn check_state<const D: usize>(model: &Model<D>, equations: &Constraints, state: &State) -> Result<(), Error> {
+fn check_state(model: &Model, equations: &Constraints, state: &State) -> Result<(), Error> {
     state.check_lengths(model, equations)?;
     let numbers = state.displacement.iter().chain(state.condensed.iter().flatten()).chain(&state.multipliers);
     if let Some(&value) = numbers.chain([&state.load]).find(|v| !v.is_finite()) {
@@ -198,12 +180,15 @@ fn check_state<const D: usize>(model: &Model<D>, equations: &Constraints, state:
     Ok(())
 }
 
-/// Refuses terms whose nodes do not rise, and ones over nodes that the model lacks: their tables belong to another set.
-fn check_terms<const D: usize>(model: &Model<D>) -> Result<(), SolveError> {
+/// Refuses terms of another dimension, terms whose nodes do not rise, and ones over nodes that the model lacks: their tables belong to another set.
+fn check_terms(model: &Model) -> Result<(), SolveError> {
     if let Some([term, cluster]) = model.unsorted() {
         return Err(SolveError::Nodes { term, cluster });
     }
-    let needed = model.positions().len();
+    let needed = model.node_count();
+    if let Some(given) = model.misfit() {
+        return Err(SolveError::Dimension { given, needed: model.dim() });
+    }
     for term in model.terms() {
         term.validate()?;
         let last = (0..term.clusters()).filter_map(|c| term.nodes(c).last()).max();

@@ -16,11 +16,11 @@ use super::state::State;
 use super::stepping::{Following, LARGE_CHANGE, StepControl, TOO_LARGE};
 
 /// One run: what it works with and what it has reached.
-pub(super) struct Continuation<'a, 'o, const D: usize> {
+pub(super) struct Continuation<'a, 'o> {
     pub(super) analysis: &'a Analysis,
-    pub(super) workspace: Workspace<'a, D>,
+    pub(super) workspace: Workspace<'a>,
     /// The other one of iteration and factors, once an attempt has needed these.
-    other: Option<Workspace<'a, D>>,
+    other: Option<Workspace<'a>>,
     /// Whether the workspace is that of factors.
     by_factors: bool,
     pub(super) observer: &'o mut dyn Observer,
@@ -45,10 +45,10 @@ pub(super) struct Continuation<'a, 'o, const D: usize> {
     pub(super) motion_limit: MotionLimit<'a>,
 }
 
-impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
+impl<'a, 'o> Continuation<'a, 'o> {
     pub(super) fn new(
         analysis: &'a Analysis,
-        model: &'a Model<D>,
+        model: &'a Model,
         equations: &'a Constraints,
         mut path: EquilibriumPath,
         observer: &'o mut dyn Observer,
@@ -342,13 +342,14 @@ impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
 }
 
 /// The largest extent of the nodes \[length\].
-fn extent<const D: usize>(model: &Model<D>) -> f64 {
+fn extent(model: &Model) -> f64 {
     let mut extent: f64 = 0.0;
-    for axis in 0..D {
+    for axis in 0..model.dim() {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for x in model.positions() {
-            low = low.min(x[axis]);
-            high = high.max(x[axis]);
+        for node in 0..model.node_count() {
+            let x = model.coordinates(node)[axis];
+            low = low.min(x);
+            high = high.max(x);
         }
         extent = extent.max(high - low);
     }

@@ -43,7 +43,7 @@ pub(super) struct Convergence<'a> {
 
 impl<'a> Convergence<'a> {
     /// `extent` is the size of the body \[length\]; `falling` whether growing increments end the attempt.
-    pub(crate) fn new<const D: usize>(settings: &'a Newton, model: &Model<D>, extent: f64, falling: bool) -> Self {
+    pub(crate) fn new(settings: &'a Newton, model: &Model, extent: f64, falling: bool) -> Self {
         Convergence {
             settings,
             // Below rounding of the body's own size an increment is nothing.
@@ -79,9 +79,9 @@ impl<'a> Convergence<'a> {
 
     /// Whether the last step was the last one needed: it is small, and so is what it leaves of the residual that it was found
     /// for. That falls with the square of the rate, or by no more than the linear solution has left of it.
-    pub(crate) fn is_reached<const D: usize>(
+    pub(crate) fn is_reached(
         &self,
-        model: &Model<D>,
+        model: &Model,
         next: &Increment,
         state: &State,
         residual: f64,
@@ -143,11 +143,11 @@ pub(super) fn is_load_settled(next: &Increment, state: &State) -> bool {
 
 /// The largest change of a condensed unknown beside the largest of its term: where the displacement is prescribed, pressures
 /// settle after it.
-fn condensed_change<const D: usize>(model: &Model<D>, next: &Increment, state: &State) -> f64 {
+fn condensed_change(model: &Model, next: &Increment, state: &State) -> f64 {
     let largest = |v: &[f64]| v.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
     let terms = next.condensed.iter().zip(&state.condensed).zip(model.terms());
     // What is remembered is no unknown.
-    let unknowns = |all: &[f64], term: &dyn Term<D>| {
+    let unknowns = |all: &[f64], term: &dyn Term| {
         let held = variables_range(term);
         largest(if held.is_empty() { all } else { &all[..held.start] })
     };
@@ -162,6 +162,6 @@ fn condensed_change<const D: usize>(model: &Model<D>, next: &Increment, state: &
 }
 
 /// Condensed unknowns and forces of a term that are rounding.
-fn rounding_of<const D: usize>(term: &dyn Term<D>) -> [f64; 2] {
+fn rounding_of(term: &dyn Term) -> [f64; 2] {
     term.unilateral().map_or([0.0; 2], |unilateral| unilateral.rounding())
 }

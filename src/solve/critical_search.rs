@@ -18,7 +18,7 @@ const BRACKET: f64 = 1e-3;
 /// Bisections per critical point: 2⁻⁴⁰ is below any tolerance that Newton's own allows.
 const BISECTIONS: usize = 40;
 
-impl<const D: usize> Workspace<'_, D> {
+impl Workspace<'_> {
     /// The critical points between two equilibria of one path with their numbers of unstable modes.
     ///
     /// Both are led apart by the secant deflection $c\cdot d$, $c = d_B - d_A$, which grows through limit points too.
@@ -100,6 +100,6 @@ fn is_narrow(low: &State, high: &State, width: f64) -> bool {
 }
 
 /// The mean of two states, condensed unknowns included.
-fn interpolate<const D: usize>(model: &Model<D>, low: &State, high: &State) -> State {
+fn interpolate(model: &Model, low: &State, high: &State) -> State {
     predict(model, low, high, -0.5)
 }

@@ -35,7 +35,7 @@ impl Functional for Arc {
 }
 
 /// A state `factor` times a tangent displacement ahead, its condensed unknowns recovered along.
-pub(super) fn along<const D: usize>(model: &Model<D>, state: &State, answer: &[f64], factor: f64) -> State {
+pub(super) fn along(model: &Model, state: &State, answer: &[f64], factor: f64) -> State {
     let mut ahead = state.clone();
     let step: Vec<f64> = answer.iter().map(|a| factor * a).collect();
     let mut condensed: Vec<Vec<f64>> = state.condensed.iter().map(|l| vec![0.0; l.len()]).collect();
@@ -53,7 +53,7 @@ pub(super) fn along<const D: usize>(model: &Model<D>, state: &State, answer: &[f
 }
 
 /// Extrapolates linearly by `ratio` times the last step, cut back where the step limiter asks for it.
-pub(super) fn predict<const D: usize>(model: &Model<D>, previous: &State, state: &State, ratio: f64) -> State {
+pub(super) fn predict(model: &Model, previous: &State, state: &State, ratio: f64) -> State {
     let mut predicted = state.clone();
     let step: Vec<f64> =
         state.displacement.iter().zip(&previous.displacement).map(|(now, then)| ratio * (now - then)).collect();

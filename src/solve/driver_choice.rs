@@ -14,7 +14,7 @@ use super::stepping::{FIRST_GRADIENT, StepControl, TOO_LARGE};
 /// Part of the load by which the first step goes of a control that leaves the load free, where something may touch.
 const FIRST_LOAD: f64 = 1.0 / 16.0;
 
-impl<'a, 'o, const D: usize> Continuation<'a, 'o, D> {
+impl<'a, 'o> Continuation<'a, 'o> {
     /// The controlled quantity and its first increment, where that is not the load.
     pub(super) fn driver(&mut self) -> Option<(Driver, f64)> {
         let stepping = self.analysis.stepping;

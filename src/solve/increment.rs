@@ -80,12 +80,7 @@ impl Increment {
     }
 
     /// Recovers the increments of the condensed unknowns; the largest part of the step that is admissible.
-    pub(crate) fn advance<const D: usize>(
-        &mut self,
-        model: &Model<D>,
-        zones: &[Zone],
-        state: &State,
-    ) -> Result<f64, Cause> {
+    pub(crate) fn advance(&mut self, model: &Model, zones: &[Zone], state: &State) -> Result<f64, Cause> {
         let here = model.at_own(state);
         let bound = here.advance_own(&self.step, &mut self.condensed);
         if !(bound > 0.0) {

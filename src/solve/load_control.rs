@@ -29,7 +29,7 @@ pub(super) struct LoadSteps {
 }
 
 impl LoadSteps {
-    pub(super) fn new<const D: usize>(run: &Continuation<'_, '_, D>) -> Self {
+    pub(super) fn new(run: &Continuation<'_, '_>) -> Self {
         let stepping = run.analysis.stepping;
         LoadSteps {
             increment: run.control_state().map_or(stepping.first, |control_state| control_state.increment),
@@ -41,12 +41,12 @@ impl LoadSteps {
     }
 }
 
-impl<const D: usize> StepRule<D> for LoadSteps {
-    fn is_done(&self, run: &Continuation<'_, '_, D>) -> bool {
+impl StepRule for LoadSteps {
+    fn is_done(&self, run: &Continuation<'_, '_>) -> bool {
         !(run.state.load < 1.0)
     }
 
-    fn next(&mut self, run: &Continuation<'_, '_, D>) -> [f64; 2] {
+    fn next(&mut self, run: &Continuation<'_, '_>) -> [f64; 2] {
         let now = run.state.load;
         let mut target = now + self.increment;
         // A rest smaller than a rounding of the load is part of this step.
@@ -69,7 +69,7 @@ impl<const D: usize> StepRule<D> for LoadSteps {
 
     fn attempt(
         &mut self,
-        run: &mut Continuation<'_, '_, D>,
+        run: &mut Continuation<'_, '_>,
         [now, target]: [f64; 2],
     ) -> Result<(usize, State), Rejection> {
         let turns_back = run.previous.as_ref().is_some_and(|p| !run.motion_limit.go_on([p.load, now], target));
@@ -92,7 +92,7 @@ impl<const D: usize> StepRule<D> for LoadSteps {
 
     fn accepted(
         &mut self,
-        _run: &Continuation<'_, '_, D>,
+        _run: &Continuation<'_, '_>,
         [now, target]: [f64; 2],
         iterations: usize,
         _state: &State,
@@ -115,7 +115,7 @@ impl<const D: usize> StepRule<D> for LoadSteps {
         StepControlState { increment: self.increment, ..StepControlState::default() }
     }
 
-    fn rejected(&mut self, run: &Continuation<'_, '_, D>, [now, target]: [f64; 2], rejection: Rejection) -> Retry {
+    fn rejected(&mut self, run: &Continuation<'_, '_>, [now, target]: [f64; 2], rejection: Rejection) -> Retry {
         if let Rejection::TooLarge(answer) = &rejection {
             // Where the load does no work on the tangent displacement, load control goes on.
             return run.driver_after(answer).map_or(Retry::Again, |(driver, first)| Retry::Instead(driver, first));

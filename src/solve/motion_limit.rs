@@ -18,9 +18,9 @@ pub(super) struct MotionLimit<'a> {
 
 impl<'a> MotionLimit<'a> {
     /// The curves of equations and loads with functions for amplitudes; others are straight between the break points of their tables.
-    pub(super) fn new<const D: usize>(model: &Model<D>, constraints: &'a Constraints) -> Self {
+    pub(super) fn new(model: &Model, constraints: &'a Constraints) -> Self {
         let equations = constraints.equations();
-        let particle = |equation: &ConstraintEquation| equation.dependent / D;
+        let particle = |equation: &ConstraintEquation| equation.dependent / model.dim();
         let mut moved: Vec<usize> = equations.iter().filter(|e| e.amplitude.is_function()).map(particle).collect();
         moved.sort_unstable();
         moved.dedup();

@@ -25,11 +25,11 @@ const CLOSE: f64 = 1e-3;
 const PUSH: f64 = 1e-3;
 
 /// Everything a Newton solve works with; buffers are kept from one solve to the next.
-pub(crate) struct Workspace<'a, const D: usize> {
-    pub model: &'a Model<D>,
+pub(crate) struct Workspace<'a> {
+    pub model: &'a Model,
     pub equations: &'a Constraints,
     pub assembler: Assembler,
-    pub tangent: Tangent<'a, D>,
+    pub tangent: Tangent<'a>,
     /// Forces alone, beside the matrix of an earlier state.
     pub forces: System,
     pub iterations: usize,
@@ -48,7 +48,7 @@ pub(super) struct Attempt<'a> {
     pub largest_first_step: f64,
 }
 
-impl<const D: usize> Workspace<'_, D> {
+impl Workspace<'_> {
     /// Iterates `state` to an equilibrium; on rejection the state is left where the attempt ended.
     pub(super) fn newton(
         &mut self,
@@ -179,7 +179,7 @@ impl<const D: usize> Workspace<'_, D> {
 
 impl Attempt<'_> {
     /// Whether the first increment is too large to start from with this control.
-    fn is_too_large<const D: usize>(&self, model: &Model<D>, first: &Increment) -> bool {
+    fn is_too_large(&self, model: &Model, first: &Increment) -> bool {
         self.largest_first_step.is_finite() && model.largest_gradient(&first.step) > self.largest_first_step
     }
 }

@@ -25,7 +25,7 @@ pub(super) struct PathSteps<'a> {
 }
 
 impl<'a> PathSteps<'a> {
-    pub(super) fn new<const D: usize>(run: &Continuation<'_, '_, D>, driver: &'a Driver, first: f64) -> Self {
+    pub(super) fn new(run: &Continuation<'_, '_>, driver: &'a Driver, first: f64) -> Self {
         let instead = !is_deflection(driver) && run.analysis.stepping.control == StepControl::Auto;
         let started = run.control_state().filter(|control_state| !instead || control_state.arc);
         let increment = started.map_or(first, |control_state| control_state.increment);
@@ -36,7 +36,7 @@ impl<'a> PathSteps<'a> {
     }
 
     /// How far the next increment is in terms of the last one; NaN before the second step.
-    fn ratio<const D: usize>(&self, run: &Continuation<'_, '_, D>) -> f64 {
+    fn ratio(&self, run: &Continuation<'_, '_>) -> f64 {
         let Some(previous) = &run.previous else { return f64::NAN };
         let (now, then) = (&run.state.displacement, &previous.displacement);
         match self.driver {
@@ -46,11 +46,7 @@ impl<'a> PathSteps<'a> {
     }
 
     /// An attempt one increment ahead, the load factor being unknown.
-    fn attempt_ahead<const D: usize>(
-        &self,
-        run: &mut Continuation<'_, '_, D>,
-        ratio: f64,
-    ) -> Result<(usize, State), Rejection> {
+    fn attempt_ahead(&self, run: &mut Continuation<'_, '_>, ratio: f64) -> Result<(usize, State), Rejection> {
         let increment = self.increment;
         match self.driver {
             Driver::Deflection(deflection) => {
@@ -89,12 +85,12 @@ impl<'a> PathSteps<'a> {
     }
 }
 
-impl<const D: usize> StepRule<D> for PathSteps<'_> {
-    fn is_done(&self, run: &Continuation<'_, '_, D>) -> bool {
+impl StepRule for PathSteps<'_> {
+    fn is_done(&self, run: &Continuation<'_, '_>) -> bool {
         !(run.state.load < 1.0)
     }
 
-    fn next(&mut self, run: &Continuation<'_, '_, D>) -> [f64; 2] {
+    fn next(&mut self, run: &Continuation<'_, '_>) -> [f64; 2] {
         let now = match self.driver {
             Driver::Deflection(deflection) => deflection.value(&run.state.displacement),
             Driver::Arc(_) => root_mean_square(&run.state.displacement),
@@ -102,7 +98,7 @@ impl<const D: usize> StepRule<D> for PathSteps<'_> {
         [now, now + self.increment]
     }
 
-    fn attempt(&mut self, run: &mut Continuation<'_, '_, D>, _step: [f64; 2]) -> Result<(usize, State), Rejection> {
+    fn attempt(&mut self, run: &mut Continuation<'_, '_>, _step: [f64; 2]) -> Result<(usize, State), Rejection> {
         let ratio = self.ratio(run);
         let load_ahead = run.previous.as_ref().map_or(0.0, |p| run.state.load + ratio * (run.state.load - p.load));
         let (iterations, state) = if load_ahead >= 1.0 {
@@ -122,7 +118,7 @@ impl<const D: usize> StepRule<D> for PathSteps<'_> {
 
     fn accepted(
         &mut self,
-        run: &Continuation<'_, '_, D>,
+        run: &Continuation<'_, '_>,
         _step: [f64; 2],
         iterations: usize,
         state: &State,
@@ -138,7 +134,7 @@ impl<const D: usize> StepRule<D> for PathSteps<'_> {
         StepControlState { increment: self.increment, reached: 0, arc: self.instead }
     }
 
-    fn rejected(&mut self, run: &Continuation<'_, '_, D>, _step: [f64; 2], rejection: Rejection) -> Retry {
+    fn rejected(&mut self, run: &Continuation<'_, '_>, _step: [f64; 2], rejection: Rejection) -> Retry {
         self.rejected = true;
         self.increment *= 0.5;
         if self.increment >= rejection.least(run.analysis.stepping.smallest) * self.first {
@@ -150,7 +146,7 @@ impl<const D: usize> StepRule<D> for PathSteps<'_> {
         }
     }
 
-    fn ends_at(&self, run: &Continuation<'_, '_, D>) -> Option<Cause> {
+    fn ends_at(&self, run: &Continuation<'_, '_>) -> Option<Cause> {
         // The falling branch beyond a limit point is followed only under StepControl::ArcLength.
         let falls = run.previous.as_ref().is_some_and(|previous| run.state.load < previous.load);
         (self.instead && falls).then_some(Cause::LimitPoint)
@@ -166,7 +162,7 @@ fn is_deflection(driver: &Driver) -> bool {
     matches!(driver, Driver::Deflection(_))
 }
 
-impl<const D: usize> Continuation<'_, '_, D> {
+impl Continuation<'_, '_> {
     /// The arc that a run that is gone on with has already followed in place of a deflection.
     pub(super) fn arc_taken_over(&self, driver: &Driver) -> Option<(Driver, f64)> {
         let taken_over = self.control_state().is_some_and(|control_state| control_state.arc);

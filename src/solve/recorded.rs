@@ -13,7 +13,7 @@ const ENERGY: f64 = 1e-6;
 /// The uniform strain whose forces are the least that count: those of a body that only moved are rounding.
 const LEAST_STRAIN: f64 = 1e-6;
 
-impl<const D: usize> Continuation<'_, '_, D> {
+impl Continuation<'_, '_> {
     /// Refuses a path whose last state is no equilibrium here: it was recorded with another scene or scheme.
     pub(super) fn check_recorded(&mut self) -> Result<(), Error> {
         let Some(step) = self.path.steps.last() else { return Ok(()) };
@@ -23,10 +23,8 @@ impl<const D: usize> Continuation<'_, '_, D> {
         let mut forces = System::default();
         let assembler = &mut self.workspace.assembler;
         let mut strain = Vec::with_capacity(model.unknowns());
-        for position in model.positions() {
-            for x in position.iter() {
-                strain.push(LEAST_STRAIN * x);
-            }
+        for node in 0..model.node_count() {
+            strain.extend(model.coordinates(node).iter().map(|x| LEAST_STRAIN * x));
         }
         assembler.assemble_forces(model, StateRef::new(&strain, &model.start(), 0.0), &mut forces)?;
         let least = forces.scale;

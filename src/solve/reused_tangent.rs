@@ -21,8 +21,8 @@ const WORST: f64 = 0.5;
 const LAST: f64 = 1e-4;
 
 /// A factorised matrix of an earlier state, and what it takes to go on with it.
-pub(super) struct ReusedTangent<'a, const D: usize> {
-    pub model: &'a Model<D>,
+pub(super) struct ReusedTangent<'a> {
+    pub model: &'a Model,
     pub equations: &'a Constraints,
     pub linear: Linear<'a>,
     pub assembler: &'a mut Assembler,
@@ -32,7 +32,7 @@ pub(super) struct ReusedTangent<'a, const D: usize> {
     pub control: Control<'a>,
 }
 
-impl<const D: usize> ReusedTangent<'_, D> {
+impl ReusedTangent<'_> {
     /// Iterates from the state that the last step of `next` has reached, as long as this costs less than a new matrix; `true`
     /// at an equilibrium.
     ///

@@ -2,7 +2,6 @@
 
 use crate::assembly::Model;
 use crate::boundary::Constraints;
-use crate::compiled::compiled;
 use crate::error::{Error, Incompatible, Invalid, SolveError};
 
 use super::analysis::Analysis;
@@ -21,9 +20,9 @@ impl Analysis {
     /// # Errors
     /// For a model without terms or unknowns, bad settings, rows that depend on each other, loads that
     /// are not finite. A stalled analysis is no error: the path so far is returned with its ending.
-    pub fn run<const D: usize>(
+    pub fn run(
         &self,
-        model: &Model<D>,
+        model: &Model,
         equations: &Constraints,
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
@@ -35,9 +34,9 @@ impl Analysis {
     ///
     /// # Errors
     /// As [`run`](Analysis::run), and where the state does not fit the model, is inverted, or lies beyond load factor 1.
-    pub fn run_from<const D: usize>(
+    pub fn run_from(
         &self,
-        model: &Model<D>,
+        model: &Model,
         equations: &Constraints,
         start: State,
         observer: &mut dyn Observer,
@@ -56,23 +55,9 @@ impl Analysis {
     /// # Errors
     /// As [`run_from`](Analysis::run_from), and where the last state of the path is no equilibrium of this model under
     /// these conditions, or has another energy than was recorded: the path is that of another problem.
-    pub fn resume<const D: usize>(
+    pub fn resume(
         &self,
-        model: &Model<D>,
-        equations: &Constraints,
-        path: EquilibriumPath,
-        observer: &mut dyn Observer,
-    ) -> Result<EquilibriumPath, Error> {
-        compiled!(D: (model: &Model<D> = model;
-            analysis: &Analysis = self, equations: &Constraints = equations, path: EquilibriumPath = path,
-            observer: &mut dyn Observer = observer) -> Result<EquilibriumPath, Error> {
-            analysis.go_on(model, equations, path, observer)
-        })
-    }
-
-    fn go_on<const D: usize>(
-        &self,
-        model: &Model<D>,
+        model: &Model,
         equations: &Constraints,
         path: EquilibriumPath,
         observer: &mut dyn Observer,
@@ -108,9 +93,9 @@ impl Analysis {
     ///
     /// # Errors
     /// As [`run_from`](Analysis::run_from).
-    pub fn run_controlled<const D: usize>(
+    pub fn run_controlled(
         &self,
-        model: &Model<D>,
+        model: &Model,
         equations: &Constraints,
         start: State,
         functional: &dyn Functional,
@@ -125,25 +110,9 @@ impl Analysis {
     ///
     /// # Errors
     /// As [`run_controlled`](Analysis::run_controlled).
-    pub fn resume_controlled<const D: usize>(
+    pub fn resume_controlled(
         &self,
-        model: &Model<D>,
-        equations: &Constraints,
-        path: EquilibriumPath,
-        functional: &dyn Functional,
-        targets: &[f64],
-        observer: &mut dyn Observer,
-    ) -> Result<EquilibriumPath, Error> {
-        compiled!(D: (model: &Model<D> = model;
-            analysis: &Analysis = self, equations: &Constraints = equations, path: EquilibriumPath = path, functional: &dyn Functional = functional,
-            targets: &[f64] = targets, observer: &mut dyn Observer = observer) -> Result<EquilibriumPath, Error> {
-            analysis.go_on_controlled(model, equations, path, functional, targets, observer)
-        })
-    }
-
-    fn go_on_controlled<const D: usize>(
-        &self,
-        model: &Model<D>,
+        model: &Model,
         equations: &Constraints,
         path: EquilibriumPath,
         functional: &dyn Functional,
@@ -187,21 +156,17 @@ impl Analysis {
     ///
     /// # Errors
     /// As [`run_from`](Analysis::run_from).
-    pub fn correct<const D: usize>(
+    pub fn correct(
         &self,
-        model: &Model<D>,
+        model: &Model,
         equations: &Constraints,
         guess: State,
         observer: &mut dyn Observer,
     ) -> Result<EquilibriumPath, Error> {
-        compiled!(D: (model: &Model<D> = model;
-            analysis: &Analysis = self, equations: &Constraints = equations, guess: State = guess,
-            observer: &mut dyn Observer = observer) -> Result<EquilibriumPath, Error> {
-            let (load, path) = (guess.load, EquilibriumPath::new(guess));
-            analysis.validate(model, equations, &path)?;
-            let mut run = Continuation::new(analysis, model, equations, path, observer)?;
-            run.correct(load);
-            Ok(run.path)
-        })
+        let (load, path) = (guess.load, EquilibriumPath::new(guess));
+        self.validate(model, equations, &path)?;
+        let mut run = Continuation::new(self, model, equations, path, observer)?;
+        run.correct(load);
+        Ok(run.path)
     }
 }

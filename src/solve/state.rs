@@ -26,7 +26,7 @@ impl<'a> From<&'a State> for StateRef<'a> {
 
 impl State {
     /// The state of a model at rest: no displacement, condensed unknowns to match, load factor 0.
-    pub fn at_rest<const D: usize>(model: &Model<D>, equations: &Constraints) -> Self {
+    pub fn at_rest(model: &Model, equations: &Constraints) -> Self {
         State {
             displacement: vec![0.0; model.unknowns()],
             condensed: model.start(),
@@ -39,11 +39,7 @@ impl State {
     ///
     /// # Errors
     /// [`SolveError::OtherModel`] with the vector.
-    pub(crate) fn check_lengths<const D: usize>(
-        &self,
-        model: &Model<D>,
-        equations: &Constraints,
-    ) -> Result<(), SolveError> {
+    pub(crate) fn check_lengths(&self, model: &Model, equations: &Constraints) -> Result<(), SolveError> {
         model.at(self)?;
         let (given, needed) = (self.multipliers.len(), equations.len());
         if given == needed { Ok(()) } else { Err(SolveError::OtherModel { what: "multipliers", given, needed }) }

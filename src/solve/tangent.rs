@@ -15,8 +15,8 @@ use super::state::State;
 type Multiply<'a> = Box<dyn Fn(&Zone, &[f64], &mut Product) + Sync + 'a>;
 
 /// Conditions and solver bound to the pattern of a model; buffers are kept from one state to the next.
-pub(crate) struct Tangent<'a, const D: usize> {
-    model: &'a Model<D>,
+pub(crate) struct Tangent<'a> {
+    model: &'a Model,
     product: Multiply<'a>,
     pub enforced: Box<dyn Enforced>,
     factorizer: Box<dyn Factorizer>,
@@ -24,8 +24,8 @@ pub(crate) struct Tangent<'a, const D: usize> {
     values: Vec<f64>,
 }
 
-impl<'a, const D: usize> Tangent<'a, D> {
-    pub(crate) fn new(model: &'a Model<D>, enforced: Box<dyn Enforced>, factorizer: Box<dyn Factorizer>) -> Self {
+impl<'a> Tangent<'a> {
+    pub(crate) fn new(model: &'a Model, enforced: Box<dyn Enforced>, factorizer: Box<dyn Factorizer>) -> Self {
         let product = Box::new(|zone: &Zone, x: &[f64], product: &mut Product| model.multiply_zone(zone, x, product));
         Tangent { model, product, enforced, factorizer, system: System::default(), values: Vec::new() }
     }

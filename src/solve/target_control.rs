@@ -24,12 +24,7 @@ pub(super) struct TargetSteps<'a> {
 }
 
 impl<'a> TargetSteps<'a> {
-    pub(super) fn new<const D: usize>(
-        run: &Continuation<'_, '_, D>,
-        functional: &'a dyn Functional,
-        index: usize,
-        target: f64,
-    ) -> Self {
+    pub(super) fn new(run: &Continuation<'_, '_>, functional: &'a dyn Functional, index: usize, target: f64) -> Self {
         let started = run.control_state().filter(|control_state| control_state.reached == index);
         let part = started.map_or(1.0, |control_state| control_state.increment);
         let start = functional.value(&run.path.start.displacement);
@@ -37,23 +32,19 @@ impl<'a> TargetSteps<'a> {
     }
 }
 
-impl<const D: usize> StepRule<D> for TargetSteps<'_> {
-    fn is_done(&self, run: &Continuation<'_, '_, D>) -> bool {
+impl StepRule for TargetSteps<'_> {
+    fn is_done(&self, run: &Continuation<'_, '_>) -> bool {
         let TargetSteps { target, start, .. } = *self;
         let rest = target - self.functional.value(&run.state.displacement);
         rest.abs() <= MET * target.abs().max((target - start).abs())
     }
 
-    fn next(&mut self, run: &Continuation<'_, '_, D>) -> [f64; 2] {
+    fn next(&mut self, run: &Continuation<'_, '_>) -> [f64; 2] {
         let now = self.functional.value(&run.state.displacement);
         [now, if self.part >= 1.0 { self.target } else { now + (self.target - now) * self.part }]
     }
 
-    fn attempt(
-        &mut self,
-        run: &mut Continuation<'_, '_, D>,
-        [now, next]: [f64; 2],
-    ) -> Result<(usize, State), Rejection> {
+    fn attempt(&mut self, run: &mut Continuation<'_, '_>, [now, next]: [f64; 2]) -> Result<(usize, State), Rejection> {
         let before = run.previous.as_ref().map(|previous| self.functional.value(&previous.displacement));
         let ratio = before.map_or(0.0, |before| (next - now) / (now - before));
         if run.previous.is_none() && self.touching.is_none() {
@@ -66,7 +57,7 @@ impl<const D: usize> StepRule<D> for TargetSteps<'_> {
 
     fn accepted(
         &mut self,
-        run: &Continuation<'_, '_, D>,
+        run: &Continuation<'_, '_>,
         [now, next]: [f64; 2],
         iterations: usize,
         _state: &State,
@@ -79,7 +70,7 @@ impl<const D: usize> StepRule<D> for TargetSteps<'_> {
         StepControlState { increment: self.part, reached: self.index + usize::from(arrived), arc: false }
     }
 
-    fn rejected(&mut self, run: &Continuation<'_, '_, D>, _step: [f64; 2], rejection: Rejection) -> Retry {
+    fn rejected(&mut self, run: &Continuation<'_, '_>, _step: [f64; 2], rejection: Rejection) -> Retry {
         self.part *= 0.5;
         if self.part < rejection.least(run.analysis.stepping.smallest) {
             return Retry::Stall(rejection, Driven::ByControl);

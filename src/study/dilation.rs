@@ -98,7 +98,7 @@ pub fn potential<const D: usize>(problem: &Problem<D>, state: &State) -> Result<
             let d: Vec<f64> = state.displacement.iter().map(|d| s * d).collect();
             let mut along = |load| {
                 let view = View { displacement: &d, condensed, load };
-                work_rate::<D>(&**term, view, &state.displacement, &mut element)
+                work_rate(&**term, view, &state.displacement, &mut element)
             };
             let unloaded = if stores { along(0.0) } else { 0.0 };
             work += weight * (along(state.load) - unloaded);
@@ -108,10 +108,10 @@ pub fn potential<const D: usize>(problem: &Problem<D>, state: &State) -> Result<
 }
 
 /// $f\cdot d$ for the forces of a term, which are the negative of its residual.
-fn work_rate<const D: usize>(term: &dyn Term<D>, view: View<'_>, d: &[f64], element: &mut Element) -> f64 {
+fn work_rate(term: &dyn Term, view: View<'_>, d: &[f64], element: &mut Element) -> f64 {
     let mut sum = 0.0;
     each_force(term, 0..term.clusters(), view, element, |node, residual, _| {
-        sum -= residual.iter().zip(&d[node * D..]).map(|(force, d)| force * d).sum::<f64>();
+        sum -= residual.iter().zip(&d[node * term.dim()..]).map(|(force, d)| force * d).sum::<f64>();
     });
     sum
 }

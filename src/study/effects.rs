@@ -167,7 +167,7 @@ impl Change {
 fn residual<'a, const D: usize>(
     problem: &Problem<D>,
     state: &State,
-    terms: impl Iterator<Item = (&'a dyn Term<D>, &'a Vec<f64>)>,
+    terms: impl Iterator<Item = (&'a dyn Term, &'a Vec<f64>)>,
 ) -> Vec<f64> {
     let mut sum = Change::none(problem).residual;
     let mut element = Element::default();
@@ -181,8 +181,8 @@ fn residual<'a, const D: usize>(
 }
 
 /// The energy of some terms.
-fn energy<'a, const D: usize>(state: &State, terms: impl Iterator<Item = (&'a dyn Term<D>, &'a Vec<f64>)>) -> f64 {
-    let of = |(term, condensed): (&'a dyn Term<D>, &'a Vec<f64>)| {
+fn energy<'a>(state: &State, terms: impl Iterator<Item = (&'a dyn Term, &'a Vec<f64>)>) -> f64 {
+    let of = |(term, condensed): (&'a dyn Term, &'a Vec<f64>)| {
         let view = View { displacement: &state.displacement, condensed, load: state.load };
         (0..term.clusters()).map(|cluster| term.energy(cluster, view)).sum::<f64>()
     };

@@ -252,7 +252,7 @@ impl<const D: usize> Quantity<D> {
 
 /// Whether nothing is displaced.
 fn stays<const D: usize>(problem: &Problem<D>, state: &State) -> bool {
-    let extent = Bounds::of(problem.model.positions()).extent().norm();
+    let extent = Bounds::of(&problem.positions()).extent().norm();
     state.displacement.iter().all(|d| d.abs() <= REST * extent)
 }
 

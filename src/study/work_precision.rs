@@ -209,7 +209,7 @@ impl<const D: usize> WorkPrecision<D> {
         let path = problem.run()?;
         let seconds = start.elapsed().as_secs_f64();
         run.phases = meter.phases(discretized, seconds - discretized);
-        run.particles = problem.model().positions().len();
+        run.particles = problem.model().node_count();
         run.unknowns = meter.unknowns();
         run.points = problem.body().table().len();
         // A value and a row index per entry.

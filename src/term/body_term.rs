@@ -14,7 +14,11 @@ use super::step_limit::jacobian;
 use super::uncondensed::{Product, Zone};
 use super::views::{CondensedUnknowns, Diagnostics, History, TermMatrix};
 
-impl<const D: usize, M: Material> Term<D> for Body<D, M> {
+impl<const D: usize, M: Material> Term for Body<D, M> {
+    fn dim(&self) -> usize {
+        D
+    }
+
     fn clusters(&self) -> usize {
         self.table.clusters().len()
     }
@@ -64,7 +68,7 @@ impl<const D: usize, M: Material> Term<D> for Body<D, M> {
         (self.variables_per_point > 0).then_some(self)
     }
 
-    fn diagnostics(&self) -> Option<&dyn Diagnostics<D>> {
+    fn diagnostics(&self) -> Option<&dyn Diagnostics> {
         Some(self)
     }
 
@@ -168,7 +172,7 @@ impl<const D: usize, M: Material> Protocol for Body<D, M> {
     }
 }
 
-impl<const D: usize, M: Material> Diagnostics<D> for Body<D, M> {
+impl<const D: usize, M: Material> Diagnostics for Body<D, M> {
     fn largest_gradient(&self, cluster: usize, displacement: &[f64]) -> f64 {
         let points = self.table.clusters().points(cluster);
         points.map(|p| self.table.displacement_gradient(p, displacement).norm()).fold(0.0, f64::max)

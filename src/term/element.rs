@@ -2,8 +2,6 @@
 
 use nalgebra::Vector3;
 
-use crate::geometry::Point;
-
 use super::at_points::{PointColumns, PointMatrix};
 use super::contraction::Windows;
 use super::lower::LowerBlocks;
@@ -13,7 +11,7 @@ use super::uncondensed::Zone;
 /// What a term sees of the state of an analysis.
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
-    /// Coefficients $d$, node by node, `D` components each \[length\].
+    /// Coefficients $d$, node by node, as many components each as the model has dimensions \[length\].
     pub displacement: &'a [f64],
     /// Condensed unknowns of this term, all clusters; behind them its internal variables ([`History`](super::History)).
     pub condensed: &'a [f64],
@@ -23,7 +21,7 @@ pub struct View<'a> {
 
 /// The contribution of one cluster: gradient and Hessian of the potential over the cluster's unknowns.
 ///
-/// Unknown $aD + i$ is component $i$ of the cluster's $a$-th node. The matrix is stored by columns;
+/// Unknown $aD + i$ is component $i$ of the cluster's $a$-th node, $D$ being the dimension of the term. The matrix is stored by columns;
 /// symmetric terms need only fill blocks on and below the diagonal.
 #[derive(Debug, Clone, Default)]
 pub struct Element {
@@ -82,9 +80,9 @@ impl Element {
     }
 
     /// As [`reset`](Element::reset), with the matrix in lower blocks.
-    pub(crate) fn reset_lower<const D: usize>(&mut self, nodes: usize) {
-        self.reset(nodes * D, false);
-        self.lower.reset::<D>(nodes);
+    pub(crate) fn reset_lower(&mut self, nodes: usize, dim: usize) {
+        self.reset(nodes * dim, false);
+        self.lower.reset(nodes, dim);
         self.lower.wanted = true;
         self.with_matrix = true;
     }
@@ -92,11 +90,11 @@ impl Element {
 
 /// Forces of a term on the body, point by point.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct ForceDensities<const D: usize> {
-    /// Reference positions \[length\].
-    pub positions: Vec<Point<D>>,
+pub struct ForceDensities {
+    /// Reference positions \[length\], padded by zeros.
+    pub positions: Vec<Vector3<f64>>,
     /// Outward unit normals of the reference body; empty inside it.
-    pub normals: Vec<Point<D>>,
+    pub normals: Vec<Vector3<f64>>,
     /// Reference areas or volumes, measure of the kinematics included.
     pub weights: Vec<f64>,
     /// Forces per reference area or volume \[stress, stress/length\].

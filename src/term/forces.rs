@@ -6,18 +6,19 @@ use super::Term;
 use super::element::{Element, View};
 
 /// Hands out a node of each of some clusters with its part of the residual and of the load slope, without any matrix.
-pub(crate) fn each_force<const D: usize>(
-    term: &dyn Term<D>,
+pub(crate) fn each_force(
+    term: &dyn Term,
     clusters: Range<usize>,
     view: View<'_>,
     element: &mut Element,
     mut with: impl FnMut(usize, &[f64], &[f64]),
 ) {
+    let dim = term.dim();
     for cluster in clusters {
         let nodes = term.nodes(cluster);
-        element.reset(nodes.len() * D, false);
+        element.reset(nodes.len() * dim, false);
         term.linearize(cluster, view, element);
-        let both = element.residual.chunks_exact(D).zip(element.load_slope.chunks_exact(D));
+        let both = element.residual.chunks_exact(dim).zip(element.load_slope.chunks_exact(dim));
         for (&node, (residual, load_slope)) in nodes.iter().zip(both) {
             with(node as usize, residual, load_slope);
         }

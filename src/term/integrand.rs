@@ -167,7 +167,11 @@ impl<const D: usize> Pointwise<D> {
     }
 }
 
-impl<const D: usize> Term<D> for Pointwise<D> {
+impl<const D: usize> Term for Pointwise<D> {
+    fn dim(&self) -> usize {
+        D
+    }
+
     fn clusters(&self) -> usize {
         self.table.clusters().len()
     }
@@ -310,13 +314,13 @@ impl<const D: usize> Term<D> for Pointwise<D> {
             .sum()
     }
 
-    fn diagnostics(&self) -> Option<&dyn Diagnostics<D>> {
+    fn diagnostics(&self) -> Option<&dyn Diagnostics> {
         Some(self)
     }
 }
 
-impl<const D: usize> Diagnostics<D> for Pointwise<D> {
-    fn force_densities(&self, view: View<'_>) -> Option<ForceDensities<D>> {
+impl<const D: usize> Diagnostics for Pointwise<D> {
+    fn force_densities(&self, view: View<'_>) -> Option<ForceDensities> {
         if self.integrand.sparsity().stress {
             return None;
         }
@@ -326,8 +330,8 @@ impl<const D: usize> Diagnostics<D> for Pointwise<D> {
             -derivatives.force
         };
         Some(ForceDensities {
-            positions: self.table.positions().to_vec(),
-            normals: self.table.normals().to_vec(),
+            positions: self.table.positions().iter().map(padded).collect(),
+            normals: self.table.normals().iter().map(padded).collect(),
             weights: self.table.weights().to_vec(),
             forces: (0..self.table.len()).map(force).collect(),
         })

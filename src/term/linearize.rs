@@ -362,7 +362,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
         let nodes = clusters.nodes(cluster).len();
         let mut vectors = Vectors::new::<D>(scratch, nodes, n);
         if with_matrix && !lower.wanted && !free {
-            lower.reset::<D>(nodes);
+            lower.reset(nodes, D);
         }
         let law = Law::new(body, view);
         let (theta, pi, measure) = body.zone(cluster, view.condensed);

@@ -37,14 +37,14 @@ impl LowerBlocks {
     }
 
     /// Zeroes the blocks for a cluster of so many nodes.
-    pub(crate) fn reset<const D: usize>(&mut self, nodes: usize) {
+    pub(crate) fn reset(&mut self, nodes: usize, dim: usize) {
         if self.nodes != nodes || self.firsts.len() != nodes + 1 {
             self.nodes = nodes;
             self.firsts.clear();
             self.firsts.push(0);
             let mut place = 0;
             for b in 0..nodes {
-                place += D * D * Self::rows(nodes, b);
+                place += dim * dim * Self::rows(nodes, b);
                 self.firsts.push(place);
             }
         }

@@ -60,7 +60,8 @@ use crate::error::SolveError;
 /// use rkpm::term::{Element, Term, View};
 /// /// A linear spring of stiffness k between component 0 of two nodes in one dimension.
 /// struct Spring { nodes: [u32; 2], stiffness: f64 }
-/// impl Term<1> for Spring {
+/// impl Term for Spring {
+///     fn dim(&self) -> usize { 1 }
 ///     fn clusters(&self) -> usize { 1 }
 ///     fn nodes(&self, _: usize) -> &[u32] { &self.nodes }
 ///     fn linearize(&self, _: usize, view: View<'_>, out: &mut Element) {
@@ -78,7 +79,10 @@ use crate::error::SolveError;
 /// }
 /// assert!(Spring { nodes: [0, 1], stiffness: 2.0 }.matrix().symmetric);
 /// ```
-pub trait Term<const D: usize>: Send + Sync {
+pub trait Term: Send + Sync {
+    /// Displacement components of a node: 1 along an axis, 2 in a plane, 3 in 3D. A model takes terms of its own dimension alone.
+    fn dim(&self) -> usize;
+
     /// Number of clusters.
     fn clusters(&self) -> usize;
 
@@ -138,7 +142,7 @@ pub trait Term<const D: usize>: Send + Sync {
     }
 
     /// What it tells of a state beside its forces.
-    fn diagnostics(&self) -> Option<&dyn Diagnostics<D>> {
+    fn diagnostics(&self) -> Option<&dyn Diagnostics> {
         None
     }
 
@@ -150,11 +154,11 @@ pub trait Term<const D: usize>: Send + Sync {
 }
 
 /// Where the condensed unknowns of a cluster stand; nowhere for terms without any.
-pub(crate) fn condensed_range<const D: usize>(term: &dyn Term<D>, cluster: usize) -> std::ops::Range<usize> {
+pub(crate) fn condensed_range(term: &dyn Term, cluster: usize) -> std::ops::Range<usize> {
     term.condensed().map_or(0..0, |condensed| condensed.unknowns(cluster))
 }
 
 /// Where the internal variables of a term stand; nowhere for terms without any.
-pub(crate) fn variables_range<const D: usize>(term: &dyn Term<D>) -> std::ops::Range<usize> {
+pub(crate) fn variables_range(term: &dyn Term) -> std::ops::Range<usize> {
     term.history().map_or(0..0, |history| history.variables())
 }

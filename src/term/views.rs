@@ -120,7 +120,7 @@ pub trait Unilateral {
 /// use rkpm::term::{Diagnostics, View};
 /// /// A bar of unit length between nodes 0 and 1.
 /// struct Bar;
-/// impl Diagnostics<1> for Bar {
+/// impl Diagnostics for Bar {
 ///     fn largest_gradient(&self, _: usize, d: &[f64]) -> f64 { (d[1] - d[0]).abs() }
 ///     fn smallest_jacobian(&self, _: usize, view: View<'_>) -> Option<(f64, Vec<f64>)> {
 ///         Some((1.0 + view.displacement[1] - view.displacement[0], vec![0.5]))
@@ -128,7 +128,7 @@ pub trait Unilateral {
 /// }
 /// assert_eq!(Bar.largest_gradient(0, &[0.0, -0.5]), 0.5);
 /// ```
-pub trait Diagnostics<const D: usize> {
+pub trait Diagnostics {
     /// The largest $|\nabla u|$ (Frobenius) of a displacement in a cluster; tells how far from linear it is.
     fn largest_gradient(&self, _cluster: usize, _displacement: &[f64]) -> f64 {
         0.0
@@ -147,7 +147,7 @@ pub trait Diagnostics<const D: usize> {
 
     /// The forces on the body as densities at points, for terms that have no others: what stresses are recovered in
     /// equilibrium with.
-    fn force_densities(&self, _view: View<'_>) -> Option<ForceDensities<D>> {
+    fn force_densities(&self, _view: View<'_>) -> Option<ForceDensities> {
         None
     }
 }

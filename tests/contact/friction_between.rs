@@ -201,7 +201,7 @@ fn assert_tangent<const D: usize>(kinematics: impl Kinematics<D> + 'static, fric
     let problem = scene.discretize(&Scheme::default()).unwrap();
     let whole = problem.model();
     let term = whole.terms().iter().find(|term| term.unilateral().is_some()).unwrap();
-    let mut model = Model::new(whole.positions().to_vec());
+    let mut model = Model::new(&problem.positions());
     model.add_shared(term.clone());
     let lower: usize = particles[0].iter().product();
     let (mut draw, mut displacement) = (drawn(0.3), vec![0.0; model.unknowns()]);

@@ -244,9 +244,9 @@ fn assert_balance<const D: usize>(kinematics: impl Kinematics<D> + 'static, sche
         .scheme_of("upper", |scheme| scheme.particles([7; D]))
         .contact_between(on(Side::Max, "lower"), on(Side::Min, "upper"), "joint");
     let problem = scene.discretize(scheme).unwrap();
-    let whole = problem.model();
+    let (whole, positions) = (problem.model(), problem.positions());
     let term = whole.terms().iter().find(|term| term.unilateral().is_some()).unwrap();
-    let mut model = Model::new(whole.positions().to_vec());
+    let mut model = Model::new(&positions);
     model.add_shared(term.clone());
     let mut number: f64 = 0.3;
     let mut draw = || {
@@ -259,7 +259,7 @@ fn assert_balance<const D: usize>(kinematics: impl Kinematics<D> + 'static, sche
     let mut system = System::default();
     model.assembler().assemble(&model, StateRef::new(&displacement, &condensed, 0.0), &mut system).unwrap();
     let (mut force, mut moment, mut size) = (Point::<D>::zeros(), 0.0f64, 0.0);
-    let forces = system.residual.chunks_exact(D).zip(displacement.chunks_exact(D)).zip(model.positions());
+    let forces = system.residual.chunks_exact(D).zip(displacement.chunks_exact(D)).zip(&positions);
     let (mut sums, axes) = ([0.0; 3], [(0, 1), (1, 2), (2, 0)]);
     for ((f, u), x) in forces {
         let at = x + Point::<D>::from_column_slice(u);

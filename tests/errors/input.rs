@@ -564,7 +564,7 @@ fn weights_that_measure_nothing() {
     points.weights[0] *= -0.1;
     let run = |points: &Points<2>, field| {
         let table = ShapeTable::new(&functions, points, &PlaneStrain).unwrap();
-        let mut model = Model::new(lattice.positions().to_vec());
+        let mut model = Model::new(lattice.positions());
         model.add(Body::new(table, rubber(), field));
         let mut rows = Constraints::new();
         let held = lattice.boundary_nodes(&Part::Whole).unwrap();
@@ -596,7 +596,7 @@ fn pressures_on_points_without_normals() {
     let table = |points: &Points<2>| ShapeTable::new(&functions, points, &PlaneStrain).unwrap();
     let pressure = || FollowerPressure { pressure: 0.01, amplitude: Amplitude::Ramp };
     let run = |points: &Points<2>| {
-        let mut model = Model::new(lattice.positions().to_vec());
+        let mut model = Model::new(lattice.positions());
         model.add(Body::new(table(&lattice.gauss(2).unwrap()), rubber(), PressureField::Pointwise));
         model.add(Pointwise::new(table(points), pressure()));
         let mut rows = Constraints::new();
@@ -986,7 +986,7 @@ fn first_guesses() {
         refused!(run(bad).unwrap_err(), Error::Invalid(_), ["first state", "give finite numbers"]);
     }
     // A model without terms.
-    let empty = Model::<2>::new(problem.cells().positions().to_vec());
+    let empty = Model::new(problem.cells().positions());
     refused!(
         Analysis::default().run(&empty, &Constraints::new(), &mut ()).unwrap_err(),
         Error::Solve(SolveError::Empty { what: "terms", .. }),
@@ -1143,7 +1143,7 @@ fn motions_beyond_the_axis_of_revolution() {
     let problem = tube().prescribe(Side::Min, 0, -0.5).discretize(&scheme).unwrap();
     // A state beyond the axis is inverted, though its J is positive everywhere: u = −2.5 X, both stretches −1.5.
     let mut state = problem.at_rest();
-    for (d, x) in state.displacement.iter_mut().zip(problem.model().positions()) {
+    for (d, x) in state.displacement.iter_mut().zip(problem.positions()) {
         *d = -2.5 * x[0];
     }
     assert!(problem.deformation_gradients(&state).unwrap().iter().all(|f| f.determinant() > 0.0));

@@ -34,7 +34,10 @@ struct Spring {
     when: fn(&View<'_>) -> bool,
 }
 
-impl Term<1> for Spring {
+impl Term for Spring {
+    fn dim(&self) -> usize {
+        1
+    }
     fn clusters(&self) -> usize {
         1
     }
@@ -79,7 +82,10 @@ fn terms_that_change_their_buffers() {
 /// Springs between nodes named in any order.
 struct Between(Vec<[u32; 2]>);
 
-impl Term<2> for Between {
+impl Term for Between {
+    fn dim(&self) -> usize {
+        2
+    }
     fn clusters(&self) -> usize {
         self.0.len()
     }
@@ -117,6 +123,24 @@ fn terms_whose_nodes_fall_or_repeat() {
         assert!(matches!(&error, Error::Solve(found) if *found == expected), "{error}");
         assert!(error.to_string().contains("cluster 1: Term::nodes() does not rise"), "{error}");
     }
+}
+
+#[test]
+fn terms_of_another_dimension() {
+    let scene = Scene::new(Block::new([0.0, 0.0], [2.0, 1.0]), PlaneStrain, rubber()).hold((0, Side::Min));
+    let mut problem = scene.discretize(&Scheme::default().particles([5, 4])).unwrap();
+    let (rest, mut system) = (problem.at_rest(), System::default());
+    assert!(problem.model().at(&rest).is_ok());
+    problem.add(Spring { residual: 2, slope: 2, matrix: 4, when: |_| false });
+    let expected = SolveError::Dimension { given: 1, needed: 2 };
+    let rest = problem.at_rest();
+    let mut assembler = problem.model().assembler();
+    assert_eq!(problem.model().at(&rest).err(), Some(expected.clone()));
+    assert_eq!(assembler.assemble(problem.model(), &rest, &mut system), Err(expected.clone()));
+    assert_eq!(assembler.assemble_forces(problem.model(), &rest, &mut system), Err(expected.clone()));
+    let error = problem.run().unwrap_err();
+    assert!(matches!(&error, Error::Solve(found) if *found == expected), "{error}");
+    assert!(error.to_string().contains("1 displacement components at each node, the model has 2"), "{error}");
 }
 
 /// A lattice with something wrong about it.
@@ -239,7 +263,7 @@ fn tables_asked_for_points_and_vectors_that_are_not_there() {
     assert!(body.deformation_gradient(9999, &fits).iter().all(|f| f.is_nan()));
     assert!(body.deformation_gradient(0, &short).iter().all(|f| f.is_nan()));
 
-    let mut model = Model::new(lattice().positions().to_vec());
+    let mut model = Model::new(lattice().positions());
     model.add(body);
     let condensed = model.start();
     let cut: Vec<Vec<f64>> = condensed.iter().map(|l| l[1..].to_vec()).collect();
@@ -263,7 +287,7 @@ fn assemblers_asked_for_models_and_vectors_of_others() {
         Body::new(ShapeTable::new(&functions(), &points, &PlaneStrain).unwrap(), rubber(), PressureField::Linear)
     };
     let model = |nodes: usize, bodies: usize| {
-        let mut model = Model::new(lattice().positions()[..nodes].to_vec());
+        let mut model = Model::new(&lattice().positions()[..nodes]);
         for _ in 0..bodies {
             model.add(body());
         }

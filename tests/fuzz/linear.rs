@@ -112,6 +112,6 @@ pub fn matrices(input: &mut Input) {
     let _ = factors.inertia();
     input.passed = factors.solve_in_place(&mut right).is_ok();
     let spoilt = input.once_in(3);
-    let order = nested_dissection(&pattern, size, |_| [if spoilt { f64::NAN } else { 0.0 }]);
+    let order = nested_dissection(&pattern, size, 1, &|_, _| if spoilt { f64::NAN } else { 0.0 });
     assert_eq!(order.len(), size);
 }

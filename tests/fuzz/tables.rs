@@ -110,7 +110,7 @@ fn uses<const D: usize>(input: &mut Input, table: ShapeTable<D>, positions: &[Po
     let kind = input.random.usize(0..5);
     let nodes = if input.once_in(8) { 2 } else { positions.len() };
     let _ = input.saw("share, field, kind, nodes", (share, field, kind, nodes));
-    let mut model = Model::new(positions[..nodes.min(positions.len())].to_vec());
+    let mut model = Model::new(&positions[..nodes.min(positions.len())]);
     match kind {
         0 => {
             let force = Vector3::from_fn(|_, _| input.number(-1.0, 1.0));

@@ -210,7 +210,7 @@ fn a_tube_composed_by_hand_is_that_of_the_scene() {
     let body = ShapeTable::new(&rk, &wall.coarsened(2).gauss(5).unwrap(), &RadialCylinder).unwrap();
     let face = wall.boundary(&Side::Min.into(), 1, 1).unwrap().points;
     let surface = ShapeTable::new(&rk, &face, &RadialCylinder).unwrap();
-    let mut model = Model::new(wall.positions().to_vec());
+    let mut model = Model::new(wall.positions());
     model
         .add(Body::new(body, yeoh(), PressureField::Linear))
         .add(Pointwise::new(surface, FollowerPressure { pressure: 0.46, amplitude: Amplitude::Ramp }));

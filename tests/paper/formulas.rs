@@ -141,12 +141,12 @@ fn full_transformation_interpolates_and_agrees() {
 }
 
 /// A deformed state of a jittered cloud under a body in plain displacement form.
-fn deformed(kinematics: impl Kinematics<2> + Copy) -> (ShapeTable<2>, Model<2>, State, Rubber) {
+fn deformed(kinematics: impl Kinematics<2> + Copy) -> (ShapeTable<2>, Model, State, Rubber) {
     let rk = cloud(3);
     let lattice = Block::new([1.0, 0.0], [3.0, 1.0]).lattice([4, 3]).unwrap();
     let table = ShapeTable::new(&rk, &lattice.gauss(3).unwrap(), &kinematics).unwrap();
     let rubber = Rubber::polynomial([((1, 0), 0.4), ((0, 1), 0.1), ((2, 0), 0.05), ((1, 1), 0.02)], 30.0).unwrap();
-    let mut model = Model::new(rk.nodes().to_vec());
+    let mut model = Model::new(rk.nodes());
     model.add(Body::new(table.clone(), rubber.clone(), PressureField::Displacement));
     let mut random = fastrand::Rng::with_seed(7);
     let displacement = rk
@@ -159,7 +159,7 @@ fn deformed(kinematics: impl Kinematics<2> + Copy) -> (ShapeTable<2>, Model<2>, 
     (table, model, state, rubber)
 }
 
-fn assembled(model: &Model<2>, state: &State) -> (Vec<f64>, DMatrix<f64>) {
+fn assembled(model: &Model, state: &State) -> (Vec<f64>, DMatrix<f64>) {
     let mut assembler = model.assembler();
     let mut system = System::default();
     assembler.assemble(model, state, &mut system).unwrap();

@@ -79,7 +79,7 @@ fn patch<const D: usize>(
     problem.analysis_mut().newton.tolerance = 1e-13;
     let path = problem.run().unwrap().completed().unwrap();
     let (mut error, mut size) = (0.0f64, 0.0f64);
-    for (x, u) in problem.model().positions().iter().zip(problem.particle_displacements(path.last()).unwrap()) {
+    for (x, u) in problem.positions().iter().zip(problem.particle_displacements(path.last()).unwrap()) {
         error = error.max((u - gradient * x).norm());
         size = size.max((gradient * x).norm());
     }
@@ -123,8 +123,7 @@ fn in_line_bonds_leave_what_the_rule_leaves_in_one_body() {
                 .prescribe(Side::Max, 0, 0.2 * end);
             let problem = scene.discretize(&Scheme::default().particles([count])).unwrap();
             let path = problem.run().unwrap().completed().unwrap();
-            let particles =
-                problem.model().positions().iter().zip(problem.particle_displacements(path.last()).unwrap());
+            let particles = problem.positions().into_iter().zip(problem.particle_displacements(path.last()).unwrap());
             particles.map(|(x, u)| (u[0] - 0.2 * x[0]).abs()).fold(0.0, f64::max) / (0.2 * 2.3)
         };
         let single = alone(0.5, 1.5, counts[0]).max(alone(1.5, 2.3, counts[1]));
@@ -203,7 +202,7 @@ fn bodies_meet_at_a_point() {
         }
         let problem = scene.discretize(&Scheme::default()).unwrap();
         let path = problem.run().unwrap().completed().unwrap();
-        for (x, u) in problem.model().positions().iter().zip(problem.particle_displacements(path.last()).unwrap()) {
+        for (x, u) in problem.positions().iter().zip(problem.particle_displacements(path.last()).unwrap()) {
             assert!(abs_diff_eq!(u, gradient * x, epsilon = 5e-12), "{counts:?} {x} {u}");
         }
     }

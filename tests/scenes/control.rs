@@ -6,13 +6,13 @@ use rkpm::prelude::*;
 use rkpm::solve::{Cause, Driven, EnclosedVolume, Functional, Newton, State, StepControl};
 
 /// A spherical shell, inner radius 1, outer 1.1, neo-Hookean µ = 1, k = 1e5, by hand from the layers.
-fn shell() -> (Model<1>, ShapeTable<1>) {
+fn shell() -> (Model, ShapeTable<1>) {
     let lattice = Block::new([1.0], [1.1]).lattice([9]).unwrap();
     let rk = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
     let body = ShapeTable::new(&rk, &lattice.coarsened(2).gauss(5).unwrap(), &RadialSphere).unwrap();
     let points = lattice.boundary(&Side::Min.into(), 1, 1).unwrap().points;
     let inner = ShapeTable::new(&rk, &points, &RadialSphere).unwrap();
-    let mut model = Model::new(rk.nodes().to_vec());
+    let mut model = Model::new(rk.nodes());
     model.add(Body::new(body, Rubber::neo_hookean(0.5, 1e5).unwrap(), PressureField::Linear));
     model.add(Pointwise::new(inner.clone(), FollowerPressure { pressure: 1.0, amplitude: Amplitude::Ramp }));
     (model, inner)

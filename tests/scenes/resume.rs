@@ -150,7 +150,7 @@ fn controlled_runs_resume_to_the_bit() {
     let body = ShapeTable::new(&rk, &lattice.coarsened(2).gauss(5).unwrap(), &RadialSphere).unwrap();
     let points = lattice.boundary(&Side::Min.into(), 1, 1).unwrap().points;
     let inner = ShapeTable::new(&rk, &points, &RadialSphere).unwrap();
-    let mut model = Model::new(rk.nodes().to_vec());
+    let mut model = Model::new(rk.nodes());
     model.add(Body::new(body, Rubber::neo_hookean(0.5, 1e5).unwrap(), PressureField::Linear));
     model.add(Pointwise::new(inner.clone(), FollowerPressure { pressure: 1.0, amplitude: Amplitude::Ramp }));
     let volume = EnclosedVolume::new(inner);

@@ -414,7 +414,10 @@ fn broken_terms_are_found_out() {
     use rkpm::term::{Element, View};
     /// A spring with a factor on its force and its stiffness.
     struct Spring(f64, f64);
-    impl Term<1> for Spring {
+    impl Term for Spring {
+        fn dim(&self) -> usize {
+            1
+        }
         fn clusters(&self) -> usize {
             1
         }

@@ -93,14 +93,14 @@ fn body_model<const D: usize>(
     lattice: &Lattice<D>,
     approximation: &Kernels<D>,
     kinematics: &dyn Kinematics<D>,
-) -> Model<D> {
+) -> Model {
     let zones = lattice.zones(2);
     let table = if recipe.smoothed {
         ShapeTable::smoothed(approximation, &lattice.smoothing(2, 2, &zones).unwrap(), kinematics).unwrap()
     } else {
         ShapeTable::new(approximation, &lattice.gauss_in(2, &zones).unwrap(), kinematics).unwrap()
     };
-    let mut model = Model::new(lattice.positions().to_vec());
+    let mut model = Model::new(lattice.positions());
     model.add(Body::new(table, rubber(recipe.bulk), recipe.field));
     model
 }
@@ -112,9 +112,9 @@ fn boundary_model<const D: usize>(
     kinematics: &dyn Kinematics<D>,
     part: impl Into<Part>,
     load: impl Integrand + 'static,
-) -> Model<D> {
+) -> Model {
     let points = lattice.boundary(&part.into(), 1, 4).unwrap().points;
-    let mut model = Model::new(lattice.positions().to_vec());
+    let mut model = Model::new(lattice.positions());
     model.add(Pointwise::new(ShapeTable::new(approximation, &points, kinematics).unwrap(), load));
     model
 }
@@ -149,7 +149,7 @@ fn deformed_by<const D: usize>(
 }
 
 /// Where the exponents of zones stand among condensed unknowns: the last of each zone's, whose number is odd.
-fn exponents<const D: usize>(model: &Model<D>) -> Vec<(usize, usize)> {
+fn exponents(model: &Model) -> Vec<(usize, usize)> {
     let of = |t: usize| -> Vec<(usize, usize)> {
         let term = &model.terms()[t];
         let Some(condensed) = term.condensed() else { return Vec::new() };
@@ -160,13 +160,13 @@ fn exponents<const D: usize>(model: &Model<D>) -> Vec<(usize, usize)> {
 }
 
 /// The condensed unknowns that belong to a displacement: those that a Newton step of zero leaves as they are.
-fn settled<const D: usize>(model: &Model<D>, d: &[f64], load: f64) -> Vec<Vec<f64>> {
+fn settled(model: &Model, d: &[f64], load: f64) -> Vec<Vec<f64>> {
     settled_from(model, d, load, None)
 }
 
 /// The same with the exponents of other condensed unknowns: what a zone projects goes over from roots of J to J by steps, and
 /// a body is the potential of its forces between them.
-fn settled_from<const D: usize>(model: &Model<D>, d: &[f64], load: f64, held: Option<&[Vec<f64>]>) -> Vec<Vec<f64>> {
+fn settled_from(model: &Model, d: &[f64], load: f64, held: Option<&[Vec<f64>]>) -> Vec<Vec<f64>> {
     let mut condensed = held.map_or_else(|| model.start(), <[_]>::to_vec);
     let zero = vec![0.0; d.len()];
     // One round for the projected J, one for the pressure that belongs to it, one for rounding; and as many again for each
@@ -184,11 +184,11 @@ fn settled_from<const D: usize>(model: &Model<D>, d: &[f64], load: f64, held: Op
     condensed
 }
 
-fn forces<const D: usize>(model: &Model<D>, d: &[f64], load: f64) -> Vec<f64> {
+fn forces(model: &Model, d: &[f64], load: f64) -> Vec<f64> {
     model.at(StateRef::new(d, &settled(model, d, load), load)).unwrap().residual()
 }
 
-fn assembled<const D: usize>(model: &Model<D>, d: &[f64], load: f64) -> (System, rkpm::assembly::Pattern) {
+fn assembled(model: &Model, d: &[f64], load: f64) -> (System, rkpm::assembly::Pattern) {
     let mut assembler = model.assembler();
     let mut system = System::default();
     assembler.assemble(model, StateRef::new(d, &settled(model, d, load), load), &mut system).unwrap();
@@ -196,7 +196,7 @@ fn assembled<const D: usize>(model: &Model<D>, d: &[f64], load: f64) -> (System,
 }
 
 /// The assembled matrix times a vector, skew part included.
-fn product<const D: usize>(model: &Model<D>, d: &[f64], load: f64, v: &[f64]) -> Vec<f64> {
+fn product(model: &Model, d: &[f64], load: f64, v: &[f64]) -> Vec<f64> {
     let (system, pattern) = assembled(model, d, load);
     let mut out = vec![0.0; d.len()];
     pattern.multiply_add(&system.values, v, &mut out);
@@ -205,7 +205,7 @@ fn product<const D: usize>(model: &Model<D>, d: &[f64], load: f64, v: &[f64]) ->
 }
 
 /// The largest diagonal entry: what a force is measured by.
-fn stiffness<const D: usize>(model: &Model<D>, d: &[f64]) -> f64 {
+fn stiffness(model: &Model, d: &[f64]) -> f64 {
     let (system, pattern) = assembled(model, d, 1.0);
     (0..pattern.size()).map(|c| system.values[pattern.columns[c]].abs()).fold(0.0, f64::max)
 }
@@ -228,7 +228,7 @@ fn direction<const D: usize>(random: &mut fastrand::Rng, unknowns: usize) -> Vec
 // --- Rigid motions -------------------------------------------------------------------------------------------
 
 /// Forces and energy of a rigid motion vanish.
-fn is_free<const D: usize>(model: &Model<D>, d: &[f64]) -> Result<bool, TestCaseError> {
+fn is_free(model: &Model, d: &[f64]) -> Result<bool, TestCaseError> {
     let condensed = model.start();
     let force = largest(&model.at(StateRef::new(d, &condensed, 0.0)).unwrap().residual());
     let scale = stiffness(model, &vec![0.0; d.len()]) * largest(d);
@@ -320,7 +320,7 @@ fn forces_turn_with_the_body() {
 // --- Derivatives ---------------------------------------------------------------------------------------------
 
 /// Whether every point is well away from inversion, so that differences stay inside the material's domain.
-fn admissible<const D: usize>(model: &Model<D>, d: &[f64]) -> bool {
+fn admissible(model: &Model, d: &[f64]) -> bool {
     model.at(StateRef::new(d, &model.start(), 0.0)).unwrap().smallest_jacobian().is_none_or(|(j, _)| j > 0.3)
 }
 
@@ -467,7 +467,7 @@ fn all_pressures_at_points_reach_the_solution_of_the_displacements() {
 /// The matrix of a load of at most quadratic forces is their central difference, with a step as large as you like.
 fn load_stiffness_agrees<const D: usize>(
     random: &mut fastrand::Rng,
-    model: &Model<D>,
+    model: &Model,
     lattice: &Lattice<D>,
 ) -> Result<bool, TestCaseError> {
     let d = deformed(random, lattice, 0.3);
@@ -580,9 +580,8 @@ fn radial_pressure_does_work_on_the_enclosed_volume() {
         let stretch = 0.5 + 1.5 * random.f64();
         let load = FollowerPressure { pressure: 0.7, amplitude: Amplitude::Constant };
         let d = coefficients(&lattice, |x| x * stretch);
-        let total = |model: &Model<1>| {
-            -model.at(StateRef::new(&d, &model.start(), 1.0)).unwrap().residual().iter().sum::<f64>()
-        };
+        let total =
+            |model: &Model| -model.at(StateRef::new(&d, &model.start(), 1.0)).unwrap().residual().iter().sum::<f64>();
         let cylinder = total(&boundary_model(&lattice, &approximation, &RadialCylinder, Side::Min, load.clone()));
         let sphere = total(&boundary_model(&lattice, &approximation, &RadialSphere, Side::Min, load));
         let pi = std::f64::consts::PI;
@@ -674,7 +673,7 @@ fn dead_loads_sum_to_force_times_measure() {
         let load = DeadLoad { force, amplitude: Amplitude::Ramp };
         let face = boundary_model(&lattice, &approximation, &PlaneStrain, (1, Side::Max), load.clone());
         let d = deformed(random, &lattice, 0.3);
-        let total = |model: &Model<2>, i: usize| {
+        let total = |model: &Model, i: usize| {
             -model.at(StateRef::new(&d, &model.start(), 0.4)).unwrap().residual().iter().skip(i).step_by(2).sum::<f64>()
         };
         // ΣΨ = 1 to rounding; the face has length 1, the outer face of the ring 2π·2·1.

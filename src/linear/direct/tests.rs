@@ -22,7 +22,7 @@ fn definite_and_indefinite_matrices_are_solved_and_counted() {
     let n = 200;
     for (shift, order) in [(0.0, false), (0.1, true), (-0.5, false), (-1.7, true)] {
         let (pattern, values) = chain(n, shift);
-        let order = order.then(|| nested_dissection(&pattern, n, |i| [i as f64]));
+        let order = order.then(|| nested_dissection(&pattern, n, 1, &|i, _| i as f64));
         let mut solver = Direct.analyze(&pattern, MatrixClass::Definite, order.as_deref()).unwrap();
         let factors = solver.factorize(&values).unwrap();
         // Eigenvalues of the chain: 2 + shift − 2 cos(π k/(n+1)).
@@ -65,7 +65,7 @@ fn saddle_points_are_solved_and_counted_stable_or_not() {
     }
     columns.resize(n + constraints, Vec::new());
     let pattern = Pattern::from_columns(columns);
-    let order = after_their_rows(&pattern, &nested_dissection(&pattern, n, |i| [i as f64]));
+    let order = after_their_rows(&pattern, &nested_dissection(&pattern, n, 1, &|i, _| i as f64));
     let class = MatrixClass::Saddle { constraints };
     let mut given = Direct.analyze(&pattern, class, Some(&order)).unwrap();
     let mut own = Direct.analyze(&pattern, class, None).unwrap();

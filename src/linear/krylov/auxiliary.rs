@@ -9,7 +9,7 @@ use crate::assembly::{Model, Ranks};
 #[derive(Clone)]
 pub(crate) struct Auxiliary {
     /// Linear elements on the particles, or fits of linear fields to them, with the material and the zones of the body.
-    pub model: Arc<Model<3>>,
+    pub model: Arc<Model>,
     /// Which term of the model to be solved has the same condensed unknowns.
     pub term: usize,
     /// Values of the shape functions at the particles by rows: first entry of each, particles, values. Empty where the

@@ -62,7 +62,7 @@ impl<const D: usize> Problem<D> {
             return Err(SolveError::Length { what, given, needed }.into());
         }
         let body = Arc::new(body);
-        let mut model = Model::new(approximation.nodes().to_vec());
+        let mut model = Model::new(approximation.nodes());
         model.add_shared(body.clone());
         let each = if D == 1 { 1 } else { 2 };
         let discrete_body = DiscreteBody {
@@ -103,7 +103,7 @@ impl<const D: usize> Problem<D> {
         let (first, name) = (self.equations.len(), name.into());
         add(&mut self.equations)?;
         let place = Place::on(Part::Named(name.clone()));
-        let (equations, nodes) = (first..self.equations.len(), 0..self.model.positions().len());
+        let (equations, nodes) = (first..self.equations.len(), 0..self.model.node_count());
         self.placed.push(Placed { name: Some(name), place, equations, nodes });
         Ok(self)
     }

@@ -46,7 +46,7 @@ pub(crate) fn add<const D: usize>(
     equations: &Constraints,
     volume: f64,
     contact_surfaces: ContactSurfaces<'_, D>,
-    model: &mut Model<D>,
+    model: &mut Model,
 ) -> Result<Vec<Contact<D>>, Error> {
     let mut contacts = Vec::new();
     if scene.contacts.is_empty() && scene.contact_pairs.is_empty() {
@@ -88,7 +88,12 @@ pub(crate) fn add<const D: usize>(
             };
             let turning = contact.surface.turning.as_ref().filter(|turning| turning.free);
             let turned = turning.map(|turning| (turning.amount / lever, turning.amplitude.clone()));
-            model.add_replicated(Arc::new(RigidBodyDof { node: [node], loads: [pushed, turned], stiffness: shear }));
+            model.add_replicated(Arc::new(RigidBodyDof {
+                dim: D,
+                node: [node],
+                loads: [pushed, turned],
+                stiffness: shear,
+            }));
         }
     }
     for contact_pair in &scene.contact_pairs {
@@ -96,9 +101,9 @@ pub(crate) fn add<const D: usize>(
     }
     if next > particles
         || !scene.contact_pairs.is_empty()
-        || !holds(equations, model.positions(), !scene.kinematics.hoop_components().is_empty())
+        || !holds(equations, &model.points::<D>(), !scene.kinematics.hoop_components().is_empty())
     {
-        model.add_replicated(Arc::new(artificial_spring(model.positions(), volume, shear)));
+        model.add_replicated(Arc::new(artificial_spring(&model.points::<D>(), volume, shear)));
     }
     Ok(contacts)
 }
@@ -110,7 +115,7 @@ fn pair<const D: usize>(
     positions: &[Point<D>],
     stiffness: Stiffness,
     contact_surfaces: ContactSurfaces<'_, D>,
-    model: &mut Model<D>,
+    model: &mut Model,
 ) -> Result<Contact<D>, Error> {
     let label = || format!("contact {}", contact_pair.name);
     let mut found = vec![facets_of(&contact_pair.first, label, contact_surfaces)?];
@@ -279,6 +284,7 @@ fn artificial_spring<const D: usize>(positions: &[Point<D>], volume: f64, shear:
     let extent = positions.iter().fold(0.0f64, |e, x| e.max((x - positions[0]).norm()));
     let each = FREE_MOTION_STIFFNESS * shear * volume / (extent * extent * positions.len() as f64);
     ArtificialSpring {
+        dim: D,
         nodes: (0..positions.len() as u32).map(|n| [n]).collect(),
         stiffness: vec![each; positions.len()],
     }
@@ -342,9 +348,9 @@ pub(crate) fn contact_definition<const D: usize>(
     sharing: &Sharing,
     equations: &Constraints,
     positions: &[Point<D>],
-    model: &mut Model<D>,
+    model: &mut Model,
 ) -> Result<Vec<Contact<D>>, Error> {
-    let (total, kinematics) = (model.positions().len(), &*scene.kinematics);
+    let (total, kinematics) = (model.node_count(), &*scene.kinematics);
     let contact_surfaces = |place: &Place<D>| {
         let place = scene.resolve(place);
         let Spot::Part(part) = &place.spot else {

@@ -130,7 +130,7 @@ pub(crate) fn discretize<const D: usize>(
 /// Adds a load over a table of its place, `measure` being that of the place on all bodies, `sheet` the law of a body whose thickness
 /// is free.
 fn add_load<const D: usize>(
-    model: &mut Model<D>,
+    model: &mut Model,
     load: &Load<D>,
     table: ShapeTable<D>,
     measure: f64,
@@ -161,7 +161,7 @@ fn add_loads<const D: usize>(
     mut tables: Vec<(usize, ShapeTable<D>)>,
     discrete_bodies: &[DiscreteBody<D>],
     sharing: &Sharing,
-    model: &mut Model<D>,
+    model: &mut Model,
 ) -> Vec<LoadTerms> {
     order::sort(&mut tables, &|a, b| a.0.cmp(&b.0));
     let mut measures = vec![0.0; scene.loads.len()];
@@ -221,7 +221,7 @@ fn finish<const D: usize>(
     }
     let bonded = bond_all(scene, all, &discrete_bodies, &rules, &mut equations, &mut placed)?;
     let mut frames = rigid::frames(scene, &ties, &mut equations, &mut placed, &mut positions)?;
-    let mut model = Model::new(positions);
+    let mut model = Model::new(&positions);
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);
     }
@@ -254,7 +254,7 @@ fn finish<const D: usize>(
         &mut model,
     )?;
     let rolling = hold_rolling(scene, &discrete_bodies, sharing, &equations, &contacts, &mut model);
-    rigid::held(scene, &frames, &equations, model.positions())?;
+    rigid::held(scene, &frames, &equations, &model.points::<D>())?;
     let elements = discrete_bodies.len() == 1 && scheme.approximation == ApproximationChoice::Elements;
     let few = equations.len() <= TRANSFORMATION_ROWS || elements;
     let analysis = analysis_of(scheme, !bonded && frames.is_empty() && few, krylov)?;

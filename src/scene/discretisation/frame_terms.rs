@@ -24,12 +24,12 @@ impl<const D: usize> Frame<D> {
     /// Adds a load on the body, at a point of it or at its centre.
     pub(crate) fn load(
         &self,
-        model: &mut Model<D>,
+        model: &mut Model,
         load: &Load<D>,
         point: Option<Point<D>>,
         revolved: bool,
     ) -> Result<(), Error> {
-        let total = model.positions().len();
+        let total = model.node_count();
         match &load.kind {
             LoadKind::Total(force) => {
                 let at = point.unwrap_or(self.centre);
@@ -65,7 +65,7 @@ impl<const D: usize> Frame<D> {
     }
 
     /// The term that keeps the frame's shape beside bodies of the given moduli (first of the tangent, shear).
-    pub(crate) fn stay(&self, modulus: f64, shear: f64) -> impl Term<D> + 'static {
+    pub(crate) fn stay(&self, modulus: f64, shear: f64) -> impl Term + 'static {
         let measure = self.size.powi(D as i32);
         Rigidity {
             frame: self.clone(),
@@ -139,7 +139,11 @@ impl<const D: usize> CondensedUnknowns for Rigidity<D> {
     }
 }
 
-impl<const D: usize> Term<D> for Rigidity<D> {
+impl<const D: usize> Term for Rigidity<D> {
+    fn dim(&self) -> usize {
+        D
+    }
+
     fn clusters(&self) -> usize {
         1
     }
@@ -233,7 +237,11 @@ impl<const D: usize> Turning<D> {
     }
 }
 
-impl<const D: usize> Term<D> for Turning<D> {
+impl<const D: usize> Term for Turning<D> {
+    fn dim(&self) -> usize {
+        D
+    }
+
     fn clusters(&self) -> usize {
         1
     }

@@ -36,7 +36,7 @@ pub(crate) fn hold_rolling<const D: usize>(
     sharing: &Sharing,
     equations: &Constraints,
     contacts: &[Contact<D>],
-    model: &mut Model<D>,
+    model: &mut Model,
 ) -> Vec<Rolling<D>> {
     if D != 2 || contacts.is_empty() || !scene.kinematics.hoop_components().is_empty() || !scene.loads.is_empty() {
         return Vec::new();
@@ -81,16 +81,16 @@ fn rolling<const D: usize>(
     body: &DiscreteBody<D>,
     sharing: &Sharing,
     contacts: &[Contact<D>],
-    model: &Model<D>,
+    model: &Model,
 ) -> Option<Rolling<D>> {
     let surfaces = smooth(body, contacts)?;
     let surface = *surfaces.first()?;
-    let at = |trace: usize| model.positions()[surface.traces[trace].particle as usize];
+    let at = |trace: usize| model.point::<D>(surface.traces[trace].particle as usize);
     let count = surface.traces.len();
     let centre = circumcentre(&at(0), &at(count / 3), &at(2 * count / 3))?;
     let radius = (at(0) - centre).norm();
     let on_circle = |surface: &&ContactSurface<D>| {
-        let off = |particle: u32| ((model.positions()[particle as usize] - centre).norm() / radius - 1.0).abs();
+        let off = |particle: u32| ((model.point::<D>(particle as usize) - centre).norm() / radius - 1.0).abs();
         surface.traces.iter().all(|trace| off(trace.particle) < ROUND)
     };
     if count < 6 || !surfaces.iter().all(on_circle) || !is_even(body, sharing, &centre) {

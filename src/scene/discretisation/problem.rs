@@ -27,7 +27,7 @@ use crate::scene::definition::load::{Load, LoadKind};
 /// Fields are those of all bodies, one after the other in the order of the scene; [`discrete_body`](Problem::discrete_body) gives a body
 /// alone.
 pub struct Problem<const D: usize> {
-    pub(crate) model: Model<D>,
+    pub(crate) model: Model,
     pub(crate) equations: Constraints,
     pub(crate) analysis: Analysis,
     pub(crate) discrete_bodies: Vec<DiscreteBody<D>>,
@@ -60,13 +60,13 @@ impl LoadTerms {
 
 impl<const D: usize> Problem<D> {
     /// The terms of the potential.
-    pub fn model(&self) -> &Model<D> {
+    pub fn model(&self) -> &Model {
         &self.model
     }
 
     /// Adds a term of one's own, over tables made by [`tabulate`](Problem::tabulate). Where ranks share the scene, all of them
     /// add it and the first sums it.
-    pub fn add(&mut self, term: impl Term<D> + 'static) -> &mut Self {
+    pub fn add(&mut self, term: impl Term + 'static) -> &mut Self {
         self.model.add_replicated(Arc::new(term));
         self
     }
@@ -141,6 +141,12 @@ impl<const D: usize> Problem<D> {
         self.check_length(state)?;
         let discrete_body = self.member_at(at)?;
         Ok(discrete_body.weighted(&discrete_body.approximation.shape_functions(at)?, state))
+    }
+
+    /// Reference positions of the nodes \[length\]: the particles, body by body, then the nodes of surfaces that are pushed and of rigid
+    /// bodies.
+    pub fn positions(&self) -> Vec<Point<D>> {
+        self.model.points()
     }
 
     /// Displacements at all particles \[length\].

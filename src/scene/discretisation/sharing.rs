@@ -71,11 +71,11 @@ impl Sharing {
     /// This rank's zones.
     pub(crate) fn zones<const D: usize>(&self, cells: &dyn Cells<D>, zones: Zones) -> Zones {
         let Some(ranks) = &self.0 else { return zones };
-        let curve = Morton::through(cells.positions());
+        let curve = Morton::through(D, cells.positions().iter().map(Point::as_slice));
         zones.share(ranks.rank(), ranks.count(), |cell| {
             let corners = cells.corners(cell as usize);
             let sum: Point<D> = corners.iter().map(|&corner| cells.positions()[corner]).sum();
-            curve.place(&(sum / corners.len().max(1) as f64))
+            curve.place((sum / corners.len().max(1) as f64).as_slice())
         })
     }
 

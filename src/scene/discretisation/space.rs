@@ -1,6 +1,5 @@
 //! Large bodies in space: which solver they take, and what it needs beside the particles.
 
-use std::any::Any;
 use std::sync::Arc;
 
 use crate::assembly::{Model, Pattern};
@@ -102,8 +101,10 @@ fn of_factors<const D: usize>(
         }
     }
     let pattern = Pattern::from_columns(columns);
-    let place = |node: usize| std::array::from_fn::<f64, D, _>(|i| positions[node][i]);
-    let order = after_their_rows(&pattern, &nested_dissection(&pattern, positions.len(), place));
+    let order = after_their_rows(
+        &pattern,
+        &nested_dissection(&pattern, positions.len(), D, &|node, axis| positions[node][axis]),
+    );
     // Blocks of D by D to each entry, D unknowns to each particle.
     Ok(multiplications(&pattern, &order)? * (D * D) as f64 / pattern.size().max(1) as f64)
 }
@@ -244,13 +245,11 @@ pub(crate) fn krylov<const D: usize>(
     }) else {
         return refused("pressures that are not projected on zones of cells", "take the default rule and pressures");
     };
-    let mut model = Model::new(cells.positions().to_vec());
+    let mut model = Model::new(cells.positions());
     if let Some(ranks) = sharing.ranks() {
         model.share(ranks);
     }
     model.add(elements);
-    let model: Box<dyn Any> = Box::new(model);
-    let Ok(model) = model.downcast::<Model<3>>() else { return Ok(None) };
     let mut at = Points::empty();
     let own = Auxiliary::share(sharing.ranks().as_deref(), cells.positions().len());
     for position in &cells.positions()[own] {
@@ -271,7 +270,7 @@ pub(crate) fn krylov<const D: usize>(
         sum.abs() > 0.5 * equation.measure() && equation.entries.iter().all(|e| e.0 % D == equation.dependent % D)
     });
     let held = held.map(|equation| equation.dependent).collect();
-    let auxiliary = Auxiliary { model: Arc::from(model), term: 0, values, places, cells: along, held };
+    let auxiliary = Auxiliary { model: Arc::new(model), term: 0, values, places, cells: along, held };
     let mut krylov = Krylov::new(auxiliary);
     krylov.replaceable = !requested && factors_fit(scheme, size);
     Ok(Some(match preconditioner {

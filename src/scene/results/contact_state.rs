@@ -116,7 +116,7 @@ impl<const D: usize> Problem<D> {
             let (nominal, friction) = law.pressure(k, condensed);
             let (mut area, mut width) = (0.0, 0.0);
             let particle = trace.particle as usize;
-            let reference = self.model.positions()[particle];
+            let reference = self.model.point::<D>(particle);
             let moved = self.node_displacement(particle, state)?;
             let (mut force, mut moment) = (Point::<D>::zeros(), Vector3::zeros());
             let mut behind = -placed.nearest(&*law.surface.shape, &(reference + moved)).gap;
@@ -236,7 +236,7 @@ impl<const D: usize> Problem<D> {
                 normal += outward * weight;
             }
             let particle = trace.particle as usize;
-            let reference = self.model.positions()[particle];
+            let reference = self.model.point::<D>(particle);
             let position = reference + self.node_displacement(particle, state)?;
             sizes.push(area);
             let pressure = (-padded::<D, 3>(&force).dot(&normal.normalize()) / area).max(0.0);

@@ -63,7 +63,7 @@ impl<const D: usize> Problem<D> {
     /// ([`Cells::spacings`](crate::cells::Cells::spacings)), in the values' unit. Zeros for values of another table. Where ranks
     /// share the scene each of them gives the values at its own points, and all get the same means.
     pub fn at_particles(&self, values: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
-        let mut means = Vec::with_capacity(self.model.positions().len());
+        let mut means = Vec::with_capacity(self.model.node_count());
         let mut first = 0;
         for discrete_body in &self.discrete_bodies {
             let end = first + discrete_body.body.table().len();
@@ -104,7 +104,8 @@ impl<const D: usize> Problem<D> {
 
     fn grid(&self, state: &State) -> Result<VtkGrid, Error> {
         let mut displacements = self.particle_displacements(state)?;
-        let mut positions = self.model.positions()[..displacements.len()].to_vec();
+        let mut positions = self.positions();
+        positions.truncate(displacements.len());
         let (mut cells, mut of_body, mut of_cell) = (Vec::new(), Vec::new(), Vec::new());
         for (number, discrete_body) in self.discrete_bodies.iter().enumerate() {
             let first = discrete_body.nodes.start;
@@ -185,7 +186,7 @@ impl<const D: usize> Problem<D> {
         let inside = points.positions.first().and_then(|at| self.member_at(at).ok());
         let discrete_body = inside.unwrap_or(self.first());
         let table = ShapeTable::new(&*discrete_body.approximation, points, kinematics)?;
-        Ok(table.shifted(discrete_body.nodes.start, self.model.positions().len()))
+        Ok(table.shifted(discrete_body.nodes.start, self.model.node_count()))
     }
 }
 

@@ -91,7 +91,7 @@ struct Motions<const D: usize> {
 
 impl<const D: usize> Motions<D> {
     fn of(problem: &Problem<D>) -> Self {
-        let positions = problem.model().positions();
+        let positions = problem.positions();
         // Travels of surfaces that are pushed are no places.
         let travels: Vec<usize> = problem.contacts.iter().filter_map(|contact| contact.law.rigid_dof()).collect();
         let bodies = problem.discrete_bodies();
@@ -100,7 +100,7 @@ impl<const D: usize> Motions<D> {
             let pieces = pieces(problem, body);
             let several = pieces.len() > 1;
             for piece in pieces {
-                names.push(if several { piece_name(body.name(), &piece, positions) } else { body.name().to_string() });
+                names.push(if several { piece_name(body.name(), &piece, &positions) } else { body.name().to_string() });
                 groups.push(piece);
             }
         }
@@ -135,7 +135,7 @@ impl<const D: usize> Motions<D> {
 
     /// What energy, rows and contact see of all motions of all groups, as squares: relative to stiffness and size.
     fn resistance(&self, problem: &Problem<D>) -> DMatrix<f64> {
-        let (positions, m) = (problem.model().positions(), self.kinds.len());
+        let (positions, m) = (problem.positions(), self.kinds.len());
         let count = self.groups.len() * m;
         // Shape functions reproduce linear fields: their values at the particles are the coefficients.
         let motion = |number: usize| -> Vec<f64> {
@@ -233,7 +233,7 @@ fn piece_name<const D: usize>(body: &str, piece: &[usize], positions: &[Point<D>
 }
 
 /// Energies of motions at rest, relative to the stiffness: without what acts on steps alone.
-fn energies<const D: usize>(whole: &Model<D>, motions: &[Vec<f64>]) -> DMatrix<f64> {
+fn energies(whole: &Model, motions: &[Vec<f64>]) -> DMatrix<f64> {
     let model = whole.retained(|term| !term.protocol().is_artificial());
     let mut assembler = model.assembler();
     let mut system = Default::default();
@@ -247,7 +247,7 @@ fn energies<const D: usize>(whole: &Model<D>, motions: &[Vec<f64>]) -> DMatrix<f
     };
     let forces: Vec<Vec<f64>> = motions.iter().map(forces).collect();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let size = stiffness * whole.positions().len() as f64;
+    let size = stiffness * whole.node_count() as f64;
     DMatrix::from_fn(motions.len(), motions.len(), |a, b| dot(&motions[a], &forces[b]) / size)
 }
 

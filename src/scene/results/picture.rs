@@ -70,7 +70,7 @@ impl<const D: usize> Problem<D> {
             Field::MisesStress => stresses()?.iter().map(von_mises).collect(),
             Field::MeanStress => stresses()?.iter().map(mean).collect(),
         };
-        let positions = &self.model().positions()[..displacements.len()];
+        let positions = &self.positions()[..displacements.len()];
         let mut drawn = Drawn::default();
         let mut faces = contact_surface(&self.drawn_cells(), positions);
         let (mut bonded, mut rigid): (HashSet<[usize; 2]>, HashMap<[u64; 3], Point<D>>) = Default::default();

@@ -53,7 +53,7 @@ impl<const D: usize> Problem<D> {
             for &(k, c) in equation.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {
                 // The coefficients X + d reproduce the current position exactly.
                 let (node, component, force) = (k / D, k % D, -mu * c);
-                let arm = |m: usize| self.model.positions()[node][m] + state.displacement[node * D + m] - about[m];
+                let arm = |m: usize| self.model.coordinates(node)[m] + state.displacement[node * D + m] - about[m];
                 // r × f for a force along one axis.
                 let (next, last) = ((component + 1) % 3, (component + 2) % 3);
                 if last < D {
@@ -329,7 +329,7 @@ impl<const D: usize> Problem<D> {
                 };
                 if along < D {
                     let at = node * D + along;
-                    let arm = self.model.positions()[node][along] + state.displacement[at] - about[along];
+                    let arm = self.model.coordinates(node)[along] + state.displacement[at] - about[along];
                     turn += sign * c * arm;
                     levers[at] -= sign * mu * c;
                 }

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use crate::boundary::{ConstraintEquation, Constraints};
 use crate::error::{Error, Incompatible};
-use crate::geometry::Point;
 use crate::scene::Problem;
 use crate::scene::definition::contact_definition::Law;
 use crate::solve::State;
@@ -47,7 +46,7 @@ pub(super) fn start<const D: usize>(
     for (equation, multiplier) in equations.iter().zip(&next.multipliers) {
         equation.entries.iter().for_each(|&(k, c)| left[k] += c * multiplier);
     }
-    let nodes: Vec<[u32; 1]> = (0..problem.model.positions().len() as u32).map(|node| [node]).collect();
+    let nodes: Vec<[u32; 1]> = (0..problem.model.node_count() as u32).map(|node| [node]).collect();
     problem.model.add_replicated(Arc::new(Fading::<D> { nodes, forces: left }));
     next.condensed = pad(next.condensed, problem.model.start());
     Ok(next)
@@ -69,8 +68,8 @@ fn carry_displacement<const D: usize>(
 ) -> Result<(), Error> {
     let particles = |problem: &Problem<D>| problem.discrete_bodies.iter().map(|body| body.nodes.len()).sum::<usize>();
     let count = particles(problem);
-    let (old, new): (&[Point<D>], &[Point<D>]) = (before.model.positions(), problem.model.positions());
-    if particles(before) != count || old[..count] != new[..count] {
+    let moved = |node: usize| before.model.coordinates(node) != problem.model.coordinates(node);
+    if particles(before) != count || (0..count).any(moved) {
         let remedy = "a stage changes conditions, loads and contacts alone: give bodies and places of other particles from the start";
         return Err(Incompatible::new("a stage with other particles", "the stage before", remedy).into());
     }
@@ -161,7 +160,11 @@ struct Fading<const D: usize> {
     forces: Vec<f64>,
 }
 
-impl<const D: usize> Term<D> for Fading<D> {
+impl<const D: usize> Term for Fading<D> {
+    fn dim(&self) -> usize {
+        D
+    }
+
     fn clusters(&self) -> usize {
         self.nodes.len()
     }

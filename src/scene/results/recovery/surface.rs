@@ -30,9 +30,10 @@ impl<const D: usize> Recovery<'_, D> {
         for (facet, (x, n)) in points.positions.iter().zip(&points.normals).enumerate() {
             at.entry(key(&(x / size), n)).or_default().push(facet);
         }
-        let find = |x: &Point<D>, n: &Point<D>| {
-            let near = at.get(&key(&(x / size), n))?;
-            near.iter().copied().find(|&facet| exact(&points.positions[facet], x, size))
+        let find = |x: &Vector3<f64>, n: &Vector3<f64>| {
+            let (x, n): (Point<D>, Point<D>) = (padded(x), padded(n));
+            let near = at.get(&key(&(x / size), &n))?;
+            near.iter().copied().find(|&facet| exact(&points.positions[facet], &x, size))
         };
         let mut volume = [self.body.body.table().weights().iter().sum::<f64>()];
         self.total(&mut volume);
@@ -71,7 +72,7 @@ impl<const D: usize> Recovery<'_, D> {
                     let (nearest, table) = (BoxTree::of(&densities.positions), self.body.body.table());
                     let sums = body_force.get_or_insert_with(|| vec![Vector3::zeros(); self.current.len()]);
                     for ((sum, x), j) in sums.iter_mut().zip(table.positions()).zip(&self.jacobians) {
-                        *sum += densities.forces[nearest.nearest(x).unwrap_or(0)] / *j;
+                        *sum += densities.forces[nearest.nearest(&padded(x)).unwrap_or(0)] / *j;
                     }
                 }
             } else if term.clusters() > 0 {

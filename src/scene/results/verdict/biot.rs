@@ -92,7 +92,7 @@ fn least<const D: usize>(point: &SkinPoint<D>, of: impl Fn(f64, f64) -> f64) -> 
 }
 
 fn held<const D: usize>(problem: &Problem<D>) -> Held {
-    let nodes = problem.model().positions().len();
+    let nodes = problem.model().node_count();
     let mut held = Held { components: vec![false; nodes * D], bonded: vec![false; nodes] };
     for equation in problem.equations().equations() {
         let component = equation.dependent % D;
@@ -127,7 +127,7 @@ fn touching<const D: usize>(problem: &Problem<D>, state: &State) -> HashSet<usiz
         };
         for trace in surfaces.iter().flat_map(|surface| &surface.traces) {
             let node = trace.particle as usize;
-            if active.contains(&key(problem.model().positions()[node].as_slice())) {
+            if active.contains(&key(problem.model().coordinates(node))) {
                 touching.insert(node);
             }
         }

@@ -81,7 +81,7 @@ pub(crate) fn fixed_inside<const D: usize>(problem: &Problem<D>) -> Vec<FixedIns
             });
         let inside = fixed.map(|trace| {
             let node = trace.particle as usize;
-            let x = problem.model().positions()[node];
+            let x = problem.model().point::<D>(node);
             let moved = x + Point::<D>::from_fn(|i, _| displacement[node * D + i]);
             (-placed.nearest(&*law.surface.shape, &moved).gap, DEEPEST * trace.width, x)
         });
