@@ -79,7 +79,7 @@ impl Inflation {
             displacement: vec![0.0; rest.model().unknowns()],
             condensed: rest.model().start(),
             multipliers: vec![0.0; rest.equations().len()],
-            load: 0.0,
+            ..State::default()
         };
         let mut inflation = Inflation { problem: rest, states: vec![start], iterations: 0 };
         for &pressure in pressures {

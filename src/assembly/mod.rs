@@ -19,7 +19,7 @@ pub use pattern::Pattern;
 #[cfg(feature = "solve")]
 pub(crate) use pattern::add_column;
 pub use ranks::Ranks;
-pub use state_ref::StateRef;
+pub use state_ref::{Origin, StateRef};
 pub use system::System;
 #[cfg(feature = "solve")]
 pub(crate) use system::release;

@@ -9,7 +9,7 @@ use crate::geometry::Point;
 use crate::term::{Product, Term, Zone, condensed_range, variables_range};
 
 use super::Ranks;
-use super::state_ref::StateRef;
+use super::state_ref::{Origin, StateRef};
 
 /// Unknowns below which everything stays on one thread.
 pub(super) const SERIAL_BELOW: usize = 400;
@@ -30,6 +30,8 @@ pub struct Model {
     unsorted: Option<[usize; 2]>,
     /// Those that share the clusters, where it is not one alone.
     pub(super) ranks: Option<Arc<dyn Ranks>>,
+    /// That of its states.
+    origin: Origin,
 }
 
 impl Model {
@@ -46,6 +48,7 @@ impl Model {
     fn over(dim: usize, coordinates: Vec<f64>) -> Self {
         Model {
             dim,
+            origin: Origin::of(&coordinates),
             coordinates,
             terms: Vec::new(),
             replicated: Vec::new(),
@@ -190,6 +193,11 @@ impl Model {
         all
     }
 
+    /// The origin of its states.
+    pub fn origin(&self) -> Origin {
+        self.origin
+    }
+
     /// Number of displacement unknowns.
     pub fn unknowns(&self) -> usize {
         self.coordinates.len()
@@ -220,8 +228,8 @@ impl Model {
         self.misfit.is_none() && self.needs.iter().all(|[nodes, _]| *nodes <= self.node_count())
     }
 
-    /// Refuses states whose vectors are not as long as the terms read them, and all where terms reach beyond the nodes or are of
-    /// another dimension.
+    /// Refuses states whose vectors are not as long as the terms read them or that belong to other particles, and all where terms reach
+    /// beyond the nodes or are of another dimension.
     pub(super) fn check(&self, at: StateRef<'_>) -> Result<(), SolveError> {
         let refuse = |what, given, needed| Err(SolveError::OtherModel { what, given, needed });
         if let Some(given) = self.misfit {
@@ -238,6 +246,7 @@ impl Model {
         }
         match self.needs.iter().zip(at.condensed).find(|([_, needed], list)| *needed != list.len()) {
             Some(([_, needed], list)) => refuse("condensed unknowns", list.len(), *needed),
+            None if at.origin.differs(self.origin) => Err(SolveError::OtherParticles),
             None => Ok(()),
         }
     }

@@ -2,6 +2,33 @@
 
 use crate::term::View;
 
+/// The particles that a state belongs to, which differ from those of another body although there are as many; not known for states that
+/// are put together by hand or read from a file.
+///
+/// It says where numbers come from and is no part of them: states are equal where their numbers are.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Origin(Option<u64>);
+
+impl PartialEq for Origin {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Origin {
+    /// That of a state over particles at reference positions, component by component.
+    pub(crate) fn of(coordinates: &[f64]) -> Self {
+        // Fowler, Noll and Vo's hash of the bits.
+        let bits = coordinates.iter().map(|x| x.to_bits());
+        Origin(Some(bits.fold(0xcbf2_9ce4_8422_2325, |hash, bits| (hash ^ bits).wrapping_mul(0x0100_0000_01b3))))
+    }
+
+    /// Whether both are known, and differ.
+    pub(crate) fn differs(self, other: Self) -> bool {
+        matches!((self.0, other.0), (Some(own), Some(other)) if own != other)
+    }
+}
+
 /// A state as a model sees it.
 #[derive(Debug, Clone, Copy)]
 pub struct StateRef<'a> {
@@ -11,12 +38,14 @@ pub struct StateRef<'a> {
     pub condensed: &'a [Vec<f64>],
     /// Load factor $\lambda$.
     pub load: f64,
+    /// The particles that it belongs to.
+    pub origin: Origin,
 }
 
 impl<'a> StateRef<'a> {
-    /// A state of these vectors at a load factor.
+    /// A state of these vectors at a load factor, whose origin is not known.
     pub fn new(displacement: &'a [f64], condensed: &'a [Vec<f64>], load: f64) -> Self {
-        StateRef { displacement, condensed, load }
+        StateRef { displacement, condensed, load, origin: Origin::default() }
     }
 
     /// What a term of the model sees of it.

@@ -50,6 +50,12 @@ pub enum SolveError {
         /// Components of the model.
         needed: usize,
     },
+    /// A state of another body with as many unknowns.
+    #[error(
+        "the state belongs to another problem, whose particles lie at other places; pass a state that this problem has computed, or carry \
+         it over by Problem::transfer"
+    )]
+    OtherParticles,
     /// The nodes of a cluster are not in rising order.
     #[error(
         "term {term} of the model, cluster {cluster}: Term::nodes() does not rise; list each node once, in rising order"

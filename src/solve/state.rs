@@ -1,6 +1,6 @@
 //! The state of an analysis.
 
-use crate::assembly::{Model, StateRef};
+use crate::assembly::{Model, Origin, StateRef};
 use crate::boundary::Constraints;
 use crate::error::SolveError;
 
@@ -16,11 +16,15 @@ pub struct State {
     pub multipliers: Vec<f64>,
     /// Load factor $\lambda$.
     pub load: f64,
+    /// The particles that it belongs to, as far as that is known.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub origin: Origin,
 }
 
 impl<'a> From<&'a State> for StateRef<'a> {
     fn from(state: &'a State) -> Self {
-        StateRef::new(&state.displacement, &state.condensed, state.load)
+        let known = StateRef::new(&state.displacement, &state.condensed, state.load);
+        StateRef { origin: state.origin, ..known }
     }
 }
 
@@ -32,6 +36,7 @@ impl State {
             condensed: model.start(),
             multipliers: vec![0.0; equations.len()],
             load: 0.0,
+            origin: model.origin(),
         }
     }
 

@@ -936,7 +936,7 @@ fn rest<const D: usize>(problem: &Problem<D>) -> State {
         displacement: vec![0.0; problem.model().unknowns()],
         condensed: problem.model().start(),
         multipliers: vec![0.0; problem.equations().len()],
-        load: 0.0,
+        ..State::default()
     }
 }
 

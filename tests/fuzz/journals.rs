@@ -11,8 +11,8 @@ fn path(input: &mut Input) -> EquilibriumPath {
     let state = |input: &mut Input| State {
         displacement: (0..input.random.usize(0..4)).map(|_| input.good(-1.0, 1.0)).collect(),
         condensed: (0..input.random.usize(0..3)).map(|_| vec![0.5]).collect(),
-        multipliers: vec![],
         load: input.good(0.0, 1.0),
+        ..State::default()
     };
     let mut path = EquilibriumPath::new(state(input));
     for _ in 0..input.random.usize(0..4) {

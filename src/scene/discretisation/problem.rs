@@ -178,10 +178,13 @@ impl<const D: usize> Problem<D> {
         self.discrete_bodies.iter().flat_map(of).collect()
     }
 
-    /// A displacement vector as long as this problem has it.
+    /// Refuses states of other particles, and displacement vectors that are not as long as this problem has them.
     pub(crate) fn check_length(&self, state: &State) -> Result<(), SolveError> {
         let (given, needed) = (state.displacement.len(), self.model.unknowns());
-        if given == needed { Ok(()) } else { Err(SolveError::OtherModel { what: "displacement", given, needed }) }
+        if given != needed {
+            return Err(SolveError::OtherModel { what: "displacement", given, needed });
+        }
+        if state.origin.differs(self.model.origin()) { Err(SolveError::OtherParticles) } else { Ok(()) }
     }
 
     /// Energy stored in a state, of the whole revolution for bodies of revolution.

@@ -125,6 +125,7 @@ impl<const D: usize> Problem<D> {
             condensed,
             multipliers: mix(&before.multipliers, &behind.multipliers),
             load,
+            origin: self.model.origin(),
         }
     }
 }
