@@ -14,6 +14,12 @@ use super::{Approximation, Scratch, ShapeFunctions};
 /// How far the box around an element reaches beyond its nodes, in parts of their extent.
 const MARGIN: f64 = 0.25;
 
+/// How far beyond an element its functions go on, in parts of it: as far as points count as inside the cells.
+const BEYOND: f64 = 0.1;
+
+/// The same in rounding: points on the boundary are inside.
+const ROUNDING: f64 = 1e-9;
+
 /// Parts of an edge between its ends and its middle node: at a quarter the map of the edge is singular in an end.
 const QUARTER: f64 = 0.26;
 
@@ -399,13 +405,12 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
         Ok(())
     }
 
-    /// The element that holds the point is searched for; on an edge between elements the first one counts.
+    /// The element that holds the point is searched for; on an edge between elements the first one counts. Beyond all elements, but not by
+    /// more than a tenth of one, the functions of the nearest go on: elements follow a curved boundary only to their order.
     fn evaluate(&self, at: &Point<D>, _: &mut Scratch, out: &mut ShapeFunctions<D>) -> Result<(), ApproximationError> {
         if !at.iter().all(|x| x.is_finite()) {
             return Err(ApproximationError::Point { at: at.as_slice().to_vec() });
         }
-        // Slack in local coordinates, so that points on the boundary are inside whatever the rounding.
-        const SLACK: f64 = 1e-9;
         let mut candidates = Vec::new();
         self.locator.any(
             self.elements.iter().product(),
@@ -417,6 +422,7 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
             },
         );
         candidates.sort_unstable();
+        let mut nearest: Option<(f64, usize, Point<D>)> = None;
         for element in candidates {
             let Bounds { low, high } = self.around(element);
             let mut local = Point::<D>::repeat(0.5);
@@ -431,20 +437,33 @@ impl<const D: usize> Approximation<D> for FiniteElements<D> {
                 }
             }
             // The map of a distorted element may lead Newton astray: only a point that maps back counts.
-            let found = miss <= 1e-9 / (1.0 + 2.0 * MARGIN) * (high - low).norm();
-            if found && local.iter().all(|t| *t >= -SLACK && *t <= 1.0 + SLACK) {
+            if !(miss <= 1e-9 / (1.0 + 2.0 * MARGIN) * (high - low).norm()) {
+                continue;
+            }
+            let beyond = local.iter().map(|t| (-t).max(t - 1.0)).fold(0.0, f64::max);
+            if beyond <= ROUNDING {
                 self.write(element, &local, out);
                 return Ok(());
             }
+            if nearest.is_none_or(|(least, ..)| beyond < least) {
+                nearest = Some((beyond, element, local));
+            }
         }
-        Err(ApproximationError::Outside { at: at.as_slice().to_vec() })
+        match nearest {
+            Some((beyond, element, local)) if beyond <= BEYOND => {
+                self.write(element, &local, out);
+                Ok(())
+            }
+            _ => Err(ApproximationError::Outside { at: at.as_slice().to_vec() }),
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Block;
+    use crate::cells::Layout;
+    use crate::geometry::{Block, Mapped};
     use approx::assert_abs_diff_eq;
 
     #[test]
@@ -462,6 +481,31 @@ mod tests {
             let exact = if order == 1 { 0.31 } else { 2.0 * 0.77 * 0.31 };
             assert_abs_diff_eq!(slope, exact, epsilon = 1e-13);
             assert!(elements.shape_functions(&Point::<2>::new(2.5, 0.3)).is_err());
+        }
+    }
+
+    /// Points of a circle that the chords or parabolas of elements leave outside move as the polynomials of the nearest element say.
+    #[test]
+    fn elements_go_on_to_the_curve_that_they_follow() {
+        let ring = Mapped(|unit: &Point<2>| {
+            let (radius, angle) = (1.0 + unit[0], std::f64::consts::FRAC_PI_2 * unit[1]);
+            Point::<2>::new(radius * angle.cos(), radius * angle.sin())
+        });
+        for order in [1, 2] {
+            let lattice = Lattice::new(&ring, [5, 5], &Layout::Regular).unwrap();
+            let elements = FiniteElements::new(lattice, order).unwrap();
+            let (mut psi, mut beyond) = (ShapeFunctions::default(), 0);
+            for k in 0..=40 {
+                let angle = std::f64::consts::FRAC_PI_2 * k as f64 / 40.0;
+                let at = Point::<2>::new(2.0 * angle.cos(), 2.0 * angle.sin());
+                elements.evaluate(&at, &mut Scratch::default(), &mut psi).unwrap();
+                // Linear fields are reproduced there as anywhere.
+                let sum = psi.nodes.iter().zip(&psi.values).map(|(&n, v)| elements.nodes()[n as usize] * *v);
+                assert_abs_diff_eq!(sum.sum::<Point<2>>(), at, epsilon = 1e-9);
+                beyond += usize::from(psi.values.iter().any(|v| *v < -1e-6));
+            }
+            assert!(beyond > 5, "{beyond}");
+            assert!(elements.evaluate(&Point::<2>::new(2.1, 0.1), &mut Scratch::default(), &mut psi).is_err());
         }
     }
 }
