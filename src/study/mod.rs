@@ -32,6 +32,7 @@ mod nested;
 mod progress;
 mod quantity;
 mod refinement;
+mod resolved;
 mod runs;
 mod sides;
 mod sizing;

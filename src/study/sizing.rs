@@ -13,6 +13,7 @@ use super::evidence::{DifferenceBound, difference_bound};
 use super::extrapolation::extrapolate;
 use super::nested::{BROKEN_OFF, check, failed, name_of, settle, solve, unsettled};
 use super::progress::{Limits, Progress};
+use super::resolved::overlooked;
 use super::strategy::{Even, Found, Model, Next, ORDERS, Strategy};
 
 /// First models without a free unknown that are tried again with twice the cells.
@@ -295,12 +296,20 @@ impl<'a, const D: usize> Search<'a, D> {
         self.spent = limits.spent;
         let ended = !self.hopeless && verdict != Verdict::Reached;
         // What was solved after the best model was tried and left.
-        if let Some((last, best)) = self.best.take_if(|(_, best)| ended && best.bound < self.answer.bound) {
+        let later = &self.answer;
+        let better = |best: &Answer<D>| best.bound < later.bound && agrees(best, later, tolerance);
+        if let Some((last, best)) = self.best.take_if(|(_, best)| ended && better(best)) {
             let mut levels = std::mem::take(&mut self.answer.levels);
             let tried = levels.split_off(last);
             self.answer = Answer { levels, tried, ..best };
         }
-        self.answer.verdict = verdict;
+        self.answer.verdict = match (verdict, overlooked(&self.answer.problem)) {
+            (Verdict::NotReached(why), Some(at)) if why != BROKEN_OFF => Verdict::NotReached(format!(
+                "{why}; cells are too wide for the bore or narrow end at X = {at:?}, which the models overlook: allow more models \
+                 (Budget::levels), or draw the shape without it"
+            )),
+            (verdict, _) => verdict,
+        };
     }
 
     /// Whether the tolerance is reached, or the observer broke off.
@@ -384,6 +393,10 @@ impl<'a, const D: usize> Search<'a, D> {
         } else {
             self.compare((before, coarser), difference);
         }
+        if overlooked(&self.answer.problem).is_some() {
+            // Models that do not see a bore agree, and say nothing of the body.
+            (self.measured, self.answer.bound) = (false, f64::INFINITY);
+        }
         let corrections = self.answer.corrections();
         if let Some(level) = self.answer.levels.last_mut() {
             level.corrections = corrections;
@@ -433,6 +446,14 @@ impl<'a, const D: usize> Search<'a, D> {
             self.order = (before / bound).ln() / (coarser / finer).ln();
         }
     }
+}
+
+/// Whether all values of a finer model lie within the bound of a coarser one: a bound that what came later denies is none.
+fn agrees<const D: usize>(coarser: &Answer<D>, finer: &Answer<D>, tolerance: &Tolerance<D>) -> bool {
+    let values = coarser.values.iter().zip(&finer.values).zip(&tolerance.quantities);
+    values
+        .into_iter()
+        .all(|((before, after), quantity)| (after - before).abs() <= coarser.bound * before.abs().max(quantity.size))
 }
 
 #[cfg(test)]
