@@ -60,8 +60,9 @@ impl Spacing<'_> {
         }
     }
 
-    /// Particles expected: $\int\mathrm dA/(\tfrac{\sqrt3}2h^2) + \tfrac12\oint\mathrm ds/h$, and the smallest spacing.
-    fn expected(&self, region: &Region) -> Result<(f64, f64), GeometryError> {
+    /// Particles expected inside, $\int\mathrm dA/(\tfrac{\sqrt3}2h^2)$, and for the boundary, $\tfrac12\oint\mathrm ds/h$, and the
+    /// smallest spacing.
+    fn expected(&self, region: &Region) -> Result<([f64; 2], f64), GeometryError> {
         let step = (region.max - region.min) / SAMPLES as f64;
         let (mut inner, mut smallest, mut seen) = (0.0, f64::INFINITY, 0.0);
         for k in 0..SAMPLES * SAMPLES {
@@ -83,7 +84,7 @@ impl Spacing<'_> {
             }
         }
         let inner = if seen > 0.0 { inner * region.area() / (seen * 0.75f64.sqrt()) } else { 0.0 };
-        Ok((inner + 0.5 * along + 1.0, smallest))
+        Ok(([inner, 0.5 * along], smallest))
     }
 }
 
@@ -93,20 +94,16 @@ pub(crate) fn factor_for(
     function: &dyn Fn(&Point<2>) -> f64,
     count: usize,
 ) -> Result<f64, GeometryError> {
-    // Homogeneous in the factor: inner a / f² + b / f + 1 = count.
-    let (at_one, _) = Spacing { function, factor: 1.0, floor: 0.0 }.expected(region)?;
-    let (at_half, _) = Spacing { function, factor: 0.5, floor: 0.0 }.expected(region)?;
-    // 4a + 2b and a + b.
-    let (one, half) = (at_one - 1.0, at_half - 1.0);
-    let a = 0.5 * (half - 2.0 * one);
-    let b = one - a;
+    // Homogeneous in the factor: a / f² + b / f + 1 = count.
+    let ([a, b], _) = Spacing { function, factor: 1.0, floor: 0.0 }.expected(region)?;
     let wanted = (count as f64 - 1.0).max(2.0);
     Ok((b + (b * b + 4.0 * a * wanted).sqrt()) / (2.0 * wanted))
 }
 
 /// Scatters particles over a region.
 pub(crate) fn scatter(region: &Region, spacing: &Spacing<'_>, settings: &Scatter) -> Result<Mesh, GeometryError> {
-    let (expected, smallest) = spacing.expected(region)?;
+    let ([inside, outline], smallest) = spacing.expected(region)?;
+    let expected = inside + outline + 1.0;
     if expected > LIMIT {
         let needed = "raise the spacing: at most 2e7 are accepted";
         return Err(GeometryError::Count { what: "particles in the region", count: expected as usize, needed });
