@@ -2,11 +2,14 @@
 
 use nalgebra::Matrix3;
 
-use crate::error::{Error, GeometryError, SolveError};
+use crate::error::{Error, GeometryError, Invalid, SolveError};
 use crate::geometry::Point;
 use crate::tensor;
 
 use super::ShapeTable;
+
+/// The largest stretch of free expansion: no gel swells to more than about a thousand times its volume.
+const MOST_EXPANSION: f64 = 10.0;
 
 impl<const D: usize> ShapeTable<D> {
     /// The table of a body that would like to be larger: where it is free it expands by the stretch $\vartheta(X)$ in all directions, by
@@ -14,14 +17,13 @@ impl<const D: usize> ShapeTable<D> {
     /// of the expanded body, $\vartheta^3\mathrm d\Omega$: energies and forces are the true ones.
     ///
     /// # Errors
-    /// Where the stretch is not finite or not above zero.
+    /// Where the stretch is not between 0.1 and 10.
     pub(crate) fn expanding(mut self, stretch: impl Fn(&Point<D>) -> f64) -> Result<Self, Error> {
         let factors: Vec<f64> = self.positions.iter().map(stretch).collect();
-        if let Some(point) = factors.iter().position(|s| !(*s > 0.0 && s.is_finite())) {
-            let at = self.positions[point].as_slice().to_vec();
-            let what = "the stretch of free expansion is not finite or not above zero";
-            let remedy = "give the stretch itself: 1 + alpha times the change of temperature";
-            return Err(GeometryError::Kinematics { what, at, remedy }.into());
+        if let Some(point) = factors.iter().position(|s| !(MOST_EXPANSION.recip()..=MOST_EXPANSION).contains(s)) {
+            let what = format!("stretch of free expansion at X = {:?}", self.positions[point].as_slice());
+            let needed = "give the stretch itself, 1 + alpha times the change of temperature: from 0.1 to 10, a thousand times the volume";
+            return Err(Invalid::new(what, factors[point], needed).into());
         }
         self.separate();
         for (point, factor) in factors.iter().enumerate() {
