@@ -97,6 +97,10 @@ impl<const D: usize> Mesh<D> {
         }
         let mut named = Vec::with_capacity(groups.len());
         for (name, members) in groups {
+            if name.trim().is_empty() {
+                let remedy = "give it a name, by which conditions and results find it";
+                return Err(MeshError::Array { what: "a group has an empty name".into(), remedy });
+            }
             let mut dimension = None;
             let mut found = Vec::with_capacity(members.len());
             for &member in members {

@@ -104,6 +104,12 @@ pub enum GeometryError {
         /// One that suffices \[length\].
         needed: f64,
     },
+    /// A part of a boundary has an empty name.
+    #[error("{what} has an empty name: give it a name, by which conditions and results find it")]
+    Nameless {
+        /// What has no name.
+        what: &'static str,
+    },
     /// These cells, or this place, do not support a feature.
     #[error("{what} is not possible here, it needs {needed}")]
     Unsuited {

@@ -101,12 +101,17 @@ impl Outline {
         let mut from = self.start;
         let mut curves = Vec::with_capacity(self.edges.len());
         for edge in &self.edges {
+            if edge.name.trim().is_empty() {
+                return Err(GeometryError::Nameless { what: "a part of an outline" });
+            }
             let to = edge.to;
             let numbers = [from[0], from[1], to[0], to[1]];
             if numbers.iter().chain(edge.arc.iter().flat_map(|(c, _)| c)).any(|x| !x.is_finite()) {
+                // Of a circle without a radius the centre alone is known.
+                let at = edge.arc.filter(|_| to == from || to[0].is_nan()).map_or(to, |(centre, _)| centre);
                 return Err(wrong(
                     "a corner or centre is not finite, or a radius not above zero",
-                    to,
+                    at,
                     "give finite coordinates and radii above zero",
                 ));
             }

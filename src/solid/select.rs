@@ -1,6 +1,6 @@
 //! Facets of a solid chosen by place.
 
-use crate::error::{GeometryError, SolidError};
+use crate::error::{GeometryError, Invalid, SolidError};
 use crate::geometry::Point;
 
 use super::closed::Solid3;
@@ -179,8 +179,17 @@ impl Solid3 {
     /// Names a part of the boundary; facets already named keep their other names, those of the same name stay in it.
     ///
     /// # Errors
-    /// [`SolidError::NothingSelected`] where no facet is selected.
+    /// [`SolidError::NothingSelected`] where no facet is selected, [`GeometryError::Nameless`] for an empty name.
     pub fn name(mut self, name: &str, select: Select) -> Result<Self, GeometryError> {
+        if name.trim().is_empty() {
+            return Err(GeometryError::Nameless { what: "a part of a solid" });
+        }
+        for (what, value) in [("Select::within", select.off.unwrap_or(0.0)), ("Select::angle", select.angle)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                let what = format!("{what} of part {name}");
+                return Err(Invalid::new(what, value, "give a finite number from 0 on").into());
+            }
+        }
         let found = select.select(&self).map_err(|[by, nearest]| SolidError::NothingSelected {
             name: name.to_string(),
             by,

@@ -37,13 +37,30 @@ pub struct Shape {
     node: Node,
     bounds: Block<3>,
     /// What a primitive was given and can't be.
-    invalid: Option<Invalid>,
+    invalid: Option<GeometryError>,
 }
 
 /// Numbers that have to be positive.
-fn needs(sizes: &[(&'static str, f64)]) -> Option<Invalid> {
+fn needs(sizes: &[(&'static str, f64)]) -> Option<GeometryError> {
     let bad = sizes.iter().find(|(_, size)| !(*size > 0.0 && size.is_finite()));
-    bad.map(|&(what, size)| Invalid::new(what, size, "give a positive finite length"))
+    bad.map(|&(what, size)| Invalid::new(what, size, "give a positive finite length").into())
+}
+
+/// Numbers of a place that have to be finite.
+fn place(what: &'static str, at: &Point<3>) -> Option<GeometryError> {
+    let bad = at.iter().find(|x| !x.is_finite());
+    bad.map(|&value| Invalid::new(what, value, "give finite numbers").into())
+}
+
+/// A unit vector along a direction, or why there is none.
+fn direction(what: &'static str, along: [f64; 3]) -> Result<Point<3>, GeometryError> {
+    let (along, length) = (Point::from(along), Point::from(along).norm());
+    let exists = length > 0.0 && length.is_finite();
+    if exists {
+        Ok(along / length)
+    } else {
+        Err(Invalid::new(what, length, "give a finite vector of some length").into())
+    }
 }
 
 fn leaf(surface: Surface) -> Node {
@@ -65,7 +82,7 @@ fn around(a: &Block<3>, b: &Block<3>) -> Block<3> {
 }
 
 impl Shape {
-    fn of(node: Node, bounds: Block<3>, invalid: Option<Invalid>) -> Self {
+    fn of(node: Node, bounds: Block<3>, invalid: Option<GeometryError>) -> Self {
         Shape { node, bounds, invalid }
     }
 
@@ -74,7 +91,8 @@ impl Shape {
         let centre = Point::from(centre);
         let half = Point::<3>::repeat(radius);
         let bounds = Block { min: centre - half, max: centre + half };
-        Self::of(leaf(Surface::Sphere { centre, radius }), bounds, needs(&[("radius of a sphere", radius)]))
+        let invalid = needs(&[("radius of a sphere", radius)]).or_else(|| place("centre of a sphere", &centre));
+        Self::of(leaf(Surface::Sphere { centre, radius }), bounds, invalid)
     }
 
     /// A block between two corners.
@@ -103,7 +121,7 @@ impl Shape {
         let largest = first.max(second);
         let mut invalid = needs(&[("length of a cylinder or cone", length), ("radius of a cylinder or cone", largest)]);
         if let Some(&value) = [first, second].iter().find(|radius| !(**radius >= 0.0)) {
-            invalid = Some(Invalid::new("radius of a cone", value, "give a length that is not negative"));
+            invalid = Some(Invalid::new("radius of a cone", value, "give a length that is not negative").into());
         }
         let side = if first == second {
             Surface::Cylinder { point: from, axis, radius: first }
@@ -122,19 +140,22 @@ impl Shape {
 
     /// A ring of circular section: the radius of its middle line and that of its section, which is smaller.
     pub fn torus(centre: [f64; 3], axis: [f64; 3], major: f64, minor: f64) -> Self {
-        let (centre, axis) = (Point::from(centre), Point::from(axis).normalize());
+        let (centre, along) = (Point::from(centre), direction("axis of a torus", axis));
+        let axis = along.clone().unwrap_or_else(|_| Point::z());
         let ring = disc(centre, &axis, major);
         let half = Point::<3>::repeat(minor);
         let bounds = Block { min: ring.min - half, max: ring.max + half };
         let lengths = [("section of a torus", minor), ("radius of a torus, less that of its section", major - minor)];
-        Self::of(leaf(Surface::Torus { centre, axis, major, minor }), bounds, needs(&lengths))
+        let invalid = needs(&lengths).or(along.err()).or_else(|| place("centre of a torus", &centre));
+        Self::of(leaf(Surface::Torus { centre, axis, major, minor }), bounds, invalid)
     }
 
     /// All that is behind a plane, seen along its outward normal: to be intersected with, or taken from, something bounded.
     pub fn half_space(point: [f64; 3], normal: [f64; 3]) -> Self {
         let all = Point::<3>::repeat(f64::INFINITY);
-        let normal = Point::from(normal).normalize();
-        Self::of(plane(point.into(), normal), Block { min: -all, max: all }, None)
+        let (point, normal) = (Point::from(point), direction("normal of a half space", normal));
+        let invalid = normal.clone().err().or_else(|| place("point of a half space", &point));
+        Self::of(plane(point, normal.unwrap_or_else(|_| Point::z())), Block { min: -all, max: all }, invalid)
     }
 
     /// The points of a block where a function is negative; it should be smooth, and about as steep everywhere near its zeros.
@@ -172,7 +193,7 @@ impl Shape {
             return Err(GeometryError::Count { what, count: values.len(), needed });
         }
         if let Some(invalid) = needs(&sizes.map(|size| ("size of a voxel", size))) {
-            return Err(invalid.into());
+            return Err(invalid);
         }
         if let Some(value) = values.iter().copied().find(|value| !value.is_finite()) {
             return Err(
@@ -232,7 +253,14 @@ impl Shape {
 
     /// Turned about an axis through the origin by an angle \[rad\].
     pub fn rotated(self, axis: [f64; 3], angle: f64) -> Self {
-        let turn = Rotation3::from_axis_angle(&Unit::new_normalize(axis.into()), angle);
+        let along = direction("axis of a turn of a shape", axis);
+        let finite = if angle.is_finite() {
+            None
+        } else {
+            Some(Invalid::new("angle of a turn of a shape", angle, "give a finite angle").into())
+        };
+        let (axis, angle) = (along.clone().unwrap_or_else(|_| Point::z()), if angle.is_finite() { angle } else { 0.0 });
+        let turn = Rotation3::from_axis_angle(&Unit::new_unchecked(axis), angle);
         let mut bounds = Block { min: Point::repeat(f64::INFINITY), max: Point::repeat(f64::NEG_INFINITY) };
         if self.bounds.min.iter().chain(&self.bounds.max).all(|x| x.is_finite()) {
             for corner in 0..8 {
@@ -244,18 +272,22 @@ impl Shape {
             bounds.min.fill(f64::NEG_INFINITY);
             bounds.max.fill(f64::INFINITY);
         }
-        Self::of(self.node.moved(&turn, &Point::zeros()), bounds, self.invalid)
+        Self::of(self.node.moved(&turn, &Point::zeros()), bounds, self.invalid.or(along.err()).or(finite))
     }
 
     /// Shifted by a vector \[length\].
     pub fn translated(self, by: [f64; 3]) -> Self {
         let by = Point::from(by);
         let bounds = Block { min: self.bounds.min + by, max: self.bounds.max + by };
-        Self::of(self.node.moved(&Rotation3::identity(), &by), bounds, self.invalid)
+        let invalid = self.invalid.or_else(|| place("translation of a shape", &by));
+        Self::of(self.node.moved(&Rotation3::identity(), &by), bounds, invalid)
     }
 
     /// Gives the surfaces that have no name yet one: the facets on them become a part of the boundary.
     pub fn named(mut self, name: &str) -> Self {
+        if name.trim().is_empty() {
+            self.invalid.get_or_insert(GeometryError::Nameless { what: "a surface of a shape" });
+        }
         self.node.named(&Arc::from(name));
         self
     }
@@ -268,7 +300,7 @@ impl Shape {
     /// [`GeometryError::Invalid`] for sizes that can't be and where the shape has no bounds.
     pub fn solid(&self, spacing: f64) -> Result<Solid3, GeometryError> {
         if let Some(invalid) = &self.invalid {
-            return Err(invalid.clone().into());
+            return Err(invalid.clone());
         }
         if !(spacing > 0.0 && spacing.is_finite()) {
             return Err(Invalid::new("spacing of a surface", spacing, "give a positive finite length").into());
