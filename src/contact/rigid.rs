@@ -330,7 +330,8 @@ impl<const D: usize> RigidSurface<D> {
     fn with_turning(mut self, about: Point<D>, axis: Vector3<f64>, amount: f64, free: bool) -> Self {
         let cross = axis.normalize().cross_matrix();
         let spin = SMatrix::from_fn(|i, j| cross[(i, j)]);
-        self.turning = Some(Turning { about, spin, amount, amplitude: Amplitude::Ramp, free, start: 0.0 });
+        self.turning =
+            Some(Turning { about, spin, amount, amplitude: Amplitude::Ramp, free, start: 0.0, axis: axis.norm() });
         self
     }
 

@@ -19,6 +19,8 @@ pub(crate) struct Turning<const D: usize> {
     pub free: bool,
     /// By how much it has turned before the run.
     pub start: f64,
+    /// The length of the axis as it was given.
+    pub axis: f64,
 }
 
 /// A surface that has turned.
@@ -61,12 +63,16 @@ impl<const D: usize> Turning<D> {
     /// Refuses axes and amounts that are none.
     pub(crate) fn validate(&self, contact: &str) -> Result<(), crate::error::Error> {
         self.amplitude.validate(|| contact.to_string())?;
+        if !(self.axis > 0.0 && self.axis.is_finite()) {
+            let what = format!("{contact}: length of the axis about which the rigid surface turns");
+            return Err(Invalid::new(what, self.axis, "give a finite vector of some length").into());
+        }
         let ends = [0.0, 0.5, 1.0].map(|load| self.amplitude.evaluate(load).0);
         let all = ends.into_iter().chain([self.amount]).chain(self.about.iter().chain(self.spin.iter()).copied());
         match all.into_iter().find(|value| !value.is_finite()) {
             Some(value) => {
                 let what = format!("{contact}: turn of the rigid surface");
-                Err(Invalid::new(what, value, "give finite numbers, and an axis of some length").into())
+                Err(Invalid::new(what, value, "give finite numbers").into())
             }
             None => Ok(()),
         }
