@@ -129,6 +129,9 @@ impl Constraints {
         if let Some(&(_, value)) = equation.entries.iter().find(|(_, c)| !c.is_finite()) {
             return Err(BoundaryError::Value { what: equation.label, value, load: 1.0 });
         }
+        if !equation.target.is_finite() {
+            return Err(BoundaryError::Value { what: equation.label, value: equation.target, load: 1.0 });
+        }
         for load in [0.0, 1.0] {
             let value = equation.target * equation.amplitude.evaluate(load).0;
             if !value.is_finite() {

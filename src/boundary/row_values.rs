@@ -17,7 +17,12 @@ pub(crate) fn scaled<'a, const D: usize>(
     target: &'a dyn Fn(&Point<D>) -> f64,
     amplitude: &'a Amplitude,
 ) -> impl Fn(Vec<(Point<D>, f64)>) -> (f64, Amplitude) + 'a {
-    move |points| (points.iter().map(|(x, w)| w * target(x)).sum(), amplitude.clone())
+    move |points| {
+        let sum = points.iter().map(|(x, w)| w * target(x)).sum();
+        // Weights of either sign would make a NaN of what is infinite.
+        let odd = points.iter().map(|(x, _)| target(x)).find(|value| !value.is_finite());
+        (odd.unwrap_or(sum), amplitude.clone())
+    }
 }
 
 /// $\sum w\\,g(X, \lambda)$, all of it in the amplitude.

@@ -184,7 +184,7 @@ pub enum BoundaryError {
         high: Vec<f64>,
     },
     /// No condition has the name or acts at the place requested.
-    #[error("no condition acts on {requested}; {}", acting(known))]
+    #[error("no condition acts on {}; {}", if requested.trim().is_empty() { "\"\"" } else { requested.as_str() }, acting(known))]
     UnknownCondition {
         /// The name or place requested.
         requested: String,

@@ -147,6 +147,12 @@ pub enum FitError {
         /// Starts that were tried.
         starts: usize,
     },
+    /// A search from no starting point, or from more than anyone would wait for.
+    #[error("{starts} starting points: give from 1 to 100000; the default is 40")]
+    Starts {
+        /// Starts requested.
+        starts: usize,
+    },
     /// All optima lose stability inside the range of the data.
     #[error(
         "{law}: the best fit is stable in {mode} tests only for stretches from {low:.4} to {high:.4}, but the data range from {from} to \

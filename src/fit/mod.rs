@@ -45,6 +45,8 @@ use search::{End, Residuals};
 
 /// Moduli of two tests that differ by this factor are in different units.
 const UNITS: f64 = 100.0;
+/// More starts are a mistyped number: each takes a search.
+const MOST_STARTS: usize = 100_000;
 /// Condition beyond which a warning says so.
 const CONDITION: f64 = 1e4;
 /// Optima whose residuals differ by less than this part of the stresses are one.
@@ -96,13 +98,16 @@ impl Fit {
     ///
     /// # Errors
     /// [`FitError::Empty`], [`FitError::Unseen`] and [`FitError::TooFew`] for data that can't decide the coefficients,
-    /// [`FitError::Coefficient`] for unusable bounds, [`FitError::NoOptimum`] where no start came to one,
+    /// [`FitError::Coefficient`] for unusable bounds, [`FitError::Starts`] for their number, [`FitError::NoOptimum`] where no start came to one,
     /// [`FitError::Unstable`] where all that were found are unstable inside the range of the data.
     pub fn to(&self, data: &TestData) -> Result<Report, FitError> {
         let family = &*self.family;
         let compressible = family.is_compressible();
         let (law, mut warnings) = (family.name(), units(data));
         let modulus = self.look(data)?;
+        if self.starts == 0 || self.starts > MOST_STARTS {
+            return Err(FitError::Starts { starts: self.starts });
+        }
         let coefficients = self.coefficients(modulus)?;
         let residuals = Residuals::new(family, coefficients, data, modulus);
         let mut random = fastrand::Rng::with_seed(self.seed);
@@ -209,6 +214,11 @@ impl Fit {
             let Some(c) = coefficients.iter_mut().find(|c| c.name == *name) else {
                 return Err(unusable(format!("no coefficient {name}; there are {names}")));
             };
+            if low.is_nan() || high.is_nan() {
+                return Err(unusable(format!(
+                    "bounds of {name} are {low} and {high}; give numbers, or infinity for none"
+                )));
+            }
             let unit = if c.is_stress { modulus } else { 1.0 };
             let (low, high) = ((low / unit).max(c.bounds[0]), (high / unit).min(c.bounds[1]));
             if !(low < high) {

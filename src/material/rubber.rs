@@ -1,5 +1,6 @@
 //! The paper's material in one call.
 
+use super::rivlin::positive;
 use super::{
     ExistenceReport, Invariants, NearlyIncompressible, QuadraticVolume, RivlinPolynomial, VolumetricEnergy, existence,
 };
@@ -46,9 +47,13 @@ impl NearlyIncompressible<Invariants<RivlinPolynomial>, QuadraticVolume> {
     /// Any polynomial (2.9) with terms $((m, n), A_{mn})$ and $\frac k2(J-1)^2$, constants in \[stress\].
     ///
     /// # Errors
-    /// Those of [`RivlinPolynomial::new`] and [`QuadraticVolume::new`].
+    /// Those of [`RivlinPolynomial::new`] and [`QuadraticVolume::new`]; [`Invalid`](crate::error::Invalid) unless the initial shear
+    /// modulus $2(A_{10}+A_{01})$ is above zero.
     pub fn polynomial(terms: impl IntoIterator<Item = ((u32, u32), f64)>, bulk: f64) -> Result<Self, MaterialError> {
-        Self::of(RivlinPolynomial::new(terms)?, bulk)
+        let polynomial = RivlinPolynomial::new(terms)?;
+        let first: f64 = polynomial.terms().filter(|((m, n), _)| m + n == 1).map(|(_, value)| value).sum();
+        positive("A_10 + A_01", first)?;
+        Self::of(polynomial, bulk)
     }
 
     fn of(polynomial: RivlinPolynomial, bulk: f64) -> Result<Self, MaterialError> {

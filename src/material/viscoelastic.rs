@@ -53,7 +53,11 @@ fn checked(name: &str, pairs: impl IntoIterator<Item = (f64, f64)>) -> Result<Ve
             super::rivlin::positive(&format!("{name}_{}", i + 1), *value)?;
         }
     }
-    if branches.is_empty() { Err(MaterialError::Empty) } else { Ok(branches) }
+    if branches.is_empty() {
+        let needed = "give at least one pair of a part and a relaxation time tau";
+        return Err(Invalid::new("number of pairs of a Prony series", 0.0, needed).into());
+    }
+    Ok(branches)
 }
 
 /// A material whose distortional stress relaxes: $\bar S = \bar F^{-1}\tau\bar F^{-T}$ of the elastic law, its stress seen by the

@@ -153,10 +153,10 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
         })
     }
 
-    /// Changes the reciprocal condition number below which a point is refused (default 1e-8); a NaN, below which
-    /// nothing is, changes nothing.
+    /// Changes the reciprocal condition number below which a point is refused (default 1e-8); a number that is none or negative, below
+    /// which nothing is, changes nothing.
     pub fn with_rcond_limit(mut self, limit: f64) -> Self {
-        if !limit.is_nan() {
+        if limit >= 0.0 {
             self.rcond_limit = limit;
         }
         self

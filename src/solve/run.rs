@@ -133,6 +133,9 @@ impl Analysis {
                 Incompatible::new("control by a functional", "contact that is solved by iteration", remedy).into()
             );
         }
+        if targets.is_empty() {
+            return Err(Invalid::new("number of control targets", 0.0, "give at least one target").into());
+        }
         if let Some(&value) = targets.iter().find(|t| !t.is_finite()) {
             return Err(Invalid::new("control target", value, "give finite values").into());
         }

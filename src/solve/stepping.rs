@@ -100,7 +100,7 @@ impl Stepping {
             smallest: first.min(Stepping::default().smallest),
             growth: 1.0,
             predict: false,
-            steps: 100 * steps.max(1),
+            steps: steps.saturating_mul(100),
             control: StepControl::Load,
             time_tolerance: f64::INFINITY,
             ..Stepping::default()
@@ -113,8 +113,8 @@ impl Stepping {
             return Err(Invalid::new("tolerance of steps of time", self.time_tolerance, needed).into());
         }
         for (what, value, ok) in [
-            ("first load increment", self.first, self.first > 0.0 && self.first <= 1.0),
-            ("smallest load increment", self.smallest, self.smallest > 0.0 && self.smallest <= self.first),
+            ("first load increment", self.first, self.first >= f64::EPSILON && self.first <= 1.0),
+            ("smallest load increment", self.smallest, self.smallest >= f64::EPSILON && self.smallest <= self.first),
             ("largest load increment", self.largest, self.largest >= self.first && self.largest.is_finite()),
             ("growth of the load increment", self.growth, self.growth >= 1.0 && self.growth <= 1e3),
         ] {
@@ -122,7 +122,8 @@ impl Stepping {
                 return Err(Invalid::new(
                     what,
                     value,
-                    "increments are above 0 with smallest <= first <= largest and first <= 1, growth is from 1 to 1000",
+                    "increments are above 0 with smallest <= first <= largest and first <= 1, and not below 2.2e-16, which a load factor does \
+                     not feel; growth is from 1 to 1000",
                 )
                 .into());
             }

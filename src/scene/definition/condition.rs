@@ -70,6 +70,10 @@ fn across<const D: usize>(x: &Point<D>, centre: &[f64; D], axis: &[f64; 3]) -> [
         return offset;
     }
     let size: f64 = axis.iter().map(|a| a * a).sum();
+    if !(size > 0.0) {
+        // Nothing is across an axis without a direction: the direction is refused where it is asked for.
+        return [0.0; D];
+    }
     let along = offset.iter().zip(axis).map(|(o, a)| o * a).sum::<f64>() / size;
     std::array::from_fn(|i| offset[i] - along * axis[i])
 }

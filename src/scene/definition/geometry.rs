@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::cells::{Cells, CutLattice, Triangulation, Voronoi};
-use crate::error::Error;
+use crate::error::{Error, GeometryError};
 use crate::geometry::{Block, Domain, Point, Region};
 use crate::mesh::Mesh;
 use crate::solid::Solid3;
@@ -39,6 +39,16 @@ impl<const D: usize> From<Arc<dyn Cells<D>>> for Geometry<D> {
     }
 }
 
+/// Particle counts for each axis of a shape that is not divided along axes, none of them zero.
+fn some_per_axis<const D: usize>(counts: &[usize]) -> Result<[usize; D], Error> {
+    let what = "particle counts";
+    let counts = per_axis(counts, what)?;
+    if counts.contains(&0) {
+        return Err(GeometryError::Count { what, count: 0, needed: "at least 1 is needed along each axis" }.into());
+    }
+    Ok(counts)
+}
+
 impl From<Region> for Geometry<2> {
     fn from(region: Region) -> Self {
         let scattering = move |scheme: &Scheme| -> Result<Arc<dyn Cells<2>>, Error> {
@@ -46,7 +56,7 @@ impl From<Region> for Geometry<2> {
             let triangles = match &scheme.resolution_or_default() {
                 Resolution::Spacing(h) => Triangulation::scattered(&region, |x| h * grading(x), &scheme.scatter)?,
                 Resolution::Counts(counts) => {
-                    let counts: [usize; 2] = per_axis(counts, "particle counts")?;
+                    let counts: [usize; 2] = some_per_axis(counts)?;
                     let count = counts[0].saturating_mul(counts[1]);
                     Triangulation::about(&region, count, grading, &scheme.scatter)?
                 }
@@ -79,7 +89,7 @@ impl From<Solid3> for Geometry<3> {
                 Resolution::Spacing(spacing) => *spacing,
                 // As many along the longest side as are asked for, or as few as any axis allows.
                 Resolution::Counts(counts) => {
-                    let counts: [usize; 3] = per_axis(counts, "particle counts")?;
+                    let counts: [usize; 3] = some_per_axis(counts)?;
                     let Block { min, max } = solid.bounds();
                     let sides: [f64; 3] = std::array::from_fn(|i| max[i] - min[i]);
                     let even = counts.iter().all(|count| *count == counts[0]);

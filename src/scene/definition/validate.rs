@@ -15,8 +15,8 @@ use super::value::Value;
 impl<const D: usize> Scene<D> {
     /// Refuses conditions and loads that no scheme could serve.
     pub(crate) fn validate(&self) -> Result<(), Error> {
-        self.validate_bodies()?;
         names(self)?;
+        self.validate_bodies()?;
         if let Some(name) = self.absent.first() {
             return Err(BoundaryError::UnknownCondition { requested: name.clone(), known: known(self) }.into());
         }
@@ -62,6 +62,7 @@ impl<const D: usize> Scene<D> {
                 return Err(BoundaryError::Value { what: load.label(), value, load: 1.0 }.into());
             }
         }
+        parts_of_rigid_bodies(self)?;
         sizes(self)?;
         contacts(self)?;
         crate::kinematics::hoop_components(&*self.kinematics)?;
@@ -113,7 +114,12 @@ fn sizes<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
         body.material.validate()?;
         let (shear, bulk) = (body.material.initial_moduli().shear, body.material.initial_moduli().bulk);
         stiffest = stiffest.max(shear).max(bulk);
-        if shear > 0.0 && bulk / shear > STIFFEST {
+        if !(shear > 0.0) {
+            let what = format!("initial shear modulus of the material of body {}", body.name);
+            let needed = "give constants whose sum resists shear: a modulus above zero";
+            return Err(Invalid::new(what, shear, needed).into());
+        }
+        if bulk / shear > STIFFEST {
             let needed = "at most 1e12, where changes of volume begin to be lost in rounding; 1e5 is incompressible to all purposes";
             let what = format!("bulk over shear modulus of body {}", body.name);
             return Err(Invalid::new(what, bulk / shear, needed).into());
@@ -133,6 +139,19 @@ fn sizes<const D: usize>(scene: &Scene<D>) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// Refuses conditions and loads on some of a rigid body, which moves as a whole.
+fn parts_of_rigid_bodies<const D: usize>(scene: &Scene<D>) -> Result<(), Incompatible> {
+    let places =
+        scene.conditions.iter().map(|condition| &condition.place).chain(scene.loads.iter().map(|load| &load.place));
+    match places.into_iter().find(|place| place.within.is_some() && scene.rigid_at(place).is_some()) {
+        Some(place) => {
+            let remedy = "leave Place::within out: a rigid body moves as a whole";
+            Err(Incompatible::new(format!("{place}"), "a rigid body", remedy))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Refuses an amplitude that is no number at load factors of a run.

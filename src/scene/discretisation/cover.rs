@@ -52,7 +52,7 @@ pub(crate) fn approximation<const D: usize>(
     scheme: &Scheme,
     particles: Particles<D>,
 ) -> Result<KernelFunctions<D>, ApproximationError> {
-    if let Some(value) = scheme.rcond_limit.filter(|limit| limit.is_nan()) {
+    if let Some(value) = scheme.rcond_limit.filter(|limit| !(*limit >= 0.0)) {
         return Err(ApproximationError::Function {
             what: "the limit of the reciprocal condition number",
             value,

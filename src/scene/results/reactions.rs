@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::boundary::ConstraintEquation;
-use crate::error::{BoundaryError, Error, SolveError};
+use crate::error::{BoundaryError, Error, Invalid, SolveError};
 use crate::geometry::{Part, Point};
 use crate::output::{PvdCollection, Table};
 use crate::solve::{EquilibriumPath, State};
@@ -45,9 +45,12 @@ impl<const D: usize> Problem<D> {
     /// revolution none.
     ///
     /// # Errors
-    /// As [`reaction`](Problem::reaction).
+    /// As [`reaction`](Problem::reaction), and for a point that is not finite.
     pub fn moment(&self, state: &State, place: impl Into<Place<D>>, about: [f64; D]) -> Result<[f64; 3], Error> {
         let mut moment = [0.0; 3];
+        if let Some(&value) = about.iter().find(|x| !x.is_finite()) {
+            return Err(Invalid::new("point about which a moment is taken", value, "give finite coordinates").into());
+        }
         let rows = self.rows_at(state, &place.into())?;
         for (equation, mu, nodes) in rows.into_iter().filter(|_| self.turns()) {
             for &(k, c) in equation.entries.iter().filter(|entry| nodes.contains(&(entry.0 / D))) {

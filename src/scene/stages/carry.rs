@@ -20,6 +20,8 @@ pub(super) fn start<const D: usize>(
     state: &State,
     problem: &mut Problem<D>,
 ) -> Result<State, Error> {
+    // A path of another history.
+    state.check_lengths(before.model(), before.equations())?;
     let mut next = problem.at_rest();
     carry_displacement(before, state, problem, &mut next)?;
     for body in 0..problem.discrete_bodies.len() {
