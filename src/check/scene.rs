@@ -2,13 +2,15 @@
 
 use std::fmt;
 
+use nalgebra::{Matrix3, Vector3};
+
 use crate::boundary::dependent_rows;
 use crate::compiled::compiled;
 use crate::error::{ApproximationError, BoundaryError, Error};
-use crate::material::Material;
+use crate::material::{InternalVariables, Material};
 use crate::paper::Cover;
 use crate::scene::{
-    ApproximationChoice, BodyOf, FixedInside, FreeMotion, Problem, Scene, Scheme, fixed_inside, free_motions,
+    ApproximationChoice, BodyOf, FixedInside, FreeMotion, Scene, Scheme, Value, fixed_inside, free_motions,
     kernel_functions,
 };
 use crate::term::{Amplitude, Body, PressureField};
@@ -22,9 +24,6 @@ const RCOND: f64 = 1e-6;
 
 /// Bulk over shear modulus above which a point's volume counts as a constraint.
 const STIFF: f64 = 20.0;
-
-/// The largest stretch of an expansion: gels that take up a thousand times their volume expand by ten.
-const LARGEST_EXPANSION: f64 = 10.0;
 
 /// What a scene under a scheme is checked for before it is solved; all of it, where
 /// [`discretize`](Scene::discretize) stops at the first error.
@@ -49,8 +48,6 @@ pub struct Diagnosis {
     pub pressures: usize,
     /// Displacement unknowns that the rows leave.
     pub displacements: usize,
-    /// The largest stretch by which a body would expand, or the inverse of the smallest where it shrinks by more; 1 without expansion.
-    pub expansion: f64,
     /// Settings without effect on a run of the scene: pairs of tables beyond a load factor of 1, a law that relaxes in a scene without time.
     pub without_effect: Vec<String>,
     /// Whether a single cell spans a thickness of the body.
@@ -124,12 +121,6 @@ impl Diagnosis {
             self.inside.len(),
             list(self.inside.iter().map(ToString::to_string).collect()),
         ));
-        report.findings.push(Finding {
-            law: "expansions are those of a solid",
-            violation: self.expansion,
-            tolerance: LARGEST_EXPANSION,
-            at: "Scene::with_expansion takes a stretch, 1 + α ΔT for a change of temperature: check its unit".into(),
-        });
         if self.pressures == 0 {
             report.unchecked.push("pressures per displacement: the body has no pressures".into());
         } else {
@@ -183,7 +174,7 @@ pub fn scene<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagno
 }
 
 fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnosis, Error> {
-    let mut diagnosis = Diagnosis { most_pressures: 1.0 / D as f64, expansion: 1.0, ..Diagnosis::default() };
+    let mut diagnosis = Diagnosis { most_pressures: 1.0 / D as f64, ..Diagnosis::default() };
     if scheme.approximation == ApproximationChoice::Particles {
         for (scheme, cells) in scene.cells(scheme)? {
             if scheme.approximation != ApproximationChoice::Particles {
@@ -217,31 +208,21 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
         Err(error) => return Err(error),
     };
     diagnosis.without_effect = without_effect(scene);
+    if let Some(moved) = largest_motion(scene) {
+        diagnosis.without_effect.extend(problem.out_of_reach(moved));
+    }
     // What a run would trip over before its first step.
     problem.analysis().check_settings(problem.model())?;
     diagnosis.overruled = problem.equations().overruled().to_vec();
     diagnosis.dependent = dependent_rows(problem.equations().equations());
     diagnosis.free = free_motions(&problem);
     diagnosis.inside = fixed_inside(&problem);
-    diagnosis.expansion = expansion(&problem);
-    diagnosis.pressures = problem.discrete_bodies().iter().map(|member| pressures::<D>(member.body())).sum();
+    // A sheet takes its volume from its thickness, which is free.
+    let bodies = problem.discrete_bodies().iter().filter(|_| !scene.kinematics.is_plane_stress());
+    diagnosis.pressures = bodies.map(|member| pressures::<D>(member.body())).sum();
     let equations = problem.equations().len() - diagnosis.dependent.len();
     diagnosis.displacements = problem.model().unknowns().saturating_sub(equations);
     Ok(diagnosis)
-}
-
-/// The largest stretch by which a body of a problem would expand or shrink: what its undeformed points lack of being unstrained.
-fn expansion<const D: usize>(problem: &Problem<D>) -> f64 {
-    let rest = vec![0.0; problem.model().unknowns()];
-    let mut largest: f64 = 1.0;
-    for body in problem.discrete_bodies() {
-        let term = body.body();
-        for point in 0..term.table().len() {
-            let stretch = term.deformation_gradient(point, &rest).determinant().cbrt();
-            largest = largest.max(stretch.max(1.0 / stretch));
-        }
-    }
-    largest
 }
 
 /// Settings without effect on a run of a scene, with what to do.
@@ -260,12 +241,35 @@ fn without_effect<const D: usize>(scene: &Scene<D>) -> Vec<String> {
             "the table of {of} goes on to {last}, a run ends at a load factor of 1: divide its first numbers by {last}"
         ))
     });
-    let relaxes = |body: &BodyOf<D>| body.material.internal_variables().is_some_and(|law| law.relaxed() < 1.0);
-    let timeless = scene.bodies.iter().filter(|body| scene.clock.is_none() && relaxes(body)).map(|body| {
+    let relaxes = |body: &BodyOf<D>| body.material.internal_variables().is_some_and(relaxes);
+    let passes = scene.clock.as_ref().is_some_and(|clock| clock.evaluate(1.0).0 > clock.evaluate(0.0).0);
+    let timeless = scene.bodies.iter().filter(|body| !passes && relaxes(body)).map(|body| {
         let of = if body.name.is_empty() { "the body".to_string() } else { format!("body `{}`", body.name) };
-        format!("the law of {of} relaxes and no time passes: give the scene Scene::over_time")
+        format!("the law of {of} relaxes and no time passes: give the scene a time above zero by Scene::over_time")
     });
     tables.chain(timeless).collect()
+}
+
+/// Whether a law stores another energy in a sudden strain than in one that takes its time.
+fn relaxes(law: &dyn InternalVariables) -> bool {
+    let mut memory = vec![0.0; law.len()];
+    law.start(&mut memory);
+    let stretched = Matrix3::from_diagonal(&Vector3::new(1.1, 1.0, 1.0 / 1.1));
+    let [sudden, slow] = [0.0, f64::MAX].map(|elapsed| law.energy(&stretched, &memory, elapsed));
+    sudden != slow
+}
+
+/// The largest displacement that conditions prescribe \[length\]; none where they do so by functions.
+fn largest_motion<const D: usize>(scene: &Scene<D>) -> Option<f64> {
+    let values = scene.conditions.iter().flat_map(|condition| {
+        let amplitudes = (0..=16).map(|k| condition.amplitude.evaluate(f64::from(k) / 16.0).0.abs());
+        let most = amplitudes.fold(0.0, f64::max);
+        condition.prescribed.iter().map(move |(_, value)| match value {
+            Value::Constant(value) => Some(value.abs() * most),
+            _ => None,
+        })
+    });
+    values.sum()
 }
 
 /// The pressures of a body, or the points that constrain its volume.

@@ -8,7 +8,7 @@ use crate::cells::BoundaryCells;
 use crate::contact::{
     ArtificialSpring, ContactError, ContactSurface, Drive, PairContact, PairLaw, RigidBodyDof, RigidContact, Stiffness,
 };
-use crate::error::{Error, GeometryError, Incompatible};
+use crate::error::{Error, Incompatible};
 use crate::geometry::Point;
 use crate::material::Material;
 use crate::shape::FiniteElements;
@@ -17,6 +17,7 @@ use crate::table::ShapeTable;
 use super::discrete_body::DiscreteBody;
 use super::facet_rule::{FacetRule, Facets};
 use super::sharing::Sharing;
+use crate::scene::Problem;
 use crate::scene::definition::contact_definition::{Contact, ContactDefinition, ContactPair, Law};
 use crate::scene::definition::place::{Place, Spot};
 use crate::scene::definition::scene::Scene;
@@ -74,7 +75,7 @@ pub(crate) fn add<const D: usize>(
             looks_at(&law, model.unknowns(), contact)?;
             starts_outside(&law, model.unknowns(), contact)?;
         } else if scene.started.is_none() {
-            overlaps_at_rest(deepest(&law, model.unknowns()), || contact.label())?;
+            overlaps_at_rest(deepest(&law, model.unknowns(), 0.0), || contact.label())?;
         }
         let lever = law.lever;
         let law = Arc::new(law);
@@ -217,7 +218,7 @@ fn starts_outside<const D: usize>(
 ) -> Result<(), Error> {
     // Chords of a body and arcs of a surface that fits it differ by a hundredth of their spacing.
     let spacing = law.contact_surface.traces.iter().map(|trace| trace.width).fold(0.0, f64::max);
-    match deepest(law, unknowns) {
+    match deepest(law, unknowns, 0.0) {
         Some((depth, at)) if depth > SLACK * spacing => {
             let (contact, at) = (contact.label(), at.as_slice().to_vec());
             Err(ContactError::Penetrates { contact, depth, at }.into())
@@ -226,9 +227,9 @@ fn starts_outside<const D: usize>(
     }
 }
 
-/// How deep a body is in a rigid surface before anything moves, and where.
-fn deepest<const D: usize>(law: &RigidContact<D>, unknowns: usize) -> Option<(f64, Point<D>)> {
-    let placed = law.placed(&vec![0.0; unknowns], 0.0);
+/// How deep the undeformed body is in a rigid surface at a load factor, and where.
+fn deepest<const D: usize>(law: &RigidContact<D>, unknowns: usize, load: f64) -> Option<(f64, Point<D>)> {
+    let placed = law.placed(&vec![0.0; unknowns], load);
     let depth = |x: &Point<D>| (-placed.nearest(&*law.surface.shape, x).gap, *x);
     law.contact_surface.table.positions().iter().map(depth).max_by(|a, b| a.0.total_cmp(&b.0))
 }
@@ -270,6 +271,32 @@ fn separate_at_rest<const D: usize>(
             Err(ContactError::Penetrates { contact, depth, at: at.as_slice().to_vec() }.into())
         }
         _ => Ok(()),
+    }
+}
+
+impl<const D: usize> Problem<D> {
+    /// Rigid surfaces that stay farther from the body than it is large, by their motion and by what moves the body, with what to do.
+    pub(crate) fn out_of_reach(&self, moved: f64) -> Vec<String> {
+        let positions = self.positions();
+        let extent = positions.iter().fold(0.0f64, |e, x| e.max((x - positions[0]).norm()));
+        let apart = |contact: &Contact<D>| {
+            let Law::Rigid(law) = &contact.law else { return None };
+            if law.surface.is_free() {
+                return None;
+            }
+            let unknowns = self.model.unknowns();
+            let nearest = (0..=16).filter_map(|k| deepest(law, unknowns, f64::from(k) / 16.0));
+            let (depth, at) = nearest.max_by(|a, b| a.0.total_cmp(&b.0))?;
+            (-depth - moved > extent).then(|| {
+                format!(
+                    "rigid surface `{}` comes no nearer than {:.3e} to X = {:?}: it never touches; move it to the body, or leave it out",
+                    contact.name,
+                    -depth,
+                    at.as_slice()
+                )
+            })
+        };
+        self.contacts.iter().filter_map(apart).collect()
     }
 }
 
@@ -354,8 +381,8 @@ pub(crate) fn contact_definition<const D: usize>(
     let contact_surfaces = |place: &Place<D>| {
         let place = scene.resolve(place);
         let Spot::Part(part) = &place.spot else {
-            let needed = "a part of the boundary, or some of one";
-            return Err(GeometryError::Unsuited { what: "contact of a point or of the body", needed }.into());
+            let contact = format!("contact of {place}");
+            return Err(ContactError::NoFacet { contact, place: place.to_string() }.into());
         };
         let of = scene.bodies_at(&place, &|| format!("contact of {place}"), all, &|_| true)?;
         let body = of.first().copied().unwrap_or(0);
