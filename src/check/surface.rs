@@ -6,9 +6,13 @@ use crate::solid::SurfaceFlaws;
 
 use super::{Finding, Report};
 
+/// Places of one kind that a finding lists; the values are in [`SurfaceFlaws`].
+const LISTED: usize = 20;
+
 /// Whether facets, three vertices each, enclose a solid as they are; [`SurfaceFlaws`] has the same as values.
 ///
-/// [`Solid3::new`](crate::solid::Solid3::new) mends small openings, facets without area and facets that face the wrong way.
+/// [`Solid3::new`](crate::solid::Solid3::new) mends small openings, facets without area, facets that stand twice, facets and parts that face
+/// the wrong way, and cavities that face outwards as the part around them does: each is listed with its place.
 ///
 /// ```
 /// use rkpm::geometry::Point;
@@ -25,19 +29,37 @@ pub fn surface(vertices: &[Point<3>], facets: &[[u32; 3]]) -> Result<Report, Geo
     let middle = |edge: &[Point<3>; 2]| (edge[0] + edge[1]) * 0.5;
     let middles = |edges: &[[Point<3>; 2]]| edges.iter().map(middle).collect::<Vec<_>>();
     let crossings = flaws.crossing.iter().map(|(_, at)| *at).collect();
-    let flat = flaws.flat.iter().map(|&facet| vertices[facets[facet][0] as usize]).collect();
+    let of_facets = |numbers: &[usize]| -> Vec<Point<3>> {
+        numbers
+            .iter()
+            .map(|&facet| facets[facet].iter().map(|&v| vertices[v as usize]).sum::<Point<3>>() / 3.0)
+            .collect()
+    };
     let laws = [
         ("edges bound two facets", middles(&flaws.open)),
         ("neighbours face the same way", middles(&flaws.turned)),
         ("edges bound no more than two facets", middles(&flaws.branching)),
         ("facets do not cross", crossings),
-        ("facets have areas", flat),
+        ("facets have areas", of_facets(&flaws.flat)),
+        ("facets stand once", of_facets(&flaws.doubled)),
         ("parts face outwards", flaws.inside_out),
         ("no part lies within another that faces the same way", flaws.nested),
     ];
-    let findings = laws.into_iter().map(|(law, places)| {
-        let at = places.first().map_or_else(String::new, |at| format!("X = {:?}", at.as_slice()));
-        Finding { law, violation: places.len() as f64, tolerance: 0.0, at }
+    let findings = laws.into_iter().map(|(law, places)| Finding {
+        law,
+        violation: places.len() as f64,
+        tolerance: 0.0,
+        at: listed(&places),
     });
     Ok(Report { findings: findings.collect(), ..Report::default() })
+}
+
+/// The first places.
+fn listed(places: &[Point<3>]) -> String {
+    let shown: Vec<String> = places.iter().take(LISTED).map(|at| format!("X = {:?}", at.as_slice())).collect();
+    let more = match places.len().checked_sub(LISTED) {
+        None | Some(0) => String::new(),
+        Some(more) => format!(" and {more} more"),
+    };
+    shown.join(", ") + &more
 }

@@ -100,12 +100,12 @@ pub enum SolidError {
         /// The spacing.
         spacing: f64,
     },
-    /// A closed part within another, both facing the same way.
+    /// A closed part that separates no inside from an outside, whichever way parts face.
     #[error(
-        "at X = {at:?} a closed part of the surface lies within another with its normals also outward: reverse its facets to make it a cavity, or leave it out"
+        "at X = {at:?} a closed part of the surface separates no inside from an outside, whichever way parts are turned: separate parts that touch along an edge, or leave it out"
     )]
     Nested {
-        /// A point of the inner part.
+        /// A point of the part.
         at: [f64; 3],
     },
     /// A name that selects no facet.

@@ -8,7 +8,7 @@ use crate::mesh::Mesh;
 
 use super::crossing::first_crossing;
 use super::tree::Tree;
-use super::weld::{ADDED, drop_doubles, turn_flat, weld};
+use super::weld::{ADDED, drop_doubles, drop_spare, turn_flat, weld};
 use super::{orient, stl};
 
 /// Vertices closer than this part of the largest coordinate are one: in files of single precision, and of arrays.
@@ -23,7 +23,8 @@ const MOST: usize = 1 << 30;
 ///
 /// Facets are counter-clockwise seen from outside. Vertices at one place are one, facets without area are gone, openings of less
 /// than a thousandth of the surface are closed, facets and whole parts that face the wrong way are turned. A closed part within
-/// another is a cavity.
+/// another is a cavity, whichever way it faces, and one within a cavity is solid. [`check::surface`](crate::check::surface) lists what is
+/// mended.
 ///
 /// ```
 /// use rkpm::solid::{Select, Solid3};
@@ -137,6 +138,7 @@ impl Solid3 {
         let tolerance = same * largest;
         let (vertices, mut facets) = weld(vertices, facets, tolerance);
         drop_doubles(&mut facets);
+        drop_spare(&vertices, &mut facets, tolerance);
         orient::agree(&vertices, &mut facets)?;
         turn_flat(&vertices, &mut facets, tolerance);
         orient::close(&vertices, &mut facets)?;
@@ -159,22 +161,36 @@ impl Solid3 {
         Ok((solid.outward()?, origins))
     }
 
-    /// Turns closed parts outwards, those within others inwards.
+    /// Turns closed parts outwards, those within others inwards, and so on: parts do not cross, and so a place that one more of them goes around
+    /// is hollow where the one before is solid.
     fn outward(self) -> Result<Self, GeometryError> {
         let (part, widest) = self.widest_of_parts();
-        let inner: Vec<i64> = widest.iter().map(|&facet| self.sides(facet)[1]).collect();
-        let mut solid = self;
-        if inner.iter().any(|inner| *inner < 1) {
-            let mut facets = std::mem::take(&mut solid.facets);
-            for (facet, _) in facets.iter_mut().zip(&part).filter(|(_, part)| inner[**part as usize] < 1) {
-                facet.swap(1, 2);
-            }
-            solid = Self::measured(std::mem::take(&mut solid.vertices), facets);
+        let stray = |solid: &Self| widest.iter().copied().find(|&facet| solid.sides(facet) != [0, 1]);
+        if stray(&self).is_none() {
+            return Ok(self);
         }
-        match widest.iter().find(|facet| solid.sides(**facet) != [0, 1]) {
+        let mut volumes = vec![0.0; widest.len()];
+        let middle = (self.bounds.min + self.bounds.max) * 0.5;
+        for (facet, &part) in self.facets.iter().zip(&part) {
+            volumes[part as usize] += (self.vertices[facet[0] as usize] - middle).dot(&normal(&self.vertices, *facet));
+        }
+        let outward = self.turned(&part, |part| volumes[part] < 0.0);
+        // As many as go around the part.
+        let around: Vec<i64> = widest.iter().map(|&facet| outward.sides(facet)[0]).collect();
+        let solid = outward.turned(&part, |part| around[part] % 2 != 0);
+        match stray(&solid) {
             None => Ok(solid),
-            Some(&facet) => Err(SolidError::Nested { at: solid.centre(facet).into() }.into()),
+            Some(facet) => Err(SolidError::Nested { at: solid.centre(facet).into() }.into()),
         }
+    }
+
+    /// The same with parts turned for which a predicate holds.
+    fn turned(self, part: &[u32], is_turned: impl Fn(usize) -> bool) -> Self {
+        let mut facets = self.facets;
+        for (facet, _) in facets.iter_mut().zip(part).filter(|(_, part)| is_turned(**part as usize)) {
+            facet.swap(1, 2);
+        }
+        Self::measured(self.vertices, facets)
     }
 
     /// The connected part of each facet, and the largest facet of each part, which tells which side of it is inside.

@@ -6,7 +6,7 @@ use crate::geometry::Point;
 use super::closed::{SAME, Solid3, checked};
 use super::crossing::crossings;
 use super::edges::{balance, by_edge, ends, half_edges};
-use super::weld::weld;
+use super::weld::{drop_doubles, weld};
 
 /// What is wrong with a surface of triangles: values with places, where [`Solid3::new`] mends or stops at the first.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -21,9 +21,11 @@ pub struct SurfaceFlaws {
     pub crossing: Vec<([usize; 2], Point<3>)>,
     /// Facets without area.
     pub flat: Vec<usize>,
+    /// Facets that stand more than once, but for one of those that face the same way.
+    pub doubled: Vec<usize>,
     /// A point of each connected part that faces inwards.
     pub inside_out: Vec<Point<3>>,
-    /// A point of each connected part that lies within another and faces the same way.
+    /// A point of each connected part that lies within another and faces the same way: a cavity, its facets turned.
     pub nested: Vec<Point<3>>,
 }
 
@@ -45,6 +47,10 @@ impl SurfaceFlaws {
             has_area
         });
         flaws.flat = (0..facets.len()).filter(|&facet| !kept[facet]).collect();
+        drop_doubles(&mut welded);
+        let mut once = vec![false; facets.len()];
+        welded.iter().for_each(|facet| once[facet.origin as usize] = true);
+        flaws.doubled = (0..facets.len()).filter(|&facet| kept[facet] && !once[facet]).collect();
         let halves = half_edges(welded.iter().map(|facet| facet.corners));
         for group in by_edge(&halves) {
             let place = ends(group[0].key).map(|vertex| vertices[vertex as usize]);

@@ -182,10 +182,50 @@ fn height(x: [Point<3>; 3]) -> (f64, usize) {
     ((x[1] - x[0]).cross(&(x[2] - x[0])).norm() / length, corner)
 }
 
+/// Whether a facet is lower than `tolerance` over its longest side.
+fn is_flat(vertices: &[Point<3>], facet: &Facet, tolerance: f64) -> bool {
+    !(height(facet.corners.map(|vertex| vertices[vertex as usize])).0 > tolerance)
+}
+
+/// Drops facets lower than `tolerance` without which fewer edges bound an odd number of facets: slivers on an edge that bounds two facets
+/// already, whole or split.
+pub(super) fn drop_spare(vertices: &[Point<3>], facets: &mut Vec<Facet>, tolerance: f64) {
+    let flat: Vec<usize> = (0..facets.len()).filter(|&k| is_flat(vertices, &facets[k], tolerance)).collect();
+    if flat.is_empty() {
+        return;
+    }
+    let mut counts: HashMap<u64, usize> = HashMap::new();
+    half_edges(facets.iter().map(|facet| facet.corners))
+        .iter()
+        .for_each(|half| *counts.entry(half.key).or_default() += 1);
+    let mut kept = vec![true; facets.len()];
+    for _ in 0..ROUNDS {
+        let mut changed = false;
+        for &k in &flat {
+            if !kept[k] {
+                continue;
+            }
+            let corners = facets[k].corners;
+            let sides = [0, 1, 2].map(|i| edge(corners[i], corners[(i + 1) % 3]));
+            if sides.iter().filter(|side| counts.get(side).is_some_and(|count| count % 2 == 1)).count() < 2 {
+                continue;
+            }
+            sides.iter().for_each(|side| *counts.entry(*side).or_insert(1) -= 1);
+            kept[k] = false;
+            changed = true;
+        }
+        if !changed {
+            break;
+        }
+    }
+    let mut kept = kept.iter();
+    facets.retain(|_| kept.next().is_some_and(|kept| *kept));
+}
+
 /// Facets lower than `tolerance` over their longest side: that side is turned, so that what lay on it bounds the facet beyond.
 pub(super) fn turn_flat(vertices: &[Point<3>], facets: &mut Vec<Facet>, tolerance: f64) {
     let corners_of = |facet: &Facet| facet.corners.map(|vertex| vertices[vertex as usize]);
-    let is_flat = |facet: &Facet| !(height(corners_of(facet)).0 > tolerance);
+    let is_flat = |facet: &Facet| is_flat(vertices, facet, tolerance);
     for _ in 0..ROUNDS {
         let flat: Vec<usize> = (0..facets.len()).filter(|&k| is_flat(&facets[k])).collect();
         if flat.is_empty() {

@@ -73,7 +73,7 @@ fn inside_and_outside_are_those_of_the_sphere() {
 }
 
 #[test]
-fn parts_within_parts_are_cavities_or_refused() {
+fn parts_within_parts_are_cavities_whichever_way_they_face() {
     let inner = || shifted(cube(), [0.1, 0.0, 0.0], 0.25);
     let mut cavity = inner();
     cavity.1.iter_mut().for_each(|facet| facet.reverse());
@@ -86,8 +86,29 @@ fn parts_within_parts_are_cavities_or_refused() {
         assert_abs_diff_eq!(solid.volume(), 8.0 - 0.125, epsilon = 1e-12);
         assert!(!solid.contains(&[0.1, 0.0, 0.0].into()) && solid.contains(&[0.5, 0.0, 0.0].into()));
     }
+    // A body in a cavity, each of the three facing either way: (2³ − 1³ + 0.25³) in all.
+    for which in 0..8 {
+        let turned = |number: usize, mut part: (Vec<Point<3>>, Vec<[u32; 3]>)| {
+            if which >> number & 1 == 1 {
+                part.1.iter_mut().for_each(|facet| facet.reverse());
+            }
+            part
+        };
+        let inside = both(turned(1, shifted(cube(), [0.2, 0.0, 0.0], 0.5)), turned(2, inner()));
+        let (vertices, facets) = both(turned(0, cube()), inside);
+        let found = SurfaceFlaws::of(&vertices, &facets).unwrap();
+        let solid = Solid3::new(vertices, facets).unwrap();
+        assert_abs_diff_eq!(solid.volume(), 8.0 - 1.0 + 0.125, epsilon = 1e-12);
+        assert!(solid.contains(&[0.1, 0.0, 0.0].into()) && !solid.contains(&[0.5, 0.0, 0.0].into()));
+        // What was turned is listed: nothing where the cavity alone faces inwards.
+        assert_eq!(found.is_empty(), which == 2, "{which}");
+    }
+    // As Gmsh writes a pore: facets away from its middle, as those of the block around it.
     let (vertices, facets) = both(cube(), inner());
-    assert!(matches!(refusal(vertices, facets), SolidError::Nested { at } if at.iter().all(|x| x.abs() < 0.36)));
+    let report = rkpm::check::surface(&vertices, &facets).unwrap();
+    let nested = report.finding("no part lies within another that faces the same way").unwrap();
+    assert!(nested.violation == 1.0 && nested.at.starts_with("X = ["), "{report}");
+    assert_abs_diff_eq!(Solid3::new(vertices, facets).unwrap().volume(), 8.0 - 0.125, epsilon = 1e-12);
     let (vertices, facets) = both(cube(), shifted(cube(), [3.0, 0.5, 0.0], 1.0));
     assert_abs_diff_eq!(Solid3::new(vertices, facets).unwrap().volume(), 16.0, epsilon = 1e-12);
 }
@@ -148,6 +169,40 @@ fn flat_facets_and_cracks_go() {
         assert_eq!(solid.facets().len(), 14);
         assert!(solid.normals().iter().all(|n| abs_diff_eq!(n.norm(), 1.0, epsilon = 1e-12)));
     }
+}
+
+#[test]
+fn slivers_on_an_edge_go_where_it_is_closed_without_them() {
+    let (mut vertices, facets) = cube();
+    vertices.push([0.0, -1.0, -1.0].into());
+    // Both facets at the edge split at its middle, or none.
+    for is_split in [false, true] {
+        let mut all: Vec<[u32; 3]> = Vec::new();
+        for facet in &facets {
+            let sides = [0, 1, 2].map(|k| [facet[k], facet[(k + 1) % 3]]);
+            match sides.iter().position(|side| *side == [0, 1] || *side == [1, 0]).filter(|_| is_split) {
+                Some(k) => {
+                    let [a, b, c] = [0, 1, 2].map(|i| facet[(k + i) % 3]);
+                    all.extend([[a, 8, c], [8, b, c]]);
+                }
+                None => all.push(*facet),
+            }
+        }
+        for sliver in [[0, 1, 8], [0, 8, 1]] {
+            let mut with = all.clone();
+            with.push(sliver);
+            let report = rkpm::check::surface(&vertices, &with).unwrap();
+            let flat = report.finding("facets have areas").unwrap();
+            assert!(flat.violation == 1.0 && flat.at == "X = [0.0, -1.0, -1.0]", "{report}");
+            let solid = Solid3::new(vertices.clone(), with).unwrap();
+            assert_eq!(solid.facets().len(), all.len());
+            assert_abs_diff_eq!(solid.volume(), 8.0, epsilon = 1e-12);
+        }
+    }
+    let (vertices, mut facets) = cube();
+    facets.extend([facets[3], facets[5]]);
+    assert_eq!(SurfaceFlaws::of(&vertices, &facets).unwrap().doubled.len(), 2);
+    assert_eq!(Solid3::new(vertices, facets).unwrap().facets().len(), 12);
 }
 
 #[test]
