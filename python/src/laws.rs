@@ -73,9 +73,7 @@ impl Law {
     fn nominal<'py>(&self, py: Python<'py>, stretches: Vec<f64>, mode: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let mode = self::mode(mode)?;
         let values = py.detach(|| {
-            let whole = &*self.material;
-            let distortional = whole.split().map_or(whole, |split| split.0);
-            stretches.iter().map(|&l| mode.incompressible_state(distortional, l).stress).collect::<Vec<f64>>()
+            stretches.iter().map(|&l| mode.incompressible_state(&*self.material, l).stress).collect::<Vec<f64>>()
         });
         self.raised(())?;
         Ok(PyArray1::from_vec(py, values))

@@ -3,7 +3,7 @@
 use numpy::{IxDyn, PyArray2, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use rkpm::material::{Material, Response};
+use rkpm::material::{Material, Past, Response};
 use rkpm::nalgebra::Matrix3;
 use rkpm::tensor::Tangent;
 
@@ -67,7 +67,7 @@ fn numbers<const N: usize>(given: &Bound<'_, PyAny>, what: &str, shape: &str) ->
 }
 
 impl Material for Own {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
+    fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
         let value = self
             .energy
             .as_ref()
@@ -75,7 +75,7 @@ impl Material for Own {
         value.unwrap_or(f64::NAN)
     }
 
-    fn response(&self, f: &Matrix3<f64>) -> Response {
+    fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
         let Some((stress, tangent)) = self.evaluate(f) else { return Response::undefined() };
         let differences = || {
             let mut tangent = Tangent::zeros();

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use crate::material::{Distortion, InvariantEnergy, Material, Response, stable_ranges};
-use crate::tensor::{Tangent, Vector9, add_determinant_hessian, components, from_components};
+use crate::material::{Distortion, InvariantEnergy, Material, Past, Response, VolumetricEnergy, stable_ranges};
+use crate::tensor::{Tangent, Vector9, components, from_components};
 
 use super::{Law, Report, signed};
 
@@ -15,21 +15,24 @@ const STRETCH: f64 = 0.8;
 const STEP: f64 = 1e-4;
 /// What differences leave of exact derivatives.
 const TOLERANCE: f64 = 1e-6;
+/// Times of two steps of a material that remembers \[time\]: branches of a rubber relax within orders of magnitude around them.
+const FIRST: f64 = 0.3;
+const SECOND: f64 = 0.7;
 /// What rounding leaves of identities.
 const ROUNDING: f64 = 1e-10;
 
 /// Checks the contract of [`Material`] at rest and at random $F$ with principal stretches between 0.8 and
-/// 1.25: $P = \partial W/\partial F$, the tangent $= \partial P/\partial F$ and symmetric, frame indifference,
-/// no stress at rest and a tangent that is not negative there, and the split: its parts sum to the whole,
-/// $\bar W(sF) = \bar W(F)$, $U'$ and $U''$ are derivatives. [`Material::respond`], which bodies call, must give what
-/// [`Material::response`] gives. Derivatives, frames and components are those of the whole and of the distortional
-/// part, whose errors would vanish beside a large bulk modulus. An energy of the invariants shows itself to
+/// 1.25: $P = \partial W_e/\partial F$, the tangent $= \partial P/\partial F$ and symmetric, frame indifference,
+/// no stress at rest and a tangent that is not negative there. [`Material::respond`], which bodies call, must give what
+/// [`Material::response_from`] gives. Where there is a volumetric part, $W_e(sF) = W_e(F)$, and $U'$ and $U''$ are derivatives.
+/// A material that remembers is looked at after a first step too, and must give the stress of a step back from the memory that it
+/// has just written. An energy of the invariants shows itself to
 /// [`invariant_energy`]: the material of it calls one of its two ways alone.
 ///
 /// Beside the laws the report says in which stretches the material is stable ([`stable_ranges`]): an unstable one keeps the contract.
 ///
-/// Violations are relative to the size of stress or tangent (whichever of $|P|$ and $|A|\\,|F - I|$ is larger), those
-/// of the distortional part to its own.
+/// Violations are relative to the size of stress or tangent (whichever of $|P|$ and $|A|\\,|F - I|$ is larger), without the
+/// volumetric part, beside which they would vanish.
 ///
 /// ```
 /// use rkpm::{check, material::Rubber};
@@ -52,91 +55,160 @@ pub fn material(material: &dyn Material) -> Report {
     } else {
         stable.see(f64::NAN, || "F = I".into());
     }
-    let mut parts = vec![Sampled { material, stiffness, word: "" }];
-    if let Some((distortional, _)) = material.split() {
-        let own = distortional.response(&Matrix3::identity()).tangent.norm();
-        // A fluid has none, and nothing but zeros to look at.
-        let stiffness = if own == 0.0 { stiffness } else { own };
-        parts.push(Sampled { material: distortional, stiffness, word: ", distortional part" });
+    let at_rest = material.rest();
+    let own = material.response_from(&Matrix3::identity(), Past { memory: &at_rest, elapsed: 0.0 }).tangent.norm();
+    let mut pasts = vec![(at_rest, 0.0)];
+    if material.memory() > 0 {
+        let (first, mut next) = (deformation(&mut random), pasts[0].0.clone());
+        material.remember(&first, Past { memory: &pasts[0].0, elapsed: FIRST }, &mut next);
+        pasts.push((next, SECOND));
     }
-    let mut laws = derivatives(&parts, &samples);
-    laws.extend(frames(&parts, &samples, &mut random));
-    laws.push(components_alone(&parts, &samples));
+    // A fluid has no shape, and nothing but zeros to look at.
+    let subject = Subject { material, pasts, stiffness: if own == 0.0 { stiffness } else { own } };
+    let mut laws = subject.derivatives(&samples);
+    laws.extend(subject.frames(&samples, &mut random));
+    laws.push(subject.components_alone(&samples));
+    laws.extend((material.memory() > 0).then(|| subject.memory(&samples)));
     let mut report = Report::default().with([free, stable]).with(laws);
     report.ranges = stable_ranges(material);
-    if material.split().is_some() {
-        report.with(split(material, &samples, stiffness))
-    } else {
-        report.unchecked("split: the material has none and runs in displacement form, uncured against locking")
+    match material.volumetric() {
+        Some(volumetric) => report.with(subject.volume(volumetric, &samples)),
+        None => report
+            .unchecked("volumetric part: the material has none and runs in displacement form, uncured against locking"),
     }
 }
 
-/// The material or its distortional part, what its errors are measured against, and its name.
-struct Sampled<'a> {
+/// A material with what it may remember, and what its errors are measured against.
+struct Subject<'a> {
     material: &'a dyn Material,
+    /// Memories, and the time from there.
+    pasts: Vec<(Vec<f64>, f64)>,
     stiffness: f64,
-    word: &'static str,
 }
 
-/// Each part in each sample.
-fn each<'a>(
-    parts: &'a [Sampled<'a>],
-    samples: &'a [Matrix3<f64>],
-) -> impl Iterator<Item = (&'a Sampled<'a>, &'a Matrix3<f64>)> {
-    parts.iter().flat_map(move |part| samples.iter().map(move |f| (part, f)))
-}
-
-/// $P$ and tangent against differences.
-fn derivatives(parts: &[Sampled<'_>], samples: &[Matrix3<f64>]) -> Vec<Law> {
-    let mut stress = Law::new("P is the derivative of W", TOLERANCE);
-    let mut tangent = Law::new("the tangent is the derivative of P", TOLERANCE);
-    let mut symmetry = Law::new("the tangent is symmetric", ROUNDING);
-    for (&Sampled { material, stiffness, word }, f) in each(parts, samples) {
-        let Response { stress: p, tangent: a } = material.response(f);
-        let place = || format!("{}{word}", place(f));
-        let (mut p_differences, mut a_differences) = (Vector9::zeros(), Tangent::zeros());
-        for c in 0..9 {
-            let mut unit = Vector9::zeros();
-            unit[c] = 1.0;
-            let along = |t: f64| f + from_components(&unit) * t;
-            p_differences[c] = difference(|t| Vector9::repeat(material.energy(&along(t))))[0];
-            a_differences.set_column(c, &difference(|t| components(&material.response(&along(t)).stress)));
-        }
-        let size = stress_size(&p, f, stiffness);
-        stress.see((p_differences - components(&p)).norm() / size, place);
-        tangent.see((a_differences - a).norm() / stiffness.max(a.norm()), place);
-        symmetry.see((a - a.transpose()).norm() / stiffness.max(a.norm()), place);
+impl Subject<'_> {
+    /// Each past with each sample, and how to name it.
+    fn each<'a>(&'a self, samples: &'a [Matrix3<f64>]) -> impl Iterator<Item = (Past<'a>, &'a Matrix3<f64>, String)> {
+        self.pasts.iter().enumerate().flat_map(move |(number, (memory, elapsed))| {
+            let past = Past { memory, elapsed: *elapsed };
+            let when = if number == 0 { "" } else { ", after a first step" };
+            samples.iter().map(move |f| (past, f, format!("{}{when}", place(f))))
+        })
     }
-    vec![stress, tangent, symmetry]
-}
 
-/// [`Material::respond`] against the whole response, for the components that plane, radial and solid bodies ask for.
-fn components_alone(parts: &[Sampled<'_>], samples: &[Matrix3<f64>]) -> Law {
-    let lists: [&[usize]; 8] =
-        [&[0], &[0, 4], &[0, 4, 8], &[0, 1, 3, 4], &[0, 1, 3, 4, 8], &[1, 5, 6], &[2, 7], &[0, 1, 2, 3, 4, 5, 6, 7, 8]];
-    let mut same = Law::new("respond gives the components of response", ROUNDING);
-    for (&Sampled { material, stiffness, word }, f) in each(parts, samples) {
-        let whole = material.response(f);
-        let size = stress_size(&whole.stress, f, stiffness);
-        for list in lists {
-            let n = list.len();
-            for with_tangent in [false, true] {
-                // What is not written stays a NaN and shows.
-                let mut stress = vec![f64::NAN; n];
-                let mut tangent = vec![f64::NAN; if with_tangent { n * n } else { 0 }];
-                material.respond(f, list, &mut stress, &mut tangent);
-                let place = || format!("components {list:?}, {}{word}", place(f));
-                for (stress, &c) in stress.iter().zip(list) {
-                    same.see((stress - whole.stress[(c / 3, c % 3)]).abs() / size, place);
-                }
-                for (k, entry) in tangent.iter().enumerate() {
-                    let exact = whole.tangent[(list[k / n], list[k % n])];
-                    same.see((entry - exact).abs() / stiffness.max(whole.tangent.norm()), place);
+    /// $P$ and tangent against differences.
+    fn derivatives(&self, samples: &[Matrix3<f64>]) -> Vec<Law> {
+        let mut stress = Law::new("P is the derivative of W", TOLERANCE);
+        let mut tangent = Law::new("the tangent is the derivative of P", TOLERANCE);
+        let mut symmetry = Law::new("the tangent is symmetric", ROUNDING);
+        let &Subject { material, stiffness, .. } = self;
+        for (past, f, place) in self.each(samples) {
+            let Response { stress: p, tangent: a } = material.response_from(f, past);
+            let place = || place.clone();
+            let (mut p_differences, mut a_differences) = (Vector9::zeros(), Tangent::zeros());
+            for c in 0..9 {
+                let mut unit = Vector9::zeros();
+                unit[c] = 1.0;
+                let along = |t: f64| f + from_components(&unit) * t;
+                p_differences[c] = difference(|t| Vector9::repeat(material.energy_from(&along(t), past)))[0];
+                a_differences
+                    .set_column(c, &difference(|t| components(&material.response_from(&along(t), past).stress)));
+            }
+            let size = stress_size(&p, f, stiffness);
+            stress.see((p_differences - components(&p)).norm() / size, place);
+            tangent.see((a_differences - a).norm() / stiffness.max(a.norm()), place);
+            symmetry.see((a - a.transpose()).norm() / stiffness.max(a.norm()), place);
+        }
+        vec![stress, tangent, symmetry]
+    }
+
+    /// [`Material::respond`] against the whole response, for the components that plane, radial and solid bodies ask for.
+    fn components_alone(&self, samples: &[Matrix3<f64>]) -> Law {
+        let lists: [&[usize]; 8] = [
+            &[0],
+            &[0, 4],
+            &[0, 4, 8],
+            &[0, 1, 3, 4],
+            &[0, 1, 3, 4, 8],
+            &[1, 5, 6],
+            &[2, 7],
+            &[0, 1, 2, 3, 4, 5, 6, 7, 8],
+        ];
+        let mut same = Law::new("respond gives the components of response_from", ROUNDING);
+        let &Subject { material, stiffness, .. } = self;
+        for (past, f, place) in self.each(samples) {
+            let whole = material.response_from(f, past);
+            let size = stress_size(&whole.stress, f, stiffness);
+            for list in lists {
+                let n = list.len();
+                for with_tangent in [false, true] {
+                    // What is not written stays a NaN and shows.
+                    let mut stress = vec![f64::NAN; n];
+                    let mut tangent = vec![f64::NAN; if with_tangent { n * n } else { 0 }];
+                    material.respond(f, past, list, &mut stress, &mut tangent);
+                    let place = || format!("components {list:?}, {place}");
+                    for (stress, &c) in stress.iter().zip(list) {
+                        same.see((stress - whole.stress[(c / 3, c % 3)]).abs() / size, place);
+                    }
+                    for (k, entry) in tangent.iter().enumerate() {
+                        let exact = whole.tangent[(list[k / n], list[k % n])];
+                        same.see((entry - exact).abs() / stiffness.max(whole.tangent.norm()), place);
+                    }
                 }
             }
         }
+        same
     }
-    same
+
+    /// $W(QF) = W(F)$ and $P(QF) = QP(F)$.
+    fn frames(&self, samples: &[Matrix3<f64>], random: &mut fastrand::Rng) -> Vec<Law> {
+        let mut energy = Law::new("W does not depend on the frame", ROUNDING);
+        let mut stress = Law::new("P turns with the frame", ROUNDING);
+        let &Subject { material, stiffness, .. } = self;
+        for (past, f, place) in self.each(samples) {
+            let q = rotation(random);
+            let turned = q * f;
+            let place = || format!("Q = {:.4?}, {place}", q.as_slice());
+            let change = material.energy_from(&turned, past) - material.energy_from(f, past);
+            energy.see(change.abs() / (stiffness * (f - Matrix3::identity()).norm_squared()), place);
+            let p = material.response_from(f, past).stress;
+            let error = material.response_from(&turned, past).stress - q * p;
+            stress.see(error.norm() / stress_size(&p, f, stiffness), place);
+        }
+        vec![energy, stress]
+    }
+
+    /// What is remembered of a step gives its stress back.
+    fn memory(&self, samples: &[Matrix3<f64>]) -> Law {
+        let mut back = Law::new("the memory just written gives the stress of the step back", ROUNDING);
+        for (past, f, place) in self.each(samples) {
+            let mut next = past.memory.to_vec();
+            self.material.remember(f, past, &mut next);
+            let stress = self.material.response_from(f, past).stress;
+            let again = self.material.response_from(f, Past { memory: &next, elapsed: 0.0 }).stress;
+            back.see((again - stress).norm() / stress_size(&stress, f, self.stiffness), || place.clone());
+        }
+        back
+    }
+
+    /// What the volumetric part is, and what it leaves.
+    fn volume(&self, volumetric: &dyn VolumetricEnergy, samples: &[Matrix3<f64>]) -> Vec<Law> {
+        let mut volume = Law::new("the distortional energy does not depend on the volume", ROUNDING);
+        let mut slopes = Law::new("U' and U'' are derivatives of U", TOLERANCE);
+        let bulk = volumetric.evaluate(1.0).curvature.abs();
+        let stiffness = self.stiffness.max(bulk);
+        for (past, f, place) in self.each(samples).take(samples.len()) {
+            let j = f.determinant();
+            let u = volumetric.evaluate(j);
+            let strain = (f - Matrix3::identity()).norm_squared();
+            let change = self.material.energy_from(&(f * 1.1), past) - self.material.energy_from(f, past);
+            volume.see(change.abs() / (stiffness * strain), || place.clone());
+            let first = difference(|t| Vector9::repeat(volumetric.evaluate(j + t).energy))[0];
+            let second = difference(|t| Vector9::repeat(volumetric.evaluate(j + t).slope))[0];
+            slopes.see((first - u.slope).abs().max((second - u.curvature).abs()) / bulk, || place.clone());
+        }
+        vec![volume, slopes]
+    }
 }
 
 /// Checks the contract of [`InvariantEnergy`] at the invariants of the same random $F$: the first and second
@@ -180,59 +252,6 @@ pub fn invariant_energy(energy: &dyn InvariantEnergy) -> Report {
         second.see(error / size, place);
     }
     Report::default().with([same, first, second])
-}
-
-/// $W(QF) = W(F)$ and $P(QF) = QP(F)$.
-fn frames(parts: &[Sampled<'_>], samples: &[Matrix3<f64>], random: &mut fastrand::Rng) -> Vec<Law> {
-    let mut energy = Law::new("W does not depend on the frame", ROUNDING);
-    let mut stress = Law::new("P turns with the frame", ROUNDING);
-    for (&Sampled { material, stiffness, word }, f) in each(parts, samples) {
-        let q = rotation(random);
-        let turned = q * f;
-        let place = || format!("Q = {:.4?}, {}{word}", q.as_slice(), place(f));
-        let change = material.energy(&turned) - material.energy(f);
-        energy.see(change.abs() / (stiffness * (f - Matrix3::identity()).norm_squared()), place);
-        let p = material.response(f).stress;
-        let error = material.response(&turned).stress - q * p;
-        stress.see(error.norm() / stress_size(&p, f, stiffness), place);
-    }
-    vec![energy, stress]
-}
-
-/// The parts against the whole and against what each part is.
-fn split(material: &dyn Material, samples: &[Matrix3<f64>], stiffness: f64) -> Vec<Law> {
-    let mut sum = Law::new("the parts of the split sum to the whole", ROUNDING);
-    let mut volume = Law::new("the distortional energy does not depend on the volume", ROUNDING);
-    let mut slopes = Law::new("U' and U'' are derivatives of U", TOLERANCE);
-    let Some((distortional, volumetric)) = material.split() else { return Vec::new() };
-    for f in samples {
-        let place = || place(f);
-        let j = f.determinant();
-        let u = volumetric.evaluate(j);
-        let strain = (f - Matrix3::identity()).norm_squared();
-        let energy = distortional.energy(f) + u.energy - material.energy(f);
-        let whole = material.response(f);
-        let (part, cofactor) = (distortional.response(f), crate::tensor::cofactor(f));
-        let stress = part.stress + cofactor * u.slope - whole.stress;
-        let size = stress_size(&whole.stress, f, stiffness);
-        let c = components(&cofactor);
-        let mut tangent = part.tangent + c * c.transpose() * u.curvature - whole.tangent;
-        add_determinant_hessian(&mut tangent, f, u.slope);
-        let errors = [
-            energy.abs() / (stiffness * strain),
-            stress.norm() / size,
-            tangent.norm() / stiffness.max(whole.tangent.norm()),
-        ];
-        // max() would drop a NaN.
-        errors.into_iter().for_each(|error| sum.see(error, place));
-        let change = distortional.energy(&(f * 1.1)) - distortional.energy(f);
-        volume.see(change.abs() / (stiffness * strain), place);
-        let first = difference(|t| Vector9::repeat(volumetric.evaluate(j + t).energy))[0];
-        let second = difference(|t| Vector9::repeat(volumetric.evaluate(j + t).slope))[0];
-        let bulk = volumetric.evaluate(1.0).curvature.abs();
-        slopes.see((first - u.slope).abs().max((second - u.curvature).abs()) / bulk, place);
-    }
-    vec![sum, volume, slopes]
 }
 
 /// $f'(0)$ by the four-point central difference.

@@ -7,11 +7,10 @@ use nalgebra::{Matrix3, Vector3};
 use crate::boundary::dependent_rows;
 use crate::compiled::compiled;
 use crate::error::{ApproximationError, BoundaryError, Error};
-use crate::material::{InternalVariables, Material};
+use crate::material::{Material, Past};
 use crate::paper::Cover;
 use crate::scene::{
-    ApproximationChoice, BodyOf, FixedInside, FreeMotion, Scene, Scheme, Value, fixed_inside, free_motions,
-    kernel_functions,
+    ApproximationChoice, FixedInside, FreeMotion, Scene, Scheme, Value, fixed_inside, free_motions, kernel_functions,
 };
 use crate::term::{Amplitude, Body, PressureField};
 
@@ -241,9 +240,8 @@ fn without_effect<const D: usize>(scene: &Scene<D>) -> Vec<String> {
             "the table of {of} goes on to {last}, a run ends at a load factor of 1: divide its first numbers by {last}"
         ))
     });
-    let relaxes = |body: &BodyOf<D>| body.material.internal_variables().is_some_and(relaxes);
     let passes = scene.clock.as_ref().is_some_and(|clock| clock.evaluate(1.0).0 > clock.evaluate(0.0).0);
-    let timeless = scene.bodies.iter().filter(|body| !passes && relaxes(body)).map(|body| {
+    let timeless = scene.bodies.iter().filter(|body| !passes && relaxes(&*body.material)).map(|body| {
         let of = if body.name.is_empty() { "the body".to_string() } else { format!("body `{}`", body.name) };
         format!("the law of {of} relaxes and no time passes: give the scene a time above zero by Scene::over_time")
     });
@@ -251,11 +249,10 @@ fn without_effect<const D: usize>(scene: &Scene<D>) -> Vec<String> {
 }
 
 /// Whether a law stores another energy in a sudden strain than in one that takes its time.
-fn relaxes(law: &dyn InternalVariables) -> bool {
-    let mut memory = vec![0.0; law.len()];
-    law.start(&mut memory);
+fn relaxes(law: &dyn Material) -> bool {
+    let memory = law.rest();
     let stretched = Matrix3::from_diagonal(&Vector3::new(1.1, 1.0, 1.0 / 1.1));
-    let [sudden, slow] = [0.0, f64::MAX].map(|elapsed| law.energy(&stretched, &memory, elapsed));
+    let [sudden, slow] = [0.0, f64::MAX].map(|elapsed| law.energy_from(&stretched, Past { memory: &memory, elapsed }));
     sudden != slow
 }
 
@@ -276,7 +273,7 @@ fn largest_motion<const D: usize>(scene: &Scene<D>) -> Option<f64> {
 fn pressures<const D: usize>(body: &Body<D, std::sync::Arc<dyn Material>>) -> usize {
     let table = body.table();
     match body.field() {
-        PressureField::Displacement if body.material().split().is_none() && !stiff(body.material()) => 0,
+        PressureField::Displacement if body.material().volumetric().is_none() && !stiff(body.material()) => 0,
         // Without pressures of its own each point constrains the volume all the same.
         PressureField::Displacement | PressureField::Pointwise => table.len(),
         PressureField::Constant => table.clusters().len(),

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::Material;
+use super::{Material, Past, respond_to_volume};
 
 /// A homogeneous test, driven by one stretch $\lambda$.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -46,11 +46,11 @@ impl Mode {
         self.stretches(stretch, lateral)
     }
 
-    /// The state of an incompressible body with the distortional energy $\bar W$ of `distortional`: the free surface sets the
+    /// The state of an incompressible body with the energy of a material without its volumetric part: the free surface sets the
     /// pressure, $P_{11} = \bar P_{11} - \bar P_{33}\lambda_3/\lambda_1$. Volumetric tests have none, and give zero.
-    pub fn incompressible_state(self, distortional: &dyn Material, stretch: f64) -> HomogeneousState {
+    pub fn incompressible_state(self, material: &dyn Material, stretch: f64) -> HomogeneousState {
         let stretches = self.incompressible(stretch);
-        let [first, third] = principal_stresses(distortional, stretches);
+        let [first, third] = principal_stresses(material, false, stretches);
         let free = if self == Mode::Volumetric { first } else { third };
         HomogeneousState { stretches, stress: first - free * stretches[2] / stretches[0] }
     }
@@ -71,19 +71,19 @@ impl Mode {
         }
         if self == Mode::Volumetric {
             let stretches = [stretch; 3];
-            let stress = principal_stresses(material, stretches)[0];
+            let stress = principal_stresses(material, true, stretches)[0];
             return stress.is_finite().then_some(HomogeneousState { stretches, stress });
         }
         let lateral = root(self.lateral(stretch, 1.0), |lateral| {
             let stretches = self.stretches(stretch, lateral);
             let f = Matrix3::from_diagonal(&Vector3::from(stretches));
             let (mut stress, mut tangent) = ([0.0; 2], [0.0; 4]);
-            material.respond(&f, &[4, 8], &mut stress, &mut tangent);
+            whole(material, &f, &[4, 8], &mut stress, &mut tangent);
             let slope = if self == Mode::Uniaxial { tangent[3] + tangent[2] } else { tangent[3] };
             (stress[1], slope)
         })?;
         let stretches = self.stretches(stretch, lateral);
-        let stress = principal_stresses(material, stretches)[0];
+        let stress = principal_stresses(material, true, stretches)[0];
         stress.is_finite().then_some(HomogeneousState { stretches, stress })
     }
 
@@ -113,10 +113,24 @@ impl std::fmt::Display for Mode {
     }
 }
 
-/// $P_{11}$ and $P_{33}$ at principal stretches.
-fn principal_stresses(material: &dyn Material, stretches: [f64; 3]) -> [f64; 2] {
-    let mut stress = [0.0; 2];
-    material.respond(&Matrix3::from_diagonal(&Vector3::from(stretches)), &[0, 8], &mut stress, &mut []);
+/// Stress and tangent of a sudden step from rest, with the volumetric part.
+fn whole(material: &dyn Material, f: &Matrix3<f64>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+    material.respond(f, Past { memory: &material.rest(), elapsed: 0.0 }, of, stress, tangent);
+    if let Some(volumetric) = material.volumetric() {
+        respond_to_volume(volumetric, f, of, stress, tangent);
+    }
+}
+
+/// $P_{11}$ and $P_{33}$ at principal stretches, with the volumetric part or without.
+fn principal_stresses(material: &dyn Material, with_volume: bool, stretches: [f64; 3]) -> [f64; 2] {
+    let (f, mut stress) = (Matrix3::from_diagonal(&Vector3::from(stretches)), [0.0; 2]);
+    match with_volume {
+        true => whole(material, &f, &[0, 8], &mut stress, &mut []),
+        false => {
+            let rest = material.rest();
+            material.respond(&f, Past { memory: &rest, elapsed: 0.0 }, &[0, 8], &mut stress, &mut []);
+        }
+    }
     stress
 }
 

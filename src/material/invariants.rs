@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3;
 
-use super::{Material, Response};
+use super::{Material, Past, Response};
 use crate::tensor::{Tangent, add_determinant_hessian, add_hessian_in, cofactor, components};
 
 /// A distortional energy and its derivatives with respect to the reduced invariants \[stress\].
@@ -118,11 +118,11 @@ impl Reduced {
 }
 
 impl<E: InvariantEnergy> Material for Invariants<E> {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
+    fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
         Reduced::new(f).map_or(f64::NAN, |reduced| self.0.evaluate_excess(reduced.excess[0], reduced.excess[1]).energy)
     }
 
-    fn response(&self, f: &Matrix3<f64>) -> Response {
+    fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
         let Some(reduced) = Reduced::new(f) else {
             return Response::undefined();
         };
@@ -158,7 +158,7 @@ impl<E: InvariantEnergy> Material for Invariants<E> {
         Response { stress, tangent }
     }
 
-    fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+    fn respond(&self, f: &Matrix3<f64>, _: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
         let n = components.len();
         let Some(reduced) = Reduced::new(f) else {
             stress[..n].fill(f64::NAN);

@@ -41,7 +41,6 @@ mod existence;
 mod foam;
 mod gent;
 mod homogeneous;
-mod internal_variables;
 mod invariants;
 mod mullins;
 mod named;
@@ -62,7 +61,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
-use crate::error::{Invalid, MaterialError};
+use crate::error::MaterialError;
 use crate::tensor::{Tangent, add_determinant_hessian, cofactor, components, determinant_hessian};
 
 pub use carroll::Carroll;
@@ -70,7 +69,6 @@ pub use existence::{ExistenceCondition, ExistenceReport, ExistenceVerdict, exist
 pub use foam::{FoamTerm, OgdenFoam};
 pub use gent::{Gent, GentGent};
 pub use homogeneous::{HomogeneousState, Mode};
-pub use internal_variables::InternalVariables;
 pub use invariants::{Distortion, InvariantEnergy, Invariants};
 pub use mullins::Mullins;
 pub use named::{InvariantRubber, StretchRubber};
@@ -105,7 +103,41 @@ impl Response {
     pub fn undefined() -> Self {
         Self { stress: Matrix3::repeat(f64::NAN), tangent: Tangent::repeat(f64::NAN) }
     }
+
+    /// Copies a few components, as [`Material::respond`] writes them.
+    pub(crate) fn select(&self, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        for (a, &c) in components.iter().enumerate() {
+            stress[a] = self.stress[(c / 3, c % 3)];
+            if tangent.is_empty() {
+                continue;
+            }
+            for (b, &d) in components.iter().enumerate() {
+                tangent[a * components.len() + b] = self.tangent[(c, d)];
+            }
+        }
+    }
+
+    /// The response of which [`Material::respond`] writes all components.
+    fn of_components(respond: impl FnOnce(&[usize], &mut [f64], &mut [f64])) -> Self {
+        let (mut stress, mut tangent) = ([0.0; 9], [0.0; 81]);
+        respond(&ALL, &mut stress, &mut tangent);
+        Self { stress: Matrix3::from_row_slice(&stress), tangent: Tangent::from_row_slice(&tangent) }
+    }
+
+    /// The same with the part of a volumetric energy, for $J > 0$.
+    fn with_volume(mut self, volumetric: &dyn VolumetricEnergy, f: &Matrix3<f64>) -> Self {
+        let Volumetric { slope, curvature, .. } = volumetric.evaluate(f.determinant());
+        let cof = cofactor(f);
+        self.stress += slope * cof;
+        let cof = components(&cof);
+        self.tangent.ger(curvature, &cof, &cof, 1.0);
+        add_determinant_hessian(&mut self.tangent, f, slope);
+        self
+    }
 }
+
+/// All components of a gradient.
+const ALL: [usize; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
 
 /// Moduli of a material at $F = \delta$.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,16 +149,49 @@ pub struct InitialModuli {
     pub bulk: f64,
 }
 
-/// A hyperelastic material: a stored energy per reference volume and its first two derivatives.
+impl InitialModuli {
+    /// Those of a tangent at $F = \delta$.
+    fn of(tangent: &Tangent) -> Self {
+        // The diagonal components 11, 22, 33 have the indices 0, 4, 8; component iJ = 12 has index 3·0 + 1.
+        let sum: f64 = [0, 4, 8].iter().flat_map(|&row| [0, 4, 8].map(|column| tangent[(row, column)])).sum();
+        InitialModuli { shear: tangent[(1, 1)], bulk: sum / 9.0 }
+    }
+}
+
+/// What a material remembers of a point when a step begins, and the time that has passed since.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Past<'a> {
+    /// As many numbers as [`Material::memory`] says.
+    pub memory: &'a [f64],
+    /// Time from there to the end of the step \[time\].
+    pub elapsed: f64,
+}
+
+impl<'a> Past<'a> {
+    /// Nothing to remember: the past of an elastic material.
+    pub const NONE: Past<'static> = Past { memory: &[], elapsed: 0.0 };
+
+    /// The first numbers of the memory, those of a material itself, and the past of the material that it wraps behind them.
+    pub fn split(self, own: usize) -> (&'a [f64], Past<'a>) {
+        let (own, memory) = self.memory.split_at(own);
+        (own, Past { memory, ..self })
+    }
+}
+
+/// A material: a stored energy per reference volume and its first two derivatives, at the end of a step that began with a memory.
 ///
-/// The contract: $W(QF) = W(F)$ for every rotation $Q$, `stress` is $\partial W/\partial F$, `tangent`
-/// is $\partial^2 W/\partial F\partial F$ (hence symmetric), and where $W$ is undefined the answer is
+/// $W(F) = W_e(F) + \tilde W(J)$ with the energy of [`volumetric`](Material::volumetric), which schemes may project onto pressure
+/// zones. The methods with a [`Past`] leave that part out; [`energy`](Material::energy) and [`response`](Material::response) have the
+/// whole. Elastic materials look at no past.
+///
+/// The contract: $W_e(QF) = W_e(F)$ for every rotation $Q$, the stress is $\partial W_e/\partial F$, the tangent
+/// $\partial^2 W_e/\partial F\partial F$ (hence symmetric), and where $W$ is undefined the answer is
 /// NaN ([`Response::undefined`]), never a panic.
 ///
 /// A St. Venant–Kirchhoff solid, $W = \frac\lambda2 (\operatorname{tr}E)^2 + \mu\\,E:E$ with $E$ of (2.3):
 ///
 /// ```
-/// use rkpm::material::{Material, Response};
+/// use rkpm::material::{Material, Past, Response};
 /// use rkpm::nalgebra::Matrix3;
 /// use rkpm::tensor::Tangent;
 ///
@@ -140,11 +205,11 @@ pub struct InitialModuli {
 /// }
 ///
 /// impl Material for StVenant {
-///     fn energy(&self, f: &Matrix3<f64>) -> f64 {
+///     fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
 ///         let (e, s) = self.strain_and_second_stress(f);
 ///         0.5 * s.dot(&e)
 ///     }
-///     fn response(&self, f: &Matrix3<f64>) -> Response {
+///     fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
 ///         let (_, s) = self.strain_and_second_stress(f);
 ///         let b = f * f.transpose();
 ///         let tangent = Tangent::from_fn(|row, column| {
@@ -161,111 +226,202 @@ pub struct InitialModuli {
 /// assert_eq!(solid.response(&Matrix3::identity()).stress, Matrix3::zeros());
 /// assert!((solid.initial_moduli().bulk - (1.0 + 2.0 / 3.0 * 0.5)).abs() < 1e-15);
 /// ```
+///
+/// # Memory
+/// A step leads from the memory at its beginning to a deformation gradient at its end, some time later. Within it the material is one
+/// of hyperelasticity, an energy of $F$ at fixed memory, and Newton's method is unchanged. Once the step is accepted
+/// [`remember`](Material::remember) writes the memory that the next one begins with. The contract: with no time elapsed and the memory
+/// just written, the stress is that of the step that ended there.
+///
+/// A wrapper says what it wraps ([`inner`](Material::inner)), and everything that it does not write itself is that of the inner
+/// material. Its own memory stands before the inner one ([`Past::split`]). A law that counts how far a point was stretched and is its
+/// inner law otherwise:
+///
+/// ```
+/// use rkpm::material::{Material, Past, Response, Rubber};
+/// use rkpm::nalgebra::Matrix3;
+///
+/// struct Counted<M>(M);
+/// impl<M: Material> Material for Counted<M> {
+///     fn inner(&self) -> Option<&dyn Material> { Some(&self.0) }
+///     fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 { self.0.energy_from(f, past.split(1).1) }
+///     fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response { self.0.response_from(f, past.split(1).1) }
+///     fn memory(&self) -> usize { 1 + self.0.memory() }
+///     fn start(&self, memory: &mut [f64]) { self.0.start(&mut memory[1..]) }
+///     fn remember(&self, f: &Matrix3<f64>, past: Past<'_>, next: &mut [f64]) {
+///         next[0] = past.memory[0].max(f.norm());
+///         self.0.remember(f, past.split(1).1, &mut next[1..]);
+///     }
+/// }
+/// let (law, mut next) = (Counted(Rubber::neo_hookean(0.5, 1e3)?), [0.0]);
+/// law.remember(&Matrix3::identity(), Past { memory: &[0.0], elapsed: 0.0 }, &mut next);
+/// assert_eq!(next, [3f64.sqrt()]);
+/// assert_eq!(law.initial_moduli().shear, 1.0);
+/// # Ok::<(), rkpm::error::MaterialError>(())
+/// ```
 pub trait Material: Send + Sync {
-    /// Stored energy $W(F)$ per reference volume \[stress\].
-    fn energy(&self, f: &Matrix3<f64>) -> f64;
+    /// Stored energy $W_e(F)$ per reference volume \[stress\].
+    fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64;
 
-    /// First Piola–Kirchhoff stress $P = \partial W/\partial F$ and tangent $\partial P/\partial F$ \[stress\].
-    fn response(&self, f: &Matrix3<f64>) -> Response;
+    /// First Piola–Kirchhoff stress $P = \partial W_e/\partial F$ and tangent $\partial P/\partial F$ \[stress\].
+    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response;
 
-    /// Its moduli at $F = \delta$.
-    fn initial_moduli(&self) -> InitialModuli {
-        let tangent = self.response(&Matrix3::identity()).tangent;
-        // The diagonal components 11, 22, 33 have the indices 0, 4, 8; component iJ = 12 has index 3·0 + 1.
-        let sum: f64 = [0, 4, 8].iter().flat_map(|&row| [0, 4, 8].map(|column| tangent[(row, column)])).sum();
-        InitialModuli { shear: tangent[(1, 1)], bulk: sum / 9.0 }
-    }
-
-    /// Writes the stress and the tangent in a few components $c = 3i + J$ alone: $P_{c_a}$ to `stress[a]`,
-    /// $A_{c_a c_b}$ to `tangent[a * components.len() + b]`; where `tangent` is empty the stress alone is requested.
+    /// Writes the stress and the tangent of [`response_from`](Material::response_from) in a few components $c = 3i + J$ alone:
+    /// $P_{c_a}$ to `stress[a]`, $A_{c_a c_b}$ to `tangent[a * components.len() + b]`; where `tangent` is empty the stress alone is
+    /// requested.
     ///
     /// Plane and radial bodies ask for two to five of the nine. Nothing needs to be written for it; a material
     /// that does is quicker there.
-    fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
-        let response = self.response(f);
-        for (a, &c) in components.iter().enumerate() {
-            stress[a] = response.stress[(c / 3, c % 3)];
-        }
-        if tangent.is_empty() {
-            return;
-        }
-        for (a, &c) in components.iter().enumerate() {
-            for (b, &d) in components.iter().enumerate() {
-                tangent[a * components.len() + b] = response.tangent[(c, d)];
-            }
-        }
+    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        self.response_from(f, past).select(components, stress, tangent);
     }
 
-    /// The internal variables of the material, where it has any: relaxation ([`Viscoelastic`]), softening ([`Mullins`]).
-    fn internal_variables(&self) -> Option<&dyn InternalVariables> {
+    /// The material that this one wraps: what is not written here is that of it.
+    fn inner(&self) -> Option<&dyn Material> {
         None
+    }
+
+    /// The energy $\tilde W(J)$ of (2.8) that is added to $W_e$, the energy of the shape then; none where $W_e$ is the whole.
+    fn volumetric(&self) -> Option<&dyn VolumetricEnergy> {
+        self.inner()?.volumetric()
+    }
+
+    /// Its moduli at $F = \delta$.
+    fn initial_moduli(&self) -> InitialModuli {
+        match self.inner() {
+            Some(inner) => inner.initial_moduli(),
+            None => InitialModuli::of(&self.response(&Matrix3::identity()).tangent),
+        }
     }
 
     /// The whole deformation gradient where the material itself settles a part of it, as the thickness of a sheet in plane
     /// stress; else $F$ as it is.
-    fn deformation(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
-        *f
+    fn settled(&self, f: &Matrix3<f64>, past: Past<'_>) -> Matrix3<f64> {
+        self.inner().map_or(*f, |inner| inner.settled(f, past))
     }
 
-    /// Refuses what makes no material, a law within another one whose memory nothing keeps, say; the default accepts all.
+    /// Refuses what makes no material, a law within another one that can't stand there, say; the default accepts all.
     ///
     /// # Errors
     /// Where the material can't be what it was put together for.
     fn validate(&self) -> Result<(), MaterialError> {
-        Ok(())
+        self.inner().map_or(Ok(()), |inner| inner.validate())
     }
 
-    /// The parts $\bar W$ and $\tilde W$ of (2.8), where the material is such a sum.
-    ///
-    /// Schemes that project the volumetric energy onto pressure zones need it; a material that
-    /// answers `None` is integrated as it is.
-    fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
-        None
+    /// How many numbers it remembers of a point: relaxation ([`Viscoelastic`]), softening ([`Mullins`]).
+    fn memory(&self) -> usize {
+        self.inner().map_or(0, |inner| inner.memory())
+    }
+
+    /// Writes the memory at rest into zeros.
+    fn start(&self, memory: &mut [f64]) {
+        if let Some(inner) = self.inner() {
+            inner.start(memory);
+        }
+    }
+
+    /// Writes the memory at the end of a step.
+    fn remember(&self, f: &Matrix3<f64>, past: Past<'_>, next: &mut [f64]) {
+        if let Some(inner) = self.inner() {
+            inner.remember(f, past, next);
+        }
+    }
+
+    /// The square of the error of the stress that the step of time has left, and the square of the stress, at a point:
+    /// for laws whose steps are exact, zero. `before` has the memory a step earlier and the time from there, where the
+    /// rate of loading had no break point; `next` that at the end of the step.
+    fn time_error(&self, before: Option<Past<'_>>, past: Past<'_>, next: &[f64]) -> [f64; 2] {
+        self.inner().map_or([0.0; 2], |inner| inner.time_error(before, past, next))
+    }
+
+    /// The part of the stress at rest that is left of a strain held for ever, 1 where nothing relaxes: stabilisations follow it.
+    fn relaxed(&self) -> f64 {
+        self.inner().map_or(1.0, |inner| inner.relaxed())
+    }
+
+    /// The whole energy $W(F)$ of a sudden step from rest \[stress\]; NaN for $J \le 0$ where there is a volumetric part.
+    fn energy(&self, f: &Matrix3<f64>) -> f64 {
+        let (rest, j) = (self.rest(), f.determinant());
+        let shape = || self.energy_from(f, Past { memory: &rest, elapsed: 0.0 });
+        match self.volumetric() {
+            None => shape(),
+            // (2.10) is finite at J <= 0, so the guard can't be left to the energies.
+            Some(volumetric) if j > 0.0 => shape() + volumetric.evaluate(j).energy,
+            Some(_) => f64::NAN,
+        }
+    }
+
+    /// The whole stress and tangent of a sudden step from rest \[stress\]; with $p = \tilde W'(J)$ and
+    /// $\operatorname{cof}F = \partial J/\partial F$,
+    /// $$P = \frac{\partial W_e}{\partial F} + p\operatorname{cof}F,\qquad
+    /// \frac{\partial P}{\partial F} = \frac{\partial^2 W_e}{\partial F\partial F}
+    /// {}+ \tilde W''\operatorname{cof}F\otimes\operatorname{cof}F
+    /// {}+ p\\,\frac{\partial^2 J}{\partial F\partial F}.$$
+    fn response(&self, f: &Matrix3<f64>) -> Response {
+        let rest = self.rest();
+        let shape = || self.response_from(f, Past { memory: &rest, elapsed: 0.0 });
+        match self.volumetric() {
+            None => shape(),
+            // A NaN determinant is left out too.
+            Some(volumetric) if f.determinant() > 0.0 => shape().with_volume(volumetric, f),
+            Some(_) => Response::undefined(),
+        }
+    }
+
+    /// The memory at rest.
+    fn rest(&self) -> Vec<f64> {
+        let mut memory = vec![0.0; self.memory()];
+        self.start(&mut memory);
+        memory
     }
 }
 
-/// Refuses an inner law with internal variables under one that has its own: nothing would read them.
-fn without_memory(inner: &dyn Material, outer: &'static str) -> Result<(), MaterialError> {
-    inner.validate()?;
-    match inner.internal_variables() {
-        None => Ok(()),
-        Some(variables) => {
-            let needed = "give an elastic law: what relaxes or softens within another law that does would be lost";
-            Err(Invalid::new(format!("internal variables of the law within {outer}"), variables.len() as f64, needed)
-                .into())
+/// Adds the stress and the tangent of a volumetric energy in a few components, as [`Material::respond`] writes them; NaN for
+/// $J \le 0$.
+pub(crate) fn respond_to_volume(
+    volumetric: &dyn VolumetricEnergy,
+    f: &Matrix3<f64>,
+    components: &[usize],
+    stress: &mut [f64],
+    tangent: &mut [f64],
+) {
+    let n = components.len();
+    let j = f.determinant();
+    if j.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+        stress[..n].fill(f64::NAN);
+        tangent.fill(f64::NAN);
+        return;
+    }
+    let Volumetric { slope, curvature, .. } = volumetric.evaluate(j);
+    let cof = cofactor(f);
+    let entry = |c: usize| cof[(c / 3, c % 3)];
+    for (a, &c) in components.iter().enumerate() {
+        stress[a] += slope * entry(c);
+        for (b, &d) in components.iter().enumerate().take(if tangent.is_empty() { 0 } else { n }) {
+            tangent[a * n + b] += curvature * entry(c) * entry(d) + slope * determinant_hessian(f, c, d);
         }
     }
 }
 
-/// Forwards a material trait through the pointers that trait objects travel in.
-macro_rules! forward {
-    ($($pointer:ty),*) => {$(
-        impl<T: Material + ?Sized> Material for $pointer {
-            fn energy(&self, f: &Matrix3<f64>) -> f64 {
-                (**self).energy(f)
+/// The material behind a pointer, with all that it overrides; and the volumetric energy behind one.
+macro_rules! behind {
+    ($($pointer:ty $(, $of:ident)?;)*) => {$(
+        impl$(<$of: Material>)? Material for $pointer {
+            fn inner(&self) -> Option<&dyn Material> {
+                Some(&**self)
             }
-            fn response(&self, f: &Matrix3<f64>) -> Response {
-                (**self).response(f)
+            fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+                (**self).energy_from(f, past)
             }
-            fn initial_moduli(&self) -> InitialModuli {
-                (**self).initial_moduli()
+            fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+                (**self).response_from(f, past)
             }
-            fn validate(&self) -> Result<(), MaterialError> {
-                (**self).validate()
-            }
-            fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
-                (**self).respond(f, components, stress, tangent);
-            }
-            fn internal_variables(&self) -> Option<&dyn InternalVariables> {
-                (**self).internal_variables()
-            }
-            fn deformation(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
-                (**self).deformation(f)
-            }
-            fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
-                (**self).split()
+            fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+                (**self).respond(f, past, of, stress, tangent);
             }
         }
+    )*};
+    (volume $($pointer:ty),*) => {$(
         impl<T: VolumetricEnergy + ?Sized> VolumetricEnergy for $pointer {
             fn evaluate(&self, j: f64) -> Volumetric {
                 (**self).evaluate(j)
@@ -274,34 +430,17 @@ macro_rules! forward {
                 (**self).shape()
             }
         }
-        impl<T: InvariantEnergy + ?Sized> InvariantEnergy for $pointer {
-            fn evaluate(&self, i1: f64, i2: f64) -> Distortion {
-                (**self).evaluate(i1, i2)
-            }
-            fn evaluate_excess(&self, e1: f64, e2: f64) -> Distortion {
-                (**self).evaluate_excess(e1, e2)
-            }
-        }
-        impl<T: PrincipalEnergy + ?Sized> PrincipalEnergy for $pointer {
-            fn evaluate(&self, logarithms: [f64; 3]) -> Principal {
-                (**self).evaluate(logarithms)
-            }
-        }
     )*};
 }
 
-forward!(&T, Box<T>, Arc<T>);
+behind! { &M, M; Box<M>, M; Arc<M>, M; &(dyn Material + '_); Box<dyn Material + '_>; Arc<dyn Material + '_>; }
+behind! { volume &T, Box<T>, Arc<T> }
 
 /// The split (2.8), $W = \bar W + \tilde W(J)$: a distortional energy beside a volumetric one.
 ///
-/// With $p = \tilde W'(J)$ (2.15) and $\operatorname{cof}F = \partial J/\partial F$,
-/// $$P = \frac{\partial\bar W}{\partial F} + p\operatorname{cof}F,\qquad
-/// \frac{\partial P}{\partial F} = \frac{\partial^2\bar W}{\partial F\partial F}
-/// {}+ \tilde W''\operatorname{cof}F\otimes\operatorname{cof}F
-/// {}+ p\\,\frac{\partial^2 J}{\partial F\partial F}.$$
-///
 /// `distortional` is expected to depend on $\bar F = J^{-1/3}F$ alone ([`Invariants`] and
-/// [`PrincipalStretches`] see to it); then $p$ is the mean Cauchy stress. NaN for $J \le 0$.
+/// [`PrincipalStretches`] see to it); then $p = \tilde W'(J)$ (2.15) is the mean Cauchy stress.
+/// NaN for $J \le 0$.
 ///
 /// ```
 /// use rkpm::material::{Gent, Invariants, NearlyIncompressible, MixedLogarithmicVolume};
@@ -322,58 +461,27 @@ pub struct NearlyIncompressible<W, U> {
 }
 
 impl<W: Material, U: VolumetricEnergy> Material for NearlyIncompressible<W, U> {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
-        let j = f.determinant();
-        // (2.10) is finite at J <= 0, so the guard can't be left to the energies.
-        if j > 0.0 { self.distortional.energy(f) + self.volumetric.evaluate(j).energy } else { f64::NAN }
+    fn inner(&self) -> Option<&dyn Material> {
+        Some(&self.distortional)
     }
 
-    fn response(&self, f: &Matrix3<f64>) -> Response {
-        let j = f.determinant();
-        // Written so that a NaN determinant is caught too.
-        if j.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
-            return Response::undefined();
-        }
-        let mut response = self.distortional.response(f);
-        let Volumetric { slope, curvature, .. } = self.volumetric.evaluate(j);
-        let cof = cofactor(f);
-        response.stress += slope * cof;
-        let cof = components(&cof);
-        response.tangent.ger(curvature, &cof, &cof, 1.0);
-        add_determinant_hessian(&mut response.tangent, f, slope);
-        response
+    fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+        self.distortional.energy_from(f, past)
     }
 
-    fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
-        let n = components.len();
-        let j = f.determinant();
-        if j.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
-            stress[..n].fill(f64::NAN);
-            tangent.fill(f64::NAN);
-            return;
-        }
-        self.distortional.respond(f, components, stress, tangent);
-        let Volumetric { slope, curvature, .. } = self.volumetric.evaluate(j);
-        let cof = cofactor(f);
-        let entry = |c: usize| cof[(c / 3, c % 3)];
-        for (a, &c) in components.iter().enumerate() {
-            stress[a] += slope * entry(c);
-            for (b, &d) in components.iter().enumerate().take(if tangent.is_empty() { 0 } else { n }) {
-                tangent[a * n + b] += curvature * entry(c) * entry(d) + slope * determinant_hessian(f, c, d);
-            }
-        }
+    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+        self.distortional.response_from(f, past)
     }
 
-    fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
-        Some((&self.distortional, &self.volumetric))
+    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        self.distortional.respond(f, past, of, stress, tangent);
     }
 
-    /// Those of the distortional energy, which they stand in place of.
-    fn internal_variables(&self) -> Option<&dyn InternalVariables> {
-        self.distortional.internal_variables()
+    fn volumetric(&self) -> Option<&dyn VolumetricEnergy> {
+        Some(&self.volumetric)
     }
 
-    fn validate(&self) -> Result<(), MaterialError> {
-        self.distortional.validate()
+    fn initial_moduli(&self) -> InitialModuli {
+        InitialModuli::of(&self.response(&Matrix3::identity()).tangent)
     }
 }

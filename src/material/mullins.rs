@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Matrix3;
 
 use super::rivlin::positive;
-use super::{InitialModuli, InternalVariables, Material, Response, VolumetricEnergy, without_memory};
+use super::{Material, Past, Response};
 use crate::error::{Invalid, MaterialError};
 
 /// Mullins' effect by the pseudo-energy of Ogden and Roxburgh: below the largest distortional energy $\bar W_m$ that a point has had,
@@ -47,12 +47,9 @@ impl<M: Material> Mullins<M> {
             }
         }
         positive("m + beta", m + beta)?;
-        without_memory(&material, "Mullins")?;
-        Ok(Self { material, r, m, beta })
-    }
-
-    fn part(&self) -> &dyn Material {
-        self.material.split().map_or(&self.material, |(distortional, _)| distortional)
+        let law = Self { material, r, m, beta };
+        law.validate()?;
+        Ok(law)
     }
 
     /// $z = (\bar W_m - \bar W)/(m + \beta\bar W_m)$ and its denominator; nothing on the way to a new $\bar W_m$.
@@ -63,68 +60,29 @@ impl<M: Material> Mullins<M> {
 }
 
 impl<M: Material> Material for Mullins<M> {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
-        self.material.energy(f)
+    fn inner(&self) -> Option<&dyn Material> {
+        Some(&self.material)
     }
 
-    fn response(&self, f: &Matrix3<f64>) -> Response {
-        self.material.response(f)
-    }
-
-    fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
-        self.material.respond(f, components, stress, tangent);
-    }
-
-    fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
-        self.material.split()
-    }
-
-    fn internal_variables(&self) -> Option<&dyn InternalVariables> {
-        Some(self)
-    }
-
-    fn initial_moduli(&self) -> InitialModuli {
-        self.material.initial_moduli()
-    }
-
-    fn deformation(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
-        self.material.deformation(f)
-    }
-
-    fn validate(&self) -> Result<(), MaterialError> {
-        without_memory(&self.material, "Mullins")
-    }
-}
-
-impl<M: Material> InternalVariables for Mullins<M> {
-    fn len(&self) -> usize {
-        1
-    }
-
-    fn energy(&self, f: &Matrix3<f64>, internal_variables: &[f64], _: f64) -> f64 {
-        let energy = self.part().energy(f);
-        match self.softened(energy, internal_variables[0]) {
+    fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+        let energy = self.material.energy_from(f, Past::NONE);
+        match self.softened(energy, past.memory[0]) {
             // ∫η dW from the largest energy down.
             Some([z, scale]) => energy + scale / self.r * (z * libm::erf(z) + (-z * z).exp_m1() / PI.sqrt()),
             None => energy,
         }
     }
 
-    fn respond(
-        &self,
-        f: &Matrix3<f64>,
-        internal_variables: &[f64],
-        _: f64,
-        components: &[usize],
-        stress: &mut [f64],
-        tangent: &mut [f64],
-    ) {
-        let part = self.part();
-        part.respond(f, components, stress, tangent);
-        let Some([z, scale]) = self.softened(part.energy(f), internal_variables[0]) else { return };
+    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+        Response::of_components(|of, stress, tangent| self.respond(f, past, of, stress, tangent))
+    }
+
+    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        self.material.respond(f, Past::NONE, of, stress, tangent);
+        let Some([z, scale]) = self.softened(self.material.energy_from(f, Past::NONE), past.memory[0]) else { return };
         let factor = 1.0 - libm::erf(z) / self.r;
         let slope = 2.0 / PI.sqrt() * (-z * z).exp() / (self.r * scale);
-        let n = components.len();
+        let n = of.len();
         if !tangent.is_empty() {
             for a in 0..n {
                 for b in 0..n {
@@ -136,11 +94,23 @@ impl<M: Material> InternalVariables for Mullins<M> {
         stress[..n].iter_mut().for_each(|p| *p *= factor);
     }
 
-    fn deformation(&self, f: &Matrix3<f64>, _: &[f64], _: f64) -> Matrix3<f64> {
-        self.material.deformation(f)
+    fn memory(&self) -> usize {
+        1
     }
 
-    fn update_history(&self, f: &Matrix3<f64>, internal_variables: &[f64], _: f64, next: &mut [f64]) {
-        next[0] = internal_variables[0].max(self.part().energy(f));
+    fn remember(&self, f: &Matrix3<f64>, past: Past<'_>, next: &mut [f64]) {
+        next[0] = past.memory[0].max(self.material.energy_from(f, Past::NONE));
+    }
+
+    fn validate(&self) -> Result<(), MaterialError> {
+        self.material.validate()?;
+        match self.material.memory() {
+            0 => Ok(()),
+            memory => {
+                let needed = "softening is measured by the energy of an elastic law: soften that, then let it relax, \
+                              Viscoelastic::new(Mullins::new(..)?, ..)";
+                Err(Invalid::new("numbers that the law within Mullins remembers", memory as f64, needed).into())
+            }
+        }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
-use super::{Material, Response, Volumetric, VolumetricEnergy};
+use super::{InitialModuli, Material, Past, Response, Volumetric, VolumetricEnergy};
 use crate::error::{Invalid, MaterialError};
 use crate::tensor::Tangent;
 
@@ -27,62 +27,57 @@ use crate::tensor::Tangent;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Prestretched<M> {
-    whole: Part<M>,
-    distortional: Shape<M>,
+    material: Arc<M>,
+    before: Matrix3<f64>,
     volumetric: Volume<M>,
 }
 
-/// The whole material.
+/// The volumetric energy of a stretched material.
 #[derive(Debug, Clone)]
-struct Part<M> {
+struct Volume<M> {
     material: Arc<M>,
-    before: Matrix3<f64>,
+    /// $\det F_0$.
     volume: f64,
 }
-
-/// Its distortional part.
-#[derive(Debug, Clone)]
-struct Shape<M>(Part<M>);
-
-/// Its volumetric part.
-#[derive(Debug, Clone)]
-struct Volume<M>(Part<M>);
 
 impl<M: Material> Prestretched<M> {
     /// The material stretched by `before` $= F_0$.
     ///
     /// # Errors
-    /// [`Invalid`] unless $F_0$ is finite with a determinant above zero, and for a material with internal variables:
-    /// stretch the elastic law and let the whole relax.
+    /// [`Invalid`] unless $F_0$ is finite with a determinant above zero.
     pub fn new(material: M, before: Matrix3<f64>) -> Result<Self, MaterialError> {
         let volume = before.determinant();
         if !(volume > 0.0 && before.iter().all(|f| f.is_finite())) {
             let needed = "give a finite deformation gradient with a determinant above zero";
             return Err(Invalid::new("det F_0", volume, needed).into());
         }
-        if let Some(internal_variables) = material.internal_variables() {
-            let needed = "prestretch the elastic law, then add the internal variables: Viscoelastic::new(Prestretched::new(..)?, ..)";
-            return Err(Invalid::new(
-                "internal variables of the prestretched law",
-                internal_variables.len() as f64,
-                needed,
-            )
-            .into());
-        }
-        let whole = Part { material: Arc::new(material), before, volume };
-        let part = || Part { material: whole.material.clone(), ..whole };
-        Ok(Self { distortional: Shape(part()), volumetric: Volume(part()), whole: part() })
+        let material = Arc::new(material);
+        Ok(Self { volumetric: Volume { material: material.clone(), volume }, material, before })
     }
 }
 
-impl<M> Part<M> {
-    fn energy(&self, law: &dyn Material, f: &Matrix3<f64>) -> f64 {
-        law.energy(&(f * self.before)) / self.volume
+impl<M: Material> VolumetricEnergy for Volume<M> {
+    fn evaluate(&self, j: f64) -> Volumetric {
+        let undefined = Volumetric { energy: f64::NAN, slope: f64::NAN, curvature: f64::NAN };
+        self.material.volumetric().map_or(undefined, |volumetric| {
+            let Volumetric { energy, slope, curvature } = volumetric.evaluate(j * self.volume);
+            Volumetric { energy: energy / self.volume, slope, curvature: curvature * self.volume }
+        })
+    }
+}
+
+impl<M: Material> Material for Prestretched<M> {
+    fn inner(&self) -> Option<&dyn Material> {
+        Some(&*self.material)
     }
 
-    fn response(&self, law: &dyn Material, f: &Matrix3<f64>) -> Response {
-        let Response { stress, tangent } = law.response(&(f * self.before));
-        let g = &self.before;
+    fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+        self.material.energy_from(&(f * self.before), past) / self.volumetric.volume
+    }
+
+    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+        let Response { stress, tangent } = self.material.response_from(&(f * self.before), past);
+        let (g, volume) = (&self.before, self.volumetric.volume);
         // A_iJkL = A_iMkN G_JM G_LN / det G.
         let mut half = Tangent::zeros();
         for i in 0..3 {
@@ -94,62 +89,26 @@ impl<M> Part<M> {
         }
         let pulled = Tangent::from_fn(|row, column| {
             let (k, l) = (column / 3, column % 3);
-            (0..3).map(|n| g[(l, n)] * half[(row, 3 * k + n)]).sum::<f64>() / self.volume
+            (0..3).map(|n| g[(l, n)] * half[(row, 3 * k + n)]).sum::<f64>() / volume
         });
-        Response { stress: stress * g.transpose() / self.volume, tangent: pulled }
-    }
-}
-
-impl<M: Material> Shape<M> {
-    fn law(&self) -> &dyn Material {
-        self.0.material.split().map_or(&*self.0.material, |(distortional, _)| distortional)
-    }
-}
-
-impl<M: Material> Material for Shape<M> {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
-        self.0.energy(self.law(), f)
+        Response { stress: stress * g.transpose() / volume, tangent: pulled }
     }
 
-    fn response(&self, f: &Matrix3<f64>) -> Response {
-        self.0.response(self.law(), f)
-    }
-}
-
-impl<M: Material> VolumetricEnergy for Volume<M> {
-    fn evaluate(&self, j: f64) -> Volumetric {
-        let undefined = Volumetric { energy: f64::NAN, slope: f64::NAN, curvature: f64::NAN };
-        self.0.material.split().map_or(undefined, |(_, volumetric)| {
-            let Volumetric { energy, slope, curvature } = volumetric.evaluate(j * self.0.volume);
-            Volumetric { energy: energy / self.0.volume, slope, curvature: curvature * self.0.volume }
-        })
-    }
-}
-
-impl<M: Material> Material for Prestretched<M> {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
-        self.whole.energy(&*self.whole.material, f)
+    fn volumetric(&self) -> Option<&dyn VolumetricEnergy> {
+        self.material.volumetric().map(|_| &self.volumetric as &dyn VolumetricEnergy)
     }
 
-    fn response(&self, f: &Matrix3<f64>) -> Response {
-        self.whole.response(&*self.whole.material, f)
+    fn initial_moduli(&self) -> InitialModuli {
+        InitialModuli::of(&self.response(&Matrix3::identity()).tangent)
     }
 
     /// What the material settles of $FF_0$, seen from the body at rest.
-    fn deformation(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
-        let Part { material, before, .. } = &self.whole;
-        let undone = before.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
-        material.deformation(&(f * before)) * undone
+    fn settled(&self, f: &Matrix3<f64>, past: Past<'_>) -> Matrix3<f64> {
+        let undone = self.before.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
+        self.material.settled(&(f * self.before), past) * undone
     }
 
-    fn validate(&self) -> Result<(), MaterialError> {
-        self.whole.material.validate()
-    }
-
-    fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
-        self.whole
-            .material
-            .split()
-            .map(|_| (&self.distortional as &dyn Material, &self.volumetric as &dyn VolumetricEnergy))
+    fn remember(&self, f: &Matrix3<f64>, past: Past<'_>, next: &mut [f64]) {
+        self.material.remember(&(f * self.before), past, next);
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
-use super::{Material, Mode};
+use super::{Material, Mode, Past};
 
 /// A criterion of material stability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -53,7 +53,7 @@ const STEP: f64 = 0.02;
 
 /// The ranges of stretch in which a material is stable in uniaxial, equibiaxial and planar tests, by both criteria.
 ///
-/// Nearly incompressible materials ([`Material::split`]) are looked at without change of volume, others with their
+/// Nearly incompressible materials ([`Material::volumetric`]) are looked at without change of volume, others with their
 /// sides free. Where the energy ends, as Gent's does, so does the range. The search goes outwards by 2 % and then
 /// bisects: an unstable stretch of road shorter than that is overlooked.
 ///
@@ -73,7 +73,7 @@ pub fn stable_ranges(material: &dyn Material) -> Vec<StableRange> {
 
 /// As [`stable_ranges`] for a distortional energy alone, incompressible.
 pub fn stable_ranges_incompressible(distortional: &dyn Material) -> Vec<StableRange> {
-    ranges(&Subject { material: distortional, incompressible: true })
+    ranges(&Subject { incompressible: true, ..Subject::of(distortional) })
 }
 
 fn ranges(subject: &Subject<'_>) -> Vec<StableRange> {
@@ -115,15 +115,13 @@ fn edge(last: f64, holds: impl Fn(f64) -> bool) -> f64 {
 
 struct Subject<'a> {
     material: &'a dyn Material,
+    rest: Vec<f64>,
     incompressible: bool,
 }
 
 impl<'a> Subject<'a> {
     fn of(material: &'a dyn Material) -> Self {
-        match material.split() {
-            Some((distortional, _)) => Subject { material: distortional, incompressible: true },
-            None => Subject { material, incompressible: false },
-        }
+        Subject { material, rest: material.rest(), incompressible: material.volumetric().is_some() }
     }
 
     fn holds(&self, mode: Mode, criterion: Criterion, stretch: f64) -> bool {
@@ -135,7 +133,8 @@ impl<'a> Subject<'a> {
             return false;
         };
         let lambda = Vector3::from(stretches);
-        let response = self.material.response(&Matrix3::from_diagonal(&lambda));
+        let rest = Past { memory: &self.rest, elapsed: 0.0 };
+        let response = self.material.response_from(&Matrix3::from_diagonal(&lambda), rest);
         if !response.tangent.iter().all(|a| a.is_finite()) {
             return false;
         }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::{Material, Principal, PrincipalEnergy, Response};
+use super::{Material, Past, Principal, PrincipalEnergy, Response};
 use crate::tensor::{Tangent, components};
 
 /// The material of an energy of the reduced principal stretches, $W(F) = \bar W(\bar\lambda_a)$.
@@ -161,20 +161,7 @@ fn without_mean(gradient: &Vector3<f64>) -> Vector3<f64> {
     gradient.add_scalar(-gradient.mean())
 }
 
-/// Copies stress and tangent of a response in a few components.
-fn select(response: &Response, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
-    for (a, &c) in components.iter().enumerate() {
-        stress[a] = response.stress[(c / 3, c % 3)];
-        if tangent.is_empty() {
-            continue;
-        }
-        for (b, &d) in components.iter().enumerate() {
-            tangent[a * components.len() + b] = response.tangent[(c, d)];
-        }
-    }
-}
-
-/// As [`select`] for the stress alone.
+/// Copies a few components of a stress.
 fn select_stress(stress: Option<Matrix3<f64>>, components: &[usize], out: &mut [f64]) {
     let stress = stress.unwrap_or_else(|| Matrix3::repeat(f64::NAN));
     for (out, &c) in out.iter_mut().zip(components) {
@@ -183,11 +170,11 @@ fn select_stress(stress: Option<Matrix3<f64>>, components: &[usize], out: &mut [
 }
 
 impl<E: PrincipalEnergy> Material for PrincipalStretches<E> {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
+    fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
         Stretches::new(f).map_or(f64::NAN, |stretches| self.0.evaluate(stretches.reduced()).energy)
     }
 
-    fn response(&self, f: &Matrix3<f64>) -> Response {
+    fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
         let Some(stretches) = Stretches::new(f) else {
             return Response::undefined();
         };
@@ -207,9 +194,9 @@ impl<E: PrincipalEnergy> Material for PrincipalStretches<E> {
         Response { stress: stretches.stress(&t), tangent: tangent(&stretches, &t, &slope, divided) }
     }
 
-    fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
         if !tangent.is_empty() {
-            return select(&self.response(f), components, stress, tangent);
+            return self.response_from(f, past).select(components, stress, tangent);
         }
         let of = |s: Stretches| s.stress(&without_mean(&self.0.evaluate(s.reduced()).gradient));
         select_stress(Stretches::new(f).map(of), components, stress);
@@ -220,7 +207,7 @@ impl<E: PrincipalEnergy> Material for PrincipalStretches<E> {
 /// $P = \sum_a\frac{t_a}{\lambda_a}u_a\otimes v_a$ and the tangent of [`PrincipalStretches`].
 ///
 /// For foams ([`OgdenFoam`](super::OgdenFoam)), whose volume is no less soft than their shape: it has no
-/// [`split`](Material::split), and none is needed, since nothing locks. NaN for $J \le 0$.
+/// [`volumetric`](Material::volumetric) part, and none is needed, since nothing locks. NaN for $J \le 0$.
 ///
 /// ```
 /// use rkpm::material::{Material, OgdenFoam, TotalStretches};
@@ -233,11 +220,11 @@ impl<E: PrincipalEnergy> Material for PrincipalStretches<E> {
 pub struct TotalStretches<E>(pub E);
 
 impl<E: PrincipalEnergy> Material for TotalStretches<E> {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
+    fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
         Stretches::new(f).map_or(f64::NAN, |stretches| self.0.evaluate(stretches.logarithms).energy)
     }
 
-    fn response(&self, f: &Matrix3<f64>) -> Response {
+    fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
         let Some(stretches) = Stretches::new(f) else {
             return Response::undefined();
         };
@@ -249,9 +236,9 @@ impl<E: PrincipalEnergy> Material for TotalStretches<E> {
         }
     }
 
-    fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
         if !tangent.is_empty() {
-            return select(&self.response(f), components, stress, tangent);
+            return self.response_from(f, past).select(components, stress, tangent);
         }
         let of = |s: Stretches| s.stress(&self.0.evaluate(s.logarithms).gradient);
         select_stress(Stretches::new(f).map(of), components, stress);

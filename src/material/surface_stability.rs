@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::Material;
+use super::{Material, Past};
 
 /// Whether the free surface of an incompressible body is stable under waves along a principal direction: above 0 where it is, 0 at
 /// Biot's limit.
@@ -30,10 +30,10 @@ pub fn surface_stability(material: &dyn Material, along: f64, across: f64) -> f6
     const fn at(i: usize, j: usize) -> usize {
         3 * i + j
     }
-    let distortional = material.split().map_or(material, |(distortional, _)| distortional);
     let normal = 1.0 / (along * across);
     let f = Matrix3::from_diagonal(&Vector3::new(along, normal, across));
-    let tangent = distortional.response(&f).tangent;
+    let memory = material.rest();
+    let tangent = material.response_from(&f, Past { memory: &memory, elapsed: 0.0 }).tangent;
     let alpha = along * along * tangent[(at(1, 0), at(1, 0))];
     let gamma = normal * normal * tangent[(at(0, 1), at(0, 1))];
     let direct = along * along * tangent[(at(0, 0), at(0, 0))] + normal * normal * tangent[(at(1, 1), at(1, 1))];

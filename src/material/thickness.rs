@@ -3,9 +3,8 @@
 use nalgebra::{Matrix3, SMatrix};
 
 use super::homogeneous::root;
-use super::{InitialModuli, InternalVariables, Material, Response};
-use crate::error::MaterialError;
-use crate::tensor::{Tangent, cofactor, determinant_hessian};
+use super::{Material, Past, Response, VolumetricEnergy};
+use crate::tensor::{cofactor, determinant_hessian};
 
 /// The component 33.
 const THICKNESS: usize = 8;
@@ -23,25 +22,17 @@ fn sheet(f: &Matrix3<f64>, thickness: f64) -> Matrix3<f64> {
     Matrix3::new(f.m11, f.m12, 0.0, f.m21, f.m22, 0.0, 0.0, 0.0, thickness)
 }
 
-/// Stress and tangent of a law in a few components, as [`Material::respond`] writes them.
-type Respond<'a> = &'a dyn Fn(&Matrix3<f64>, &[usize], &mut [f64], &mut [f64]);
-
 impl<M: Material> FreeThickness<M> {
-    /// The law without the volumetric energy, where it has one of its own.
-    fn shape(&self) -> &dyn Material {
-        self.0.split().map_or(&self.0, |(distortional, _)| distortional)
-    }
-
     /// The deformation gradient with the thickness at which a law has no stress across; `None` where there is none.
-    fn settle(&self, f: &Matrix3<f64>, respond: Respond<'_>) -> Option<Matrix3<f64>> {
+    fn settle(&self, f: &Matrix3<f64>, past: Past<'_>) -> Option<Matrix3<f64>> {
         let area = f.m11 * f.m22 - f.m12 * f.m21;
         if !(area > 0.0 && area.is_finite()) {
             return None;
         }
-        let volumetric = self.0.split().map(|(_, volumetric)| volumetric);
+        let volumetric = self.0.volumetric();
         let of = |thickness: f64| {
             let (mut stress, mut tangent) = ([0.0], [0.0]);
-            respond(&sheet(f, thickness), &[THICKNESS], &mut stress, &mut tangent);
+            self.0.respond(&sheet(f, thickness), past, &[THICKNESS], &mut stress, &mut tangent);
             if let Some(volumetric) = volumetric {
                 let u = volumetric.evaluate(area * thickness);
                 stress[0] += u.slope * area;
@@ -51,18 +42,27 @@ impl<M: Material> FreeThickness<M> {
         };
         root(1.0 / area, of).map(|thickness| sheet(f, thickness))
     }
+}
 
-    /// The condensed stress and tangent of a law.
-    fn condense(
-        &self,
-        f: &Matrix3<f64>,
-        respond: Respond<'_>,
-        components: &[usize],
-        stress: &mut [f64],
-        tangent: &mut [f64],
-    ) {
+impl<M: Material> Material for FreeThickness<M> {
+    fn inner(&self) -> Option<&dyn Material> {
+        Some(&self.0)
+    }
+
+    fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+        let Some(f) = self.settle(f, past) else { return f64::NAN };
+        let volumetric = self.0.volumetric().map_or(0.0, |volumetric| volumetric.evaluate(f.determinant()).energy);
+        self.0.energy_from(&f, past) + volumetric
+    }
+
+    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+        Response::of_components(|of, stress, tangent| self.respond(f, past, of, stress, tangent))
+    }
+
+    /// The condensed stress and tangent.
+    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
         let n = components.len();
-        let Some(f) = self.settle(f, respond) else {
+        let Some(f) = self.settle(f, past) else {
             stress[..n].fill(f64::NAN);
             tangent.fill(f64::NAN);
             return;
@@ -74,8 +74,8 @@ impl<M: Material> FreeThickness<M> {
         let (mut p, mut a) = ([0.0; 10], SMatrix::<f64, 10, 10>::zeros());
         let mut block = [0.0; 100];
         let wanted = if tangent.is_empty() { 0 } else { m * m };
-        let volumetric = self.0.split().map(|(_, volumetric)| volumetric);
-        respond(&f, &all[..m], &mut p[..m], &mut block[..wanted]);
+        let volumetric = self.0.volumetric();
+        self.0.respond(&f, past, &all[..m], &mut p[..m], &mut block[..wanted]);
         let cof = cofactor(&f);
         let of = |c: usize| cof[(c / 3, c % 3)];
         let d = of(THICKNESS);
@@ -112,107 +112,16 @@ impl<M: Material> FreeThickness<M> {
         }
     }
 
-    /// What a law of internal variables does in a step.
-    fn stepped<T>(&self, internal_variables: &[f64], elapsed: f64, then: impl FnOnce(Respond<'_>) -> T) -> Option<T> {
-        let law = self.0.internal_variables()?;
-        Some(then(&|f, components, stress, tangent| {
-            law.respond(f, internal_variables, elapsed, components, stress, tangent);
-        }))
-    }
-}
-
-impl<M: Material> Material for FreeThickness<M> {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
-        let settled = self.settle(f, &|f, of, stress, tangent| self.shape().respond(f, of, stress, tangent));
-        settled.map_or(f64::NAN, |f| self.0.energy(&f))
+    /// None: it is condensed with the thickness.
+    fn volumetric(&self) -> Option<&dyn VolumetricEnergy> {
+        None
     }
 
-    fn response(&self, f: &Matrix3<f64>) -> Response {
-        const ALL: [usize; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
-        let (mut stress, mut tangent) = ([0.0; 9], [0.0; 81]);
-        Material::respond(self, f, &ALL, &mut stress, &mut tangent);
-        Response { stress: Matrix3::from_row_slice(&stress), tangent: Tangent::from_row_slice(&tangent) }
+    fn settled(&self, f: &Matrix3<f64>, past: Past<'_>) -> Matrix3<f64> {
+        self.settle(f, past).unwrap_or_else(|| Matrix3::repeat(f64::NAN))
     }
 
-    fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
-        let law = |f: &Matrix3<f64>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]| {
-            self.shape().respond(f, of, stress, tangent);
-        };
-        self.condense(f, &law, components, stress, tangent);
-    }
-
-    fn deformation(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
-        let settled = self.settle(f, &|f, of, stress, tangent| self.shape().respond(f, of, stress, tangent));
-        settled.unwrap_or_else(|| Matrix3::repeat(f64::NAN))
-    }
-
-    fn initial_moduli(&self) -> InitialModuli {
-        self.0.initial_moduli()
-    }
-
-    fn validate(&self) -> Result<(), MaterialError> {
-        self.0.validate()
-    }
-
-    fn internal_variables(&self) -> Option<&dyn InternalVariables> {
-        self.0.internal_variables().map(|_| self as &dyn InternalVariables)
-    }
-}
-
-/// The whole of the law: its volumetric energy is condensed with the thickness.
-impl<M: Material> InternalVariables for FreeThickness<M> {
-    fn len(&self) -> usize {
-        self.0.internal_variables().map_or(0, |law| law.len())
-    }
-
-    fn start(&self, internal_variables: &mut [f64]) {
-        if let Some(law) = self.0.internal_variables() {
-            law.start(internal_variables);
-        }
-    }
-
-    fn relaxed(&self) -> f64 {
-        self.0.internal_variables().map_or(1.0, |law| law.relaxed())
-    }
-
-    fn energy(&self, f: &Matrix3<f64>, internal_variables: &[f64], elapsed: f64) -> f64 {
-        let Some(law) = self.0.internal_variables() else { return f64::NAN };
-        let f = InternalVariables::deformation(self, f, internal_variables, elapsed);
-        let volumetric = self.0.split().map_or(0.0, |(_, volumetric)| volumetric.evaluate(f.determinant()).energy);
-        law.energy(&f, internal_variables, elapsed) + volumetric
-    }
-
-    fn respond(
-        &self,
-        f: &Matrix3<f64>,
-        internal_variables: &[f64],
-        elapsed: f64,
-        components: &[usize],
-        stress: &mut [f64],
-        tangent: &mut [f64],
-    ) {
-        self.stepped(internal_variables, elapsed, |law| self.condense(f, law, components, stress, tangent));
-    }
-
-    fn update_history(&self, f: &Matrix3<f64>, internal_variables: &[f64], elapsed: f64, next: &mut [f64]) {
-        let Some(law) = self.0.internal_variables() else { return };
-        let f = InternalVariables::deformation(self, f, internal_variables, elapsed);
-        law.update_history(&f, internal_variables, elapsed, next);
-    }
-
-    fn time_error(
-        &self,
-        before: Option<(&[f64], f64)>,
-        internal_variables: &[f64],
-        elapsed: f64,
-        next: &[f64],
-    ) -> [f64; 2] {
-        let law = self.0.internal_variables();
-        law.map_or([0.0; 2], |law| law.time_error(before, internal_variables, elapsed, next))
-    }
-
-    fn deformation(&self, f: &Matrix3<f64>, internal_variables: &[f64], elapsed: f64) -> Matrix3<f64> {
-        let settled = self.stepped(internal_variables, elapsed, |law| self.settle(f, law)).flatten();
-        settled.unwrap_or_else(|| Matrix3::repeat(f64::NAN))
+    fn remember(&self, f: &Matrix3<f64>, past: Past<'_>, next: &mut [f64]) {
+        self.0.remember(&self.settled(f, past), past, next);
     }
 }

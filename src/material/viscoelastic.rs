@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, SVector};
 
-use super::{InitialModuli, InternalVariables, Material, Response, VolumetricEnergy, without_memory};
+use super::{ALL, Material, Past, Response};
 use crate::error::{Invalid, MaterialError};
 use crate::tensor::{cofactor, determinant_hessian, inverse};
 
@@ -71,7 +71,8 @@ fn checked(name: &str, pairs: impl IntoIterator<Item = (f64, f64)>) -> Result<Ve
 /// Computer Methods in Applied Mechanics and Engineering 60, 1987.)
 ///
 /// Without a clock (see [`Scene::over_time`](crate::scene::Scene::over_time)) nothing relaxes. Materials without a
-/// [`split`](Material::split) relax as a whole.
+/// [`volumetric`](Material::volumetric) part relax as a whole. A law that remembers something itself is driven by its own stress: filled
+/// rubber that softens and relaxes is `Viscoelastic::new(Mullins::new(..)?, ..)`.
 ///
 /// ```
 /// use rkpm::material::{Prony, Rubber, Viscoelastic};
@@ -86,8 +87,7 @@ pub struct Viscoelastic<M> {
 }
 
 impl<M: Material> Viscoelastic<M> {
-    /// The material of an elastic law and its relaxation. A law with internal variables of its own, which nothing would read, is
-    /// refused with the scene.
+    /// The material of an elastic law and its relaxation.
     pub fn new(material: M, prony: Prony) -> Self {
         Self { material, prony }
     }
@@ -102,19 +102,21 @@ impl<M: Material> Viscoelastic<M> {
         &self.prony
     }
 
-    /// The energy that relaxes, and whether it is that of the shape alone.
-    fn part(&self) -> (&dyn Material, bool) {
-        match self.material.split() {
-            Some((distortional, _)) => (distortional, true),
-            None => (&self.material, false),
-        }
+    /// Numbers of its own: the last $\bar S$, the branches, the largest square of $\bar S$.
+    fn own(&self) -> usize {
+        6 * (1 + self.prony.branches.len()) + 1
+    }
+
+    /// Whether the shape alone relaxes.
+    fn is_isochoric(&self) -> bool {
+        self.material.volumetric().is_some()
     }
 
     /// $a$ and $H$ of a step: its energy is $a\bar W + \frac12H:\bar C$.
-    fn step(&self, internal_variables: &[f64], elapsed: f64) -> (f64, Symmetric) {
-        let last = symmetric(internal_variables);
+    fn step(&self, own: &[f64], elapsed: f64) -> (f64, Symmetric) {
+        let last = symmetric(own);
         let (mut factor, mut held) = (self.prony.equilibrium, Symmetric::zeros());
-        for ([part, tau], branch) in self.prony.branches.iter().zip(internal_variables[6..].chunks_exact(6)) {
+        for ([part, tau], branch) in self.prony.branches.iter().zip(own[6..].chunks_exact(6)) {
             let x = elapsed / tau;
             let weight = part * mean_decay(x);
             factor += weight;
@@ -124,18 +126,15 @@ impl<M: Material> Viscoelastic<M> {
     }
 
     /// $\bar S = J^{2/3}F^{-1}\bar P$, the stress of the elastic law seen by the material.
-    fn seen(&self, f: &Matrix3<f64>) -> Symmetric {
-        let (part, isochoric) = self.part();
+    fn seen(&self, f: &Matrix3<f64>, inner: Past<'_>) -> Symmetric {
         let Some(inverse) = inverse(f) else { return Symmetric::repeat(f64::NAN) };
-        let scale = if isochoric { f.determinant().powf(2.0 / 3.0) } else { 1.0 };
+        let scale = if self.is_isochoric() { f.determinant().powf(2.0 / 3.0) } else { 1.0 };
         let mut stress = [0.0; 9];
-        part.respond(f, &ALL, &mut stress, &mut []);
+        self.material.respond(f, inner, &ALL, &mut stress, &mut []);
         let s = inverse * Matrix3::from_row_slice(&stress) * scale;
         Symmetric::new(s.m11, s.m22, s.m33, 0.5 * (s.m23 + s.m32), 0.5 * (s.m13 + s.m31), 0.5 * (s.m12 + s.m21))
     }
 }
-
-const ALL: [usize; 9] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
 
 /// 11, 22, 33, 23, 13, 12.
 type Symmetric = SVector<f64, 6>;
@@ -169,69 +168,28 @@ fn curvature_weight(x: f64) -> f64 {
 }
 
 impl<M: Material> Material for Viscoelastic<M> {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
-        self.material.energy(f)
+    fn inner(&self) -> Option<&dyn Material> {
+        Some(&self.material)
     }
 
-    fn response(&self, f: &Matrix3<f64>) -> Response {
-        self.material.response(f)
-    }
-
-    fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
-        self.material.respond(f, components, stress, tangent);
-    }
-
-    fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
-        self.material.split()
-    }
-
-    fn internal_variables(&self) -> Option<&dyn InternalVariables> {
-        Some(self)
-    }
-
-    fn initial_moduli(&self) -> InitialModuli {
-        self.material.initial_moduli()
-    }
-
-    fn deformation(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
-        self.material.deformation(f)
-    }
-
-    fn validate(&self) -> Result<(), MaterialError> {
-        without_memory(&self.material, "Viscoelastic")
-    }
-}
-
-impl<M: Material> InternalVariables for Viscoelastic<M> {
-    fn len(&self) -> usize {
-        6 * (1 + self.prony.branches.len()) + 1
-    }
-
-    fn relaxed(&self) -> f64 {
-        self.prony.relaxation(f64::INFINITY)
-    }
-
-    fn energy(&self, f: &Matrix3<f64>, internal_variables: &[f64], elapsed: f64) -> f64 {
-        let (part, isochoric) = self.part();
-        let (factor, held) = self.step(internal_variables, elapsed);
-        let scale = if isochoric { f.determinant().powf(-2.0 / 3.0) } else { 1.0 };
+    fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+        let (own, inner) = past.split(self.own());
+        let (factor, held) = self.step(own, past.elapsed);
+        let scale = if self.is_isochoric() { f.determinant().powf(-2.0 / 3.0) } else { 1.0 };
         // H:(C̄ - δ): nothing at rest.
         let work = scale * (f.transpose() * f).dot(&matrix(&held)) - matrix(&held).trace();
-        factor * part.energy(f) + 0.5 * work
+        factor * self.material.energy_from(f, inner) + 0.5 * work
     }
 
-    fn respond(
-        &self,
-        f: &Matrix3<f64>,
-        internal_variables: &[f64],
-        elapsed: f64,
-        components: &[usize],
-        stress: &mut [f64],
-        tangent: &mut [f64],
-    ) {
-        let (part, isochoric) = self.part();
-        let (factor, held) = self.step(internal_variables, elapsed);
-        part.respond(f, components, stress, tangent);
+    fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+        Response::of_components(|of, stress, tangent| self.respond(f, past, of, stress, tangent))
+    }
+
+    fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        let (own, inner) = past.split(self.own());
+        let isochoric = self.is_isochoric();
+        let (factor, held) = self.step(own, past.elapsed);
+        self.material.respond(f, inner, components, stress, tangent);
         let n = components.len();
         stress[..n].iter_mut().for_each(|p| *p *= factor);
         tangent.iter_mut().for_each(|a| *a *= factor);
@@ -265,55 +223,60 @@ impl<M: Material> InternalVariables for Viscoelastic<M> {
         }
     }
 
-    fn deformation(&self, f: &Matrix3<f64>, _: &[f64], _: f64) -> Matrix3<f64> {
-        self.material.deformation(f)
+    fn memory(&self) -> usize {
+        self.own() + self.material.memory()
     }
 
-    fn update_history(&self, f: &Matrix3<f64>, internal_variables: &[f64], elapsed: f64, next: &mut [f64]) {
-        let (last, seen) = (symmetric(internal_variables), self.seen(f));
+    fn start(&self, memory: &mut [f64]) {
+        self.material.start(&mut memory[self.own()..]);
+    }
+
+    fn settled(&self, f: &Matrix3<f64>, past: Past<'_>) -> Matrix3<f64> {
+        self.material.settled(f, past.split(self.own()).1)
+    }
+
+    fn relaxed(&self) -> f64 {
+        self.prony.relaxation(f64::INFINITY) * self.material.relaxed()
+    }
+
+    fn remember(&self, f: &Matrix3<f64>, past: Past<'_>, next: &mut [f64]) {
+        let (own, inner) = past.split(self.own());
+        let (next, next_of_inner) = next.split_at_mut(own.len());
+        let (last, seen) = (symmetric(own), self.seen(f, inner));
         next[..6].copy_from_slice(seen.as_slice());
         // The largest square of the stress stands behind the branches.
-        let branches = internal_variables[6..].chunks_exact(6).zip(next[6..].chunks_exact_mut(6));
+        let branches = own[6..].chunks_exact(6).zip(next[6..].chunks_exact_mut(6));
         for ([part, tau], (branch, next)) in self.prony.branches.iter().zip(branches) {
-            let x = elapsed / tau;
+            let x = past.elapsed / tau;
             let held = symmetric(branch) * (-x).exp() + (seen - last) * (part * mean_decay(x));
             next.copy_from_slice(held.as_slice());
         }
-        let place = internal_variables.len() - 1;
-        next[place] = internal_variables[place].max(square(&seen));
+        let place = own.len() - 1;
+        next[place] = own[place].max(square(&seen));
+        self.material.remember(f, inner, next_of_inner);
     }
 
-    fn time_error(
-        &self,
-        before: Option<(&[f64], f64)>,
-        internal_variables: &[f64],
-        elapsed: f64,
-        next: &[f64],
-    ) -> [f64; 2] {
-        if elapsed <= 0.0 {
-            return [0.0, next[next.len() - 1]];
-        }
+    fn time_error(&self, before: Option<Past<'_>>, past: Past<'_>, next: &[f64]) -> [f64; 2] {
+        let (own, inner) = past.split(self.own());
+        let (next, next_of_inner) = next.split_at(own.len());
+        let of_inner = self.material.time_error(before.map(|before| before.split(own.len()).1), inner, next_of_inner);
+        let (elapsed, largest) = (past.elapsed, next[own.len() - 1]);
         // Against the largest stress so far: a cycle passes through none.
-        let largest = next[next.len() - 1];
-        let change = symmetric(next) - symmetric(internal_variables);
+        let change = symmetric(next) - symmetric(own);
         // S̄'' Δt², where a rate before is known.
-        let curvature = before.filter(|(_, earlier)| *earlier > 0.0).map(|(before, earlier)| {
-            let rate = (symmetric(internal_variables) - symmetric(before)) / earlier;
-            (change / elapsed - rate) * (2.0 * elapsed * elapsed / (earlier + elapsed))
+        let curvature = before.filter(|before| before.elapsed > 0.0).map(|before| {
+            let rate = (symmetric(own) - symmetric(before.memory)) / before.elapsed;
+            (change / elapsed - rate) * (2.0 * elapsed * elapsed / (before.elapsed + elapsed))
         });
-        let error: f64 = self
-            .prony
-            .branches
-            .iter()
-            .map(|[part, tau]| {
-                let x = elapsed / tau;
-                part * match &curvature {
-                    Some(curvature) => curvature_weight(x) * square(curvature).sqrt(),
-                    // Another rule of second order in place of a rate.
-                    None => (mean_decay(x) - (-0.5 * x).exp()).abs() * square(&change).sqrt(),
-                }
-            })
-            .sum();
-        [error * error, largest]
+        let of_branch = |[part, tau]: &[f64; 2]| {
+            let x = elapsed / tau;
+            part * match &curvature {
+                Some(curvature) => curvature_weight(x) * square(curvature).sqrt(),
+                // Another rule of second order in place of a rate.
+                None => (mean_decay(x) - (-0.5 * x).exp()).abs() * square(&change).sqrt(),
+            }
+        };
+        let error: f64 = if elapsed > 0.0 { self.prony.branches.iter().map(of_branch).sum() } else { 0.0 };
+        [error * error + of_inner[0], largest]
     }
 }

@@ -195,7 +195,7 @@ fn compressibility<const D: usize>(problem: &Problem<D>, number: usize, state: &
     let member = &problem.discrete_bodies()[number];
     let (body, table) = (member.body(), member.body().table());
     let pressures = member.bulk_pressures(number, state)?;
-    let (_, volumetric) = body.material().split()?;
+    let volumetric = body.material().volumetric()?;
     let mut change = Change::none(problem);
     // By $p^2/2\kappa$: where pressures are projected, $J$ at a point does not follow from $p$.
     let give = volumetric.evaluate(1.0).curvature.recip();

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, SVector};
 
 use crate::error::Error;
 use crate::geometry::Point;
-use crate::material::Material;
+use crate::material::{Material, Past};
 use crate::neighbours::BoxTree;
 use crate::scene::{DiscreteBody, Problem, coefficients, values};
 use crate::shape::ShapeFunctions;
@@ -133,17 +133,16 @@ impl<'a, const D: usize> Changes<'a, D> {
             };
             // By the tangent at the finer state: the coarser one, laid over the finer points, may be inverted beside corners, where
             // a stress of it says nothing.
-            let tangent = |f: &Matrix3<f64>| match body.material().split() {
-                Some((distortional, _)) => distortional.response(f).tangent,
-                None => body.material().response(f).tangent,
-            };
+            let rest = body.material().rest();
+            let past = Past { memory: &rest, elapsed: 0.0 };
+            let tangent = |f: &Matrix3<f64>| body.material().response_from(f, past).tangent;
             let at = |(point, p): (usize, f64)| {
                 let [new, old] = [&state.displacement, &before].map(|d| body.deformation_gradient(point, d));
                 let strain = new - old;
                 let strain = SVector::<f64, 9>::from_fn(|row, _| strain[(row / 3, row % 3)]);
                 let change = tangent(&new) * strain;
                 let change = Matrix3::from_fn(|i, j| change[3 * i + j]);
-                let volumetric = body.material().split().map(|(_, volumetric)| volumetric.evaluate(new.determinant()));
+                let volumetric = body.material().volumetric().map(|volumetric| volumetric.evaluate(new.determinant()));
                 let give = volumetric.map_or(0.0, |volumetric| volumetric.curvature.recip());
                 Change { stress: change, cofactor: cofactor(&new), pressure: p, give }
             };

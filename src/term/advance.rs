@@ -51,7 +51,7 @@ impl<const D: usize, M: Material> Task for Advance<'_, D, M> {
         let first = table.clusters().points(cluster).start;
         let volumetric = match body.field {
             PressureField::Displacement => None,
-            _ => body.material.split().map(|(_, volumetric)| volumetric),
+            _ => body.material.volumetric(),
         };
         for point in table.clusters().points(cluster) {
             let (nodes, gradients) = (table.nodes(point), table.gradients(point));

@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3;
 
-use crate::material::Material;
+use crate::material::{Material, Past};
 use crate::table::ShapeTable;
 
 use super::CondensedUnknowns;
@@ -52,8 +52,8 @@ pub struct Body<const D: usize, M> {
     pub(super) shear: f64,
     pub(super) measure: VolumetricMeasure,
     pub(super) projected: ProjectedMeasure,
-    /// Number of internal variables of a point.
-    pub(super) variables_per_point: usize,
+    /// What the material remembers of a point at rest.
+    pub(super) rest: Vec<f64>,
     /// Time by the load factor.
     pub(super) clock: Option<Amplitude>,
 }
@@ -106,10 +106,9 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// With $J$ projected a pressed ring converged to states with negative eigenvalues for $sk \le \mu_0/2$; with the
     /// measure of [`new`](Body::new) it needs no pointwise part at all. Homogeneous states do not depend on $s$.
     pub fn zonal(table: ShapeTable<D>, material: M, field: PressureField, stabilisation: f64) -> Self {
-        let field = if material.split().is_some() { field } else { PressureField::Displacement };
-        let variables_per_point = material.internal_variables().map_or(0, |law| law.len());
+        let field = if material.volumetric().is_some() { field } else { PressureField::Displacement };
         let mut body = Body {
-            variables_per_point,
+            rest: material.rest(),
             clock: None,
             table,
             material,
@@ -135,8 +134,8 @@ impl<const D: usize, M: Material> Body<D, M> {
 
     /// Sets the energy that stays pointwise, for zones that keep no more than a share of it.
     fn pointwise_up_to(&mut self, share: f64) {
-        let split = self.material.split().filter(|_| share > 0.0);
-        self.pointwise = split.map(|(_, volumetric)| PointwiseEnergy::new(volumetric, share));
+        let volumetric = self.material.volumetric().filter(|_| share > 0.0);
+        self.pointwise = volumetric.map(|volumetric| PointwiseEnergy::new(volumetric, share));
     }
 
     /// The same with linear pressures that vary along the columns of a matrix per zone alone.
@@ -161,7 +160,8 @@ impl<const D: usize, M: Material> Body<D, M> {
     where
         M: Clone,
     {
-        Body { table, material: self.material.clone(), phi: self.phi.clone(), clock: self.clock.clone(), ..*self }
+        let (material, rest) = (self.material.clone(), self.rest.clone());
+        Body { table, material, rest, phi: self.phi.clone(), clock: self.clock.clone(), ..*self }
     }
 
     /// Whether it takes time.
@@ -216,7 +216,8 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// The deformation gradient $F$ at a point of the table; NaN where there is no such point, or the displacement is too
     /// short.
     pub fn deformation_gradient(&self, point: usize, displacement: &[f64]) -> Matrix3<f64> {
-        self.material.deformation(&self.local_gradient(point, displacement))
+        let rest = Past { memory: &self.rest, elapsed: 0.0 };
+        self.material.settled(&self.local_gradient(point, displacement), rest)
     }
 
     /// The same as the kinematics alone moves it.

@@ -12,7 +12,7 @@ use super::pressure_field::PressureField;
 
 impl<const D: usize, M: Material> Body<D, M> {
     /// The hydrostatic pressures $p = U'$ (2.15) \[stress\] at the points of the table, positive in tension;
-    /// those of the zones where pressures are projected. `None` for a material that can't be split, and for a state of
+    /// those of the zones where pressures are projected. `None` for a material without a volumetric part, and for a state of
     /// another model.
     pub fn pressures(&self, view: View<'_>) -> Option<Vec<f64>> {
         self.pressures_of(view, |projected, pointwise, part| projected + part * pointwise)
@@ -28,7 +28,7 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// Pressures at the points, where they are projected by the projected one, the pointwise one and the part of the volumetric energy that
     /// stays pointwise.
     fn pressures_of(&self, view: View<'_>, of: impl Fn(f64, f64, f64) -> f64) -> Option<Vec<f64>> {
-        let (_, volumetric) = self.material.split()?;
+        let volumetric = self.material.volumetric()?;
         let condensed = self.memory_range().end.max(self.condensed_count());
         if view.displacement.len() != self.table.node_count() * D || view.condensed.len() != condensed {
             return None;
@@ -57,7 +57,7 @@ impl<const D: usize, M: Material> Body<D, M> {
     /// unknowns.
     #[cfg(feature = "solve")]
     pub(crate) fn pressure_changes(&self, view: View<'_>, step: &[f64], condensed_step: &[f64]) -> Option<Vec<f64>> {
-        let (_, volumetric) = self.material.split()?;
+        let volumetric = self.material.volumetric()?;
         let mut changes = Vec::with_capacity(self.table.len());
         for cluster in 0..self.table.clusters().len() {
             for point in self.table.clusters().points(cluster) {
@@ -90,7 +90,7 @@ impl<const D: usize, M: Material> Body<D, M> {
         let clusters = self.table.clusters();
         let total = clusters.len().checked_sub(1).map_or(0, |last| self.unknowns(last).end);
         let mut condensed = vec![0.0; total];
-        let Some((_, volumetric)) = self.material.split() else { return condensed };
+        let Some(volumetric) = self.material.volumetric() else { return condensed };
         if total == 0 {
             return condensed;
         }

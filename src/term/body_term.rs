@@ -65,7 +65,7 @@ impl<const D: usize, M: Material> Term for Body<D, M> {
     }
 
     fn history(&self) -> Option<&dyn History> {
-        (self.variables_per_point > 0).then_some(self)
+        (!self.rest.is_empty()).then_some(self)
     }
 
     fn diagnostics(&self) -> Option<&dyn Diagnostics> {
@@ -133,7 +133,7 @@ impl<const D: usize, M: Material> History for Body<D, M> {
     }
 
     fn is_timed(&self) -> bool {
-        self.variables_per_point > 0 && self.clock.is_some()
+        !self.rest.is_empty() && self.clock.is_some()
     }
 
     fn time_error(&self, before: Option<&[f64]>, view: View<'_>, next: &[f64]) -> [f64; 2] {
@@ -192,7 +192,7 @@ impl<const D: usize, M: Material> Diagnostics for Body<D, M> {
     fn of_state(&self, cluster: usize, view: View<'_>) -> StateDiagnostics {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut volume, mut mean, mut pointwise) = (0.0, 0.0, 0.0);
-        let volumetric = self.material.split().map(|(_, volumetric)| volumetric).filter(|_| self.functions == 0);
+        let volumetric = self.material.volumetric().filter(|_| self.functions == 0);
         for point in self.table.clusters().points(cluster) {
             let j = self.deformation_gradient(point, view.displacement).determinant();
             (low, high) = (low.min(j), high.max(j));

@@ -172,9 +172,8 @@ impl<const D: usize, M: Material> Body<D, M> {
     pub(super) fn zone_energy(&self, cluster: usize, view: View<'_>) -> f64 {
         let d = view.displacement;
         let recall = self.recall(view);
-        let recall = recall.as_ref();
-        let Some((distortional, volumetric)) = self.material.split() else {
-            let energy = |p| self.shape_energy(recall, &self.material, p, &self.local_gradient(p, d));
+        let Some(volumetric) = self.material.volumetric() else {
+            let energy = |p| self.material.energy_from(&self.local_gradient(p, d), recall.at(p));
             return self.table.clusters().points(cluster).map(|p| self.table.weights()[p] * energy(p)).sum();
         };
         let (n, share) = (self.functions, self.stabilisation(cluster));
@@ -185,7 +184,7 @@ impl<const D: usize, M: Material> Body<D, M> {
             let f = self.deformation_gradient(point, d);
             let weight = self.table.weights()[point];
             let j = f.determinant();
-            energy += weight * self.shape_energy(recall, distortional, point, &f);
+            energy += weight * self.material.energy_from(&f, recall.at(point));
             energy += weight
                 * match n {
                     0 => volumetric.evaluate(j).energy,

@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3;
 
-use crate::material::{Material, VolumetricEnergy};
+use crate::material::{Material, VolumetricEnergy, respond_to_volume};
 use crate::simd::{Arithmetic, LANES, Task, dispatch};
 use crate::table::displacement_gradient;
 use crate::tensor::{add_hessian_in, cofactor};
@@ -167,26 +167,28 @@ impl Pressure {
 /// The law of a body as its points see it: without the part of the energy that is projected.
 struct Law<'a> {
     material: &'a dyn Material,
-    volumetric: Option<&'a dyn VolumetricEnergy>,
-    recall: Option<Recall<'a>>,
+    /// The volumetric energy of each point, where it is not projected.
+    own: Option<&'a dyn VolumetricEnergy>,
+    projected: Option<&'a dyn VolumetricEnergy>,
+    recall: Recall<'a>,
 }
 
 impl<'a> Law<'a> {
     #[inline(always)]
     fn new<const D: usize, M: Material>(body: &'a Body<D, M>, view: View<'a>) -> Self {
-        let (material, volumetric): (&dyn Material, Option<&dyn VolumetricEnergy>) =
-            match (body.field, body.material.split()) {
-                (PressureField::Displacement, _) | (_, None) => (&body.material, None),
-                (_, Some((distortional, volumetric))) => (distortional, Some(volumetric)),
-            };
-        Law { material, volumetric, recall: body.recall(view) }
+        let (material, volumetric): (&dyn Material, _) = (&body.material, body.material.volumetric());
+        let (own, projected) = match body.field {
+            PressureField::Displacement => (volumetric, None),
+            _ => (None, volumetric),
+        };
+        Law { material, own, projected, recall: body.recall(view) }
     }
 
     #[inline(always)]
     fn respond(&self, point: usize, f: &Matrix3<f64>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
-        match &self.recall {
-            None => self.material.respond(f, of, stress, tangent),
-            Some(recall) => recall.law.respond(f, recall.at(point), recall.elapsed, of, stress, tangent),
+        self.material.respond(f, self.recall.at(point), of, stress, tangent);
+        if let Some(own) = self.own {
+            respond_to_volume(own, f, of, stress, tangent);
         }
     }
 }
@@ -398,7 +400,7 @@ impl<const D: usize, const S: usize, M: Material> Task for Linearize<'_, D, S, M
             let (mut stress, mut tangent) = ([0.0; 9], [0.0; 81]);
             let (stress, tangent) = (&mut stress[..count], &mut tangent[..wanted]);
             law.respond(point, &f, &zone.components.of[..count], stress, tangent);
-            if let Some(volumetric) = law.volumetric {
+            if let Some(volumetric) = law.projected {
                 let cof = cofactor(&f);
                 let pressure = zone.pressure::<A, S>(volumetric, (point, group), (&f, &cof), windows, &mut vectors);
                 pressure.add_to(&zone.components, &f, &cof, stress, with_matrix.then_some(&mut *tangent));

@@ -7,8 +7,8 @@ use rkpm::cells::{Smoothing, Zones};
 use rkpm::error::{ContactError, Invalid, MaterialError, SolveError};
 use rkpm::kinematics::Kinematics;
 use rkpm::material::{
-    InitialModuli, Material, MixedLogarithmicVolume, Mullins, NearlyIncompressible, Prestretched, Prony, Response,
-    Viscoelastic, VolumetricEnergy,
+    InitialModuli, Material, MixedLogarithmicVolume, Mullins, NearlyIncompressible, Past, Prestretched, Prony,
+    Response, Viscoelastic,
 };
 use rkpm::nalgebra::{Matrix3, Vector3};
 use rkpm::prelude::*;
@@ -71,23 +71,23 @@ fn what_is_moved_without_a_strain_is_displaced() {
 struct Measured(Rubber, Result<(), MaterialError>);
 
 impl Material for Measured {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
+    fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
         self.0.energy(f)
     }
-    fn response(&self, f: &Matrix3<f64>) -> Response {
+    fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
         self.0.response(f)
     }
     fn initial_moduli(&self) -> InitialModuli {
         InitialModuli { shear: 7.0, bulk: 11.0 }
     }
-    fn deformation(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
+    fn settled(&self, f: &Matrix3<f64>, _: Past<'_>) -> Matrix3<f64> {
         f * 2.0
     }
     fn validate(&self) -> Result<(), MaterialError> {
         self.1.clone()
     }
-    fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
-        self.0.split()
+    fn relaxed(&self) -> f64 {
+        0.25
     }
 }
 
@@ -110,7 +110,10 @@ fn wrapped_laws_keep_what_they_override() {
         }
         for (name, wrapped) in &all {
             assert_eq!(wrapped.initial_moduli(), InitialModuli { shear: 7.0, bulk: 11.0 }, "{name}");
-            assert_eq!(wrapped.deformation(&Matrix3::identity()), Matrix3::identity() * 2.0, "{name}");
+            let rest = wrapped.rest();
+            let settled = wrapped.settled(&Matrix3::identity(), Past { memory: &rest, elapsed: 0.0 });
+            assert_eq!(settled, Matrix3::identity() * 2.0, "{name}");
+            assert!(wrapped.relaxed() <= 0.25, "{name}");
             assert_eq!(wrapped.validate(), valid, "{name}");
         }
     }
@@ -118,7 +121,7 @@ fn wrapped_laws_keep_what_they_override() {
     // Moduli of a stretched body are others; what the law refuses is refused all the same.
     let stretched = Prestretched::new(law.clone(), Matrix3::from_diagonal_element(1.1)).unwrap();
     assert_eq!(stretched.validate(), Err(MaterialError::Empty));
-    assert!((stretched.deformation(&Matrix3::identity()) - Matrix3::identity() * 2.0).norm() < 1e-14);
+    assert!((stretched.settled(&Matrix3::identity(), Past::NONE) - Matrix3::identity() * 2.0).norm() < 1e-14);
     assert!(matches!(block(law).discretize(&coarse()), Err(Error::Material(MaterialError::Empty))));
 }
 
@@ -128,23 +131,67 @@ fn laws_with_a_memory_within_others_are_kept_or_refused() {
     let nested = Mullins::new(Viscoelastic::new(rubber(), prony()), 1.5, 0.5, 0.1);
     assert!(matches!(nested, Err(MaterialError::Invalid(Invalid { value: 13.0, .. }))), "{nested:?}");
     let shared = || Arc::new(softening(rubber())) as Arc<dyn Material>;
-    let laws: [Arc<dyn Material>; 3] = [
-        Arc::new(Viscoelastic::new(softening(rubber()), prony())),
-        Arc::new(Viscoelastic::new(shared(), prony())),
-        Arc::new(Viscoelastic::new(Viscoelastic::new(rubber(), prony()), prony())),
+    let stretch = Matrix3::from_diagonal_element(1.0);
+    let laws: [(usize, Arc<dyn Material>); 4] = [
+        (14, Arc::new(Viscoelastic::new(softening(rubber()), prony()))),
+        (14, Arc::new(Viscoelastic::new(shared(), prony()))),
+        (26, Arc::new(Viscoelastic::new(Viscoelastic::new(rubber(), prony()), prony()))),
+        (1, Arc::new(Prestretched::new(softening(rubber()), stretch).unwrap())),
     ];
-    for law in laws {
-        let error = block(law).hold((1, Side::Min)).discretize(&coarse()).err().expect("a refusal");
-        assert!(matches!(&error, Error::Invalid(invalid) if invalid.what.contains("within Viscoelastic")), "{error}");
+    for (memory, law) in laws {
+        assert_eq!(law.memory(), memory);
+        assert!(block(law).hold((1, Side::Min)).discretize(&coarse()).is_ok());
     }
-    // A distortional energy that softens is all that a memory stands in place of.
+    // A distortional energy that softens beside any volumetric one.
     let shape = rubber().distortional;
     let volumetric = MixedLogarithmicVolume::new(1e3).unwrap();
     let whole = NearlyIncompressible { distortional: Mullins::new(shape, 1.5, 0.5, 0.1).unwrap(), volumetric };
-    let (inner, outer) = (whole.internal_variables().expect("a memory"), softening(rubber()));
-    let other = outer.internal_variables().expect("a memory");
     let f = Matrix3::from_diagonal(&Vector3::new(1.3, 0.9, 0.85));
-    assert_eq!((inner.len(), inner.energy(&f, &[0.4], 0.0)), (1, other.energy(&f, &[0.4], 0.0)));
+    let past = Past { memory: &[0.4], elapsed: 0.0 };
+    assert_eq!((whole.memory(), whole.energy_from(&f, past)), (1, softening(rubber()).energy_from(&f, past)));
+}
+
+/// Without pressures of its own a law that remembers keeps its volumetric part all the same.
+#[test]
+fn laws_that_remember_resist_changes_of_volume_in_every_form() {
+    let lattice = Block::new([0.0, 0.0], [1.0, 1.0]).lattice([4, 4]).unwrap();
+    let functions = ReproducingKernel::new(lattice.particles(1.0).unwrap(), CubicSpline, Polynomial::linear()).unwrap();
+    let displacement: Vec<f64> = (0..32).map(|k| 0.02 * (k as f64).sin()).collect();
+    for field in [PressureField::Displacement, PressureField::Pointwise, PressureField::Constant, PressureField::Linear]
+    {
+        let points = lattice.gauss_in(2, &lattice.zones(3)).unwrap();
+        let table = ShapeTable::new(&functions, &points, &PlaneStrain).unwrap();
+        let filled = Mullins::new(rubber(), 1.5, 0.5, 0.1).unwrap();
+        let report =
+            rkpm::check::term(&Body::new(table, Viscoelastic::new(filled, prony()), field), &displacement, 1.0);
+        let report = report.unwrap();
+        assert!(report.holds(), "{field:?}: {report}");
+    }
+}
+
+/// Filled rubber that relaxes, pulled twice: the second time it is softer, and both times it relaxes.
+#[test]
+fn what_softens_and_relaxes_does_both() {
+    let course = Amplitude::table(vec![(0.0, 0.0), (0.25, 1.0), (0.5, 0.0), (0.75, 1.0), (1.0, 1.0)]).unwrap();
+    let force = |law: Arc<dyn Material>| {
+        let pulled = Condition::on((0, Side::Max)).component(0, 1.0).amplitude(course.clone()).named("pull");
+        let scene = block(law).hold((0, Side::Min)).with(pulled).over_time(40.0);
+        let problem = scene.discretize(&coarse().stepping(Stepping::equal(16))).unwrap();
+        let path = problem.run().unwrap().completed().unwrap();
+        let of = |load: f64| {
+            let step = path.steps.iter().find(|step| (step.state.load - load).abs() < 1e-9).unwrap();
+            problem.reaction(&step.state, "pull").unwrap()[0]
+        };
+        [of(0.25), of(0.5 + 0.125), of(0.75), of(1.0)]
+    };
+    let filled = || Mullins::new(rubber(), 1.5, 0.5, 0.1).unwrap();
+    let both = force(Arc::new(Viscoelastic::new(filled(), prony())));
+    let relaxing = force(Arc::new(Viscoelastic::new(rubber(), prony())));
+    let softening = force(Arc::new(filled()));
+    assert!(both[1] < 0.99 * relaxing[1] && both[3] < 0.9 * softening[3], "{both:?} {relaxing:?} {softening:?}");
+    // The first pull softens nothing; after a long time the softened law is left, relaxed.
+    assert!((both[0] / relaxing[0] - 1.0).abs() < 1e-9, "{both:?} {relaxing:?}");
+    assert!((both[3] / softening[3] - 0.6).abs() < 0.02, "{both:?} {softening:?}");
 }
 
 /// There and back again within a run.

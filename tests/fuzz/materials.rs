@@ -59,7 +59,6 @@ pub fn materials(input: &mut Input) {
 fn ask(material: &impl Material, f: &Matrix3<f64>) {
     let _ = (material.energy(f), material.response(f));
     let _ = (material.initial_moduli().shear, material.initial_moduli().bulk);
-    if let Some((distortional, volumetric)) = material.split() {
-        let _ = (distortional.energy(f), volumetric.evaluate(f.determinant()));
-    }
+    let _ = (material.energy_from(f, Past::NONE), material.response_from(f, Past::NONE));
+    let _ = material.volumetric().map(|volumetric| volumetric.evaluate(f.determinant()));
 }

@@ -8,7 +8,7 @@ use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use rkpm::assembly::Pattern;
 use rkpm::error::LinearError;
 use rkpm::linear::{Factorizer, LinearSolver, MatrixClass};
-use rkpm::material::{Distortion, InvariantEnergy, Invariants, NearlyIncompressible, QuadraticVolume, Response};
+use rkpm::material::{Distortion, InvariantEnergy, Invariants, NearlyIncompressible, Past, QuadraticVolume, Response};
 use rkpm::nalgebra::{Matrix3, Vector3};
 use rkpm::prelude::*;
 use rkpm::scene::ConstraintMethod;
@@ -36,11 +36,11 @@ impl Kernel for Bump {
 struct Compressible(f64, f64);
 
 impl Material for Compressible {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
+    fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
         let (Compressible(mu, k), j) = (self, f.determinant());
         0.5 * mu * (f.norm_squared() - 3.0) - mu * j.ln() + 0.5 * k * (j - 1.0).powi(2)
     }
-    fn response(&self, f: &Matrix3<f64>) -> Response {
+    fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
         let (Compressible(mu, k), j, cof) = (self, f.determinant(), cofactor(f));
         let (slope, curvature) = (k * (j - 1.0) - mu / j, k + mu / (j * j));
         let c = components(&cof);

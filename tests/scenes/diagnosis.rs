@@ -326,10 +326,14 @@ fn what_cannot_be_placed_at_all_is_an_error() {
 fn stiff_materials_that_cannot_be_split_are_found() {
     struct Whole(Rubber);
     impl Material for Whole {
-        fn energy(&self, f: &rkpm::nalgebra::Matrix3<f64>) -> f64 {
+        fn energy_from(&self, f: &rkpm::nalgebra::Matrix3<f64>, _: rkpm::material::Past<'_>) -> f64 {
             self.0.energy(f)
         }
-        fn response(&self, f: &rkpm::nalgebra::Matrix3<f64>) -> rkpm::material::Response {
+        fn response_from(
+            &self,
+            f: &rkpm::nalgebra::Matrix3<f64>,
+            _: rkpm::material::Past<'_>,
+        ) -> rkpm::material::Response {
             self.0.response(f)
         }
     }

@@ -7,7 +7,7 @@ use approx::assert_abs_diff_eq;
 use rkpm::assembly::Pattern;
 use rkpm::error::LinearError;
 use rkpm::linear::{Factorizer, Factors, LinearSolver, MatrixClass};
-use rkpm::material::{Material, Prony, Response, Viscoelastic};
+use rkpm::material::{Material, Past, Prony, Response, Viscoelastic};
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
 use rkpm::solve::{Cause, Following, Functional, Newton, StepControl};
@@ -54,11 +54,11 @@ impl Functional for Constant {
 struct Brittle(Rubber);
 
 impl Material for Brittle {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
+    fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
         if f[(0, 0)] < 1.2 { self.0.energy(f) } else { f64::NAN }
     }
 
-    fn response(&self, f: &Matrix3<f64>) -> Response {
+    fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
         if f[(0, 0)] < 1.2 { self.0.response(f) } else { Response::undefined() }
     }
 }

@@ -10,8 +10,8 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rkpm::error::MaterialError;
 use rkpm::material::{
-    ExistenceVerdict, Gent, HartmannNeffVolume, Hencky, Invariants, Material, NearlyIncompressible, Ogden, Response,
-    RivlinPolynomial, Rubber,
+    ExistenceVerdict, Gent, HartmannNeffVolume, Hencky, Invariants, Material, NearlyIncompressible, Ogden, Past,
+    Response, RivlinPolynomial, Rubber,
 };
 use rkpm::nalgebra;
 use rkpm::tensor::{Tangent, add_determinant_hessian, cofactor, components, from_components};
@@ -30,12 +30,13 @@ fn compare(f: &Matrix3<f64>, shape: Shape, volume: Volume, k: f64) -> Result<(),
     prop_assert!(abs_diff_eq!(response.tangent, tangent, epsilon = 1e-11 * (1.0 + tangent.norm())), "tangent");
     // Exact up to the order of the sums.
     prop_assert!(abs_diff_eq!(response.tangent, response.tangent.transpose(), epsilon = 1e-14 * tangent.norm()));
-    // A few components are those of the whole, and stresses alone the same bits.
+    // A few components are those of all, and stresses alone the same bits.
+    let response = subject.response_from(f, Past::NONE);
     for few in [&[0, 1, 3, 4][..], &[0, 1, 3, 4, 8], &[0, 1, 2, 3, 4, 5, 6, 7, 8]] {
         let n = few.len();
         let (mut some, mut alone, mut block) = (vec![0.0; n], vec![0.0; n], vec![0.0; n * n]);
-        subject.respond(f, few, &mut some, &mut block);
-        subject.respond(f, few, &mut alone, &mut []);
+        subject.respond(f, Past::NONE, few, &mut some, &mut block);
+        subject.respond(f, Past::NONE, few, &mut alone, &mut []);
         prop_assert_eq!(&some, &alone);
         for (i, &c) in few.iter().enumerate() {
             prop_assert!(abs_diff_eq!(
@@ -235,10 +236,10 @@ fn pointers_and_parts_answer_as_the_whole() {
     let boxed: Box<dyn Material> = Box::new(&rubber);
     assert_eq!(shared.response(&f), expected);
     assert_eq!(boxed.response(&f), expected);
-    let (distortional, volumetric) = boxed.split().unwrap();
-    let put_together = NearlyIncompressible { distortional, volumetric };
+    let put_together = NearlyIncompressible { distortional: &boxed, volumetric: boxed.volumetric().unwrap() };
     assert_eq!(put_together.response(&f), expected);
-    assert_eq!(distortional.energy(&f) + volumetric.evaluate(f.determinant()).energy, rubber.energy(&f));
+    let volumetric = boxed.volumetric().unwrap().evaluate(f.determinant());
+    assert_eq!(boxed.energy_from(&f, Past::NONE) + volumetric.energy, rubber.energy(&f));
 }
 
 /// W = µ/2 (I1 - 3) - µ ln J + λ/2 (ln J)², a material that isn't split: all that a user has to write.
@@ -248,11 +249,11 @@ struct CompressibleNeoHookean {
 }
 
 impl Material for CompressibleNeoHookean {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
+    fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
         let logarithm = f.determinant().ln();
         0.5 * self.mu * (f.norm_squared() - 3.0) - self.mu * logarithm + 0.5 * self.lambda * logarithm * logarithm
     }
-    fn response(&self, f: &Matrix3<f64>) -> Response {
+    fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
         let j = f.determinant();
         let (normal, pressure) = (cofactor(f) / j, self.lambda * j.ln() - self.mu);
         let n = components(&normal);
@@ -278,7 +279,7 @@ fn a_users_material_is_twenty_lines() {
         let column = (subject.response(&ahead).stress - subject.response(&behind).stress) / (2.0 * step);
         assert_abs_diff_eq!(components(&column), tangent.column(c).into_owned(), epsilon = 5e-9);
     }
-    assert!(subject.split().is_none());
+    assert!(subject.volumetric().is_none());
     assert_abs_diff_eq!(subject.initial_moduli().shear, 0.5, epsilon = 1e-15);
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
-use rkpm::material::{InternalVariables, Material, Mullins, Prony, Viscoelastic};
+use rkpm::material::{Material, Mullins, Past, Prony, Viscoelastic};
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
 use rkpm::term::CondensedUnknowns;
@@ -392,15 +392,13 @@ fn steps_of_laws_that_remember_are_hyperelastic() {
     let first = Matrix3::new(1.4, 0.3, -0.1, 0.1, 0.8, 0.2, -0.2, 0.1, 1.1);
     let second = Matrix3::new(1.15, 0.1, 0.1, -0.1, 0.95, 0.15, 0.1, -0.1, 1.05);
     for (k, law) in laws.iter().enumerate() {
-        let law: &dyn InternalVariables = law.internal_variables().unwrap();
-        let mut rest = vec![0.0; law.len()];
-        law.start(&mut rest);
+        let rest = law.rest();
         let mut memory = rest.clone();
-        law.update_history(&first, &rest, 0.3, &mut memory);
+        law.remember(&first, Past { memory: &rest, elapsed: 0.3 }, &mut memory);
         let all = [0, 1, 2, 3, 4, 5, 6, 7, 8];
         let respond = |f: &Matrix3<f64>, memory: &[f64], elapsed: f64| {
             let (mut p, mut a) = ([0.0; 9], [0.0; 81]);
-            law.respond(f, memory, elapsed, &all, &mut p, &mut a);
+            law.respond(f, Past { memory, elapsed }, &all, &mut p, &mut a);
             (p, a)
         };
         let (p, a) = respond(&second, &memory, 0.7);
@@ -410,7 +408,8 @@ fn steps_of_laws_that_remember_are_hyperelastic() {
             let mut behind = second;
             ahead[(c / 3, c % 3)] += H;
             behind[(c / 3, c % 3)] -= H;
-            let slope = (law.energy(&ahead, &memory, 0.7) - law.energy(&behind, &memory, 0.7)) / (2.0 * H);
+            let past = Past { memory: &memory, elapsed: 0.7 };
+            let slope = (law.energy_from(&ahead, past) - law.energy_from(&behind, past)) / (2.0 * H);
             assert!(abs_diff_eq!(slope, p[c], epsilon = 1e-8), "law {k}, P {c}: {slope} {}", p[c]);
             let (ahead, behind) = (respond(&ahead, &memory, 0.7).0, respond(&behind, &memory, 0.7).0);
             for d in 0..9 {
@@ -422,8 +421,8 @@ fn steps_of_laws_that_remember_are_hyperelastic() {
                 );
             }
         }
-        let mut next = vec![0.0; law.len()];
-        law.update_history(&second, &memory, 0.7, &mut next);
+        let mut next = vec![0.0; law.memory()];
+        law.remember(&second, Past { memory: &memory, elapsed: 0.7 }, &mut next);
         let again = respond(&second, &next, 0.0).0;
         for c in 0..9 {
             assert!(abs_diff_eq!(again[c], p[c], epsilon = 1e-13), "law {k}: {} {}", again[c], p[c]);

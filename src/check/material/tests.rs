@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::material::{
-    Gent, Invariants, LogarithmicVolume, MixedLogarithmicVolume, NearlyIncompressible, QuadraticVolume, Rubber,
-    VolumetricEnergy,
+    Gent, Invariants, LogarithmicVolume, MixedLogarithmicVolume, Mullins, NearlyIncompressible, Prestretched, Prony,
+    QuadraticVolume, Rubber, Viscoelastic,
 };
 
 fn broken(report: &Report) -> Vec<&str> {
@@ -30,10 +30,10 @@ fn the_materials_of_the_crate_hold() {
 struct Springs;
 
 impl Material for Springs {
-    fn energy(&self, f: &Matrix3<f64>) -> f64 {
+    fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
         0.5 * (f - Matrix3::identity()).norm_squared()
     }
-    fn response(&self, f: &Matrix3<f64>) -> Response {
+    fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
         Response { stress: f - Matrix3::identity(), tangent: Tangent::identity() }
     }
 }
@@ -47,10 +47,10 @@ fn each_broken_law_is_named() {
     /// A rubber whose stress is off by a factor.
     struct Scaled(Rubber, f64, f64);
     impl Material for Scaled {
-        fn energy(&self, f: &Matrix3<f64>) -> f64 {
+        fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
             self.0.energy(f)
         }
-        fn response(&self, f: &Matrix3<f64>) -> Response {
+        fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
             let Response { stress, tangent } = self.0.response(f);
             Response { stress: stress * self.1, tangent: tangent * self.2 }
         }
@@ -62,22 +62,22 @@ fn each_broken_law_is_named() {
     /// A rubber with a stress of its own for a few components.
     struct Few(Rubber, f64, usize);
     impl Material for Few {
-        fn energy(&self, f: &Matrix3<f64>) -> f64 {
+        fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
             self.0.energy(f)
         }
-        fn response(&self, f: &Matrix3<f64>) -> Response {
+        fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
             self.0.response(f)
         }
-        fn respond(&self, f: &Matrix3<f64>, components: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
+        fn respond(&self, f: &Matrix3<f64>, past: Past<'_>, of: &[usize], stress: &mut [f64], tangent: &mut [f64]) {
             let unwritten = tangent.len() * self.2;
-            self.0.respond(f, components, stress, tangent);
+            self.response_from(f, past).select(of, stress, tangent);
             stress.iter_mut().for_each(|p| *p *= self.1);
             tangent[..unwritten].fill(f64::NAN);
         }
     }
     assert!(material(&Few(rubber.clone(), 1.0, 0)).holds());
     for few in [Few(rubber.clone(), 1.01, 0), Few(rubber.clone(), 1.0, 1)] {
-        assert_eq!(broken(&material(&few)), ["respond gives the components of response"]);
+        assert_eq!(broken(&material(&few)), ["respond gives the components of response_from"]);
     }
 
     /// An energy of the invariants whose parts are off by factors.
@@ -111,58 +111,80 @@ fn each_broken_law_is_named() {
     /// Takes the whole for the distortional part.
     struct Twice(Rubber, QuadraticVolume);
     impl Material for Twice {
-        fn energy(&self, f: &Matrix3<f64>) -> f64 {
+        fn energy_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> f64 {
             self.0.energy(f)
         }
-        fn response(&self, f: &Matrix3<f64>) -> Response {
+        fn response_from(&self, f: &Matrix3<f64>, _: Past<'_>) -> Response {
             self.0.response(f)
         }
-        fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
-            Some((&self.0, &self.1))
+        fn volumetric(&self) -> Option<&dyn VolumetricEnergy> {
+            Some(&self.1)
         }
     }
-    let expected = ["the parts of the split sum to the whole", "the distortional energy does not depend on the volume"];
+    let expected = ["the distortional energy does not depend on the volume"];
     assert_eq!(broken(&material(&Twice(rubber, QuadraticVolume::new(10.0).unwrap()))), expected);
 }
 
-/// A rubber nearly incompressible whose distortional stress and tangent are off by a factor, in both its forms or
-/// in the tangent of its parts alone.
+/// A rubber nearly incompressible whose distortional stress and tangent are off by a factor.
 #[test]
 fn errors_do_not_hide_behind_a_bulk_modulus() {
     struct Part(Rubber, f64, f64);
     impl Material for Part {
-        fn energy(&self, f: &Matrix3<f64>) -> f64 {
-            self.0.split().unwrap().0.energy(f)
+        fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+            self.0.energy_from(f, past)
         }
-        fn response(&self, f: &Matrix3<f64>) -> Response {
-            let Response { stress, tangent } = self.0.split().unwrap().0.response(f);
+        fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+            let Response { stress, tangent } = self.0.response_from(f, past);
             Response { stress: stress * self.1, tangent: tangent * self.2 }
         }
-    }
-    struct Whole(Part, bool);
-    impl Material for Whole {
-        fn energy(&self, f: &Matrix3<f64>) -> f64 {
-            self.0.0.energy(f)
-        }
-        fn response(&self, f: &Matrix3<f64>) -> Response {
-            let mut whole = self.0.0.response(f);
-            if self.1 {
-                let (exact, off) = (self.0.0.split().unwrap().0.response(f), self.0.response(f));
-                whole.stress += off.stress - exact.stress;
-                whole.tangent += off.tangent - exact.tangent;
-            }
-            whole
-        }
-        fn split(&self) -> Option<(&dyn Material, &dyn VolumetricEnergy)> {
-            Some((&self.0, self.0.0.split().unwrap().1))
+        fn volumetric(&self) -> Option<&dyn VolumetricEnergy> {
+            self.0.volumetric()
         }
     }
-    let whole = |stress, tangent, both| Whole(Part(Rubber::neo_hookean(0.5, 1e5).unwrap(), stress, tangent), both);
-    assert!(material(&whole(1.0, 1.0, true)).holds());
-    let report = material(&whole(1.04, 1.04, true));
-    assert_eq!(broken(&report), ["P is the derivative of W"]);
-    assert!(report.violations().all(|f| f.at.ends_with("distortional part")), "{report}");
-    assert_eq!(broken(&material(&whole(1.0, 1.04, true))), ["the tangent is the derivative of P"]);
-    let names = broken(&material(&whole(1.0, 1.0001, false))).join("; ");
-    assert_eq!(names, "the tangent is the derivative of P; the parts of the split sum to the whole");
+    let part = |stress, tangent| material(&Part(Rubber::neo_hookean(0.5, 1e5).unwrap(), stress, tangent));
+    assert!(part(1.0, 1.0).holds());
+    assert_eq!(broken(&part(1.04, 1.04)), ["P is the derivative of W"]);
+    assert_eq!(broken(&part(1.0, 1.04)), ["the tangent is the derivative of P"]);
+}
+
+/// Laws that remember hold in each other and in all that wraps them; what forgets a part of its memory is found out.
+#[test]
+fn laws_that_remember_hold_in_laws_that_do() {
+    let rubber = || Rubber::mooney_rivlin(0.3, 0.1, 1e3).unwrap();
+    let foam = || Rubber::blatz_ko(0.4, 0.25, 0.3).unwrap();
+    let prony = || Prony::of_instantaneous([(0.3, 0.5), (0.2, 4.0)]).unwrap();
+    let filled = || Mullins::new(rubber(), 1.5, 0.2, 0.1).unwrap();
+    let laws: [Box<dyn Material>; 8] = [
+        Box::new(Viscoelastic::new(rubber(), prony())),
+        Box::new(Viscoelastic::new(foam(), prony())),
+        Box::new(filled()),
+        Box::new(Viscoelastic::new(filled(), prony())),
+        Box::new(Viscoelastic::new(Mullins::new(foam(), 1.5, 0.2, 0.1).unwrap(), prony())),
+        Box::new(Viscoelastic::new(Viscoelastic::new(rubber(), prony()), prony())),
+        Box::new(Viscoelastic::new(std::sync::Arc::new(filled()) as std::sync::Arc<dyn Material>, prony())),
+        Box::new(Prestretched::new(Viscoelastic::new(filled(), prony()), Matrix3::identity()).unwrap()),
+    ];
+    for (number, law) in laws.iter().enumerate() {
+        let report = material(law);
+        assert!(report.holds() && law.memory() > 0, "{number}: {report}");
+    }
+
+    /// Softens, and writes nothing down.
+    struct Forgets(Mullins<Rubber>);
+    impl Material for Forgets {
+        fn inner(&self) -> Option<&dyn Material> {
+            Some(&self.0)
+        }
+        fn energy_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> f64 {
+            self.0.energy_from(f, past)
+        }
+        fn response_from(&self, f: &Matrix3<f64>, past: Past<'_>) -> Response {
+            // Softer by a part that should have been remembered.
+            let Response { stress, tangent } = self.0.response_from(f, past);
+            let part = if past.elapsed > 0.0 { 0.9 } else { 1.0 };
+            Response { stress: stress * part, tangent: tangent * part }
+        }
+    }
+    let found = material(&Forgets(filled()));
+    assert!(broken(&found).contains(&"the memory just written gives the stress of the step back"), "{found}");
 }

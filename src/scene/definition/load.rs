@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::error::SolveError;
 use crate::geometry::Point;
-use crate::material::Material;
+use crate::material::{Material, Past};
 use crate::term::{Amplitude, DeadLoad, FollowerPressure, Integrand, PointDerivatives, PointState, Sparsity};
 
 use crate::scene::{Place, Value};
@@ -325,7 +325,8 @@ impl<I: Integrand> Integrand for OnSheet<I> {
 
     fn evaluate(&self, at: &PointState, flux: &mut PointDerivatives) {
         const ACROSS: usize = 8;
-        let thick = |f: &Matrix3<f64>| self.law.deformation(f)[(2, 2)];
+        let rest = self.law.rest();
+        let thick = |f: &Matrix3<f64>| self.law.settled(f, Past { memory: &rest, elapsed: 0.0 })[(2, 2)];
         let mut settled = at.deformation;
         settled[(2, 2)] = thick(&at.deformation);
         self.load.evaluate(&PointState { deformation: settled, ..*at }, flux);

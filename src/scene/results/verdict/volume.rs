@@ -2,7 +2,7 @@
 
 use crate::error::{Doubt, DoubtCause};
 use crate::geometry::Point;
-use crate::material::{Material, VolumetricEnergy};
+use crate::material::{Material, Past, VolumetricEnergy};
 use crate::solve::State;
 
 use crate::scene::Problem;
@@ -60,13 +60,15 @@ pub(super) fn folded<const D: usize>(problem: &Problem<D>, state: &State) -> Opt
 
 fn add<const D: usize>(body: &DiscreteBody<D>, number: usize, state: &State, found: &mut Found<D>) {
     let term = body.body();
-    let Some((distortional, volumetric)) = term.material().split() else { return };
+    let material = term.material();
+    let Some(volumetric) = material.volumetric() else { return };
+    let memory = material.rest();
     let Some(pressures) = body.bulk_pressures(number, state) else { return };
-    let moduli = term.material().initial_moduli();
+    let moduli = material.initial_moduli();
     let (positions, weights) = (term.table().positions(), term.table().weights());
     for (point, &pressure) in pressures.iter().enumerate() {
         let f = term.deformation_gradient(point, &state.displacement);
-        let energy = distortional.energy(&f);
+        let energy = material.energy_from(&f, Past { memory: &memory, elapsed: 0.0 });
         if energy.is_finite() {
             found.distortional += weights[point] * energy;
         }
