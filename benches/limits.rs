@@ -12,6 +12,7 @@ use std::time::Instant;
 use faer::{Accum, Mat, Par};
 use rkpm::assembly::{Model, StateRef, System};
 use rkpm::kinematics::Kinematics;
+use rkpm::linear::LinearSystem;
 use rkpm::prelude::*;
 use rkpm::solve::State;
 
@@ -120,7 +121,7 @@ fn iteration() {
     let problem = support::membrane().discretize(&support::scheme(224)).expect("a scene");
     let model = problem.model();
     let state = State::at_rest(model, problem.equations());
-    let (_, values, mut factorizer) = support::reduced(&problem);
+    let (_, values, mut solver) = support::reduced(&problem);
     let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
     let mut assembler = model.assembler();
     let mut system = System::default();
@@ -131,7 +132,7 @@ fn iteration() {
         assembler.assemble(model, StateRef::new(&d, &state.condensed, 1.0), &mut system).unwrap();
         assemblies.push(start.elapsed().as_secs_f64());
         let start = Instant::now();
-        factorizer.factorize(if round % 2 == 0 { &values } else { &others }).expect("a regular matrix");
+        solver.factorize(&LinearSystem::of(if round % 2 == 0 { &values } else { &others })).expect("a regular matrix");
         factorisations.push(start.elapsed().as_secs_f64());
     }
     let (assembly, factorisation) = (median(assemblies), median(factorisations));
@@ -195,11 +196,11 @@ fn slopes<const D: usize>(name: &str, scene: &Scene<D>, counts: &[usize]) {
         let model = problem.model();
         let state = State::at_rest(model, problem.equations());
         let d = support::moved(model);
-        let (enforced, values, mut factorizer) = support::reduced(&problem);
+        let (enforced, values, mut solver) = support::reduced(&problem);
         let others: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
         let mut bound = support::bound(&problem);
         let start = Instant::now();
-        drop(problem.analysis().factorizer(model, &mut *bound).expect("a pattern"));
+        drop(problem.analysis().bound_solver(model, &mut *bound).expect("a pattern"));
         let analysis = start.elapsed().as_secs_f64();
         let mut assembler = model.assembler();
         let mut system = System::default();
@@ -218,16 +219,19 @@ fn slopes<const D: usize>(name: &str, scene: &Scene<D>, counts: &[usize]) {
                 .map(|_| {
                     seconds(|| {
                         turn = !turn;
-                        factorizer.factorize(if turn { &values } else { &others }).expect("a regular matrix");
+                        solver
+                            .factorize(&LinearSystem::of(if turn { &values } else { &others }))
+                            .expect("a regular matrix");
                     })
                 })
                 .collect(),
         );
-        let factors = factorizer.factorize(&values).expect("a regular matrix");
+        let system = LinearSystem::of(&values);
+        solver.factorize(&system).expect("a regular matrix");
         let mut x = vec![1.0; enforced.unknowns()];
         let solution = seconds(|| {
             x.fill(1.0);
-            factors.solve_in_place(&mut x).expect("a regular matrix");
+            solver.solve(&system, &mut x, None).expect("a regular matrix");
         });
         let unknowns = model.unknowns() as f64;
         let phases = [tabulation, assembly, analysis, factorisation, solution];
@@ -257,11 +261,11 @@ fn memory<const D: usize>(name: &str, scene: &Scene<D>, n: usize) {
     let tabulated = peak().unwrap_or(f64::NAN) - idle;
     problem.run().expect("a model").completed().expect("full load");
     let peak = peak().unwrap_or(f64::NAN) - idle;
-    let (_, values, mut factorizer) = support::reduced(&problem);
-    drop(factorizer.factorize(&values).expect("a regular matrix"));
+    let (_, values, mut solver) = support::reduced(&problem);
+    solver.factorize(&LinearSystem::of(&values)).expect("a regular matrix");
     let table = problem.body().table().bytes() as f64;
     let matrix = 12.0 * values.len() as f64;
-    let factor = factorizer.bytes().map_or(f64::NAN, |bytes| bytes as f64);
+    let factor = solver.bytes().map_or(f64::NAN, |bytes| bytes as f64);
     let particles = problem.model().node_count() as f64;
     println!("bytes_per_particle_{name}_table,{:.0}", table / particles);
     println!("bytes_per_particle_{name}_matrix,{:.0}", matrix / particles);

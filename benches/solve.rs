@@ -3,6 +3,7 @@
 mod support;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
+use rkpm::linear::LinearSystem;
 use rkpm::prelude::*;
 
 fn solve<const D: usize>(c: &mut Criterion, name: &str, scene: &Scene<D>, counts: &[usize]) {
@@ -10,12 +11,12 @@ fn solve<const D: usize>(c: &mut Criterion, name: &str, scene: &Scene<D>, counts
     group.sample_size(10);
     for &n in counts {
         let problem = scene.discretize(&support::scheme(n)).expect("a sound scene");
-        let (enforced, values, mut factorizer) = support::reduced(&problem);
+        let (enforced, values, mut solver) = support::reduced(&problem);
         let id = |phase: &str| BenchmarkId::new(phase, values.len());
         group.bench_function(id("analyze"), |b| {
             b.iter_batched_ref(
                 || support::bound(&problem),
-                |bound| problem.analysis().factorizer(problem.model(), &mut **bound).expect("a pattern"),
+                |bound| problem.analysis().bound_solver(problem.model(), &mut **bound).expect("a pattern"),
                 BatchSize::LargeInput,
             );
         });
@@ -25,15 +26,16 @@ fn solve<const D: usize>(c: &mut Criterion, name: &str, scene: &Scene<D>, counts
         group.bench_function(id("factorize"), |b| {
             b.iter(|| {
                 turn = !turn;
-                factorizer.factorize(if turn { &values } else { &others }).expect("a regular matrix");
+                solver.factorize(&LinearSystem::of(if turn { &values } else { &others })).expect("a regular matrix");
             });
         });
-        let factors = factorizer.factorize(&values).expect("a regular matrix");
+        let system = LinearSystem::of(&values);
+        solver.factorize(&system).expect("a regular matrix");
         let mut x = vec![1.0; enforced.unknowns()];
         group.bench_function(id("solve"), |b| {
             b.iter(|| {
                 x.fill(1.0);
-                factors.solve_in_place(&mut x).expect("a regular matrix");
+                solver.solve(&system, &mut x, None).expect("a regular matrix");
             });
         });
     }

@@ -241,7 +241,7 @@ fn prescribe(
 }
 
 fn run(model: &Model, rows: &Constraints) -> Result<State, rkpm::Error> {
-    let analysis = Analysis::new(MixedTransformation::default(), Direct);
+    let analysis = Analysis::new(MixedTransformation::default(), Direct::default());
     Ok(analysis.run(model, rows, &mut ())?.completed()?.last().clone())
 }
 

@@ -3,7 +3,7 @@
 
 use rkpm::assembly::{Model, StateRef, System};
 use rkpm::boundary::Enforced;
-use rkpm::linear::Factorizer;
+use rkpm::linear::LinearSolver;
 use rkpm::prelude::*;
 use rkpm::solve::State;
 
@@ -55,17 +55,17 @@ pub fn bound<const D: usize>(problem: &Problem<D>) -> Box<dyn Enforced> {
     problem.analysis().enforcement.bind(assembler.pattern(), problem.equations()).expect("independent conditions")
 }
 
-/// The factoriser of a problem's analysis, and its reduced matrix at rest.
-pub fn reduced<const D: usize>(problem: &Problem<D>) -> (Box<dyn Enforced>, Vec<f64>, Box<dyn Factorizer>) {
+/// The solver of a problem's analysis, and its reduced matrix at rest.
+pub fn reduced<const D: usize>(problem: &Problem<D>) -> (Box<dyn Enforced>, Vec<f64>, Box<dyn LinearSolver>) {
     let model = problem.model();
     let state = State::at_rest(model, problem.equations());
     let mut enforced = bound(problem);
-    let factorizer = problem.analysis().factorizer(model, &mut *enforced).expect("a sound pattern");
+    let solver = problem.analysis().bound_solver(model, &mut *enforced).expect("a sound pattern");
     let mut system = System::default();
     model.assembler().assemble(model, StateRef::new(&state.displacement, &state.condensed, 1.0), &mut system).unwrap();
     let mut values = Vec::new();
     enforced.reduce(&system, &mut values);
-    (enforced, values, factorizer)
+    (enforced, values, solver)
 }
 
 /// Runs `f` on a pool of so many threads.

@@ -7,12 +7,12 @@ use std::sync::Arc;
 use rkpm::assembly::{Pattern, Ranks};
 use rkpm::error::LinearError;
 use rkpm::geometry::Point;
-use rkpm::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
+use rkpm::linear::{Inertia, LinearSolver, LinearSystem, MatrixClass};
 
 use crate::error::PetscError;
 use crate::ffi::{self, PetscInt};
 use crate::session::{Session, check};
-use crate::solver::{Objects, check_length, check_values, index, spread};
+use crate::solver::{Objects, check_length, check_values, index, not_analysed, spread};
 
 /// Components of a node.
 const BLOCK: usize = 3;
@@ -50,38 +50,74 @@ impl Gamg {
     }
 }
 
+/// What is said where it is to solve by itself.
+fn solves_about() -> LinearError {
+    LinearError::Library { what: "GAMG solves about: hand it to a scheme, which iterates with it".into() }
+}
+
 impl LinearSolver for Gamg {
-    fn analyze(&self, _: &Pattern, _: MatrixClass, _: Option<&[usize]>) -> Result<Box<dyn Factorizer>, LinearError> {
-        Err(LinearError::Library { what: "GAMG solves about: hand it to a scheme, which iterates with it".into() })
+    fn fresh(&self) -> Box<dyn LinearSolver> {
+        Box::new(self.clone())
+    }
+
+    fn analyze(&mut self, _: &Pattern, _: MatrixClass, _: Option<&[usize]>) -> Result<(), LinearError> {
+        Err(solves_about())
+    }
+
+    fn factorize(&mut self, _: &LinearSystem<'_>) -> Result<Option<Inertia>, LinearError> {
+        Err(solves_about())
+    }
+
+    fn solve(&mut self, _: &LinearSystem<'_>, _: &mut [f64], _: Option<&mut [[f64; 4]]>) -> Result<f64, LinearError> {
+        Err(solves_about())
     }
 
     fn ranks(&self) -> Option<Arc<dyn Ranks>> {
         Some(Arc::new(self.session.clone()))
     }
 
-    fn preconditioner(&self, nodes: &[Point<3>]) -> Option<Arc<dyn LinearSolver>> {
-        Some(Arc::new(Cycle { session: self.session.clone(), nodes: nodes.to_vec() }))
+    fn preconditioner(&self, nodes: &[Point<3>]) -> Option<Box<dyn LinearSolver>> {
+        Some(Box::new(Cycle { session: self.session.clone(), nodes: nodes.into(), levels: None }))
     }
 }
 
 /// One cycle over given nodes.
 struct Cycle {
     session: Session,
-    nodes: Vec<Point<3>>,
+    nodes: Arc<[Point<3>]>,
+    /// Once a pattern is analysed.
+    levels: Option<Levels>,
 }
 
 impl LinearSolver for Cycle {
-    fn analyze(
-        &self,
-        pattern: &Pattern,
-        _: MatrixClass,
-        order: Option<&[usize]>,
-    ) -> Result<Box<dyn Factorizer>, LinearError> {
+    fn fresh(&self) -> Box<dyn LinearSolver> {
+        Box::new(Cycle { session: self.session.clone(), nodes: self.nodes.clone(), levels: None })
+    }
+
+    fn analyze(&mut self, pattern: &Pattern, _: MatrixClass, order: Option<&[usize]>) -> Result<(), LinearError> {
         self.session.at_home().map_err(LinearError::from)?;
         pattern.validate()?;
         check_length("unknowns of the nodes", pattern.size(), BLOCK * self.nodes.len())?;
         let natural: Vec<usize> = (0..pattern.size()).collect();
-        Ok(Box::new(CycleFactorizer::new(&self.session, pattern, order.unwrap_or(&natural), &self.nodes)?))
+        self.levels = Some(Levels::new(&self.session, pattern, order.unwrap_or(&natural), &self.nodes)?);
+        Ok(())
+    }
+
+    fn factorize(&mut self, system: &LinearSystem<'_>) -> Result<Option<Inertia>, LinearError> {
+        let levels = self.levels.as_mut().ok_or_else(not_analysed)?;
+        check_values(&self.session, &levels.pattern, system.values)?;
+        levels.numeric(system.values)?;
+        Ok(None)
+    }
+
+    fn solve(&mut self, _: &LinearSystem<'_>, rhs: &mut [f64], _: Option<&mut [[f64; 4]]>) -> Result<f64, LinearError> {
+        let Levels { pattern, number, objects, range, .. } = self.levels.as_ref().ok_or_else(not_analysed)?;
+        check_length("right-hand side", rhs.len(), pattern.size())?;
+        let mut numbered = vec![0.0; rhs.len()];
+        rhs.iter().zip(number).for_each(|(value, &place)| numbered[place as usize] = *value);
+        objects.solve(*range, &mut numbered)?;
+        rhs.iter_mut().zip(number).for_each(|(value, &place)| *value = numbered[place as usize]);
+        Ok(0.0)
     }
 
     fn ranks(&self) -> Option<Arc<dyn Ranks>> {
@@ -89,7 +125,8 @@ impl LinearSolver for Cycle {
     }
 }
 
-struct CycleFactorizer {
+/// The matrix of a pattern with its levels.
+struct Levels {
     session: Session,
     pattern: Pattern,
     /// PETSc's number of each unknown.
@@ -127,7 +164,7 @@ fn add(matrix: ffi::Mat, pattern: &Pattern, number: &[PetscInt], values: Option<
     }
 }
 
-impl CycleFactorizer {
+impl Levels {
     fn new(session: &Session, pattern: &Pattern, order: &[usize], nodes: &[Point<3>]) -> Result<Self, PetscError> {
         let size = index("unknowns", pattern.size())?;
         index("entries of one rank", 2 * pattern.entries())?;
@@ -174,7 +211,7 @@ impl CycleFactorizer {
                 }
             }
         }
-        Ok(CycleFactorizer { session: session.clone(), pattern: pattern.clone(), number, objects, range })
+        Ok(Levels { session: session.clone(), pattern: pattern.clone(), number, objects, range })
     }
 
     fn numeric(&mut self, values: &[f64]) -> Result<(), PetscError> {
@@ -199,32 +236,5 @@ impl CycleFactorizer {
             check("PCGetFailedReason", ffi::PCGetFailedReason(pc, &mut reason))?;
         }
         check("setting up of multigrid", reason)
-    }
-}
-
-impl Factorizer for CycleFactorizer {
-    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
-        check_values(&self.session, &self.pattern, values)?;
-        self.numeric(values)?;
-        Ok(Box::new(Applied(self)))
-    }
-}
-
-/// A cycle that is set up.
-struct Applied<'a>(&'a CycleFactorizer);
-
-impl Factors for Applied<'_> {
-    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
-        let CycleFactorizer { pattern, number, objects, range, .. } = self.0;
-        check_length("right-hand side", rhs.len(), pattern.size())?;
-        let mut numbered = vec![0.0; rhs.len()];
-        rhs.iter().zip(number).for_each(|(value, &place)| numbered[place as usize] = *value);
-        objects.solve(*range, &mut numbered)?;
-        rhs.iter_mut().zip(number).for_each(|(value, &place)| *value = numbered[place as usize]);
-        Ok(())
-    }
-
-    fn inertia(&self) -> Option<Inertia> {
-        None
     }
 }

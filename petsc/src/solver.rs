@@ -1,4 +1,4 @@
-//! MUMPS behind the traits of `rkpm::linear`.
+//! MUMPS behind the trait of `rkpm::linear`.
 
 use std::ffi::{CStr, c_int};
 use std::ptr;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rkpm::assembly::{Pattern, Ranks};
 use rkpm::error::LinearError;
-use rkpm::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
+use rkpm::linear::{Inertia, LinearSolver, LinearSystem, MatrixClass};
 
 use crate::error::PetscError;
 use crate::ffi::{self, PetscInt};
@@ -32,28 +32,57 @@ const SINGULAR: f64 = 1e-2;
 ///
 /// Each rank gives the pattern and the values that it has summed itself, over the unknowns of the whole system; entries
 /// that several ranks give are added up. Right-hand sides and solutions are whole on every rank.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Mumps {
     session: Session,
+    /// Once a pattern is analysed.
+    factors: Option<Factors>,
 }
 
 impl Mumps {
     /// The solver of a session.
     pub fn new(session: &Session) -> Self {
-        Mumps { session: session.clone() }
+        Mumps { session: session.clone(), factors: None }
     }
 }
 
 impl LinearSolver for Mumps {
-    fn analyze(
-        &self,
-        pattern: &Pattern,
-        _: MatrixClass,
-        _: Option<&[usize]>,
-    ) -> Result<Box<dyn Factorizer>, LinearError> {
+    fn fresh(&self) -> Box<dyn LinearSolver> {
+        Box::new(Mumps::new(&self.session))
+    }
+
+    fn analyze(&mut self, pattern: &Pattern, _: MatrixClass, _: Option<&[usize]>) -> Result<(), LinearError> {
         self.session.at_home().map_err(LinearError::from)?;
         pattern.validate()?;
-        Ok(Box::new(MumpsFactorizer::new(&self.session, pattern)?))
+        self.factors = Some(Factors::new(&self.session, pattern)?);
+        Ok(())
+    }
+
+    fn factorize(&mut self, system: &LinearSystem<'_>) -> Result<Option<Inertia>, LinearError> {
+        let factors = self.factors.as_mut().ok_or_else(not_analysed)?;
+        check_values(&self.session, &factors.pattern, system.values)?;
+        factors.numeric(system.values)?;
+        let negative = factors.negative;
+        Ok(Some(Inertia { positive: factors.pattern.size() - negative, negative }))
+    }
+
+    fn solve(
+        &mut self,
+        system: &LinearSystem<'_>,
+        rhs: &mut [f64],
+        _: Option<&mut [[f64; 4]]>,
+    ) -> Result<f64, LinearError> {
+        let Factors { session, pattern, objects, range, .. } = self.factors.as_ref().ok_or_else(not_analysed)?;
+        check_length("right-hand side", rhs.len(), pattern.size())?;
+        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let given = rhs.to_vec();
+        objects.solve(*range, rhs)?;
+        let mut product = vec![0.0; rhs.len()];
+        pattern.multiply_add(system.values, rhs, &mut product);
+        session.reduce(Reduction::Sum, &mut product)?;
+        product.iter_mut().zip(&given).for_each(|(p, b)| *p -= b);
+        let (residual, size) = (norm(&product), norm(&given));
+        if residual <= SINGULAR * size { Ok(0.0) } else { Err(LinearError::Residual { residual: residual / size }) }
     }
 
     fn ranks(&self) -> Option<Arc<dyn Ranks>> {
@@ -61,9 +90,14 @@ impl LinearSolver for Mumps {
     }
 }
 
+/// What a solver without a pattern says.
+pub(crate) fn not_analysed() -> LinearError {
+    LinearError::Library { what: "no pattern was analysed".into() }
+}
+
 /// Matrix, vectors and factors of one pattern.
 #[derive(Debug)]
-struct MumpsFactorizer {
+struct Factors {
     session: Session,
     /// What this rank sums of the matrix.
     pattern: Pattern,
@@ -250,7 +284,7 @@ unsafe fn create(ksp: &mut ffi::KSP, matrix: ffi::Mat) -> Result<(), PetscError>
     }
 }
 
-impl MumpsFactorizer {
+impl Factors {
     fn new(session: &Session, pattern: &Pattern) -> Result<Self, PetscError> {
         let size = index("unknowns", pattern.size())?;
         index("entries of one rank", pattern.entries())?;
@@ -272,7 +306,7 @@ impl MumpsFactorizer {
             counted?;
             create(&mut objects.ksp, objects.matrix)?;
         }
-        Ok(MumpsFactorizer {
+        Ok(Factors {
             session: session.clone(),
             pattern: pattern.clone(),
             objects,
@@ -333,39 +367,4 @@ pub(crate) fn check_values(session: &Session, pattern: &Pattern, values: &[f64])
     let mut wrong = [f64::from(u8::from(values.iter().any(|v| !v.is_finite())))];
     session.reduce(Reduction::Largest, &mut wrong)?;
     if wrong[0] > 0.0 { Err(NOT_FINITE) } else { Ok(()) }
-}
-
-impl Factorizer for MumpsFactorizer {
-    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
-        check_values(&self.session, &self.pattern, values)?;
-        self.numeric(values)?;
-        Ok(Box::new(MumpsFactors { factorizer: self, values }))
-    }
-}
-
-/// Factors, and the values that tell how well they solve.
-struct MumpsFactors<'a> {
-    factorizer: &'a MumpsFactorizer,
-    values: &'a [f64],
-}
-
-impl Factors for MumpsFactors<'_> {
-    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
-        let MumpsFactorizer { session, pattern, .. } = self.factorizer;
-        check_length("right-hand side", rhs.len(), pattern.size())?;
-        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let given = rhs.to_vec();
-        self.factorizer.objects.solve(self.factorizer.range, rhs)?;
-        let mut product = vec![0.0; rhs.len()];
-        pattern.multiply_add(self.values, rhs, &mut product);
-        session.reduce(Reduction::Sum, &mut product)?;
-        product.iter_mut().zip(&given).for_each(|(p, b)| *p -= b);
-        let (residual, size) = (norm(&product), norm(&given));
-        if residual <= SINGULAR * size { Ok(()) } else { Err(LinearError::Residual { residual: residual / size }) }
-    }
-
-    fn inertia(&self) -> Option<Inertia> {
-        let negative = self.factorizer.negative;
-        Some(Inertia { positive: self.factorizer.pattern.size() - negative, negative })
-    }
 }

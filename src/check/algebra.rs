@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, ColPivQR, DMatrix, DVector, Dyn};
 
 use crate::assembly::{Model, Pattern, StateRef, System};
 use crate::error::LinearError;
-use crate::linear::{Direct, LinearSolver, MatrixClass};
+use crate::linear::{Direct, LinearSolver, LinearSystem, MatrixClass};
 
 use super::SIZE_LIMIT;
 
@@ -135,16 +135,11 @@ impl Pencil {
         if n == 0 {
             return Ok(Ends { smallest: f64::NAN, largest: f64::NAN, below: 0 });
         }
-        let negative = |values: &[f64]| -> Result<usize, LinearError> {
-            let mut factorizer = Direct.analyze(&self.pattern, MatrixClass::Definite, None)?;
-            let factors = factorizer.factorize(values)?;
-            Ok(factors.inertia().map_or(0, |inertia| inertia.negative))
-        };
         let shifted: Vec<f64> = self.a.iter().zip(&self.b).map(|(a, b)| a - bound * b).collect();
-        let below = negative(&shifted)?;
-        let mut factorizer = Direct.analyze(&self.pattern, MatrixClass::Definite, None)?;
-        let factors = factorizer.factorize(&self.b)?;
-        if factors.inertia().is_some_and(|inertia| inertia.negative > 0) {
+        let mut direct = Direct::of(&self.pattern, MatrixClass::Definite, None)?;
+        let below = direct.factorize(&LinearSystem::of(&shifted))?.map_or(0, |inertia| inertia.negative);
+        let b = LinearSystem::of(&self.b);
+        if direct.factorize(&b)?.is_some_and(|inertia| inertia.negative > 0) {
             return Err(LinearError::Pivot { pivot: 0, hint });
         }
         let product = |values: &[f64], x: &DVector<f64>| {
@@ -179,7 +174,7 @@ impl Pencil {
             let last = &basis[basis.len() - 1];
             let mut following = product(&self.a, last);
             diagonal.push(last.dot(&following));
-            factors.solve_in_place(following.as_mut_slice())?;
+            direct.solve(&b, following.as_mut_slice(), None)?;
             for _ in 0..2 {
                 for (own, image) in basis.iter().zip(&images) {
                     let along = following.dot(image);

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::assembly::Pattern;
 use crate::error::LinearError;
-use crate::linear::{Inertia, LinearSolver, MatrixClass, after_their_rows};
+use crate::linear::{Inertia, LinearSolver, LinearSystem, MatrixClass, after_their_rows};
 
 use super::{Law, Report};
 
@@ -30,7 +30,7 @@ struct Case {
 /// them, and singular or non-finite systems are refused by the factorisation or the solution.
 ///
 /// ```
-/// let report = rkpm::check::solver(&rkpm::linear::Direct);
+/// let report = rkpm::check::solver(&rkpm::linear::Direct::default());
 /// assert!(report.finding("definite, indefinite and saddle-point systems are solved").is_some_and(|f| f.holds()));
 /// ```
 pub fn solver(solver: &dyn LinearSolver) -> Report {
@@ -66,15 +66,17 @@ pub fn solver(solver: &dyn LinearSolver) -> Report {
 fn solve(solver: &dyn LinearSolver, case: &Case) -> Result<[f64; 3], LinearError> {
     let n = case.pattern.size();
     let rhs: Vec<f64> = (0..n).map(|i| 1.0 + (i as f64).sin()).collect();
-    let mut factorizer = solver.analyze(&case.pattern, case.class, case.order.as_deref())?;
+    let mut solver = solver.fresh();
+    solver.analyze(&case.pattern, case.class, case.order.as_deref())?;
     let mut residual = |values: &[f64]| -> Result<(f64, Option<Inertia>), LinearError> {
-        let factors = factorizer.factorize(values)?;
+        let system = LinearSystem::of(values);
+        let inertia = solver.factorize(&system)?;
         let mut x = rhs.clone();
-        factors.solve_in_place(&mut x)?;
+        solver.solve(&system, &mut x, None)?;
         let mut product = vec![0.0; n];
         case.pattern.multiply_add(values, &x, &mut product);
         let error = product.iter().zip(&rhs).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
-        Ok((error / rhs.iter().map(|b| b * b).sum::<f64>().sqrt(), factors.inertia()))
+        Ok((error / rhs.iter().map(|b| b * b).sum::<f64>().sqrt(), inertia))
     };
     let (first, inertia) = residual(&case.values)?;
     let doubled: Vec<f64> = case.values.iter().map(|v| 2.0 * v).collect();
@@ -195,50 +197,46 @@ fn singular() -> Vec<Case> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linear::{Direct, Factorizer, Factors};
+    use crate::linear::Direct;
 
     #[test]
     fn the_direct_solver_holds() {
-        let report = solver(&Direct);
+        let report = solver(&Direct::default());
         assert!(report.holds() && report.unchecked.is_empty(), "{report}");
     }
 
     /// Divides by the diagonal.
-    struct Diagonal;
-    struct Entries(Pattern, Vec<f64>);
+    #[derive(Default)]
+    struct Diagonal(Vec<usize>);
 
     impl LinearSolver for Diagonal {
-        fn analyze(
-            &self,
-            pattern: &Pattern,
-            _: MatrixClass,
-            _: Option<&[usize]>,
-        ) -> Result<Box<dyn Factorizer>, LinearError> {
-            Ok(Box::new(Entries(pattern.clone(), Vec::new())))
+        fn fresh(&self) -> Box<dyn LinearSolver> {
+            Box::new(Diagonal::default())
         }
-    }
 
-    impl Factorizer for Entries {
-        fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
-            self.1 = self.0.columns[..self.0.size()].iter().map(|&c| values[c]).collect();
-            Ok(Box::new(&*self))
-        }
-    }
-
-    impl Factors for &Entries {
-        fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
-            rhs.iter_mut().zip(&self.1).for_each(|(b, a)| *b /= a);
+        fn analyze(&mut self, pattern: &Pattern, _: MatrixClass, _: Option<&[usize]>) -> Result<(), LinearError> {
+            self.0 = pattern.columns[..pattern.size()].to_vec();
             Ok(())
         }
 
-        fn inertia(&self) -> Option<Inertia> {
-            None
+        fn factorize(&mut self, _: &LinearSystem<'_>) -> Result<Option<Inertia>, LinearError> {
+            Ok(None)
+        }
+
+        fn solve(
+            &mut self,
+            system: &LinearSystem<'_>,
+            rhs: &mut [f64],
+            _: Option<&mut [[f64; 4]]>,
+        ) -> Result<f64, LinearError> {
+            rhs.iter_mut().zip(&self.0).for_each(|(b, &diagonal)| *b /= system.values[diagonal]);
+            Ok(0.0)
         }
     }
 
     #[test]
     fn a_solver_that_does_not_solve_is_found_out() {
-        let report = solver(&Diagonal);
+        let report = solver(&Diagonal::default());
         let broken: Vec<_> = report.violations().map(|f| f.law).collect();
         assert!(broken.contains(&"definite, indefinite and saddle-point systems are solved"));
         assert!(broken.contains(&"singular systems are refused"));

@@ -1,6 +1,5 @@
-//! faer's sparse Cholesky family behind the traits of this crate; only this file and the next name faer.
+//! faer's sparse Cholesky family behind the trait of this crate; only this file and the next name faer.
 
-use std::cell::RefCell;
 use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -18,56 +17,67 @@ use faer::{Par, Side, Spec};
 use crate::assembly::{Pattern, release};
 use crate::error::LinearError;
 
-use super::factors::{Buffers, Factored, Kind, Matrix, Memory, check_length, out_of_memory, signs};
-use super::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
+use super::factors::{Cholesky, Kind, Matrix, Memory, check_length, out_of_memory, signs};
+use super::{Inertia, LinearSolver, LinearSystem, MatrixClass};
 
 /// Sparse direct solution: Cholesky where the matrix is definite, $LDL^T$ without pivoting for saddle points of stable
 /// states, Bunch–Kaufman ($LBL^T$ with pivoting inside supernodes) for all others, which are found out by trying.
 ///
 /// Factors are computed on one thread: those of $LBL^T$ and solves with many threads were not bit-equal.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Direct;
+#[derive(Default)]
+pub struct Direct(Option<Box<Cholesky>>);
 
 /// Entries that 32-bit indices can address.
 const ENTRY_LIMIT: usize = i32::MAX as usize;
 
 impl LinearSolver for Direct {
-    fn analyze(
-        &self,
-        pattern: &Pattern,
-        class: MatrixClass,
-        order: Option<&[usize]>,
-    ) -> Result<Box<dyn Factorizer>, LinearError> {
-        if pattern.entries() > ENTRY_LIMIT {
-            return Err(LinearError::Size {
-                what: "matrix entries",
-                size: pattern.entries(),
-                limit: ENTRY_LIMIT,
-                remedy: "take fewer particles or a smaller dilation",
-            });
+    fn fresh(&self) -> Box<dyn LinearSolver> {
+        Box::new(Direct::default())
+    }
+
+    fn analyze(&mut self, pattern: &Pattern, class: MatrixClass, order: Option<&[usize]>) -> Result<(), LinearError> {
+        self.0 = Some(Box::new(Cholesky::new(pattern, class, order)?));
+        Ok(())
+    }
+
+    fn factorize(&mut self, system: &LinearSystem<'_>) -> Result<Option<Inertia>, LinearError> {
+        self.analyzed()?.factorize(system.values)
+    }
+
+    fn solve(
+        &mut self,
+        system: &LinearSystem<'_>,
+        rhs: &mut [f64],
+        _: Option<&mut [[f64; 4]]>,
+    ) -> Result<f64, LinearError> {
+        self.analyzed()?.solve(system.values, rhs).map(|()| 0.0)
+    }
+
+    fn release(&mut self) {
+        if let Some(cholesky) = &mut self.0 {
+            cholesky.kind = None;
+            release(&mut cholesky.values);
+            if cholesky.values.capacity() == 0 {
+                cholesky.memory = Memory::default();
+            }
         }
-        pattern.validate()?;
-        let n = pattern.size();
-        let columns: Vec<u32> = pattern.columns.iter().map(|&c| c as u32).collect();
-        let saddle = class.constraints().min(n);
-        let own = match order {
-            Some(_) => Vec::new(),
-            None => minimum_degree(pattern, n - saddle)?,
-        };
-        let symbolic = symbolic(pattern, &columns, order.unwrap_or(&own))?;
-        Ok(Box::new(CholeskyFactorizer {
-            columns,
-            rows: Arc::clone(&pattern.rows),
-            n,
-            symbolic,
-            class,
-            values: Vec::new(),
-            subdiagonal: Vec::new(),
-            forward: Vec::new(),
-            inverse: Vec::new(),
-            memory: Memory::default(),
-            given: Vec::new(),
-        }))
+    }
+
+    fn bytes(&self) -> Option<usize> {
+        self.0.as_ref().map(|cholesky| size_of::<f64>() * cholesky.symbolic.len_val())
+    }
+}
+
+impl Direct {
+    /// One that has analysed a pattern.
+    pub(crate) fn of(pattern: &Pattern, class: MatrixClass, order: Option<&[usize]>) -> Result<Self, LinearError> {
+        let mut direct = Direct::default();
+        direct.analyze(pattern, class, order)?;
+        Ok(direct)
+    }
+
+    fn analyzed(&mut self) -> Result<&mut Cholesky, LinearError> {
+        self.0.as_deref_mut().ok_or_else(|| LinearError::Library { what: "no pattern was analysed".into() })
     }
 }
 
@@ -164,22 +174,44 @@ fn transposed(pattern: &Pattern) -> (Vec<u32>, Vec<u32>) {
     (columns, rows)
 }
 
-struct CholeskyFactorizer {
-    columns: Vec<u32>,
-    rows: Arc<Vec<u32>>,
-    n: usize,
-    symbolic: SymbolicCholesky<u32>,
-    class: MatrixClass,
-    values: Vec<f64>,
-    subdiagonal: Vec<f64>,
-    forward: Vec<u32>,
-    inverse: Vec<u32>,
-    memory: Memory,
-    given: Vec<f64>,
-}
+impl Cholesky {
+    fn new(pattern: &Pattern, class: MatrixClass, order: Option<&[usize]>) -> Result<Self, LinearError> {
+        if pattern.entries() > ENTRY_LIMIT {
+            return Err(LinearError::Size {
+                what: "matrix entries",
+                size: pattern.entries(),
+                limit: ENTRY_LIMIT,
+                remedy: "take fewer particles or a smaller dilation",
+            });
+        }
+        pattern.validate()?;
+        let n = pattern.size();
+        let columns: Vec<u32> = pattern.columns.iter().map(|&c| c as u32).collect();
+        let saddle = class.constraints().min(n);
+        let own = match order {
+            Some(_) => Vec::new(),
+            None => minimum_degree(pattern, n - saddle)?,
+        };
+        let symbolic = symbolic(pattern, &columns, order.unwrap_or(&own))?;
+        Ok(Cholesky {
+            columns,
+            rows: Arc::clone(&pattern.rows),
+            n,
+            symbolic,
+            class,
+            kind: None,
+            values: Vec::new(),
+            subdiagonal: Vec::new(),
+            forward: Vec::new(),
+            inverse: Vec::new(),
+            memory: Memory::default(),
+            checked: false,
+            given: Vec::new(),
+        })
+    }
 
-impl Factorizer for CholeskyFactorizer {
-    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
+    fn factorize(&mut self, values: &[f64]) -> Result<Option<Inertia>, LinearError> {
+        (self.kind, self.checked) = (None, false);
         check_length("list of values", values.len(), self.rows.len())?;
         if let Some(place) = values.iter().position(|v| !v.is_finite()) {
             return Err(LinearError::Pivot { pivot: place, hint: "the matrix has entries that are not finite" });
@@ -190,38 +222,14 @@ impl Factorizer for CholeskyFactorizer {
                 (Kind::Definite, Some(Inertia { positive: self.n, negative: 0 }))
             }
             MatrixClass::Saddle { constraints } if self.without_pivoting(values, constraints)? => {
-                let inertia = Inertia { positive: self.n - constraints, negative: constraints };
-                (Kind::Saddle, Some(inertia))
+                (Kind::Saddle, Some(Inertia { positive: self.n - constraints, negative: constraints }))
             }
-            _ => {
-                let inertia = self.bunch_kaufman(values)?;
-                let Self { subdiagonal, forward, inverse, .. } = self;
-                (Kind::Pivoted { subdiagonal, forward, inverse }, inertia)
-            }
+            _ => (Kind::Pivoted, self.bunch_kaufman(values)?),
         };
-        Ok(Box::new(Factored {
-            kind,
-            inertia,
-            symbolic: &self.symbolic,
-            values: &self.values,
-            matrix: Matrix { columns: &self.columns, rows: &self.rows, values },
-            state: RefCell::new(Buffers { checked: false, given: &mut self.given, memory: &mut self.memory }),
-        }))
+        self.kind = Some(kind);
+        Ok(inertia)
     }
 
-    fn release(&mut self) {
-        release(&mut self.values);
-        if self.values.capacity() == 0 {
-            self.memory = Memory::default();
-        }
-    }
-
-    fn bytes(&self) -> Option<usize> {
-        Some(size_of::<f64>() * self.symbolic.len_val())
-    }
-}
-
-impl CholeskyFactorizer {
     fn matrix<'a>(&'a self, values: &'a [f64]) -> Matrix<'a> {
         Matrix { columns: &self.columns, rows: &self.rows, values }
     }

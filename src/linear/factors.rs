@@ -1,6 +1,6 @@
 //! Solutions with factors by faer.
 
-use std::cell::RefCell;
+use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::perm::PermRef;
@@ -13,7 +13,7 @@ use faer::{Conj, MatMut, Par};
 use crate::assembly::add_column;
 use crate::error::LinearError;
 
-use super::{Factors, Inertia};
+use super::{Inertia, MatrixClass};
 
 /// The lower triangle of what was factorised.
 #[derive(Clone, Copy)]
@@ -88,53 +88,59 @@ impl Memory {
 }
 
 /// What a factorisation left.
-pub(super) enum Kind<'a> {
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
     /// $LL^T$.
     Definite,
     /// $LDL^T$ without pivoting.
     Saddle,
     /// $LBL^T$ with pivoting inside supernodes.
-    Pivoted { subdiagonal: &'a [f64], forward: &'a [u32], inverse: &'a [u32] },
+    Pivoted,
 }
 
-/// Factors, and what solutions need besides them: the matrix, and buffers that outlive a solve.
-pub(super) struct Factored<'a> {
-    pub kind: Kind<'a>,
-    pub inertia: Option<Inertia>,
-    pub symbolic: &'a SymbolicCholesky<u32>,
-    pub values: &'a [f64],
-    pub matrix: Matrix<'a>,
-    pub state: RefCell<Buffers<'a>>,
-}
-
-pub(super) struct Buffers<'a> {
-    /// Whether a solution was found sound: a singular matrix shows in the first one.
+/// A pattern with its symbolic factor, and the factors of the last matrix.
+pub(super) struct Cholesky {
+    pub columns: Vec<u32>,
+    pub rows: Arc<Vec<u32>>,
+    pub n: usize,
+    pub symbolic: SymbolicCholesky<u32>,
+    pub class: MatrixClass,
+    /// Of which kind the factors are, once there are some.
+    pub kind: Option<Kind>,
+    pub values: Vec<f64>,
+    pub subdiagonal: Vec<f64>,
+    pub forward: Vec<u32>,
+    pub inverse: Vec<u32>,
+    pub memory: Memory,
+    /// Whether a solution with them was found sound.
     pub checked: bool,
-    pub given: &'a mut Vec<f64>,
-    pub memory: &'a mut Memory,
+    pub given: Vec<f64>,
 }
 
-impl Factors for Factored<'_> {
-    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
-        let (n, symbolic, values) = (self.symbolic.nrows(), self.symbolic, self.values);
+impl Cholesky {
+    /// Solves in place with the factors of these values.
+    pub(super) fn solve(&mut self, values: &[f64], rhs: &mut [f64]) -> Result<(), LinearError> {
+        let Cholesky { columns, rows, n, symbolic, values: factors, subdiagonal, forward, inverse, .. } = self;
+        let n = *n;
+        let Some(kind) = self.kind else { return Err(LinearError::Library { what: "nothing was factorised".into() }) };
         check_length("right-hand side", rhs.len(), n)?;
-        let Buffers { checked, given, memory } = &mut *self.state.borrow_mut();
-        if !*checked {
-            given.clear();
-            given.extend_from_slice(rhs);
+        check_length("list of values", values.len(), rows.len())?;
+        if !self.checked {
+            self.given.clear();
+            self.given.extend_from_slice(rhs);
         }
-        let memory = memory.reserve(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))?;
+        let memory = self.memory.reserve(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))?;
         let x = MatMut::from_column_major_slice_mut(rhs, n, 1);
-        match self.kind {
+        match kind {
             Kind::Definite => {
-                LltRef::<'_, u32, f64>::new(symbolic, values).solve_in_place_with_conj(Conj::No, x, Par::Seq, memory);
+                LltRef::<'_, u32, f64>::new(symbolic, factors).solve_in_place_with_conj(Conj::No, x, Par::Seq, memory);
             }
             Kind::Saddle => {
-                LdltRef::<'_, u32, f64>::new(symbolic, values).solve_in_place_with_conj(Conj::No, x, Par::Seq, memory);
+                LdltRef::<'_, u32, f64>::new(symbolic, factors).solve_in_place_with_conj(Conj::No, x, Par::Seq, memory);
             }
-            Kind::Pivoted { subdiagonal, forward, inverse } => {
+            Kind::Pivoted => {
                 let order = PermRef::new_checked(forward, inverse, n);
-                IntranodeLbltRef::<'_, u32, f64>::new(symbolic, values, subdiagonal, order).solve_in_place_with_conj(
+                IntranodeLbltRef::<'_, u32, f64>::new(symbolic, factors, subdiagonal, order).solve_in_place_with_conj(
                     Conj::No,
                     x,
                     Par::Seq,
@@ -142,17 +148,14 @@ impl Factors for Factored<'_> {
                 );
             }
         }
-        if !*checked {
-            self.matrix.check(rhs, given)?;
-            *checked = true;
+        if !self.checked {
+            Matrix { columns, rows, values }.check(rhs, &mut self.given)?;
+            // A singular matrix shows in the first solution.
+            self.checked = true;
         } else if rhs.iter().any(|x| !x.is_finite()) {
             return Err(LinearError::Residual { residual: f64::NAN });
         }
         Ok(())
-    }
-
-    fn inertia(&self) -> Option<Inertia> {
-        self.inertia
     }
 }
 

@@ -2,24 +2,23 @@
 
 mod auxiliary;
 mod convergence;
-mod factorizer;
 mod interpolation;
+mod iteration;
 mod product;
 mod solution;
 
-use std::cell::Cell;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::assembly::{Pattern, Ranks, System};
 use crate::error::LinearError;
 
-use super::{Direct, Factorizer, LinearSolver, MatrixClass};
+use super::{Direct, Inertia, LinearSolver, LinearSystem, MatrixClass};
 
 pub(crate) use auxiliary::Auxiliary;
 
-use convergence::ConvergenceHistory;
-use factorizer::KrylovFactorizer;
+use convergence::Progress;
 use interpolation::Interpolation;
+use iteration::Iteration;
 
 /// Generalised minimal residuals for nearly incompressible bodies in space.
 ///
@@ -32,11 +31,12 @@ use interpolation::Interpolation;
 /// which sees the same displacements at particles and has a tenth of the entries; one multilevel cycle stands for $A^{-1}$. Off lattices
 /// gradients of linear fits to the nearest particles take the place of elements.
 /// In place of Schur's complement it has the mass of the pressures, $1/(2\mu) + H^{-1}$.
-#[derive(Clone)]
 pub(crate) struct Krylov {
     auxiliary: Arc<Auxiliary>,
     /// The solver that takes the place of this crate's own multilevel cycle.
-    preconditioner: Option<Arc<dyn LinearSolver>>,
+    preconditioner: Option<Box<dyn LinearSolver>>,
+    /// Once a pattern is analysed.
+    iteration: Option<Box<Iteration>>,
     counts: Arc<Mutex<Vec<usize>>>,
     /// Whether factors may take its place where it does not converge: nobody asked for it by name, and they fit into memory.
     pub(crate) replaceable: bool,
@@ -45,24 +45,39 @@ pub(crate) struct Krylov {
 impl Krylov {
     /// With the elements that belong to the particles.
     pub(crate) fn new(auxiliary: Auxiliary) -> Self {
-        Krylov { auxiliary: Arc::new(auxiliary), preconditioner: None, counts: Arc::default(), replaceable: false }
+        Krylov {
+            auxiliary: Arc::new(auxiliary),
+            preconditioner: None,
+            iteration: None,
+            counts: Arc::default(),
+            replaceable: false,
+        }
+    }
+
+    fn analyzed(&mut self) -> Result<&mut Iteration, LinearError> {
+        self.iteration.as_deref_mut().ok_or_else(|| LinearError::Library { what: "no pattern was analysed".into() })
     }
 
     /// With a custom solver in place of the multilevel cycle: an approximate one for the stiffness of the elements. Where ranks share
     /// the model, one that works on all of them.
-    pub(crate) fn with_preconditioner(mut self, preconditioner: Arc<dyn LinearSolver>) -> Self {
+    pub(crate) fn with_preconditioner(mut self, preconditioner: Box<dyn LinearSolver>) -> Self {
         self.preconditioner = Some(preconditioner);
         self
     }
 }
 
 impl LinearSolver for Krylov {
-    fn analyze(
-        &self,
-        pattern: &Pattern,
-        class: MatrixClass,
-        _order: Option<&[usize]>,
-    ) -> Result<Box<dyn Factorizer>, LinearError> {
+    fn fresh(&self) -> Box<dyn LinearSolver> {
+        Box::new(Krylov {
+            auxiliary: self.auxiliary.clone(),
+            preconditioner: self.preconditioner.as_ref().map(|preconditioner| preconditioner.fresh()),
+            iteration: None,
+            counts: self.counts.clone(),
+            replaceable: self.replaceable,
+        })
+    }
+
+    fn analyze(&mut self, pattern: &Pattern, class: MatrixClass, _: Option<&[usize]>) -> Result<(), LinearError> {
         pattern.validate()?;
         let rows = match class {
             MatrixClass::Definite => 0,
@@ -106,13 +121,17 @@ impl LinearSolver for Krylov {
                 let mut nodes: Vec<usize> = (0..model.node_count()).collect();
                 nodes.sort_by_cached_key(|&node| (curve.place(model.coordinates(node)), node));
                 let order: Vec<usize> = nodes.iter().flat_map(|&node| 3 * node..3 * node + 3).collect();
-                Some(preconditioner.analyze(assembler.pattern(), MatrixClass::Definite, Some(&order))?)
+                let mut own = preconditioner.fresh();
+                own.analyze(assembler.pattern(), MatrixClass::Definite, Some(&order))?;
+                Some(own)
             }
             None => None,
         };
+        let projector = if rows > 0 { Some(Direct::of(&products, MatrixClass::Definite, None)?) } else { None };
         let ranks = self.auxiliary.model.shared_ranks();
-        let projector = if rows > 0 { Some(Direct.analyze(&products, MatrixClass::Definite, None)?) } else { None };
-        Ok(Box::new(KrylovFactorizer {
+        self.iteration = Some(Box::new(Iteration {
+            auxiliary: self.auxiliary.clone(),
+            ends: product::parts(pattern, unknowns),
             pattern: pattern.clone(),
             unknowns,
             entries,
@@ -126,12 +145,29 @@ impl LinearSolver for Krylov {
             system: System::default(),
             multilevel: None,
             stiffness: 1.0,
-            largest: Cell::new(0.0),
-            last: Cell::new(f64::MIN_POSITIVE),
-            convergence: Cell::<ConvergenceHistory>::default(),
-            auxiliary: self.auxiliary.clone(),
-            counts: self.counts.clone(),
-        }))
+            rows: (Vec::new(), 1.0),
+            pressures: Vec::new(),
+            pieces: Vec::new(),
+            progress: Progress::new(self.counts.clone()),
+        }));
+        Ok(())
+    }
+
+    fn factorize(&mut self, system: &LinearSystem<'_>) -> Result<Option<Inertia>, LinearError> {
+        self.analyzed()?.prepare(system).map(|()| None)
+    }
+
+    fn solve(
+        &mut self,
+        system: &LinearSystem<'_>,
+        rhs: &mut [f64],
+        pressures: Option<&mut [[f64; 4]]>,
+    ) -> Result<f64, LinearError> {
+        let iteration = self.analyzed()?;
+        match pressures {
+            Some(pressures) => iteration.solve(system, rhs, pressures, false),
+            None => iteration.solve(system, rhs, &mut vec![[0.0; 4]; system.zones.len()], true),
+        }
     }
 
     fn keeps_pressures(&self) -> bool {

@@ -1,4 +1,4 @@
-//! Sparse direct solvers behind traits of our own; faer is named in two private files.
+//! Sparse solvers behind a trait of our own; faer is named in two private files.
 
 mod direct;
 mod factors;
@@ -6,7 +6,7 @@ mod gmres;
 mod krylov;
 mod multilevel;
 mod ordering;
-mod uncondensed;
+mod system;
 pub(crate) mod vector;
 
 pub use direct::Direct;
@@ -16,11 +16,11 @@ pub(crate) use krylov::{Auxiliary, Krylov};
 pub(crate) use ordering::after_their_rows;
 pub(crate) use ordering::banded;
 pub use ordering::nested_dissection;
-pub use uncondensed::{Linearised, ZoneProduct};
+pub use system::{LinearSystem, ZoneProduct};
 
 use std::sync::Arc;
 
-use crate::assembly::{Pattern, Ranks, StateRef};
+use crate::assembly::{Pattern, Ranks};
 use crate::error::LinearError;
 use crate::geometry::Point;
 
@@ -57,62 +57,77 @@ pub struct Inertia {
     pub negative: usize,
 }
 
-/// A sparse solver: pattern in, factoriser out.
+/// A sparse linear solver: pattern in, then values and right-hand sides as often as they come.
 ///
 /// ```
 /// use rkpm::assembly::Pattern;
 /// use rkpm::error::LinearError;
-/// use rkpm::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
+/// use rkpm::linear::{Inertia, LinearSolver, LinearSystem, MatrixClass};
 /// /// Solves diagonal systems.
-/// struct Diagonal;
-/// struct Entries(Pattern, Vec<f64>);
+/// #[derive(Default)]
+/// struct Diagonal(Vec<usize>);
 /// impl LinearSolver for Diagonal {
-///     fn analyze(&self, pattern: &Pattern, _: MatrixClass, _: Option<&[usize]>) -> Result<Box<dyn Factorizer>, LinearError> {
-///         Ok(Box::new(Entries(pattern.clone(), Vec::new())))
-///     }
-/// }
-/// impl Factorizer for Entries {
-///     fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
-///         self.1 = self.0.columns[..self.0.size()].iter().map(|&c| values[c]).collect();
-///         Ok(Box::new(&*self))
-///     }
-/// }
-/// impl Factors for &Entries {
-///     fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
-///         rhs.iter_mut().zip(&self.1).for_each(|(b, a)| *b /= a);
+///     fn fresh(&self) -> Box<dyn LinearSolver> { Box::new(Diagonal::default()) }
+///     fn analyze(&mut self, pattern: &Pattern, _: MatrixClass, _: Option<&[usize]>) -> Result<(), LinearError> {
+///         self.0 = pattern.columns[..pattern.size()].to_vec();
 ///         Ok(())
 ///     }
-///     fn inertia(&self) -> Option<Inertia> { None }
+///     fn factorize(&mut self, _: &LinearSystem<'_>) -> Result<Option<Inertia>, LinearError> { Ok(None) }
+///     fn solve(&mut self, system: &LinearSystem<'_>, rhs: &mut [f64], _: Option<&mut [[f64; 4]]>) -> Result<f64, LinearError> {
+///         rhs.iter_mut().zip(&self.0).for_each(|(b, &diagonal)| *b /= system.values[diagonal]);
+///         Ok(0.0)
+///     }
 /// }
-/// let pattern = Pattern::from_columns(vec![vec![], vec![]]);
-/// let mut factorizer = Diagonal.analyze(&pattern, MatrixClass::Definite, None)?;
+/// let (mut solver, system) = (Diagonal::default(), LinearSystem::of(&[2.0, 3.0]));
+/// solver.analyze(&Pattern::from_columns(vec![vec![], vec![]]), MatrixClass::Definite, None)?;
+/// solver.factorize(&system)?;
 /// let mut x = [2.0, 6.0];
-/// factorizer.factorize(&[2.0, 3.0])?.solve_in_place(&mut x)?;
+/// solver.solve(&system, &mut x, None)?;
 /// assert_eq!(x, [1.0, 2.0]);
 /// # Ok::<(), LinearError>(())
 /// ```
 pub trait LinearSolver: Send + Sync {
+    /// A solver of the same kind that has looked at nothing yet: each analysis works with one of its own.
+    fn fresh(&self) -> Box<dyn LinearSolver>;
+
     /// The symbolic phase, once per pattern. `order` is an elimination order (old index at each new
     /// place) where the caller knows a good one; it has each multiplier
     /// after the unknowns of its row.
     ///
     /// # Errors
     /// Where the pattern is too large or malformed.
-    fn analyze(
-        &self,
-        pattern: &Pattern,
-        class: MatrixClass,
-        order: Option<&[usize]>,
-    ) -> Result<Box<dyn Factorizer>, LinearError>;
+    fn analyze(&mut self, pattern: &Pattern, class: MatrixClass, order: Option<&[usize]>) -> Result<(), LinearError>;
+
+    /// Factorises the matrix of a system, or prepares an iteration; the signs of the pivots, where the method knows them.
+    ///
+    /// # Errors
+    /// Where the matrix is singular or not finite.
+    fn factorize(&mut self, system: &LinearSystem<'_>) -> Result<Option<Inertia>, LinearError>;
+
+    /// Solves $Ax = b$ in place, for the system that was factorised last; the part of the residual that is left, 0 for factors. What
+    /// an iteration leaves is found by Newton's next iteration, and is not refined: the reduced matrix is not all that it solves with.
+    ///
+    /// `pressures` holds the right-hand sides $g$ of the equations $C\\,\delta d - H^{-1} q = g$ of the pressures that are kept
+    /// uncondensed, zone by zone, and receives $q$; solvers without such pressures leave them as they are. Without `pressures` these
+    /// equations have zeros, and no further iteration of Newton's method follows: the solution is needed in full.
+    ///
+    /// # Errors
+    /// Where the result is not finite.
+    fn solve(
+        &mut self,
+        system: &LinearSystem<'_>,
+        rhs: &mut [f64],
+        pressures: Option<&mut [[f64; 4]]>,
+    ) -> Result<f64, LinearError>;
 
     /// Whether pressures of zones are to stay unknowns that are not condensed into the matrix, and the rest of their terms' matrices is
-    /// to be left to the points; [`Factorizer::factorize_at`] is then given both. The unknowns keep the order of the particles,
+    /// to be left to the points; [`LinearSystem`] then has both. The unknowns keep the order of the particles,
     /// multipliers behind them.
     fn keeps_pressures(&self) -> bool {
         false
     }
 
-    /// Krylov iterations that each solution so far has taken; none for direct solvers.
+    /// Krylov iterations that each solution so far has taken, those of [`fresh`](LinearSolver::fresh) ones too; none for direct solvers.
     fn krylov_iterations(&self) -> Vec<usize> {
         Vec::new()
     }
@@ -125,59 +140,8 @@ pub trait LinearSolver: Send + Sync {
 
     /// An approximate solver for nodes at these positions in 3D: scenes use it in the preconditioner of a Krylov iteration. None for
     /// solvers that solve by themselves.
-    fn preconditioner(&self, _nodes: &[Point<3>]) -> Option<Arc<dyn LinearSolver>> {
+    fn preconditioner(&self, _nodes: &[Point<3>]) -> Option<Box<dyn LinearSolver>> {
         None
-    }
-}
-
-impl<T: LinearSolver + ?Sized> LinearSolver for Arc<T> {
-    fn analyze(
-        &self,
-        pattern: &Pattern,
-        class: MatrixClass,
-        order: Option<&[usize]>,
-    ) -> Result<Box<dyn Factorizer>, LinearError> {
-        (**self).analyze(pattern, class, order)
-    }
-
-    fn keeps_pressures(&self) -> bool {
-        (**self).keeps_pressures()
-    }
-
-    fn krylov_iterations(&self) -> Vec<usize> {
-        (**self).krylov_iterations()
-    }
-
-    fn ranks(&self) -> Option<Arc<dyn Ranks>> {
-        (**self).ranks()
-    }
-
-    fn preconditioner(&self, nodes: &[Point<3>]) -> Option<Arc<dyn LinearSolver>> {
-        (**self).preconditioner(nodes)
-    }
-}
-
-/// The numeric phase, repeated for each set of values.
-///
-/// Implemented as shown at [`LinearSolver`].
-pub trait Factorizer: Send {
-    /// Factorises the matrix with these lower values. Factors may look at the values again, to tell how well they
-    /// solve, which saves a copy of the matrix.
-    ///
-    /// # Errors
-    /// Where the matrix is singular or not finite.
-    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError>;
-
-    /// Factorises a system that is known with its state.
-    ///
-    /// # Errors
-    /// As [`factorize`](Factorizer::factorize).
-    fn factorize_at<'a>(
-        &'a mut self,
-        system: Linearised<'a>,
-        _at: StateRef<'_>,
-    ) -> Result<Box<dyn Factors + 'a>, LinearError> {
-        self.factorize(system.values)
     }
 
     /// Gives back the memory of large factors that are no longer looked at: called before another matrix is formed, so
@@ -187,34 +151,5 @@ pub trait Factorizer: Send {
     /// Bytes that the factors take, where the method knows them.
     fn bytes(&self) -> Option<usize> {
         None
-    }
-}
-
-/// A factorised matrix.
-///
-/// Implemented as shown at [`LinearSolver`].
-pub trait Factors {
-    /// Solves $Ax = b$ in place.
-    ///
-    /// # Errors
-    /// Where the result is not finite.
-    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError>;
-
-    /// Signs of the pivots, where the method knows them.
-    fn inertia(&self) -> Option<Inertia>;
-
-    /// Solves together with the equations of the pressures that are kept uncondensed: `pressures` holds the right-hand sides $g$ of
-    /// $C\\,\delta d - H^{-1} q = g$, zone by zone, and receives $q$. Solvers without such pressures leave them as they are.
-    ///
-    /// # Errors
-    /// As [`solve_in_place`](Factors::solve_in_place).
-    fn solve_apart(&self, rhs: &mut [f64], _pressures: &mut [[f64; 4]]) -> Result<(), LinearError> {
-        self.solve_in_place(rhs)
-    }
-
-    /// The part of the residual that the last solution has left; 0 for factors. What an iteration leaves is found by Newton's
-    /// next iteration, and is not refined: the reduced matrix is not all that it solves with.
-    fn relative_residual(&self) -> f64 {
-        0.0
     }
 }

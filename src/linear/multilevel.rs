@@ -8,7 +8,7 @@ use crate::parallel::{for_each_mut, map_with, threads};
 use crate::simd::{Arithmetic, Task, dispatch};
 use crate::tensor::inverse;
 
-use super::{Direct, Factorizer, Factors, LinearSolver, MatrixClass};
+use super::{Direct, LinearSolver, LinearSystem, MatrixClass};
 
 /// Components of a block.
 pub(super) const BLOCK: usize = 3;
@@ -298,7 +298,7 @@ struct Level {
 /// Levels, finest first, and the factors of the coarsest.
 pub(super) struct Multilevel {
     levels: Vec<Level>,
-    coarsest: Box<dyn Factorizer>,
+    coarsest: Direct,
     values: Vec<f64>,
 }
 
@@ -328,26 +328,14 @@ impl Multilevel {
             matrix = coarse;
         }
         let (pattern, values) = matrix.lower();
-        let coarsest = Direct.analyze(&pattern, MatrixClass::Definite, None)?;
+        let mut coarsest = Direct::of(&pattern, MatrixClass::Definite, None)?;
+        coarsest.factorize(&LinearSystem::of(&values))?;
         Ok(Multilevel { levels, coarsest, values })
     }
 
-    /// Factorises the coarsest level.
-    pub(super) fn cycles(&mut self) -> Result<Cycles<'_>, LinearError> {
-        Ok(Cycles { levels: &mut self.levels, coarsest: self.coarsest.factorize(&self.values)? })
-    }
-}
-
-/// Levels with the factors of the coarsest.
-pub(super) struct Cycles<'a> {
-    levels: &'a mut [Level],
-    coarsest: Box<dyn Factors + 'a>,
-}
-
-impl Cycles<'_> {
     /// One cycle from zero; `b` becomes the answer.
     pub(super) fn cycle(&mut self, b: &mut [f64]) -> Result<(), LinearError> {
-        let Cycles { levels, coarsest } = self;
+        let Multilevel { levels, coarsest, values } = self;
         let mut right: Vec<f32> = b.iter().map(|&b| b as f32).collect();
         for level in levels.iter_mut() {
             level.right.copy_from_slice(&right);
@@ -366,7 +354,7 @@ impl Cycles<'_> {
             }
         }
         let mut solved: Vec<f64> = right.iter().map(|&r| f64::from(r)).collect();
-        coarsest.solve_in_place(&mut solved)?;
+        coarsest.solve(&LinearSystem::of(values), &mut solved, None)?;
         right.clear();
         right.extend(solved.iter().map(|&x| x as f32));
         for level in levels.iter_mut().rev() {

@@ -22,7 +22,7 @@ impl Workspace<'_> {
     /// The solutions $z$ of dual problems at a state, by one matrix.
     pub(crate) fn duals(&mut self, state: &State, requested: &[Dual]) -> Result<Vec<Vec<f64>>, Rejection> {
         let mut sides = vec![Vec::new(); requested.len()];
-        let linear = self.tangent.linearise(&mut self.assembler, state, 0.0, |enforced, system| {
+        let mut linear = self.tangent.linearise(&mut self.assembler, state, 0.0, |enforced, system| {
             // The transpose of the skew part.
             system.skew.iter_mut().for_each(|entry| entry.2 = -entry.2);
             for (dual, rhs) in requested.iter().zip(&mut sides) {

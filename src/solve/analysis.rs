@@ -3,7 +3,7 @@
 use crate::assembly::Model;
 use crate::boundary::{Constraints, Enforced, Enforcement, MixedTransformation, check_unknowns};
 use crate::error::{Error, Incompatible, Invalid, LinearError, SolveError};
-use crate::linear::{Direct, Factorizer, LinearSolver, after_their_rows, banded, minimum_degree, nested_dissection};
+use crate::linear::{Direct, LinearSolver, after_their_rows, banded, minimum_degree, nested_dissection};
 
 use super::newton::Workspace;
 use super::path::EquilibriumPath;
@@ -25,7 +25,7 @@ pub struct Analysis {
     pub stepping: Stepping,
     /// How conditions are enforced.
     pub enforcement: Box<dyn Enforcement>,
-    /// The linear solver.
+    /// The linear solver; each run takes a [`fresh`](LinearSolver::fresh) one.
     pub solver: Box<dyn LinearSolver>,
     /// Enforcement and solver of attempts that the solver leaves unsolved, an iterative one say; none where runs end there.
     pub factors: Option<Box<Analysis>>,
@@ -34,7 +34,7 @@ pub struct Analysis {
 impl Default for Analysis {
     /// Mixed transformation and sparse direct factorisation.
     fn default() -> Self {
-        Analysis::new(MixedTransformation::default(), Direct)
+        Analysis::new(MixedTransformation::default(), Direct::default())
     }
 }
 
@@ -110,19 +110,19 @@ impl Analysis {
             .into());
         }
         assembler.forget_rows();
-        let factorizer = self.factorizer(model, &mut *enforced)?;
+        let solver = self.bound_solver(model, &mut *enforced)?;
         Ok(Workspace {
             model,
             equations,
             assembler,
-            tangent: Tangent::new(model, enforced, factorizer),
+            tangent: Tangent::new(model, enforced, solver),
             forces: Default::default(),
             iterations: 0,
             inertia: None,
         })
     }
 
-    /// Orders the unknowns of bound conditions, renumbers them where they can be, and has the solver look at their
+    /// A solver of its own for bound conditions: orders the unknowns, renumbers them where they can be, and has the solver look at their
     /// pattern.
     ///
     /// The orders are those that were measured to be fastest: a band for small bodies in the plane, minimum degree for
@@ -131,9 +131,15 @@ impl Analysis {
     ///
     /// # Errors
     /// As [`LinearSolver::analyze`].
-    pub fn factorizer(&self, model: &Model, enforced: &mut dyn Enforced) -> Result<Box<dyn Factorizer>, LinearError> {
-        if self.solver.keeps_pressures() {
-            return self.solver.analyze(enforced.pattern(), enforced.class(), None);
+    pub fn bound_solver(
+        &self,
+        model: &Model,
+        enforced: &mut dyn Enforced,
+    ) -> Result<Box<dyn LinearSolver>, LinearError> {
+        let mut solver = self.solver.fresh();
+        if solver.keeps_pressures() {
+            solver.analyze(enforced.pattern(), enforced.class(), None)?;
+            return Ok(solver);
         }
         let pattern = enforced.pattern();
         let unknowns = enforced.unknowns();
@@ -156,7 +162,8 @@ impl Analysis {
         order.truncate(inner);
         let order = after_their_rows(pattern, &order);
         let order = if enforced.renumber(&order) { (0..unknowns).collect() } else { order };
-        self.solver.analyze(enforced.pattern(), enforced.class(), Some(&order))
+        solver.analyze(enforced.pattern(), enforced.class(), Some(&order))?;
+        Ok(solver)
     }
 }
 

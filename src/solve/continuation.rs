@@ -363,7 +363,7 @@ mod tests {
     use crate::error::LinearError;
     use crate::geometry::{Block, Side};
     use crate::kinematics::PlaneStrain;
-    use crate::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
+    use crate::linear::{Inertia, LinearSolver, LinearSystem, MatrixClass};
     use crate::material::Rubber;
     use crate::scene::{Scene, Scheme};
 
@@ -371,29 +371,25 @@ mod tests {
     struct Unsolved;
 
     impl LinearSolver for Unsolved {
-        fn analyze(
-            &self,
-            _: &Pattern,
-            _: MatrixClass,
-            _: Option<&[usize]>,
-        ) -> Result<Box<dyn Factorizer>, LinearError> {
-            Ok(Box::new(Unsolved))
+        fn fresh(&self) -> Box<dyn LinearSolver> {
+            Box::new(Unsolved)
         }
-    }
 
-    impl Factorizer for Unsolved {
-        fn factorize<'a>(&'a mut self, _: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
-            Ok(Box::new(Unsolved))
+        fn analyze(&mut self, _: &Pattern, _: MatrixClass, _: Option<&[usize]>) -> Result<(), LinearError> {
+            Ok(())
         }
-    }
 
-    impl Factors for Unsolved {
-        fn solve_in_place(&self, _: &mut [f64]) -> Result<(), LinearError> {
+        fn factorize(&mut self, _: &LinearSystem<'_>) -> Result<Option<Inertia>, LinearError> {
+            Ok(None)
+        }
+
+        fn solve(
+            &mut self,
+            _: &LinearSystem<'_>,
+            _: &mut [f64],
+            _: Option<&mut [[f64; 4]]>,
+        ) -> Result<f64, LinearError> {
             Err(LinearError::Residual { residual: 0.4 })
-        }
-
-        fn inertia(&self) -> Option<Inertia> {
-            None
         }
     }
 

@@ -4,7 +4,7 @@ use crate::assembly::{Model, System};
 use crate::boundary::{Constraints, Enforced};
 use crate::error::{Cause, LinearError};
 use crate::linear::vector::{dot, negate, norm};
-use crate::linear::{Factors, minimal_residuals};
+use crate::linear::{Inertia, LinearSolver, LinearSystem, minimal_residuals};
 use crate::term::Zone;
 
 use super::functional::Control;
@@ -62,7 +62,7 @@ impl Increment {
     /// Solves for the increments under a control.
     pub(crate) fn solve(
         &mut self,
-        linear: &Linear<'_>,
+        linear: &mut Linear<'_>,
         control: Control<'_>,
         state: &State,
         buffers: &mut Buffers,
@@ -194,33 +194,33 @@ impl Buffers {
 /// A factorised reduced system with its matrix.
 pub(super) struct Linear<'a> {
     pub enforced: &'a dyn Enforced,
-    pub factors: Box<dyn Factors + 'a>,
+    pub solver: &'a mut dyn LinearSolver,
+    /// Signs of the pivots.
+    pub inertia: Option<Inertia>,
+    /// The part of the residual that the last solution has left: 0 with factors.
+    pub left: f64,
     /// For the skew part.
     pub system: &'a System,
-    /// The reduced matrix.
-    pub values: &'a [f64],
+    /// What the solver has factorised.
+    pub reduced: LinearSystem<'a>,
 }
 
 impl Linear<'_> {
     /// Negative pivots less constraints; 0 where the solver does not know them.
     pub(crate) fn unstable_modes(&self) -> usize {
         let constraints = self.enforced.class().constraints();
-        self.factors.inertia().map_or(0, |inertia| inertia.negative.saturating_sub(constraints))
+        self.inertia.map_or(0, |inertia| inertia.negative.saturating_sub(constraints))
     }
 
     /// Solves for the answer to a load that no further iteration corrects: pressures kept uncondensed have no part in the right-hand side.
     ///
     /// # Errors
     /// Also where sweeps and minimal residuals over the skew part leave more than Newton's next iteration would correct.
-    pub(crate) fn solve_fully(&self, rhs: Vec<f64>, buffers: &mut Buffers) -> Result<(), LinearError> {
+    pub(crate) fn solve_fully(&mut self, rhs: Vec<f64>, buffers: &mut Buffers) -> Result<(), LinearError> {
         buffers.load_rhs = rhs;
+        self.solve_for((true, true), buffers)?;
         // Iterations do not refine.
-        if self.factors.relative_residual() > 0.0 {
-            buffers.solution.clone_from(&buffers.load_rhs);
-            return self.factors.solve_in_place(&mut buffers.solution);
-        }
-        self.solve(true, buffers)?;
-        if !(buffers.left <= SWEPT) {
+        if self.left == 0.0 && !(buffers.left <= SWEPT) {
             return Err(LinearError::Residual { residual: buffers.left });
         }
         Ok(())
@@ -228,8 +228,12 @@ impl Linear<'_> {
 
     /// Solves for a reduced right-hand side: the symmetric factors carry the symmetric part, sweeps of iterative
     /// refinement the skew part and what rounding left.
-    pub(crate) fn solve(&self, load: bool, buffers: &mut Buffers) -> Result<(), LinearError> {
-        let Linear { enforced, factors, system, values } = self;
+    pub(crate) fn solve(&mut self, load: bool, buffers: &mut Buffers) -> Result<(), LinearError> {
+        self.solve_for((load, false), buffers)
+    }
+
+    fn solve_for(&mut self, (load, fully): (bool, bool), buffers: &mut Buffers) -> Result<(), LinearError> {
+        let Linear { enforced, solver, system, reduced, .. } = self;
         let symmetric = system.is_symmetric();
         let rhs = if load { &buffers.load_rhs } else { &buffers.rhs };
         buffers.left = 0.0;
@@ -238,9 +242,10 @@ impl Linear<'_> {
         let gap = |zone: &Zone| if load { [0.0; 4] } else { zone.gap() };
         buffers.pressures.clear();
         buffers.pressures.extend(system.zones.iter().map(gap));
-        factors.solve_apart(&mut buffers.solution, &mut buffers.pressures)?;
+        let pressures = (!fully).then_some(&mut buffers.pressures[..]);
+        self.left = solver.solve(reduced, &mut buffers.solution, pressures)?;
         let size = norm(rhs);
-        if factors.relative_residual() > 0.0 {
+        if self.left > 0.0 {
             return Ok(());
         }
         let mut before = f64::INFINITY;
@@ -248,7 +253,7 @@ impl Linear<'_> {
         for sweep in 0.. {
             buffers.product.clear();
             buffers.product.resize(rhs.len(), 0.0);
-            enforced.pattern().multiply_add(values, &buffers.solution, &mut buffers.product);
+            enforced.pattern().multiply_add(reduced.values, &buffers.solution, &mut buffers.product);
             if !symmetric {
                 buffers.full.resize(system.residual.len(), 0.0);
                 enforced.recover(&buffers.solution, &buffers.zero_violation, &mut buffers.full, &mut buffers.unused);
@@ -276,7 +281,7 @@ impl Linear<'_> {
                 return self.minimise(residual > size, load, buffers);
             }
             before = residual;
-            factors.solve_in_place(&mut buffers.correction)?;
+            solver.solve(reduced, &mut buffers.correction, None)?;
             for (x, c) in buffers.solution.iter_mut().zip(&buffers.correction) {
                 *x += c;
             }
@@ -289,13 +294,13 @@ impl Linear<'_> {
     }
 
     /// The displacement that the stiffness answers to least, by inverse iteration: a mode of an unstable state, or a soft one beside it.
-    pub(crate) fn weakest_mode(&self, buffers: &mut Buffers, unknowns: usize) -> Result<Vec<f64>, LinearError> {
-        let Linear { enforced, factors, .. } = self;
+    pub(crate) fn weakest_mode(&mut self, buffers: &mut Buffers, unknowns: usize) -> Result<Vec<f64>, LinearError> {
+        let Linear { enforced, solver, reduced, .. } = self;
         // From anything that has a part of all modes.
         let mut mode: Vec<f64> = (0..unknowns).map(|k| ((k + 1) as f64 * GOLDEN).fract() - 0.5).collect();
         for _ in 0..INVERSE_ITERATIONS {
             enforced.project(&mode, &mut buffers.projected);
-            factors.solve_in_place(&mut buffers.projected)?;
+            solver.solve(reduced, &mut buffers.projected, None)?;
             enforced.recover(&buffers.projected, &buffers.zero_violation, &mut mode, &mut buffers.unused);
             let size = norm(&mode);
             if !(size > 0.0 && size.is_finite()) {
@@ -309,14 +314,14 @@ impl Linear<'_> {
     /// Minimal residuals of $(1 + K^{-1}N)\\,x = K^{-1}b$, from zero or from what sweeps have found with the residual left
     /// in the correction: where the skew part is no longer small beside the stiffness, as in slender bodies with free ends
     /// under following pressure, sweeps diverge.
-    fn minimise(&self, from_zero: bool, load: bool, buffers: &mut Buffers) -> Result<(), LinearError> {
-        let Linear { enforced, factors, system, .. } = self;
+    fn minimise(&mut self, from_zero: bool, load: bool, buffers: &mut Buffers) -> Result<(), LinearError> {
+        let Linear { enforced, solver, system, reduced, .. } = self;
         if from_zero {
             buffers.correction.clone_from(if load { &buffers.load_rhs } else { &buffers.rhs });
             buffers.solution.fill(0.0);
         }
         let Buffers { solution, correction, full, projected, skew, zero_violation, unused, left: part, .. } = buffers;
-        factors.solve_in_place(correction)?;
+        solver.solve(reduced, correction, None)?;
         let (found, left) = minimal_residuals(correction, SWEPT, |last, product| {
             full.resize(system.residual.len(), 0.0);
             enforced.recover(last, zero_violation, full, unused);
@@ -325,7 +330,7 @@ impl Linear<'_> {
             system.skew_multiply_add(full, skew);
             enforced.project(skew, projected);
             system.over_ranks(projected);
-            factors.solve_in_place(projected)?;
+            solver.solve(reduced, projected, None)?;
             product.iter_mut().zip(last).zip(projected.iter()).for_each(|((p, v), n)| *p = v + n);
             Ok(())
         })?;

@@ -88,14 +88,14 @@ impl Workspace<'_> {
         while cycling.allows(number, settings.iterations) {
             number += 1;
             self.iterations += 1;
-            let linear = tangent.linearise(assembler, state, cycling.shift, |enforced, system| {
+            let mut linear = tangent.linearise(assembler, state, cycling.shift, |enforced, system| {
                 buffers.form(enforced, system, equations, state, control);
             })?;
-            self.inertia = linear.factors.inertia();
+            self.inertia = linear.inertia;
             if cycling.raise_shift(linear.unstable_modes() > 0) {
                 continue;
             }
-            next.solve(&linear, control, state, &mut buffers)?;
+            next.solve(&mut linear, control, state, &mut buffers)?;
             if number == 1 && attempt.is_too_large(model, &next) {
                 return Err(Rejection::TooLarge(next.step));
             }
@@ -112,12 +112,12 @@ impl Workspace<'_> {
             if model.is_ended_by(observer.iteration(&seen)) {
                 return Err(Rejection::Stopped);
             }
-            if is_near(settings, increment) && linear.factors.relative_residual() > 0.0 {
+            if is_near(settings, increment) && linear.left > 0.0 {
                 near.get_or_insert(number);
             }
             let settled = length.is_admissible() && cycling.shift == 0.0;
             let unstable = stable && linear.unstable_modes() > 0;
-            if settled && convergence.is_reached(model, &next, state, residual, linear.factors.relative_residual()) {
+            if settled && convergence.is_reached(model, &next, state, residual, linear.left) {
                 if !unstable {
                     return Ok(near.unwrap_or(number));
                 }
@@ -156,10 +156,10 @@ impl Workspace<'_> {
         let mut buffers = Buffers::new(self.equations.len());
         let equations = self.equations;
         self.iterations += 1;
-        let linear = self.tangent.linearise(&mut self.assembler, state, 0.0, |enforced, system| {
+        let mut linear = self.tangent.linearise(&mut self.assembler, state, 0.0, |enforced, system| {
             buffers.form_load(enforced, system, equations, state);
         })?;
-        self.inertia = linear.factors.inertia();
+        self.inertia = linear.inertia;
         linear.solve(true, &mut buffers)?;
         let mut step = vec![0.0; self.model.unknowns()];
         let mut multipliers = vec![0.0; self.equations.len()];
@@ -186,7 +186,7 @@ impl Attempt<'_> {
 
 /// Whether the next iterations may go on with the matrix of this one.
 fn may_reuse(settings: &Newton, increment: f64, linear: &Linear<'_>) -> bool {
-    is_near(settings, increment) && linear.factors.relative_residual() == 0.0
+    is_near(settings, increment) && linear.left == 0.0
 }
 
 /// Whether an increment is so small that factors would go on with this matrix.

@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use crate::assembly::{Pattern, StateRef};
+use crate::assembly::Pattern;
 use crate::error::LinearError;
-use crate::linear::{Factorizer, Factors, Inertia, LinearSolver, Linearised, MatrixClass};
+use crate::linear::{Inertia, LinearSolver, LinearSystem, MatrixClass};
 
 /// Seconds of one analysis by phase.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -85,27 +85,30 @@ pub(super) struct Timed {
     pub meter: Arc<Meter>,
 }
 
-struct TimedFactorizer {
-    inner: Box<dyn Factorizer>,
-    meter: Arc<Meter>,
-}
-
-struct TimedFactors<'a> {
-    inner: Box<dyn Factors + 'a>,
-    meter: &'a Meter,
-}
-
 impl LinearSolver for Timed {
-    fn analyze(
-        &self,
-        pattern: &Pattern,
-        class: MatrixClass,
-        order: Option<&[usize]>,
-    ) -> Result<Box<dyn Factorizer>, LinearError> {
+    fn fresh(&self) -> Box<dyn LinearSolver> {
+        Box::new(Timed { inner: self.inner.fresh(), meter: self.meter.clone() })
+    }
+
+    fn analyze(&mut self, pattern: &Pattern, class: MatrixClass, order: Option<&[usize]>) -> Result<(), LinearError> {
         self.meter.unknowns.store(pattern.size() as u64, Ordering::Relaxed);
         self.meter.entries.store(pattern.entries() as u64, Ordering::Relaxed);
-        let inner = timed(&self.meter.analyze, || self.inner.analyze(pattern, class, order))?;
-        Ok(Box::new(TimedFactorizer { inner, meter: self.meter.clone() }))
+        timed(&self.meter.analyze, || self.inner.analyze(pattern, class, order))
+    }
+
+    fn factorize(&mut self, system: &LinearSystem<'_>) -> Result<Option<Inertia>, LinearError> {
+        self.meter.factorizations.fetch_add(1, Ordering::Relaxed);
+        timed(&self.meter.factorize, || self.inner.factorize(system))
+    }
+
+    fn solve(
+        &mut self,
+        system: &LinearSystem<'_>,
+        rhs: &mut [f64],
+        pressures: Option<&mut [[f64; 4]]>,
+    ) -> Result<f64, LinearError> {
+        self.meter.solutions.fetch_add(1, Ordering::Relaxed);
+        timed(&self.meter.solve, || self.inner.solve(system, rhs, pressures))
     }
 
     fn keeps_pressures(&self) -> bool {
@@ -115,26 +118,6 @@ impl LinearSolver for Timed {
     fn krylov_iterations(&self) -> Vec<usize> {
         self.inner.krylov_iterations()
     }
-}
-
-impl Factorizer for TimedFactorizer {
-    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
-        let meter = &*self.meter;
-        meter.factorizations.fetch_add(1, Ordering::Relaxed);
-        let inner = timed(&meter.factorize, || self.inner.factorize(values))?;
-        Ok(Box::new(TimedFactors { inner, meter }))
-    }
-
-    fn factorize_at<'a>(
-        &'a mut self,
-        system: Linearised<'a>,
-        at: StateRef<'_>,
-    ) -> Result<Box<dyn Factors + 'a>, LinearError> {
-        let meter = &*self.meter;
-        meter.factorizations.fetch_add(1, Ordering::Relaxed);
-        let inner = timed(&meter.factorize, || self.inner.factorize_at(system, at))?;
-        Ok(Box::new(TimedFactors { inner, meter }))
-    }
 
     fn release(&mut self) {
         self.inner.release();
@@ -142,25 +125,5 @@ impl Factorizer for TimedFactorizer {
 
     fn bytes(&self) -> Option<usize> {
         self.inner.bytes()
-    }
-}
-
-impl Factors for TimedFactors<'_> {
-    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
-        self.meter.solutions.fetch_add(1, Ordering::Relaxed);
-        timed(&self.meter.solve, || self.inner.solve_in_place(rhs))
-    }
-
-    fn inertia(&self) -> Option<Inertia> {
-        self.inner.inertia()
-    }
-
-    fn solve_apart(&self, rhs: &mut [f64], pressures: &mut [[f64; 4]]) -> Result<(), LinearError> {
-        self.meter.solutions.fetch_add(1, Ordering::Relaxed);
-        timed(&self.meter.solve, || self.inner.solve_apart(rhs, pressures))
-    }
-
-    fn relative_residual(&self) -> f64 {
-        self.inner.relative_residual()
     }
 }

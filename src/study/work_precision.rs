@@ -204,8 +204,8 @@ impl<const D: usize> WorkPrecision<D> {
         let start = Instant::now();
         let mut problem = self.scene.discretize(scheme)?;
         let discretized = start.elapsed().as_secs_f64();
-        let inner = std::mem::replace(&mut problem.analysis_mut().solver, Box::new(crate::linear::Direct));
-        problem.analysis_mut().solver = Box::new(Timed { inner, meter: meter.clone() });
+        let analysis = problem.analysis_mut();
+        analysis.solver = Box::new(Timed { inner: analysis.solver.fresh(), meter: meter.clone() });
         let path = problem.run()?;
         let seconds = start.elapsed().as_secs_f64();
         run.phases = meter.phases(discretized, seconds - discretized);

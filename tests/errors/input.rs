@@ -571,7 +571,7 @@ fn weights_that_measure_nothing() {
         for component in 0..2 {
             rows.at_particles(&functions, &held, component, &|_| 0.0, &Amplitude::Ramp, "held").unwrap();
         }
-        Analysis::new(LagrangeMultipliers, Direct).run(&model, &rows, &mut ())
+        Analysis::new(LagrangeMultipliers, Direct::default()).run(&model, &rows, &mut ())
     };
     run(&points, PressureField::Linear).unwrap();
     let zone = sound.groups[0]..sound.groups[1];
@@ -604,7 +604,7 @@ fn pressures_on_points_without_normals() {
         for component in 0..2 {
             rows.at_particles(&functions, &held, component, &|_| 0.0, &Amplitude::Ramp, "held").unwrap();
         }
-        Analysis::new(LagrangeMultipliers, Direct).run(&model, &rows, &mut ())
+        Analysis::new(LagrangeMultipliers, Direct::default()).run(&model, &rows, &mut ())
     };
     let face = lattice.boundary(&Side::Max.into(), 1, 2).unwrap().points;
     run(&face).unwrap();

@@ -1,6 +1,6 @@
 use rkpm::assembly::Pattern;
 use rkpm::boundary::{ConstraintEquation, Enforcement};
-use rkpm::linear::{LinearSolver, MatrixClass, nested_dissection};
+use rkpm::linear::{LinearSolver, LinearSystem, MatrixClass, nested_dissection};
 use rkpm::paper::FullTransformation;
 use rkpm::prelude::*;
 
@@ -107,10 +107,11 @@ pub fn matrices(input: &mut Input) {
     let right_length = input.length(size);
     let mut right = input.numbers(right_length, -1.0, 1.0);
     let _ = input.saw("pattern, class, order, values, right", (&pattern, class, &order, &values, &right));
-    let Ok(mut factorizer) = Direct.analyze(&pattern, class, order.as_deref()) else { return };
-    let Ok(factors) = factorizer.factorize(&values) else { return };
-    let _ = factors.inertia();
-    input.passed = factors.solve_in_place(&mut right).is_ok();
+    let (mut solver, system) = (Direct::default(), LinearSystem::of(&values));
+    if solver.analyze(&pattern, class, order.as_deref()).is_err() || solver.factorize(&system).is_err() {
+        return;
+    }
+    input.passed = solver.solve(&system, &mut right, None).is_ok();
     let spoilt = input.once_in(3);
     let order = nested_dissection(&pattern, size, 1, &|_, _| if spoilt { f64::NAN } else { 0.0 });
     assert_eq!(order.len(), size);

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use rkpm::assembly::Pattern;
 use rkpm::error::LinearError;
-use rkpm::linear::{Factorizer, LinearSolver, MatrixClass};
+use rkpm::linear::{Inertia, LinearSolver, LinearSystem, MatrixClass};
 use rkpm::material::{Distortion, InvariantEnergy, Invariants, NearlyIncompressible, Past, QuadraticVolume, Response};
 use rkpm::nalgebra::{Matrix3, Vector3};
 use rkpm::prelude::*;
@@ -315,32 +315,32 @@ fn a_users_integrand_joins_the_terms_of_a_scene() {
 }
 
 /// A solver that counts its factorisations and leaves the work to another one.
-struct Counting<S> {
-    inner: S,
+struct Counting {
+    inner: Box<dyn LinearSolver>,
     factorisations: Arc<AtomicUsize>,
 }
 
-struct CountingFactorizer {
-    inner: Box<dyn Factorizer>,
-    factorisations: Arc<AtomicUsize>,
-}
-
-impl<S: LinearSolver> LinearSolver for Counting<S> {
-    fn analyze(
-        &self,
-        pattern: &Pattern,
-        class: MatrixClass,
-        order: Option<&[usize]>,
-    ) -> Result<Box<dyn Factorizer>, LinearError> {
-        let inner = self.inner.analyze(pattern, class, order)?;
-        Ok(Box::new(CountingFactorizer { inner, factorisations: self.factorisations.clone() }))
+impl LinearSolver for Counting {
+    fn fresh(&self) -> Box<dyn LinearSolver> {
+        Box::new(Counting { inner: self.inner.fresh(), factorisations: self.factorisations.clone() })
     }
-}
 
-impl Factorizer for CountingFactorizer {
-    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn rkpm::linear::Factors + 'a>, LinearError> {
+    fn analyze(&mut self, pattern: &Pattern, class: MatrixClass, order: Option<&[usize]>) -> Result<(), LinearError> {
+        self.inner.analyze(pattern, class, order)
+    }
+
+    fn factorize(&mut self, system: &LinearSystem<'_>) -> Result<Option<Inertia>, LinearError> {
         self.factorisations.fetch_add(1, Ordering::Relaxed);
-        self.inner.factorize(values)
+        self.inner.factorize(system)
+    }
+
+    fn solve(
+        &mut self,
+        system: &LinearSystem<'_>,
+        rhs: &mut [f64],
+        pressures: Option<&mut [[f64; 4]]>,
+    ) -> Result<f64, LinearError> {
+        self.inner.solve(system, rhs, pressures)
     }
 }
 
@@ -349,7 +349,8 @@ fn a_users_solver_is_asked_once_per_iteration() {
     let mut problem = tube(yeoh(), 0.46).discretize(&Scheme::default().particles([9])).unwrap();
     let expected = problem.run().unwrap().completed().unwrap();
     let factorisations = Arc::new(AtomicUsize::new(0));
-    problem.analysis_mut().solver = Box::new(Counting { inner: Direct, factorisations: factorisations.clone() });
+    problem.analysis_mut().solver =
+        Box::new(Counting { inner: Box::new(Direct::default()), factorisations: factorisations.clone() });
     let path = problem.run().unwrap().completed().unwrap();
     // To the bit, and what the path counts as iterations are factorisations.
     assert_eq!(path, expected);

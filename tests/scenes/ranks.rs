@@ -11,7 +11,7 @@ use rkpm::assembly::{Pattern, Ranks};
 use rkpm::cells::Zones;
 use rkpm::error::LinearError;
 use rkpm::geometry::Point;
-use rkpm::linear::{Direct, Factorizer, Factors, LinearSolver, MatrixClass};
+use rkpm::linear::{Direct, Inertia, LinearSolver, LinearSystem, MatrixClass};
 use rkpm::output::{VtkGrid, VtkValues};
 use rkpm::prelude::*;
 use rkpm::quadrature::Points;
@@ -64,46 +64,51 @@ impl Ranks for Rank {
 }
 
 /// Factors of the matrix that all have summed, on each of them.
-pub(crate) struct Gathered(pub(crate) Rank);
-
-struct GatheredFactorizer {
+pub(crate) struct Gathered {
     rank: Rank,
     pattern: Pattern,
     whole: Pattern,
-    inner: Box<dyn Factorizer>,
+    inner: Direct,
     values: Vec<f64>,
 }
 
-impl LinearSolver for Gathered {
-    fn analyze(
-        &self,
-        pattern: &Pattern,
-        class: MatrixClass,
-        _: Option<&[usize]>,
-    ) -> Result<Box<dyn Factorizer>, LinearError> {
-        let size = pattern.size() as u32;
-        let whole = Pattern::from_columns((0..size).map(|column| (column..size).collect()).collect());
-        let inner = Direct.analyze(&whole, class, None)?;
-        let (rank, pattern) = (self.0.clone(), pattern.clone());
-        Ok(Box::new(GatheredFactorizer { rank, pattern, whole, inner, values: Vec::new() }))
-    }
-
-    fn ranks(&self) -> Option<Arc<dyn Ranks>> {
-        Some(Arc::new(self.0.clone()))
+impl Gathered {
+    pub(crate) fn new(rank: Rank) -> Self {
+        let (pattern, whole) = Default::default();
+        Gathered { rank, pattern, whole, inner: Direct::default(), values: Vec::new() }
     }
 }
 
-impl Factorizer for GatheredFactorizer {
-    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
+impl LinearSolver for Gathered {
+    fn fresh(&self) -> Box<dyn LinearSolver> {
+        Box::new(Gathered::new(self.rank.clone()))
+    }
+
+    fn analyze(&mut self, pattern: &Pattern, class: MatrixClass, _: Option<&[usize]>) -> Result<(), LinearError> {
+        let size = pattern.size() as u32;
+        self.whole = Pattern::from_columns((0..size).map(|column| (column..size).collect()).collect());
+        self.pattern = pattern.clone();
+        self.inner.analyze(&self.whole, class, None)
+    }
+
+    fn factorize(&mut self, system: &LinearSystem<'_>) -> Result<Option<Inertia>, LinearError> {
         self.values = vec![0.0; self.whole.entries()];
         for column in 0..self.pattern.size() {
             for (k, &row) in self.pattern.column(column).iter().enumerate() {
                 let place = self.whole.find(row as usize, column).unwrap();
-                self.values[place] += values[self.pattern.columns[column] + k];
+                self.values[place] += system.values[self.pattern.columns[column] + k];
             }
         }
         self.rank.sum(&mut self.values);
-        self.inner.factorize(&self.values)
+        self.inner.factorize(&LinearSystem::of(&self.values))
+    }
+
+    fn solve(&mut self, _: &LinearSystem<'_>, rhs: &mut [f64], _: Option<&mut [[f64; 4]]>) -> Result<f64, LinearError> {
+        self.inner.solve(&LinearSystem::of(&self.values), rhs, None)
+    }
+
+    fn ranks(&self) -> Option<Arc<dyn Ranks>> {
+        Some(Arc::new(self.rank.clone()))
     }
 }
 
@@ -125,7 +130,7 @@ fn agrees<const D: usize>(scene: &Scene<D>, scheme: &Scheme, place: Place<D>) {
                 let (exchange, place) = (exchange.clone(), place.clone());
                 let (path, force, alone, stresses, folder) = (&path, &force, &alone, &stresses, &folder);
                 scope.spawn(move || {
-                    let solver = Gathered(Rank { rank, count, exchange });
+                    let solver = Gathered::new(Rank { rank, count, exchange });
                     let shared = scene.discretize(&scheme.clone().solver(solver)).unwrap();
                     let found = shared.run().unwrap().reached().unwrap();
                     assert_eq!(found.steps.last().unwrap().doubts.len(), path.steps.last().unwrap().doubts.len());
@@ -198,7 +203,7 @@ fn all_refuse_what_one_cannot_discretise() {
         let run = |rank| {
             let (exchange, scene, scheme) = (exchange.clone(), &scene, &scheme);
             scope.spawn(move || {
-                let solver = Gathered(Rank { rank, count: 2, exchange });
+                let solver = Gathered::new(Rank { rank, count: 2, exchange });
                 scene.discretize(&scheme.clone().solver(solver)).map(|_| ()).unwrap_err()
             })
         };

@@ -6,7 +6,7 @@
 use approx::assert_abs_diff_eq;
 use rkpm::assembly::Pattern;
 use rkpm::error::LinearError;
-use rkpm::linear::{Factorizer, Factors, LinearSolver, MatrixClass};
+use rkpm::linear::{Inertia, LinearSolver, LinearSystem, MatrixClass};
 use rkpm::material::{Material, Past, Prony, Response, Viscoelastic};
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
@@ -68,13 +68,19 @@ impl Material for Brittle {
 struct GivesUp;
 
 impl LinearSolver for GivesUp {
-    fn analyze(&self, _: &Pattern, _: MatrixClass, _: Option<&[usize]>) -> Result<Box<dyn Factorizer>, LinearError> {
-        Ok(Box::new(GivesUp))
+    fn fresh(&self) -> Box<dyn LinearSolver> {
+        Box::new(GivesUp)
     }
-}
 
-impl Factorizer for GivesUp {
-    fn factorize<'a>(&'a mut self, _: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
+    fn analyze(&mut self, _: &Pattern, _: MatrixClass, _: Option<&[usize]>) -> Result<(), LinearError> {
+        Ok(())
+    }
+
+    fn factorize(&mut self, _: &LinearSystem<'_>) -> Result<Option<Inertia>, LinearError> {
+        Err(LinearError::Library { what: "out of licences".to_string() })
+    }
+
+    fn solve(&mut self, _: &LinearSystem<'_>, _: &mut [f64], _: Option<&mut [[f64; 4]]>) -> Result<f64, LinearError> {
         Err(LinearError::Library { what: "out of licences".to_string() })
     }
 }

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use rkpm::assembly::Pattern;
 use rkpm::error::LinearError;
-use rkpm::linear::{Factorizer, Factors, Inertia, LinearSolver, MatrixClass};
+use rkpm::linear::{Inertia, LinearSolver, LinearSystem, MatrixClass};
 use rkpm::prelude::*;
 use rkpm::scene::ConstraintMethod;
 use rkpm::solve::{CriticalKind, EnclosedVolume, Following, Functional, State, Step, StepControl};
@@ -150,36 +150,28 @@ fn a_column_buckles_and_the_bifurcation_is_bracketed() {
 }
 
 /// A solver that does not tell the signs of its pivots.
-struct Blind<S>(S);
+struct Blind(Box<dyn LinearSolver>);
 
-struct BlindFactorizer(Box<dyn Factorizer>);
-
-struct BlindFactors<'a>(Box<dyn Factors + 'a>);
-
-impl<S: LinearSolver> LinearSolver for Blind<S> {
-    fn analyze(
-        &self,
-        pattern: &Pattern,
-        class: MatrixClass,
-        order: Option<&[usize]>,
-    ) -> Result<Box<dyn Factorizer>, LinearError> {
-        Ok(Box::new(BlindFactorizer(self.0.analyze(pattern, class, order)?)))
-    }
-}
-
-impl Factorizer for BlindFactorizer {
-    fn factorize<'a>(&'a mut self, values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
-        Ok(Box::new(BlindFactors(self.0.factorize(values)?)))
-    }
-}
-
-impl Factors for BlindFactors<'_> {
-    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
-        self.0.solve_in_place(rhs)
+impl LinearSolver for Blind {
+    fn fresh(&self) -> Box<dyn LinearSolver> {
+        Box::new(Blind(self.0.fresh()))
     }
 
-    fn inertia(&self) -> Option<Inertia> {
-        None
+    fn analyze(&mut self, pattern: &Pattern, class: MatrixClass, order: Option<&[usize]>) -> Result<(), LinearError> {
+        self.0.analyze(pattern, class, order)
+    }
+
+    fn factorize(&mut self, system: &LinearSystem<'_>) -> Result<Option<Inertia>, LinearError> {
+        self.0.factorize(system).map(|_| None)
+    }
+
+    fn solve(
+        &mut self,
+        system: &LinearSystem<'_>,
+        rhs: &mut [f64],
+        pressures: Option<&mut [[f64; 4]]>,
+    ) -> Result<f64, LinearError> {
+        self.0.solve(system, rhs, pressures)
     }
 }
 
@@ -203,7 +195,7 @@ fn large_steps_do_not_land_on_false_equilibria() {
         let path = problem.run().unwrap().completed().unwrap();
         assert!(path.steps.iter().all(|step| step.unstable == Some(0) && step.energy < 1e-9));
         assert!(path.steps.last().unwrap().energy < 1e-20);
-        problem.analysis_mut().solver = Box::new(Blind(Direct));
+        problem.analysis_mut().solver = Box::new(Blind(Box::new(Direct::default())));
         let path = problem.run().unwrap().completed().unwrap();
         // Steps follow the way of the edge, a quarter of a turn at most each.
         assert!(path.steps.len() >= 2);

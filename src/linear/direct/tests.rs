@@ -23,16 +23,17 @@ fn definite_and_indefinite_matrices_are_solved_and_counted() {
     for (shift, order) in [(0.0, false), (0.1, true), (-0.5, false), (-1.7, true)] {
         let (pattern, values) = chain(n, shift);
         let order = order.then(|| nested_dissection(&pattern, n, 1, &|i, _| i as f64));
-        let mut solver = Direct.analyze(&pattern, MatrixClass::Definite, order.as_deref()).unwrap();
-        let factors = solver.factorize(&values).unwrap();
+        let mut solver = Direct::of(&pattern, MatrixClass::Definite, order.as_deref()).unwrap();
+        let system = LinearSystem::of(&values);
+        let inertia = solver.factorize(&system).unwrap();
         // Eigenvalues of the chain: 2 + shift − 2 cos(π k/(n+1)).
         let negative = (1..=n)
             .filter(|&k| 2.0 + shift - 2.0 * (std::f64::consts::PI * k as f64 / (n + 1) as f64).cos() < 0.0)
             .count();
-        assert_eq!(factors.inertia().unwrap(), Inertia { positive: n - negative, negative });
+        assert_eq!(inertia.unwrap(), Inertia { positive: n - negative, negative });
         let b: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
         let mut x = b.clone();
-        factors.solve_in_place(&mut x).unwrap();
+        solver.solve(&system, &mut x, None).unwrap();
         let mut product = vec![0.0; n];
         pattern.multiply_add(&values, &x, &mut product);
         for i in 0..n {
@@ -67,8 +68,8 @@ fn saddle_points_are_solved_and_counted_stable_or_not() {
     let pattern = Pattern::from_columns(columns);
     let order = after_their_rows(&pattern, &nested_dissection(&pattern, n, 1, &|i, _| i as f64));
     let class = MatrixClass::Saddle { constraints };
-    let mut given = Direct.analyze(&pattern, class, Some(&order)).unwrap();
-    let mut own = Direct.analyze(&pattern, class, None).unwrap();
+    let mut given = Direct::of(&pattern, class, Some(&order)).unwrap();
+    let mut own = Direct::of(&pattern, class, None).unwrap();
     // Stable, unstable, and stable again with the same factoriser.
     for shift in [0.0, -0.3, -1.1, 0.2] {
         let value = |row: usize, column: usize| match (row < n, row == column) {
@@ -93,11 +94,12 @@ fn saddle_points_are_solved_and_counted_stable_or_not() {
         let negative = dense.symmetric_eigenvalues().iter().filter(|&&e| e < 0.0).count();
         assert_eq!(negative > constraints, shift < 0.0);
         for solver in [&mut given, &mut own] {
-            let factors = solver.factorize(&values).unwrap();
-            assert_eq!(factors.inertia().unwrap(), Inertia { positive: size - negative, negative });
+            let system = LinearSystem::of(&values);
+            let inertia = solver.factorize(&system).unwrap();
+            assert_eq!(inertia.unwrap(), Inertia { positive: size - negative, negative });
             let b: Vec<f64> = (0..size).map(|i| (i as f64).sin()).collect();
             let mut x = b.clone();
-            factors.solve_in_place(&mut x).unwrap();
+            solver.solve(&system, &mut x, None).unwrap();
             let mut product = vec![0.0; size];
             pattern.multiply_add(&values, &x, &mut product);
             let error = product.iter().zip(&b).map(|(p, b)| (p - b).abs()).fold(0.0, f64::max);
@@ -110,11 +112,11 @@ fn saddle_points_are_solved_and_counted_stable_or_not() {
 #[test]
 fn a_singular_matrix_is_an_error() {
     let pattern = Pattern::from_columns(vec![vec![1], vec![]]);
-    let mut solver = Direct.analyze(&pattern, MatrixClass::Definite, None).unwrap();
-    let singular = match solver.factorize(&[0.0, 0.0, 0.0]) {
-        Err(_) => true,
-        Ok(factors) => factors.solve_in_place(&mut [1.0, 1.0]).is_err(),
-    };
-    assert!(singular);
-    assert!(solver.factorize(&[f64::NAN, 0.0, 1.0]).is_err());
+    let mut solver = Direct::of(&pattern, MatrixClass::Definite, None).unwrap();
+    let zeros = LinearSystem::of(&[0.0, 0.0, 0.0]);
+    assert!(solver.factorize(&zeros).is_err() || solver.solve(&zeros, &mut [1.0, 1.0], None).is_err());
+    assert!(solver.factorize(&LinearSystem::of(&[f64::NAN, 0.0, 1.0])).is_err());
+    // Nothing to solve with.
+    assert!(solver.solve(&zeros, &mut [1.0, 1.0], None).is_err());
+    assert!(Direct::default().factorize(&zeros).is_err());
 }

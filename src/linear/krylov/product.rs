@@ -1,8 +1,8 @@
 //! Products with the parts of a linearised system.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::ops::Range;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use nalgebra::Matrix4;
 
@@ -11,10 +11,9 @@ use crate::error::LinearError;
 use crate::parallel::map_with;
 use crate::term::{Product, Zone};
 
-use super::super::multilevel::Cycles;
-use super::super::{Factors, ZoneProduct};
+use super::super::multilevel::Multilevel;
+use super::super::{LinearSolver, LinearSystem};
 use super::auxiliary::total;
-use super::convergence::ConvergenceHistory;
 use super::interpolation::Interpolation;
 
 /// Parts of a product that threads share: the same for any number of them, for the sake of the bits.
@@ -54,42 +53,44 @@ pub(super) struct Pressures {
     pub(super) inverse: Matrix4<f64>,
 }
 
+/// A solver within this one, with the values that it has factorised.
+pub(super) struct Inner<'a>(RefCell<&'a mut dyn LinearSolver>, &'a [f64]);
+
+impl<'a> Inner<'a> {
+    pub(super) fn new(solver: &'a mut dyn LinearSolver, values: &'a [f64]) -> Self {
+        Inner(RefCell::new(solver), values)
+    }
+
+    pub(super) fn solve(&self, x: &mut [f64]) -> Result<(), LinearError> {
+        self.0.borrow_mut().solve(&LinearSystem::of(self.1), x, None).map(|_| ())
+    }
+}
+
+/// A system while it is solved.
 pub(super) struct Solved<'a> {
     pub(super) pattern: &'a Pattern,
     pub(super) unknowns: usize,
-    pub(super) values: &'a [f64],
-    pub(super) zones: &'a [Zone],
-    pub(super) product: ZoneProduct<'a>,
-    pub(super) skew: &'a [(u32, u32, f64)],
-    pub(super) pressures: Vec<Pressures>,
-    pub(super) pieces: Vec<Piece>,
+    pub(super) system: &'a LinearSystem<'a>,
+    pub(super) pressures: &'a [Pressures],
+    pub(super) pieces: &'a [Piece],
     /// Conditions with a largest entry of one, and what they are multiplied with in the matrix.
-    pub(super) rows: Vec<Vec<(u32, f64)>>,
+    pub(super) rows: &'a [Vec<(u32, f64)>],
     pub(super) stiffness: f64,
-    pub(super) projector: Option<Box<dyn Factors + 'a>>,
+    pub(super) projector: Option<Inner<'a>>,
     pub(super) values_at: Option<&'a Interpolation>,
-    /// Columns that one thread at a time multiplies.
-    pub(super) ends: Vec<usize>,
-    pub(super) cycles: RefCell<Option<Cycles<'a>>>,
-    pub(super) preconditioner: Option<Box<dyn Factors + 'a>>,
+    pub(super) ends: &'a [usize],
+    pub(super) multilevel: Option<RefCell<&'a mut Multilevel>>,
+    pub(super) preconditioner: Option<Inner<'a>>,
     pub(super) ranks: &'a Option<Arc<dyn Ranks>>,
     /// The displacements that this rank keeps of vectors: all of them where it is alone.
     pub(super) own: Range<usize>,
-    /// What the last solution left.
-    pub(super) left: Cell<f64>,
-    /// The last right-hand side.
-    pub(super) last: &'a Cell<f64>,
-    pub(super) convergence: &'a Cell<ConvergenceHistory>,
-    /// The largest right-hand side so far.
-    pub(super) largest: &'a Cell<f64>,
-    pub(super) counts: &'a Mutex<Vec<usize>>,
 }
 
 impl Solved<'_> {
     /// $y = K x + C^T q$ and $z = C x$, in scaled pressures.
     pub(super) fn multiply(&self, x: &[f64], q: &[f64], y: &mut [f64], z: &mut [f64]) {
         self.symmetric(x, y);
-        let Solved { zones: all, pressures, pieces, product: multiply, .. } = self;
+        let Solved { system: LinearSystem { zones: all, product: multiply, skew, .. }, pressures, pieces, .. } = self;
         let done = map_with(pieces.len(), 2, Product::default, |product, piece| {
             let Piece { zones, unknowns } = &pieces[piece];
             let mut sums = vec![0.0; unknowns.len()];
@@ -110,13 +111,13 @@ impl Solved<'_> {
             (sums, volumes)
         });
         let mut z = z;
-        for (Piece { unknowns, .. }, (sums, volumes)) in self.pieces.iter().zip(done) {
+        for (Piece { unknowns, .. }, (sums, volumes)) in pieces.iter().zip(done) {
             y[unknowns.clone()].iter_mut().zip(&sums).for_each(|(y, s)| *y += s);
             let own;
             (own, z) = z.split_at_mut(volumes.len());
             own.copy_from_slice(&volumes);
         }
-        for &(row, column, value) in self.skew {
+        for &(row, column, value) in *skew {
             y[row as usize] += value * x[column as usize];
             y[column as usize] -= value * x[row as usize];
         }
@@ -124,7 +125,7 @@ impl Solved<'_> {
 
     /// What is summed of the symmetric part.
     fn symmetric(&self, x: &[f64], y: &mut [f64]) {
-        let Solved { unknowns: n, ends, pattern, values, .. } = self;
+        let Solved { unknowns: n, ends, pattern, system: LinearSystem { values, .. }, .. } = self;
         let n = *n;
         let pieces = map_with(
             PARTS,
@@ -179,7 +180,7 @@ impl Solved<'_> {
     pub(super) fn multipliers(&self, x: &[f64]) -> Result<Vec<f64>, LinearError> {
         let mut mu = self.conditions(x);
         if let Some(projector) = &self.projector {
-            projector.solve_in_place(&mut mu)?;
+            projector.solve(&mut mu)?;
         }
         Ok(mu)
     }
@@ -195,7 +196,7 @@ impl Solved<'_> {
 
     /// $y \mathrel{+}= C^T q$ in scaled pressures.
     pub(super) fn pressed(&self, q: &[f64], sign: f64, y: &mut [f64]) {
-        for ((zone, own), q) in self.zones.iter().zip(&self.pressures).zip(q.as_chunks::<4>().0) {
+        for ((zone, own), q) in self.system.zones.iter().zip(self.pressures).zip(q.as_chunks::<4>().0) {
             zone.scatter::<3>(&q.map(|q| sign * own.scale * q), y, 0);
         }
     }
@@ -221,8 +222,8 @@ impl Solved<'_> {
             values.solve(true, x);
         }
         let failed = match &self.preconditioner {
-            Some(preconditioner) => preconditioner.solve_in_place(x).is_err(),
-            None => self.cycles.borrow_mut().as_mut().is_some_and(|cycles| cycles.cycle(x).is_err()),
+            Some(preconditioner) => preconditioner.solve(x).is_err(),
+            None => self.multilevel.as_ref().is_some_and(|levels| levels.borrow_mut().cycle(x).is_err()),
         };
         if failed {
             x.fill(f64::NAN);

@@ -6,9 +6,8 @@ use crate::error::LinearError;
 
 use super::super::gmres::gmres;
 use super::super::vector::dot;
-use super::super::{Factors, Inertia};
 use super::auxiliary::total;
-use super::convergence::ConvergenceHistory;
+use super::convergence::{ConvergenceHistory, Progress};
 use super::product::Solved;
 
 /// Relative residuals of solutions: no more than Newton's method can make use of. It leaves about the square of what the last
@@ -26,45 +25,33 @@ const LEFT_OF_ROUNDING: f64 = 0.5;
 /// Krylov iterations before a restart, and at most.
 const ITERATIONS: [usize; 2] = [80, 240];
 
-impl Factors for Solved<'_> {
-    fn solve_in_place(&self, rhs: &mut [f64]) -> Result<(), LinearError> {
-        self.solve(rhs, &mut vec![[0.0; 4]; self.zones.len()], true)
-    }
-
-    fn solve_apart(&self, rhs: &mut [f64], pressures: &mut [[f64; 4]]) -> Result<(), LinearError> {
-        self.solve(rhs, pressures, false)
-    }
-
-    fn inertia(&self) -> Option<Inertia> {
-        None
-    }
-
-    fn relative_residual(&self) -> f64 {
-        self.left.get().max(f64::MIN_POSITIVE)
-    }
-}
-
 impl Solved<'_> {
-    /// Solves for forces, gaps of conditions and gaps of pressures, `fully` or as far as Newton's next iteration makes use of.
-    fn solve(&self, rhs: &mut [f64], pressures: &mut [[f64; 4]], fully: bool) -> Result<(), LinearError> {
+    /// See [`Iteration::solve`](super::iteration::Iteration::solve).
+    pub(super) fn solve(
+        &self,
+        rhs: &mut [f64],
+        pressures: &mut [[f64; 4]],
+        fully: bool,
+        progress: &mut Progress,
+    ) -> Result<f64, LinearError> {
         let (force, gap) = rhs.split_at_mut(self.unknowns);
         let mut met = self.met(gap)?;
         let right = self.right_hand_side(&met, force, pressures);
         let mut x = vec![0.0; right.len()];
-        self.minimise(&right, &mut x, fully)?;
+        let residual = self.minimise(&right, &mut x, fully, progress)?;
         let (mine, q) = x.split_at(self.own.len());
         met.iter_mut().zip(&self.gathered(mine)).for_each(|(m, u)| *m += u);
         let mut left = vec![0.0; self.unknowns];
         self.multiply(&met, q, &mut left, &mut vec![0.0; q.len()]);
         total(self.ranks, &mut left);
-        for ((pressures, own), q) in pressures.iter_mut().zip(&self.pressures).zip(q.as_chunks::<4>().0) {
+        for ((pressures, own), q) in pressures.iter_mut().zip(self.pressures).zip(q.as_chunks::<4>().0) {
             *pressures = q.map(|q| own.scale * q);
         }
         left.iter_mut().zip(&*force).for_each(|(l, f)| *l = f - *l);
         let mu = self.multipliers(&left)?;
         gap.iter_mut().zip(mu).for_each(|(gap, mu)| *gap = mu / self.stiffness);
         force.copy_from_slice(&met);
-        Ok(())
+        Ok(residual.max(f64::MIN_POSITIVE))
     }
 
     /// A displacement that meets the conditions.
@@ -72,7 +59,7 @@ impl Solved<'_> {
         let mut met = vec![0.0; self.unknowns];
         if let Some(projector) = &self.projector {
             let mut mu: Vec<f64> = gap.iter().map(|g| g / self.stiffness).collect();
-            projector.solve_in_place(&mut mu)?;
+            projector.solve(&mut mu)?;
             self.react(&mu, 1.0, &mut met);
         }
         Ok(met)
@@ -80,7 +67,7 @@ impl Solved<'_> {
 
     /// What is left for displacements that conditions leave free, of this rank, and for scaled pressures.
     fn right_hand_side(&self, met: &[f64], force: &[f64], pressures: &[[f64; 4]]) -> Vec<f64> {
-        let mut right = vec![0.0; self.own.len() + 4 * self.zones.len()];
+        let mut right = vec![0.0; self.own.len() + 4 * self.system.zones.len()];
         let (u, q) = right.split_at_mut(self.own.len());
         let mut whole = vec![0.0; self.unknowns];
         if met.iter().any(|m| *m != 0.0) {
@@ -90,19 +77,19 @@ impl Solved<'_> {
         whole.iter_mut().zip(force).for_each(|(u, f)| *u = f - *u);
         self.project(&mut whole);
         u.copy_from_slice(&whole[self.own.clone()]);
-        let wanted = pressures.iter().zip(&self.pressures).flat_map(|(g, own)| g.map(|g| own.scale * g));
+        let wanted = pressures.iter().zip(self.pressures).flat_map(|(g, own)| g.map(|g| own.scale * g));
         q.iter_mut().zip(wanted).for_each(|(q, wanted)| *q = wanted - *q);
         right
     }
 
-    /// Minimises the residual, and remembers what it took.
-    fn minimise(&self, right: &[f64], x: &mut [f64], fully: bool) -> Result<(), LinearError> {
+    /// Minimises the residual, and remembers what it took; what is left of it.
+    fn minimise(&self, right: &[f64], x: &mut [f64], fully: bool, progress: &mut Progress) -> Result<f64, LinearError> {
         let norm = self.total(dot(right, right)).sqrt();
-        let largest = self.largest.get().max(norm);
-        self.largest.set(largest);
+        progress.largest = progress.largest.max(norm);
+        let largest = progress.largest;
         let rounding = norm <= ROUNDING * largest;
         let [least, most] = TOLERANCE;
-        let reduced = norm / self.last.replace(norm);
+        let reduced = norm / std::mem::replace(&mut progress.last, norm);
         let usable = reduced.powi(2).max(ENOUGH * largest / norm).clamp(least, most);
         let tolerance = if fully { FULL } else { usable };
         let apply = |x: &[f64], y: &mut [f64]| self.apply(x, y);
@@ -117,21 +104,18 @@ impl Solved<'_> {
             precondition,
             sum,
         );
-        self.counts.lock().unwrap_or_else(PoisonError::into_inner).push(done.iterations);
+        progress.counts.lock().unwrap_or_else(PoisonError::into_inner).push(done.iterations);
         let convergence = done.iterations as f64 / -done.residual.min(0.9).log10();
         if done.iterations > 0 {
-            self.convergence.set(ConvergenceHistory {
-                first: self.convergence.get().first.or(Some(convergence)),
-                last: convergence,
-            });
+            let first = progress.convergence.first.or(Some(convergence));
+            progress.convergence = ConvergenceHistory { first, last: convergence };
         }
         // What is not quite solved is left to Newton's next iteration.
         let allowed = if rounding { LEFT_OF_ROUNDING } else { most };
-        self.left.set(done.residual);
         if !(done.residual <= allowed) {
             return Err(LinearError::Residual { residual: done.residual });
         }
-        Ok(())
+        Ok(done.residual)
     }
 
     /// The projected matrix times a vector of displacements of this rank and scaled pressures.

@@ -305,7 +305,7 @@ impl Scheme {
         self
     }
 
-    /// Sets a linear solver in place of the crate's own: one behind the traits of [`linear`](crate::linear). Where it works on
+    /// Sets a linear solver in place of the crate's own: one behind the trait of [`linear`](crate::linear). Where it works on
     /// several ranks ([`LinearSolver::ranks`]) the scene is
     /// shared among them: each tabulates and sums its own zones.
     pub fn solver(mut self, solver: impl LinearSolver + 'static) -> Self {

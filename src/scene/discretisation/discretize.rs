@@ -280,16 +280,16 @@ fn analysis_of(scheme: &Scheme, transformable: bool, krylov: Option<Krylov>) -> 
         ConstraintMethod::Multipliers => false,
     };
     let mut analysis = if transform {
-        Analysis::new(MixedTransformation::default(), Direct)
+        Analysis::new(MixedTransformation::default(), Direct::default())
     } else {
-        Analysis::new(LagrangeMultipliers, Direct)
+        Analysis::new(LagrangeMultipliers, Direct::default())
     };
     if let Some(solver) = &scheme.solver {
         if krylov.is_none() && solver.preconditioner(&[]).is_some() {
             let remedy = "take a direct solver, or one body of particles on a lattice in 3D";
             return Err(Incompatible::new("a solver that only preconditions", "these cells", remedy).into());
         }
-        analysis.solver = Box::new(solver.clone());
+        analysis.solver = solver.fresh();
     }
     if let Some(krylov) = krylov {
         let replaceable = krylov.replaceable;

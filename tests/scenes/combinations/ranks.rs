@@ -19,7 +19,8 @@ pub fn on_two(
         let (find, exchange) = (&find, &exchange);
         let run = |rank| {
             scope.spawn(move || {
-                let shared = |scheme: Scheme| scheme.solver(Gathered(Rank { rank, count, exchange: exchange.clone() }));
+                let shared =
+                    |scheme: Scheme| scheme.solver(Gathered::new(Rank { rank, count, exchange: exchange.clone() }));
                 find(&shared)
             })
         };

@@ -1,7 +1,7 @@
 //! What an iteration needs of a state: elements beside the particles, conditions, and the mass of the pressures.
 
-use std::cell::{Cell, RefCell};
-use std::sync::{Arc, Mutex};
+use std::cell::RefCell;
+use std::sync::Arc;
 
 use nalgebra::Matrix4;
 
@@ -10,11 +10,11 @@ use crate::error::LinearError;
 use crate::term::Zone;
 
 use super::super::multilevel::{BlockMatrix, Multilevel};
-use super::super::{Factorizer, Factors, Linearised};
+use super::super::{Direct, LinearSolver, LinearSystem};
 use super::auxiliary::{Auxiliary, total};
-use super::convergence::ConvergenceHistory;
+use super::convergence::{ConvergenceHistory, Progress};
 use super::interpolation::Interpolation;
-use super::product::{Pressures, Solved, parts, pieces};
+use super::product::{Inner, Piece, Pressures, Solved, pieces};
 
 /// Element matrices of an earlier state go on preconditioning while the iterations per decade of the residual are at most so many
 /// times those that they took at first.
@@ -30,31 +30,35 @@ const COMPLEMENT: f64 = 2.0;
 /// Column and coefficient of each entry, condition by condition.
 type Rows = Vec<Vec<(u32, f64)>>;
 
-pub(super) struct KrylovFactorizer {
+/// What an iteration knows of a pattern, and of the last system with it.
+pub(super) struct Iteration {
     pub(super) auxiliary: Arc<Auxiliary>,
     pub(super) pattern: Pattern,
     pub(super) unknowns: usize,
+    /// Columns that one thread at a time multiplies.
+    pub(super) ends: Vec<usize>,
     /// Unknown and place of each entry of a condition.
     pub(super) entries: Vec<Vec<(u32, usize)>>,
     /// Pattern of $G G^T$.
     pub(super) products: Pattern,
-    pub(super) projector: Option<Box<dyn Factorizer>>,
+    pub(super) projector: Option<Direct>,
     pub(super) product_values: Vec<f64>,
     pub(super) values_at: Option<Interpolation>,
     pub(super) ranks: Option<Arc<dyn Ranks>>,
     pub(super) assembler: Assembler,
-    pub(super) preconditioner: Option<Box<dyn Factorizer>>,
+    pub(super) preconditioner: Option<Box<dyn LinearSolver>>,
     pub(super) system: System,
     pub(super) multilevel: Option<Multilevel>,
     /// The largest diagonal entry of the elements.
     pub(super) stiffness: f64,
-    pub(super) largest: Cell<f64>,
-    pub(super) last: Cell<f64>,
-    pub(super) convergence: Cell<ConvergenceHistory>,
-    pub(super) counts: Arc<Mutex<Vec<usize>>>,
+    /// Conditions with a largest entry of one, and what they are multiplied with in the matrix.
+    pub(super) rows: (Rows, f64),
+    pub(super) pressures: Vec<Pressures>,
+    pub(super) pieces: Vec<Piece>,
+    pub(super) progress: Progress,
 }
 
-impl KrylovFactorizer {
+impl Iteration {
     /// The stiffness of the elements at a state.
     fn stiffness(&mut self, at: StateRef<'_>) -> Result<(), LinearError> {
         // The levels of the state before make room for the matrix of this one.
@@ -129,7 +133,8 @@ impl KrylovFactorizer {
     }
 
     /// Writes the entries of $G G^T$.
-    fn multiply_rows(&mut self, rows: &[Vec<(u32, f64)>]) {
+    fn multiply_rows(&mut self) {
+        let rows = &self.rows.0;
         let mut dense = vec![0.0; self.unknowns];
         self.product_values.clear();
         for row in 0..rows.len() {
@@ -153,61 +158,53 @@ impl KrylovFactorizer {
         let inverse = complement.try_inverse().ok_or(singular)? / (scale * scale);
         Ok(Pressures { scale, compliance: compliance * (scale * scale), inverse })
     }
-}
 
-impl Factorizer for KrylovFactorizer {
-    fn factorize<'a>(&'a mut self, _values: &'a [f64]) -> Result<Box<dyn Factors + 'a>, LinearError> {
-        Err(LinearError::Library { what: "a Krylov iteration needs the state beside the matrix".into() })
+    /// Takes what a solution needs of a system.
+    pub(super) fn prepare(&mut self, system: &LinearSystem<'_>) -> Result<(), LinearError> {
+        let ConvergenceHistory { first, last } = self.progress.convergence;
+        if first.is_none_or(|first| !(last <= STALE * first)) {
+            self.stiffness(system.state)?;
+            self.progress.convergence = ConvergenceHistory::default();
+            if let Some(preconditioner) = &mut self.preconditioner {
+                preconditioner.factorize(&LinearSystem::of(&self.system.values))?;
+            }
+        }
+        self.rows = self.rows(system.values)?;
+        self.multiply_rows();
+        self.pressures = system.zones.iter().map(|zone| self.pressures(zone)).collect::<Result<_, _>>()?;
+        self.pieces = pieces(system.zones);
+        if let Some(projector) = &mut self.projector {
+            projector.factorize(&LinearSystem::of(&self.product_values))?;
+        }
+        Ok(())
     }
 
-    fn factorize_at<'a>(
-        &'a mut self,
-        at: Linearised<'a>,
-        state: StateRef<'_>,
-    ) -> Result<Box<dyn Factors + 'a>, LinearError> {
-        let ConvergenceHistory { first, last } = self.convergence.get();
-        if first.is_none_or(|first| !(last <= STALE * first)) {
-            self.stiffness(state)?;
-            self.convergence.set(ConvergenceHistory::default());
-        }
-        let (rows, stiffness) = self.rows(at.values)?;
-        self.multiply_rows(&rows);
-        let pressures = at.zones.iter().map(|zone| self.pressures(zone)).collect::<Result<_, _>>()?;
-        let projector = match &mut self.projector {
-            Some(projector) => Some(projector.factorize(&self.product_values)?),
-            None => None,
-        };
-        let ends = parts(&self.pattern, self.unknowns);
-        let preconditioner = match &mut self.preconditioner {
-            Some(preconditioner) => Some(preconditioner.factorize(&self.system.values)?),
-            None => None,
-        };
+    /// Solves for forces, gaps of conditions and gaps of pressures, `fully` or as far as Newton's next iteration makes use of; the part
+    /// of the residual that is left.
+    pub(super) fn solve(
+        &mut self,
+        system: &LinearSystem<'_>,
+        rhs: &mut [f64],
+        pressures: &mut [[f64; 4]],
+        fully: bool,
+    ) -> Result<f64, LinearError> {
         let nodes = Auxiliary::share(self.ranks.as_deref(), self.unknowns / 3);
-        let pieces = pieces(at.zones);
-        let cycles = self.multilevel.as_mut().map(Multilevel::cycles).transpose()?;
-        Ok(Box::new(Solved {
+        let solved = Solved {
             pattern: &self.pattern,
             unknowns: self.unknowns,
-            values: at.values,
-            zones: at.zones,
-            product: at.product,
-            skew: at.skew,
-            pressures,
-            pieces,
-            rows,
-            stiffness,
-            projector,
+            system,
+            pressures: &self.pressures,
+            pieces: &self.pieces,
+            rows: &self.rows.0,
+            stiffness: self.rows.1,
+            projector: self.projector.as_mut().map(|projector| Inner::new(projector, &self.product_values)),
             values_at: self.values_at.as_ref(),
-            ends,
-            cycles: RefCell::new(cycles),
-            preconditioner,
+            ends: &self.ends,
+            multilevel: self.multilevel.as_mut().map(RefCell::new),
+            preconditioner: self.preconditioner.as_mut().map(|own| Inner::new(&mut **own, &self.system.values)),
             ranks: &self.ranks,
             own: 3 * nodes.start..3 * nodes.end,
-            left: Cell::new(1.0),
-            last: &self.last,
-            convergence: &self.convergence,
-            largest: &self.largest,
-            counts: &self.counts,
-        }))
+        };
+        solved.solve(rhs, pressures, fully, &mut self.progress)
     }
 }
