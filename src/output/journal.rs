@@ -375,16 +375,16 @@ fn read(path: &FilePath) -> Result<(Vec<Recorded>, u64), OutputError> {
             break;
         }
         let record = match parse(&line) {
-            // Nothing is torn in the middle of a file.
-            Ok(_) if let Some((number, what)) = damage => {
-                return Err(wrong(number, format!("{what}; the lines before it are sound: keep them alone to go on")));
-            }
             Ok(record) => record,
             Err(what) => {
                 damage.get_or_insert((number, what));
                 continue;
             }
         };
+        // Nothing is torn in the middle of a file.
+        if let Some((number, what)) = damage {
+            return Err(wrong(number, format!("{what}; the lines before it are sound: keep them alone to go on")));
+        }
         follow(&mut runs, record).map_err(|what| wrong(number, what))?;
         length += bytes as u64;
     }
