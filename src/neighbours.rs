@@ -1,6 +1,7 @@
 //! Spatial search: a grid of bins for particles that cover a point, a tree of boxes for all else.
 
 mod box_tree;
+mod flood;
 mod search;
 mod sights;
 mod visibility;

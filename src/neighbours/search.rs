@@ -46,6 +46,9 @@ pub(crate) struct Search {
     /// The last search that met each cell.
     met: Vec<u32>,
     number: u32,
+    /// Cells looked at so far.
+    #[cfg(test)]
+    pub(crate) visits: usize,
 }
 
 impl Search {
@@ -62,7 +65,7 @@ impl Search {
         }
         self.met.resize(cells.count(), 0);
         self.number += 1;
-        let Search { open, met, number } = self;
+        let Search { open, met, number, .. } = self;
         open.clear();
         for &cell in start {
             met[cell as usize] = *number;
@@ -70,6 +73,10 @@ impl Search {
         }
         let mut found = false;
         while let Some((_, cell)) = open.pop() {
+            #[cfg(test)]
+            {
+                self.visits += 1;
+            }
             let first = open.len();
             cells.beside(cell, &mut |other, face| {
                 if met[other as usize] != *number && face.meets(within) {

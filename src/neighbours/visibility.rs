@@ -239,14 +239,18 @@ impl<const D: usize> Visibility<D> {
         self.near_slot[particle as usize]
     }
 
-    /// Begins with what a point sees.
-    pub(crate) fn from(&self, x: &Point<D>, sights: &mut Sights) {
-        sights.start(self.number, &*self.connections.0, x);
-    }
-
-    /// Whether the point is connected to a particle through cells in the box around both and a margin; one that is in no cell sees all.
-    pub(crate) fn sees(&self, particle: u32, sights: &mut Sights) -> bool {
-        let (position, margin) = (&self.positions[particle as usize], &self.margins[particle as usize]);
-        sights.sees(&*self.connections.0, Target { particle, position, margin })
+    /// Which of some particles near slots a point is connected to through cells in the box around both and a margin; one
+    /// that is in no cell sees all.
+    pub(crate) fn seen<'a>(
+        &self,
+        x: &Point<D>,
+        particles: impl Iterator<Item = u32>,
+        sights: &'a mut Sights<D>,
+    ) -> &'a [bool] {
+        let target = |particle: u32| {
+            let (position, margin) = (self.positions[particle as usize], self.margins[particle as usize]);
+            Target { particle, position, margin }
+        };
+        sights.from(self.number, &*self.connections.0, x, particles.map(target))
     }
 }

@@ -85,7 +85,7 @@ struct KernelScratch<const D: usize> {
     factors: Vec<f64>,
     factor_slopes: Vec<f64>,
     sums: Sums,
-    sights: Sights,
+    sights: Sights<D>,
 }
 
 /// Supports end here, in terms of their half-width. On lattices edges of supports meet points everywhere, and rounding

@@ -1,5 +1,6 @@
 //! Laws of cut lattices on drawn shapes.
 
+mod holes;
 mod refined;
 
 use std::collections::HashSet;

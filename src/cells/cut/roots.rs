@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::geometry::{Bounds, Point};
-use crate::neighbours::{FACING, MARGIN, Search};
+use crate::neighbours::{BoxTree, FACING, MARGIN, Search};
 
 use super::connected::{Bricks, Connected, Divided, Divisions, FINER};
 use super::grid::Grid;
@@ -22,6 +22,7 @@ const ROUNDING: f64 = 1e-9;
 /// Facets of a sub-cell that look alike.
 struct Wall {
     part: u32,
+    patches: Vec<u32>,
     /// Their middle.
     at: Point<3>,
     /// Their mean normal, outward.
@@ -52,18 +53,20 @@ fn walls(connected: &Connected, normals: &[Point<3>]) -> Vec<Wall> {
     let (split, grid) = (connected.split, &connected.sections.grid);
     let mut found = Vec::new();
     for (part, own) in connected.parts.parts.iter().enumerate() {
-        let mut alike: BTreeMap<[i8; 3], (Point<3>, Point<3>, f64)> = BTreeMap::new();
-        for &patch in &own.patches {
-            let patch = &split.patches[patch as usize];
+        let mut alike: BTreeMap<[i8; 3], (Point<3>, Point<3>, f64, Vec<u32>)> = BTreeMap::new();
+        for &number in &own.patches {
+            let patch = &split.patches[number as usize];
             let normal = normals[patch.facet as usize];
             let [a, b, c] = patch.corners.map(|corner| split.points[corner as usize]);
             let area = cross(&(b - a), &(c - a)).norm();
-            let (at, along, whole) = alike.entry(std::array::from_fn(|i| normal[i].round() as i8)).or_default();
+            let key = std::array::from_fn(|i| normal[i].round() as i8);
+            let (at, along, whole, patches) = alike.entry(key).or_default();
             (*at, *along, *whole) = (*at + (a + b + c) * (area / 3.0), *along + normal * area, *whole + area);
+            patches.push(number);
         }
         let size = grid.half_spacing(grid.place(own.brick as usize));
-        for (at, along, whole) in alike.into_values().filter(|own| own.2 > 0.0) {
-            found.push(Wall { part: part as u32, at: at / whole, normal: along / whole, size });
+        for (at, along, whole, patches) in alike.into_values().filter(|own| own.2 > 0.0) {
+            found.push(Wall { part: part as u32, patches, at: at / whole, normal: along / whole, size });
         }
     }
     found
@@ -78,9 +81,77 @@ fn face_each_other(a: &Wall, b: &Wall) -> bool {
         && between.norm() < ACROSS * f64::from(a.size.max(b.size))
 }
 
-/// The sub-cells at the roots of slots: those around walls that face each other and that sub-cells connect near the line between them.
+/// The patches of the surface around each of its corners.
+struct Around<'a> {
+    split: &'a Split,
+    offsets: Vec<u32>,
+    patches: Vec<u32>,
+    /// The last search that met each patch.
+    met: Vec<u32>,
+    number: u32,
+}
+
+impl<'a> Around<'a> {
+    fn new(split: &'a Split) -> Self {
+        let mut offsets = vec![0u32; split.points.len() + 1];
+        let corners = || split.patches.iter().flat_map(|patch| patch.corners);
+        corners().for_each(|corner| offsets[corner as usize + 1] += 1);
+        (0..split.points.len()).for_each(|corner| offsets[corner + 1] += offsets[corner]);
+        let (mut next, mut patches) = (offsets.clone(), vec![0; 3 * split.patches.len()]);
+        for (place, corner) in corners().enumerate() {
+            let next = &mut next[corner as usize];
+            patches[*next as usize] = (place / 3) as u32;
+            *next += 1;
+        }
+        Around { split, offsets, patches, met: vec![0; split.patches.len()], number: 0 }
+    }
+
+    /// Whether what is between two walls is deeper than it is wide, and so a slot: the surface goes from one to the other no nearer to them
+    /// than they are to each other. Bores and grooves are no slots, however narrow.
+    fn is_slot(&mut self, a: &Wall, b: &Wall) -> bool {
+        let width = (b.at - a.at).norm();
+        let near = Bounds { low: a.at.inf(&b.at).add_scalar(-width), high: a.at.sup(&b.at).add_scalar(width) };
+        let split = self.split;
+        let is_near = |patch: u32| {
+            let corners = split.patches[patch as usize].corners;
+            Bounds::of(corners.iter().map(|corner| &split.points[*corner as usize])).meets(&near)
+        };
+        self.number += 1;
+        let mut open: Vec<u32> = a.patches.iter().copied().filter(|patch| is_near(*patch)).collect();
+        open.iter().for_each(|&patch| self.met[patch as usize] = self.number);
+        while let Some(patch) = open.pop() {
+            for corner in split.patches[patch as usize].corners {
+                let around = self.offsets[corner as usize] as usize..self.offsets[corner as usize + 1] as usize;
+                for &other in &self.patches[around] {
+                    if self.met[other as usize] == self.number || !is_near(other) {
+                        continue;
+                    }
+                    if b.patches.contains(&other) {
+                        return false;
+                    }
+                    self.met[other as usize] = self.number;
+                    open.push(other);
+                }
+            }
+        }
+        true
+    }
+}
+
+/// Walls that face each other and that sub-cells connect near the line between them.
+struct Joined {
+    middle: Point<3>,
+    /// Distance of a slot that this is the root of, at most.
+    reach: f64,
+    /// A box around the line.
+    within: Bounds<3>,
+}
+
+/// The sub-cells at the roots of slots: those around walls that face each other and that sub-cells connect near the line between them, and
+/// no farther from a slot than what is between them is wide, and the sub-cell besides.
 fn at_roots(connected: &Connected, normals: &[Point<3>]) -> BTreeSet<u32> {
-    let (walls, mut search, mut found) = (walls(connected, normals), Search::default(), BTreeSet::new());
+    let (walls, mut search, mut surface) = (walls(connected, normals), Search::default(), Around::new(connected.split));
+    let (mut slots, mut joined) = (Vec::new(), Vec::new());
     let sizes: BTreeSet<i32> = walls.iter().map(|wall| wall.size).collect();
     for size in sizes {
         // Pairs the larger of whose spacings is this one, by the cubes of that size that their middles lie in.
@@ -93,14 +164,28 @@ fn at_roots(connected: &Connected, normals: &[Point<3>]) -> BTreeSet<u32> {
             if a.size.max(b.size) < size || !face_each_other(a, b) {
                 return;
             }
+            let line = Bounds::of([&a.at, &b.at]);
+            if surface.is_slot(a, b) {
+                slots.push(line);
+            }
             let around = AROUND * f64::from(size);
-            let within = Bounds { low: a.at.inf(&b.at).add_scalar(-around), high: a.at.sup(&b.at).add_scalar(around) };
+            let within = Bounds { low: line.low.add_scalar(-around), high: line.high.add_scalar(around) };
             if search.reaches(connected, &[a.part], (&[b.part], &b.at), &within) {
-                found.extend(connected.cut_near(&within));
+                let reach = (b.at - a.at).norm() + f64::from(size);
+                joined.push(Joined { middle: (a.at + b.at) * 0.5, reach, within });
             }
         });
     }
-    found
+    let tree = BoxTree::new(slots);
+    let at_slot = |own: &&Joined| {
+        let mut least = f64::INFINITY;
+        tree.approach(&own.middle, |_, distance| {
+            least = least.min(distance);
+            least
+        });
+        least <= own.reach
+    };
+    joined.iter().filter(at_slot).flat_map(|own| connected.cut_near(&own.within)).collect()
 }
 
 /// Hands out the walls in cubes that are near each other.
@@ -253,6 +338,68 @@ impl Divisions {
         }
         for ((number, other), face) in pairs.0 {
             self.beside.entry(number).or_default().push((other, face));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::cells::CutLattice;
+    use crate::geometry::Point;
+    use crate::mesh::{CellShape, Mesh};
+    use crate::solid::{Shape, Solid3};
+
+    /// Sub-cells at the roots of slots.
+    fn divided(solid: &Solid3, spacing: f64) -> usize {
+        CutLattice::new(solid, spacing).unwrap().of_brick.divisions.of_part.len()
+    }
+
+    /// A plate of 4 by 4 by 1 without tools whose faces lie between z = −1 and 2.
+    fn plate(tools: impl Iterator<Item = Shape>) -> Solid3 {
+        tools.fold(Shape::block([0.0; 3], [4.0, 4.0, 1.0]), Shape::minus).solid(0.2).unwrap()
+    }
+
+    #[test]
+    fn bores_and_grooves_narrower_than_a_spacing_are_no_slots() {
+        let random = &mut fastrand::Rng::with_seed(62);
+        let mut bore = |k: usize| {
+            let [x, y] = [k % 3, k / 3].map(|k| 0.8 + 1.2 * k as f64 + 0.2 * (random.f64() - 0.5));
+            Shape::cylinder([x, y, -1.0], [x, y, 2.0], 0.15 + 0.2 * random.f64())
+        };
+        let bored = plate((0..9).map(&mut bore));
+        let grooved = plate((0..3).map(|k| {
+            let x = 0.8 + 1.1 * f64::from(k);
+            Shape::block([x, -1.0, 0.8], [x + 0.3, 5.0, 2.0])
+        }));
+        for spacing in [0.6, 0.8, 1.0] {
+            assert_eq!([divided(&bored, spacing), divided(&grooved, spacing)], [0; 2], "{spacing}");
+        }
+    }
+
+    /// A plate of 4 by 4 by 1 with a slot from its upper side down.
+    fn slotted(width: f64, depth: f64) -> Solid3 {
+        let (left, right, root) = (1.93, 1.93 + width, 4.0 - depth);
+        let outline =
+            [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [right, 4.0], [right, root], [left, root], [left, 4.0], [0.0, 4.0]];
+        let points = |z: f64| outline.map(|x| Point::<3>::new(x[0], x[1], z));
+        let quads = [[0, 5, 6, 7], [1, 2, 3, 4], [0, 1, 4, 5]];
+        let cells = quads.iter().flat_map(|quad| quad.iter().copied().chain(quad.iter().map(|corner| corner + 8)));
+        let points = points(0.0).into_iter().chain(points(1.0)).collect();
+        Solid3::of_mesh(&Mesh::new(points, &[(CellShape::Hexahedron, cells.collect())], &[]).unwrap()).unwrap()
+    }
+
+    /// Sub-cells along the root of a slot lie in one row or two on either side, in each layer through the plate: as many however deep and
+    /// narrow the slot.
+    #[test]
+    fn slots_are_divided_at_their_roots_alone() {
+        let spacing = 0.5;
+        let layers = 1.0 / (0.5 * spacing) + 1.0;
+        for width in [0.01, 0.05, 0.1, 0.2, 0.3] {
+            for depth in [1.3, 2.0, 2.9] {
+                let count = divided(&slotted(width, depth), spacing) as f64;
+                println!("slot {width} wide, {depth} deep: {count} sub-cells divided");
+                assert!(count >= layers - 1.0 && count <= 6.0 * layers, "{width} {depth}: {count}");
+            }
         }
     }
 }

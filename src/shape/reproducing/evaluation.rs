@@ -124,8 +124,9 @@ impl<const D: usize, K: Kernel, B: Basis<D>> ReproducingKernel<D, K, B> {
             && out.nodes.iter().any(|&node| visibility.is_near_slot(node))
         {
             let mut sights = std::mem::take(&mut scratch.sights);
-            visibility.from(at, &mut sights);
-            self.retain(scratch, out, |_, node| !visibility.is_near_slot(node) || visibility.sees(node, &mut sights));
+            let near = out.nodes.iter().copied().filter(|&node| visibility.is_near_slot(node));
+            let mut seen = visibility.seen(at, near, &mut sights).iter();
+            self.retain(scratch, out, |_, node| !visibility.is_near_slot(node) || seen.next().is_none_or(|seen| *seen));
             scratch.sights = sights;
         }
     }
