@@ -97,7 +97,7 @@ pub enum MeshError {
         remedy: &'static str,
     },
     /// A group does not exist.
-    #[error("no {what} is named {name:?}: the mesh has {known}")]
+    #[error("no {what} is named {}: the mesh has {known}", if name.trim().is_empty() { "\"\"" } else { name.as_str() })]
     MissingGroup {
         /// What was looked for: a body, a face, a group.
         what: &'static str,

@@ -4,5 +4,6 @@ mod indices;
 mod input;
 mod kept;
 mod misfits;
+mod misuse;
 mod misuses;
 mod silent;
