@@ -235,3 +235,47 @@ fn stresses_are_found_beside_point_loads_and_not_outside() {
     let other = scene.discretize(&Scheme::default().particles([5, 3])).unwrap();
     assert!(other.stress_field(path.last()).is_err());
 }
+
+/// Round and oval rings, pulled apart: stresses at the bore of 5 × 9 particles are 2 to 44 % off those of 33 × 65 nodes of elements of
+/// order 2, while displacements are within 1 %. The uncertainty tells it: errors are up to 8 times as large, never more, and both
+/// vanish together.
+#[test]
+fn uncertainties_tell_of_stresses_that_particles_do_not_see() {
+    for (bulk, height) in [(10.0, 1.0), (1e3, 1.0), (10.0, 0.5), (1e3, 0.5)] {
+        let ring = move |unit: &Point<2>| {
+            let (radius, angle) = (1.0 + 2.0 * unit[0], std::f64::consts::FRAC_PI_2 * unit[1]);
+            let flat = height + (1.0 - height) * unit[0];
+            Point::<2>::new(radius * angle.cos(), flat * radius * angle.sin())
+        };
+        let pulled = Value::field(|x: &Point<2>| [0.2 * x[0] / 3.0, -0.05 * x[1] / 3.0]);
+        let scene = Scene::new(Mapped(ring), PlaneStrain, Rubber::neo_hookean(0.5, bulk).unwrap())
+            .prescribe((1, Side::Min), 1, 0.0)
+            .prescribe((1, Side::Max), 0, 0.0)
+            .with(Condition::on(Side::Max).displacement(pulled));
+        let places = [[0.0, 0.0], [0.0, 0.5], [0.0, 1.0], [0.5, 0.5]];
+        // Two components without the mean stress, the largest error of which is that of the hoop stress, and the uncertainty.
+        let found = |scheme: Scheme| -> Vec<([f64; 2], f64)> {
+            let problem = scene.discretize(&scheme).unwrap();
+            let path = problem.run().unwrap().completed().unwrap();
+            let field = problem.stress_field(path.last()).unwrap();
+            let at = |unit: &[f64; 2]| {
+                let x = ring(&Point::from(*unit));
+                let s = field.at(&x).unwrap();
+                ([s[(0, 0)] + s[(1, 1)], s[(1, 1)] - s[(0, 0)]], field.uncertainty(&x).unwrap())
+            };
+            places.iter().map(at).collect()
+        };
+        let right = found(Scheme::elements(2).particles([33, 65]));
+        for (counts, least, most) in [([5, 9], 0.04, 0.2), ([17, 33], 0.0, 0.03)] {
+            for (k, ((stress, uncertainty), (exact, _))) in
+                found(Scheme::default().particles(counts)).iter().zip(&right).enumerate()
+            {
+                let size = exact[0].hypot(exact[1]);
+                let error = (stress[0] - exact[0]).hypot(stress[1] - exact[1]) / 2f64.sqrt() / size;
+                let told = uncertainty / size;
+                assert!(error <= 8.0 * told + 1e-3, "{bulk} {height} {counts:?} {k}: {error} {told}");
+                assert!(told > least && told < most, "{bulk} {height} {counts:?} {k}: {told}");
+            }
+        }
+    }
+}

@@ -71,10 +71,26 @@ impl<'a, const D: usize> StressField<'a, D> {
     /// # Errors
     /// Where the point lies outside the bodies by more than a tenth of a cell.
     pub fn at(&self, at: &Point<D>) -> Result<Matrix3<f64>, Error> {
-        let Some(own) = self.bodies.iter().find(|own| own.recovery.body.cells.contains(at)) else {
-            return Err(ApproximationError::Outside { at: at.as_slice().to_vec() }.into());
-        };
+        let own = self.body_at(at)?;
         Ok(own.evaluate(at, &own.recovery.body.approximation.shape_functions(at)?))
+    }
+
+    /// How uncertain the stress at a point $X$ is \[stress\]: $\sqrt{\sum_I|\Psi_I|\,|\sigma_I(x) - \sigma(X)|^2/\sum_I|\Psi_I|}$, by
+    /// which the polynomials of patches differ there, and what they miss of the tractions that are known nearby. It is no bound; where it
+    /// is a large part of the stress, displacements may be right, and more particles are needed for the stress.
+    ///
+    /// # Errors
+    /// As [`at`](StressField::at).
+    pub fn uncertainty(&self, at: &Point<D>) -> Result<f64, Error> {
+        let own = self.body_at(at)?;
+        Ok(own.uncertainty(at, &own.recovery.body.approximation.shape_functions(at)?))
+    }
+
+    /// The first body that holds a point.
+    fn body_at(&self, at: &Point<D>) -> Result<&BodyStress<'a, D>, Error> {
+        let holds = |own: &&BodyStress<'a, D>| own.recovery.body.cells.contains(at);
+        let outside = || ApproximationError::Outside { at: at.as_slice().to_vec() };
+        Ok(self.bodies.iter().find(holds).ok_or_else(outside)?)
     }
 
     /// The Cauchy stresses \[stress\] at all particles.
@@ -114,7 +130,24 @@ impl<'a, const D: usize> BodyStress<'a, D> {
 
     /// The polynomials between particles, and near the surface what they miss there.
     fn evaluate(&self, at: &Point<D>, psi: &ShapeFunctions<D>) -> Matrix3<f64> {
-        let mut stress = self.blend(at, psi);
+        self.over_thickness(self.blend(at, psi) + self.missing(at, psi), psi)
+    }
+
+    /// How far patches differ, and what they miss of the tractions.
+    fn uncertainty(&self, at: &Point<D>, psi: &ShapeFunctions<D>) -> f64 {
+        let mean = self.blend(at, psi);
+        let (mut sum, mut total) = (0.0, 0.0);
+        self.each(at, psi, |value, stress| {
+            sum += value.abs() * (stress - mean).norm_squared();
+            total += value.abs();
+        });
+        let spread = if total > 1e-9 { (sum / total).sqrt() } else { 0.0 };
+        let alone = self.over_thickness(Matrix3::identity(), psi)[(0, 0)];
+        (spread + self.missing(at, psi).norm()) * alone
+    }
+
+    /// What the polynomials miss of the tractions that are known nearby.
+    fn missing(&self, at: &Point<D>, psi: &ShapeFunctions<D>) -> Matrix3<f64> {
         let cells = &self.recovery.body.cells;
         let mut facets: Vec<u32> = Vec::new();
         for &node in &psi.nodes {
@@ -133,7 +166,11 @@ impl<'a, const D: usize> BodyStress<'a, D> {
                 total += weight;
             }
         }
-        stress += sum / total;
+        sum / total
+    }
+
+    /// A force per current length of a sheet over its thickness.
+    fn over_thickness(&self, stress: Matrix3<f64>, psi: &ShapeFunctions<D>) -> Matrix3<f64> {
         if self.recovery.thickness.is_empty() {
             return stress;
         }
@@ -167,22 +204,28 @@ impl<'a, const D: usize> BodyStress<'a, D> {
 
     /// $\sum_I\Psi_I\,\sigma_I(x)$ over the particles that have a patch.
     fn blend(&self, at: &Point<D>, psi: &ShapeFunctions<D>) -> Matrix3<f64> {
-        let x = self.recovery.moved(at, psi);
         let (mut stress, mut total) = (Matrix3::zeros(), 0.0);
+        self.each(at, psi, |value, own| {
+            stress += own * value;
+            total += value;
+        });
+        if total.abs() > 1e-9 { stress / total } else { stress }
+    }
+
+    /// Visits $\Psi_I$ and $\sigma_I(x)$ of the particles that have a patch.
+    fn each(&self, at: &Point<D>, psi: &ShapeFunctions<D>, mut visit: impl FnMut(f64, Matrix3<f64>)) {
+        let x = self.recovery.moved(at, psi);
         for (&node, &value) in psi.nodes.iter().zip(&psi.values) {
             let Some(fit) = self.fit(node) else { continue };
             let terms = terms(&fit.centre, &fit.scale, &x).values;
-            total += value;
+            let mut stress = Matrix3::zeros();
             for (c, &(i, j)) in self.recovery.components.iter().enumerate() {
                 let part = fit.coefficients.rows(c * terms.len(), terms.len());
                 let sum: f64 = part.iter().zip(&terms).map(|(a, t)| a * t).sum();
-                stress[(i, j)] += value * sum;
-                if i != j {
-                    stress[(j, i)] += value * sum;
-                }
+                (stress[(i, j)], stress[(j, i)]) = (sum, sum);
             }
+            visit(value, stress);
         }
-        if total.abs() > 1e-9 { stress / total } else { stress }
     }
 }
 
