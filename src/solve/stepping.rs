@@ -114,7 +114,7 @@ impl Stepping {
         }
         for (what, value, ok) in [
             ("first load increment", self.first, self.first >= f64::EPSILON && self.first <= 1.0),
-            ("smallest load increment", self.smallest, self.smallest >= f64::EPSILON && self.smallest <= self.first),
+            ("smallest load increment", self.smallest, self.smallest > 0.0 && self.smallest <= self.first),
             ("largest load increment", self.largest, self.largest >= self.first && self.largest.is_finite()),
             ("growth of the load increment", self.growth, self.growth >= 1.0 && self.growth <= 1e3),
         ] {
@@ -122,8 +122,8 @@ impl Stepping {
                 return Err(Invalid::new(
                     what,
                     value,
-                    "increments are above 0 with smallest <= first <= largest and first <= 1, and not below 2.2e-16, which a load factor does \
-                     not feel; growth is from 1 to 1000",
+                    "increments are above 0 with smallest <= first <= largest and first <= 1, the first one not below 2.2e-16, which \
+                     a load factor does not feel; growth is from 1 to 1000",
                 )
                 .into());
             }
