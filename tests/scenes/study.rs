@@ -212,31 +212,35 @@ fn curved_blocks_are_searched_with_elements() {
     assert!(answer.choice.starts_with("finite elements"), "{}", answer.choice);
 }
 
-/// Spheres with a bore that the first models overlook: they agree, on the answer of a full sphere. The bore of an incompressible sphere
-/// grows to (r³ + (R + u)³ - R³)^(1/3); the force is that of 401 particles with spacings in proportion to the radius, which are
-/// within 1e-4 of twice as many.
+/// Spheres with a bore that the first models overlook: they agree, on the answer of a full sphere. Without compressibility r³ = R³ + c,
+/// the bore grows to c^(1/3), and the radial stress at the outside is ∫ 2 (1/r - R⁶/r⁷) dR for µ = 1: to 0.5 % those of k/µ = 1e4.
 #[test]
 fn no_bound_is_told_where_cells_overlook_a_bore() {
+    let c = 1.05f64.powi(3) - 1.0;
     for radius in [0.1f64, 0.01, 0.001] {
-        let scene = Scene::new(Block::new([radius], [1.0]), RadialSphere, Rubber::neo_hookean(0.5, 1e3).unwrap())
+        let scene = Scene::new(Block::new([radius], [1.0]), RadialSphere, Rubber::neo_hookean(0.5, 1e4).unwrap())
             .prescribe(Side::Max, 0, 0.05);
-        let quantities = || [Quantity::displacement([radius], 0), Quantity::reaction(Side::Max, 0)];
-        let grading = move |_: usize, t: f64| (radius.powf(1.0 - t) - radius) / (1.0 - radius);
-        let fine = Scheme::default().particles([401]).layout(Layout::Graded(std::sync::Arc::new(grading)));
-        let problem = scene.discretize(&fine.stepping(Stepping { first: 0.01, ..Stepping::default() })).unwrap();
-        let path = problem.run().unwrap().completed().unwrap();
-        let bore = (radius.powi(3) + 1.05f64.powi(3) - 1.0).cbrt() - radius;
-        assert_relative_eq!(quantities()[0].evaluate(&problem, path.last()).unwrap(), bore, max_relative = 0.03);
-        for quantity in quantities() {
-            let right = quantity.evaluate(&problem, path.last()).unwrap();
+        let slope = |big: f64| {
+            let small = (big.powi(3) + c).cbrt();
+            2.0 * (1.0 / small - big.powi(6) / small.powi(7))
+        };
+        let middles = (0..1000).map(|k| radius + (1.0 - radius) * (f64::from(k) + 0.5) / 1000.0);
+        let stress: f64 = middles.map(|big| slope(big) * (1.0 - radius) / 1000.0).sum();
+        for (quantity, right) in [
+            (Quantity::displacement([radius], 0), (radius.powi(3) + c).cbrt() - radius),
+            (Quantity::reaction(Side::Max, 0), 4.0 * std::f64::consts::PI * 1.05 * 1.05 * stress),
+        ] {
             let answer = scene.solve_within(&Tolerance::of(quantity, 0.01), Budget::default()).unwrap();
-            let off = (answer.values()[0] - right).abs();
+            let value = answer.values()[0];
+            let off = (value - right).abs();
             assert!(
-                off <= answer.bound * answer.values()[0].abs() + 1e-4 * right,
-                "{radius}: {off} {} of {right}",
+                off <= answer.bound * value.abs() + 0.005 * right,
+                "{radius}: {value} ± {} of {right}",
                 answer.bound
             );
-            assert_eq!(answer.reached(), radius > 0.005, "{radius}: {:?}", answer.verdict);
+            // A bore of a thousandth needs more cells than the budget allows.
+            assert!(!answer.reached() || radius > 0.005, "{radius}: {:?}", answer.verdict);
+            assert!(answer.reached() || radius < 0.05, "{radius}: {:?}", answer.verdict);
         }
     }
 }
