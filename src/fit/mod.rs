@@ -105,9 +105,6 @@ impl Fit {
         let compressible = family.is_compressible();
         let (law, mut warnings) = (family.name(), units(data));
         let modulus = self.look(data)?;
-        if self.starts == 0 || self.starts > MOST_STARTS {
-            return Err(FitError::Starts { starts: self.starts });
-        }
         let coefficients = self.coefficients(modulus)?;
         let residuals = Residuals::new(family, coefficients, data, modulus);
         let mut random = fastrand::Rng::with_seed(self.seed);
@@ -191,6 +188,9 @@ impl Fit {
         let tests = data.tests();
         if tests.is_empty() {
             return Err(FitError::Empty);
+        }
+        if self.starts == 0 || self.starts > MOST_STARTS {
+            return Err(FitError::Starts { starts: self.starts });
         }
         let shapes: Vec<&Test> = tests.iter().filter(|t| t.mode != Mode::Volumetric).collect();
         if shapes.is_empty() {
