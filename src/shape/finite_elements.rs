@@ -492,7 +492,7 @@ mod tests {
             Point::<2>::new(radius * angle.cos(), radius * angle.sin())
         });
         for order in [1, 2] {
-            let lattice = Lattice::new(&ring, [5, 5], &Layout::Regular).unwrap();
+            let lattice = Lattice::new(&ring, [5, 9], &Layout::Regular).unwrap();
             let elements = FiniteElements::new(lattice, order).unwrap();
             let (mut psi, mut beyond) = (ShapeFunctions::default(), 0);
             for k in 0..=40 {
