@@ -1,5 +1,6 @@
 //! Internal variables of a body, point by point.
 
+#[cfg(feature = "solve")]
 use nalgebra::Matrix3;
 
 use crate::material::{Material, Past};
