@@ -68,6 +68,11 @@ pub enum DoubtCause {
         /// How deep, for bodies how deep at least \[length\].
         depth: f64,
     },
+    /// Conditions prescribe different values at a common edge; those of one hold.
+    Overruled {
+        /// Which conditions and values, and what to do.
+        conditions: String,
+    },
     /// A free surface is compressed beyond Biot's limit over two neighbouring trace functions.
     Surface {
         /// The smallest stretch of the surface there.
@@ -160,6 +165,7 @@ impl fmt::Display for DoubtCause {
                 "{body} lies {depth:.3e} behind {surface} with a part that no contact with it is declared for: declare it \
                  (Scene::contact), or let the load end before the part meets the surface"
             ),
+            DoubtCause::Overruled { conditions } => f.write_str(conditions),
             DoubtCause::Surface { stretch } => write!(
                 f,
                 "the free surface is compressed to a stretch of {stretch:.3}, beyond Biot's limit: a smooth surface is unstable there and \

@@ -121,6 +121,9 @@ fn values_that_differ_at_an_edge_are_those_of_its_owner() {
         found.push(path.last().displacement.clone());
         let overruled = check::scene(&scene, &scheme).unwrap().overruled;
         assert_eq!(overruled.len(), 2, "{overruled:?}");
+        let doubts = problem.verdict(&path).unwrap();
+        let told = doubts.iter().filter(|doubt| doubt.to_string().contains("make them equal there"));
+        assert_eq!(told.count(), 2, "{doubts:?}");
         for error in &overruled {
             let BoundaryError::Overruled { owner, component: 0, values, .. } = error else { panic!("{error}") };
             assert_eq!((owner.as_str(), *values), ("u_0 on face (0, Min)", [0.05, 0.0]));

@@ -268,7 +268,7 @@ fn mesh_2d(a: &mut Args) -> Result<Heard, Error> {
 }
 
 fn block_3d(a: &mut Args) -> Result<Heard, Error> {
-    let block = Block::new([0.0; 3], a.point("axis|X =", [1.0, 1.0, 1.0]));
+    let block = Block::new([0.0; 3], a.point("axis|X =|unstable", [1.0, 1.0, 1.0]));
     let law = Rubber::ogden(a.list("terms|pair|constant", &[(0.4, 2.0), (0.1, 1.5)], (-5.0, 2.0)), 50.0)?;
     let slide = Direction::Along(a.vector("direction", [0.0, 1.0, 0.0]));
     let scene = Scene::new(block, Solid, law)

@@ -46,7 +46,6 @@ pub const VALID: &[Valid] = &[
     valid("node|point|used", &[Longer], "nodes that no cell uses are left out, as Gmsh writes them"),
     valid("group|element|foot", &[Shorter], "a smaller group"),
     valid("force|load", &[Sign, Zero], "a load may point either way, or vanish"),
-    valid("axis|X =", &[Far], "a larger block"),
     valid("terms|pair|constant", &[Shorter], "a material of one term"),
     valid("direction", &[Sign], "the same line, the other way"),
     valid("face (0, Min)", &[Sign, Zero], "a face may move either way, or be fixed"),

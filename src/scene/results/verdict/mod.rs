@@ -9,7 +9,7 @@ mod volume;
 
 use std::ops::ControlFlow;
 
-use crate::error::{Cause, Doubt, Error};
+use crate::error::{Cause, Doubt, DoubtCause, Error};
 use crate::solve::{Ending, EquilibriumPath, Iteration, Observer, State, Step};
 
 use crate::scene::{Problem, free_motions};
@@ -44,6 +44,7 @@ impl<const D: usize> Problem<D> {
     /// All that makes a path of this problem doubtful: what its steps have recorded ([`EquilibriumPath::doubts`]), and what only the
     /// problem can tell of the last state:
     /// * bodies that have passed through one another, through themselves or through a rigid surface, where no contact is declared,
+    /// * conditions that prescribe different values at a common edge,
     /// * free surfaces beyond Biot's limit ([`surface_stability`](crate::material::surface_stability)).
     ///
     /// Costs shape functions and a sum over the surface for each of its points, of which 2000 are looked at.
@@ -69,6 +70,11 @@ impl<const D: usize> Problem<D> {
         let mut doubts: Vec<Doubt> = path.doubts().into_iter().cloned().collect();
         let skin = skin::skin(self, state)?;
         doubts.extend(passing::passed(self, state, &skin));
+        doubts.extend(self.equations.overruled().iter().map(|overruled| Doubt {
+            cause: DoubtCause::Overruled { conditions: overruled.to_string() },
+            load: state.load,
+            at: Vec::new(),
+        }));
         doubts.extend(biot::beyond_limit(self, state, &skin));
         Ok(doubts)
     }
