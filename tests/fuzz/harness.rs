@@ -129,8 +129,7 @@ impl Fuzz {
                 Some(known) => known.1 += 1,
                 None => {
                     found.push((kind, 1));
-                    let mut note = input.note;
-                    note.truncate(note.floor_char_boundary(1500));
+                    let note: String = input.note.chars().take(1500).collect();
                     self.failures.push(format!("{class}, case {number}: {fault}\n    {note}"));
                 }
             }
