@@ -23,7 +23,7 @@ pub struct Doubt {
 pub enum DoubtCause {
     /// The field folds: $J$ is not what pressure over bulk modulus allows where a part of the energy is stored.
     Volume {
-        /// That part of the distortional energy.
+        /// That part of the elastic energy: the energy in changes of volume over its sum with the distortional one.
         share: f64,
         /// The largest part that counts as an error of the discretisation.
         limit: f64,

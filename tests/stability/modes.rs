@@ -318,6 +318,7 @@ fn large_steps_do_not_fold_bent_blocks() {
         let scene = bent(rubber, angle);
         let energy = |stepping: Stepping| {
             let problem = scene.discretize(&Scheme::default().particles([n]).stepping(stepping)).unwrap();
+            // Unstable states are among them, and tell it.
             let path = problem.run().unwrap().reached().unwrap();
             (path.steps.last().unwrap().energy, path.steps.last().unwrap().unstable, path.rejected)
         };

@@ -10,10 +10,10 @@ use crate::scene::Problem;
 use crate::scene::definition::contact_definition::Law;
 use crate::solve::State;
 
-use super::skin::SkinPoint;
+use super::surface_points::SurfacePoint;
 
-/// What holds the particles of a surface.
-struct Held {
+/// Which particles of a surface are fixed.
+struct Fixed {
     /// By components.
     components: Vec<bool>,
     /// In all components, or tied to others.
@@ -22,28 +22,28 @@ struct Held {
 
 /// A doubt about a free surface that two neighbouring trace functions, in the mean, have beyond Biot's limit. Particles that share a
 /// facet with a bonded one are left out: at the end of a bonded face strains are singular, and grow with refinement. So are surfaces in
-/// contact, where waves are barred.
+/// contact, which prevents the waves.
 pub(super) fn beyond_limit<const D: usize>(
     problem: &Problem<D>,
     state: &State,
-    skin: &[SkinPoint<D>],
+    points: &[SurfacePoint<D>],
 ) -> Option<Doubt> {
     if D == 1 {
         return None;
     }
-    let held = held(problem);
+    let fixed = fixed(problem);
     let touching = touching(problem, state);
     let mut exempt = touching.clone();
-    for point in skin.iter().filter(|point| point.owners.iter().any(|&node| held.bonded[node])) {
+    for point in points.iter().filter(|point| point.owners.iter().any(|&node| fixed.bonded[node])) {
         exempt.extend(&point.owners);
     }
     // Sums of the criterion and of the weights, by particle.
     let mut sums: HashMap<usize, [f64; 2]> = HashMap::new();
-    let is_free = |point: &&SkinPoint<D>| {
-        let barred = |i: usize| point.owners.iter().all(|&node| held.components[node * D + i]);
-        !(0..D).any(barred) && !point.owners.iter().all(|node| touching.contains(node))
+    let is_free = |point: &&SurfacePoint<D>| {
+        let prevented = |i: usize| point.owners.iter().all(|&node| fixed.components[node * D + i]);
+        !(0..D).any(prevented) && !point.owners.iter().all(|node| touching.contains(node))
     };
-    for point in skin.iter().filter(is_free) {
+    for point in points.iter().filter(is_free) {
         let body = &problem.discrete_bodies()[point.body];
         let material = body.body().material();
         if body.is_sheet || material.volumetric().is_none() {
@@ -60,9 +60,9 @@ pub(super) fn beyond_limit<const D: usize>(
     }
     let mean = |node: &usize| sums.get(node).map_or(f64::INFINITY, |[sum, weight]| sum / weight);
     let fails = |node: &&usize| mean(node) < 0.0 && !exempt.contains(node);
-    let several = skin.iter().filter(|point| point.owners.iter().filter(fails).count() >= 2);
+    let several = points.iter().filter(|point| point.owners.iter().filter(fails).count() >= 2);
     let worst = several.min_by(|a, b| {
-        let of = |point: &SkinPoint<D>| point.owners.iter().map(mean).fold(f64::INFINITY, f64::min);
+        let of = |point: &SurfacePoint<D>| point.owners.iter().map(mean).fold(f64::INFINITY, f64::min);
         of(a).total_cmp(&of(b))
     })?;
     let stretch = least(worst, |along, _| along)?;
@@ -71,7 +71,7 @@ pub(super) fn beyond_limit<const D: usize>(
 }
 
 /// The least value over the principal directions of the surface: of the stretches along it and across.
-fn least<const D: usize>(point: &SkinPoint<D>, of: impl Fn(f64, f64) -> f64) -> Option<f64> {
+fn least<const D: usize>(point: &SurfacePoint<D>, of: impl Fn(f64, f64) -> f64) -> Option<f64> {
     let area = point.area();
     let normal = area / area.norm();
     let strain = point.f * point.f.transpose();
@@ -91,20 +91,20 @@ fn least<const D: usize>(point: &SkinPoint<D>, of: impl Fn(f64, f64) -> f64) -> 
     values.into_iter().filter(|value| value.is_finite()).min_by(f64::total_cmp)
 }
 
-fn held<const D: usize>(problem: &Problem<D>) -> Held {
+fn fixed<const D: usize>(problem: &Problem<D>) -> Fixed {
     let nodes = problem.model().node_count();
-    let mut held = Held { components: vec![false; nodes * D], bonded: vec![false; nodes] };
+    let mut fixed = Fixed { components: vec![false; nodes * D], bonded: vec![false; nodes] };
     for equation in problem.equations().equations() {
         let component = equation.dependent % D;
-        held.components[equation.dependent] = true;
+        fixed.components[equation.dependent] = true;
         if equation.entries.iter().any(|&(k, c)| k % D != component && c != 0.0) {
-            held.bonded[equation.dependent / D] = true;
+            fixed.bonded[equation.dependent / D] = true;
         }
     }
     for node in 0..nodes {
-        held.bonded[node] |= (0..D).all(|i| held.components[node * D + i]);
+        fixed.bonded[node] |= (0..D).all(|i| fixed.components[node * D + i]);
     }
-    held
+    fixed
 }
 
 /// Particles in contact.

@@ -4,7 +4,7 @@ mod biot;
 mod depth;
 mod passing;
 mod restraint;
-mod skin;
+mod surface_points;
 mod volume;
 
 use std::ops::ControlFlow;
@@ -68,14 +68,14 @@ impl<const D: usize> Problem<D> {
         let state = path.last();
         state.check_lengths(&self.model, &self.equations)?;
         let mut doubts: Vec<Doubt> = path.doubts().into_iter().cloned().collect();
-        let skin = skin::skin(self, state)?;
-        doubts.extend(passing::passed(self, state, &skin));
+        let points = surface_points::surface_points(self, state)?;
+        doubts.extend(passing::passed(self, state, &points));
         doubts.extend(self.equations.overruled().iter().map(|overruled| Doubt {
             cause: DoubtCause::Overruled { conditions: overruled.to_string() },
             load: state.load,
             at: Vec::new(),
         }));
-        doubts.extend(biot::beyond_limit(self, state, &skin));
+        doubts.extend(biot::beyond_limit(self, state, &points));
         Ok(doubts)
     }
 

@@ -11,7 +11,7 @@ use crate::scene::Problem;
 use crate::scene::definition::contact_definition::Law;
 use crate::solve::State;
 
-use super::skin::SkinPoint;
+use super::surface_points::SurfacePoint;
 
 /// How deep a point of a surface has to lie in another body, as a part of the spacing of the particles: nearer ones may touch.
 const DEPTH: f64 = 0.5;
@@ -19,25 +19,25 @@ const DEPTH: f64 = 0.5;
 const MOST: usize = 2000;
 
 /// Doubts about surfaces that lie in a body, their own or another one, or behind a rigid surface.
-pub(super) fn passed<const D: usize>(problem: &Problem<D>, state: &State, skin: &[SkinPoint<D>]) -> Vec<Doubt> {
-    let mut doubts: Vec<Doubt> = through_bodies(problem, state, skin).into_iter().collect();
-    doubts.extend(through_rigid(problem, state, skin));
+pub(super) fn passed<const D: usize>(problem: &Problem<D>, state: &State, points: &[SurfacePoint<D>]) -> Vec<Doubt> {
+    let mut doubts: Vec<Doubt> = through_bodies(problem, state, points).into_iter().collect();
+    doubts.extend(through_rigid(problem, state, points));
     doubts
 }
 
 /// The first surface point beneath which two bodies, or two parts of one, lie: closed surfaces that wind around a place once make it one
 /// body's, surfaces that wind around it twice that of two.
-fn through_bodies<const D: usize>(problem: &Problem<D>, state: &State, skin: &[SkinPoint<D>]) -> Option<Doubt> {
+fn through_bodies<const D: usize>(problem: &Problem<D>, state: &State, points: &[SurfacePoint<D>]) -> Option<Doubt> {
     // Ranks hold shares of the volume, and the surface of the whole.
     if D == 1 || problem.model().ranks().is_some() {
         return None;
     }
     let revolved = problem.discrete_bodies().iter().any(|body| !body.body().table().hoop_components().is_empty());
-    let sources: Vec<(Point<D>, Vector3<f64>)> = skin.iter().map(|point| (point.current, point.facet())).collect();
+    let sources: Vec<(Point<D>, Vector3<f64>)> = points.iter().map(|point| (point.current, point.facet())).collect();
     let undeformed: Vec<(Point<D>, Vector3<f64>)> =
-        skin.iter().map(|point| (point.reference, point.normal * point.weight)).collect();
-    let stride = skin.len().div_ceil(MOST).max(1);
-    let overlap = |point: &SkinPoint<D>| {
+        points.iter().map(|point| (point.reference, point.normal * point.weight)).collect();
+    let stride = points.len().div_ceil(MOST).max(1);
+    let overlap = |point: &SurfacePoint<D>| {
         // Where the surface is stretched its points are farther apart, and see a place from farther away.
         let own = extent::<D>(&point.facet());
         let depth = (DEPTH * point.spacing).max(2.0 * own);
@@ -46,7 +46,7 @@ fn through_bodies<const D: usize>(problem: &Problem<D>, state: &State, skin: &[S
         let before = winding(&beneath(&point.reference, point.normal), &undeformed, revolved)?;
         (now > 1.5 && before < 1.5).then_some(depth)
     };
-    let mut looked_at = skin.iter().step_by(stride);
+    let mut looked_at = points.iter().step_by(stride);
     let (point, depth) = looked_at.find_map(|point| Some((point, overlap(point)?)))?;
     let body = problem.discrete_bodies()[point.body].name().to_string();
     let cause = DoubtCause::Passed { body, through: None, depth };
@@ -85,7 +85,7 @@ fn winding<const D: usize>(at: &Point<D>, sources: &[(Point<D>, Vector3<f64>)], 
 }
 
 /// Surface points, of no part that a contact with the surface is declared for, that have gone behind a rigid surface.
-fn through_rigid<const D: usize>(problem: &Problem<D>, state: &State, skin: &[SkinPoint<D>]) -> Vec<Doubt> {
+fn through_rigid<const D: usize>(problem: &Problem<D>, state: &State, points: &[SurfacePoint<D>]) -> Vec<Doubt> {
     let mut doubts = Vec::new();
     for contact in &problem.contacts {
         let Law::Rigid(law) = &contact.law else { continue };
@@ -99,7 +99,7 @@ fn through_rigid<const D: usize>(problem: &Problem<D>, state: &State, skin: &[Sk
         }
         let (now, rest) =
             (law.placed(&state.displacement, state.load), law.placed(&vec![0.0; state.displacement.len()], 0.0));
-        let deepest = skin
+        let deepest = points
             .iter()
             .filter(|point| !point.owners.iter().any(|node| declared.contains(node)))
             .filter(|point| rest.nearest(&*law.surface.shape, &point.reference).gap > 0.0)

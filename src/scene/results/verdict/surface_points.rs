@@ -13,7 +13,7 @@ use crate::tensor::cofactor;
 const DENSITY: usize = 4;
 
 /// A point of the surface of a body.
-pub(super) struct SkinPoint<const D: usize> {
+pub(super) struct SurfacePoint<const D: usize> {
     /// The number of the body.
     pub body: usize,
     /// Where it is undeformed \[length\].
@@ -32,7 +32,7 @@ pub(super) struct SkinPoint<const D: usize> {
     pub spacing: f64,
 }
 
-impl<const D: usize> SkinPoint<D> {
+impl<const D: usize> SurfacePoint<D> {
     /// Current area vector per undeformed area, $\operatorname{cof}(F)N$.
     pub(super) fn area(&self) -> Vector3<f64> {
         cofactor(&self.f) * self.normal
@@ -46,8 +46,11 @@ impl<const D: usize> SkinPoint<D> {
 }
 
 /// All points of the surfaces of all bodies; the axis is no surface.
-pub(super) fn skin<const D: usize>(problem: &Problem<D>, state: &State) -> Result<Vec<SkinPoint<D>>, Error> {
-    let mut skin = Vec::new();
+pub(super) fn surface_points<const D: usize>(
+    problem: &Problem<D>,
+    state: &State,
+) -> Result<Vec<SurfacePoint<D>>, Error> {
+    let mut all = Vec::new();
     for (number, body) in problem.discrete_bodies().iter().enumerate() {
         let (points, traces) = surface_of(body, if D == 2 { DENSITY } else { 1 })?;
         let (first, hoops) = (body.nodes().start, body.body().table().hoop_components());
@@ -82,7 +85,7 @@ pub(super) fn skin<const D: usize>(problem: &Problem<D>, state: &State) -> Resul
                     seen.map(|(&node, _)| first + node as usize).collect()
                 }
             };
-            skin.push(SkinPoint {
+            all.push(SurfacePoint {
                 body: number,
                 reference: *x,
                 current: x + u,
@@ -94,5 +97,5 @@ pub(super) fn skin<const D: usize>(problem: &Problem<D>, state: &State) -> Resul
             });
         }
     }
-    Ok(skin)
+    Ok(all)
 }
