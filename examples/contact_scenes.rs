@@ -2,10 +2,10 @@
 //!
 //! `cargo run --release --example contact_scenes [-- --scenes N] [--seed S] [--refined N] [--out DIR]` prints a table and writes
 //! `scenes.csv` with a row for each scene, and `summary.csv` with the rows `scenes`, `completed`, `doubtful` (reached the end in a state
-//! that is no answer), `folded` (completed with a point that has lost more than 0.6 of its volume), `completed_unstable`,
-//! `iterations_median`, `iterations_total`. With `--refined N` as many scenes, spread evenly, run again with half and a quarter of the
-//! spacing; `wrong` of them, of `compared`, are completed and more than 12 % off in the energy, or half the spacing is farther from the
-//! finest model than the whole one, by more than 1 %. A fifth of the scenes is in 3D; a scene whose rigid surface is drawn into the body
+//! that is no answer), `told` (completed with a doubt that says how far the contact may be off), `folded` (completed with a point that has lost more than 0.6 of its volume), `completed_unstable`,
+//! `iterations_median`, `iterations_total`. With `--refined N` as many scenes of all kinds run again with half and a quarter of the
+//! spacing; `wrong` of them, of `compared`, are completed without a doubt and more than 12 % off in the energy, or half the spacing is
+//! farther from the finest model than the whole one, by more than 1 %. A fifth of the scenes is in 3D; a scene whose rigid surface is drawn into the body
 //! resolves the overlap first.
 
 #[path = "support/drawn_contact.rs"]
@@ -58,6 +58,8 @@ struct Found {
     reached: bool,
     /// Why there is no answer.
     why: String,
+    /// Whether the last state has a doubt.
+    told: bool,
 }
 
 /// Runs a scene with so many times the particles along each axis.
@@ -77,6 +79,7 @@ fn run<const D: usize>(
         energy: f64::NAN,
         reached: false,
         why: String::new(),
+        told: false,
     };
     let scheme = Scheme::default().particles(particles.map(|count| (count - 1) * times + 1));
     // Blocks in 3D are lattices, which nothing scatters.
@@ -96,6 +99,7 @@ fn run<const D: usize>(
         unstable: last.and_then(|step| step.unstable).unwrap_or(0),
         smallest: last.and_then(|step| step.diagnostics.jacobians).map_or(1.0, |[low, _]| low),
         energy: last.map_or(f64::NAN, |step| step.energy),
+        told: last.is_some_and(|step| !step.doubts.is_empty()),
         reached: path.ending == Ending::Completed,
         why: path.completed().err().map_or_else(String::new, |none| none.to_string()),
         ..none
@@ -115,6 +119,8 @@ fn scene(seed: u64, times: usize) -> Found {
     }
 }
 
+/// From one scene that is compared to the next.
+const STRIDE: usize = 37;
 /// How far an energy may be off, and how much farther from the finest model half the spacing may be than the whole one.
 const RIGHT: [f64; 2] = [0.12, 0.01];
 
@@ -122,19 +128,24 @@ const RIGHT: [f64; 2] = [0.12, 0.01];
 fn refine(found: &[Found], count: usize) -> [usize; 2] {
     let (mut compared, mut wrong) = (0, 0);
     for number in 0..count.min(found.len()) {
-        let first = &found[number * found.len() / count.min(found.len())];
+        // A step that has no divisor in common with the ten kinds.
+        let first = &found[number * STRIDE % found.len()];
         if !first.reached {
             continue;
         }
         let [half, quarter] = [2, 4].map(|times| scene(first.seed, times));
         let off = |other: &Found| (other.energy / quarter.energy - 1.0).abs();
         let comparable = half.reached && quarter.why.is_empty();
-        let is_wrong =
-            comparable && first.why.is_empty() && (off(first) > RIGHT[0] || off(&half) > off(first) + RIGHT[1]);
+        let is_wrong = comparable
+            && first.why.is_empty()
+            && !first.told
+            && (off(first) > RIGHT[0] || off(&half) > off(first) + RIGHT[1]);
         compared += usize::from(comparable);
         wrong += usize::from(is_wrong);
         let word = if is_wrong {
             "WRONG"
+        } else if first.told && first.why.is_empty() {
+            "told"
         } else if first.why.is_empty() {
             "answer"
         } else {
@@ -169,6 +180,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     summary.note("scenes", request.scenes as f64)?;
     summary.note("completed", count(&|found| found.why.is_empty()))?;
     summary.note("doubtful", count(&|found| found.reached && !found.why.is_empty()))?;
+    summary.note("told", count(&|found| found.why.is_empty() && found.told))?;
     summary.note("folded", count(&|found| found.why.is_empty() && found.smallest < 0.4))?;
     summary.note("completed_unstable", count(&|found| found.why.is_empty() && found.unstable > 0))?;
     summary.note("iterations_median", iterations.get(iterations.len() / 2).map_or(f64::NAN, |n| *n as f64))?;

@@ -59,6 +59,15 @@ pub enum DoubtCause {
         /// Whether the surface is moved into particles whose displacement is prescribed.
         fixed: bool,
     },
+    /// The boundary particles feel too little of a rigid surface: its tip lies between them, or they touch it here and there.
+    Overlap {
+        /// The contact.
+        contact: String,
+        /// The energy to press out what overlaps, over its sum with the energy of the state.
+        share: f64,
+        /// The largest share that counts as an error of the discretisation.
+        limit: f64,
+    },
     /// A body has passed through another one, through itself or through a rigid surface, and no contact was declared.
     Passed {
         /// The body.
@@ -83,13 +92,15 @@ pub enum DoubtCause {
 impl Doubt {
     /// Whether the state is no answer; otherwise it may be one, and the doubt says what to look at.
     pub fn refutes(&self) -> bool {
-        matches!(
-            self.cause,
+        match self.cause {
             DoubtCause::Volume { .. }
-                | DoubtCause::Unstable { .. }
-                | DoubtCause::Restrained { .. }
-                | DoubtCause::Depth { .. }
-        )
+            | DoubtCause::Unstable { .. }
+            | DoubtCause::Restrained { .. }
+            | DoubtCause::Depth { .. } => true,
+            // More is lacking than there is.
+            DoubtCause::Overlap { share, .. } => share > 0.5,
+            _ => false,
+        }
     }
 }
 
@@ -98,6 +109,7 @@ impl DoubtCause {
     pub(crate) fn is_like(&self, other: &DoubtCause) -> bool {
         match (self, other) {
             (DoubtCause::Depth { contact, .. }, DoubtCause::Depth { contact: same, .. }) => contact == same,
+            (DoubtCause::Overlap { contact, .. }, DoubtCause::Overlap { contact: same, .. }) => contact == same,
             (DoubtCause::Restrained { body, .. }, DoubtCause::Restrained { body: same, .. }) => body == same,
             _ => std::mem::discriminant(self) == std::mem::discriminant(other),
         }
@@ -154,6 +166,14 @@ impl fmt::Display for DoubtCause {
                 f,
                 "the body lies {depth:.3e} deep in {contact}, more than the {limit:.3e} that its boundary particles resolve: the surface \
                  passes between them; take more particles there, smaller steps, or round the edge of the surface"
+            ),
+            DoubtCause::Overlap { contact, share, limit } => write!(
+                f,
+                "{contact} touches too few boundary particles: to press it out where they overlap would take {:.1} % of the elastic energy \
+                 (at most {:.1} %), and energy and force of the contact may be too small by {:.0} % or more; take more particles there",
+                100.0 * share,
+                100.0 * limit,
+                100.0 * share.sqrt()
             ),
             DoubtCause::Passed { body, through: None, depth } => write!(
                 f,

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::ControlFlow;
 
-use crate::error::{Doubt, Error, SolveError, Stalled};
+use crate::error::{Doubt, DoubtCause, Error, SolveError, Stalled};
 use crate::linear::Inertia;
 use crate::term::StateDiagnostics;
 
@@ -231,12 +231,17 @@ impl EquilibriumPath {
         self.steps.iter().flat_map(|step| &step.critical)
     }
 
-    /// What makes the states of the path doubtful: each cause once, in the step that has it first.
+    /// What makes the states of the path doubtful: each cause once, in the step that has it first. That a contact touches too few
+    /// particles is told of the last state alone: each contact begins so.
     pub fn doubts(&self) -> Vec<&Doubt> {
         let mut found: Vec<&Doubt> = Vec::new();
-        for doubt in self.steps.iter().flat_map(|step| &step.doubts) {
-            if !found.iter().any(|known| known.cause.is_like(&doubt.cause)) {
-                found.push(doubt);
+        let last = self.steps.len().saturating_sub(1);
+        for (number, step) in self.steps.iter().enumerate() {
+            for doubt in &step.doubts {
+                let begins = number < last && matches!(doubt.cause, DoubtCause::Overlap { .. });
+                if !begins && !found.iter().any(|known| known.cause.is_like(&doubt.cause)) {
+                    found.push(doubt);
+                }
             }
         }
         found

@@ -3,7 +3,7 @@
 use rkpm::check;
 use rkpm::error::SolveError;
 use rkpm::prelude::*;
-use rkpm::solve::{Cause, DoubtCause, NoAnswer};
+use rkpm::solve::{Cause, Doubt, DoubtCause, NoAnswer};
 
 fn rubber() -> Rubber {
     Rubber::neo_hookean(0.5, 1e3).unwrap()
@@ -223,7 +223,8 @@ fn healthy_scenes_raise_no_doubt() {
     assert!(found.iter().all(|cause| *cause == DoubtCause::StabilityUnknown), "{found:?}");
 }
 
-/// A block moved into a plate by hand: a fifth of the spacing is what contact leaves between particles, a whole one is not.
+/// A block moved into a plate by hand: a fifth of the spacing may be left between particles, a whole one may not. A body that stores nothing
+/// lacks all the energy that the overlap would take.
 #[test]
 fn depth_in_a_rigid_surface_is_told() {
     let plate = RigidSurface::plane([0.0, 1.0], [0.0, -1.0]).named("plate");
@@ -234,13 +235,60 @@ fn depth_in_a_rigid_surface_is_told() {
         state.displacement.chunks_exact_mut(2).for_each(|d| d[1] = way);
         problem.doubts(&state).unwrap()
     };
-    assert!(doubts(0.05).is_empty(), "{:?}", doubts(0.05));
+    assert!(
+        matches!(&doubts(0.05)[..], [Doubt { cause: DoubtCause::Overlap { share: 1.0, .. }, .. }]),
+        "{:?}",
+        doubts(0.05)
+    );
     let found = doubts(0.25);
-    let [doubt] = &found[..] else { panic!("{found:?}") };
+    let [doubt, _] = &found[..] else { panic!("{found:?}") };
     let DoubtCause::Depth { contact, depth, limit, fixed: false } = &doubt.cause else { panic!("{doubt}") };
     assert!(contact == "plate" && (depth - 0.25).abs() < 1e-12 && *limit <= 0.125 + 1e-12, "{doubt}");
     assert!(doubt.refutes() && doubt.to_string().contains("plate"));
     assert!(problem.doubts(&State::default()).is_err());
+}
+
+/// A thin rod pressed into a block between its particles: what the overlap lacks tells how far the energy is off, in 2D and in 3D.
+#[test]
+fn tips_between_particles_are_told() {
+    let ended = |path: EquilibriumPath| {
+        let step = path.steps.last().unwrap();
+        let share = step.doubts.iter().find_map(|doubt| match doubt.cause {
+            DoubtCause::Overlap { share, .. } => Some(share),
+            _ => None,
+        });
+        assert_eq!(path.ending, Ending::Completed);
+        (step.energy, share.unwrap_or(0.0))
+    };
+    // Particles lie at multiples of .25, .125, ….
+    let plane = |particles: usize, way: f64| {
+        let rod = RigidSurface::shaft([0.88, 1.06], 0.06).moving([0.0, -way]).named("rod");
+        let scene = block().hold((1, Side::Min)).contact((1, Side::Max), rod);
+        let scheme = Scheme::default().particles([2 * particles - 1, particles]);
+        ended(scene.discretize(&scheme).unwrap().run().unwrap())
+    };
+    let space = |particles: usize, way: f64| {
+        let ball = RigidSurface::sphere([0.38, 0.38, 1.3], 0.3).moving([0.0, 0.0, -way]).named("ball");
+        let scene = Scene::new(Block::new([0.0; 3], [1.0; 3]), Solid, rubber()).hold((2, Side::Min));
+        let scene = scene.contact((2, Side::Max), ball);
+        ended(scene.discretize(&Scheme::default().particles([particles; 3])).unwrap().run().unwrap())
+    };
+    for way in [0.03, 0.06] {
+        let fine = plane(33, way);
+        let spaced = space(13, way);
+        for (coarse, finest) in [
+            (plane(5, way), fine),
+            (plane(9, way), fine),
+            (plane(17, way), fine),
+            (space(5, way), spaced),
+            (space(7, way), spaced),
+        ] {
+            let off = 1.0 - coarse.0 / finest.0;
+            let told = coarse.1.sqrt();
+            println!("{way}: {off:.3} is told as {told:.3}");
+            assert!(off > 0.6 * told && off < 2.0 * told, "{way}: {off:.3} is told as {told:.3}");
+        }
+    }
 }
 
 /// A ring that is free to roll, turned by hand: the spring that should take nothing takes a moment.

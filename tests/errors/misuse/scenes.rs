@@ -419,9 +419,9 @@ fn plane(a: &mut Args) -> Result<Heard, Error> {
 }
 
 fn shafts(a: &mut Args) -> Result<Heard, Error> {
-    let shaft = RigidSurface::shaft(a.point("shaft", [2.0, 1.31]), a.number("radius", 0.3))
+    let shaft = RigidSurface::shaft(a.point("shaft", [2.0, 4.01]), a.number("radius", 3.0))
         .moving(a.vector("shaft|motion", [0.0, -0.06]))
-        .turning(a.point("shaft|turn", [2.0, 1.31]), a.number("turn|angle", 0.2));
+        .turning(a.point("shaft|turn", [2.0, 4.01]), a.number("turn|angle", 0.02));
     hear(&slab().contact(TOP, shaft.friction(0.2)), &coarse(), nothing)?;
     let driven = RigidSurface::plane([2.0, 1.0], [0.0, -1.0])
         .moving([0.0, -0.05])
@@ -457,7 +457,7 @@ fn surfaces_3d(a: &mut Args) -> Result<Heard, Error> {
         ),
     ];
     for surface in surfaces {
-        let surface = surface.moving(a.vector("motion|sphere|cylinder|cone|plane", [0.0, 0.0, -0.1]));
+        let surface = surface.moving(a.vector("motion|sphere|cylinder|cone|plane", [0.0, 0.0, -0.25]));
         hear(&cube().contact((2, Side::Max), surface), &scheme, nothing)?;
     }
     Ok(heard())

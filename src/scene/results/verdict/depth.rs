@@ -1,5 +1,6 @@
 //! Bodies that lie deep in rigid surfaces.
 
+use std::f64::consts::PI;
 use std::fmt;
 
 use crate::contact::RigidContact;
@@ -9,7 +10,9 @@ use crate::solve::State;
 use crate::term::View;
 
 use crate::scene::Problem;
-use crate::scene::definition::contact_definition::Law;
+use crate::scene::definition::contact_definition::{Contact, Law};
+
+use super::share::LARGEST_SHARE;
 
 /// The largest depth as a part of the width of a trace function, which is the spacing of the boundary particles: half of it is the
 /// distance from a particle to the middle between two, so that what lies deeper has passed between them.
@@ -19,11 +22,7 @@ const DEEPEST: f64 = 0.5;
 pub(super) fn too_deep<const D: usize>(problem: &Problem<D>, state: &State) -> Vec<Doubt> {
     let mut doubts = Vec::new();
     for contact in &problem.contacts {
-        let Law::Rigid(law) = &contact.law else { continue };
-        // Bodies that begin inside a surface leave it by and by.
-        let begins_inside = law.surface.interference.is_some_and(|fit| !fit.resolved && state.load < fit.until);
-        let Some(condensed) = state.condensed.get(contact.term).filter(|_| !begins_inside) else { continue };
-        let view = View { displacement: &state.displacement, condensed, load: state.load };
+        let Some((law, view)) = resting(contact, state) else { continue };
         if let Some((depth, limit, at)) = deepest(law, &view) {
             let fixed = fixed_inside(problem).iter().any(|inside| inside.surface == contact.name);
             let cause = DoubtCause::Depth { contact: contact.name.clone(), depth, limit, fixed };
@@ -31,6 +30,61 @@ pub(super) fn too_deep<const D: usize>(problem: &Problem<D>, state: &State) -> V
         }
     }
     doubts
+}
+
+/// Doubts about contacts that the trace functions feel too little of: the tip of a tool between particles is in the mean of no gap.
+///
+/// To press out a wave of the surface with the amplitude $a$ and half the wave length $w$ takes an energy of $\tfrac{\pi}{4w}\mu a^2$ per
+/// area. Over the trace functions, with the area of each that lies behind the surface, the depth of its deepest point and its width, that is
+/// the energy that the state lacks, but for the depth $pw/(4\pi\mu)$ that a pressure $p$ gives to waves no longer than the width.
+pub(super) fn unfelt<const D: usize>(problem: &Problem<D>, state: &State) -> Vec<Doubt> {
+    let mut doubts = Vec::new();
+    if problem.contacts.is_empty() {
+        return doubts;
+    }
+    let Ok(energy) = problem.energy(state) else { return doubts };
+    for contact in &problem.contacts {
+        let Some((law, view)) = resting(contact, state) else { continue };
+        let (mut lacking, mut largest, mut at) = (0.0, 0.0, Point::<D>::zeros());
+        for (k, trace) in law.contact_surface.traces.iter().enumerate() {
+            let (mut area, mut depth, mut deepest) = (0.0, 0.0, Point::<D>::zeros());
+            law.local_contact(k, &view, |p, _, nearest, _| {
+                let (point, weight) = trace.points[p];
+                if nearest.gap < 0.0 {
+                    area += weight;
+                }
+                if -nearest.gap > depth {
+                    depth = -nearest.gap;
+                    deepest = law.contact_surface.table.positions()[point as usize];
+                }
+            });
+            // Half the digits are what convergence leaves.
+            if depth < f64::EPSILON.sqrt() * trace.width {
+                continue;
+            }
+            let pressure = law.pressure(k, view.condensed).0.max(0.0);
+            let unexplained = (depth - pressure * trace.width / (4.0 * PI * law.stiffness.decisive)).max(0.0);
+            let own = 0.25 * PI * law.stiffness.decisive * unexplained * unexplained * area / trace.width;
+            lacking += own;
+            if own > largest {
+                (largest, at) = (own, deepest);
+            }
+        }
+        let share = lacking / (lacking + energy.max(0.0));
+        if share > LARGEST_SHARE {
+            let cause = DoubtCause::Overlap { contact: contact.name.clone(), share, limit: LARGEST_SHARE };
+            doubts.push(Doubt { cause, load: state.load, at: at.as_slice().to_vec() });
+        }
+    }
+    doubts
+}
+
+/// A contact with a rigid surface and what it sees of a state, but for bodies that begin inside the surface and leave it by and by.
+fn resting<'a, const D: usize>(contact: &'a Contact<D>, state: &'a State) -> Option<(&'a RigidContact<D>, View<'a>)> {
+    let Law::Rigid(law) = &contact.law else { return None };
+    let begins_inside = law.surface.interference.is_some_and(|fit| !fit.resolved && state.load < fit.until);
+    let condensed = state.condensed.get(contact.term).filter(|_| !begins_inside)?;
+    Some((law, View { displacement: &state.displacement, condensed, load: state.load }))
 }
 
 /// A particle of a contact whose displacement is prescribed in all components, and which ends deep in the rigid surface: no displacement of

@@ -8,12 +8,11 @@ use crate::solve::State;
 use crate::scene::Problem;
 use crate::scene::discretisation::discrete_body::DiscreteBody;
 
+use super::share::LARGEST_SHARE;
+
 /// $|\ln(J/\hat J)|$ from which on the volume of a point is not what the pressure allows. Where a cell bends, a linear field has changes
 /// below this one at no loss: with a single element across an arch they would be a fifth of the energy, with its force within 1 %.
 const APART: f64 = 0.2;
-/// The largest part of the energy that such points may have in their change of volume: energies go with the squares of strains, so
-/// that strains are off by a tenth in the mean.
-const LIMIT: f64 = 0.01;
 
 /// Energies of a body and the point that is furthest from what the pressure allows.
 struct Found<const D: usize> {
@@ -51,8 +50,8 @@ pub(super) fn folded<const D: usize>(problem: &Problem<D>, state: &State) -> Opt
     }
     let share = found.folded / (found.folded + found.distortional);
     let [_, jacobian, allowed] = found.worst;
-    (share > LIMIT).then(|| Doubt {
-        cause: DoubtCause::Volume { share, limit: LIMIT, jacobian, allowed },
+    (share > LARGEST_SHARE).then(|| Doubt {
+        cause: DoubtCause::Volume { share, limit: LARGEST_SHARE, jacobian, allowed },
         load: state.load,
         at: found.at.as_slice().to_vec(),
     })
