@@ -214,7 +214,7 @@ fn measured<const D: usize>(scene: &Scene<D>, scheme: &Scheme) -> Result<Diagnos
     problem.analysis().check_settings(problem.model())?;
     diagnosis.overruled = problem.equations().overruled().to_vec();
     diagnosis.dependent = dependent_rows(problem.equations().equations());
-    diagnosis.free = free_motions(&problem);
+    diagnosis.free = free_motions(&problem, true);
     diagnosis.inside = fixed_inside(&problem);
     // A sheet takes its volume from its thickness, which is free.
     let bodies = problem.discrete_bodies().iter().filter(|_| !scene.kinematics.is_plane_stress());

@@ -46,10 +46,12 @@ pub enum Cause {
         /// The message of the linear solver.
         solver: String,
     },
-    /// A rigid motion is free.
+    /// A rigid motion is free, or friction alone resists it.
     FreeMotion {
         /// The motions, by translation and rotation and by body.
         motions: Vec<String>,
+        /// Whether the friction of contacts resists them: not before there is pressure, and not where all of a contact slides.
+        friction: bool,
     },
     /// The linear solver failed otherwise.
     LinearSolver(String),
@@ -178,7 +180,13 @@ impl fmt::Display for Cause {
             ),
             Cause::Singular { at_start: false, .. } => write!(f, "the matrix is singular in the next state"),
             Cause::Singular { solver, .. } | Cause::LinearSolver(solver) => write!(f, "{solver}"),
-            Cause::FreeMotion { motions } => write!(
+            Cause::FreeMotion { motions, friction: true } => write!(
+                f,
+                "friction alone resists a motion, and only once there is pressure: {}; hold it by a condition, for good or in a first \
+                 stage that presses the parts together (Stages)",
+                motions.join("; ")
+            ),
+            Cause::FreeMotion { motions, friction: false } => write!(
                 f,
                 "a motion is free: {}; hold it by a condition, or by the friction of a contact",
                 motions.join("; ")

@@ -111,7 +111,7 @@ fn a_body_left_free_stalls_and_says_so() {
         Scene::new(Block::new([0.0, 0.0], [1.0, 1.0]), PlaneStrain, rubber(1e3)).traction(Side::Max, [0.1, 0.0]);
     let path = scene.discretize(&Scheme::default().particles([5])).unwrap().run().unwrap();
     let Ending::Stalled(why) = &path.ending else { panic!("{:?}", path.ending) };
-    assert!(matches!(&why.cause, Cause::FreeMotion { motions } if motions.len() == 3), "{why:?}");
+    assert!(matches!(&why.cause, Cause::FreeMotion { motions, .. } if motions.len() == 3), "{why:?}");
 }
 
 // --- Threads -------------------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ use rkpm::linear::{Inertia, LinearSolver, LinearSystem, MatrixClass};
 use rkpm::material::{Material, Past, Prony, Response, Viscoelastic};
 use rkpm::nalgebra::Matrix3;
 use rkpm::prelude::*;
+use rkpm::scene::{StagePath, Stages};
 use rkpm::solve::{Cause, Following, Functional, Newton, StepControl};
 use std::sync::Arc;
 
@@ -127,8 +128,33 @@ fn solvers_say_why_they_give_up() {
 #[test]
 fn a_body_that_nothing_holds_is_singular_from_the_start() {
     let path = run(&block(rubber()).traction(Side::Max, [0.1, 0.0]), Scheme::default());
-    let Cause::FreeMotion { motions } = cause(&path) else { panic!("{:?}", path.ending) };
+    let Cause::FreeMotion { motions, friction: false } = cause(&path) else { panic!("{:?}", path.ending) };
     assert_eq!(motions.len(), 3, "{motions:?}");
+}
+
+/// A ring over a plug that is too large for it, its friction the only thing that holds the ring along the axis: named, and held by a stop
+/// until there is pressure it fits without a force along the axis.
+#[test]
+fn fits_that_friction_alone_holds_are_named() {
+    let outline = Outline::at([10.5, 0.0])
+        .line("floor", [13.5, 0.0])
+        .line("outer", [13.5, 3.0])
+        .line("upper", [10.5, 3.0])
+        .arc("bore", [10.0, 2.5], [10.5, 2.5], Turn::Left)
+        .line("bore", [10.0, 0.5])
+        .arc("bore", [10.5, 0.0], [10.5, 0.5], Turn::Left);
+    let plug = RigidSurface::plane([10.3, 0.0], [1.0, 0.0]).interference(1.0).friction(0.2).named("plug");
+    let ring = Scene::new(Region::new(outline).unwrap(), Axisymmetric, rubber()).contact("bore", plug);
+    let scheme = Scheme::default().spacing(0.6);
+    let path = run(&ring, scheme.clone());
+    let Cause::FreeMotion { motions, friction: true } = cause(&path) else { panic!("{:?}", path.ending) };
+    assert_eq!(motions[..], ["1.00 of a translation along axis 1"]);
+    let stop = Condition::on("floor").component(1, 0.0).named("stop");
+    let stages = Stages::new("fit", ring.with(stop)).then("free", |scene| scene.without("stop")).run(&scheme).unwrap();
+    let force = |stage: &StagePath<2>| stage.problem.contact(stage.path.last(), "plug").unwrap().force;
+    assert!(stages.iter().all(|stage| stage.path.ending == Ending::Completed));
+    let [held, free] = [force(&stages[0]), force(&stages[1])];
+    assert!(held[1].abs() > 0.1 && free[1].abs() < 1e-9 && (free[0] / held[0] - 1.0).abs() < 0.01, "{held:?} {free:?}");
 }
 
 #[test]

@@ -63,7 +63,7 @@ fn a_loose_piece_of_a_solid_is_named() {
     let scheme = Scheme::default().spacing(0.5);
     let path = scene.discretize(&scheme).unwrap().run().unwrap();
     let Ending::Stalled(stalled) = &path.ending else { panic!("{:?}", path.ending) };
-    let Cause::FreeMotion { motions } = &stalled.cause else { panic!("{stalled}") };
+    let Cause::FreeMotion { motions, .. } = &stalled.cause else { panic!("{stalled}") };
     assert_eq!(motions.len(), 6, "{motions:?}");
     assert!(motions[0].contains("the separate piece of body around X = (3."), "{motions:?}");
     assert_eq!(broken(&scene, &scheme), ["no rigid motion is free"]);

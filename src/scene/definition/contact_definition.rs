@@ -109,24 +109,29 @@ impl<const D: usize> Law<D> {
     }
 
     /// Visits the trace functions with one of the opposite part, their undeformed places and the directions in which the contact blocks
-    /// motion there: vectors whose squares, over the directions that are blocked alike, add up to one. Without friction that is the normal
-    /// direction. The direction in which a surface is pushed is left out, and so is contact within one part. A surface that turns freely
+    /// motion there: vectors whose squares, over the directions that are blocked alike, add up to one. Without friction, or where it
+    /// is not to count, that is the normal direction. The direction in which a surface is pushed is left out, and so is contact within one part. A surface that turns freely
     /// is treated as one that does not turn.
-    pub(crate) fn bars(&self, rest: &[f64], visit: &mut BarVisitor<'_, D>) {
+    pub(crate) fn bars(&self, rest: &[f64], friction: bool, visit: &mut BarVisitor<'_, D>) {
         match self {
             Law::Rigid(law) => {
                 let view = View { displacement: rest, condensed: &[], load: 0.0 };
                 let pushed = law.surface.free_direction();
                 let barred = |k: usize, _: &Point<D>| (law.local_contact(k, &view, |_, _, _, _| {}).normal, pushed);
-                along_directions(&law.contact_surface, law.has_friction(), barred, &mut |trace, x, direction| {
-                    visit(trace, None, x, direction);
-                });
+                along_directions(
+                    &law.contact_surface,
+                    friction && law.has_friction(),
+                    barred,
+                    &mut |trace, x, direction| {
+                        visit(trace, None, x, direction);
+                    },
+                );
             }
             Law::Pair(law, _) => {
                 let [surface, other] = &law.contact_surfaces[..] else { return };
                 let Some(opposite) = other.traces.first() else { return };
                 let barred = |_: usize, normal: &Point<D>| (*normal, None);
-                along_directions(surface, law.law.friction > 0.0, barred, &mut |trace, x, direction| {
+                along_directions(surface, friction && law.law.friction > 0.0, barred, &mut |trace, x, direction| {
                     visit(trace, Some(opposite), x, direction);
                 });
             }

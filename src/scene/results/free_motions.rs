@@ -51,10 +51,11 @@ impl fmt::Display for FreeMotion {
 
 /// Combinations of translations and infinitesimal rotations that cost no energy at rest, that no row sees and that no contact
 /// bars: of single bodies, where there are several, and of all together. A surface without friction bars the direction of its
-/// normal alone, one that is pushed not its own. A surface that turns freely counts as one that does not.
-pub(crate) fn free_motions<const D: usize>(problem: &Problem<D>) -> Vec<FreeMotion> {
+/// normal alone, one that is pushed not its own; so does one with friction where `friction` is not to count. A surface that turns freely
+/// counts as one that does not.
+pub(crate) fn free_motions<const D: usize>(problem: &Problem<D>, friction: bool) -> Vec<FreeMotion> {
     let motions = Motions::of(problem);
-    let resistance = motions.resistance(problem);
+    let resistance = motions.resistance(problem, friction);
     if !resistance.iter().all(|r| r.is_finite()) {
         return Vec::new();
     }
@@ -134,7 +135,7 @@ impl<const D: usize> Motions<D> {
     }
 
     /// What energy, rows and contact see of all motions of all groups, as squares: relative to stiffness and size.
-    fn resistance(&self, problem: &Problem<D>) -> DMatrix<f64> {
+    fn resistance(&self, problem: &Problem<D>, friction: bool) -> DMatrix<f64> {
         let (positions, m) = (problem.positions(), self.kinds.len());
         let count = self.groups.len() * m;
         // Shape functions reproduce linear fields: their values at the particles are the coefficients.
@@ -163,7 +164,7 @@ impl<const D: usize> Motions<D> {
         }
         for contact in &problem.contacts {
             let group = |trace: &Trace| group_of[trace.particle as usize];
-            contact.law.bars(&vec![0.0; positions.len() * D], &mut |trace, other, x, barred| {
+            contact.law.bars(&vec![0.0; positions.len() * D], friction, &mut |trace, other, x, barred| {
                 let (own, other) = (group(trace), other.and_then(group));
                 let seen = |number: usize| {
                     let along = self.at(number % m, x).dot(barred);

@@ -106,9 +106,13 @@ impl<const D: usize> Problem<D> {
                 | Cause::LinearSolver(_)
         );
         if numeric {
-            let motions: Vec<String> = free_motions(self).iter().map(ToString::to_string).collect();
-            if !motions.is_empty() {
-                stalled.cause = Cause::FreeMotion { motions };
+            // Friction resists nothing before there is pressure.
+            for friction in if stalled.load == 0.0 { &[true, false][..] } else { &[true] } {
+                let motions: Vec<String> = free_motions(self, *friction).iter().map(ToString::to_string).collect();
+                if !motions.is_empty() {
+                    stalled.cause = Cause::FreeMotion { motions, friction: !friction };
+                    break;
+                }
             }
         }
         path
