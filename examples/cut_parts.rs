@@ -176,7 +176,8 @@ fn loaded(solid: &Solid3, scheme: &Scheme, shear: bool) -> Result<bool, rkpm::Er
     let scene = Scene::new(solid, Solid, rubber(1e3)?)
         .hold(Place::from(Part::Whole).within(move |x| x[2] < low))
         .with(Condition::on(Place::from(Part::Whole).within(move |x| x[2] > high)).displacement(moved));
-    Ok(scene.discretize(scheme)?.run()?.completed().is_ok())
+    // Coarse as they are, a quarter of the pressed ones are in doubt.
+    Ok(scene.discretize(scheme)?.run()?.reached().is_ok())
 }
 
 fn solids(count: usize, summary: &mut Summary) -> Result<(), Box<dyn Error>> {
